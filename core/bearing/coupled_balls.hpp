@@ -233,14 +233,6 @@ class Integration {
     for (int c = 0; c < BODY_NUMBERS; c++) e.slope[c] = (e.slope[c] - e.first[c]) * (1.0 / TIME_DIFFERENCE);
   }
 
-  template <int I, class T>
-  CORE_INLINE static auto weighted(const double *weight, const T &stage, int c) {
-    auto sum = weight[0] * stage[0][c];
-    if constexpr (I > 1)
-      for (int i = 1; i < I; i++) sum += weight[i] * stage[i][c];
-    return sum;
-  }
-
   // The state of stage I, and the weighted sum of those before it that its right-hand side takes.
   template <int I, class S>
   [[gnu::noinline]] static void mix(const double *a, const double *c, const S *stage, const S &start, S &y, S &before) {
@@ -351,40 +343,30 @@ class Integration {
         double own = alone && sum[lane] <= 1.0 ? std::max(double(sum[lane]), least_error(k, lane)) : double(sum[lane]);
         if (!(own <= error)) error = own;
       }
-      for (int c : {ORBIT_RATE, int(SPIN), SPIN + 1, SPIN + 2}) prepare_interpolant(k, c);
-      auto middle = [&](int c) { return inside(k, 0.5, c); };
+      for (int c : {ORBIT_RATE, int(SPIN), SPIN + 1, SPIN + 2}) k.prepare_interpolant(method, c);
+      auto middle = [&](int c) { return k.inside(0.5, c); };
       k.after = rotated(k.before, spin_in_frame(k.start), {middle(SPIN), middle(SPIN + 1), middle(SPIN + 2) - middle(ORBIT_RATE)},
                         spin_in_frame(k.end), broadcast<Pack>(step));
     }
   }
   static Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN + 1], y[SPIN + 2] - y[ORBIT_RATE]}; }
 
-  template <class K>
-  void prepare_interpolant(K &k, int c) const {
-    k.third[c] = weighted<MOST_STAGES - 1>(method.dense[0], k.stage, c);
-    k.fourth[c] = weighted<MOST_STAGES - 1>(method.dense[1], k.stage, c);
-  }
-  template <class K>
-  CORE_INLINE static auto inside(const K &k, double share, int c) {
-    return interpolated(share, k.start[c], k.end[c], k.third[c], k.fourth[c]);
-  }
-
   void give_out(double until) {
     bool prepared = false;
     for (; cursor < chunk.instants && chunk.instant[cursor] <= until; cursor++) {
       if (!prepared) {
         for (BallBlock &k : blocks)
-          for (int c = 0; c < COLUMNS; c++) prepare_interpolant(k, c);
-        for (int c = 0; c < BODY_NUMBERS; c++) prepare_interpolant(e, c);
+          for (int c = 0; c < COLUMNS; c++) k.prepare_interpolant(method, c);
+        for (int c = 0; c < BODY_NUMBERS; c++) e.prepare_interpolant(method, c);
         prepared = true;
       }
       double share = (chunk.instant[cursor] - time) / step;
-      for (int c = 0; c < BODY_NUMBERS; c++) body_out.states[cursor * BODY_NUMBERS + c] = inside(e, share, c);
+      for (int c = 0; c < BODY_NUMBERS; c++) body_out.states[cursor * BODY_NUMBERS + c] = e.inside(share, c);
       for (int n = 0; n < int(blocks.size()); n++) {
         const BallBlock &k = blocks[n];
         BallState there;
-        for (int c = 0; c < COLUMNS; c++) there[c] = inside(k, share, c);
-        auto middle = [&](int c) { return inside(k, 0.5 * share, c); };
+        for (int c = 0; c < COLUMNS; c++) there[c] = k.inside(share, c);
+        auto middle = [&](int c) { return k.inside(0.5 * share, c); };
         Quaternion turned = rotated(k.before, spin_in_frame(k.start), {middle(SPIN), middle(SPIN + 1), middle(SPIN + 2) - middle(ORBIT_RATE)},
                                     spin_in_frame(there), broadcast<Pack>(share * step));
         there[ORBIT_RATE] *= there[RADIUS];
@@ -498,15 +480,8 @@ class Integration {
     return false;
   }
 
-  // The least error of a step in which a contact of the ball with a raceway begins or ends, as in free_balls.hpp.
   double least_error(const BallBlock &k, int lane) const {
-    auto [inner_first, first] = approaches(k, lane, place_of(k.start, lane), 0.0);
-    auto [inner_last, last] = approaches(k, lane, place_of(k.end, lane), 1.0);
-    double lag = bearing.power * bearing.relaxation_time * std::min(last - first, 0.0) / step;
-    if (!(std::min(first, last) + lag <= 0.0)) return 0.0;
-    double change = std::max(free_balls::contact_change(bearing, bearing.outer, first, last, step),
-                             free_balls::contact_change(bearing, bearing.inner, inner_first, inner_last, step));
-    return LANDING_SHARE / (chunk.scale[VELOCITY] * std::sqrt(double(MOTION))) * change;
+    return free_balls::least_error(chunk, step, approaches(k, lane, place_of(k.start, lane), 0.0), approaches(k, lane, place_of(k.end, lane), 1.0));
   }
 
   // The share of the step after which a contact of a ball with a raceway has just begun or ended; 1 where none does.
@@ -517,10 +492,10 @@ class Integration {
       int lane = place % LANES;
       Approaches before = approaches(k, lane, place_of(k.start, lane), 0.0);
       if (!changes_contact(before, approaches(k, lane, place_of(k.end, lane), 1.0))) continue;
-      for (int c = 0; c < VELOCITY; c++) prepare_interpolant(k, c);
+      for (int c = 0; c < VELOCITY; c++) k.prepare_interpolant(method, c);
       double share = share_of_change(before, [&](double fraction) {
         std::array<double, 3> there;
-        for (int c = 0; c < 3; c++) there[c] = inside(k, fraction, c)[lane];
+        for (int c = 0; c < 3; c++) there[c] = k.inside(fraction, c)[lane];
         return approaches(k, lane, there, fraction);
       });
       least = std::min(least, share);

@@ -43,11 +43,11 @@ struct Layout {
 
 // Balls side by side in a step: states, and what the linear system works with. Lanes without a ball repeat the last one,
 // which then does nothing to others: their `live` is 0, else all bits are set.
-struct BallBlock {
+struct BallBlock : StepStates<BallState> {
   Mask live{}, apart{};  // apart: touches no other ball
   Pack pocket{};  // angle from the cage to the ball's pocket [rad]
   Pack closing{};  // growth of the rate at which the ball comes forward in its pocket [m/s^2]
-  BallState start{}, end{}, y{}, f{}, first{}, right{}, slope{}, stage[MOST_STAGES]{}, third{}, fourth{};
+  BallState y{}, f{}, first{}, right{}, slope{};
   Quaternion before{}, after{};
   CarriedBalls carried{};
   SurfacePlaces places{};  // where a step starts
@@ -60,8 +60,8 @@ struct BallBlock {
 };
 
 // The bodies in a step; `force` and its derivatives by places and velocities of the free coordinates are their own.
-struct BodyStep {
-  BodyState start{}, end{}, y{}, f{}, first{}, right{}, slope{}, stage[MOST_STAGES]{}, third{}, fourth{};
+struct BodyStep : StepStates<BodyState> {
+  BodyState y{}, f{}, first{}, right{}, slope{};
   double over_inertia[MOST_FREE]{};  // where the step starts
   double by_place[MOST_FREE + INTEGRALS][MOST_FREE]{}, by_speed[MOST_FREE + INTEGRALS][MOST_FREE]{};
   double answer_to_place[MOST_FREE][MOST_FREE]{}, corner[MOST_FREE][MOST_FREE]{}, inverse[MOST_FREE][MOST_FREE]{};

@@ -53,8 +53,19 @@ inline double contact_change(const Bearing &bearing, const Raceway &raceway, dou
   return 0.0;
 }
 
+// The least error of a step [s] in which contacts of a ball begin or end: a share of what they do to its speed. A contact
+// beside one that carries load throughout is soon forgotten.
+inline double least_error(const Chunk &chunk, double step, const Approaches &first, const Approaches &last) {
+  const Bearing &bearing = chunk.bearing;
+  double lag = bearing.power * bearing.relaxation_time * std::min(last[1] - first[1], 0.0) / step;
+  if (!(std::min(first[1], last[1]) + lag <= 0.0)) return 0.0;
+  double change = std::max(contact_change(bearing, bearing.outer, first[1], last[1], step),
+                           contact_change(bearing, bearing.inner, first[0], last[0], step));
+  return LANDING_SHARE / (chunk.scale[VELOCITY] * std::sqrt(double(MOTION))) * change;
+}
+
 template <bool PATCH, bool TILTED>
-class Integration {
+class Integration : StepStates<BallState> {
  public:
   Integration(const Chunk &chunk, const Results &results) : chunk(chunk), bearing(chunk.bearing), method(chunk.method), out(results) {
     for (int c = 0; c < MOTION; c++) over_scale[c] = 1.0 / chunk.scale[c];
@@ -89,7 +100,7 @@ class Integration {
   int count = 0, waiting = 0, running = 0;
   int held[LANES], cursor[LANES];  // the ball in a lane, -1 without one; its next instant
   double wanted[LANES], until[LANES], share[LANES];
-  BallState start, end, stage[MOST_STAGES]{}, rates, time_slope, third, fourth;
+  BallState rates, time_slope;
   Quaternion before, after;
   CarriedBalls carried;
   const CarriedBalls *states = nullptr;  // null where the law carries none
@@ -164,18 +175,9 @@ class Integration {
       error += scaled * scaled;
     }
     error = square_root(error * (1.0 / MOTION));
-    for (int c : {int(RADIUS), VELOCITY + 1, int(SPIN), SPIN + 1, SPIN + 2}) prepare_interpolant(c);
+    for (int c : {int(RADIUS), VELOCITY + 1, int(SPIN), SPIN + 1, SPIN + 2}) prepare_interpolant(method, c);
     after = rotated(before, spin_in_frame(start), spin_inside(broadcast<Pack>(0.5)), spin_in_frame(end), step);
     weigh_contact_changes();
-  }
-
-  // Weighted sum of the stages before stage I in column c.
-  template <int I>
-  CORE_INLINE Pack weighted(const double *weight, int c) const {
-    Pack sum = weight[0] * stage[0][c];
-    if constexpr (I > 1)
-      for (int i = 1; i < I; i++) sum += weight[i] * stage[i][c];
-    return sum;
   }
 
   template <int I>
@@ -198,48 +200,36 @@ class Integration {
     for (Pack &one : stage[I]) one = select(absolute(one) < HUGE_VAL, one, Pack{});  // must not haunt the next attempt
   }
 
-  CORE_INLINE void prepare_interpolant(int c) {
-    third[c] = weighted<MOST_STAGES - 1>(method.dense[0], c);
-    fourth[c] = weighted<MOST_STAGES - 1>(method.dense[1], c);
-  }
-  Pack inside(const Pack &fraction, int c) const { return interpolated(fraction, start[c], end[c], third[c], fourth[c]); }
   Triple spin_inside(const Pack &fraction) const {
     return {inside(fraction, SPIN), inside(fraction, SPIN + 1),
             inside(fraction, SPIN + 2) - inside(fraction, VELOCITY + 1) / inside(fraction, RADIUS)};
   }
 
-  // The error of a step in which a contact begins or ends is at least a share of what that does to the ball. A contact
-  // beside one that carries load throughout is soon forgotten.
+  Approaches approaches(const Heights &more, int lane, double radius, double angle, double height) const {
+    Approaches found = approaches_at(bearing, radius, angle, height);
+    return {found[0] + more.inner.value[lane], found[1] + more.outer.value[lane]};
+  }
+  Approaches approaches(const Heights &more, int lane, const BallState &y) const {
+    return approaches(more, lane, y[RADIUS][lane], y[ANGLE][lane], y[HEIGHT][lane]);
+  }
+
   void weigh_contact_changes() {
     Heights early = heights(0.0), late = heights(1.0);
     Pack first = outer_approach(bearing, start) + early.outer.value, last = outer_approach(bearing, end) + late.outer.value;
-    double lag = bearing.power * bearing.relaxation_time;
-    Pack closing = minimum(last - first, 0.0);
-    Pack least = minimum(first, last) + lag * closing / step;
-    double per_scale = LANDING_SHARE / (chunk.scale[VELOCITY] * std::sqrt(double(MOTION)));
-    for (int lane = 0; lane < LANES; lane++) {
-      if (!(least[lane] <= 0.0 && error[lane] <= 1.0)) continue;
-      double change = contact_change(bearing, bearing.outer, first[lane], last[lane], step[lane]);
-      double begin = inner_approach(bearing, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]) + early.inner.value[lane];
-      double finish = inner_approach(bearing, end[RADIUS][lane], end[ANGLE][lane], end[HEIGHT][lane]) + late.inner.value[lane];
-      change = std::max(change, contact_change(bearing, bearing.inner, begin, finish, step[lane]));
-      error[lane] = std::max(error[lane], per_scale * change);
-    }
+    Pack least = minimum(first, last) + bearing.power * bearing.relaxation_time * minimum(last - first, 0.0) / step;
+    for (int lane = 0; lane < LANES; lane++)
+      if (least[lane] <= 0.0 && error[lane] <= 1.0)
+        error[lane] = std::max(double(error[lane]), least_error(chunk, step[lane], approaches(early, lane, start), approaches(late, lane, end)));
   }
 
   // The share of a step after which a contact has just begun or ended; 1 where none does.
   double landing_share(int lane) {
-    auto approaches = [&](double share, double radius, double angle, double height) {
-      Approaches found = approaches_at(bearing, radius, angle, height);
-      Heights more = heights(share);
-      return Approaches{found[0] + more.inner.value[lane], found[1] + more.outer.value[lane]};
-    };
-    Approaches before = approaches(0.0, start[RADIUS][lane], start[ANGLE][lane], start[HEIGHT][lane]);
-    if (!changes_contact(before, approaches(1.0, end[RADIUS][lane], end[ANGLE][lane], end[HEIGHT][lane]))) return 1.0;
-    for (int c = 0; c < VELOCITY; c++) prepare_interpolant(c);
+    Approaches before = approaches(heights(0.0), lane, start);
+    if (!changes_contact(before, approaches(heights(1.0), lane, end))) return 1.0;
+    for (int c = 0; c < VELOCITY; c++) prepare_interpolant(method, c);
     return share_of_change(before, [&](double share) {
-      auto at = [&](int c) { return interpolated(share, start[c][lane], end[c][lane], third[c][lane], fourth[c][lane]); };
-      return approaches(share, at(RADIUS), at(ANGLE), at(HEIGHT));
+      auto at = [&](int c) { return interpolated(share, double(start[c][lane]), double(end[c][lane]), double(third[c][lane]), double(fourth[c][lane])); };
+      return approaches(heights(share), lane, at(RADIUS), at(ANGLE), at(HEIGHT));
     });
   }
 
@@ -270,7 +260,7 @@ class Integration {
       }
       if (!found) return;
       if (first)
-        for (int c = 0; c < COLUMNS; c++) prepare_interpolant(c);
+        for (int c = 0; c < COLUMNS; c++) prepare_interpolant(method, c);
       BallState there;
       for (int c = 0; c < COLUMNS; c++) there[c] = inside(fraction, c);
       Quaternion turned = rotated(before, spin_in_frame(start), spin_inside(0.5 * fraction), spin_in_frame(there), fraction * step);

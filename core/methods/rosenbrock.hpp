@@ -53,6 +53,29 @@ inline T interpolated(const F &fraction, const T &start, const T &end, const T &
   return start * rest + fraction * (end + rest * (third + fraction * fourth));
 }
 
+// What a step starts from and comes to, its stages, and the two terms of its interpolant.
+template <class State>
+struct StepStates {
+  State start{}, end{}, stage[MOST_STAGES]{}, third{}, fourth{};
+
+  // Weighted sum of the first I stages in column c.
+  template <int I>
+  [[gnu::always_inline]] inline auto weighted(const double *weight, int c) const {
+    auto sum = weight[0] * stage[0][c];
+    if constexpr (I > 1)
+      for (int i = 1; i < I; i++) sum += weight[i] * stage[i][c];
+    return sum;
+  }
+  [[gnu::always_inline]] inline void prepare_interpolant(const RosenbrockMethod &method, int c) {
+    third[c] = weighted<MOST_STAGES - 1>(method.dense[0], c);
+    fourth[c] = weighted<MOST_STAGES - 1>(method.dense[1], c);
+  }
+  template <class F>
+  [[gnu::always_inline]] inline auto inside(const F &fraction, int c) const {
+    return interpolated(fraction, start[c], end[c], third[c], fourth[c]);
+  }
+};
+
 // Explicit Runge-Kutta methods. `error` weighs all slopes and that at the new state for the error estimate; all zero: none.
 
 struct RungeKuttaMethod {

@@ -167,7 +167,7 @@ def _table(defect: Defect, geometry, half: float, along: float) -> "np.ndarray":
 
     x = np.linspace(0.0, half, PIECES + 1)
     share, weight = np.polynomial.legendre.leggauss(64)
-    reach = (x * along / (x**4 + along**4) ** 0.25)[:, None]  # the lesser of both, smoothly
+    reach = (x * along / (x**12 + along**12) ** (1.0 / 12.0))[:, None]  # the lesser of both, smoothly
     ball, pitch = 0.5 * geometry.ball_diameter, 0.5 * geometry.pitch_diameter
     bent = 1.0 + ball / (pitch - ball) if defect.on == "inner" else 1.0 - ball / (pitch + ball)
     edge = np.clip(0.5 * defect.spall.length - np.abs(x[:, None] + reach * share), 0.0, ball)
