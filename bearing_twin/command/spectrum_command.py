@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.units import Limits
-from bearing_twin.command.outcome import Outcome, number, picture_path
+from bearing_twin.command.outcome import RUN, Outcome, number, picture_path
 
 HELP = "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict"
 EXAMPLES = (
@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--band", metavar="LOW,HIGH", help="band of the envelope [Hz]; default: of four octaves the most impulsive"
     )
+    parser.add_argument("--run", **RUN)
     parser.add_argument("--plot", metavar="PNG", help="draw the spectrum with the lines of damage")
 
 
@@ -51,7 +52,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if speed and arguments.speed.strip()[-1] in "0123456789.":
         say(f"--speed {arguments.speed} is in rad/s, {30.0 / math.pi * speed:.6g} rpm; write 1750rpm for other units")
     with progress(f"reading {arguments.file}"):
-        record = read_record(arguments.file, arguments.key, rate, arguments.topic)
+        record = read_record(arguments.file, arguments.key, rate, arguments.topic, arguments.run)
         speed = record.speed if speed is None else speed
         geometry = record.geometry if geometry is None else geometry
         if speed is None:

@@ -34,8 +34,12 @@ class Record(NamedTuple):
     geometry: object | None = None
 
 
-def read_record(path, key: str | None = None, rate: float | None = None, topic: str | None = None) -> Record:
+def read_record(
+    path, key: str | None = None, rate: float | None = None, topic: str | None = None, run: int | None = None
+) -> Record:
     """The record in a file; `key` names a column, variable, channel or field where there are several.
+
+    Of the recording of a node that was reset `run` selects one run, 1 being the first; None is the last.
 
     Raises BearingTwinError where the file cannot be read, has gaps, or does not say what is wanted of it.
     """
@@ -44,11 +48,12 @@ def read_record(path, key: str | None = None, rate: float | None = None, topic: 
         raise BearingTwinError(f"{path} does not exist; give a log (.mcap or a bag), .csv, .npz or .mat")
     suffix = path.suffix.lower()
     if path.is_dir() or suffix in (SUFFIX, SQLITE):
-        return _logged(path, key, rate, topic)
+        return _logged(path, key, rate, topic, run)
     if suffix not in _TABLES:
         raise BearingTwinError(f"{path} is of no known kind; give a log (.mcap or a bag), .csv, .npz or .mat")
-    if topic is not None:
-        raise BearingTwinError("--topic is of logs; name a column or variable by --key")
+    if topic is not None or run is not None:
+        option = "--run" if topic is None else "--topic"
+        raise BearingTwinError(f"{option} is of logs; name a column or variable by --key")
     try:
         columns = _TABLES[suffix](path)
     except (OSError, ValueError, TypeError, KeyError, NotImplementedError, MemoryError, EOFError) as error:
@@ -144,11 +149,11 @@ def _even_rate(times: np.ndarray) -> float:
     return (len(times) - 1) / float(times[-1] - times[0])
 
 
-def _logged(path: Path, key: str | None, rate: float | None, topic: str | None) -> Record:
+def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, run: int | None) -> Record:
     reader = LogReader(path)
     stored = {one.name: one for one in reader.topics if not one.foreign and cdr.is_known(one.ros_type)}
     if topic is None or (topic in stored and stored[topic].ros_type == cdr.SAMPLE_BLOCK):
-        return _own_log(path, key, topic)
+        return _own_log(path, key, topic, run)
     if topic not in stored:
         raise BearingTwinError(f"{path} has no topic {echo(topic)} of a known type; {unknown(topic, list(stored))}")
     parts, stamps, count = [], [], 0
@@ -200,8 +205,8 @@ def _sensor_record(log) -> Record:
     return Record(found, _even_rate(at), course, log.scene.parameters.geometry)
 
 
-def _own_log(path: Path, key: str | None, topic: str | None) -> Record:
-    log = read_log(path, topic=topic)
+def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
+    log = read_log(path, topic=topic, last_run=True, run=run)
     if log.kept_rate:
         raise LogError(f"{path} holds {log.kept_rate:g} outputs a second, not all; a node logs all with full:=true")
     if log.scene and key in (None, ACCELERATION) and any(one.name == ACCELERATION for one in tables_of(log.scene)):
