@@ -32,7 +32,7 @@ FROZEN = 6.0  # s
 SOAK = 150.0  # s
 SLOPE = 60.0  # MB/h: what 150 s can tell from the rounding of pages
 BEGUN = 20_000  # bytes of a log of a node that is at work
-WARM_UP = 0.25  # of a soak: pools of threads, buffers and compiled code are filled by then
+WARM_UP = 0.5  # of a soak: buffers, pools of threads and the results of goals, kept for 30 s, are filled by then
 
 
 @contextlib.contextmanager
