@@ -15,6 +15,7 @@ import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.charts.contest import Contest, timed
+from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run, simulate
 
@@ -175,9 +176,14 @@ class Scenes:
         )
         times = exact.scene.parameters.run.duration if problem.a_second else 1.0
         made = started(problem.scene, keys)
-        work = functools.partial(integrated, made, problem.channels)
-        blocks, cost = timed(work, times) if self.timed else (work(), {})
-        found = found_of(made, blocks)
+
+        def work():
+            # a motion that is solved whole is solved once a run: what repeats its blocks only reads them
+            again = simulate(made.scene) if solved_whole(made.scene.parameters) else made
+            return again, integrated(again, problem.channels)
+
+        ended, cost = timed(work, times) if self.timed else (work(), {})
+        found = found_of(*ended)
         return {**problem.norm(found, exact), **cost, "evaluations": found.evaluations}
 
 
