@@ -107,7 +107,7 @@ inline void add_stored(const Bearing &bearing, int balls, const std::uint8_t *ne
   }
 }
 
-// What a chunk starts from and gives (steps.py): state (balls, COLUMNS) and orientation (balls, 4), in place, and both at
+// What a chunk starts from and gives (`Results` of integrate.py): state (balls, COLUMNS) and orientation (balls, 4), in place, and both at
 // the instants.
 struct CommonResults { double *state, *orientation, *states, *orientations; };
 

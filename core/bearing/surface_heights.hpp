@@ -1,7 +1,7 @@
 // Waviness and spalls: heights of raceways and balls [m], which add to the approach of a contact. They are functions of
 // place: of the orbit angle on the outer raceway, of that less the ring's angle on the inner one, of the angle on the great
 // circle across the first ball's axis z on that ball. A spall comes as a table of how far it lets a ball drop (Python makes it from
-// length, depth and contact ellipse, `surface_defects.py`).
+// length, depth and contact ellipse, `kinds/bearing/defects.py`).
 //
 // Within a step the places move on evenly from its start. So heights depend on time alone, and their rates come in as
 // df/dt; what a slope does along the orbit is not modelled, and its work counts as the drive's.
@@ -26,7 +26,7 @@ struct Defect {
 };
 struct SurfaceDefects { int count = 0; Defect one[MOST_DEFECTS]; };
 
-// From how many there are and their numbers, as surface_defects.py writes them; tables stay where they are.
+// From how many there are and their numbers, as defects.py writes them; tables stay where they are.
 inline SurfaceDefects defects_of(const double *numbers) {
   SurfaceDefects found;
   found.count = int(*numbers++);
