@@ -96,7 +96,8 @@ def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, 
         node = base_node.BaseNode("testing", "test", context=executor.context)
         executor.add_node(node)
         look = lambda now: node.watch_log(log, tmp_path / "gone" / "too", now)  # noqa: E731
-        look(100.0)
+        for log.bytes, now in ((2000, 92.0), (3000, 94.0), (4000, 96.0), (5000, 100.0)):
+            look(now)
         log.bytes = 7000
         level, words, numbers = look(102.0)
         assert (level, words) == (DiagnosticStatus.OK, "")

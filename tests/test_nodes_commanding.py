@@ -177,6 +177,16 @@ def test_speeds_come_with_a_stamp_or_without_one():
     assert it.channel("inner_ring_speed")[-1] == 150.0
 
 
+@pytest.mark.parametrize("speed", [5e-324, -1e-300, 0.0])
+def test_a_ring_that_hardly_turns_goes_on(speed):
+    """Slip of the cage is a share of the speed of rolling, which is 0 there."""
+    it = recorded(overrides=())
+    it.tell("command/speed", SimpleNamespace(data=speed))
+    it.run(0.15)
+    assert it.channel("inner_ring_speed")[-1] == speed
+    assert it.channel("cage_slip")[-1] == 0.0
+
+
 @pytest.mark.parametrize(("scene", "limit"), [("bearing_6203", 6e5 / 28.5), ("shaft_two_6203", 6e5 / 28.5)])
 def test_a_speed_that_may_be_meant_in_rpm_is_obeyed_and_said_once(scene, limit):
     """The limiting speed with oil, n·d_m of 6e5 mm/min; below it nothing is said."""

@@ -280,7 +280,7 @@ VERBS = (
          "sim_node -p scene:=bearing_6203_loose -p duration:=2.0"),
     Verb("topic list", "the topics with their types", lambda graph, _: _pairs("topics", "type", graph.topics())),
     Verb("topic info", "publishers and subscriptions of a topic", lambda graph, given: listed(
-        "ends", ("end", "node", "type", "reliability", "durability"), graph.ends(given.topic)), "topic", "/tf"),
+        "ends", ("end", "type", "reliability", "durability", "node"), graph.ends(given.topic)), "topic", "/tf"),
     Verb("topic echo", "print messages as they come; with --json one object a line", _echo,
          "topic --field --full-length --once --count", "/bearing/ball_0/wrench --field wrench.force"),
     Verb("topic hz", "rate, and least, greatest and deviation of the periods", _measured(Traffic.periods),

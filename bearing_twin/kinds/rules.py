@@ -138,6 +138,11 @@ RULES = (
         example=("bearing_6203",),
     ),
     Rule(
+        (BEARING,), "cage.kind", "none", "a cage is wanted, and solver.stepper is another than rodas4 or rodas3",
+        "because solver.stepper moves balls without a cage, although they have clearance; rodas4 and rodas3 move one",
+        lazy_import(f"{FACTS}:moves_no_cage"), example=("bearing_6203_loose", "solver.stepper=imex"),
+    ),
+    Rule(
         (BEARING,), "cage.kind", "even", "balls that move leave a raceway on their way round, or the ring has mass",
         "because balls with clearance bunch up without a cage, and orbit up to 9 % slower than rolling",
         lazy_import(f"{FACTS}:wants_cage"), example=("bearing_6203_loose",),

@@ -135,6 +135,7 @@ class LogStream:
         if run is not None and run != -1 and run not in range(1, self.runs + 1):
             several = f"{self.runs} runs: give one from 1 to {self.runs}" if self.runs > 1 else "one run"
             raise LogError(f"run {echo(run)} is not in {path}, which holds {several}")
+        self._asked = run not in (None, -1)
         self.run: int | None = self.runs if run == -1 else run
         part = parts[(self.run or self.runs) - 1]
         self.end = part.end
@@ -214,7 +215,7 @@ class LogStream:
 
     @property
     def run_note(self) -> str:
-        """A warning for figures of one run of a recording of several; "" where there is one."""
+        """A warning for figures of one run of a recording of several; "" where there is one or the caller chose it."""
         if self.runs == 1:
             return ""
         if self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split():
@@ -222,6 +223,8 @@ class LogStream:
                 "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "
                 "what came last, and hold for none of them; record each in a namespace of its own"
             )
+        if self._asked:
+            return ""
         return (
             f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of run "
             f"{self.run} of {self.runs}; --run N for another"

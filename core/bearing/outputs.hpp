@@ -261,6 +261,8 @@ inline void write_land(const CoupledBodies &b, const BodyState &state, int balls
   sum[ELASTIC] += 0.5 * b.land.wall.stiffness * depth * depth;
 }
 
+constexpr double STANDING = 1e-9;  // rad/s, of balls that roll: they stand, and slip as a share of it says nothing
+
 // Ring, cage and shaft, whose shares join the energies; `rolling` is the speed of balls that roll, over the ring's.
 inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, double time, double rolling,
                          const double *state, int balls, const RowPlaces &places, double *row) {
@@ -292,7 +294,7 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   if (b.cage != CageKind::none) {
     double rolls = rolling * ring[RING_SPEED];
     ring[CAGE_TURN] = e[CAGE_ANGLE], ring[CAGE_SPEED] = speed[CAGE_ANGLE];
-    ring[CAGE_SLIP] = rolls != 0.0 ? 1.0 - speed[CAGE_ANGLE] / rolls : 0.0;
+    ring[CAGE_SLIP] = std::fabs(rolls) > STANDING ? 1.0 - speed[CAGE_ANGLE] / rolls : 0.0;
     if (b.cage == CageKind::even) write_even_cage(bearing, b, e, state, balls, places, row);
     else write_pockets(bearing, b, e, state, balls, places, row);
     if (b.guided) write_land(b, e, balls, places, row);

@@ -80,11 +80,16 @@ def in_equilibrium(parameters) -> bool:
 
 
 def wants_cage(parameters) -> bool:
-    """True if balls that move have clearance on their way round, and their stepper moves a cage."""
-    if parameters.geometry.balls == 1 or parameters.solver.stepper not in COMMON_STEPS:
+    """True if balls that move have clearance on their way round."""
+    if parameters.geometry.balls == 1:
         return False
     dimension = dimension_of(parameters)
     return dimension == FREE_RING or (dimension == PRESCRIBED and leaves_raceway(parameters))
+
+
+def moves_no_cage(parameters) -> bool:
+    """True if a cage is wanted that the scene's stepper cannot move."""
+    return parameters.solver.stepper not in COMMON_STEPS and wants_cage(parameters)
 
 
 def without_friction(parameters) -> bool:
