@@ -56,6 +56,24 @@ def test_damaged_raceways_are_named_and_their_lines_found(capsys, tmp_path):
         assert line["off"] == pytest.approx(line["found_hz"] / line["expected_hz"] - 1.0, abs=1e-9)
 
 
+def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(capsys, tmp_path):
+    # BPFO and the sidebands of BPFI lie next to three and four orders
+    times = np.arange(int(5.0 * RATE)) / RATE
+    for bearing, rpm, part, order in (
+        ("6205", 2400, "outer", 3.58),
+        ("6203", 1500, "inner", 4.96),
+        ("6308", 1797, "inner", 4.97),
+    ):
+        shaft = rpm / 60.0
+        since = times * order * shaft % 1.0 / (order * shaft)  # the last blow, which rings at 3 kHz
+        load = 1.0 + 0.8 * (part == "inner") * np.cos(2.0 * np.pi * shaft * times)
+        blows = 5.0 * load * np.exp(-800.0 * since) * np.sin(2.0 * np.pi * 3000.0 * since)
+        made = saved(tmp_path, blows + np.random.default_rng(1).standard_normal(len(times)))
+        found = spectrum(capsys, made, "--bearing", bearing, "--speed", f"{rpm}rpm")
+        assert (found["verdict"], found["by_order"]) == (part, False), bearing
+        assert found["shaft_hz"] == pytest.approx(shaft, rel=2e-3), bearing
+
+
 def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(capsys, tmp_path):
     healthy = [{"seed": seed, "shaft_lines": lines} for seed in range(10, 14) for lines in (0.0, 1.0, 20.0)]
     for made in (*healthy, {"wander": 0.02}, {"damage": "outer", "strength": 0.05}):

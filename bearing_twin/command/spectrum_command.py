@@ -50,7 +50,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.vibration.envelope import spectrum_of
 
     if speed and arguments.speed.strip()[-1] in "0123456789.":
-        say(f"--speed {arguments.speed} is in rad/s, {30.0 / math.pi * speed:.6g} rpm; write 1750rpm for other units")
+        rpm = 30.0 / math.pi * speed
+        say(f"--speed {arguments.speed} is in rad/s, {rpm:.6g} rpm; if it is meant in rpm, give {arguments.speed}rpm")
     with progress(f"reading {arguments.file}"):
         record = read_record(arguments.file, arguments.key, rate, arguments.topic, arguments.run)
         speed = record.speed if speed is None else speed

@@ -203,10 +203,12 @@ class _Lines:
         self.width = 2.0 * rate / length  # to the first zero of a line
         self.apart = self.level.copy()  # without the shaft's own lines
         self.apart[np.abs(self.orders - np.rint(self.orders)) < self.width] = 0.0
+        around = ndimage.maximum_filter1d(self.level, 2 * round(0.5 * self.width / self.step) + 1)
+        self.tops = np.where(self.level == around, self.level, 0.0)  # no flanks, on which a line is off its place
 
     def comb(self, orders: np.ndarray, harmonics=HARMONICS, apart: bool = True) -> np.ndarray:
         """Levels [dB] (harmonic, order) of the harmonics of these orders."""
-        level = ndimage.maximum_filter1d(self.apart if apart else self.level, 3)
+        level = ndimage.maximum_filter1d(self.apart if apart else self.tops, 3)
         place = np.rint(np.outer(harmonics, orders) / self.step).astype(int)
         return level[np.minimum(place, self.count - 1)]
 
@@ -237,13 +239,18 @@ def _best(lines: _Lines, order: float, slower: float, faster: float, harmonics=H
 SHAFT_HARMONICS = (1, 2, 3, 4)
 
 
+def _of_shaft(levels) -> bool:
+    """Whether lines at these levels [dB] are the shaft's: the first and another; near 3 and 4 orders are raceways'."""
+    return bool(levels[0] > LEAST_LINE and np.sum(levels > LEAST_LINE) >= 2)
+
+
 def _refined(signals, shaft: float) -> float:
     """Speed of the shaft [Hz] by its lines in the record or in its envelope; as given where there are none."""
     found = []
     for values, rate in signals:
         lines = _Lines(values, rate / shaft, 4.5, turns=4 * LENGTH)
         order, levels, mean = _best(lines, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False)
-        if np.sum(levels > LEAST_LINE) >= 2 and mean > LEAST_LINE:
+        if _of_shaft(levels) and mean > LEAST_LINE:
             highest = max(k for k, level in zip(SHAFT_HARMONICS, levels, strict=True) if level > LEAST_LINE)
             found.append((mean, lines.peak(order * highest)[0] / highest))
     return shaft * max(found, default=(0.0, 1.0))[1]
@@ -374,13 +381,14 @@ def _speed(bands: _Bands, envelope, shaft: float):
     if course is None or np.ptp(course[1]) < 2e-3 * refined:
         return refined, None
 
-    def sharpness(resampled) -> float:
+    def sharpest(resampled):
         lines = (_Lines(values, rate, 4.5) for values, rate in resampled)
-        return max(_best(one, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False)[2] for one in lines)
+        found = (_best(one, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False) for one in lines)
+        return max(found, key=lambda best: best[2])
 
-    steady = sharpness((values, rate / refined) for values, rate in signals)
-    followed = sharpness(_by_angle(values, rate, *course) for values, rate in signals)
-    if followed < steady + 3.0:
+    steady = sharpest((values, rate / refined) for values, rate in signals)
+    followed = sharpest(_by_angle(values, rate, *course) for values, rate in signals)
+    if not _of_shaft(followed[1]) or followed[2] < steady[2] + 3.0:
         return refined, None
     at = np.linspace(0.0, bands.seconds, 1000)
     return float(np.mean(np.interp(at, *course))), course
