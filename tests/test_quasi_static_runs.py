@@ -86,7 +86,7 @@ def test_friction_carries_the_gyroscopic_moment_and_every_ball_is_in_balance():
 
 
 def test_the_rig_under_load_is_in_balance_at_every_output():
-    report, values = whole("bearing_6203_rig_1000N", QUASI_STATIC, "run.duration=0.2")
+    report, values = whole("bearing_6203_rig_1000N", QUASI_STATIC, "rings.inner.mass=0", "run.duration=0.2")
     assert report.stepper == "quasi_static"
     assert report.status == "done"
     assert values["inner_ring_force"] == pytest.approx(np.tile([0.0, 1000.0, 0.0], (201, 1)), abs=1e-6)
@@ -351,6 +351,14 @@ def test_a_study_asks_equilibria_like_any_other_model(quick_workers):
     assert greatest[0] * 1.005 < mean < greatest[1] * 0.995
 
 
+def test_the_weight_of_a_ring_with_mass_loads_the_bearing():
+    simulation = Simulation(load_scene("bearing_6203_rig_1000N", [QUASI_STATIC, "rings.inner.mass=50"]))
+    for load in (1000.0, 300.0):
+        carried = simulation.advance(2).values["inner_ring_force"][-1]
+        assert carried == pytest.approx([0.0, load + 50.0 * 9.80665, 0.0], abs=1e-6)
+        simulation.set_load([0.0, -300.0, 0.0], [0.0, 0.0, 0.0])
+
+
 def test_a_commanded_speed_is_followed():
     simulation = Simulation(load_scene("bearing_6203_rig_400N", [QUASI_STATIC]))
     simulation.advance(11)
@@ -360,7 +368,7 @@ def test_a_commanded_speed_is_followed():
     assert block.values["inner_ring_speed"][-1] == 250.0
     gone, turned = np.diff(block.values["orbit_angle"][:, 0]), np.diff(block.values["inner_ring_angle"])
     assert gone == pytest.approx(0.5 * (1.0 - 6.75 / 28.55) * turned, rel=1e-6)
-    assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0, rel=1e-9)
+    assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0 + 0.5 * 9.80665, rel=1e-9)
     simulation.reset()
     assert simulation.advance(1).values["inner_ring_speed"][0] == 157.0796
 

@@ -250,10 +250,9 @@ def weighed_support(parameters, loads=None) -> Support:
     """
     found, ring, cage = support_of(parameters), parameters.rings.inner, parameters.cage
     acting, gravity = np.array(found.loads if loads is None else loads, float), np.array(parameters.gravity, float)
-    if dimension_of(parameters) == FREE_RING:
-        acting[:3] += ring.mass * gravity
-        if moving_centre(parameters) and cage.guidance == INNER_LAND:
-            acting[:2] += cage.mass * gravity[:2]
+    acting[:3] += ring.mass * gravity
+    if dimension_of(parameters) == FREE_RING and moving_centre(parameters) and cage.guidance == INNER_LAND:
+        acting[:2] += cage.mass * gravity[:2]
     return found._replace(loads=tuple(np.where(found.free, acting, 0.0).tolist()))
 
 

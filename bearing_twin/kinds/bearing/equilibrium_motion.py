@@ -21,8 +21,8 @@ from bearing_twin.kinds.bearing.equilibrium import (
     controlled,
     limits_used,
     setting_of,
-    support_of,
     weighed_solver,
+    weighed_support,
 )
 from bearing_twin.kinds.bearing.friction_torque import contact_losses
 from bearing_twin.kinds.bearing.lubricant import lubricated
@@ -165,7 +165,7 @@ class QuasiStaticMotion(CommandedBearing):
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.law = parameters, choice.law
         self.setting = setting_of(parameters, choice.law, parameters.drive.speed)
-        self.support = support_of(parameters)
+        self.support = weighed_support(parameters)
         azimuths = azimuths_of(parameters.geometry.balls, 0.0)
         solver = weighed_solver(parameters, self.setting, azimuths)
         self._start = controlled(parameters, solver, self.support)
@@ -211,7 +211,8 @@ class QuasiStaticMotion(CommandedBearing):
 
         They are taken as `check_load` let them pass.
         """
-        self.loads = self.support.loads if force is None else (*map(float, force), *map(float, moment))[:5]
+        given = None if force is None else (*map(float, force), *map(float, moment))[:5]
+        self.loads = weighed_support(self.parameters, given).loads
 
     def take_records(self) -> dict[str, np.ndarray]:
         """None: the outputs of a bearing say all."""
