@@ -327,6 +327,8 @@ def test_nothing_is_overwritten(tmp_path, name):
         write_log(run, path)
     with pytest.raises(LogError, match=r"the folder .*nowhere for the log does not exist"):
         write_log(run, tmp_path / "nowhere" / name)
+    with pytest.raises(LogError, match="export"):
+        write_log(run, tmp_path / "table.csv")
     with pytest.raises(LogError, match="must be a folder"):
         LogWriter(tmp_path / "split.mcap", SCENE, safety=Safety(split_seconds=1.0))
     assert path.read_text() == "precious"

@@ -149,6 +149,11 @@ BAD = {  # what is wrong: the arrays of a file, options, a word of the sentence
     "no speed": ({"x": record(seconds=5)}, ("--bearing", "6205", "--rate", "12kHz"), "speed"),
     "no bearing": ({"x": record(seconds=5)}, ("--speed", "1770rpm", "--rate", "12kHz"), "bearing"),
     "no rate": ({"x": record(seconds=5)}, BEARING, "rate"),
+    "rate against times": (
+        {"x": record(seconds=5), "time": np.arange(60_000) / 12e3},
+        (*BEARING, "--rate", "10kHz"),
+        "12000 Hz",
+    ),
     "rate too low": ({"x": record(seconds=5)[::10]}, (*BEARING, "--rate", "1200"), "at least"),
     "too short": ({"x": record(seconds=0.5)}, (), "turns"),
     "standing": ({"x": record(seconds=5)}, ("--bearing", "6205", "--speed", "0", "--rate", "12kHz"), "above zero"),

@@ -64,6 +64,27 @@ def test_overrides_reach_the_study_its_inputs_and_its_scene():
     assert [one.key for one in parse_study(PLAIN, "s", [f"inputs={other}"]).inputs] == ["first.radius"]
 
 
+def test_values_of_an_input_may_have_its_unit():
+    for texts, numbers in (
+        (
+            {"distribution": "uniform", "low": "19 mm", "high": "1.91cm"},
+            {"distribution": "uniform", "low": 19e-3, "high": 1.91e-2},
+        ),
+        ({"know": {"low": "19 mm", "high": 0.0191}}, {"know": {"low": 19e-3, "high": 0.0191}}),
+        (
+            {"distribution": "empirical", "values": ["19mm", 0.02]},
+            {"distribution": "empirical", "values": [0.019, 0.02]},
+        ),
+    ):
+        written, plain = (parse_study({**PLAIN, "inputs": {"first.radius": one}}, "s") for one in (texts, numbers))
+        assert written == plain
+        assert written.inputs[0].mean == pytest.approx(plain.inputs[0].mean, rel=1e-12)
+    assert "'19 kg'" in refusal({"inputs": {"first.radius": {"distribution": "fixed", "value": "19 kg"}}})
+    swelling = {"distribution": "normal", "mean": 300.0, "std": "5 °C"}
+    heated = {"scene": "6205", "quantities": ["cage_speed"], "inputs": {"temperature": swelling}}
+    assert "std" in refusal(heated)
+
+
 def test_another_scene_by_override_is_read_before_its_keys_are():
     study = parse_study(
         {**PLAIN, "inputs": {"sphere.radius": {"distribution": "uniform", "low": 0.009, "high": 0.011}}},

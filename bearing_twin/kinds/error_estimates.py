@@ -96,6 +96,7 @@ class ModelErrors:
 
     in_stretches = False  # blocks may hold many outputs
     outputs: tuple[str, ...] = ()
+    law_mend = HERTZ_MENDS
 
     def __init__(self, parameters, choice: Choice):
         self.parameters, self.choice = parameters, choice
@@ -131,7 +132,7 @@ class ModelErrors:
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
         outputs = {name: (ModelError(LAW, *self.law_of(name)),) for name in self.outputs}
-        return Errors(found, outputs=outputs, notes=self.notes(), mends={LAW: HERTZ_MENDS})
+        return Errors(found, outputs=outputs, notes=self.notes(), mends={LAW: self.law_mend})
 
 
 class UnknownErrors(ModelErrors):

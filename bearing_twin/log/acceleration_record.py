@@ -98,14 +98,23 @@ def _mat_columns(path: Path) -> dict[str, np.ndarray]:
 _TABLES = {".csv": _csv_columns, ".txt": _csv_columns, ".npz": _npz_columns, ".mat": _mat_columns}
 
 
+TIMES_OFF = 0.01  # of a rate that is given beside times
+
+
 def _record_of(path: Path, columns: dict[str, np.ndarray], key: str | None, rate: float | None) -> Record:
     numbers = {name: np.ravel(one) for name, one in columns.items() if one.dtype.kind in "fiu"}
     rows = {name: one for name, one in numbers.items() if len(one) >= 16}
     times = {name: one for name, one in rows.items() if _time_factor(name)}
     name = _named(path, key, [one for one in rows if one not in times and one.lower() not in COUNTERS])
     samples = rows[name]
-    if rate is None and (clock := next((one for one in times if len(times[one]) == len(samples)), None)):
-        rate = _even_rate(times[clock] * _time_factor(clock))
+    if clock := next((one for one in times if len(times[one]) == len(samples)), None):
+        seconds = times[clock] * _time_factor(clock)
+        span = float(seconds[-1] - seconds[0])
+        if rate is None:
+            rate = _even_rate(seconds)
+        elif span > 0.0 and abs(rate * span / (len(seconds) - 1) - 1.0) > TIMES_OFF:
+            told = (len(seconds) - 1) / span
+            raise BearingTwinError(f"the times in {path} are those of {told:.6g} Hz, not {rate:g} Hz; leave --rate out")
     if rate is None:
         said = (float(one[0]) for word, one in numbers.items() if word.lower() in RATES and len(one) == 1)
         rate = next(said, None)

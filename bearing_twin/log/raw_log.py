@@ -457,9 +457,17 @@ class RawLogWriter:
                 self._folder.rmdir()
 
 
+NO_LOGS = (".csv", ".txt", ".json", ".parquet", ".nc", ".html", ".png", ".yaml", ".db3")
+
+
 def refuse_existing(path) -> None:
     """Raises LogError if a log cannot be made at `path` because something is there, or its folder is missing."""
     path = path_of(path)
+    if path.suffix.lower() in NO_LOGS:
+        raise LogError(
+            f"{path} would be a log, which is an .mcap file or a bag folder without a suffix; `bearing_twin export` "
+            "makes tables of a log"
+        )
     if path.exists() or path.is_symlink():
         raise LogError(f"{path} exists and is not overwritten; give another name or remove it first")
     if not path.parent.is_dir():

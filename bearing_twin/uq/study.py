@@ -14,6 +14,7 @@ from scipy.stats.distributions import rv_frozen
 from bearing_twin.base.errors import SceneError, StudyError
 from bearing_twin.base.messages import is_text
 from bearing_twin.base.parameters import choice, echo, plain, quantity, read, read_number, section, unknown
+from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.run.scene import Scene, listed_overrides, open_scene, parse_scene
 from bearing_twin.uq.distributions import as_mapping
@@ -422,6 +423,7 @@ def _inputs(table, kind, problems):
         try:
             checked_key(kind, key)
             value, more = _split(key, value, kind)
+            value = _in_si(value, numeric_keys(kind)[key].unit)
             one = read_input(key, value)
             for target in (key, *more):
                 if target in taken:
@@ -436,6 +438,20 @@ def _inputs(table, kind, problems):
         if more:
             also[key] = more
     return inputs, given, also
+
+
+IN_THE_INPUTS_UNIT = "low", "high", "mean", "std", "mode", "value", "values", "x", "loc", "scale", "know"
+
+
+def _in_si(given, unit: str):
+    """What is said of an input, with texts such as 5um in SI; but no deviation of a temperature."""
+    if isinstance(given, str):
+        value = si_value(given, unit)
+        return given if value is None else value
+    if isinstance(given, Mapping):
+        words = [word for word in IN_THE_INPUTS_UNIT if not (word == "std" and unit == "K")]
+        return {word: _in_si(one, unit) if word in words else one for word, one in given.items()}
+    return [_in_si(one, unit) for one in given] if isinstance(given, (list, tuple)) else given
 
 
 def _split(key, given, kind):

@@ -251,8 +251,8 @@ def _refined(signals, shaft: float) -> float:
         lines = _Lines(values, rate / shaft, 4.5, turns=4 * LENGTH)
         order, levels, mean = _best(lines, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False)
         if _of_shaft(levels) and mean > LEAST_LINE:
-            highest = max(k for k, level in zip(SHAFT_HARMONICS, levels, strict=True) if level > LEAST_LINE)
-            found.append((mean, lines.peak(order * highest)[0] / highest))
+            by_each = [lines.peak(k * order)[0] / k for k in SHAFT_HARMONICS if levels[k - 1] > LEAST_LINE]
+            found.append((mean, [one for one in by_each if abs(one - by_each[0]) < 0.7 * lines.step][-1]))
     return shaft * max(found, default=(0.0, 1.0))[1]
 
 

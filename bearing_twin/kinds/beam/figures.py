@@ -223,6 +223,7 @@ class BeamModelErrors(ModelErrors):
     """Euler's beam against Timoshenko's."""
 
     outputs = ("peaks", "forces")
+    law_mend = "beam.theory: timoshenko knows shear and rotary inertia"
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Of Euler's beam against Timoshenko's; that of Timoshenko's is not known."""
@@ -240,7 +241,7 @@ class BeamModelErrors(ModelErrors):
         tried = trial(self.parameters)
         peaks = max(tried.of_peak, tried.of_time)
         off = peaks if output == "peaks" else max(peaks, shear_error_of_forces(self.parameters))
-        return off, "beam.theory: timoshenko knows shear and rotary inertia"
+        return off, self.law_mend
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""

@@ -183,7 +183,7 @@ def _draw_contacts(axes, angles, sample, scene):
         where = touching + (-0.14, 0.14)[raceway]
         for name, fill in (("semi_major", colour), ("semi_minor", "white")) if details else ():
             label = f"{RACEWAYS[raceway]}, {name.removeprefix('semi_')}"
-            look = {"ms": size, "mec": colour, "mew": 1.6, "mfc": fill, "label": label}
+            look = {"ms": size, "mec": colour, "mew": 1.6, "mfc": fill, "label": label, "clip_on": False}
             axes.plot(where, details[name][touching, raceway] * 1e6, "o", **look)
         angles.plot(where, degrees[touching, raceway], "o", ms=size, mec=colour, mfc=colour)
     heading(axes, "Contacts", up="semi-axis [µm]")

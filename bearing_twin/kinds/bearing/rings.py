@@ -183,7 +183,9 @@ class InnerRing:
     free: str = choice(
         "auto", ("auto", *FREE), "coordinates that follow the loads; auto = displacement with a load, all with a moment"
     )
-    mass: float = quantity(0.0, "kg", "of the ring and what turns with it; it weighs, and moves with model.dimension: free", at_least=0.0)
+    mass: float = quantity(
+        0.0, "kg", "of the ring and what turns with it; it weighs, and moves with model.dimension: free", at_least=0.0
+    )
     inertia: tuple[float, float] = quantity(
         (0.0, 0.0), "kg m^2", "of the same about a diameter, and about its axis", at_least=0.0
     )
