@@ -322,3 +322,11 @@ def test_the_table_says_what_holds_tilts_and_which_lubricant_it_is(capsys):
     assert "grease, VG100, 40 °C, 101 mm²/s" in " ".join(held.split())
     assert cli.main([*words, "--moment", "0,0"]) == 0
     assert "tilts are held" not in capsys.readouterr().out
+
+
+def test_an_exact_law_has_no_row_of_errors(capsys):
+    for law, told in (("hertz", False), ("volumetric", True)):
+        words = ["bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}"]
+        assert cli.main(words) == 0
+        out = capsys.readouterr().out
+        assert ("elastic law " in out, "half-spaces " in out) == (told, True), law

@@ -95,13 +95,15 @@ SOURCES = {
     "first_order_tilt": "tilt of first order",
 }
 
+ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals are taken to 1e-10
+
 
 def _model_errors(result):
     """One line a source: what it makes of the greatest load, the greatest angle and the place of the ring."""
     lines = []
     for source, words in SOURCES.items():
         off = result["model_errors"].get(source)
-        if not off:
+        if not off or (source == "law" and off["normal_load_n"] <= ROUNDING * max(result["normal_load_outer_n"])):
             continue
         load, angle = _rounded(off["normal_load_n"]), _rounded(_DEGREE * off["contact_angle_rad"])
         moved = _rounded(1e6 * math.hypot(*off["ring_displacement_m"]))
