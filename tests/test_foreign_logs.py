@@ -408,6 +408,11 @@ def test_what_means_ill_is_refused_for_what_it_is_and_soon(what, tmp_path, capsy
     assert said in str(error.value)
 
 
+def test_a_file_that_has_no_end_is_refused_by_its_name():
+    with pytest.raises(LogError, match="/proc/self/mem cannot be read"):
+        read_log("/proc/self/mem")
+
+
 def test_an_index_that_points_far_outside_is_damage(tmp_path):
     """Of two chunks that overlap in time, so that they are looked up by their places."""
     far = ChunkIndex(0, 1 << 63, "", 0, 9, 0, {}, 0, 0)

@@ -192,6 +192,7 @@ def test_a_key_of_an_earlier_version_is_refused_with_its_new_name(kind):
         (["geometry.outer_conformity=3.0"], "must be below 2.61"),
         (["solver.tolerance=1e-11"], "is less than double precision gives in a bearing"),
         (["wanted.tolerance=1e-14"], "at least 1e-10"),
+        (["ratings.dynamic=1e-300"], "too small, below 1e-09"),
         (["geometry.radial_clearance=-2e-4"], "between -0.00013492 and 0.0006746"),
         (["geometry.radial_clearance=1e-3"], "geometry.radial_clearance"),
         (["drive.offset=[1e-4, 1e-4, 0]"], "its length must be below 0.00013192"),

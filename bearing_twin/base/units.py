@@ -84,7 +84,7 @@ UNITS = {  # by the symbol that declarations use
     "1/K": Unit("per_k", "1/K", greatest=1.0),
     "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
     "W": Unit("w", "W", ALL),
-    "N": Unit("n", "N", ALL, greatest=1e12),
+    "N": Unit("n", "N", ALL, least=1e-9, greatest=1e12),
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
     "1/Pa": Unit("per_pa", "1/Pa", least=1e-12, greatest=1e-3),

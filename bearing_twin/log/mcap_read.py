@@ -149,10 +149,11 @@ class McapReader:
         self._whole = False  # whether the end of the data was read
         try:
             self._stream: BinaryIO = self.path.open("rb")
-        except OSError as error:
+            self._size = self._stream.seek(0, io.SEEK_END)
+            head = self._at(0, len(MAGIC))
+        except OSError as error:  # files below /proc open, and may have no end to seek
             raise LogError(f"{path} cannot be read ({error.strerror}); give the path of a log") from error
-        self._size = self._stream.seek(0, io.SEEK_END)
-        if self._at(0, len(MAGIC)) != MAGIC:
+        if head != MAGIC:
             self._stream.close()
             reason = "is empty" if self._size == 0 else "is not an MCAP file"
             raise LogError(f"{path} {reason}; give a log written by bearing_twin or `ros2 bag record -s mcap`")
