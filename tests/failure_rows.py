@@ -323,7 +323,7 @@ FAILURES = (
         "its greatest error over all motions is reported with each figure",
         f"simulate bearing_6203_fast --set contact.friction=spot {SHORT}",
         0,
-        "contact.friction = spot errs by",
+        "contact.friction = spot has an error of",
         "friction",
     ),
 )

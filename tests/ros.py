@@ -106,7 +106,7 @@ def executable(executor, name, *words, **environment):
 def started(executor, node_class, **parameters):
     """A node of the package with these parameters, in the executor.
 
-    A sim_node that is told no scene asks for it by a node in the namespace of every kind: here it is told its own.
+    A sim_node without a scene asks for it by a node in the namespace of every kind: here it is given its own.
     """
     if node_class.__name__ == "SimNode":
         parameters.setdefault("scene", "bearing_6203")

@@ -221,8 +221,8 @@ def test_the_long_axis_of_an_ellipse_lies_across_the_groove_in_message_and_marke
     assert np.abs(first[..., 2]).min() > 0.9  # nearly along the bearing's axis
     contacts = first_message(scene, block, cdr.CONTACTS)
     rows = first[..., 0].size  # ball after ball, inner before outer; behind them balls with their neighbours
-    told = contacts.major_axis.reshape(-1, 3)[:rows].reshape(first.shape)
-    assert np.abs(np.einsum("krv,krv->kr", told, first)) == pytest.approx(1.0, abs=1e-6)
+    reported = contacts.major_axis.reshape(-1, 3)[:rows].reshape(first.shape)
+    assert np.abs(np.einsum("krv,krv->kr", reported, first)) == pytest.approx(1.0, abs=1e-6)
     semi_major, semi_minor = (axis[:rows].reshape(-1, 2) for axis in (contacts.semi_major, contacts.semi_minor))
     assert np.all(semi_major > 5.0 * semi_minor)
     [outline] = [m for m in first_message(scene, block, cdr.MARKERS).markers if m.ns == "contact_ellipses"]

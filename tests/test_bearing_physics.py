@@ -515,7 +515,7 @@ def _speed_after(tolerance, first_steps, common=False):
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
 def test_no_landing_is_missed_by_chance(tolerance):
-    """Without `stepping/landings` one of 384 is off by some hundred times what a step may err by."""
+    """Without `stepping/landings` one of 384 is wrong by some hundred times what a step may err by."""
     exact = _speed_after(1e-9, np.full(8, 1e-6))[0][0]
     assert -THROWN < exact < -0.5 * THROWN
     first_steps = 1e-6 * 10.0 ** np.random.default_rng(1).uniform(-1.0, 1.0, (BOUNCES, 8))

@@ -355,5 +355,5 @@ def test_fault_frequencies_have_the_error_of_pitch_circle_and_balls():
     ratio = 7.94 / 39.04
     wanted = {"bpfo": 4.5 * (1.0 - ratio), "bpfi": 4.5 * (1.0 + ratio), "ftf": 0.5 * (1.0 - ratio)}
     for name, value in wanted.items():
-        off, told = abs(found["fault_frequencies_hz"][name] - value), found["fault_frequencies_hz_error"][name]
-        assert off < told < 0.02 * value
+        off, reported = abs(found["fault_frequencies_hz"][name] - value), found["fault_frequencies_hz_error"][name]
+        assert off < reported < 0.02 * value

@@ -131,6 +131,6 @@ def test_shares_of_the_variance_of_a_product_of_lognormals(tmp_path):
         first = math.expm1(spread**2) / math.expm1(whole)
         total = 1.0 - math.expm1(whole - spread**2) / math.expm1(whole)
         for kind, exact in (("first", first), ("total", total)):
-            told = found[name][kind]
-            assert told["low"] - 0.003 <= exact <= told["high"] + 0.003
-            assert told["value"] == pytest.approx(exact, abs=0.01)
+            reported = found[name][kind]
+            assert reported["low"] - 0.003 <= exact <= reported["high"] + 0.003
+            assert reported["value"] == pytest.approx(exact, abs=0.01)

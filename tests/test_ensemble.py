@@ -237,8 +237,8 @@ def test_realisations_that_fail_are_counted_with_their_reason(quick_workers):
 
 
 def test_a_law_that_cannot_store_the_energy_fails_by_name():
-    told = {"distribution": "uniform", "low": 1e4, "high": 1e6}
-    soft = {**ENSEMBLE, "scene": "two_discs", "inputs": {"disc.material.young_modulus": told}}
+    reported = {"distribution": "uniform", "low": 1e4, "high": 1e6}
+    soft = {**ENSEMBLE, "scene": "two_discs", "inputs": {"disc.material.young_modulus": reported}}
     result = run(soft, ["motion.first_velocity=30", "solver.allow_invalid=on"])
     (reason,) = result.as_dict()["failed"]
     assert "cannot store the energy" in reason
@@ -299,29 +299,33 @@ def test_a_change_of_variable_that_does_not_fit_is_refused(changes, words):
 
 
 def test_progress_tells_the_estimate_and_the_seconds_left():
-    told = []
-    run(ENSEMBLE, ["samples=1000"], progress=told.append)
-    done = [one.done for one in told]
+    reported = []
+    run(ENSEMBLE, ["samples=1000"], progress=reported.append)
+    done = [one.done for one in reported]
     assert done == sorted(done)
-    assert done[-1] == told[-1].total == 1000
-    assert told[-1].seconds_left == 0.0
-    assert told[-1].half_width < told[len(told) // 2].half_width or np.isnan(told[0].half_width)
-    assert all(one.seconds_left >= 0.0 for one in told)
+    assert done[-1] == reported[-1].total == 1000
+    assert reported[-1].seconds_left == 0.0
+    assert reported[-1].half_width < reported[len(reported) // 2].half_width or np.isnan(reported[0].half_width)
+    assert all(one.seconds_left >= 0.0 for one in reported)
 
 
 def test_the_seconds_left_of_a_sweep_are_those_of_all_its_values():
-    told = []
-    run({**ENSEMBLE, "sweep": {"motion.first_velocity": [2.0, 5.0]}}, ["samples=200"], progress=told.append)
-    assert told[-1].done == told[-1].total == 600
-    assert all((one.seconds_left > 0.0) == (one.done < one.total) for one in told)
-    assert list(dict.fromkeys(one.at for one in told)) == ["", "motion.first_velocity = 2", "motion.first_velocity = 5"]
+    reported = []
+    run({**ENSEMBLE, "sweep": {"motion.first_velocity": [2.0, 5.0]}}, ["samples=200"], progress=reported.append)
+    assert reported[-1].done == reported[-1].total == 600
+    assert all((one.seconds_left > 0.0) == (one.done < one.total) for one in reported)
+    assert [*dict.fromkeys(one.at for one in reported)] == [
+        "",
+        "motion.first_velocity = 2",
+        "motion.first_velocity = 5",
+    ]
 
 
 def test_a_cancelled_study_keeps_what_is_done():
-    event, told = threading.Event(), []
+    event, reported = threading.Event(), []
 
     def watch(one):
-        told.append(one)
+        reported.append(one)
         if one.done >= 300:
             event.set()
 
@@ -390,16 +394,16 @@ def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories
 def test_what_is_told_of_as_done_has_been_kept(which, monkeypatch, quick_workers):
     """So a node that is ended after its first feedback leaves a log of it."""
     monkeypatch.setattr("bearing_twin.uq.workers.HANDED_OVER", 0.0)
-    kept, told = [0], []
+    kept, reported = [0], []
     study = ENSEMBLE if which == "closed" else {**LOSSY, "sampler": "latin_hypercube", "samples": 32, "workers": 1}
     result = run(
         study,
-        progress=lambda one: told.append((one.done, kept[0])),
+        progress=lambda one: reported.append((one.done, kept[0])),
         keep=lambda values, *_: kept.append(kept.pop() + len(values)),
     )
-    assert told
-    assert all(done <= here for done, here in told)
-    assert told[-1][0] == kept[0] == len(result.status)
+    assert reported
+    assert all(done <= here for done, here in reported)
+    assert reported[-1][0] == kept[0] == len(result.status)
 
 
 def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
@@ -419,16 +423,16 @@ def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
 
 
 def test_an_exception_in_between_leaves_no_process(quick_workers):
-    told = []
+    reported = []
 
     def tell(_):
-        told.append(children())
+        reported.append(children())
         raise ZeroDivisionError
 
     short = parse_study(LONG_RUN, "s", ["set=[run.duration=0.01]"])
     with pytest.raises(ZeroDivisionError), Ensemble(task_of(short), 1, "processes", lambda: False) as ensemble:
         ensemble.evaluate(np.full((8, 1), 1e-5), tell)
-    assert len(told[0]) == 1
+    assert len(reported[0]) == 1
     assert children() == []
 
 

@@ -96,10 +96,10 @@ def test_it_is_what_the_command_and_the_run_of_the_scene_find(capsys):
     for i, j in np.ndindex(2, 2):
         words = "--load", "100,-700,200", "--moment", "0.5,-1", "--clearance", repr(clearance[i, 0].item())
         cli.main(["bearing", RIG, *words, "--speed", repr(speed[j].item()), "--json"])
-        told = json.loads(capsys.readouterr().out)
-        assert found.displacement[i, j, :3] == pytest.approx(told["ring_displacement_m"], rel=1e-9)
-        assert found.ball_load[i, j, :, 0] == pytest.approx(told["normal_load_inner_n"], rel=1e-9)
-        assert found.stiffness[i, j] == pytest.approx(np.array(told["stiffness"]), rel=1e-9, abs=1e-3)
+        reported = json.loads(capsys.readouterr().out)
+        assert found.displacement[i, j, :3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
+        assert found.ball_load[i, j, :, 0] == pytest.approx(reported["normal_load_inner_n"], rel=1e-9)
+        assert found.stiffness[i, j] == pytest.approx(np.array(reported["stiffness"]), rel=1e-9, abs=1e-3)
     changed = ["gravity=[0,0,0]", "model.dimension=quasi_static", "rings.inner.load=[0,-700,200]", "run.duration=1e-3"]
     scene = load_scene(RIG, changed)
     sample = next(iter(simulate(scene).blocks())).values

@@ -95,10 +95,10 @@ def test_slow_balls_that_do_not_fall_keep_their_tolerance():
 def test_a_run_so_slow_that_loose_balls_fall_says_so(overrides, falls):
     parameters = load_scene(RIG, ["drive.speed=50", *overrides]).parameters
     choice = choose(parameters)
-    told = [one for one in choice.warnings if "fall off the outer raceway" in one]
-    assert bool(told) is falls
-    if told:  # below the speed at which a ball that rolls needs its weight to stay on its way round
-        geometry, limit = parameters.geometry, float(re.match(r"below (\S+) rad/s", told[0])[1])
+    reported = [one for one in choice.warnings if "fall off the outer raceway" in one]
+    assert bool(reported) is falls
+    if reported:  # below the speed at which a ball that rolls needs its weight to stay on its way round
+        geometry, limit = parameters.geometry, float(re.match(r"below (\S+) rad/s", reported[0])[1])
         orbit = cage_speed(limit, geometry.ball_diameter, geometry.pitch_diameter)
         assert orbit**2 * 0.5 * geometry.pitch_diameter == pytest.approx(9.80665, rel=1e-2)
     assert ("hopping balls" in mend_of_method(parameters, choice)) is falls

@@ -42,7 +42,7 @@ NOISE = {  # figures that are read where a curve is flat, or of one node: their 
 
 
 def ratios(scene, always, tolerances, exact, ignored=()):
-    """Estimated over true errors of all figures that are off by more than the reference can tell."""
+    """Estimated over true errors of all figures that are wrong by more than the reference can tell."""
     true, found = reported(scene, *always, *exact, ALONE), []
     outputs = [word for word in exact if "outputs" in word]
     for tolerance in tolerances:
@@ -107,10 +107,10 @@ def test_what_is_left_out_of_an_impact_stands_beside_its_figures():
 
 def test_the_error_of_a_law_of_line_contact_holds_what_a_better_one_gives():
     other, johnson = (reported("two_discs", f"contact.normal={law}") for law in ("line", "johnson"))
-    told = other.errors["errors_by_source"]
+    stated = other.errors["errors_by_source"]
     for key in ("contact_duration_s", "peak_force_n"):
         apart = abs(other.figures[key] - johnson.figures[key])
-        assert 0.02 * other.figures[key] < apart < told[key]["law"] < 3.0 * apart
+        assert 0.02 * other.figures[key] < apart < stated[key]["law"] < 3.0 * apart
     assert other.errors["wanted_errors"]["peaks"]["model_errors"]["law"] > 0.02
 
 
@@ -160,9 +160,9 @@ def test_the_force_of_eulers_beam_after_a_second_touch_is_told_as_far_off_as_tim
         loads.append(np.concatenate([block.values["normal_load"] for block in run.blocks()]))
     off = np.abs(loads[0] - loads[1]).max() / loads[1].max()
     report = reported(DROP, *keys)
-    told = {name: one["model_errors"]["law"] for name, one in report.errors["wanted_errors"].items()}
+    stated = {name: one["model_errors"]["law"] for name, one in report.errors["wanted_errors"].items()}
     assert off > 0.5
-    assert 0.8 * off < told["forces"] < 1.25 * off
-    assert told["peaks"] < 0.1
+    assert 0.8 * off < stated["forces"] < 1.25 * off
+    assert stated["peaks"] < 0.1
     assert report.status == "doubtful: forces"
     assert reported(DROP, *keys, "wanted.outputs=peaks").status == "done"

@@ -369,9 +369,9 @@ def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkey
 
     monkeypatch.setattr(ShownStream, "write", refuse)
     assert main(["simulate", "two_spheres", "--plot", str(tmp_path / "a.png"), "--json"]) == BAD_INPUT
-    told, error = capsys.readouterr()
-    assert json.loads(told)["peak_force_n"] > 0.0
-    assert "plot" not in json.loads(told)
+    reported, error = capsys.readouterr()
+    assert json.loads(reported)["peak_force_n"] > 0.0
+    assert "plot" not in json.loads(reported)
     assert error.strip().endswith("bearing_twin: the disk is full")
 
 

@@ -1,4 +1,4 @@
-"""How a bearing in balance answers an error of its contact law: against equilibria of other moduli, and as told."""
+"""How a bearing in balance answers an error of its contact law: against equilibria of other moduli, and as reported."""
 
 import json
 
@@ -37,14 +37,14 @@ def test_the_response_is_the_derivative_of_equilibria_by_the_moduli(name, suppor
         shares *= (0.5, 0.0)
     response = response_of(solver, support, found, shares)
     touching = found.contacts.load > 0.0
-    for changed, told in (
+    for changed, reported in (
         (lambda one: one.contacts.load, response.loads),
         (lambda one: np.where(touching, one.contacts.angle, 0.0), response.angles),
         (lambda one: one.coordinates, response.coordinates),
         (lambda one: one.loads, response.ring_loads),
     ):
         slope = (changed(more) - changed(less)) / (2.0 * SMALL)
-        assert np.abs(told - slope).max() <= 0.02 * np.abs(slope).max() + 1e-4
+        assert np.abs(reported - slope).max() <= 0.02 * np.abs(slope).max() + 1e-4
 
 
 def answered(capsys, *words):
@@ -54,18 +54,18 @@ def answered(capsys, *words):
 
 def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(capsys):
     loaded = answered(capsys, "bearing_6203", "--load", "0,-1000,0")
-    told, wide = loaded["model_errors"]["half_space"], (max(loaded["semi_major_inner_m"]) / (0.5 * 6.75e-3)) ** 2
-    assert told["normal_load_n"] < 0.2 * wide * max(loaded["normal_load_inner_n"])
-    assert told["ring_force_n"] == [0.0, 0.0, 0.0]
-    assert 0.3 * wide < told["ring_displacement_m"][1] / 12.35e-6 < wide
-    assert told["ring_displacement_m"][::2] == [0.0, 0.0]  # where symmetry holds it, without what is rounding
+    reported, wide = loaded["model_errors"]["half_space"], (max(loaded["semi_major_inner_m"]) / (0.5 * 6.75e-3)) ** 2
+    assert reported["normal_load_n"] < 0.2 * wide * max(loaded["normal_load_inner_n"])
+    assert reported["ring_force_n"] == [0.0, 0.0, 0.0]
+    assert 0.3 * wide < reported["ring_displacement_m"][1] / 12.35e-6 < wide
+    assert reported["ring_displacement_m"][::2] == [0.0, 0.0]  # where symmetry holds it, without what is rounding
     y = f"0,{loaded['ring_displacement_m'][1]!r},0"
     held = answered(capsys, "bearing_6203", "--displacement", y)
-    told = held["model_errors"]["half_space"]
+    reported = held["model_errors"]["half_space"]
     assert held["normal_load_inner_n"] == pytest.approx(loaded["normal_load_inner_n"], rel=1e-6)
-    assert told["normal_load_n"] > 0.5 * wide * max(held["normal_load_inner_n"])
-    assert told["ring_displacement_m"] == [0.0, 0.0, 0.0]
-    assert 0.3 * wide < told["ring_force_n"][1] / 1000.0 < wide
+    assert reported["normal_load_n"] > 0.5 * wide * max(held["normal_load_inner_n"])
+    assert reported["ring_displacement_m"] == [0.0, 0.0, 0.0]
+    assert 0.3 * wide < reported["ring_force_n"][1] / 1000.0 < wide
 
 
 def test_what_a_law_is_off_by_is_told_as_the_other_law_finds_it(capsys):

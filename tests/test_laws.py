@@ -474,7 +474,7 @@ def load_errors(steps, law, **range_):
 
 @pytest.mark.parametrize("ratio", [0.999, 0.97, 0.9, 0.5, 0.1, 1e-3])
 def test_states_carried_over_a_short_way_are_those_solved_afresh(ratio):
-    """The differential version of eq. (8) and the equations of K and E: what a step errs by is of its fifth power."""
+    """The differential version of eq. (8) and the equations of K and E: the error of a step is of its fifth power."""
     ends = []
     for step in (1e-2, 5e-3):
         path = ratio * (1.0 - step * np.linspace(0.0, 1.0, 3))
@@ -497,7 +497,7 @@ def test_load_from_the_states_is_hertz(ratio):
 
 
 def test_unprojected_states_drift_without_end():
-    """Known failure: RK4 over 40 turns is off by more than 2 % at 16 steps a turn, and growing."""
+    """Known failure: RK4 over 40 turns is wrong by more than 2 % at 16 steps a turn, and growing."""
     coarse, fine = (load_errors(steps, "hertz_unprojected") for steps in (16, 64))
     assert coarse[1] > 0.02
     assert fine[1] > 1e-5

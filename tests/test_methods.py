@@ -98,7 +98,7 @@ def test_rosenbrock_methods_have_their_order_on_a_stiff_problem_with_a_known_sol
 
     errors = np.array([np.abs(end(steps) - exact(2.0)).max() for steps in (80, 160, 320)])
     assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(method.order, abs=0.15)
-    # An interpolant of order p errs by h^(p + 1) over one step.
+    # An interpolant of order p has an error of h^(p + 1) over one step.
     assert np.log2(inside(0.02) / inside(0.01)) > method.order - 0.15
 
 

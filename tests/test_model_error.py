@@ -77,11 +77,11 @@ def test_warnings_of_checked_realisations_alone_have_their_number():
     study = parse_study(LOOSE, "study")
     errors = RealisationErrors({name: {} for name in study.quantities}, {})
     found = empty(task_of(study), 3)._replace(
-        doubts={0: ("loads off by 0.2", "pressure 5 GPa"), 2: ("loads off by 0.3",)},
+        doubts={0: ("loads wrong by 0.2", "pressure 5 GPa"), 2: ("loads wrong by 0.3",)},
         errors=dict.fromkeys(range(3), errors),
     )
     notes = gathered(study, found, ["pressure 6 GPa"]).notes
-    assert notes == ["2 of 3 checked realisations: loads off by 0.2"]
+    assert notes == ["2 of 3 checked realisations: loads wrong by 0.2"]
 
 
 def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_model():
@@ -126,9 +126,9 @@ def test_without_checks_the_errors_are_not_known_and_that_is_said():
 def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
     result = run_study(parse_study({**SPHERES, "method": "change_of_variable", "quantities": ["peak_force"]}, "study"))
     assert not len(result.quantities)
-    told = result.summary["companions"]
-    assert (told["realisations"], told["failed"]) == (3, 0)
-    assert "5 and 95 %" in told["where"]
+    reported = result.summary["companions"]
+    assert (reported["realisations"], reported["failed"]) == (3, 0)
+    assert "5 and 95 %" in reported["where"]
     assert (
         0.0
         < result.summary["quantities"]["peak_force"]["error"]
@@ -167,8 +167,8 @@ def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():
     result = run_study(parse_study(torque, "study of the torque"))
     assert [one for one in result.doubts if one.startswith("drive_torque: the error of the model is")]
     assert not [one for one in result.doubts if one.startswith("greatest_ball_load:")]
-    (told,) = (one for one in result.doubts if one.startswith("drive_torque:"))
-    assert "mostly friction model: no sampling" in told
+    (reported,) = (one for one in result.doubts if one.startswith("drive_torque:"))
+    assert "mostly friction model: no sampling" in reported
     parts = result.summary["quantities"]["drive_torque"]["errors_by_source"]
     assert parts["friction_model"] > 100.0 * parts["method"] > 0.0
     assert "film" in result.summary["companions"]["errors_unknown"]
@@ -178,9 +178,9 @@ def test_log_and_page_tell_the_same(tmp_path):
     result = run_study(load_study("discs_small_10", ["samples=40"]))
     path = write_study(result, tmp_path / "study.mcap")
     assert json.loads(json.dumps(read_study(path).summary)) == json.loads(json.dumps(result.summary))
-    told = list(model_error_sentences(result.summary))
+    reported = list(model_error_sentences(result.summary))
     page = document_of_study(result)
-    assert set(told) <= set(page["errors"])
+    assert set(reported) <= set(page["errors"])
     rows = {row["words"]: row for row in page["statistics"][0]["rows"]}
     assert float(rows["mean"]["error"]) > 0.0
     assert rows["standard deviation"]["error"] == ""

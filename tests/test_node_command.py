@@ -111,7 +111,7 @@ def toy():
 
 
 @pytest.fixture
-def told(toy, capsys):
+def answer(toy, capsys):
     def run(*words, code=cli.DONE):
         patience = ["--wait", "300"] if code == cli.DONE and "--wait" not in words else []  # of a busy machine
         assert cli.main(["node", *words, *patience]) == code, capsys.readouterr().err
@@ -121,34 +121,34 @@ def told(toy, capsys):
     return run
 
 
-def test_topics_are_read_timed_and_written(toy, told, capsys):
-    assert told("topic", "echo", "/toy/wrench", "--once", "--json", "--field", "wrench.force") == {
+def test_topics_are_read_timed_and_written(toy, answer, capsys):
+    assert answer("topic", "echo", "/toy/wrench", "--once", "--json", "--field", "wrench.force") == {
         "x": 2.5,
         "y": 0,
         "z": 0,
     }
-    assert told("topic", "echo", "/toy/wrench", "--once", "--field", "wrench.force.x") == "2.5\n---\n"
-    shown = told("topic", "echo", "/toy/scene", "--once")
+    assert answer("topic", "echo", "/toy/wrench", "--once", "--field", "wrench.force.x") == "2.5\n---\n"
+    shown = answer("topic", "echo", "/toy/scene", "--once")
     assert "\\e[31m" in shown
     assert "\x1b" not in shown
-    rate = told("topic", "hz", "/toy/wrench", "--count", "5", "--json")
+    rate = answer("topic", "hz", "/toy/wrench", "--count", "5", "--json")
     assert rate["messages"] == 5
     assert rate["least_period_s"] < 1.0 / rate["rate_hz"] < rate["greatest_period_s"]
-    assert told("topic", "bw", "/toy/wrench", "--count", "5", "--json")["greatest_bytes"] >= 48
-    told("topic", "pub", "--once", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}")
+    assert answer("topic", "bw", "/toy/wrench", "--count", "5", "--json")["greatest_bytes"] >= 48
+    answer("topic", "pub", "--once", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}")
     until(lambda: toy)
     assert toy == [250.0]
     assert cli.main(["node", "topic", "pub", "--once", "/toy/speed", "std_msgs/msg/Float64", "{data: -1}"]) == cli.DONE
     assert "/toy warns: too slow\\x1b[31m" in capsys.readouterr().err
     typo = ("topic", "pub", "/toy/sped", "std_msgs/msg/Float64", "{data: 2}", "--wait", "2")
-    until(lambda: "did you mean /toy/speed?" in told(*typo, code=cli.BAD_INPUT))
-    other = told("topic", "pub", "/toy/speed", "std_msgs/msg/String", "{data: a}", code=cli.BAD_INPUT)
+    until(lambda: "did you mean /toy/speed?" in answer(*typo, code=cli.BAD_INPUT))
+    other = answer("topic", "pub", "/toy/speed", "std_msgs/msg/String", "{data: a}", code=cli.BAD_INPUT)
     assert "/toy/speed takes std_msgs/msg/Float64, not std_msgs/msg/String" in other
 
 
 @pytest.mark.parametrize("come", [0, 1])
 @pytest.mark.parametrize("verb", ["echo", "hz"])
-def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(verb, come, told, monkeypatch):
+def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(verb, come, answer, monkeypatch):
     from bearing_twin.nodes.graph import Graph, interface
 
     def messages(*_, **__):
@@ -157,12 +157,12 @@ def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Graph, "messages", messages)
-    said = told("topic", verb, "/toy/speed", code=cli.DONE if come else cli.INTERRUPTED)
+    said = answer("topic", verb, "/toy/speed", code=cli.DONE if come else cli.INTERRUPTED)
     assert ("2.5" if verb == "echo" else "messages  1") in said if come else "bearing_twin: interrupted" in said
 
 
 @pytest.mark.parametrize("waits", ["_await", "_spin_for"])
-def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(waits, told, monkeypatch):
+def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(waits, answer, monkeypatch):
     from bearing_twin.nodes.graph import Graph
 
     def interrupted(*_, **__):
@@ -170,7 +170,7 @@ def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(wai
 
     monkeypatch.setattr(Graph, waits, interrupted)
     code = cli.DONE if waits == "_spin_for" else cli.INTERRUPTED
-    said = told("topic", "pub", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}", "--count", "5", code=code)
+    said = answer("topic", "pub", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}", "--count", "5", code=code)
     assert "published  1" in said if waits == "_spin_for" else "bearing_twin: interrupted" in said
 
 
@@ -182,9 +182,9 @@ def until(holds):
         time.sleep(0.01)
 
 
-def test_what_is_there_is_listed(told):
+def test_what_is_there_is_listed(answer):
     def whole(holds, *words):
-        until(lambda: holds(told(*words, "--json")))
+        until(lambda: holds(answer(*words, "--json")))
 
     whole(lambda found: found == {"nodes": [{"name": "/toy"}]}, "list")
     wrench = {"name": "/toy/wrench", "type": "geometry_msgs/msg/WrenchStamped"}
@@ -199,26 +199,30 @@ def test_what_is_there_is_listed(told):
     whole(lambda found: found["ends"] == [end], "topic", "info", "/toy/wrench")
 
 
-def test_parameters_are_read_and_set(told):
-    assert told("param", "set", "/toy", "pace", "2", "--json") == {"pace": 2.0}  # a whole number for a real one
-    assert told("param", "get", "/toy", "pace", "--json") == {"pace": 2.0}
-    assert told("param", "get", "/toy", "changes", "--json") == {"changes": []}
+def test_parameters_are_read_and_set(answer):
+    assert answer("param", "set", "/toy", "pace", "2", "--json") == {"pace": 2.0}  # a whole number for a real one
+    assert answer("param", "get", "/toy", "pace", "--json") == {"pace": 2.0}
+    assert answer("param", "get", "/toy", "changes", "--json") == {"changes": []}
     for written, value in (("[a=1, b=2]", ["a=1", "b=2"]), ("a=1", ["a=1"]), ("[]", [])):
-        assert told("param", "set", "/toy", "changes", written, "--json") == {"changes": value}
-    assert {"name": "pace", "value": 2.0} in told("param", "list", "/toy", "--json")["parameters"]
-    assert "/toy has no parameter 'pac'; did you mean pace?" in told("param", "get", "/toy", "pac", code=cli.BAD_INPUT)
-    unknown = told("param", "set", "/toy", "contact.normal", "x", code=cli.BAD_INPUT)
+        assert answer("param", "set", "/toy", "changes", written, "--json") == {"changes": value}
+    assert {"name": "pace", "value": 2.0} in answer("param", "list", "/toy", "--json")["parameters"]
+    assert "/toy has no parameter 'pac'; did you mean pace?" in answer(
+        "param", "get", "/toy", "pac", code=cli.BAD_INPUT
+    )
+    unknown = answer("param", "set", "/toy", "contact.normal", "x", code=cli.BAD_INPUT)
     assert "/toy has no parameter 'contact.normal'" in unknown
-    assert "/toy refuses pace = 'x'" in told("param", "set", "/toy", "pace", "x", code=cli.BAD_INPUT)
+    assert "/toy refuses pace = 'x'" in answer("param", "set", "/toy", "pace", "x", code=cli.BAD_INPUT)
 
 
-def test_services_are_called(told):
-    assert told("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
-    assert told("service", "call", "/toy/pause", "--json", code=cli.BAD_INPUT) == {
+def test_services_are_called(answer):
+    assert answer("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
+    assert answer("service", "call", "/toy/pause", "--json", code=cli.BAD_INPUT) == {
         "success": False,
         "message": "as you say",
     }
-    assert told("service", "call", "/toy/pause", code=cli.BAD_INPUT).endswith("bearing_twin: /toy/pause: as you say\n")
+    assert answer("service", "call", "/toy/pause", code=cli.BAD_INPUT).endswith(
+        "bearing_twin: /toy/pause: as you say\n"
+    )
     wrong = [
         (
             ("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 1}"),
@@ -239,29 +243,29 @@ def test_services_are_called(told):
         (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
     ]
     for words, sentence in wrong:
-        assert sentence in told(*words, code=cli.BAD_INPUT)
+        assert sentence in answer(*words, code=cli.BAD_INPUT)
     typo = ("service", "call", "/toy/paus", "--wait", "2")
-    until(lambda: "did you mean /toy/pause?" in told(*typo, code=cli.BAD_INPUT))
+    until(lambda: "did you mean /toy/pause?" in answer(*typo, code=cli.BAD_INPUT))
 
 
-def test_a_study_is_run_by_a_node(told):
-    assert "4 samples, 0 failed" in told("study", "a")
-    assert "the study was aborted: why" in told("study", "bad", code=cli.BAD_INPUT)
+def test_a_study_is_run_by_a_node(answer):
+    assert "4 samples, 0 failed" in answer("study", "a")
+    assert "the study was aborted: why" in answer("study", "bad", code=cli.BAD_INPUT)
     wrong = ("study", "a", "--action", "/bearing/run_studdy", "--wait", "2")
-    until(lambda: "did you mean /bearing/run_study?" in told(*wrong, code=cli.BAD_INPUT))
+    until(lambda: "did you mean /bearing/run_study?" in answer(*wrong, code=cli.BAD_INPUT))
 
 
 def test_a_study_by_a_node_tells_its_doubts_as_the_command_does(toy, capsys):
     assert cli.main(["node", "study", "doubtful", "--strict", "--wait", "300"]) == cli.DOUBTFUL
-    told = capsys.readouterr().err.splitlines()
+    answer = capsys.readouterr().err.splitlines()
     lines = ["3 of 4 realisations: it rings", "it yields at 2000 MPa"]
-    assert [one for one in told if one.startswith("bearing_twin: ")] == [
+    assert [one for one in answer if one.startswith("bearing_twin: ")] == [
         f"bearing_twin: doubtful: {one}" for one in lines
     ]
     assert cli.main(["node", "study", "a", "--strict", "--wait", "300"]) == cli.DONE
 
 
-def test_a_goal_whose_node_is_gone_is_not_waited_for(told, monkeypatch):
+def test_a_goal_whose_node_is_gone_is_not_waited_for(answer, monkeypatch):
     import ros
 
     monkeypatch.setattr("bearing_twin.nodes.graph.GONE", 0.3)
@@ -285,7 +289,7 @@ def test_a_goal_whose_node_is_gone_is_not_waited_for(told, monkeypatch):
         thread = threading.Thread(target=spin, daemon=True)
         thread.start()
         try:
-            assert "the node of /bearing/run_study is gone" in told("study", "a", code=cli.BAD_INPUT)
+            assert "the node of /bearing/run_study is gone" in answer("study", "a", code=cli.BAD_INPUT)
         finally:
             served.set(), gone.set(), thread.join()
             executor.shutdown()

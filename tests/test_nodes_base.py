@@ -42,10 +42,10 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         )
         spin_until(others, turned(lambda: executor.faults == 1), "the fault")
 
-        def told():
+        def reported():
             return any(one.key == "faults" and one.value == "1" for status in seen for one in status.values)
 
-        spin_until(others, turned(told), "a warning")
+        spin_until(others, turned(reported), "a warning")
         assert {status.level for status in seen if status.name == "recorder_node: recording"} >= {DiagnosticStatus.WARN}
         assert not node.done.is_set()
         node.close()
@@ -61,8 +61,8 @@ def test_two_nodes_of_one_name_are_told(tmp_path):
         spin_until(executor, lambda: seen, "diagnostics")
         assert "problem" not in {one.key for one in seen[0].values}
         started(executor, RecorderNode, log=str(tmp_path / "two.mcap"))
-        told = lambda: any(one.value == base_node.NAMESAKE for status in seen for one in status.values)  # noqa: E731
-        spin_until(executor, told, "a warning")
+        reported = lambda: any(one.value == base_node.NAMESAKE for status in seen for one in status.values)  # noqa: E731
+        spin_until(executor, reported, "a warning")
         assert seen[-1].level >= DiagnosticStatus.WARN
         assert alone.failure is None
 

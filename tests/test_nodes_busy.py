@@ -48,16 +48,16 @@ def test_a_recorder_that_is_held_up_again_and_again_loses_nothing(tmp_path):
         "scene": "bearing_6203", "overrides": f"[run.output_rate={RATE}, run.publish_rate={RATE}]",
         "duration": DURATION, "repeat": -1.0, "start_paused": True,
     }  # fmt: skip
-    told = {"sim_node": {}, "recorder_node": {}}
+    reported = {"sim_node": {}, "recorder_node": {}}
 
     def heard(array):
         for status in array.status:
-            for node, values in told.items():
+            for node, values in reported.items():
                 if node in status.name:
                     values.update({"says": status.message} | {pair.key: pair.value for pair in status.values})
 
     def count(node, *names):
-        return sum(int(told[node].get(name, 0)) for name in names)
+        return sum(int(reported[node].get(name, 0)) for name in names)
 
     with (
         ros_executor() as executor,
@@ -77,7 +77,7 @@ def test_a_recorder_that_is_held_up_again_and_again_loses_nothing(tmp_path):
             recorder.send_signal(signal.SIGSTOP)
             time.sleep(seconds)
             recorder.send_signal(signal.SIGCONT)
-        spin_until(executor, lambda: "waiting" in told["sim_node"].get("says", ""), "the end of the run")
+        spin_until(executor, lambda: "waiting" in reported["sim_node"].get("says", ""), "the end of the run")
         known = lambda: count("recorder_node", "messages", "messages_lost", "messages_before")  # noqa: E731
         spin_until(executor, lambda: known() >= count("sim_node", "messages"), "the recorder has or misses all")
         for process in (recorder, sim_node):
@@ -87,6 +87,6 @@ def test_a_recorder_that_is_held_up_again_and_again_loses_nothing(tmp_path):
     logged = Counter(message.topic.name for message in raw_messages(log))
     missed = count("recorder_node", "messages_lost", "messages_before")
     assert sum(logged.values()) == count("sim_node", "messages") - missed
-    values = told["recorder_node"]
+    values = reported["recorder_node"]
     assert (values["messages_lost"], values["lost_on"], values["uncounted"]) == ("0", "", ""), values
     assert logged["/bearing/state"] == RATE * DURATION + 1

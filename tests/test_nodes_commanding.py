@@ -59,24 +59,24 @@ REFUSED = {
 @pytest.mark.parametrize("case", REFUSED)
 def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case):
     message, words = REFUSED[case]
-    told, left = recorded(), recorded()
-    for it in (told, left):
+    reported, left = recorded(), recorded()
+    for it in (reported, left):
         it.run(0.013)
         it.tell("command/load", wrench((0.0, -500.0, 0.0)))
         it.run(0.02)
     for _ in range(2):
         with pytest.raises(BearingTwinError, match="command/load refused: .*" + words):
-            told.tell("command/load", message)
-    for it in (told, left):
+            reported.tell("command/load", message)
+    for it in (reported, left):
         it.run(0.05)
     for name in ("inner_ring_force", "position", "normal_load"):
-        assert np.array_equal(told.channel(name), left.channel(name)), name
-    commands = told.loop.commands
+        assert np.array_equal(reported.channel(name), left.channel(name)), name
+    commands = reported.loop.commands
     assert (commands.counts["taken"], commands.counts["refused"]) == (1, 2)
     assert commands.warning().startswith("2 refused, the last: command/load refused")
     assert commands.warning() == ""  # said once
-    assert told.loop.look()[2]["commands_refused"] == 2
-    assert told.loop.look()[2]["last_refusal"].startswith("command/load refused")
+    assert reported.loop.look()[2]["commands_refused"] == 2
+    assert reported.loop.look()[2]["last_refusal"].startswith("command/load refused")
 
 
 def test_a_moment_that_no_ball_carries_is_refused_with_the_greatest():

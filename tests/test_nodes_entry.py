@@ -113,7 +113,7 @@ def test_the_example_in_the_help_of_a_node_sets_what_it_can(name, here):
 
 
 def test_a_place_where_ros_cannot_keep_what_nodes_say_is_named(here, monkeypatch):
-    """It was told of as a parameter that is wrong."""
+    """It was reported as a parameter that is wrong."""
     monkeypatch.setenv("ROS_LOG_DIR", "/proc/none")
     one_sentence(here("sim_node", "--ros-args", "-p", "scene:=two_spheres"), "/proc/none", "give a ROS_LOG_DIR")
 

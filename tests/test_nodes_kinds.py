@@ -85,7 +85,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     """Also the scene, of which a late recorder learns: a recording verifies and reports to the bit; a replay is it."""
     path, own, brief = tmp_path / "recording.mcap", tmp_path / "own.mcap", KINDS[kind].brief
     with ros_executor() as executor:
-        # What runs on is told when to end; the others know.
+        # What runs on is reported when to end; the others know.
         end = load_scene(*PLAYED[kind][:2]).parameters.run.duration
         more = {"log": str(own)} if brief else {"duration": end}
         node, scene = sim_node(executor, kind, start_paused=True, **more)

@@ -203,8 +203,8 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
         assert any(REMEDY in status.message for status in seen)
         recover(path, tmp_path / "saved.mcap")  # as a crash would leave it
         with McapReader(tmp_path / "saved.mcap") as reader:
-            told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-        assert told[-1]["messages_lost"] == str(31 - kept)
+            reported = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+        assert reported[-1]["messages_lost"] == str(31 - kept)
         second = talker.create_publisher(Float64, "/elsewhere", 100)
         second.publish(Float64())
         spin_until(executor, lambda: recorder.recording.status()["uncounted"] == "/elsewhere", "a second publisher")
@@ -233,10 +233,10 @@ def test_names_that_somebody_made_up_run_nothing_and_are_refused(
         recorder._on_discovery()
         assert not recorder._subscribed
         assert recorder.failure is None
-    told = capfd.readouterr().err
-    assert told.count("is not logged") == bool(said)
-    assert said in told
-    assert "\x1b[2J" not in told
+    reported = capfd.readouterr().err
+    assert reported.count("is not logged") == bool(said)
+    assert said in reported
+    assert "\x1b[2J" not in reported
     assert not ran_if_imported.exists()
 
 

@@ -85,6 +85,6 @@ def test_a_whole_number_is_a_number_and_a_designation_but_no_other_text():
 
 
 def test_help_tells_every_parameter_within_eighty_columns():
-    told = help_of("sim_node", "runs a scene", LOG_SAFETY)
-    assert all(parameter.name in told and parameter.help.split()[0] in told for parameter in LOG_SAFETY)
-    assert max(map(len, told.splitlines())) <= 80
+    reported = help_of("sim_node", "runs a scene", LOG_SAFETY)
+    assert all(parameter.name in reported and parameter.help.split()[0] in reported for parameter in LOG_SAFETY)
+    assert max(map(len, reported.splitlines())) <= 80

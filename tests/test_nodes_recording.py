@@ -128,8 +128,8 @@ def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
     assert recording.status()["messages_lost"] == 0
     recording.close()
     with McapReader(tmp_path / "out.mcap") as reader:
-        [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-    assert told["uncounted"] == "/four /one /three"
+        [reported] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+    assert reported["uncounted"] == "/four /one /three"
 
 
 def test_a_message_that_no_reader_takes_is_counted_and_left_out(tmp_path):
@@ -178,12 +178,12 @@ def told_after_a_crash(path):
     cut.write_bytes(path.read_bytes())
     recover(cut, whole)
     with McapReader(whole) as reader:
-        told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-    return [(int(one["messages_lost"]), int(one["messages_dropped"])) for one in told]
+        reported = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+    return [(int(one["messages_lost"]), int(one["messages_dropped"])) for one in reported]
 
 
 def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch):
-    """Each loss is told once; what was dropped while the disk was full is told when there is room again."""
+    """Each loss is reported once; what was dropped while the disk was full is reported when there is room again."""
     monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 5000)
     recording = Recording(tmp_path / "out.mcap", ["*"], safety=Safety(patient=True))
     recording.add("/one", cdr.CLOCK, cdr.type_hash(cdr.CLOCK), (Qos(),))
@@ -250,8 +250,8 @@ def test_rows_of_records_that_are_lost_are_no_outputs(tmp_path):
     recording.close()
     assert (status["records_lost"], status["samples_lost"], status["samples_received"]) == (1, 0, 0)
     with McapReader(tmp_path / "out.mcap") as reader:
-        [told] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-    assert (told["records_lost"], told["samples_lost"]) == ("1", "0")
+        [reported] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+    assert (reported["records_lost"], reported["samples_lost"]) == ("1", "0")
 
 
 def test_outputs_that_nobody_sent_were_not_lost_on_the_way(tmp_path):
@@ -259,8 +259,8 @@ def test_outputs_that_nobody_sent_were_not_lost_on_the_way(tmp_path):
     recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
     blocks = [sample_block(0, 1), sample_block(20, 1), sample_block(60, 1)]  # a thinned log, played
     numbers = 7, 8, 10  # of messages: the last but one went astray
-    told = [receive(recording, SAMPLES, 1, 1, data, number) for data, number in zip(blocks, numbers, strict=True)]
-    assert told == [0, 0, 39]
+    reported = [receive(recording, SAMPLES, 1, 1, data, number) for data, number in zip(blocks, numbers, strict=True)]
+    assert reported == [0, 0, 39]
     assert recording.status()["samples_lost"] == 19 + 39
     recording.close()
 
@@ -317,7 +317,7 @@ def test_a_replay_can_start_later(log):
 
 
 def test_a_replay_from_the_middle_of_split_files_tells_what_was_latched_last(tmp_path):
-    """Said anew while it was recorded, in another chunk and another file; what is said later is not told before."""
+    """Said anew while it was recorded, in another chunk and another file; what is said later is not reported before."""
     safety = Safety(split_seconds=4.0)
     with RawLogWriter(tmp_path / "bag", run_record=False, safety=safety) as writer:
         said, ticks = (
@@ -466,7 +466,7 @@ def test_quality_of_service_is_read_in_words_and_numbers(text, qos):
     assert offered_qos(text) == qos
 
 
-def told(stream):
+def reported(stream):
     """Topic, type and bytes of everything that a stream says of made up outputs."""
     parts = [*stream.messages(BLOCK), *stream.flush()]
     return [(topic.full_name, topic.ros_type, whole(data)) for topic, _, data in parts]
@@ -478,7 +478,7 @@ def whole(data):
 
 
 def test_a_log_is_told_in_another_namespace_and_with_other_frames_as_a_node_would_say_it():
-    plain, prefixed = (told(MessageStream(SCENE, choice=a_choice(), frame_prefix=one)) for one in ("", "left/"))
+    plain, prefixed = (reported(MessageStream(SCENE, choice=a_choice(), frame_prefix=one)) for one in ("", "left/"))
     renaming = Renaming([name for name, _, _ in plain], "/left", "left/")
     found = [(renaming.topic(name), whole(renaming.data(name, kind, data))) for name, kind, data in plain]
     assert found == [(renaming.topic(name), data) for name, _, data in prefixed]

@@ -152,14 +152,14 @@ def test_whoever_resets_once_too_often_is_refused_and_the_run_goes_on(tmp_path, 
     assert [file.name for file in tmp_path.iterdir()] == ["run.mcap"]
 
 
-@pytest.mark.parametrize(("duration", "told"), [(0.1, 1), (0.0, 0)])
-def test_a_change_beyond_the_end_of_a_run_is_said_once_unless_the_run_has_no_end(monkeypatch, capfd, duration, told):
+@pytest.mark.parametrize(("duration", "times"), [(0.1, 1), (0.0, 0)])
+def test_a_change_beyond_the_end_of_a_run_is_said_once_unless_the_run_has_no_end(monkeypatch, capfd, duration, times):
     prepared = threading.Event()
     prepared_when(monkeypatch, prepared)
     with ros_executor() as executor:
         started(executor, SimNode, duration=duration, overrides=["drive.change.time=5.0"])
         prepared.set()
-    assert capfd.readouterr().err.count("drive.change.time = 5 s is beyond the end of the run at 0.1 s") == told
+    assert capfd.readouterr().err.count("drive.change.time = 5 s is beyond the end of the run at 0.1 s") == times
 
 
 @pytest.mark.parametrize("method", ["__init__", "advance"])
@@ -228,8 +228,8 @@ def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():
 
         def said():
             values = {pair.key: pair.value for status in seen[-1:] for pair in status.values}
-            told = "drive.change.offset" in values.get("outside_range", "")
-            return told and seen[-1].level == b"\x01" and "a model runs outside its range" in seen[-1].message
+            reported = "drive.change.offset" in values.get("outside_range", "")
+            return reported and seen[-1].level == b"\x01" and "a model runs outside its range" in seen[-1].message
 
         spin_until(executor, said, "the mark on /diagnostics")
         assert node.simulation.channels[-1].name == "outside_range"
@@ -304,8 +304,8 @@ def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
             return [one.group() for one in found if one]
 
         def refused():
-            """How many were told of: each status counts those since the one before."""
-            return sum(int(told.split()[0]) for told in warned(r"\d+ refused, the last: command/"))
+            """How many were reported: each status counts those since the one before."""
+            return sum(int(reported.split()[0]) for reported in warned(r"\d+ refused, the last: command/"))
 
         spin_until(executor, lambda: refused() == 4, "the count of refusals")
         values = {pair.key: pair.value for pair in seen[-1].values}

@@ -361,14 +361,14 @@ def test_where_nobody_listens_few_words_tell_how_far_it_is(tells_time):
     )
     loop.tells_time = tells_time
     drive(loop, [START], 200 * MS)
-    told = sorted({time_ns for time_ns, cdr in words if not cdr})
+    reported = sorted({time_ns for time_ns, cdr in words if not cdr})
     assert loop.over
-    assert loop.time_ns == told[-1] == 100 * MS
+    assert loop.time_ns == reported[-1] == 100 * MS
     if tells_time:
-        assert told == list(range(0, 101 * MS, MS))
+        assert reported == list(range(0, 101 * MS, MS))
     else:
-        assert len(told) < 15
-        assert max(b - a for a, b in itertools.pairwise(told)) <= 20 * MS
+        assert len(reported) < 15
+        assert max(b - a for a, b in itertools.pairwise(reported)) <= 20 * MS
 
 
 def test_what_is_published_more_often_is_kept_as_long_for_a_late_subscriber():

@@ -214,7 +214,7 @@ def test_a_folder_for_logs_is_made_when_there_is_a_log(tmp_path):
 
 
 def test_feedback_comes_ten_times_a_second_at_most_and_silence_is_reported():
-    now, told, problems = [0.0], [], []
+    now, reported, problems = [0.0], [], []
 
     def run(study, progress, cancelled):
         for done in range(100):
@@ -228,10 +228,10 @@ def test_feedback_comes_ten_times_a_second_at_most_and_silence_is_reported():
 
     studies = Studies(run_study=run, clock=lambda: now[0])
     for _ in range(2):  # the second begins without the progress of the first
-        answered(studies, tell=lambda progress, quantity: told.append((progress.done, quantity)))
-    assert len(told) == 20
-    assert told[0] == told[10] == (0, "std of contact_duration")
-    assert all(later[0] - earlier[0] >= 10 for earlier, later in pairwise(told[:10]))
+        answered(studies, tell=lambda progress, quantity: reported.append((progress.done, quantity)))
+    assert len(reported) == 20
+    assert reported[0] == reported[10] == (0, "std of contact_duration")
+    assert all(later[0] - earlier[0] >= 10 for earlier, later in pairwise(reported[:10]))
     assert [bool("has made no progress for" in one) for one in problems] == [False, True] * 2
 
 

@@ -185,15 +185,15 @@ def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypa
 
 
 def refusals_told(node, *counts):
-    """What a page is told of refusals as a node's diagnostics give these counts, one after the other."""
-    told, send = [], node.feed.send
-    node.feed.send = lambda word, text: told.append(text) if word == "refused" else None
+    """What a page shows of refusals as a node's diagnostics give these counts, one after the other."""
+    reported, send = [], node.feed.send
+    node.feed.send = lambda word, text: reported.append(text) if word == "refused" else None
     for count in counts:
         values = [KeyValue(key="commands_refused", value=count), KeyValue(key="last_refusal", value=f"the {count}th")]
         status = DiagnosticStatus(name="mute_node: simulation", values=values)
         node._on_diagnostics(serialize_message(DiagnosticArray(status=[status])))
     node.feed.send = send
-    return told
+    return reported
 
 
 def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_those_who_look(monkeypatch):

@@ -105,17 +105,17 @@ def test_a_model_asked_for_beyond_its_range_is_refused_with_range_number_and_ano
     assert not any(row.words in one for one in load_scene(within, differs).outside)
     choose(load_scene(within, differs))
     scene = load_scene(beyond, others)
-    [told] = [one for one in scene.outside if row.words in one and one.startswith(row.key)]
+    [stated] = [one for one in scene.outside if row.words in one and one.startswith(row.key)]
     value = scene.parameters.facts[row.fact](scene.parameters)
     assert not row.least <= value <= row.greatest
-    assert f"is {value:.3g}" in told
-    assert row.limits in told
-    assert row.instead in told
+    assert f"is {value:.3g}" in stated
+    assert row.limits in stated
+    assert row.instead in stated
     with pytest.raises(SceneError) as refused:
         choose(scene)
-    assert told in str(refused.value)
+    assert stated in str(refused.value)
     assert "--allow-invalid (solver.allow_invalid: on)" in str(refused.value)
-    assert told in choose(load_scene(beyond, [*others, ON])).outside
+    assert stated in choose(load_scene(beyond, [*others, ON])).outside
 
 
 def test_what_is_left_to_be_chosen_is_never_outside():
@@ -169,11 +169,11 @@ def test_command_and_log_say_the_same(tmp_path, capsys):
     assert "outside its range" in capsys.readouterr().err
     log = str(tmp_path / "run.mcap")
     assert main([*words, "--allow-invalid", "--strict", "--json", "--out", log]) == DOUBTFUL
-    told = json.loads(capsys.readouterr().out)
+    stated = json.loads(capsys.readouterr().out)
     assert main(["report", log, "--json"]) == DONE
     reported = json.loads(capsys.readouterr().out)
     for key in ("status", "flags", "outside_range"):
-        assert reported[key] == told[key]
+        assert reported[key] == stated[key]
     assert main(["verify", log, "--json"]) == DONE
     assert json.loads(capsys.readouterr().out)["deviations"]["outside_range"] == 0.0
     assert {float(sample["outside_range"]) for sample in read_log(log)} == {1.0}
@@ -219,9 +219,9 @@ def test_messages_within_the_range_are_not_marked(tmp_path):
 
 def test_thin_discs_are_told_of_once():
     thin = "disc.thickness=0.5"
-    for words, told in (((thin, "contact.normal=johnson", ON), 1), ((thin, "contact.normal=auto"), 1), ((), 0)):
+    for words, stated in (((thin, "contact.normal=johnson", ON), 1), ((thin, "contact.normal=auto"), 1), ((), 0)):
         report = ran("two_discs", *words)[0].report
-        assert sum("plane strain" in flag for flag in report.flags) == told
+        assert sum("plane strain" in flag for flag in report.flags) == stated
 
 
 @pytest.mark.parametrize(("word", "read"), [(True, "on"), (False, "off"), ("on", "on"), ("off", "off")])

@@ -424,22 +424,22 @@ def test_wrenches_on_balls_and_rings_add_up_to_what_the_cage_does_to_its_land(gu
     overrides = ("cage.kind=pockets", f"cage.guidance={guidance}", "run.publish_rate=1e3", "run.output_rate=1e3")
     scene = load_scene("bearing_6203_guided_cage", overrides)
     block = Simulation(scene).advance(20)
-    told = {}
+    reported = {}
     for topic, _, data in MessageStream(scene).messages(block):
         if topic.ros_type in (cdr.WRENCH, cdr.CONTACTS, cdr.JOINT_STATE):
-            told.setdefault(topic.name, []).append(cdr.deserialise(topic.ros_type, data))
+            reported.setdefault(topic.name, []).append(cdr.deserialise(topic.ros_type, data))
     forces = {
         name: np.array([[one.wrench.force.x, one.wrench.force.y, one.wrench.force.z] for one in found])
-        for name, found in told.items()
+        for name, found in reported.items()
         if name.endswith("/wrench")
     }
-    land = np.array([[*one.effort[1:], 0.0] for one in told["cage/state"]])
+    land = np.array([[*one.effort[1:], 0.0] for one in reported["cage/state"]])
     assert sum(forces.values()) == pytest.approx(-land, abs=1e-10)
     assert (np.abs(land).max() > 0.0) == (guidance != "balls")
     outer = np.array([
         (np.array(one.normal_load)[1:16:2, None] * np.reshape(one.normal, (-1, 3))[1:16:2]
          + np.reshape(one.friction_force, (-1, 3))[1:16:2]).sum(axis=0)
-        for one in told["contacts"]
+        for one in reported["contacts"]
     ])  # fmt: skip
     missing = -land if guidance == "outer" else 0.0 * land
     assert forces["outer_ring/wrench"] + outer == pytest.approx(missing, abs=1e-10)

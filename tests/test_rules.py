@@ -40,10 +40,10 @@ def test_the_table_is_short_and_every_key_of_it_has_a_last_row_and_exists():
 @pytest.mark.parametrize("name", scene_names())
 def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, capsys):
     assert main(["explain", name, "--json"]) == 0
-    told = {one["key"]: one for one in json.loads(capsys.readouterr().out)["choices"]}
+    reported = {one["key"]: one for one in json.loads(capsys.readouterr().out)["choices"]}
     scene = load_scene(name)
     for key, one in answers(scene.kind, scene.parameters).items():
-        assert (told[key]["value"], told[key]["why"]) == (one.value, one.sentence)
+        assert (reported[key]["value"], reported[key]["why"]) == (one.value, one.sentence)
         assert (one.rule is None) == one.sentence.endswith("as given")
         if key in RESOLVED:
             assert answers(scene.kind, load_scene(scene.resolved()).parameters)[key].value == one.value

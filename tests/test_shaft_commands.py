@@ -27,7 +27,7 @@ def shaft(overrides=QUICK, **more):
     return obeying("shaft_two_6203", overrides, **more)
 
 
-def told(force=(), torque=()):
+def loaded(force=(), torque=()):
     return wrench(force, torque, frame="shaft_link")
 
 
@@ -40,9 +40,9 @@ def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
     keys = (*QUICK, "shaft.load_place=0.02", "shaft.loads=[[0, 10, 0, 0, 0, 0]]", "wanted.tolerance=1e-5")
     it = shaft(keys)
     it.run(0.015)
-    it.tell("command/load", told((0.0, -300.0, 50.0), (0.5, 0.0, 0.0)))
+    it.tell("command/load", loaded((0.0, -300.0, 50.0), (0.5, 0.0, 0.0)))
     it.run(0.03)
-    it.tell("command/load", told((0.0, -100.0, 0.0)))
+    it.tell("command/load", loaded((0.0, -100.0, 0.0)))
     it.run(0.01)
     unbalance = 2.0e-5 * 314.159**2
     load = it.channel("load") - [10.0, 0.0, 0.0]
@@ -62,10 +62,14 @@ def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
 
 
 REFUSED = {
-    "nan": ("load", told((0.0, math.nan, 0.0)), "must be finite"),
+    "nan": ("load", loaded((0.0, math.nan, 0.0)), "must be finite"),
     "frame": ("load", wrench((0.0, -10.0, 0.0)), "its frame is 'bearing_link', and must be shaft_link"),
-    "drive": ("load", told((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
-    "too much": ("load", told((0.0, -1e5, 0.0)), "the shaft through the balls: .* the greatest in this direction is"),
+    "drive": ("load", loaded((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
+    "too much": (
+        "load",
+        loaded((0.0, -1e5, 0.0)),
+        "the shaft through the balls: .* the greatest in this direction is",
+    ),
     "no speed": ("speed", SimpleNamespace(data=math.nan), "must be finite"),
     "too fast": ("speed", SimpleNamespace(data=2e4), r"must be finite and within \+-10000"),
     "across": ("speed_stamped", turning(200.0, linear=(1.0,)), "the shaft turns about z alone"),
@@ -126,7 +130,7 @@ def test_the_operating_point_bears_the_loads_and_its_stiffness_is_their_change_w
 def test_a_stale_load_gives_way_to_the_scenes_own_over_time():
     keys = (*QUICK, "shaft.unbalances=[]", "shaft.table=[[0,0,0,0,0,0],[0.1,0,-100,0,0,0]]")
     it = shaft(keys, load_timeout_ns=20_000_000)
-    it.tell("command/load", told((0.0, -200.0, 0.0)))
+    it.tell("command/load", loaded((0.0, -200.0, 0.0)))
     it.run(0.05)
     assert it.channel("load")[:21, 1] == pytest.approx(-200.0)
     assert it.channel("load")[21:, 1] == pytest.approx(-np.arange(21.0, 51.0))
@@ -151,7 +155,7 @@ def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_add
 
 def test_pose_and_frames_follow_the_shaft():
     it = shaft()
-    it.tell("command/load", told((0.0, -500.0, 0.0), (2.0, 0.0, 0.0)))
+    it.tell("command/load", loaded((0.0, -500.0, 0.0), (2.0, 0.0, 0.0)))
     simulation = it.loop.simulation
     sample = simulation.advance(60)[59]
     output = Output(simulation.scene.parameters, "hertz", sample)
@@ -209,7 +213,7 @@ def failed(simulation):
 
 
 def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp_path):
-    """Its load is commanded, then its scene's unbalance shakes the shaft through the balls at a speed it was told."""
+    """Its load is commanded, then its scene's unbalance shakes the shaft through the balls at its speed."""
     drive = "drive={speed: 10, acceleration: 2e4}"
     scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.005, 0]]", drive, DAMPED, "solver.check=none"))
     simulation = Simulation(scene)
@@ -218,14 +222,14 @@ def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp
     simulation.advance(20)
     simulation.set_speed(3000.0)
     error = failed(simulation)
-    told = read_failure(write_failure(error, tmp_path))
-    assert told.body == "shaft"
-    rows = {label: value for label, value, _ in told.about_body()}
+    reported = read_failure(write_failure(error, tmp_path))
+    assert reported.body == "shaft"
+    rows = {label: value for label, value, _ in reported.about_body()}
     assert rows["load z"] == 0.0
     assert rows["shaft_speed"] > 10.0
     unbalance = 0.005 * math.hypot(rows["shaft_speed"] ** 2, 2e4)
     assert math.hypot(rows["load x"], rows["load y"] + 200.0) == pytest.approx(unbalance, rel=1e-9)
     again = Simulation(scene)
-    again.resume(told)
+    again.resume(reported)
     twice = failed(again)
     assert (twice.seconds, twice.reason) == (pytest.approx(error.seconds, abs=1e-5), error.reason)

@@ -1,4 +1,4 @@
-"""What a shaft's figures are off by half-spaces: the response of both bearings against balances of other materials."""
+"""Errors of a shaft's figures by half-spaces: the response of both bearings against balances of other materials."""
 
 import dataclasses
 from types import SimpleNamespace
@@ -53,14 +53,14 @@ def test_places_and_forces_of_stiffer_contacts_change_as_those_of_stiffer_materi
     more, less = (
         balance_of(of_material(parameters, factor), "hertz", speed, 1.0) for factor in (1.0 + step, 1.0 - step)
     )
-    told = moved_by(parameters, "hertz", speed, 1.0, (1.0, 1.0), False)
+    reported = moved_by(parameters, "hertz", speed, 1.0, (1.0, 1.0), False)
     true = np.abs(more.coordinates - less.coordinates) / (2.0 * step)
     for key, part in (("displacement_m", true[:3]), ("tilt_rad", true[3:])):
-        assert told[key] == pytest.approx(part, abs=5e-3 * part.max())
+        assert reported[key] == pytest.approx(part, abs=5e-3 * part.max())
     for side, harder, softer in zip(SIDES, more.contacts, less.contacts, strict=True):
         along = [float((one.load[:, 0] * np.sin(one.angle[:, 0])).sum()) for one in (harder, softer)]
         true = abs(along[0] - along[1]) / (2.0 * step)
-        assert told[f"{side}_force_n"][2] == pytest.approx(true, rel=5e-3)
+        assert reported[f"{side}_force_n"][2] == pytest.approx(true, rel=5e-3)
         assert true > 1.0
 
 
@@ -77,9 +77,9 @@ def test_every_figure_of_a_shaft_says_what_it_is_off():
     assert {key for key in MEANINGS if f"{key}_error" not in report.errors} == apart
     for key in ("displacement_m", "displacement_range_m", "tilt_rad", "tilt_range_rad"):
         off = np.abs(np.array(report.figures[key]) - exact.report.figures[key])
-        told = report.errors["errors_by_source"][key]["method"]
-        assert len(told) == len(off)
-        assert off.max() / 3.0 < max(told) < 100.0 * off.max()
+        reported = report.errors["errors_by_source"][key]["method"]
+        assert len(reported) == len(off)
+        assert off.max() / 3.0 < max(reported) < 100.0 * off.max()
 
 
 def _model(report, key):
@@ -125,10 +125,10 @@ def test_a_load_errs_as_in_the_balance_that_it_belongs_to(place):
     both = [wide_of(parameters, "hertz", float(parameters.drive.speed), time)["left"] for time in (0.0, 1.0)]
     assert both[1].greatest > 2.0 * both[0].greatest
     load = both[place].greatest
-    told = ShaftModelErrors(parameters, Choice("hertz", "rodas4", 0.0, "", ())).left_out(made_up(parameters, load))
+    reported = ShaftModelErrors(parameters, Choice("hertz", "rodas4", 0.0, "", ())).left_out(made_up(parameters, load))
     assert both[place].kept < 0.4
     still = equilibrium_error(shares_of(parameters, "hertz")["left"])
-    assert told["left_greatest_ball_load_n"] == pytest.approx(load * (still + both[place].share * both[place].kept))
+    assert reported["left_greatest_ball_load_n"] == pytest.approx(load * (still + both[place].share * both[place].kept))
 
 
 def test_a_commanded_speed_counts_whichever_way_the_shaft_turns():

@@ -476,9 +476,9 @@ def test_a_step_of_load_rings_at_the_natural_frequencies():
     expected = (amplitudes * (1.0 - np.cos(since * np.sqrt(squares)))) @ shapes.T @ root
     for k in (1, 2, 3):
         assert np.abs(moved - expected)[:, k].max() < 0.01 * np.abs(expected[:, k]).max()
-    # told of the scene's last loads, which this step changes by little
-    told = modes_of(motion.parameters, "hertz")[0].frequencies
-    assert told == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-4)
+    # of the scene's last loads, which this step changes by little
+    reported = modes_of(motion.parameters, "hertz")[0].frequencies
+    assert reported == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-4)
 
 
 def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_its_way():
@@ -512,8 +512,8 @@ def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_i
 )
 def test_loads_that_are_none_or_that_nothing_carries_are_refused_in_one_sentence(change, words, capsys):
     assert main(["simulate", "shaft_two_6203", "--set", f"shaft.{change}"]) == BAD_INPUT
-    told = capsys.readouterr().err.strip().splitlines()  # on a busy machine also that it prepares
-    assert [line.startswith("bearing_twin: ") for line in told if not line.startswith("preparing ")] == [True]
+    reported = capsys.readouterr().err.strip().splitlines()  # on a busy machine also that it prepares
+    assert [line.startswith("bearing_twin: ") for line in reported if not line.startswith("preparing ")] == [True]
     with pytest.raises(SceneError, match=words):
         choose(load_scene("shaft_two_6203", [f"shaft.{change}"]))
 
@@ -528,9 +528,10 @@ def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_
 
 def test_a_change_that_comes_too_late_is_said_once_on_standard_error(capsys):
     assert main(["simulate", "shaft_step_load", "--duration", "0.005", "--json"]) == DONE
-    told = capsys.readouterr().err
+    reported = capsys.readouterr().err
     assert (
-        told.count("shaft.change.time = 0.02 s is beyond the end of the run at 0.005 s: nothing of that happens") == 1
+        reported.count("shaft.change.time = 0.02 s is beyond the end of the run at 0.005 s: nothing of that happens")
+        == 1
     )
 
 

@@ -6,7 +6,7 @@ import bearing_twin
 
 
 @pytest.mark.parametrize(
-    ("make", "told"),
+    ("make", "reported"),
     [
         (lambda: bearing_twin.equilibrium("6308", [0.0, -2000.0, 0.0]), ("1 equilibria", "greatest ball load [N]")),
         (lambda: _reported("bearing_6203"), ("bearing_6203: done", "cage_speed_rad_s", "normal_load_inner_n")),
@@ -18,10 +18,10 @@ import bearing_twin
     ],
     ids=["equilibrium", "run", "impact", "study"],
 )
-def test_a_result_is_a_short_table(make, told):
+def test_a_result_is_a_short_table(make, reported):
     text = repr(make())
     assert len(text) < 2500
-    assert all(one in text for one in told), text
+    assert all(one in text for one in reported), text
 
 
 def _reported(scene):

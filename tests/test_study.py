@@ -177,7 +177,7 @@ def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, words):
 
 
 @pytest.mark.parametrize(
-    ("key", "told", "words"),
+    ("key", "reported", "words"),
     [
         (ALPHA, {"distribution": "gamma", "mean": -1e-4, "std": 2e-5}, "mean"),
         (ALPHA, {"distribution": "gamma", "mean": 1e-4, "std": math.nan}, "not finite"),
@@ -194,23 +194,24 @@ def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, words):
         (ALPHA, {"distribution": "uniform", "low": 1e-4, "high": 2e-4, "also": [ALPHA]}, "already follows"),
     ],
 )
-def test_distributions_must_stay_inside_the_limits_of_the_scene(key, told, words):
-    message = refusal({"inputs": {key: told}})
+def test_distributions_must_stay_inside_the_limits_of_the_scene(key, reported, words):
+    message = refusal({"inputs": {key: reported}})
     assert words in message
     assert key in message
 
 
 def test_a_forbidden_bound_may_be_the_end_of_a_density_but_no_value():
-    told = {"distribution": "uniform", "low": 0.0, "high": 0.5}
-    study = parse_study({**PLAIN, "inputs": {"first.material.poisson_ratio": told}}, "s")
+    reported = {"distribution": "uniform", "low": 0.0, "high": 0.5}
+    study = parse_study({**PLAIN, "inputs": {"first.material.poisson_ratio": reported}}, "s")
     assert study.inputs[0].high == 0.5
 
 
 def test_whole_numbers_take_only_whole_values():
     bearing = {**PLAIN, "scene": "bearing_6203", "quantities": ["cage_speed"]}
-    told = {"distribution": "empirical", "values": [7, 8, 9]}
+    reported = {"distribution": "empirical", "values": [7, 8, 9]}
     assert (
-        parse_study({**bearing, "inputs": {"geometry.balls": told}}, "s").scene_at([9]).parameters.geometry.balls == 9
+        parse_study({**bearing, "inputs": {"geometry.balls": reported}}, "s").scene_at([9]).parameters.geometry.balls
+        == 9
     )
     for wrong in ({"distribution": "uniform", "low": 7, "high": 9}, {"distribution": "empirical", "values": [7.5]}):
         assert "whole numbers" in refusal({**bearing, "inputs": {"geometry.balls": wrong}})

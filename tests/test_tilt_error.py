@@ -1,4 +1,4 @@
-"""What a tilt of first order is off is told: against a ring turned as a whole, in equilibria and in runs."""
+"""What a tilt of first order is off is reported: against a ring turned as a whole, in equilibria and in runs."""
 
 import math
 
@@ -78,16 +78,16 @@ def test_equilibria_know_what_a_ring_turned_as_a_whole_changes(words, free, load
     assert np.abs(left(np.zeros(moves.sum()))).max() > 1e-3  # as first order has it, the true ring is not in balance
     true = placed(least_squares(left, np.zeros(moves.sum()), xtol=1e-15, ftol=1e-15, gtol=1e-15).x)
     carried, held = true_balance(parameters.geometry, setting, azimuths, true, stiffness)
-    told = response_to_tilt(solver, support, found)
+    reported = response_to_tilt(solver, support, found)
     more, moved = carried - contacts.load[:, 1], true - begin
-    assert told.loads[:, 1] == pytest.approx(more, abs=0.06 * np.abs(more).max())
-    assert told.coordinates[:3] == pytest.approx(moved[:3], abs=0.06 * np.abs(moved[:3]).max())
-    assert told.coordinates[3:] == pytest.approx(moved[3:], rel=0.03, abs=1e-9)
+    assert reported.loads[:, 1] == pytest.approx(more, abs=0.06 * np.abs(more).max())
+    assert reported.coordinates[:3] == pytest.approx(moved[:3], abs=0.06 * np.abs(moved[:3]).max())
+    assert reported.coordinates[3:] == pytest.approx(moved[3:], rel=0.03, abs=1e-9)
     forces = np.where(moves, 0.0, held - found.loads)
-    assert told.ring_loads == pytest.approx(forces, rel=0.03, abs=1e-5)
+    assert reported.ring_loads == pytest.approx(forces, rel=0.03, abs=1e-5)
     answer = answer_of(parameters, "hertz", solver, support, found)["model_errors"]["first_order_tilt"]
-    assert answer["misalignment_rad"] == pytest.approx(np.abs(told.coordinates[3:]).tolist(), abs=1e-12)
-    assert answer["normal_load_n"] == pytest.approx(np.abs(told.loads).max(), rel=1e-12)
+    assert answer["misalignment_rad"] == pytest.approx(np.abs(reported.coordinates[3:]).tolist(), abs=1e-12)
+    assert answer["normal_load_n"] == pytest.approx(np.abs(reported.loads).max(), rel=1e-12)
 
 
 def test_a_ring_that_is_not_tilted_has_no_such_error():

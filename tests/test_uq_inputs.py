@@ -312,7 +312,7 @@ def test_correlations_that_cannot_be_are_refused(correlation, words):
 @pytest.mark.parametrize("name", sorted(set(DISTRIBUTIONS) - {"empirical", "discrete", "fixed", "table"}))
 def test_numbers_that_no_double_holds_are_refused_in_a_sentence(name):
     extremes = (5e-324, 1e-308, 1.0, 1.6, 3.0, 1e200, 1e308)
-    told, means = [], []
+    reported, means = [], []
     for form in DISTRIBUTIONS[name].forms:
         few = extremes if len(form) < 4 and name != "truncated_gamma" else extremes[::3]
         for values in itertools.product(few, repeat=len(form)):
@@ -320,8 +320,8 @@ def test_numbers_that_no_double_holds_are_refused_in_a_sentence(name):
                 one = read_input("run.duration", {"distribution": name, **dict(zip(form, values, strict=True))})
                 means += [one.mean, one.std]
             except StudyError as error:
-                told.append(str(error))
+                reported.append(str(error))
     assert means
     assert np.isfinite(means).all()
-    assert told
-    assert all(one.startswith("input run.duration: ") for one in told)
+    assert reported
+    assert all(one.startswith("input run.duration: ") for one in reported)

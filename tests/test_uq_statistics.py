@@ -105,7 +105,7 @@ def test_intervals_of_moments_are_hall_s(statistic, failed):
 
 
 def test_the_deviation_of_points_spread_evenly_has_n_in_its_denominator():
-    """With n - 1 it would be off by 1/(2 n) of itself, and its interval hold the truth in a quarter of all studies."""
+    """With n - 1 its error would be 1/(2 n) of itself, and its interval hold the truth in a quarter of all studies."""
     units = (UnitPoints("sobol", 1, seed, 1024).chunk(0, 1024)[:, 0] for seed in range(50))
     found = [estimate(unit, "std", replicates=REPLICATES) for unit in units]
     assert np.mean([one.low <= 12.0**-0.5 <= one.high for one in found]) > 0.85

@@ -24,7 +24,7 @@ from bearing_twin.uq.workers import Ensemble
 
 def test_a_worker_is_a_fork_where_there_is_no_other_thread():
     """Seen in a fork of the tests, which has one thread whatever they have begun."""
-    told, tells = os.pipe()
+    reported, tells = os.pipe()
     if not (child := os.fork()):
         try:
             alone, over = workers.start_method(), threading.Event()
@@ -38,7 +38,7 @@ def test_a_worker_is_a_fork_where_there_is_no_other_thread():
             os._exit(0)
     os.waitpid(child, 0)
     os.close(tells)
-    with os.fdopen(told) as stream:
+    with os.fdopen(reported) as stream:
         assert stream.read() == ("fork spawn" if sys.platform == "linux" else "spawn spawn")
 
 
@@ -135,7 +135,7 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
     ("until", "more"),
     [
         ("multiprocessing.active_children()", {}),
-        pytest.param("told", {"set": ["run.duration=0.02"], "samples": 10000}, marks=pytest.mark.environment),
+        pytest.param("reported", {"set": ["run.duration=0.02"], "samples": 10000}, marks=pytest.mark.environment),
     ],
 )
 def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tmp_path, quick_starts):
@@ -145,8 +145,8 @@ def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tm
         "import multiprocessing, threading, time",
         "from bearing_twin import parse_study, run_study",
         f"mapping = { {**LONG_RUN, **more, 'workers': 2}!r}",
-        "told = []",
-        "def study(): run_study(parse_study(mapping, 's'), told.append)",
+        "reported = []",
+        "def study(): run_study(parse_study(mapping, 's'), reported.append)",
         "if __name__ == '__main__':",
         "    threading.Thread(target=study, daemon=True).start()",
         f"    while not {until}: time.sleep(0.01)",

@@ -176,15 +176,15 @@ def calls(share: float, folder: Path) -> Found:
     return Found(30 * tried, answers, 30 * tried - answers, silent, f"greatest {worst:.2f} s for thirty")
 
 
-def _counted(told: dict[str, str]) -> int:
+def _counted(reported: dict[str, str]) -> int:
     """The messages that a recorder says it has taken, or counted as lost; those dropped for want of room are taken."""
-    return sum(int(told.get(key, "0")) for key in ("messages", "messages_lost", "messages_before"))
+    return sum(int(reported.get(key, "0")) for key in ("messages", "messages_lost", "messages_before"))
 
 
 def _said(seen: list, node: str = "uq_node") -> dict[str, str]:
     """The last word of a node on /diagnostics."""
-    told = [status for status in seen if node in status.name]
-    return {pair.key: pair.value for pair in told[-1].values} if told else {}
+    reported = [status for status in seen if node in status.name]
+    return {pair.key: pair.value for pair in reported[-1].values} if reported else {}
 
 
 def cancels(share: float, folder: Path) -> Found:
@@ -201,8 +201,8 @@ def cancels(share: float, folder: Path) -> Found:
                 spun(executor, lambda heard=heard: bool(heard), 30.0)
             spun(executor, lambda: False, chance.uniform(0.0, 1.0))
             began = time.monotonic()
-            told, ended = sent.result().cancel_goal_async(), sent.result().get_result_async()
-            if not spun(executor, told.done, 10.0):
+            reported, ended = sent.result().cancel_goal_async(), sent.result().get_result_async()
+            if not spun(executor, reported.done, 10.0):
                 continue
             acknowledged = time.monotonic() - began
             if not spun(executor, ended.done, 30.0):
@@ -250,13 +250,12 @@ def frozen(share: float, folder: Path) -> Found:
             recorder.send_signal(signal.SIGINT)
             recorder.wait(60.0)
     with McapReader(log) as reader:
-        told = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD][-1]
+        reported = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD][-1]
     here = sum(1 for _ in raw_messages(log))
-    lost = sum(int(told[f"messages_{what}"]) for what in ("lost", "before", "dropped"))
-    unaccounted = sum(sent.values()) - here - lost if not told["uncounted"] else 0
-    figures = (
-        f"{sum(sent.values())} sent, {here} logged, {lost} told of as lost; uncounted: {told['uncounted'] or 'none'}"
-    )
+    lost = sum(int(reported[f"messages_{what}"]) for what in ("lost", "before", "dropped"))
+    unaccounted = sum(sent.values()) - here - lost if not reported["uncounted"] else 0
+    uncounted = reported["uncounted"] or "none"
+    figures = f"{sum(sent.values())} sent, {here} logged, {lost} reported as lost; uncounted: {uncounted}"
     return Found(1, int(unaccounted == 0), 0, abs(unaccounted), figures)
 
 

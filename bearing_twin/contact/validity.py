@@ -5,7 +5,7 @@ import math
 WIDEST_ELLIPSE = 0.1  # tuned: the half-space is then 1 % off
 """Semi-axis over radius of the body above which the half-space is a rough picture.
 
-No source: the next term of a sphere's shape over its parabola is the square of it, and 1 % is what a flag is worth.
+No source: the next term of a sphere's shape over its parabola is the square of it, and 1 % is what a flag stands for.
 """
 
 OFF_IN_GROOVE = 0.05  # tuned: the load is then 1 % less

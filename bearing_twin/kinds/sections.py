@@ -135,7 +135,7 @@ class Wanted:
 
 
 def peak_and_impulse(default: float, at_least: float):
-    """A field for the wanted tolerance of a body that bounces, of which a second run says what it is worth."""
+    """A field for the wanted tolerance of a body that bounces, of which a second run gives the error."""
     what = "wanted error of a contact's peak load and impulse, over the greatest"
     return quantity(default, "1", what, at_least=at_least, at_most=LOOSEST, less=UNVERIFIED)
 

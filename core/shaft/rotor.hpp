@@ -7,7 +7,7 @@
 // load that of where the ring would be a relaxation time T later: K (q + T q').
 //
 // A run that begins with the linear response to the unbalances is counted from that whirl, Re(u exp(i angle)): a state has
-// place and rate beside it, so that a step errs by a share of the rest alone. Where steps are long against the periods of
+// place and rate beside it, so that a step is wrong by a share of the rest alone. Where steps are long against the periods of
 // modes, rates would else err by some per cent, and works by more than there is.
 //
 // The balls orbit as prescribed, so that their cages do work. A bearing with its balls turned with the ring is the same as

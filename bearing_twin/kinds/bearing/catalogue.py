@@ -138,7 +138,7 @@ class Entry:
 
     bore: float = quantity(0.0, "m", "bore diameter", above=0.0)
     outside_diameter: float = quantity(0.0, "m", "outside diameter", above=0.0)
-    width: float = quantity(0.0, "m", "width; 0 = not told", at_least=0.0)
+    width: float = quantity(0.0, "m", "width; 0 = not given", at_least=0.0)
     balls: int = quantity(0, "1", "number of balls; 0 = by the rule", at_least=0, at_most=4096)
     ball_diameter: float = quantity(0.0, "m", "ball diameter; 0 = by the rule", at_least=0.0)
     pitch_diameter: float = quantity(0.0, "m", "of the pitch circle; 0 = in the middle", at_least=0.0)
@@ -292,7 +292,7 @@ def _contradictions(entry: Entry) -> list[str]:
         if low > high:
             problems.append(f"{key} = {[low, high]} must be the least and the greatest, in this order")
     if not problems and entry.contact_angle == 0.0 and clearance_of(entry) == (0.0, 0.0):
-        problems.append("radial_clearance is not told, and ISO 5753-1 is known here for bores up to 200 mm; give it")
+        problems.append("radial_clearance is not given, and ISO 5753-1 is known here for bores up to 200 mm; give it")
     return problems
 
 

@@ -70,7 +70,7 @@ def half_space_error(parameters, semi_major):
 
 
 def ellipse_errors(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
-    """Errors of ellipses and pressures of contacts whose loads are off by these shares (N, 2): of its cube root."""
+    """Errors of ellipses and pressures of contacts whose loads have these relative errors (N, 2): of its cube root."""
     return {
         f"{key}_{side}{unit}": [float(share[ball, place]) * value / 3.0 for ball, value in enumerate(values)]
         for key, unit in (("semi_major", "_m"), ("semi_minor", "_m"), ("peak_pressure", "_pa"))
@@ -337,7 +337,7 @@ def _of_ring(response: Response) -> dict[str, list[float]]:
 def by_load(
     geometry, figures: Mapping[str, Any], load, share, error: ContactError | None, given: bool
 ) -> dict[str, Any]:
-    """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach.
+    """Errors of figures where contacts have these relative errors (N, 2) of their load at the same approach.
 
     `load` (N, 2) [N] is their greatest, `error` that of the equilibrium that stands for the run. What all contacts
     share scales their sum on a ring that is held, and only moves one whose load is `given`; what they do not share need

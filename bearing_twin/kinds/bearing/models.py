@@ -257,8 +257,8 @@ def _coarse_points(parameters, friction: str) -> list[str]:
         return []
     enough = pick(BEARING, "contact.friction", parameters).value
     return [
-        f"contact.friction = {friction} errs by up to {error:.2g} of mu N where balls spin as fast as here, more than "
-        f"wanted.tolerance = {parameters.wanted.tolerance:g}; auto takes {enough}"
+        f"contact.friction = {friction} has an error of up to {error:.2g} of mu N where balls spin as fast as here, "
+        f"more than wanted.tolerance = {parameters.wanted.tolerance:g}; auto takes {enough}"
     ]
 
 

@@ -238,12 +238,12 @@ class BearingErrors:
         return nearest.law if source == LAW else nearest.half_space
 
     def _by_load(self, figures: Mapping[str, Any], share: np.ndarray, source: str) -> dict[str, Any]:
-        """Errors of figures where contacts are off by these shares (N, 2) of their load at the same approach."""
+        """Errors of figures where contacts have these relative errors (N, 2) of their load at the same approach."""
         given = dimension_of(self.parameters) != PRESCRIBED  # the ring's loads, else its place
         return by_load(self.parameters.geometry, figures, self.load, share, self._contact_error(source), given)
 
     def _friction(self, figures: Mapping[str, Any]) -> dict[str, Any]:
-        """Errors of the friction model: at a point it has no spin; over a contact patch it errs by its quadrature.
+        """Errors of the friction model: at a point it has no spin; over a contact patch it is wrong by its quadrature.
 
         A patch under pure spin resists with 3/8 mu N a E at most, E the complete elliptic integral of its eccentricity;
         with less where its rim is no faster than friction is smoothed over.

@@ -2,7 +2,7 @@
 
 Error scales. A load errs with its approach. Friction errs, over mu N, with the slip over the speed of its
 regularisation, and with the load N. A ball that rings between its contacts at the rate w with an amplitude v of its
-radial velocity errs by m w v in load; nothing stops it, so that the errors of many steps add up, and a contact that
+radial velocity is wrong by m w v in load; nothing stops it, so that the errors of many steps add up, and a contact that
 carries little feels them most: without a share of its own, lift-off missed its tolerance in friction 4 to 19 times, and
 with it 0.4 to 0.7 times. The lightest contact that errors of friction are judged by carries LIGHT of the greatest load.
 Slip of a ball that carries less counts as much less (`light_approach`). Every impact on a pocket changes a ball's speed
@@ -45,7 +45,7 @@ def _loosest(bearing: Bearing, start: np.ndarray) -> float:
 
 
 def _ringing_speed(bearing: Bearing, start: np.ndarray) -> float:
-    """Amplitude of the radial velocity [m/s] with which the lightest contact of a start errs by all its load."""
+    """Amplitude of the radial velocity [m/s] with which the lightest contact of a start is wrong by all its load."""
     outer, law = bearing.outer, bearing.outer.law
     outwards = start[:, AXIS_DISTANCE] - outer.locus_radius
     approaches = np.hypot(outwards, start[:, HEIGHT]) + bearing.ball_radius - outer.groove_radius

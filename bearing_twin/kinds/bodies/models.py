@@ -106,6 +106,6 @@ def _step_warnings(solver, stepper: str, fixed: tuple[str, ...], contact_time: f
     if stepper not in fixed or solver.step <= contact_time / FEW_STEPS:
         return idle_step(solver.step, stepper, fixed)
     return [
-        f"solver.step = {solver.step:g} s is less than {FEW_STEPS} steps a contact: restitution may be off by 2 %; "
+        f"solver.step = {solver.step:g} s is less than {FEW_STEPS} steps a contact: restitution may be wrong by 2 %; "
         f"use {contact_time / FEW_STEPS:.3g} s or less"
     ]

@@ -35,7 +35,7 @@ from bearing_twin.kinds.shaft.parameters import SIDES, ShaftDrive, ShaftScene, b
 def course_of(drive: ShaftDrive, now=0.0, angle=0.0, speed=None, goal=None) -> list[tuple[float, RingDrive]]:
     """From when on [s] the shaft turns how: `RingDrive`, whose angle is that at this time; in the order of time.
 
-    At `now` it has turned by `angle` [rad], has `speed` [rad/s] and is told to go to `goal`, all by default as at the
+    At `now` it has turned by `angle` [rad], has `speed` [rad/s] and is commanded to `goal`, all by default as at the
     start. A change of the drive that comes later is added to the goal.
     """
     speed = float(drive.speed if speed is None else speed)
@@ -97,7 +97,7 @@ def unbalance_of(parameters: ShaftScene) -> np.ndarray:
 class ShaftCourse:
     """Speed and loads over time, in parts with even acceleration and evenly growing loads, from `now` [s] on.
 
-    The shaft then has turned by `angle` [rad], turns at `speed` [rad/s] and is told to go to `goal`; `loading` acts at
+    The shaft then has turned by `angle` [rad], turns at `speed` [rad/s] and is commanded to `goal`; `loading` acts at
     `shaft.load_place`. A command makes another course, so that a motion can go back to the one it had.
     """
 
@@ -110,7 +110,7 @@ class ShaftCourse:
         self._times = apart(self._turns, loading.times[loading.times > now])
 
     def goal_at(self, time: float) -> float:
-        """The speed [rad/s] that the shaft is told to go to at `time` [s]."""
+        """The speed [rad/s] that the shaft is commanded to go to at `time` [s]."""
         change = self._parameters.drive.change
         return float(self.goal + (change.speed if self.now < change.time <= time else 0.0))
 

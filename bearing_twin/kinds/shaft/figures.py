@@ -298,7 +298,7 @@ def response_of(parameters: ShaftScene, law: str, speed: float, time: float, sha
 def moved_by(
     parameters: ShaftScene, law: str, speed: float, time: float, shares: tuple[float, float], wide: bool
 ) -> dict[str, list[float]]:
-    """By how much places and forces of a shaft are off, where all contacts of a bearing are off by such a share.
+    """By how much places and forces of a shaft are off, where all contacts of a bearing are wrong by such a share.
 
     With `wide`, and by what bodies are no half-spaces. By figure, in its unit and shape; raises as `response_of`.
     """
@@ -317,7 +317,7 @@ def _wide(scene, contacts) -> np.ndarray:
 
 @functools.lru_cache(maxsize=8)
 def wide_of(parameters: ShaftScene, law: str, speed: float, time: float) -> dict[str, Wide]:
-    """What half-spaces are off by in each bearing, in balance at `time` [s]; raises as `response_of`."""
+    """What half-spaces are wrong by in each bearing, in balance at `time` [s]; raises as `response_of`."""
     found = {}
     response = response_of(parameters, law, speed, time, _wide)
     for side, (contacts, shares, changes) in zip(SIDES, response.contacts, strict=True):
@@ -392,13 +392,13 @@ class ShaftModelErrors(ModelErrors):
         }
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """At most what the coefficient of a contact is off by: as of rings that are held; places as they answer."""
+        """At most what the coefficient of a contact is wrong by: as of rings that are held; places as they answer."""
         share = law_error(self.parameters, self.choice.law)
         loads = self._of_loads(figures, dict.fromkeys(SIDES, share))
         return loads | self._of_motion(figures, (share, share), False) if self._shares() else loads
 
     def law_of(self, output: str) -> tuple[float, str]:
-        """At most what the coefficient of a contact is off by."""
+        """At most what the coefficient of a contact is wrong by."""
         return law_error(self.parameters, self.choice.law), HERTZ_MENDS
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
@@ -448,7 +448,7 @@ class ShaftModelErrors(ModelErrors):
             "balls": "skidding, friction, forces on the cages and the balls' own ringing, above about 1 kHz, are not "
             "computed",
             "structure": "shaft and housings are rigid",
-            "works": "those of loads and bearings are off by about a tenth of wanted.tolerance of what was done either "
+            "works": "those of loads and bearings have errors of a tenth of wanted.tolerance of what was done either "
             "way, of which little may be left over whole turns, and by up to twice the tolerance where the speed "
             "changes or shaft.start is equilibrium; energy_closure is the balance of both and tells less",
         }

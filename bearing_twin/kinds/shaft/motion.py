@@ -54,8 +54,8 @@ FAILURES = {
     TOO_DEEP: "a ball is squeezed too hard, or leaves the grooves; lower the loads, or keep away from a critical speed",
 }
 TURN, WHIRLING = 12, 4
-"""Steps a turn at least: with 8 works are off by 1e-3 of all that an unbalance does either way; and where only what is
-left beside the whirl is stepped."""
+"""Steps a turn at least: with 8 works have errors of 1e-3 of all that an unbalance does either way; and where only
+what is left beside the whirl is stepped."""
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 SNAPPED = ("clock", "kept")  # arrays that a motion goes on from
 
@@ -230,7 +230,7 @@ class ShaftMotion:
 
     @property
     def goal_speed(self) -> float:
-        """The speed [rad/s] that the shaft is told to go to, at the drive's acceleration."""
+        """The speed [rad/s] that the shaft is commanded to go to, at the drive's acceleration."""
         return self.course.goal_at(self.seconds)
 
     @goal_speed.setter
@@ -361,7 +361,7 @@ def choose(parameters: ShaftScene) -> Choice:
     share = max(shares_of(parameters, law).values())
     if equilibrium_error(share) > parameters.wanted.tolerance:
         warnings.append(
-            f"the centrifugal load is {share:.2g} of a contact's, where balls in balance are off by up to "
+            f"the centrifugal load is {share:.2g} of a contact's, where balls in balance are wrong by up to "
             f"{100.0 * equilibrium_error(share):.2g} % of the greatest load until the axes of their spin have settled"
         )
     slow = [f"{one:.4g}" for one in modes_of(parameters, law)[0].frequencies if one > FAST]

@@ -206,8 +206,8 @@ def choose(parameters: SoftDiscsScene) -> Choice:
     warnings = []
     if error > tolerance:
         warnings.append(
-            f"mesh.divisions = {mesh.divisions} of order {mesh.order} errs by about {error:.1g} in the force, more "
-            f"than wanted.tolerance = {tolerance:g}; leave mesh.divisions out to have it chosen"
+            f"mesh.divisions = {mesh.divisions} of order {mesh.order} has an error of about {error:.1g} in the force, "
+            f"more than wanted.tolerance = {tolerance:g}; leave mesh.divisions out to have it chosen"
         )
     if seconds > LONG:
         warnings.append(f"this run takes about {seconds:.2g} s on one processor")
