@@ -68,7 +68,7 @@ def toy():
 
     def study(handle):
         handle.publish_feedback(ros.RunStudy.Feedback(done=3, total=4, quantity="x"))
-        failed = handle.request.study == "bad"
+        failed = handle.request.study == "bad" or "samples=0" in handle.request.overrides
         handle.abort() if failed else handle.succeed()
         summary = {"quantities": {}, "samples": 4, "failed": {}, "seconds": 1, "stopped_because": "x"}
         doubtful = handle.request.study == "doubtful"
@@ -251,6 +251,7 @@ def test_services_are_called(answer):
 def test_a_study_is_run_by_a_node(answer):
     assert "4 samples, 0 failed" in answer("study", "a")
     assert "the study was aborted: why" in answer("study", "bad", code=cli.BAD_INPUT)
+    assert "the study was aborted: why" in answer("study", "a", "--samples", "0", code=cli.BAD_INPUT)  # not the default
     wrong = ("study", "a", "--action", "/bearing/run_studdy", "--wait", "2")
     until(lambda: "did you mean /bearing/run_study?" in answer(*wrong, code=cli.BAD_INPUT))
 

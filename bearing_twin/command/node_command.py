@@ -215,9 +215,7 @@ def _study(graph, arguments) -> Outcome:
     from bearing_twin.log.study_log import NAMESPACE
     from bearing_twin.uq.result import warnings_of
 
-    overrides_of(arguments, samples="samples", seed="seed")
-    goal = {"study": arguments.study, "overrides": arguments.set}
-    goal |= {key: _yaml(text) for key in ("samples", "seed") if (text := getattr(arguments, key)) is not None}
+    goal = {"study": arguments.study, "overrides": overrides_of(arguments, samples="samples", seed="seed")}
     with progress(f"study {arguments.study}") as update:
         tell = lambda one: update(one["done"] / max(one["total"], 1))  # noqa: E731
         status, result = graph.run_study(arguments.action or f"{NAMESPACE}/run_study", goal, tell)
