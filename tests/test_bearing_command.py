@@ -330,3 +330,13 @@ def test_an_exact_law_has_no_row_of_errors(capsys):
         assert cli.main(words) == 0
         out = capsys.readouterr().out
         assert ("elastic law " in out, "half-spaces " in out) == (told, True), law
+
+
+def test_balls_that_the_rings_squeeze_are_warned_of(capsys):
+    """Basic life and static safety count the load alone, and interference of 100 um presses each ball with 4 kN."""
+    for clearance, squeezed in (("-100um", True), ("0", False), ("13um", False)):
+        words = ["bearing", "6308", "--clearance", clearance, "--load", "0,-2kN,0", "--speed", "3000rpm", "--json"]
+        assert cli.main(words) == cli.DONE
+        found = json.loads(capsys.readouterr().out)
+        assert any("squeeze" in flag for flag in found["flags"]) == squeezed
+        assert (found["reference_life_mrev"] < 0.1 * found["basic_life_mrev"]) == squeezed

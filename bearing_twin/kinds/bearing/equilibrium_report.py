@@ -32,6 +32,7 @@ from bearing_twin.kinds.bearing.ratings import (
 from bearing_twin.vibration.fault_frequencies import fault_frequencies
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
+STRIBECK = 5.0  # greatest load of a ball over the mean load of all under a radial load (Stribeck 1901; Harris)
 FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most unflagged
 
 
@@ -97,7 +98,7 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "clearance_m": clearance._asdict(),
         "model_errors": model_errors(parameters, law, solver, support, found),
         "unbalanced_n": found.left,
-        "flags": flags_of(parameters, solver, support, found, ellipses, lives.static_safety),
+        "flags": flags_of(parameters, solver, support, found, ellipses, lives.static_safety, dynamic),
     }
 
 
@@ -134,10 +135,11 @@ def _settled(values, scale) -> list:
 
 
 def flags_of(
-    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, ellipses, safety: float
+    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, ellipses, safety: float, load: float
 ) -> list[str]:
-    """Warnings of an equilibrium, one sentence each."""
+    """Warnings of an equilibrium under an equivalent dynamic load [N], one sentence each."""
     contacts = found.contacts
+    greatest, usual = contacts.load[:, 0].max(), STRIBECK * load / parameters.geometry.balls
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
     transient = equilibrium_error(centrifugal_ratio(contacts))
@@ -147,6 +149,10 @@ def flags_of(
         speed_doubt(parameters.geometry, parameters.drive.speed),
         f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
+        f"a ball carries {greatest:.3g} N, where the load alone would press it with about {usual:.2g} N: the rings "
+        "squeeze the balls, which basic life, static safety and the catalogue's torque do not count; reference life does"
+        if greatest > 2.0 * usual
+        else None,
         *contact_flags(
             parameters, ellipses[2].max(), ellipses[0].max(axis=0), contacts.angle[:, 1], contacts.load[:, 0]
         ),

@@ -210,15 +210,18 @@ def turning(parameters, speed: float) -> float:
     return 0.0 if abs(speed) <= slowest else float(speed)
 
 
-def speed_figures(parameters, late: dict, before: dict) -> dict[str, float]:
-    """Mean speeds [rad/s] over the part `late` of a run, by `Sums.from_row`, which follows the instant `before`."""
+def speed_figures(parameters, late: dict, before: dict, angle: float) -> dict[str, float]:
+    """Mean speeds [rad/s] over the part `late` of a run, by `Sums.from_row`, which follows the instant `before`.
+
+    Balls that roll do so at the contact angle `angle` [rad].
+    """
     geometry, span, speed = parameters.geometry, late["time"] - before["time"], late["speed"] / late["count"]
     diameters, turned = (geometry.ball_diameter, geometry.pitch_diameter), late["orbit_angle"] - before["orbit_angle"]
     return {
         "cage_speed_rad_s": turning(parameters, turned.mean() / span) if span > 0.0 else 0.0,
-        "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters)),
+        "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters, angle)),
         "roll_rate_rad_s": turning(parameters, late["roll_rate"] / late["count"]),
-        "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters)),
+        "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters, angle)),
     }
 
 
@@ -337,6 +340,11 @@ class BearingFigures:
         """Shapes of the contacts (N, 2) at their greatest loads, by channel."""
         return dict(zip(AT_GREATEST, self._sums.greatest.there.reshape(len(AT_GREATEST), -1, 2), strict=True))
 
+    def _rolling_angle(self) -> float:
+        """Contact angle [rad] at which balls roll: the mean of all contacts, each by its greatest load."""
+        loads = self.greatest_load
+        return float((loads * np.abs(self.at_greatest["contact_angle"])).sum() / loads.sum()) if loads.any() else 0.0
+
     @staticmethod
     def _instant(block: Block, row: int) -> dict:
         names = (*STORED, "drive_work", "dissipated", "inner_ring_speed")
@@ -442,7 +450,7 @@ class BearingFigures:
         if off_even > UNEVEN:
             found.append(f"their spacing leaves even by {off_even:.2g} rad")
         steady = parameters.initial.motion == "rolling" and not parameters.drive.change.time
-        speeds = speed_figures(parameters, *self._second_half())
+        speeds = speed_figures(parameters, *self._second_half(), self._rolling_angle())
         off = speeds["cage_speed_rad_s"] / (speeds["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
         if SLOW < abs(off) < 1.0:
             found.append(f"their orbit speed differs from rolling by {100.0 * off:+.2g} %")
@@ -486,7 +494,8 @@ class BearingFigures:
     def figures(self) -> dict:
         """The run in numbers, SI unit at the end of a key; one value a ball where it is a list."""
         late, before = self._second_half()
-        peaks = self._peaks()
+        peaks, speeds = self._peaks(), speed_figures(self.parameters, late, before, self._rolling_angle())
+        rolling = speeds["cage_speed_theory_rad_s"]
         place, tilt, force, moment = ((late["ring"] / late["count"])[columns] for columns in RING_COLUMNS)
         moved, _, swing, _ = ((late["ring_greatest"] - late["ring_least"])[columns] for columns in RING_COLUMNS)
         pairs = {}
@@ -504,7 +513,7 @@ class BearingFigures:
         found = {
             "inner_ring_speed_at_end_rad_s": self.last["inner_ring_speed"],
             "run_up_time_s": self._run_up.time_to(self.last["inner_ring_speed"]),
-            **speed_figures(self.parameters, late, before),
+            **speeds,
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": self.last["dissipated"],
@@ -519,7 +528,7 @@ class BearingFigures:
             "ring_displacement_range_m": moved.tolist(),
             "ring_force_range_n": swing.tolist(),
             **pairs,
-            "cage_slip": float(late["cage_slip"] / late["count"]),
+            "cage_slip": 1.0 - speeds["cage_speed_rad_s"] / rolling if rolling else 0.0,
             "greatest_pocket_force_n": float(self._sums.greatest.pocket_force[0]),
             **centre_figures(late["centre"] / late["count"], self._sums.greatest),
             "friction_torque_nm": self._torques(late),

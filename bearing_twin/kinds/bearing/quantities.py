@@ -17,9 +17,9 @@ MEANINGS = {
     "run_up_time_s": "until 99 % of the change of the inner ring's speed over the run was first made; none where its "
     "speed is prescribed",
     "cage_speed_rad_s": f"of the balls about the axis, {LATE}",
-    "cage_speed_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "cage_speed_theory_rad_s": f"of balls that roll without slip at the contact angles found, {LATE}",
     "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
-    "roll_rate_theory_rad_s": f"of balls that roll without slip, at the inner ring's {LATE}",
+    "roll_rate_theory_rad_s": f"of balls that roll without slip at the contact angles found, {LATE}",
     "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved, or of "
     "wanted.tolerance times what is stored where that is more",
     "drive_work_j": "work of the drive and of the loads on a ring with mass since the start, at the end",
@@ -47,7 +47,7 @@ MEANINGS = {
         )
         for ring in ("inner", "outer")
     },
-    "cage_slip": f"1 - speed of the cage / that of balls that roll at contact angle 0, {LATE}; none without a cage",
+    "cage_slip": "1 - cage_speed / cage_speed_theory; none without a cage",
     "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run; none without a cage",
     "cage_eccentricity_m": f"distance of the cage's centre from the axis, {LATE}; none where it stays centred",
     "cage_whirl_rad_s": f"of the cage's centre round the axis, about +z, {LATE}; none where it stays centred",
