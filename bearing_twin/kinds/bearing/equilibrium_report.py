@@ -150,7 +150,7 @@ def flags_of(
         f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
         f"a ball carries {greatest:.3g} N, where the load alone would press it with about {usual:.2g} N: the rings "
-        "squeeze the balls, which basic life, static safety and the catalogue's torque do not count; reference life does"
+        "squeeze the balls, which basic life, static safety and the catalogue's torque ignore; reference life counts it"
         if greatest > 2.0 * usual
         else None,
         *contact_flags(
