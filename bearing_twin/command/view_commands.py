@@ -55,7 +55,8 @@ def _view(arguments: argparse.Namespace) -> Outcome:
     document, problem = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
     from bearing_twin.view.page import write_page
 
-    page = write_page(document, out or Path(f"{file_name(document['title'])}.html"))
+    name = Path(arguments.what).resolve().stem if sort == "log" else file_name(document["title"])
+    page = write_page(document, out or Path(f"{name}.html"))
     written = {}
     if films:
         from bearing_twin.command.terminal import progress
