@@ -61,8 +61,9 @@ def test_two_nodes_of_one_name_are_told(tmp_path):
         spin_until(executor, lambda: seen, "diagnostics")
         assert "problem" not in {one.key for one in seen[0].values}
         started(executor, RecorderNode, log=str(tmp_path / "two.mcap"))
-        reported = lambda: any(one.value == base_node.NAMESAKE for status in seen for one in status.values)  # noqa: E731
-        spin_until(executor, reported, "a warning")
+        spin_until(
+            executor, lambda: base_node.NAMESAKE in [one.value for status in seen for one in status.values], "a warning"
+        )
         assert seen[-1].level >= DiagnosticStatus.WARN
         assert alone.failure is None
 

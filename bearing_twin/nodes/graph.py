@@ -204,7 +204,10 @@ class Graph:
         """
         client = ActionClient(self._node, RunStudy, action)
         known, served = self._node.get_service_names_and_types, self._node.count_services
-        actions = lambda: [name.removesuffix(GOALS) for name, _ in known() if name.endswith(GOALS) and served(name)]  # noqa: E731
+
+        def actions() -> list[str]:
+            return [name.removesuffix(GOALS) for name, _ in known() if name.endswith(GOALS) and served(name)]
+
         try:
             self._await(client.server_is_ready, "action", action, actions)
             request = filled(RunStudy.Goal, goal)

@@ -467,8 +467,8 @@ def _mesh(one: Shaped) -> dict:
     triangles = np.concatenate(
         [np.stack([corner, below, corner + 1], axis=1), np.stack([corner + 1, below, below + 1], axis=1)]
     )
-    points, normals = (some.reshape(-1, 3).tolist() for some in (surface_points(surface_of(one), *angles),
-                                                                   directions(*angles)))  # fmt: skip
+    both = surface_points(surface_of(one), *angles), directions(*angles)
+    points, normals = (some.reshape(-1, 3).tolist() for some in both)
     return {"mesh": {"vertices": points, "normals": normals, "triangles": triangles.tolist()}}
 
 
