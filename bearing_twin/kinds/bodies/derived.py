@@ -226,9 +226,7 @@ def patch_of(parameters, load: float) -> tuple[float, float, float]:
 
 
 def closed_form_numbers(parameters) -> tuple:
-    """Of spheres the load coefficient, of discs the law; reduced mass [kg]; relative speed [m/s], NaN where they never
-    collide.
-    """
+    """Coefficient of spheres or law of discs; reduced mass [kg]; relative speed [m/s], NaN without a collision."""
     speed = np.asarray(parameters.motion.speed, float)
     speed = np.where(speed > 0.0, speed, np.nan)
     if isinstance(parameters, TwoDiscsScene):

@@ -1,5 +1,7 @@
-"""Bodies that bounce as the compiled core moves them: an ellipsoid on a plane (`core/bodies/ellipsoid.cpp`), and any
-two bodies (`core/bodies/two_bodies.cpp`); numbers in, motion, outputs and records of contacts back.
+"""Bodies that bounce as the compiled core moves them.
+
+An ellipsoid on a plane (`core/bodies/ellipsoid.cpp`), and any two bodies (`core/bodies/two_bodies.cpp`): numbers in,
+motion, outputs and records of contacts back.
 """
 
 import copy

@@ -1,5 +1,6 @@
-"""The pictures of bodies that collide: force over time and approach, velocities; paths, outlines, tilt, gap, slip; and
-where the energy goes.
+"""The pictures of bodies that collide.
+
+Force over time and approach, velocities; paths, outlines, tilt, gap, slip; and where the energy goes.
 """
 
 import math
