@@ -450,7 +450,7 @@ def directions(around, across) -> np.ndarray:
 def surface_points(surface: Surface, around, across) -> np.ndarray:
     """Points (..., 3) [m] of a surface.
 
-    Of a torus those at angles [rad] round its axis and round its tube, of a convex body the farthest along `directions`.
+    Of a torus those at angles [rad] round its axis and its tube, of a convex body the farthest along `directions`.
     """
     ways = directions(around, across)
     if surface.kind != TORUS:
