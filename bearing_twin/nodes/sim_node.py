@@ -8,11 +8,13 @@ import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import Future, wait
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import SetParametersResult
+from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
@@ -302,7 +304,8 @@ class SimNode(BaseNode):
         if error is not None and not isinstance(error, Stopped):
             if left := isinstance(error, IntegrationError) and write_failure(error, self._folder):
                 error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
-            self._publish_status(ERROR, str(error), {})
+            with suppress(InvalidHandle):  # of a node closed before its first output, which its worker outlives
+                self._publish_status(ERROR, str(error), {})
             self.fail(error)
 
     # Commands
