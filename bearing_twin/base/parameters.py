@@ -277,11 +277,11 @@ def _read_named(metadata, given, path, problems, default):
 
 
 def _read_tuple(item, given, path, problems):
-    length, reason = len(item.default), given
+    length, original = len(item.default), given
     given = given.strip("[] ").split(",") if isinstance(given, str) else given  # 0,-2kN,0
     if not isinstance(given, (list, tuple)) or len(given) != length:
         unit = with_unit(item.metadata["unit"])
-        problems.append(f"{path} = {echo(reason)} must be a list of {length} numbers{unit and ' in' + unit}")
+        problems.append(f"{path} = {echo(original)} must be a list of {length} numbers{unit and ' in' + unit}")
         return item.default
     values = []
     for index, one in enumerate(given):

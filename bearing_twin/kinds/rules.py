@@ -169,7 +169,7 @@ RULES = (
     Rule(
         (BEARING,), "contact.friction", "point", "nothing acts along the axis or tilts the inner ring",
         "because no contact has an angle, so that none spins",
-        lazy_import(f"{FACTS}:spins_not"), example=("bearing_6203_greased",),
+        lazy_import(f"{FACTS}:no_contact_spins"), example=("bearing_6203_greased",),
     ),
     Rule(
         (BEARING,), "contact.friction", "spot",

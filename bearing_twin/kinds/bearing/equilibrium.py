@@ -42,7 +42,7 @@ from bearing_twin.kinds.bearing.system import Raceway, bearing_of
 from bearing_twin.kinds.contract import OperatingPoint
 
 IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
-FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # what the core tells of an equilibrium
+FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # statuses of an equilibrium in the core
 COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
 OF_BALL = 8  # numbers kept of a ball's equilibrium: place, opening, d(place)/d(opening); NaN to begin from nothing
 OF_CONTACTS = 16  # numbers of the `Contacts` of a ball
@@ -385,7 +385,7 @@ class EquilibriumSolver:
     def _refusal(self, support: Support, status: int) -> str:
         """Reason for which there is no legal equilibrium, with the greatest share of loads and held coordinates.
 
-        That a load is carried at rest is said first, for the greatest at such a speed takes long and tells less.
+        That a load is carried at rest is said first, for the greatest at such a speed takes long and says less.
         """
         if sentence := self._too_fast(support, self._beyond_angle() if status == FOUND else ""):
             return sentence
@@ -614,7 +614,7 @@ def _words(values) -> str:
 
 AT_ONCE = 1000  # cases solved in one go: their arrays stay in the cache
 SHARES = slice(33, 35)  # of the gyroscopic moment, among a setting's numbers
-ASK = "`bearing_twin bearing` tells the greatest load in this direction"
+ASK = "`bearing_twin bearing` gives the greatest load in this direction"
 REASONS = (  # by what the core says, and then by what of an equilibrium is beyond its limit
     "",
     "no ball touches both rings, so that nothing holds the ring; load it, or take less clearance",

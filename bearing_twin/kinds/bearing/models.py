@@ -103,7 +103,7 @@ def too_narrow(parameters) -> bool:
     return axis_ratio(parameters) < least_of("contact.friction", "axis_ratio")
 
 
-def spins_not(parameters) -> bool:
+def no_contact_spins(parameters) -> bool:
     """True if no contact spins: nothing acts along the axis or tilts the inner ring, now or later."""
     ring, drive = parameters.rings.inner, parameters.drive
     loads = (*ring.load, *ring.moment), (*ring.change.load, *ring.change.moment), *(row[1:] for row in ring.table)
@@ -161,7 +161,7 @@ def rolls_steadily(parameters) -> bool:
     drive = parameters.drive
     alone = dimension_of(parameters) == PRESCRIBED and parameters.cage.kind == "none" and not leaves_raceway(parameters)
     steady = not (any(drive.offset[:2]) or any(drive.tilt) or drive.change.time or slip_at_start(parameters))
-    return alone and steady and (parameters.contact.friction == POINT or spins_not(parameters))
+    return alone and steady and (parameters.contact.friction == POINT or no_contact_spins(parameters))
 
 
 COLD = 150.0  # K, below all but cryogenic bearings
