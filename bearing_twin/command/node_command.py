@@ -223,8 +223,8 @@ def _study(graph, arguments) -> Outcome:
     if not result["summary"]:
         raise BearingTwinError(said)
     summary = json.loads(result["summary"]) | ({"log": result["log"]} if result["log"] else {})
-    doubts = [] if status == "succeeded" else [said]
-    return Outcome(summary, doubts + warnings_of(summary), lambda: study_command.show(summary))
+    warnings = [] if status == "succeeded" else [said]
+    return Outcome(summary, warnings + warnings_of(summary), lambda: study_command.show(summary))
 
 
 # The table of verbs

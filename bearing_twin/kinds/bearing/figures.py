@@ -425,7 +425,7 @@ class BearingFigures:
             return None
         return (
             f"contact patches spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} "
-            f"m/s smooths: drilling torques are too small; set it to {fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
+            f"m/s smooths: torques of spin are too small; set it to {fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
         )
 
     def _half_period(self) -> float:
@@ -465,7 +465,7 @@ class BearingFigures:
                 "balls touch the inner ring between outputs alone, unseen by its loads: give a greater run.output_rate"
             )
         if not touches_at_rest(self.parameters):
-            return None  # of which a warning tells before the run
+            return None  # a warning says so before the run
         return (
             f"at {self.last['inner_ring_speed']:g} rad/s the balls are thrown off the inner ring, so that it neither "
             "carries nor drives them: lower drive.speed, which is in rad/s, or press the rings together harder"

@@ -383,7 +383,7 @@ def draw_sweep(result: dict, path) -> Path:
         ("Displacement of the inner ring", "displacement [µm]"),
         ("Stiffness against a small further load", "stiffness [N/µm]"),
         ("Greatest load of a ball on the inner raceway", "load [N]"),
-        ("Reference life (ISO/TS 16281), no promise", "life [10⁶ turns]"),
+        ("Reference life L10r (ISO/TS 16281)", "life [10⁶ turns]"),
     )
     for panel, (head, unit) in zip(panels, words, strict=True):
         frame(panel)
