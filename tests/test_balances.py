@@ -11,7 +11,7 @@ from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.sample import Sample
-from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.elasticity import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import (

@@ -28,7 +28,7 @@ from bearing_twin.contact.calculator import (
     laws_at,
     solve,
 )
-from bearing_twin.contact.ellipse import axis_ratio, hertz_coefficient
+from bearing_twin.contact.elasticity import axis_ratio, hertz_coefficient
 from bearing_twin.contact.hertz_impact import bar_speed, contact_time, restitution_lost_on_half_space
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus, yield_pressure
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, gap_error, wave_transit

@@ -10,7 +10,7 @@ import sys
 
 import pytest
 
-from bearing_twin.base.messages import LONGEST_ECHO, name_of_peer
+from bearing_twin.base.errors import LONGEST_ECHO, name_of_peer
 from bearing_twin.base.units import UNITS, for_people, known_digits, readable
 from bearing_twin.command import cli, commands
 from bearing_twin.command.cli import BAD_INPUT, DONE, main

@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from bearing_twin import SceneError, equilibrium, load_scene, simulate
 from bearing_twin.command import cli
-from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.elasticity import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 
 STEEL = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])

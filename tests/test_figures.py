@@ -12,7 +12,7 @@ from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 from bearing_twin.base.sample import Block, joined
 from bearing_twin.base.units import suffix_of
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import BearingFigures, missing
 from bearing_twin.kinds.bodies.figures import GAINED

@@ -19,7 +19,7 @@ from scipy.integrate import dblquad
 from scipy.special import ellipe
 
 from bearing_twin.charts.laws import POLES, hardest
-from bearing_twin.contact.ellipse import (
+from bearing_twin.contact.elasticity import (
     curvature_ratio,
     ellipse,
     elliptic_b_d,

@@ -12,7 +12,7 @@ from scipy.special import ellipe, ellipk
 
 from bearing_twin import load_scene, simulate
 from bearing_twin.command import cli
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.bearing import (
     contact_torque,
     controlled,

@@ -23,25 +23,23 @@ from bearing_twin.contact.damping import (
     steady_restitution,
 )
 from bearing_twin.contact.elasticity import (
+    CURVATURE_RATIO_MAX,
     approaches_of_loads,
+    axis_ratio,
     carried_course,
     coefficient_from_circle,
     coefficient_of,
+    curvature_ratio,
     elastic,
     elasticity,
+    ellipse,
+    elliptic_b_d,
     energies_at,
     fresh_coefficient,
     greatest_approaches,
+    hertz_coefficient,
     loads_at,
     sphere_coefficient,
-)
-from bearing_twin.contact.ellipse import (
-    CURVATURE_RATIO_MAX,
-    axis_ratio,
-    curvature_ratio,
-    ellipse,
-    elliptic_b_d,
-    hertz_coefficient,
 )
 from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
 from bearing_twin.contact.line import line_law

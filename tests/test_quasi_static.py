@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize, root
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
-from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.elasticity import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds.bearing import (
     Support,

@@ -8,7 +8,7 @@ import pytest
 from published_ratings import LIMITING_SPEEDS
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.bearing import (
     OIL_BATH,
     Geometry,

@@ -15,7 +15,7 @@ from shafts import energy, motion_of, outputs_of, parameters_of
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing import (
     EquilibriumSolver,

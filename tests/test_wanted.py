@@ -16,7 +16,7 @@ def graph():
 
 
 def test_a_test_that_imports_a_module_is_one_step_from_it(graph):
-    near = wanted.distances(["bearing_twin/contact/ellipse.py"], graph)
+    near = wanted.distances(["bearing_twin/contact/elasticity.py"], graph)
     assert near["tests/test_laws.py"] == 1
     assert near["tests/test_cli.py"] > near["tests/test_laws.py"]
     assert "tests/test_cdr.py" not in near

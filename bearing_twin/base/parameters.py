@@ -14,8 +14,7 @@ import stat
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from bearing_twin.base.errors import SceneError
-from bearing_twin.base.messages import LONGEST_ECHO, echo, unknown
+from bearing_twin.base.errors import LONGEST_ECHO, SceneError, echo, unknown
 from bearing_twin.base.paths import ROOM
 from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, si_value, units_taken, with_unit
 

@@ -14,8 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import ChannelError, LogError
-from bearing_twin.base.messages import echo, unknown
+from bearing_twin.base.errors import ChannelError, LogError, echo, unknown
 
 AT_ONCE = 32 << 20  # bytes of outputs
 

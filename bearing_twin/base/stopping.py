@@ -1,4 +1,4 @@
-"""Ending of computations from outside, seen by all loops; signals as exceptions are in `signals`.
+"""Ending of computations from outside, seen by all loops; signals as exceptions are in `process`.
 
 While a compiled loop runs on the main thread no handler of a signal runs. So the system itself notes signals in a byte
 of memory (`signal.set_wakeup_fd` with a file that lives in memory alone) at which the loops look: they end, and then
@@ -18,7 +18,7 @@ from contextvars import ContextVar
 import numpy as np
 
 from bearing_twin.base.errors import Interrupted, Stopped
-from bearing_twin.base.signals import PUT_OFF, RAISED
+from bearing_twin.base.process import PUT_OFF, RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
 MAP_FIXED = 0x10  # of Linux, where `_FILE` is; Python does not name it

@@ -12,8 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
-from bearing_twin.base.errors import SceneError, StudyError
-from bearing_twin.base.messages import did_you_mean, nearest, unknown
+from bearing_twin.base.errors import SceneError, StudyError, did_you_mean, nearest, unknown
 from bearing_twin.base.parameters import echo
 from bearing_twin.base.paths import ROOM, own_folder, share_path
 

@@ -16,10 +16,17 @@ import textwrap
 from typing import NoReturn
 
 from bearing_twin import __version__
-from bearing_twin.base.errors import BearingTwinError, missing_package
-from bearing_twin.base.messages import echo, harmless, unknown
-from bearing_twin.base.process import leave, one_processor, prepare, seldom_collecting, to_standard_output, while_read
-from bearing_twin.base.signals import ended_by_signals, signal_of
+from bearing_twin.base.errors import BearingTwinError, echo, harmless, missing_package, unknown
+from bearing_twin.base.process import (
+    ended_by_signals,
+    leave,
+    one_processor,
+    prepare,
+    seldom_collecting,
+    signal_of,
+    to_standard_output,
+    while_read,
+)
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130

@@ -17,8 +17,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import ROS_ARGS, unknown
+from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, unknown
 from bearing_twin.base.parameters import echo
 from bearing_twin.base.report import json_text
 from bearing_twin.base.units import Limits

@@ -12,7 +12,7 @@ from contextvars import ContextVar
 from itertools import zip_longest
 from typing import TYPE_CHECKING
 
-from bearing_twin.base.messages import harmless
+from bearing_twin.base.errors import harmless
 from bearing_twin.base.units import (
     sentence_for_people,
     unit_for_people,

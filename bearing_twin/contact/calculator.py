@@ -14,13 +14,17 @@ from scipy.special import elliprd
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import validity
 from bearing_twin.contact.elasticity import (
+    AXIS_RATIO_MIN,
     approaches_of_loads,
+    axis_ratio,
     coefficient_from_circle,
     coefficient_of,
+    curvature_ratio,
     elastic,
+    ellipse,
     greatest_approaches,
+    hertz_coefficient,
 )
-from bearing_twin.contact.ellipse import AXIS_RATIO_MIN, axis_ratio, curvature_ratio, ellipse, hertz_coefficient
 from bearing_twin.contact.hertz_impact import CONTACT_CONSTANT
 from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
 from bearing_twin.contact.materials import YIELD_ONSET, Material, effective_modulus

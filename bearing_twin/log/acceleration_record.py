@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, LogError
-from bearing_twin.base.messages import echo, unknown
+from bearing_twin.base.errors import BearingTwinError, LogError, echo, unknown
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SQLITE, SUFFIX, LogReader
 from bearing_twin.log.run_log import read_log

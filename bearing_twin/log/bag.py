@@ -11,8 +11,7 @@ from typing import NamedTuple
 
 import yaml
 
-from bearing_twin.base.errors import LogError
-from bearing_twin.base.messages import echo, shortened
+from bearing_twin.base.errors import LogError, echo, shortened
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import (
     LARGEST_MESSAGE,

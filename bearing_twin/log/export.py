@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import LogError, wanted
-from bearing_twin.base.messages import echo, unknown
+from bearing_twin.base.errors import LogError, echo, unknown, wanted
 from bearing_twin.base.paths import file_name, put_whole
 from bearing_twin.base.report import CutShort
 from bearing_twin.log.bag import path_of

@@ -20,8 +20,8 @@ from mcap.records import Attachment, Metadata
 import bearing_twin
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.paths import put_whole
+from bearing_twin.base.process import Unbroken
 from bearing_twin.base.sample import Channel
-from bearing_twin.base.signals import Unbroken
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, LoggedTopic, Qos, Span, bag_information, offered_qos, path_of, qos_text

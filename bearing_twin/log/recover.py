@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 from mcap.records import Attachment, Metadata
 
-from bearing_twin.base.errors import LogError
-from bearing_twin.base.messages import harmless
+from bearing_twin.base.errors import LogError, harmless
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, log_files, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, UnreadableLog

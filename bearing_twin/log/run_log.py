@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import bearing_twin
-from bearing_twin.base.errors import LogError, SceneError
-from bearing_twin.base.messages import echo
+from bearing_twin.base.errors import LogError, SceneError, echo
 from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parsed_json
 from bearing_twin.base.sample import Block, Channel, Sample, between, joined
 from bearing_twin.contact.laws import LAWS

@@ -15,8 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.base.errors import LogError
-from bearing_twin.base.messages import shortened
+from bearing_twin.base.errors import LogError, shortened
 from bearing_twin.base.report import parsed_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.log import cdr

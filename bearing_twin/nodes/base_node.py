@@ -28,8 +28,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import echo, harmless
+from bearing_twin.base.errors import BearingTwinError, echo, harmless
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.messages import (

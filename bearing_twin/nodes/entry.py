@@ -14,8 +14,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import ROS_ARGS
+from bearing_twin.base.errors import ROS_ARGS, BearingTwinError
 from bearing_twin.base.paths import share_path
 
 

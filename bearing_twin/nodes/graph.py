@@ -19,8 +19,7 @@ from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import harmless, name_of_peer
+from bearing_twin.base.errors import BearingTwinError, harmless, name_of_peer
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import RunStudy, compatible_profile, filled, interface, plain, qos_profile, rclpy

@@ -17,7 +17,7 @@ except ImportError as error:  # in a checkout a folder has the name of that pack
     raise ModuleNotFoundError("launch files need ROS 2's packages launch and launch_ros; source ROS 2 first") from error
 from launch_ros.parameter_descriptions import ParameterValue
 
-from bearing_twin.base.messages import ROS_ARGS
+from bearing_twin.base.errors import ROS_ARGS
 from bearing_twin.base.paths import share_path
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import Panels, foxglove, panels, panels_of_log, rviz

@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, MissingInterfacesError
-from bearing_twin.base.messages import echo, harmless, unknown
+from bearing_twin.base.errors import BearingTwinError, MissingInterfacesError, echo, harmless, unknown
 from bearing_twin.base.parameters import read_number
 from bearing_twin.log.bag import Qos
 

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.messages import ROS_ARGS, echo
+from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo
 from bearing_twin.base.parameters import unknown
 from bearing_twin.base.units import in_si, labelled, with_unit
 from bearing_twin.log.raw_log import KEPT_RATE, Safety

@@ -11,8 +11,7 @@ from pathlib import Path
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 
-from bearing_twin.base.errors import BearingTwinError, LogError
-from bearing_twin.base.messages import name_of_peer
+from bearing_twin.base.errors import BearingTwinError, LogError, name_of_peer
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos

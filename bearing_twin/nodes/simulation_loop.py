@@ -6,8 +6,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from bearing_twin.base.errors import BearingTwinError, Interrupted
-from bearing_twin.base.messages import echo
+from bearing_twin.base.errors import BearingTwinError, Interrupted, echo
 from bearing_twin.kinds.contract import Command
 from bearing_twin.nodes.pacing import PacedStream, Pacer, StreamPace, Timed
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.contact.calculator import COMPARED, Gap, axis_stresses, laws_at
-from bearing_twin.contact.ellipse import curvature_ratio
+from bearing_twin.contact.elasticity import curvature_ratio
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.pictures.style import BALL_COLOURS, LOAD_MAP, SIZE, STYLE, ball_line, frame, heading, save
 

@@ -6,8 +6,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import ArrayLike
 
-from bearing_twin.base.errors import SceneError
-from bearing_twin.base.messages import echo
+from bearing_twin.base.errors import SceneError, echo
 from bearing_twin.kinds.bearing import Equilibria, azimuths_on, solved_cases
 from bearing_twin.run.scene import Scene, choose, load_scene
 

@@ -12,7 +12,7 @@ from bearing_twin.base.report import Choice, Report
 from bearing_twin.base.sample import Aligned, Block, cut, outputs_at_once
 from bearing_twin.base.units import greatest_error, known_digits, named, readable, two_digits, with_unit
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import Facts, Figures, Picture
+from bearing_twin.kinds.contract import ChannelFigures, Facts, Figures, Picture
 from bearing_twin.kinds.error_estimates import (
     FRICTION_MODEL,
     LARGE,
@@ -25,7 +25,6 @@ from bearing_twin.kinds.error_estimates import (
     Promise,
     UnknownErrors,
 )
-from bearing_twin.kinds.figures import ChannelFigures
 from bearing_twin.run.failure import failure_in
 from bearing_twin.run.second_run import Estimate, NoEstimate, estimate_of
 

@@ -13,8 +13,7 @@ from typing import Any
 
 import yaml
 
-from bearing_twin.base.errors import BearingTwinError, SceneError
-from bearing_twin.base.messages import MOST_NAMED, MOST_NEAR, is_text, shortened
+from bearing_twin.base.errors import MOST_NAMED, MOST_NEAR, BearingTwinError, SceneError, is_text, shortened
 from bearing_twin.base.parameters import (
     describe,
     echo,

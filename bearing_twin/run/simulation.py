@@ -8,16 +8,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError
-from bearing_twin.base.messages import no_progress
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError, no_progress
 from bearing_twin.base.report import Choice, Report
 from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, outputs_at_once, side_by_side
 from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.kinds.sections import solved_whole
-from bearing_twin.run.failure import Broken, Failure, failure_keys, placed, state_of, up_to_break
-from bearing_twin.run.health import Health, worst_contact
+from bearing_twin.run.failure import Broken, Failure, Health, failure_keys, placed, state_of, up_to_break, worst_contact
 from bearing_twin.run.report import Gathering
 from bearing_twin.run.scene import Scene, choose, load_scene
 from bearing_twin.run.second_run import CheckedMotion, estimate_of, has_second_run

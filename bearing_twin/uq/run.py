@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import StatisticError, Stopped, StudyError
-from bearing_twin.base.messages import no_progress
+from bearing_twin.base.errors import StatisticError, Stopped, StudyError, no_progress
 from bearing_twin.base.stopping import heeding
 from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
 from bearing_twin.uq.model_errors import NOT_CHECKED, model_errors, no_model_errors

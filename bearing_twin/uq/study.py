@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats.distributions import rv_frozen
 
-from bearing_twin.base.errors import SceneError, StudyError
-from bearing_twin.base.messages import is_text
+from bearing_twin.base.errors import SceneError, StudyError, is_text
 from bearing_twin.base.parameters import choice, echo, plain, quantity, read, read_number, section, unknown
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES

@@ -1,4 +1,4 @@
-// Whether outputs can be those of a motion (run/health.py): numbers of a size that a scene may have, unit quaternions,
+// Whether outputs can be those of a motion (run/failure.py): numbers of a size that a scene may have, unit quaternions,
 // no more energy than there was and was brought.
 #include <algorithm>
 #include <cmath>

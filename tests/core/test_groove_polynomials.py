@@ -7,8 +7,8 @@ from contact_reference import along_groove
 from bearing_twin.contact.elasticity import (
     elasticity,
     fresh_coefficient,
+    semi_axes,
 )
-from bearing_twin.contact.ellipse import semi_axes
 from bearing_twin.contact.laws import LAWS, law_names
 from bearing_twin.kinds.bearing import GIVES
 from bearing_twin.kinds.bearing.system import TERMS, axes_along, terms_along

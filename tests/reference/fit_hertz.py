@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from bearing_twin.contact.ellipse import curvature_ratio, hertz_coefficient
+from bearing_twin.contact.elasticity import curvature_ratio, hertz_coefficient
 
 AXIS_RATIO_RANGE = (0.01, 1.0)
 

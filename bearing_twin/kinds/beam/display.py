@@ -7,7 +7,7 @@ the other support and z against the blow.
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Sample, Wrench
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.beam import SPHERE_ON_BEAM
 from bearing_twin.kinds.beam.parameters import BEAM, BODY, SphereOnBeamScene

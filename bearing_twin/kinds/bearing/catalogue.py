@@ -12,8 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bearing_twin.base.errors import SceneError
-from bearing_twin.base.messages import unknown
+from bearing_twin.base.errors import SceneError, unknown
 from bearing_twin.base.parameters import LONGEST_TEXT, choice, echo, quantity, raise_problems, read, text
 from bearing_twin.base.yaml_files import BEARINGS
 

@@ -132,7 +132,7 @@ def defect_numbers(parameters, load: float) -> "np.ndarray":
     """
     import numpy as np
 
-    from bearing_twin.contact.ellipse import ellipse
+    from bearing_twin.contact.elasticity import ellipse
 
     geometry = operating_geometry(parameters)
     curvatures = np.array(nominal_curvatures(geometry))[None]

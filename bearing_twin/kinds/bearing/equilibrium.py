@@ -15,8 +15,8 @@ from numpy.ctypeslib import ndpointer
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.report import in_lines
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.contact.ellipse import ellipse as ellipses_at
-from bearing_twin.contact.ellipse import elliptic_e
+from bearing_twin.contact.elasticity import ellipse as ellipses_at
+from bearing_twin.contact.elasticity import elliptic_e
 from bearing_twin.contact.friction import AUTO, POINT
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.defects import defect_numbers, heights_under

@@ -8,7 +8,7 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Layout
-from bearing_twin.contact.ellipse import axis_ratio, ellipse, hertz_coefficient
+from bearing_twin.contact.elasticity import axis_ratio, ellipse, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import (
@@ -30,7 +30,7 @@ from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_s
 from bearing_twin.kinds.bearing.quantities import missing
 from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, TORQUE, dimension_of
-from bearing_twin.kinds.figures import STORED, adds_up
+from bearing_twin.kinds.contract import STORED, adds_up
 
 STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
 STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands

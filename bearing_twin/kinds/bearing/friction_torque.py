@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.ellipse import ellipse, elliptic_e
+from bearing_twin.contact.elasticity import ellipse, elliptic_e
 from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.lubricant import (
     GREASE,

@@ -202,7 +202,7 @@ def lubricant_problems(parameters) -> list[str]:
 
 def ordinary_film(parameters, speed: float) -> float:
     """Thickness over roughness of the inner contact at the peak pressure ORDINARY_PRESSURE and this speed [rad/s]."""
-    from bearing_twin.contact.ellipse import ellipse
+    from bearing_twin.contact.elasticity import ellipse
 
     geometry, materials = parameters.geometry, parameters.materials
     radius = 0.5 * geometry.ball_diameter

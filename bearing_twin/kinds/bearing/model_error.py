@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.elasticity import coefficient_of, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.equilibrium import (

@@ -4,9 +4,8 @@ import math
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.units import CELSIUS
-from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import axis_ratio as ratio_of
-from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.elasticity import axis_ratio as ratio_of
+from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coefficient
 from bearing_twin.contact.friction import AUTO, FRICTIONS, POINT, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus

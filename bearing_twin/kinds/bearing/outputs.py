@@ -8,7 +8,7 @@ import functools
 import numpy as np
 
 from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, Wrench, layout_of
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.compiled import write_rows
 from bearing_twin.kinds.bearing.geometry import moduli

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.ellipse import ellipse
+from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.bearing.catalogue import entries, row_of
 from bearing_twin.shapes.closed_forms import ball_in_groove
 from bearing_twin.vibration.fault_frequencies import rolling_frequencies

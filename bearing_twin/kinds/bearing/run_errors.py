@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
 from bearing_twin.base.units import LUBRICATED
-from bearing_twin.contact.ellipse import axis_ratio, elliptic_b_d
+from bearing_twin.contact.elasticity import axis_ratio, elliptic_b_d
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, equilibrium_error, scene_equilibrium

@@ -12,8 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 
-from bearing_twin.contact.elasticity import Elasticity, elasticity, fresh_coefficient
-from bearing_twin.contact.ellipse import hertz_coefficient, semi_axes
+from bearing_twin.contact.elasticity import Elasticity, elasticity, fresh_coefficient, hertz_coefficient, semi_axes
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bodies.derived import DEEPEST, has_closed_form, modulus_of, size_of, start_points
 from bearing_twin.kinds.bodies.parameters import OVERLAP, TRACKINGS, TwoBodiesScene

@@ -11,9 +11,8 @@ import numpy as np
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import hertz_impact, line_impact
 from bearing_twin.contact.damping import damping_for_restitution, restitution_of
-from bearing_twin.contact.elasticity import coefficient_of, sphere_coefficient
-from bearing_twin.contact.ellipse import axis_ratio as ratio_of
-from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.elasticity import axis_ratio as ratio_of
+from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coefficient, sphere_coefficient
 from bearing_twin.contact.laws import LAWS, law_names, numbers_missing
 from bearing_twin.contact.line import greatest_energy, line_law
 from bearing_twin.contact.materials import effective_modulus

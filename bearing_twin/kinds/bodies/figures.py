@@ -11,13 +11,13 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.contact.ellipse import ellipse, hertz_coefficient
+from bearing_twin.contact.elasticity import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
 from bearing_twin.kinds.bodies.derived import ROWS, bodies_of, modulus_of, patch_of, reach_of, sphere_mass
 from bearing_twin.kinds.bodies.parameters import OVERLAP, Sphere, TwoBodiesScene
-from bearing_twin.kinds.figures import adds_up
+from bearing_twin.kinds.contract import adds_up
 
 LISTED = 200  # contacts named one by one in a report
 NOTABLE = 0.01  # of the greatest load: lighter touches say nothing about waves in the body

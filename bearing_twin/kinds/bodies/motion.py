@@ -16,8 +16,7 @@ from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
-from bearing_twin.contact.elasticity import elasticity
-from bearing_twin.contact.ellipse import hertz_coefficient
+from bearing_twin.contact.elasticity import elasticity, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import compliance
 from bearing_twin.contact.patch_friction import patch_by

@@ -10,7 +10,7 @@ import numpy as np
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
-from bearing_twin.contact.ellipse import Ellipse, ellipse
+from bearing_twin.contact.elasticity import Ellipse, ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.equilibrium import (
@@ -24,8 +24,8 @@ from bearing_twin.kinds.bearing.equilibrium import (
 )
 from bearing_twin.kinds.bearing.model_error import ALIKE, half_space_error, pushed_by
 from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
+from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LEFT_OUT, Comparison, Errors, ModelErrors, with_tolerance
-from bearing_twin.kinds.figures import adds_up
 from bearing_twin.kinds.shaft.equilibrium import balance_of, modes_of, rotor_of, speeds_of
 from bearing_twin.kinds.shaft.motion import FINEST, SETTING, law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene

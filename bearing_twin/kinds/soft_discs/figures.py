@@ -10,8 +10,8 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.base.units import suffix_of
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison
+from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import COARSER, LAW, ModelErrors
-from bearing_twin.kinds.figures import adds_up
 from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
