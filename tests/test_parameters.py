@@ -261,7 +261,7 @@ def test_labels_and_densities():
     ("si", "people"),
     [
         ("friction torque 1.5e-05 ± 0.0012 N m, mostly", "friction torque 0.015 ± 1.2 N mm, mostly"),
-        ("a spot reaches 0.00105 m along its groove", "a spot reaches 1.05 mm along its groove"),
+        ("a contact patch reaches 0.00105 m along its groove", "a contact patch reaches 1.05 mm along its groove"),
         ("peak pressure 4.89e+09 Pa is beyond 1.6e+09 Pa: the", "peak pressure 4890 MPa is beyond 1600 MPa: the"),
         ("reported to go from 100 to 250.5 rad/s", "reported to go from 955 to 2392 rpm"),
         ("even by 0.297 rad", "even by 17 °"),

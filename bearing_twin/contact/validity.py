@@ -78,8 +78,9 @@ def groove_doubt(semi_axes, ball_radius: float, conformities) -> str | None:
     if error <= OFF_IN_GROOVE:
         return None
     return (
-        f"a spot reaches {axis:.3g} m along its groove, where ball and groove are {100.0 * error:.2g} % further apart "
-        f"than the parabolas of Hertz's theory: it bears about {100.0 * FELT * error:.2g} % less at the same approach"
+        f"a contact patch reaches {axis:.3g} m along its groove, where ball and groove are {100.0 * error:.2g} % "
+        f"further apart than the parabolas of Hertz's theory: it bears about {100.0 * FELT * error:.2g} % less at the "
+        "same approach"
     )
 
 

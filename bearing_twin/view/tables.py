@@ -15,7 +15,7 @@ from bearing_twin.base.units import (
 from bearing_twin.run.report import exceeds, promise_in_words, shown_errors
 
 AXES = 3  # lists of so many numbers at most are vectors
-BEYOND_DIGITS = 5e-7  # of a value: an error below it is beyond the six digits shown
+BEYOND_DIGITS = 5e-6  # of a value: an error below it is beyond the digits shown
 DIGITS = 5
 MOST_ROWS = 200
 Readable = Callable[[str, float], tuple[str, str, float]]  # words, unit and factor of a key with values up to a size
@@ -82,7 +82,7 @@ def errors_in_words(result: Mapping[str, Any]) -> tuple[dict[str, str], list[str
     return known, [f"{name}: {text}" for name, text in result.get("errors_unknown", {}).items()]
 
 
-def value_text(value, factor: float = 1.0, error=None, digits: int = 6) -> str:
+def value_text(value, factor: float = 1.0, error=None, digits: int = DIGITS) -> str:
     """One value: a number times `factor` to the digits that its error, in its own unit, allows; a list of several."""
     if value is None or isinstance(value, bool):
         return {None: "-", True: "yes", False: "no"}[value]
