@@ -65,7 +65,6 @@ def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, capsys):
     for picture in found.pictures:
         with Image.open(picture) as image:
             assert image.width == 1600
-    assert not list(folder.glob(f"{name}*.unfinished"))
     assert main(["chart", name, "--read", "--out", str(folder), "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["reading"] == found.reading
     if name not in PAPERS:
@@ -226,30 +225,9 @@ def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
     assert "0.2 CPU seconds" in rows[1].reason
 
 
-def test_an_interrupted_chart_goes_on_where_it_was(tmp_path):
-    done = []
-
-    def judge(problem, method, setting, across):
-        if setting == 2.0 and len(done) < 3:
-            done.append("interrupted")
-            raise KeyboardInterrupt
-        done.append(setting)
-        return {"error": 0.5}
-
-    kept = tmp_path / "x.unfinished"
-    with pytest.raises(KeyboardInterrupt):
-        contest(judge).measure("made up", Asked(workers=0), kept)
-    with kept.open("a") as stream:
-        stream.write('["torn')
-    rows = contest(judge).measure("made up", Asked(workers=0), kept)
-    assert done == [0.0, 1.0, "interrupted", 2.0]
-    assert [row.status for row in rows] == [DONE] * 3
-    assert not kept.exists()
-
-
-def test_two_processes_find_what_one_finds(tmp_path):
-    found = [chart_of("beams").measure("beams", Asked(("slow",), workers=one, quick=True)) for one in (0, 2)]
-    assert [(row.method, row.error) for row in found[0]] == [(row.method, row.error) for row in found[1]]
+def test_two_processes_find_what_one_finds(made):
+    found = chart_of("stability").measure("stability", Asked((PART["stability"],), workers=2, quick=True))
+    assert [(row.setting, row.error) for row in found] == [(row.setting, row.error) for row in made("stability").rows]
 
 
 def test_a_timing_is_of_one_run_over_what_it_did():

@@ -2,20 +2,18 @@
 
 A chart is a table of problems, each a row. Every run is a `Row`: its error against a reference far tighter than what is
 judged, its CPU seconds, or why there is no result. Runs are shared by two processes; one that exceeds the limit of CPU
-seconds is stopped. What is finished is kept beside the picture until all is done, so that an interrupted chart
-continues; kept rows of other sources are not used.
+seconds is stopped. A paper is a chart whose parts are the sheets of its figures.
 """
 
 import contextlib
 import dataclasses
-import hashlib
-import json
+import functools
 import math
 import multiprocessing
 import signal
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -27,7 +25,7 @@ from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.process import usable
 from bearing_twin.base.units import prefixed, two_digits
 from bearing_twin.charts import chart_of
-from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels
+from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels, write_curves
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
 from bearing_twin.pictures.style import STYLE
 
@@ -106,17 +104,16 @@ class Contest:
             own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
         return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
 
-    def measure(self, name: str, asked: Asked, unfinished: Path | None = None) -> list[Row]:
-        """All runs, problem by problem and method by method; those in the file `unfinished` are not repeated."""
+    def measure(self, name: str, asked: Asked) -> list[Row]:
+        """All runs, problem by problem and method by method."""
         names = wanted_of(asked.problems, self.problems)
         tasks = [(problem, *one) for problem in names for one in self.entries(problem, asked.quick)]
-        kept = Kept(unfinished)
-        waiting = [task for task in tasks if repr(task) not in kept.rows]
-        for task, row in _answers(name, self, waiting, asked):
-            kept.put(repr(task), row)
-            asked.update(len(kept.rows) / len(tasks))
-        kept.drop()
-        return [kept.rows[repr(task)] for task in tasks]
+        rows = []
+        with _mapped(min(asked.workers, len(tasks) - 1)) as mapped:
+            for row in mapped(functools.partial(_run, name if asked.workers else self, asked.limit), tasks):
+                rows.append(row)
+                asked.update(len(rows) / len(tasks))
+        return rows
 
     def sheet(self, rows: list[Row]) -> Sheet:
         """The picture of rows."""
@@ -131,7 +128,7 @@ class Contest:
 
     def make(self, folder: Path, name: str, asked: Asked) -> Made:
         """Runs the chart and writes picture and table."""
-        rows = self.measure(name, asked, folder / f"{name}.unfinished")
+        rows = self.measure(name, asked)
         picture, table = folder / f"{name}.png", folder / f"{name}.csv"
         write_table(rows, table)
         draw(self.sheet(rows), picture)
@@ -150,17 +147,16 @@ def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
     return [name for name in known if not words or name in words]
 
 
-def _answers(name, contest, tasks, asked) -> Iterator[tuple[Entry, Row]]:
-    """Every task with its row, as they come."""
-    if not asked.workers or len(tasks) < 2:
-        yield from ((task, contest.run(task, asked.limit)) for task in tasks)
+@contextlib.contextmanager
+def _mapped(workers: int) -> Iterator[Callable]:
+    """A `map` over so many processes, in their order; less than one: in this process."""
+    if workers < 1:
+        yield map
         return
     spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(asked.workers, usable()), spawn, signal.signal, (signal.SIGINT, signal.SIG_IGN))
+    pool = ProcessPoolExecutor(min(workers, usable()), spawn, signal.signal, (signal.SIGINT, signal.SIG_IGN))
     try:
-        futures = {pool.submit(_run, name, task, asked.limit): task for task in tasks}
-        for future in as_completed(futures):
-            yield futures[future], future.result()
+        yield pool.map
     except BrokenProcessPool as error:
         raise BearingTwinError("a process of the chart was ended by the system; its words stand above") from error
     finally:
@@ -169,51 +165,8 @@ def _answers(name, contest, tasks, asked) -> Iterator[tuple[Entry, Row]]:
             child.kill()
 
 
-def _run(name: str, task: Entry, limit: float) -> Row:
-    return chart_of(name).run(task, limit)
-
-
-class Kept:
-    """Rows that are finished, in a file of lines; without a path they are in memory alone."""
-
-    def __init__(self, path: Path | None):
-        self.path, self.rows = path, {}
-        if path is None:
-            return
-        with contextlib.suppress(OSError, ValueError, TypeError):
-            head, *lines = path.read_text(encoding="utf-8").splitlines()
-            for line in lines if head == sources() else ():
-                key, cells = json.loads(line)
-                self.rows[key] = Row(**cells)
-        if not self.rows:
-            self._write(sources(), "w")
-
-    def put(self, key: str, row: Row) -> None:
-        """Keeps one more."""
-        self.rows[key] = row
-        self._write(json.dumps([key, dataclasses.asdict(row)]), "a")
-
-    def drop(self) -> None:
-        """Forgets the file: all is done."""
-        if self.path is not None:
-            self.path.unlink(missing_ok=True)
-
-    def _write(self, line: str, how: str) -> None:
-        if self.path is None:
-            return
-        try:
-            with self.path.open(how, encoding="utf-8") as stream:
-                stream.write(line + "\n")
-        except OSError as error:
-            raise BearingTwinError(f"{self.path} cannot be written ({error.strerror}); give another folder") from error
-
-
-def sources() -> str:
-    """A digest of the package's text: rows of other sources are not used."""
-    package, digest = Path(__file__).resolve().parent.parent, hashlib.sha256()
-    for path in sorted(package.rglob("*.py")):
-        digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+def _run(contest: Contest | str, limit: float, task: Entry) -> Row:
+    return (chart_of(contest) if isinstance(contest, str) else contest).run(task, limit)
 
 
 class Stopped(BaseException):
@@ -279,28 +232,43 @@ def of_problem(rows: Iterable[Row], problem: str, *status: str) -> list[Row]:
     return [row for row in rows if row.problem == problem and (not status or row.status in status)]
 
 
+def curves(rows: Iterable[Row], order: list[str], x, y, lost=lambda row: None, marker: str = "o") -> list[Line]:
+    """A curve a method through (x(row), y(row)) of its results, a cross at `lost(row)`, if any, for the others.
+
+    Its colour is that of its place in `order`. Results whose y is NaN are left out, smaller ones than LEAST raised.
+    """
+    parts = []
+    for method, mine in of_methods(rows).items():
+        good = sorted((x(row), max(y(row), LEAST)) for row in mine if row.status == DONE and not math.isnan(y(row)))
+        crosses = [place for row in mine if row.status != DONE and (place := lost(row))]
+        parts += curve(method, good, order.index(method), crosses, marker)
+    return parts
+
+
 def error_against_cost(contest: Contest, rows: list[Row], only: Container[str] = ()) -> list[list[Panel]]:
     """A panel a problem, or of `only` some: error across, CPU time up, crosses at the right edge for failures."""
     methods, rows = [*of_methods(rows)], [row for row in rows if not only or row.problem in only]
-    panels, known = [], [row.error for row in rows if row.status == DONE and row.error > 0.0]
+    known = [row.error for row in rows if row.status == DONE and row.error > 0.0]
     least = max(LEAST, min(known, default=LEAST) / 3.0)
     edge = min(10.0 * max(known, default=1.0), GREATEST)
     across = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge))
-    for name, title in contest.problems.items():
-        if not (here := of_problem(rows, name)):
-            continue
+
+    def panel(title: str, here: list[Row]) -> Panel:
         costs = [row.seconds for row in here if row.seconds > 0.0] or [1.0]
         middle = math.sqrt(min(costs) * max(costs))  # a decade at least, lest noise look like a difference
         ends = min(0.8 * min(costs), middle / DECADE), max(1.25 * max(costs), middle * DECADE)
-        up = Axis(contest.cost, "s", log=True, limits=ends)
-        parts = [Line("", [contest.wanted] * 2, ends, WANTED_LOOK, False)]
-        for method, mine in of_methods(here).items():
-            number, mine = methods.index(method), sorted(mine, key=lambda row: row.setting)
-            good = [(max(row.error, least), row.seconds) for row in mine if row.status == DONE]
-            high = min(costs) * 1.3**number
-            lost = [(edge, row.seconds if row.seconds > 0.0 else high) for row in mine if row.status != DONE]
-            parts += curve(method, good, number, lost)
-        panels.append(Panel(title, across, up, parts))
+        parts = curves(
+            here,
+            methods,
+            lambda row: max(row.error, least),
+            lambda row: row.seconds,
+            lambda row: (edge, max(row.seconds, 0.0) or min(costs) * 1.3 ** methods.index(row.method)),
+        )
+        limit = Line("", [contest.wanted] * 2, ends, WANTED_LOOK, False)
+        return Panel(title, across, Axis(contest.cost, "s", log=True, limits=ends), [limit, *parts])
+
+    pairs = ((title, of_problem(rows, name)) for name, title in contest.problems.items())
+    panels = [panel(title, here) for title, here in pairs if here]
     return in_rows(panels, 2 if len(panels) in (2, 4) else 3)
 
 
@@ -311,18 +279,18 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
 
 def over_across(contest: Contest, rows: list[Row], axis: Axis, columns: Mapping[str, str]) -> list[list[Panel]]:
     """A row of panels a problem: columns of the rows over `across`, by name with their title, then the CPU time."""
+    order = [*of_methods(rows)]
+
+    def panel(title: str, mine: list[Row], column: str, words: str) -> Panel:
+        parts = curves(mine, order, lambda row: row.across, lambda row: row.more[column], lambda row: (row.across, 1.0))
+        return Panel(title, axis, Axis(words, log=True), parts)
+
     lines = []
     for name, title in contest.problems.items():
-        mine, line = of_problem(rows, name), []
-        for column, words in {**columns, "seconds": contest.cost}.items() if mine else ():
-            parts, up = [], Axis(words, "s" if column == "seconds" else "1", log=True)
-            for number, method in enumerate(of_methods(rows)):
-                ours = [row for row in mine if row.method == method]
-                good = [(row.across, row.more.get(column, row.seconds)) for row in ours if row.status == DONE]
-                lost = [(row.across, 1.0) for row in ours if row.status != DONE and column != "seconds"]
-                parts += curve(method, sorted((x, max(y, LEAST)) for x, y in good if y == y), number, lost)
-            line.append(Panel(title, axis, up, parts))
-        lines += [line] if line else []
+        if mine := of_problem(rows, name):
+            costs = curves(mine, order, lambda row: row.across, lambda row: row.seconds)
+            cost = Panel(title, axis, Axis(contest.cost, "s", log=True), costs)
+            lines.append([*(panel(title, mine, *column) for column in columns.items()), cost])
     return lines
 
 
@@ -336,14 +304,14 @@ def best_of(contest: Contest, rows: list[Row]) -> list[str]:
     """A sentence a problem: the CPU time at which each method has the requested error, the cheapest first."""
     sentences = []
     for name, title in contest.problems.items():
-        mine = of_methods(of_problem(rows, name))
-        found = {method: cheapest(rows, name, method, contest.wanted) for method in mine}
-        good = sorted((method for method in mine if found[method]), key=lambda method: found[method].seconds)
-        never = [method for method in mine if not found[method]]
-        if mine:
-            words = ", ".join(f"{method} {seconds(found[method].seconds)}" for method in good) or "none"
+        methods = of_methods(of_problem(rows, name))
+        found = {method: cheapest(rows, name, method, contest.wanted) for method in methods}
+        good = sorted((row for row in found.values() if row), key=lambda row: row.seconds)
+        words = ", ".join(f"{row.method} {seconds(row.seconds)}" for row in good) or "none"
+        never = ", ".join(method for method, row in found.items() if not row)
+        if methods:
             text = f"{title}: {contest.cost} at an error of {contest.wanted:g}: {words}"
-            sentences.append(text + (f"; at no setting: {', '.join(never)}." if never else "."))
+            sentences.append(text + (f"; at no setting: {never}." if never else "."))
     return sentences
 
 
@@ -355,26 +323,63 @@ def seconds(value: float) -> str:
 
 def found_again(rows: Iterable[Row], own: Iterable[str]) -> list[str]:
     """A sentence on how near methods other than the reference's `own` come to it: a check of the reference."""
-    nearest: dict[str, tuple[float, str]] = {}
-    for row in rows if own else ():
-        if row.method not in own and row.error < nearest.get(row.problem, (math.inf, ""))[0]:
-            nearest[row.problem] = row.error, row.method
-    words = ", ".join(f"{problem} to {error:.1g} ({method})" for problem, (error, method) in nearest.items())
+    nearest: dict[str, Row] = {}
+    for row in sorted(rows if own else (), key=lambda row: row.error):
+        if row.method not in own and row.status == DONE:
+            nearest.setdefault(row.problem, row)
+    words = ", ".join(f"{name} to {row.error:.1g} ({row.method})" for name, row in nearest.items())
     return [f"References found again by other methods: {words}."] if words else []
 
 
 def without_result(rows: Iterable[Row]) -> list[str]:
     """A sentence on the runs that were refused, failed or were stopped."""
-    lost = [row for row in rows if row.status != DONE]
-    words = ", ".join(dict.fromkeys(f"{row.method} on {row.problem} ({row.status})" for row in lost))
-    return [f"Without a result: {words}."] if lost else []
+    words = dict.fromkeys(f"{row.method} on {row.problem} ({row.status})" for row in rows if row.status != DONE)
+    return [f"Without a result: {', '.join(words)}."] if words else []
 
 
 def unsure(rows: Iterable[Row]) -> list[str]:
     """A sentence on costs whose repeats lie far apart."""
-    wide = [row for row in rows if row.spread > UNSURE]
-    if not wide:
-        return []
-    worst = max(wide, key=lambda row: row.spread)
-    words = f"{worst.method} on {worst.problem} ({worst.spread:.0%})"
-    return [f"Costs whose repeats lie over {UNSURE:.0%} apart: {len(wide)}, the widest {words}."]
+    wide = sorted((row for row in rows if row.spread > UNSURE), key=lambda row: row.spread)
+    words = (f"{len(wide)}, the widest {row.method} on {row.problem} ({row.spread:.0%})" for row in wide[-1:])
+    return [f"Costs whose repeats lie over {UNSURE:.0%} apart: {one}." for one in words]
+
+
+class Figures(NamedTuple):
+    """A sheet: the figures of the paper on it, and the function that makes it; `make(quick)` is coarse if quick."""
+
+    figures: tuple[int, ...]
+    make: Callable[[bool], Sheet]
+
+
+@dataclasses.dataclass(frozen=True)
+class Paper:
+    """The sheets of a paper by name; a sheet is also found by the number of a figure on it."""
+
+    sheets: dict[str, Figures]
+
+    @property
+    def problems(self) -> dict[str, str]:
+        """Names of sheets and numbers of figures, with the sheet they stand on."""
+        numbers = {str(figure): name for name, row in self.sheets.items() for figure in row.figures}
+        return {name: name for name in self.sheets} | numbers
+
+    def make(self, folder: Path, name: str, asked: Asked) -> Made:
+        """Draws the requested sheets: picture, table of curves and sentences of each."""
+        made = Made([], [], [], [])
+        wanted = dict.fromkeys(self.problems[one] for one in wanted_of(asked.problems, self.problems))
+        for place, part in enumerate(wanted, start=1):
+            sheet = self.sheets[part].make(asked.quick)
+            picture, table, reading = (folder / f"{name}_{part}.{ending}" for ending in ("png", "csv", "txt"))
+            write_curves(sheet, table)
+            reading.write_text("\n".join(sheet.reading) + "\n", encoding="utf-8")
+            made.pictures.append(str(draw(sheet, picture)))
+            made.tables.append(str(table))
+            made.reading.extend(sheet.reading)
+            asked.update(place / len(wanted))
+        return made
+
+    def read_again(self, folder: Path, name: str) -> list[str]:
+        """The sentences of the sheets that were made in a folder; raises OSError where there are none."""
+        found = [folder / f"{name}_{sheet}.txt" for sheet in self.sheets]
+        found = [one for one in found if one.is_file()] or found[:1]
+        return [line for one in found for line in one.read_text(encoding="utf-8").splitlines()]

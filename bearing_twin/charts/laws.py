@@ -6,15 +6,25 @@ SciPy's integrals check that. Friction: Coulomb's law without smoothing, the har
 the force over mu N, of the torque over pure spin's.
 """
 
+import dataclasses
 import functools
 import math
 
 import numpy as np
-from scipy.optimize import brentq, minimize
+from scipy.optimize import brentq, brute
 from scipy.special import elliprd, elliprf
 
-from bearing_twin.charts.contest import Contest, error_against_cost, of_methods, of_problem, seconds, timed
-from bearing_twin.charts.panels import Axis, Line, Panel, colour, curve
+from bearing_twin.charts.contest import (
+    LEAST,
+    Contest,
+    curves,
+    error_against_cost,
+    of_methods,
+    of_problem,
+    seconds,
+    timed,
+)
+from bearing_twin.charts.panels import Axis, Line, Panel, colour
 from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
@@ -117,15 +127,22 @@ def _law_entries(problem, quick):
 
 def _law_panels(contest, rows):
     """Error over the shape, and on a ball in a raceway against cost; then the laws in a run."""
-    left, right, low, height = [], [], 1e-12, 0.6
-    for number, (law, mine) in enumerate(of_methods(of_problem(rows, "ellipse")).items()):
-        good = [(row.across, max(row.error, low)) for row in mine if row.status == DONE]
-        lost = [(row.across, height) for row in mine if row.status != DONE]
-        height *= 4.0 if lost else 1.0
-        left += curve(law, good, number, lost, "")
-        dot = {"color": colour(number)["color"], "marker": "o", "markersize": 9, "linestyle": ""}
-        right.append(Line(law, [mine[0].seconds], [max(low, min(1.0, worst(mine, *BEARING)))], dot, False))
-    error = Axis("error of the load against exact Hertz", log=True, limits=(0.3 * low, 100.0))
+    mine = of_problem(rows, "ellipse")
+    methods = of_methods(mine)
+    order = [*methods]
+    left = curves(
+        mine,
+        order,
+        lambda row: row.across,
+        lambda row: row.error,
+        lambda row: (row.across, 0.6 * 4.0 ** order.index(row.method)),
+        "",
+    )
+    right = []
+    for number, (law, one) in enumerate(methods.items()):
+        dot = colour(number) | {"marker": "o", "markersize": 9, "linestyle": ""}
+        right.append(Line(law, [one[0].seconds], [max(LEAST, min(1.0, worst(one, *BEARING)))], dot, False))
+    error = Axis("error of the load against exact Hertz", log=True, limits=(0.3 * LEAST, 1e4))
     cost, shape = Axis("CPU time of an evaluation", "s", log=True), Axis("b/a of the ellipse", log=True)
     panels = [
         Panel("Over the shape; constant: exact at b/a 0.1", shape, error, left),
@@ -167,8 +184,8 @@ def _runs_reading(rows):
 PATCHES = {"b/a = 1": 1.0, "b/a = 0.3": 0.3, "b/a = 0.1": 0.1}
 SPINS = spread(0.01, 100.0, 25)  # spin times major semi-axis over slip
 DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 5)
-POLES = (np.linspace(0.03, 1.1, 36), np.linspace(0.0, 0.5 * math.pi, 13))
-"""Poles of the motions among which the greatest error is searched: distance and angle, the patch scaled to a circle."""
+POLES = (0.03, 1.1), (0.0, 0.5 * math.pi)
+"""Distance and angle of the poles of motions among which the greatest error is searched; the patch is a circle."""
 RAYS, NARROW = 250, 25.0  # of the exact solution, good to 1e-12; for b/a < 0.1 NARROW over b/a
 MODELS = tuple(row.name for row in FRICTIONS.values() if row.over_spot)
 
@@ -199,23 +216,16 @@ def _of_pole(shape: float, distance: float, angle: float) -> tuple[float, float,
     return slip[0] / size, slip[1] / size, 1.0 / size
 
 
-def hardest(model: str, shape: float, poles=POLES) -> list[tuple[tuple[float, float, float], float]]:
+def hardest(model: str, shape: float, grid: int = 24) -> list[tuple[tuple[float, float, float], float]]:
     """The motions with the greatest errors of force and of torque, and these errors: from a grid of poles downhill."""
-    grid = [(distance, angle) for distance in poles[0] for angle in poles[1]]
-    known = errors(model, shape, [_of_pole(shape, *pole) for pole in grid])
     found = []
     for part in (0, 1):
 
         def miss(pole, part=part):
             return -errors(model, shape, [_of_pole(shape, *pole)])[0, part]
 
-        ends = []
-        for start in (grid[place] for place in np.argsort(known[:, part])[-2:]):
-            simplex = np.add(start, [(0.0, 0.0), (0.02, 0.0), (0.0, 0.04)])
-            options = {"maxfev": 30, "initial_simplex": simplex}
-            ends.append(minimize(miss, start, method="Nelder-Mead", options=options))
-        best = min(ends, key=lambda end: end.fun)
-        found.append((_of_pole(shape, *best.x), -float(best.fun)))
+        pole, error, *_ = brute(miss, POLES, Ns=grid, full_output=True)
+        found.append((_of_pole(shape, *pole), -float(error)))
     return found
 
 
@@ -242,23 +252,23 @@ def _friction_entries(problem, quick):
 
 
 def _friction_panels(contest, rows):
-    lines, limits = [], (1e-6, 10.0)
+    order, lines = [*of_methods(rows)], []
     across = Axis("spin x major semi-axis / slip", log=True)
+    limit = Line("", [SPINS[0], SPINS[-1]], [WRONG] * 2, {"color": "#71808c", "linewidth": 1.0}, False)
+    over_spin = [
+        dataclasses.replace(row, status=DONE) for row in rows if "force_error" in row.more and row.across > 0.0
+    ]
     for key, words in (
         ("force_error", "error of the force, over mu N"),
         ("torque_error", "of the torque, over pure spin's"),
     ):
-        line = []
-        for problem in PATCHES:
-            parts = [Line("", [SPINS[0], SPINS[-1]], [WRONG] * 2, {"color": "#71808c", "linewidth": 1.0}, False)]
-            for number, (name, mine) in enumerate(of_methods(of_problem(rows, problem)).items()):
-                good = [row for row in mine if row.across == row.across and key in row.more]
-                values = np.clip([row.more[key] for row in good], limits[0], 3.0)
-                parts.append(Line(name, [row.across for row in good], values, colour(number)))
-            if len(parts) > 1:
-                line.append(Panel(problem, across, Axis(words, log=True, limits=limits), parts))
-        lines += [line] if line else []
-    return [*lines, *error_against_cost(contest, rows, RUNS.table)]
+        up = Axis(words, log=True, limits=(1e-6, 10.0))
+        lines.append([])
+        for problem in dict.fromkeys(row.problem for row in over_spin):
+            mine = of_problem(over_spin, problem)
+            parts = curves(mine, order, lambda row: row.across, lambda row, key=key: row.more[key])
+            lines[-1].append(Panel(problem, across, up, [limit, *parts]))
+    return [*filter(None, lines), *error_against_cost(contest, rows, RUNS.table)]
 
 
 def _friction_reading(contest, rows):

@@ -1,6 +1,7 @@
-"""Pictures of charts: panels of lines, bands, bars and maps as data. Values are SI; prefixes come with the drawing."""
+"""Pictures of charts: panels of lines, bands, bars and maps as data, in SI units; the labels of axes have prefixes."""
 
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -40,6 +41,14 @@ class Line(NamedTuple):
     look: dict
     label: bool = True
 
+    def draw(self, axis, **named) -> None:
+        """Draws it."""
+        axis.plot(self.x, self.y, **named, **self.look)
+
+    def curves(self) -> list[tuple]:
+        """Name, x and y of each curve of it."""
+        return [(self.name, self.x, self.y)]
+
 
 class Band(NamedTuple):
     """The area between two curves."""
@@ -51,6 +60,14 @@ class Band(NamedTuple):
     look: dict
     label: bool = True
 
+    def draw(self, axis, **named) -> None:
+        """Draws it."""
+        axis.fill_between(self.x, self.low, self.high, linewidth=0, **named, **self.look)
+
+    def curves(self) -> list[tuple]:
+        """Name, x and y of each curve of it."""
+        return [(f"{self.name}, low", self.x, self.low), (f"{self.name}, high", self.x, self.high)]
+
 
 class Bars(NamedTuple):
     """A histogram: edges (n + 1,) and heights (n,)."""
@@ -60,6 +77,14 @@ class Bars(NamedTuple):
     heights: Any
     look: dict
     label: bool = True
+
+    def draw(self, axis, **named) -> None:
+        """Draws it."""
+        axis.stairs(self.heights, self.edges, **named, **self.look)
+
+    def curves(self) -> list[tuple]:
+        """Name, x and y of each curve of it."""
+        return [(self.name, 0.5 * (self.edges[1:] + self.edges[:-1]), self.heights)]
 
 
 class Map(NamedTuple):
@@ -76,6 +101,26 @@ class Map(NamedTuple):
     colours: str
     limits: tuple[float, float]
     power: float = 1.0
+    label = False
+
+    def draw(self, axis) -> None:
+        """Draws its cells."""
+        x, y = _edges(self.x, axis.get_xscale() == "log"), _edges(self.y, axis.get_yscale() == "log")
+        norm = PowerNorm(self.power, *self.limits) if self.power else LogNorm(*self.limits, clip=True)
+        axis.pcolormesh(x, y, self.z, cmap=self.colours, norm=norm)
+        axis.grid(False)
+
+    def curves(self) -> list[tuple]:
+        """None."""
+        return []
+
+
+def _edges(centres, log: bool) -> np.ndarray:
+    """Edges of cells around centres, halfway between them on the axis."""
+    places = np.log(centres) if log else np.asarray(centres, float)
+    middle = 0.5 * (places[1:] + places[:-1])
+    edges = np.concatenate([[2.0 * places[0] - middle[0]], middle, [2.0 * places[-1] - middle[-1]]])
+    return np.exp(edges) if log else edges
 
 
 @dataclass
@@ -110,12 +155,10 @@ def colour(place: int) -> dict:
 def curve(name: str, points, number: int, lost=(), marker: str = "o") -> list[Line]:
     """A method in its colour: a line through points (x, y), crosses at those without a result."""
     look = colour(number)
-    parts = [
-        Line(name, [one[0] for one in points], [one[1] for one in points], look | {"marker": marker, "markersize": 5})
-    ]
+    parts = [Line(name, *(np.reshape(points, (-1, 2)).T), look | {"marker": marker, "markersize": 5})]
     if lost:
         cross = {**CROSS, "color": look["color"]}
-        parts.append(Line(f"{name}, no result", [one[0] for one in lost], [one[1] for one in lost], cross, False))
+        parts.append(Line(f"{name}, no result", *np.transpose(lost), cross, False))
     return parts
 
 
@@ -137,140 +180,94 @@ def shade(place: int = 0) -> dict:
     return {"color": BALL_COLOURS[place], "alpha": 0.22}
 
 
-def draw(sheet: Sheet, path: Path) -> Path:
-    """Writes the picture; raises BearingTwinError where that is impossible."""
-    lines = len(sheet.rows)
-    names = labels(sheet)
-    columns = max(1, min(len(names), int(KEY_WIDTH / (7 + max(map(len, names), default=0)))))
-    lines_of_key = -(-len(names) // columns) if sheet.key else 0
-    tall = ROW * lines + 0.9 + 0.3 * lines_of_key
-    figure = Figure(figsize=(WIDTH, tall), dpi=100, facecolor="white", layout="constrained")
-    foot = (0.35 + 0.3 * lines_of_key) / tall
-    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, rect=(0.0, foot, 1.0, 1.0 - foot - 0.5 / tall))
-    words = {"x": 0.02, "va": "center", "color": STYLE["ink"]}
-    figure.text(y=1.0 - 0.28 / tall, s=sheet.title, fontsize=17, weight="bold", **words)
-    footer = f"{sheet.footer}{'; ' if sheet.footer else ''}{made()}"
-    figure.text(y=0.16 / tall, s=footer, fontsize=9, **words | {"color": STYLE["soft"]})
-    boxes = figure.subfigures(lines, 1, squeeze=False)[:, 0]
-    keys: dict[str, Any] = {}
-    for box, row in zip(boxes, sheet.rows, strict=True):
-        for column, panel in enumerate(row):
-            axis = box.add_subplot(1, len(row), column + 1)
-            _draw_panel(box, axis, panel)
-            keys |= dict(zip(*reversed(axis.get_legend_handles_labels()), strict=True))
-            entries = len(axis.get_legend_handles_labels()[1])
-            if panel.legend and not sheet.key and entries:
-                small = {"fontsize": 8, "ncols": 2} if entries > MANY else {"fontsize": 10.5}
-                axis.legend(frameon=False, loc=panel.legend, **small)
-    if sheet.key and keys:
-        place = {"loc": "lower center", "bbox_to_anchor": (0.5, 0.22 / tall), "ncols": columns}
-        figure.legend(keys.values(), keys, fontsize=12, frameon=False, **place)
-    return save(figure, path)
-
-
 def labels(sheet: Sheet) -> set[str]:
     """The entries of the legends of a sheet."""
-    parts = (part for row in sheet.rows for panel in row for part in panel.parts)
-    return {part.name for part in parts if getattr(part, "label", False)}
+    return {part.name for row in sheet.rows for panel in row for part in panel.parts if part.label and part.name}
+
+
+def draw(sheet: Sheet, path: Path) -> Path:
+    """Writes the picture; raises BearingTwinError where that is impossible."""
+    names = labels(sheet) if sheet.key else ()
+    columns = max(1, min(len(names), int(KEY_WIDTH / (7 + max(map(len, names), default=0)))))
+    tall = ROW * len(sheet.rows) + 0.9 + 0.3 * -(-len(names) // columns)
+    figure = Figure(figsize=(WIDTH, tall), dpi=100, facecolor="white", layout="constrained")
+    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
+    figure.suptitle(sheet.title, x=0.02, ha="left", fontsize=17, weight="bold", color=STYLE["ink"])
+    boxes = figure.subfigures(len(sheet.rows), 1, squeeze=False)[:, 0]
+    keys: dict[str, Any] = {}
+    for box, row in zip(boxes, sheet.rows, strict=True):
+        for column, panel in enumerate(row, start=1):
+            axis = box.add_subplot(1, len(row), column)
+            _draw_panel(box, axis, panel)
+            handles, words = axis.get_legend_handles_labels()
+            keys |= dict(zip(words, handles, strict=True))
+            if panel.legend and not sheet.key and words:
+                small = {"fontsize": 8, "ncols": 2} if len(words) > MANY else {"fontsize": 10.5}
+                axis.legend(frameon=False, loc=panel.legend, **small)
+    keys = keys if sheet.key else {}
+    footer = f"{sheet.footer}{'; ' if sheet.footer else ''}{made()}"
+    key = figure.legend(
+        keys.values(), keys, loc="outside lower left", ncols=columns, title=footer, alignment="left", frameon=False,
+        fontsize=12, title_fontsize=9,
+    )  # fmt: skip
+    key.get_title().set_color(STYLE["soft"])
+    return save(figure, path)
 
 
 def write_curves(sheet: Sheet, path: Path) -> None:
     """Every curve as comma-separated values, SI; raises BearingTwinError where that is impossible."""
-    rows = ((*words, f"{x:.10g}", f"{y:.10g}") for *words, x, y in _points(sheet))
+    rows = (
+        (panel.title, name, *(f"{axis.name} [{axis.unit}]" for axis in (panel.x, panel.y)), f"{x:.10g}", f"{y:.10g}")
+        for row in sheet.rows
+        for panel in row
+        for part in panel.parts
+        for name, across, up in part.curves()
+        for x, y in zip(across, up, strict=True)
+    )
     write_rows(path, ["panel", "curve", "x_is", "y_is", "x", "y"], rows)
 
 
-def _points(sheet: Sheet) -> Iterator[tuple]:
-    for panel in (panel for row in sheet.rows for panel in row):
-        kinds = tuple(f"{axis.name} [{axis.unit}]" for axis in (panel.x, panel.y))
-        for part in panel.parts:
-            for name, x, y in _curves(part):
-                for one, other in zip(x, y, strict=True):
-                    yield panel.title, name, *kinds, float(one), float(other)
-
-
-def _curves(part) -> Iterable[tuple]:
-    if isinstance(part, Line):
-        return ((part.name, part.x, part.y),)
-    if isinstance(part, Bars):
-        edges = np.asarray(part.edges)
-        return ((part.name, 0.5 * (edges[1:] + edges[:-1]), part.heights),)
-    if isinstance(part, Band):
-        return ((f"{part.name}, low", part.x, part.low), (f"{part.name}, high", part.x, part.high))
-    return ()
-
-
-def _draw_panel(figure, axis, panel):
+def _draw_panel(figure, axis, panel: Panel) -> None:
     heading(axis, panel.title[:1].upper() + panel.title[1:])
-    across, unit_x = panel.x.shown or scaled(_extent(panel, 0), panel.x.unit)
-    up, unit_y = panel.y.shown or scaled(_extent(panel, 1), panel.y.unit)
-    if panel.y.unit == f"1/{panel.x.unit}":  # a density
-        up, unit_y = 1.0 / across, inverse(unit_x)
     frame(axis)
+    axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear")
     for part in panel.parts:
-        if isinstance(part, Map):
-            per = (1.0 / up, f"1/{unit_y}") if part.unit == f"1/{panel.y.unit}" else (1.0, part.unit)
-            _draw_map(figure, axis, part, (across, panel.x.log), (up, panel.y.log), *per)
-        else:
-            _draw_part(axis, part, across, up)
-    for name, words, factor, unit in (("x", panel.x, across, unit_x), ("y", panel.y, up, unit_y)):
-        getattr(axis, f"set_{name}scale")("log" if words.log else "linear")
-        getattr(axis, f"set_{name}label")(labelled(words.name, unit))
-        if words.limits is not None:
-            low, high = (None if one is None else one * factor for one in words.limits)
-            getattr(axis, f"set_{name}lim")(low, high)
-    for along, words in ((axis.xaxis, panel.x), (axis.yaxis, panel.y)):
-        if words.log:
-            low, high = along.get_view_interval()
-            along.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < FEW_DECADES * low else (1.0,)))
-            if high < FEW_DECADES * low:
-                along.set_major_formatter("{x:g}")
-            along.set_minor_locator(NullLocator())
-    if panel.names:
-        axis.set_yticks(range(len(panel.names)), panel.names)
+        part.draw(axis, **({"label": part.name} if part.label else {}))
+    axis.set(xlim=panel.x.limits, ylim=panel.y.limits)
     if panel.to_scale:
         axis.set_aspect("equal", adjustable="datalim")
+    across, unit = _label(axis.xaxis, panel.x)
+    density = (1.0 / across, inverse(unit)) if panel.y.unit == f"1/{panel.x.unit}" else None
+    up, unit = _label(axis.yaxis, panel.y._replace(shown=density or panel.y.shown))
+    if panel.names:
+        axis.set_yticks(range(len(panel.names)), panel.names)
+    for part, drawn in zip((one for one in panel.parts if isinstance(one, Map)), axis.collections, strict=False):
+        per, of = (1.0 / up, inverse(unit)) if part.unit == f"1/{panel.y.unit}" else (1.0, part.unit)
+        beyond = np.nanmax(part.z, initial=part.limits[0]) > part.limits[1]
+        bar = figure.colorbar(drawn, ax=axis, pad=0.02, extend="max" if beyond else "neither")
+        bar.outline.set_visible(False)
+        bar.set_label(labelled(part.name, of), fontsize=11, color=STYLE["ink"])
+        bar.ax.tick_params(length=0, labelsize=10, labelcolor=STYLE["ink"])
+        if per != 1.0:
+            bar.ax.yaxis.set_major_formatter(_plain(per))
 
 
-def _extent(panel, place):
-    """The values that scale an axis: its limits where they are given, else the curves'."""
-    limits = (panel.x, panel.y)[place].limits
-    if limits is not None and limits[1] is not None:
-        return [limits[1]]
-    found = [(part.x, part.y)[place] for part in panel.parts if isinstance(part, Map)]
-    found += [curve[1 + place] for part in panel.parts for curve in _curves(part)]
-    return np.concatenate([np.asarray(one, float) for one in found]) if found else [1.0]
+def _label(along, axis: Axis) -> tuple[float, str]:
+    """Label and ticks of an axis in a readable unit; the factor into that unit, and the unit."""
+    low, high = along.get_view_interval()
+    factor, unit = axis.shown or scaled([low, high], axis.unit)
+    along.set_label_text(labelled(axis.name, unit))
+    wide = axis.log and high > FEW_DECADES * low
+    if axis.log:
+        along.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
+        along.set_minor_locator(NullLocator())
+    along.set_major_formatter(_powers(factor) if wide else _plain(factor))
+    return factor, unit
 
 
-def _draw_part(axis, part, across, up):
-    named = {"label": part.name} if part.label else {}
-    if isinstance(part, Bars):
-        axis.stairs(np.multiply(part.heights, up), np.multiply(part.edges, across), **named, **part.look)
-        return
-    x = np.multiply(part.x, across)
-    if isinstance(part, Band):
-        axis.fill_between(x, np.multiply(part.low, up), np.multiply(part.high, up), linewidth=0, **named, **part.look)
-    else:
-        axis.plot(x, np.multiply(part.y, up), **named, **part.look)
+def _plain(factor: float) -> Callable[[float, int], str]:
+    return lambda value, _: f"{factor * value:.6g}"
 
 
-def _edges(centres, factor: float, log: bool) -> np.ndarray:
-    """Edges of cells around centres, halfway between them on the axis."""
-    places = np.log(centres) if log else np.asarray(centres, float)
-    half = 0.5 * np.diff(places) if len(places) > 1 else np.array([0.5])
-    edges = np.concatenate([[places[0] - half[0]], places[: len(half)] + half, [places[-1] + half[-1]]])
-    return factor * (np.exp(edges) if log else edges)[: len(places) + 1]
-
-
-def _draw_map(figure, axis, part, across, up, factor, unit):
-    x, y, z = _edges(part.x, *across), _edges(part.y, *up), np.multiply(part.z, factor)
-    low, high = (factor * limit for limit in part.limits)
-    norm = PowerNorm(part.power, low, high) if part.power else LogNorm(low, high)
-    z = z if part.power else np.clip(z, low, None)
-    drawn = axis.pcolormesh(x, y, z, cmap=part.colours, norm=norm)
-    axis.grid(False)
-    beyond = np.nanmax(z, initial=low) > high
-    bar = figure.colorbar(drawn, ax=axis, pad=0.02, extend="max" if beyond else "neither")
-    bar.outline.set_visible(False)
-    bar.set_label(labelled(part.name, unit), fontsize=11, color=STYLE["ink"])
-    bar.ax.tick_params(length=0, labelsize=10, labelcolor=STYLE["ink"])
+def _powers(factor: float) -> Callable[[float, int], str]:
+    return lambda value, _: f"$10^{{{math.log10(factor * value):.0f}}}$"

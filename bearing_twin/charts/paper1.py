@@ -11,10 +11,9 @@ import math
 import numpy as np
 
 from bearing_twin import reference
-from bearing_twin.charts.contest import seconds, timed
+from bearing_twin.charts.contest import Figures, Paper, seconds, timed
 from bearing_twin.charts.laws import law_cost
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, bars_of, colour
-from bearing_twin.charts.paper import Figures, Paper
 from bearing_twin.charts.scenes import integrated, run, started
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
+from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet
-from bearing_twin.charts.paper import Figures, Paper
 from bearing_twin.charts.scenes import Found, run
 from bearing_twin.kinds.beam.motion import beam_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from scipy import stats
 
+from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import Axis, Band, Bars, Line, Map, Panel, Sheet, colour, dashed, shade
-from bearing_twin.charts.paper import Figures, Paper
 from bearing_twin.charts.scenes import run
 from bearing_twin.pictures.style import STYLE
 from bearing_twin.uq.modality import modality
@@ -24,11 +24,11 @@ from bearing_twin.uq.study import load_study
 
 MEAN_ALPHA, DEVIATIONS = 1.138e-4, (2e-5, 4e-5, 6e-5)
 ALPHA = Axis("alpha", "s (m/s)^0.2", shown=(1e5, "1e-5 s (m/s)^0.2"))
-CONTACT_TIME, DENSITY = Axis("contact time", "s"), Axis("density", "1/s", limits=(0.0, None))
-TIME, FORCE, MODULUS = Axis("time since first touch", "s"), Axis("contact force", "N"), Axis("Young's modulus", "Pa")
+CONTACT_TIME, MODULUS = Axis("contact time", "s"), Axis("Young's modulus", "Pa")
+TIME, FORCE = Axis("time since first touch", "s"), Axis("contact force", "N")
 BOUNDS = (0.05, 0.5, 0.95)
 THIN = {"color": STYLE["edge"], "linewidth": 0.8, "alpha": 0.9}
-SOLID = {**dashed(), "linestyle": "-"}
+SOLID, FILLED = {**dashed(), "linestyle": "-"}, {"fill": True, "color": "#b9c6d2"}
 QUICK, FEW = 200, 60  # samples of a quick study, of one by finite elasticity
 
 
@@ -62,8 +62,7 @@ def bars(sample: np.ndarray, look: dict | None = None) -> Bars:
     """The histogram of a sample, by the rule of Freedman and Diaconis."""
     sample = sample[np.isfinite(sample)]
     heights, edges = np.histogram(sample, "fd", density=True)
-    shaded = {"fill": True, "color": "#b9c6d2"}
-    return Bars(f"{len(sample)} samples", edges, heights, look or shaded, look is None)
+    return Bars(f"{len(sample)} samples", edges, heights, look or FILLED, look is None)
 
 
 def density(name: str, one, look: dict) -> Line:
@@ -78,62 +77,70 @@ def smoothed(name: str, sample: np.ndarray, look: dict) -> Line:
     return Line(name, *kernel_density(sample)[:2], look)
 
 
+def of_density(title: str, axis: Axis, *parts) -> Panel:
+    """A panel of densities and histograms."""
+    return Panel(title, axis, Axis("density", f"1/{axis.unit}", limits=(0.0, None)), [*parts])
+
+
 def densities(quick: bool) -> Sheet:
     """Figures 1, 2, 10 and 11."""
+    rows: list = [[], []]
     names = [f"spheres_alpha_{1e5 * one:.0f}e-5" for one in DEVIATIONS]
     found = [study(one, QUICK if quick else 0, "histories=[]", "quantities=[contact_duration]") for one in names]
     exact = [contact_time(one) for one in DEVIATIONS]
-    rows: list = [[], []]
-    for column, (what, axis, up) in enumerate(
-        (("alpha", ALPHA, Axis("density", "1/s (m/s)^0.2")), ("contact time", CONTACT_TIME, DENSITY))
+    alphas = [one.values[:, 0] for one in found], [gamma(MEAN_ALPHA, one) for one in DEVIATIONS]
+    times = [one.sample("contact_duration") for one in found], exact
+    for title, axis, (samples, truths) in (
+        ("Figure 1: alpha", ALPHA, alphas),
+        ("Figure 2: contact time at 20 m/s", CONTACT_TIME, times),
     ):
-        samples = [(one.values[:, 0], one.sample("contact_duration"))[column] for one in found]
-        truths = exact if column else [gamma(MEAN_ALPHA, one) for one in DEVIATIONS]
-        parts = []
-        for place, (deviation, sample, truth) in enumerate(zip(DEVIATIONS, samples, truths, strict=True)):
-            parts.append(bars(sample, {**colour(place), "linewidth": 1.0, "alpha": 0.75}))
-            parts.append(density(f"deviation of alpha {deviation:g}", truth, colour(place)))
-        rows[0].append(Panel(f"Figure {1 + column}: {what}{' at 20 m/s' * column}", axis, up, parts))
-        parts = [bars(samples[-1]), density("closed form", truths[-1], SOLID)]
-        parts.append(smoothed("reconstructed from the samples", samples[-1], {**colour(5), "linestyle": "--"}))
-        rows[1].append(Panel(f"Figures 10 and 11: {what}, deviation 6e-5", axis, up, parts))
+        lines = (
+            density(f"deviation of alpha {d:g}", *one) for d, *one in zip(DEVIATIONS, truths, COLOURS, strict=True)
+        )
+        rows[0].append(of_density(title, axis, *map(bars, samples, PALE), *lines))
+        again = smoothed("reconstructed from the samples", samples[-1], {**colour(5), "linestyle": "--"})
+        both = bars(samples[-1]), density("closed form", truths[-1], SOLID)
+        rows[1].append(of_density(f"Figures 10 and 11: {axis.name}, deviation 6e-5", axis, *both, again))
     spreads = ", ".join(f"{one.std():.3e}" for one in exact)
     skewness = ", ".join(f"{float(one.stats('s')):+.3f}" for one in exact)
     reading = [
         f"All three keep the mean contact time of {exact[0].mean():.4e} s; its deviation is {spreads} s.",
         f"The skewness is {skewness}: positive, the long tail lies to the right, though the text has it to the left.",
-        "Gamma is what maximum entropy gives for a known mean and mean logarithm, not for a bounded second moment.",
     ]
     return Sheet("Two steel spheres: alpha and contact time", rows, f"{len(found[0].values)} samples each", reading)
+
+
+COLOURS = [colour(place) for place in range(len(DEVIATIONS))]
+PALE = [one | {"linewidth": 1.0, "alpha": 0.75} for one in COLOURS]
 
 
 def speeds(quick: bool) -> Sheet:
     """Figures 3 to 7."""
     speed, axis = np.geomspace(1.0, 100.0, 81), Axis("speed", "m/s", log=True)
     times = np.linspace(0.0, contact_time(DEVIATIONS[0], 1.0).ppf(0.999), 240)
-    heights = np.array([contact_time(DEVIATIONS[0], one).pdf(times) for one in speed]).T
-    chart = Map("density", "1/s", speed, times, heights, "cividis", (0.0, float(np.quantile(heights, 0.995))))
-    cuts = [
+    heights = contact_time(DEVIATIONS[0], speed).pdf(times[:, None])
+    cloud = Map("density", "1/s", speed, times, heights, "cividis", (0.0, float(np.quantile(heights, 0.995))))
+    cuts = (
         density(f"{cut} m/s", contact_time(DEVIATIONS[0], cut), colour(place))
         for place, cut in enumerate((2, 5, 20, 100))
-    ]
+    )
     rows = [
         [
-            Panel("Figure 3: density over speed and contact time", axis, CONTACT_TIME, [chart]),
-            Panel("Figure 4: the same, cut at four speeds", CONTACT_TIME, DENSITY, cuts),
+            Panel("Figure 3: density over speed and contact time", axis, CONTACT_TIME, [cloud]),
+            of_density("Figure 4: the same, cut at four speeds", CONTACT_TIME, *cuts),
         ],
         [],
     ]
-    for place, deviation in enumerate(DEVIATIONS):
-        ones = [contact_time(deviation, each) for each in speed]
-        low, middle, high = (np.array([one.ppf(p) for one in ones]) for p in BOUNDS)
+    for figure, deviation in enumerate(DEVIATIONS, start=5):
+        one = contact_time(deviation, speed)
+        low, middle, high = map(one.ppf, BOUNDS)
         parts = [
             Band("5 to 95 %", speed, low, high, shade()),
             Line("median", speed, middle, colour(0)),
-            Line("mean", speed, [one.mean() for one in ones], {**colour(5), "linestyle": "--"}),
+            Line("mean", speed, one.mean(), {**colour(5), "linestyle": "--"}),
         ]
         up = CONTACT_TIME._replace(limits=(0.0, 2.4e-4))
-        rows[1].append(Panel(f"Figure {5 + place}: deviation of alpha {deviation:g}", axis, up, parts, "upper right"))
+        rows[1].append(Panel(f"Figure {figure}: deviation of alpha {deviation:g}", axis, up, parts, "upper right"))
     bounds = "; ".join(", ".join(f"{contact_time(one).ppf(p):.4e}" for p in BOUNDS) for one in DEVIATIONS)
     reading = [
         f"5, 50 and 95 % of the contact time at 20 m/s for deviations 2, 4, 6e-5 of alpha: {bounds} s.",
@@ -213,30 +220,37 @@ def forces(quick: bool) -> Sheet:
 
 
 SEEDS, MOST, CALLED = 200, 2000, 700  # studies, samples of each, the paper's number of realisations
-REALISATIONS, RELATIVE = Axis("realisations"), Axis("relative error", limits=(-0.3, 0.3))
+COUNTS = np.arange(1, MOST + 1)
+
+
+def paths(title: str, found: np.ndarray, band: np.ndarray, shown: int = 0, *more: Line) -> Panel:
+    """Relative errors (n, MOST) of studies over their realisations in their 95 % band, one of them marked."""
+    part = slice(20, None, 20)
+    parts = [Band("95 % band", COUNTS[part], -band[part], band[part], shade())]
+    parts += [Line(f"seed {place}", COUNTS[part], one[part], THIN, False) for place, one in enumerate(found[1:25])]
+    parts += [Line("one study", COUNTS[part], found[shown][part], colour(5)), *more]
+    return Panel(title, Axis("realisations"), Axis("relative error", limits=(-0.3, 0.3)), parts, "upper right")
+
+
+def deviations(sample: np.ndarray) -> np.ndarray:
+    """Standard deviations (n, MOST) of the first samples of (n, MOST), NaN for one."""
+    mean = np.cumsum(sample, axis=1) / COUNTS
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.sqrt(np.maximum(np.cumsum(sample**2, axis=1) / COUNTS - mean**2, 0.0) * COUNTS / (COUNTS - 1))
 
 
 def convergence(quick: bool) -> Sheet:
     """Figure 9, and the same of the mean: a path that settles early is luck."""
-    one, counts = contact_time(6e-5), np.arange(1, MOST + 1)
+    one = contact_time(6e-5)
     sample = one.rvs(size=(SEEDS, MOST), random_state=np.random.default_rng(1))
-    mean = np.cumsum(sample, axis=1) / counts
-    with np.errstate(invalid="ignore", divide="ignore"):
-        square = np.maximum(np.cumsum(sample**2, axis=1) / counts - mean**2, 0.0)
-        std = np.sqrt(square * counts / (counts - 1)) / one.std() - 1.0
-    kurtosis = float(one.stats("k")) + 3.0
-    of_std = 1.96 * np.sqrt(0.25 * (kurtosis - 1.0) / counts)
+    mean, std = np.cumsum(sample, axis=1) / COUNTS / one.mean() - 1.0, deviations(sample) / one.std() - 1.0
+    of_std = 1.96 * np.sqrt(0.25 * (float(one.stats("k")) + 2.0) / COUNTS)
     lucky = int(np.argmin(np.abs(std[:, CALLED - 20 : CALLED + 20]).max(axis=1)))
-    panels, part = [], slice(20, None, 20)
-    for title, paths, band in (
-        ("Figure 9: the deviation", std, of_std),
-        ("The mean of the same studies", mean / one.mean() - 1.0, 1.96 * one.std() / one.mean() / np.sqrt(counts)),
-    ):
-        parts = [Band("95 % band", counts[part], -band[part], band[part], shade())]
-        parts += [Line(f"seed {place}", counts[part], path[part], THIN, False) for place, path in enumerate(paths[:25])]
-        parts.append(Line("one study", counts[part], paths[lucky][part], colour(5)))
-        parts.append(Line(f"{CALLED} realisations", [CALLED] * 2, [-0.3, 0.3], {**dashed(), "linewidth": 1.2}))
-        panels.append(Panel(title, REALISATIONS, RELATIVE, parts, "upper right"))
+    at = Line(f"{CALLED} realisations", [CALLED] * 2, [-0.3, 0.3], {**dashed(), "linewidth": 1.2})
+    panels = [
+        paths("Figure 9: the deviation", std, of_std, lucky, at),
+        paths("The mean of the same studies", mean, 1.96 * one.std() / one.mean() / np.sqrt(COUNTS), lucky, at),
+    ]
     near = np.abs(std[:, CALLED - 1 :]) < 0.01
     reading = [
         f"The 95 % band of the deviation is ± {100.0 * of_std[CALLED - 1]:.1f} % at {CALLED} realisations and ± "
@@ -253,20 +267,16 @@ PRINTED = 1.52e-7  # what the paper calls the deviation of the contact time at 1
 
 def discs(quick: bool) -> Sheet:
     """Figures 13 and 14 at both speeds, and the same discs by the law for thick ones."""
-    modulus, two, reading, rows = gamma(5e9, 1e9), [], [], [[], []]
+    modulus, two, reading = gamma(5e9, 1e9), [], []
     sample = modulus.rvs(size=MOST, random_state=np.random.default_rng(1))
-    parts = [bars(sample), density("gamma", modulus, SOLID)]
-    rows[0].append(Panel("Figure 13: Young's modulus", MODULUS, Axis("density", "1/Pa"), parts))
-    counts = np.arange(2, MOST + 1)[::20]
-    band = 1.96 * np.sqrt(0.5 / counts)
+    rows = [[of_density("Figure 13: Young's modulus", MODULUS, bars(sample), density("gamma", modulus, SOLID))], []]
     for place, speed in enumerate((10.0, 100.0)):
         one, johnson = discs_in_line_contact(speed, "line"), discs_in_line_contact(speed, "johnson")
         times = one.function(sample)
-        parts = [bars(times), density("change of variable", one, SOLID)]
-        rows[0].append(Panel(f"Figure 13: contact time at {speed:g} m/s", CONTACT_TIME, DENSITY, parts))
-        std = np.array([times[:n].std(ddof=1) for n in counts]) / one.std - 1.0
-        parts = [Band("95 % band", counts, -band, band, shade()), Line("one study", counts, std, colour(5))]
-        rows[1].append(Panel(f"Figure 14: deviation at {speed:g} m/s", REALISATIONS, RELATIVE, parts))
+        parts = bars(times), density("change of variable", one, SOLID)
+        rows[0].append(of_density(f"Figure 13: contact time at {speed:g} m/s", CONTACT_TIME, *parts))
+        std = deviations(times[None]) / one.std - 1.0
+        rows[1].append(paths(f"Figure 14: deviation at {speed:g} m/s", std, 1.96 * np.sqrt(0.5 / COUNTS)))
         two.append(density(f"eq. (14), {speed:g} m/s", one, colour(place)))
         two.append(density(f"Johnson, {speed:g} m/s", johnson, {**colour(place), "linestyle": "--"}))
         reading.append(
@@ -274,7 +284,7 @@ def discs(quick: bool) -> Sheet:
             f"{one.std:.4e} s; Johnson's law of plane strain, fit for discs this thick, "
             f"{johnson.mean / one.mean:.3f} of its mean."
         )
-    rows[1].append(Panel("Contact time by two laws", CONTACT_TIME, DENSITY, two))
+    rows[1].append(of_density("Contact time by two laws", CONTACT_TIME, *two))
     printed = math.sqrt(PRINTED)
     less = 100.0 * (1.0 - printed / discs_in_line_contact(10.0, "line").std)
     reading.append(
@@ -353,9 +363,8 @@ def soft_case(name: str, figure: int, title: str, quick: bool) -> Sheet:
     if least is None:
         return Sheet(title, rows, f"{len(runs)} samples", ["The histories have no least deviation.", failed])
     values = kept[:, int(np.argmin(np.abs(t - least["time_s"])))]
-    parts = [bars(values), smoothed("smoothed", values, colour(0))]
-    up = Axis("density", "1/N", limits=(0.0, None))
-    rows[0].insert(1, Panel(f"Figure {figure + 1}: force at {1e3 * least['time_s']:.1f} ms", FORCE, up, parts))
+    at_least = f"Figure {figure + 1}: force at {1e3 * least['time_s']:.1f} ms"
+    rows[0].insert(1, of_density(at_least, FORCE, bars(values), smoothed("smoothed", values, colour(0))))
     duration = result.summary["quantities"]["contact_duration"]["mean"]
     change = least["sign_changes"].get("disc.material.young_modulus")
     reading = [
@@ -382,21 +391,20 @@ def soft_fast(quick: bool) -> Sheet:
     slow, small, johnson = (
         discs_in_line_contact(*one) for one in ((10.0, "line"), (100.0, "line"), (100.0, "johnson"))
     )
-    three = [
+    three = (
         density("eq. (14), small deformation", small, colour(0)),
         density("Johnson, small deformation", johnson, colour(1)),
         smoothed("finite elasticity", times, {**colour(5), "linestyle": "--"}),
-    ]
-    of_moduli = [bars(moduli), density("gamma", gamma(5e9, 1e9), SOLID)]
-    by_line = [density("change of variable", slow, colour(0))]
+    )
+    by_line, by_gamma = density("change of variable", slow, colour(0)), density("gamma", gamma(5e9, 1e9), SOLID)
     rows = [
         [
-            Panel("Figure 15: Young's modulus", MODULUS, Axis("density", "1/Pa"), of_moduli),
-            Panel("Figure 15: 10 m/s by eq. (14)", CONTACT_TIME, DENSITY, by_line),
+            of_density("Figure 15: Young's modulus", MODULUS, bars(moduli), by_gamma),
+            of_density("Figure 15: 10 m/s by eq. (14)", CONTACT_TIME, by_line),
         ],
         [
-            Panel("Figure 15: 100 m/s by finite elasticity", CONTACT_TIME, DENSITY, [bars(times)]),
-            Panel("Figure 16: contact time at 100 m/s", CONTACT_TIME, DENSITY, three),
+            of_density("Figure 15: 100 m/s by finite elasticity", CONTACT_TIME, bars(times)),
+            of_density("Figure 16: contact time at 100 m/s", CONTACT_TIME, *three),
         ],
     ]
     reading = [

@@ -2,7 +2,6 @@
 
 import argparse
 import dataclasses
-import json
 from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
@@ -93,22 +92,14 @@ def _made(name: str, arguments, folder: Path) -> Outcome:
 
 
 def _all(arguments, folder: Path) -> Outcome:
-    """Every chart, one after the other; those that are finished are not repeated after an interruption."""
+    """Every chart, one after the other."""
     from bearing_twin.charts import CHARTS
-    from bearing_twin.charts.contest import sources
     from bearing_twin.command.terminal import say, show_text
 
-    kept, finished = folder / "all.unfinished", {}
-    if kept.is_file():
-        head, *names = kept.read_text(encoding="utf-8").splitlines()
-        finished = dict.fromkeys(names if head == json.dumps(sources()) else ())
-    for name in (name for name in CHARTS if name not in finished):
-        say(f"chart {name}, about {CHARTS[name].seconds:.0f} s")
+    for name, chart in CHARTS.items():
+        say(f"chart {name}, about {chart.seconds:.0f} s")
         _made(name, arguments, folder)
-        finished[name] = None
-        kept.write_text("\n".join([json.dumps(sources()), *finished]) + "\n", encoding="utf-8")
-    kept.unlink(missing_ok=True)
-    return Outcome({"charts": [*finished]}, [], lambda: show_text("\n".join(finished)))
+    return Outcome({"charts": [*CHARTS]}, [], lambda: show_text("\n".join(CHARTS)))
 
 
 def _read(name: str, folder: Path) -> Outcome:
