@@ -109,7 +109,7 @@ def errors(scene):
         found.add(np.asarray(when, float)[early], {name: tuple(np.asarray(one, float)[early] for one in pair)})
     wanted = report.errors["wanted_errors"]
     key = "error" if horizon is None else "error_up_to_horizon"
-    outputs = {name: (one.get(key), found.error(name)) for name, one in wanted.items() if name in found.worst}
+    outputs = {name: (one.get(key), found.worst[name].error) for name, one in wanted.items() if name in found.worst}
     numbers, others, of_figures = figures.figures(), exact.figures(), {}
     for name, value in report.errors.items():
         key = name.removesuffix("_error")

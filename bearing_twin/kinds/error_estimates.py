@@ -38,52 +38,23 @@ class ModelError(NamedTuple):
     mend: str = ""
 
 
-class Promise(NamedTuple):
-    """A requested output: its greatest `error` by the method in the norm `norm`, against the `tolerance`.
-
-    `error` is None where none is known. `where` says when it was greatest, `mend` what would make it smaller. `before`
-    is the error up to the run's horizon, if it has one. `model` are the errors of the model.
-    """
-
-    output: str
-    norm: str
-    error: float | None
-    tolerance: float
-    where: str
-    mend: str
-    before: float | None = None
-    model: tuple[ModelError, ...] = ()
-
-    @property
-    def exceeded(self) -> bool:
-        """True if the error of the method is known and exceeds the tolerance; a NaN does."""
-        return self.error is not None and not self.error <= self.tolerance
-
-    @property
-    def broken(self) -> bool:
-        """True if any error that is known exceeds the tolerance."""
-        return self.exceeded or any(not one.error <= self.tolerance for one in self.model)
-
-
 @dataclass(frozen=True)
 class Errors:
-    """Errors of a run: `figures[key][source]` in the unit and shape of that figure, the `promises`, and `notes`.
+    """Errors of the model in a run: `figures[key][source]` in the unit and shape of that figure.
 
     `outputs` are the errors of requested outputs. Errors are greatest absolute ones. A source that is missing is not
-    known for that figure; one without effect is 0. `notes` maps sources, and rows of what is left out, to a sentence;
-    `mends` sources to what makes their errors smaller. Up to `horizon` [s] the motion is known, if errors grow by
-    themselves. `told_by` maps figures to those of which they are the sum over time: where both are doubtful, flags name
-    the latter. `spared`: errors up to which flags do not name a figure, in its unit.
+    known for that figure; one without effect is 0. `notes` maps sources, and rows of what is not modelled, to a
+    sentence; `mends` sources to what makes their errors smaller. `integral_of` maps figures to those of which they are
+    the sum over time: where both have large errors, flags name the latter. `negligible`: errors up to which flags do
+    not name a figure, in its unit.
     """
 
     figures: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-    promises: tuple[Promise, ...] = ()
     outputs: Mapping[str, tuple[ModelError, ...]] = field(default_factory=dict)
     notes: Mapping[str, str] = field(default_factory=dict)
     mends: Mapping[str, str] = field(default_factory=dict)
-    horizon: float | None = None
-    told_by: Mapping[str, str] = field(default_factory=dict)
-    spared: Mapping[str, float] = field(default_factory=dict)
+    integral_of: Mapping[str, str] = field(default_factory=dict)
+    negligible: Mapping[str, float] = field(default_factory=dict)
 
 
 class ModelErrors:

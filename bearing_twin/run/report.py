@@ -1,11 +1,11 @@
 """The report on a run, a log or a node: figures, their errors by source, the status, and the picture."""
 
-import copy
-import functools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import Choice, Report
@@ -21,14 +21,16 @@ from bearing_twin.kinds.error_estimates import (
     LEFT_OUT,
     METHOD,
     Errors,
+    ModelError,
     ModelErrors,
-    Promise,
     UnknownErrors,
 )
 from bearing_twin.run.failure import failure_in
-from bearing_twin.run.second_run import Estimate, NoEstimate, estimate_of
+from bearing_twin.run.second_run import Estimate, OutputError, copies_of, estimate_of
 
 WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
+THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
+NO_ESTIMATE = "this kind of scene has no second run"
 FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
@@ -57,63 +59,79 @@ class Judgement(NamedTuple):
     keys: dict[str, Any]
 
 
-def judged(
-    errors: Errors, estimate: Estimate | NoEstimate, figures: Mapping[str, Any], status: str, choice: Choice
-) -> Judgement:
+def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], status: str, choice: Choice) -> Judgement:
     """The judgement of a run with these model errors, error estimate and figures, whose own status was this.
 
     The error of a figure is that of the method alone, None where it is not known; errors of the model stand beside.
     """
-    by_source = {key: {METHOD: one} for key, one in estimate.of_figures(figures).items()}
-    for key, parts in errors.figures.items():
-        by_source.setdefault(key, {}).update(parts)
     keys, known, large = {}, {}, {}
-    sizes = functools.cache(functools.partial(_sizes, figures))  # found once, if at all
-    for figure, parts in by_source.items():
-        if figure not in figures or figures[figure] is None or not parts:
+    method, sizes = estimate.of_figures(figures), _sizes(figures)
+    for figure in dict.fromkeys((*method, *errors.figures)):
+        parts = ({METHOD: method[figure]} if figure in method else {}) | dict(errors.figures.get(figure, {}))
+        if figures.get(figure) is None or not parts:
             continue
         parts = {source: _beyond_rounding(one, figure, figures[figure], sizes) for source, one in parts.items()}
         keys[f"{figure}_error"] = parts.get(METHOD)
         known[figure] = {source: one for source, one in parts.items() if not _unknown(one)}
         for source, one in known[figure].items():
-            spared = greatest(one) <= errors.spared.get(figure, 0.0)
-            if exceeds(figures[figure], one) and not spared:
+            if exceeds(figures[figure], one) and not greatest(one) <= errors.negligible.get(figure, 0.0):
                 large.setdefault(figure, source)
     keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
     keys["model_errors"] = {
         source: of for source in WORDS if (of := {key: one[source] for key, one in known.items() if source in one})
     }
-    promises = errors.promises or _promises(errors, estimate, choice)
-    keys["wanted_errors"] = {one.output: _told(one) for one in promises}
+    outputs = {name: (one, errors.outputs.get(name, ())) for name, one in estimate.of_outputs().items()}
+    keys["wanted_errors"] = {name: _output_keys(*one, estimate.tolerance) for name, one in outputs.items()}
     keys["errors_unknown"] = ({METHOD: estimate.note} if estimate.note else {}) | dict(errors.notes)
-    horizon = errors.horizon if estimate.horizon is None else estimate.horizon
-    if horizon is not None:
-        keys["horizon_s"] = horizon
-    broken = [one for one in promises if one.broken]
-    flags = [_sentence(one, horizon) for one in broken]
-    named_ones = {figure: source for figure, source in large.items() if errors.told_by.get(figure) not in large}
-    if named_ones:
+    if estimate.horizon is not None:
+        keys["horizon_s"] = estimate.horizon
+    exceeded = {name: said for name, one in outputs.items() if (said := _exceeded(name, *one, estimate))}
+    flags = list(exceeded.values())
+    large = {figure: source for figure, source in large.items() if errors.integral_of.get(figure) not in large}
+    if large:
         mends = {METHOD: estimate.smaller} | dict(errors.mends)
-        cures = "; ".join(filter(None, (mends.get(source) for source in dict.fromkeys(named_ones.values()))))
-        said = "; ".join(_said(one, figures[one], known[one][source], source) for one, source in named_ones.items())
+        cures = "; ".join(filter(None, (mends.get(source) for source in dict.fromkeys(large.values()))))
+        said = "; ".join(_said(one, figures[one], known[one][source], source) for one, source in large.items())
         sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
         flags.append(f"{sentence}; to mend it: {cures}" if cures else sentence)
-    outputs = dict.fromkeys(one.output for one in broken)
-    doubtful = [*(("model outside its range",) if choice.outside else ()), *outputs]
+    doubtful = [*(("model outside its range",) if choice.outside else ()), *exceeded]
     if doubtful and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(doubtful)}"
     return Judgement(status, tuple(flags), keys)
 
 
-def _promises(errors: Errors, estimate: Estimate | NoEstimate, choice: Choice) -> list[Promise]:
-    """The requested outputs with the error of the method, and of the model where that is known."""
-    found = []
-    for name, one in estimate.of_outputs().items():
-        where = f"at {one.when:.6g} s" if one.error is not None and one.error > estimate.tolerance else ""
-        mend = LATER if estimate.horizon is not None else estimate.smaller
-        numbers = one.norm, one.error, estimate.tolerance
-        found.append(Promise(name, *numbers, where, mend, one.until, errors.outputs.get(name, ())))
-    return found
+def _when(output: OutputError, tolerance: float) -> str:
+    """When the error of an output was greatest, where it exceeds the tolerance."""
+    return f"at {output.when:.6g} s" if output.error is not None and output.error > tolerance else ""
+
+
+def _output_keys(output: OutputError, model: tuple[ModelError, ...], tolerance: float) -> dict[str, Any]:
+    """The keys of `wanted_errors` of one output."""
+    keys = {"norm": output.norm, "error": output.error, "tolerance": tolerance, "where": _when(output, tolerance)}
+    keys |= {"model_errors": {one.source: one.error for one in model}} if model else {}
+    return keys if output.until is None else keys | {"error_up_to_horizon": output.until}
+
+
+def _exceeded(name: str, output: OutputError, model: tuple[ModelError, ...], estimate: Estimate) -> str:
+    """A sentence on the errors of an output that exceed the tolerance, as NaN does, and their remedies; "" for none."""
+    tolerance, said = estimate.tolerance, []
+    if output.error is not None and not output.error <= tolerance:
+        when = _when(output, tolerance)
+        where = f" ({when})" if when else ""
+        if output.until is not None:
+            where += f", {output.until:.2g} up to {estimate.horizon:.6g} s"
+        mend = estimate.smaller if estimate.horizon is None else LATER
+        said.append(
+            f"{name}: the error of the method is {output.error:.2g} {output.norm}{where}, more than the requested "
+            f"{tolerance:g}: {mend}"
+        )
+    said += [
+        f"{name}: the error by {WORDS.get(one.source, one.source)} is {one.error:.2g} {output.norm}, more than the "
+        f"requested {tolerance:g}{': ' if one.mend else ''}{one.mend}"
+        for one in model
+        if not one.error <= tolerance
+    ]
+    return "; ".join(said)
 
 
 def shown_errors(result: Mapping[str, Any], figure: str) -> tuple[float | None, float | None]:
@@ -146,12 +164,6 @@ def _unknown(error) -> bool:
     return error is None or (isinstance(error, list) and None in error)
 
 
-def _is_numbers(value) -> bool:
-    """True for a number or a list of numbers."""
-    values = value if isinstance(value, list) else [value]
-    return bool(values) and all(isinstance(one, (int, float)) for one in values)
-
-
 def failed(failure: Mapping[str, Any]) -> str:
     """The status of a run that broke off, by what `run.failure.failure_keys` says of it."""
     return f"{FAILED}: {failure.get('failure_reason', 'broken off')}"
@@ -163,40 +175,34 @@ def exceeds(value, error) -> bool:
     return not worst <= LARGE * scale
 
 
-def _beyond_rounding(error, figure: str, value, sizes: Callable[[], dict[str, float]]):
+def _beyond_rounding(error, figure: str, value, sizes: Mapping[str, float]):
     """The error of a figure; 0 for one that is large beside the figure and rounding beside others of its unit."""
-    if _unknown(error):
+    if _unknown(error) or not exceeds(value, error):
         return error
-    rounding = ROUNDING * _size(named(figure)[1], sizes()) if exceeds(value, error) else -1.0
-    if not greatest(error) <= rounding:  # nor is a NaN
+    if not greatest(error) <= ROUNDING * sizes.get(named(figure)[1], 0.0):  # nor is a NaN
         return error
     return [0.0] * len(error) if isinstance(error, list) else 0.0
 
 
 def _sizes(figures: Mapping[str, Any]) -> dict[str, float]:
-    """The greatest of a run's figures by unit; 1 rad at least."""
+    """The greatest size of a run's figures by unit, also by MADE_OF; 1 rad at least."""
     sizes = {"rad": 1.0}
     for key, value in figures.items():
         values = value if isinstance(value, list) else [value]
-        if not (_is_numbers(value) and all(map(math.isfinite, values))):
-            continue
-        its = named(key)[1]
-        sizes[its] = max(sizes.get(its, 0.0), greatest(values))
-    return sizes
-
-
-def _size(unit: str, sizes: Mapping[str, float]) -> float:
-    """The greatest size of a figure in this unit, by `_sizes` or by MADE_OF."""
-    powers = MADE_OF.get(unit, {})
-    known = powers and all(sizes.get(one) for one in powers)
-    made = math.prod(sizes[one] ** power for one, power in powers.items()) if known else 0.0
-    return max(sizes.get(unit, 0.0), made)
+        if values and all(isinstance(one, (int, float)) and math.isfinite(one) for one in values):
+            unit = named(key)[1]
+            sizes[unit] = max(sizes.get(unit, 0.0), greatest(values))
+    made = {
+        unit: math.prod(sizes[one] ** power for one, power in powers.items())
+        for unit, powers in MADE_OF.items()
+        if all(sizes.get(one) for one in powers)
+    }
+    return sizes | {unit: max(size, sizes.get(unit, 0.0)) for unit, size in made.items()}
 
 
 def greatest(value) -> float:
     """The greatest magnitude of a number or of a list, 0 of an empty one; NaN where one is."""
-    values = [value] if isinstance(value, (int, float)) else list(value)
-    return math.nan if any(math.isnan(one) for one in values) else max(map(abs, values), default=0.0)
+    return float(np.abs(value).max(initial=0.0))
 
 
 def _said(figure: str, value, error, source: str) -> str:
@@ -207,38 +213,12 @@ def _said(figure: str, value, error, source: str) -> str:
     return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
 
 
-def _told(promise: Promise) -> dict[str, Any]:
-    result = {"norm": promise.norm, "error": promise.error, "tolerance": promise.tolerance, "where": promise.where}
-    result |= {"model_errors": {one.source: one.error for one in promise.model}} if promise.model else {}
-    return result if promise.before is None else result | {"error_up_to_horizon": promise.before}
-
-
-def promise_in_words(result: Mapping[str, Any]) -> str:
+def output_error_in_words(result: Mapping[str, Any]) -> str:
     """A row of `wanted_errors` whose error is known: by how much, what was requested, and where."""
     parts = [f"{two_digits(result['error'])} {result['norm']}, requested {result['tolerance']:g}", result["where"]]
     if (before := result.get("error_up_to_horizon")) is not None:
         parts.append(f"{two_digits(before)} up to the horizon")
     return "; ".join(part for part in parts if part)
-
-
-def _sentence(promise: Promise, horizon: float | None) -> str:
-    """A sentence: tolerance requested, errors, and remedy."""
-    said = []
-    if promise.exceeded:
-        where = f" ({promise.where})" if promise.where else ""
-        if promise.before is not None:
-            where += f", {promise.before:.2g} up to {horizon:.6g} s"
-        said.append(
-            f"{promise.output}: the error of the method is {promise.error:.2g} {promise.norm}{where}, more than the "
-            f"requested {promise.tolerance:g}: {promise.mend}"
-        )
-    for one in promise.model:
-        if not one.error <= promise.tolerance:
-            said.append(
-                f"{promise.output}: the error by {WORDS.get(one.source, one.source)} is {one.error:.2g} "
-                f"{promise.norm}, more than the requested {promise.tolerance:g}{': ' if one.mend else ''}{one.mend}"
-            )
-    return "; ".join(said)
 
 
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
@@ -250,11 +230,9 @@ class Gathering:
     A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
     """
 
-    def __init__(
-        self, figures: Figures, choice: Choice, model_errors: ModelErrors, estimate: Estimate | NoEstimate | None = None
-    ):
+    def __init__(self, figures: Figures, choice: Choice, model_errors: ModelErrors, estimate: Estimate | None = None):
         self.choice, self.outputs, self.missing = choice, 0, 0
-        self._writers = figures, model_errors, estimate or NoEstimate()
+        self._writers = figures, model_errors, estimate or Estimate(unknown=NO_ESTIMATE)
         self._length, self._aligned = 0, Aligned(0)
         self._last_ns, self._following = 0, None
 
@@ -292,9 +270,7 @@ class Gathering:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
         figures, model, estimate = self._writers
         if not last:
-            # Parameters and a choice never change, and copying them took longer than all figures: the copy shares them.
-            shared = [getattr(one, name, None) for one in self._writers for name in ("parameters", "choice")]
-            figures, model, estimate = copy.deepcopy(self._writers, {id(one): one for one in shared})
+            figures, model, estimate = copies_of(self._writers)
         for piece in self._aligned.rest():
             for writer in (figures, model, estimate):
                 writer.add(piece)
@@ -334,12 +310,14 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     if kind is None or (needed and not log.has_records):
         taken = kind.meanings_of() if kind else ()
         figures, model = ChannelFigures(None, log.choice, log.channels, taken), UnknownErrors(None, log.choice)
-        estimate = NoEstimate()
+        estimate = Estimate(unknown=NO_ESTIMATE)
     else:
         made_of = log.scene.parameters, log.choice
         figures, model, estimate = kind.figures_of(*made_of), kind.model_errors(*made_of), estimate_of(kind, *made_of)
         if log.kept_rate:
-            estimate = NoEstimate("the log is thinned: its figures are of the outputs kept, whose error is not known")
+            estimate = Estimate(
+                unknown="the log is thinned: its figures are of the outputs kept, whose error is not known"
+            )
     gathering = Gathering(figures, log.choice, model, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)

@@ -8,19 +8,19 @@ table `second_run`, the last of which holds for the run so far; a log carries th
 import copy
 import math
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Block, Channel, Columns, Layout, Table, layout_of, side_by_side
+from bearing_twin.base.sample import Block, Channel, Columns, Table, layout_of, side_by_side
 from bearing_twin.base.units import symbol_of
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.error_estimates import SECOND_RUN, Comparison, is_checked
 
-OFTEN = 1.5  # times the time of the last row, when figures are compared again
+OFTEN = 4.0  # times the time of the last comparison of figures, when they are compared again; and at the end of a run
 LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
 SEVERAL = 4  # outputs or contacts at least that lie beyond one
 ROUNDING = 1e-12  # of a figure: no difference is said to be smaller
@@ -79,6 +79,20 @@ def difference(value, second) -> float:
     return float(max(abs(value - second), ROUNDING * abs(second)))
 
 
+class Worst(NamedTuple):
+    """The greatest difference of an output so far, the greatest size, when [s], and the error up to the horizon."""
+
+    difference: float = 0.0
+    size: float = 0.0
+    when: float = 0.0
+    until: float = 0.0
+
+    @property
+    def error(self) -> float:
+        """The greatest difference over the greatest size."""
+        return _over(self.difference, self.size)
+
+
 class Differences:
     """Greatest differences so far, and the horizon: from where on more than half of the outputs exceed the tolerance.
 
@@ -89,38 +103,31 @@ class Differences:
 
     def __init__(self, tolerance: float):
         self.tolerance = tolerance
-        self.worst: dict[str, float] = {}
-        self.size: dict[str, float] = {}
-        self.when: dict[str, float] = {}
-        self.until: dict[str, float] = {}
+        self.worst: dict[str, Worst] = {}
         self.count = self.sum = self.least = self.at_least = 0
         self.turned = 0.0
-
-    def __copy__(self) -> "Differences":
-        other = Differences(self.tolerance)
-        vars(other).update({name: dict(one) if isinstance(one, dict) else one for name, one in vars(self).items()})
-        return other
 
     def add(self, times: np.ndarray, found: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
         """Takes in differences and sizes (n,) at `times` (n,) [s], by output."""
         if not len(times) or not found:
             return
-        beyond, errors = np.zeros(len(times), bool), {}
+        beyond, worst, so_far = np.zeros(len(times), bool), dict(self.worst), {}
         for name, (apart, sizes) in found.items():
-            before = self.worst.setdefault(name, 0.0)
-            largest = np.maximum.accumulate(np.append(self.size.get(name, 0.0), sizes))[1:]
-            beyond |= ~(apart <= self.tolerance * largest)
-            errors[name] = np.maximum.accumulate(np.append(before, apart))[1:], largest
-            if not errors[name][0][-1] <= before or name not in self.when:
-                self.when[name] = float(times[int(np.argmax(apart))])
-            self.worst[name], self.size[name] = float(errors[name][0][-1]), float(largest[-1])
-            self.until.setdefault(name, 0.0)
+            before = worst.get(name, Worst(when=float(times[int(np.argmax(apart))])))
+            sizes = np.maximum.accumulate(np.maximum(sizes, before.size))
+            beyond |= ~(apart <= self.tolerance * sizes)
+            greatest = np.maximum.accumulate(np.maximum(apart, before.difference))
+            so_far[name] = greatest, sizes
+            grown = not greatest[-1] <= before.difference
+            when = float(times[int(np.argmax(apart))]) if grown else before.when
+            worst[name] = Worst(float(greatest[-1]), float(sizes[-1]), when, before.until)
         path = self.sum + np.cumsum(np.where(beyond, 1, -1))
         low = len(path) - 1 - int(np.argmin(path[::-1]))
         if path[low] <= self.least:
             self.least, self.at_least, self.turned = int(path[low]), self.count + low + 1, float(times[low])
-            self.until |= {name: _over(*(float(one[low]) for one in pair)) for name, pair in errors.items()}
-        self.sum, self.count = int(path[-1]), self.count + len(path)
+            for name, (greatest, sizes) in so_far.items():
+                worst[name] = worst[name]._replace(until=_over(float(greatest[low]), float(sizes[low])))
+        self.worst, self.sum, self.count = worst, int(path[-1]), self.count + len(path)
 
     @property
     def horizon(self) -> float:
@@ -129,48 +136,47 @@ class Differences:
         beyond = self.sum > self.least and later > max(LATE * self.count, SEVERAL)
         return self.turned if beyond else UNKNOWN
 
-    def error(self, name: str) -> float:
-        """The greatest difference of an output, over its greatest size."""
-        return _over(self.worst[name], self.size[name])
+
+def _over(difference: float, size: float) -> float:
+    return difference / size if size > 0.0 else 0.0 if difference == 0.0 else UNKNOWN
 
 
-def _over(apart: float, size: float) -> float:
-    return apart / size if size > 0.0 else 0.0 if apart == 0.0 else UNKNOWN
+def copies_of(writers: Iterable) -> list:
+    """Copies of writers of figures and errors, which share what never changes: parameters and choice."""
+    writers = list(writers)
+    shared = [getattr(one, name, None) for one in writers for name in ("parameters", "choice")]
+    return copy.deepcopy(writers, {id(one): one for one in shared})
 
 
 class CheckedMotion:
     """A motion and its second run as one `Motion`: the outputs are the first one's, and its costs say what both took.
 
-    What a chunk found is kept apart until the next one begins, so that `take_back` undoes it for both.
+    What a chunk found is added to the figures of both when the next one begins, so that `take_back` undoes it.
     """
 
     def __init__(self, kind: Kind, parameters, choice: Choice, channels: tuple[Channel, ...]):
         self._kind, self._parameters, self._choice = kind, parameters, choice
-        self._motion = kind.motion(parameters, choice)
         refined = _refined(kind, parameters, choice)
-        self._second = kind.motion(*refined)
+        self._motion, self._second = kind.motion(parameters, choice), kind.motion(*refined)
         self._layouts = layout_of(channels), layout_of(tuple(kind.channels(refined[0])))  # meshes may differ
-        if hasattr(self._motion, "snapshot"):
-            self.resume = self._resume
-        if hasattr(self._motion, "take_back"):
-            self.take_back = self._take_back
         self._begin()
 
     def _begin(self, now: float = 0.0) -> None:
-        kind, made_of = self._kind, (self._parameters, self._choice)
-        self._comparison = kind.comparison(*made_of)
-        self._keys = tuple(_compared(kind, self._comparison))
-        self._figures = [kind.figures_of(*made_of) for _ in range(2)]
+        made_of = self._parameters, self._choice
+        self._comparison = self._kind.comparison(*made_of)
+        self._keys = tuple(_compared(self._kind, self._comparison))
+        self._figures = [self._kind.figures_of(*made_of) for _ in range(2)]
         self._differences = self._of_events = Differences(self._parameters.wanted.tolerance)
         self._now_ns = round(1e9 * now)
-        self._told = self._compared = now
+        self._figures_until = self._compared = now  # s: to where figures, and outputs, were compared
         self._row, self._blocks, self._records, self._broken = None, None, {}, ""
-        self._before = None
+        self._before: dict[str, Any] = {}
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
-        return getattr(self._motion, name)  # what does not move the second run
+        found = getattr(self._motion, name)
+        return getattr(self, f"_{name}") if name in ("resume", "take_back") else found  # where the first run has them
 
     @property
     def stop(self) -> np.ndarray:
@@ -214,6 +220,14 @@ class CheckedMotion:
         self._second.resume(kept)
         self._begin(float(kept.get("elapsed", kept.get("now", 0.0))))
 
+    def _take_back(self) -> None:
+        """Back to before the last `advance`, for both."""
+        self._motion.take_back()
+        self._second.take_back()
+        if self._before:
+            vars(self).update(self._before)
+            self._blocks = None
+
     def first_outputs(self):
         """The outputs at the present instant."""
         values = self._motion.first_outputs()
@@ -228,80 +242,70 @@ class CheckedMotion:
 
     def advance(self, times: np.ndarray, duration: float):
         """Moves both on; raises what the first one raises, and Stopped after both have stopped."""
-        self._commit()
-        kept = "_now_ns", "_told", "_compared", "_row", "_figures", "_of_events", "_broken", "_records"
+        for figures, block in zip(self._figures, self._blocks or (), strict=False):
+            figures.add(block)
+        self._blocks = None
+        kept = "_now_ns", "_figures_until", "_compared", "_row", "_figures", "_of_events", "_broken", "_records"
         self._before = {name: getattr(self, name) for name in kept}
         self._before |= {name: copy.copy(getattr(self, name)) for name in ("_comparison", "_differences")}
-        beside = None if self._broken else _Beside(self._second, times, duration)
+        second: list = []
+        thread = threading.Thread(
+            target=_advance, args=(self._second, times, duration, second), name="second run", daemon=True
+        )
+        if not self._broken:
+            thread.start()
         try:
             values = self._motion.advance(times, duration)
         finally:
-            second = beside and beside.joined()
+            if not self._broken:
+                thread.join()
         self._records = self._motion.take_records()
-        if isinstance(second, IntegrationError):
-            self._broken = str(second)
-        elif isinstance(second, Exception):
-            raise second
+        if second and isinstance(second[0], IntegrationError):
+            self._broken = str(second[0])
+        elif second and isinstance(second[0], Exception):
+            raise second[0]
         times_ns = self._now_ns + np.rint(1e9 * np.asarray(times, float)).astype(np.int64)
         if self._broken:
             self._row = self._row or [UNKNOWN] * len(self._keys)
             self._put_row(1e-9 * times_ns[-1])
         else:
-            self._compare(times_ns, (values, self._records), second)
+            self._compare(times_ns, (values, self._records), second[0])
         self._now_ns += round(1e9 * duration)
         return values
 
-    def _commit(self) -> None:
-        """Adds what the last chunk found to the figures of both runs: it cannot be taken back any more."""
-        for figures, block in zip(self._figures, self._blocks or (), strict=False):
-            figures.add(block)
-        self._blocks = None
-
-    def _take_back(self) -> None:
-        """Back to before the last `advance`, for both."""
-        self._motion.take_back()
-        self._second.take_back()
-        if self._before is not None:
-            vars(self).update(self._before)
-            self._blocks = None
-
     def _compare(self, times_ns: np.ndarray, *both) -> None:
+        """Compares the outputs and records of `both` runs, and their figures when that is due."""
         self._blocks = [_block(layout, times_ns, *one) for layout, one in zip(self._layouts, both, strict=True)]
         self._differences.add(1e-9 * times_ns, self._comparison.differences(*self._blocks))
         self._compared = until = 1e-9 * float(times_ns[-1])
         run = self._parameters.run
-        if until > 0.0 and until >= min(OFTEN * self._told, run.duration - 1.5 / run.output_rate):
+        if until > 0.0 and until >= min(OFTEN * self._figures_until, run.duration - 1.5 / run.output_rate):
             self._compare_figures()
-            self._told = until
+            self._figures_until = until
         self._put_row(until)
 
     def _compare_figures(self) -> None:
-        shared = [getattr(one, name, None) for one in self._figures for name in ("parameters", "choice")]
-        writers = [copy.deepcopy(one, {id(part): part for part in shared}) for one in self._figures]
-        for writer, block in zip(writers, self._blocks, strict=True):
+        self._figures = copies_of(self._figures)  # those before stay as they were, to be taken back to
+        for writer, block in zip(self._figures, self._blocks, strict=True):
             writer.add(block)
-        own, second = (writer.figures() for writer in writers)
+        self._blocks = None
+        own, second = (writer.figures() for writer in self._figures)
         self._row = [difference(own.get(key), second.get(key)) for key in self._keys]
-        self._figures, self._blocks = writers, None
         self._of_events = Differences(self._parameters.wanted.tolerance)
-        for name, (when, *found) in self._comparison.events(*writers).items():
+        for name, (when, *found) in self._comparison.events(*self._figures).items():
             self._of_events.add(np.asarray(when, float), {name: tuple(np.asarray(one, float) for one in found)})
 
     def _put_row(self, until: float) -> None:
         """Puts the row that holds for the run up to `until` [s] to the records."""
         if self._row is None:
             return
-        streams = self._differences, self._of_events
-        found = [one.horizon for one in streams if self._comparison.grows and one.horizon != UNKNOWN]
-        horizon = found[0] if found else UNKNOWN
-        row = [until, self._compared, horizon]
+        horizons = [one.horizon for one in (self._differences, self._of_events) if self._comparison.grows]
+        horizon = next((one for one in horizons if one != UNKNOWN), UNKNOWN)
+        worst, row = self._of_events.worst | self._differences.worst, [until, self._compared, horizon]
         for name in self._comparison.outputs:
-            found = next((one for one in streams if name in one.worst), None)
-            if found is None:
-                row += [UNKNOWN, 0.0, UNKNOWN]
-            else:
-                early = found.until[name] if horizon != UNKNOWN else UNKNOWN
-                row += [found.error(name), found.when[name], early]
+            found = worst.get(name)
+            early = UNKNOWN if found is None or horizon == UNKNOWN else found.until
+            row += [UNKNOWN, 0.0, UNKNOWN] if found is None else [found.error, found.when, early]
         self._records = self._records | {SECOND_RUN: np.array([[*row, *self._row]])}
 
     def take_records(self) -> dict[str, np.ndarray]:
@@ -316,29 +320,17 @@ class CheckedMotion:
         return self._motion.costs() | steps
 
 
-def _block(layout: Layout, times_ns: np.ndarray, values, records) -> Block:
+def _block(layout, times_ns: np.ndarray, values, records) -> Block:
     numbers = values.numbers if isinstance(values, Columns) else side_by_side(layout, values, len(times_ns))
     return Block(layout.channels, 0, times_ns, numbers, records)
 
 
-class _Beside:
-    """The second motion's `advance` in a thread that ends with it."""
-
-    def __init__(self, motion, *arguments):
-        self._motion, self._arguments, self._found = motion, arguments, None
-        self._thread = threading.Thread(target=self._advance, name="second run", daemon=True)
-        self._thread.start()
-
-    def _advance(self) -> None:
-        try:
-            self._found = self._motion.advance(*self._arguments), self._motion.take_records()
-        except Exception as error:  # raised again by the thread that waits
-            self._found = error
-
-    def joined(self):
-        """Outputs and records, or what was raised."""
-        self._thread.join()
-        return self._found
+def _advance(motion, times, duration: float, found: list) -> None:
+    """Puts outputs and records of a motion, or what it raised, into `found`: in a thread nothing can be returned."""
+    try:
+        found.append((motion.advance(times, duration), motion.take_records()))
+    except Exception as error:
+        found.append(error)
 
 
 class OutputError(NamedTuple):
@@ -351,30 +343,31 @@ class OutputError(NamedTuple):
 
 
 class Estimate:
-    """The errors of the method, read off the rows of the table in a run or in its log."""
+    """The errors of the method, read off the rows of the table in a run or in its log.
+
+    Without a `comparison` there is none, and `unknown` says why; with one it says why no row can be there, or nothing.
+    """
 
     in_stretches = False
 
-    def __init__(self, kind: Kind, parameters, choice: Choice):
-        self._kind, self._parameters, self._choice = kind, parameters, choice
-        self._comparison = kind.comparison(parameters, choice)
-        self._keys, self.tolerance = tuple(_compared(kind, self._comparison)), parameters.wanted.tolerance
-        self._width = len(HEAD) + OF_OUTPUT * len(self._comparison.outputs) + len(self._keys)
+    def __init__(self, comparison: Comparison | None = None, keys: tuple[str, ...] = (), unknown: str = ""):
+        self._comparison, self._keys, self._unknown = comparison, keys, unknown
+        self._outputs = {} if comparison is None else comparison.outputs
+        self.tolerance = 0.0 if comparison is None else comparison.parameters.wanted.tolerance
         self._row: np.ndarray | None = None
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
         rows = block.records.get(SECOND_RUN, ())
-        if len(rows) and rows.shape[1] == self._width:  # not those of another version
-            self._row = np.array(rows[-1])
+        if len(rows) and rows.shape[1] == len(HEAD) + OF_OUTPUT * len(self._outputs) + len(self._keys):
+            self._row = np.array(rows[-1])  # rows of another version have another length
 
     def of_figures(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """The error of each figure that was compared, in its unit and shape; None where it is not known."""
         found = {}
         errors = [UNKNOWN] * len(self._keys) if self._row is None else self._row[-len(self._keys) :].tolist()
         for key, error in zip(self._keys, errors, strict=True):
-            if figures.get(key) is not None:
-                value = figures[key]
+            if (value := figures.get(key)) is not None:
                 known = [error] * len(value) if isinstance(value, list) else error
                 found[key] = known if error >= 0.0 else None
         return found
@@ -382,20 +375,17 @@ class Estimate:
     def of_outputs(self) -> dict[str, OutputError]:
         """The error of each requested output."""
         found = {}
-        for place, (name, norm) in enumerate(self._comparison.outputs.items()):
-            error = until = None
-            when = 0.0
-            if self._row is not None:
-                first = len(HEAD) + OF_OUTPUT * place
-                error, when, until = self._row[first : first + OF_OUTPUT].tolist()
-                error, until = (one if one >= 0.0 else None for one in (error, until))
-            found[name] = OutputError(norm, error, when, until)
+        for place, (name, norm) in enumerate(self._outputs.items()):
+            first = len(HEAD) + OF_OUTPUT * place
+            row = [UNKNOWN, 0.0, UNKNOWN] if self._row is None else self._row[first : first + OF_OUTPUT].tolist()
+            error, until = (one if one >= 0.0 else None for one in row[::2])
+            found[name] = OutputError(norm, error, row[1], until)
         return found
 
     @property
     def smaller(self) -> str:
         """A remedy against the error of the method."""
-        return self._comparison.smaller
+        return "" if self._comparison is None else self._comparison.smaller
 
     @property
     def horizon(self) -> float | None:
@@ -406,36 +396,19 @@ class Estimate:
     def note(self) -> str:
         """Why the error of the method is not known, or only up to a time; "" where it is."""
         if self._row is None:
-            if not is_checked(self._parameters):
-                return "solver.check: none, so the error of the method is not known"
-            if self._comparison.refined() is None:
-                return "this model has no second run: its solutions are closed forms or equilibria"
-            return "no second run was compared, so the error of the method is not known"
+            return self._unknown or "no second run was compared, so the error of the method is not known"
         if self._row[COMPARED] < self._row[TIME]:
             return f"the second run broke off: errors are those up to {self._row[COMPARED]:.6g} s"
         return ""
 
 
-class NoEstimate:
-    """The estimate of a kind without a second run, and of a log without a scene."""
-
-    in_stretches, smaller, horizon, tolerance = False, "", None, 0.0
-
-    def __init__(self, note: str = "this kind of scene has no second run"):
-        self.note = note
-
-    def add(self, block: Block) -> None:
-        """Takes nothing in."""
-
-    def of_figures(self, figures: Mapping[str, Any]) -> dict[str, Any]:
-        """No error is known."""
-        return {}
-
-    def of_outputs(self) -> dict[str, OutputError]:
-        """No error is known."""
-        return {}
-
-
-def estimate_of(kind: Kind, parameters, choice: Choice) -> Estimate | NoEstimate:
+def estimate_of(kind: Kind, parameters, choice: Choice) -> Estimate:
     """An empty estimate of a scene of this kind."""
-    return NoEstimate() if kind.comparison is None else Estimate(kind, parameters, choice)
+    if kind.comparison is None:
+        return Estimate(unknown="this kind of scene has no second run")
+    comparison, unknown = kind.comparison(parameters, choice), ""
+    if not is_checked(parameters):
+        unknown = "solver.check: none, so the error of the method is not known"
+    elif comparison.refined() is None:
+        unknown = "this model has no second run: its solutions are closed forms or equilibria"
+    return Estimate(comparison, tuple(_compared(kind, comparison)), unknown)

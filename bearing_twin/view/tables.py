@@ -12,7 +12,7 @@ from bearing_twin.base.units import (
     sizes_for_units,
     two_digits,
 )
-from bearing_twin.run.report import exceeds, promise_in_words, shown_errors
+from bearing_twin.run.report import exceeds, output_error_in_words, shown_errors
 
 AXES = 3  # lists of so many numbers at most are vectors
 BEYOND_DIGITS = 5e-6  # of a value: an error below it is beyond the digits shown
@@ -78,7 +78,7 @@ def events_for_people(rows: list[Mapping[str, Any]], unit_of: Readable = readabl
 def errors_in_words(result: Mapping[str, Any]) -> tuple[dict[str, str], list[str]]:
     """The errors of the requested outputs by their names, and sentences about errors that are not known."""
     wanted = result.get("wanted_errors", {}).items()
-    known = {output: promise_in_words(one) for output, one in wanted if one["error"] is not None}
+    known = {output: output_error_in_words(one) for output, one in wanted if one["error"] is not None}
     return known, [f"{name}: {text}" for name, text in result.get("errors_unknown", {}).items()]
 
 

@@ -211,9 +211,9 @@ class BearingErrors:
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the drilling that a point does not hold"
         wanted = self.parameters.wanted.tolerance * float(self.load.max())
         # What is left for the ring is a difference of loads, which err by as much as is wanted.
-        spared = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
+        negligible = {"ring_force_n": wanted, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * wanted}
         outputs = self._of_outputs(law)
-        return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, told_by=SUMS, spared=spared)
+        return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, integral_of=SUMS, negligible=negligible)
 
     def _caged(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Greatest changes by a cage: speeds of balls that none spaces, to those of rolling."""
