@@ -115,6 +115,9 @@ class SceneParameters:
     moved: ClassVar[Mapping[str, str]] = {}
     facts: ClassVar[Mapping[str, Callable[[Any], float | None]]] = {}
 
+    def __deepcopy__(self, memo) -> SceneParameters:
+        return self  # they never change, and writers of figures that hold them are copied for every report
+
     @staticmethod
     def completed(scene: dict) -> tuple[dict, list[str]]:
         """The plain data of a scene with what it refers to, such as a row of a catalogue, filled in; what is wrong."""

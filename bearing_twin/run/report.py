@@ -1,5 +1,6 @@
 """The report on a run, a log or a node: figures, their errors by source, the status, and the picture."""
 
+import copy
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -26,7 +27,7 @@ from bearing_twin.kinds.error_estimates import (
     UnknownErrors,
 )
 from bearing_twin.run.failure import failure_in
-from bearing_twin.run.second_run import Estimate, OutputError, copies_of, estimate_of
+from bearing_twin.run.second_run import Estimate, OutputError, estimate_of
 
 WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
 THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
@@ -270,7 +271,7 @@ class Gathering:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
         figures, model, estimate = self._writers
         if not last:
-            figures, model, estimate = copies_of(self._writers)
+            figures, model, estimate = copy.deepcopy(self._writers)
         for piece in self._aligned.rest():
             for writer in (figures, model, estimate):
                 writer.add(piece)

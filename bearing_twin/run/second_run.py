@@ -8,7 +8,7 @@ table `second_run`, the last of which holds for the run so far; a log carries th
 import copy
 import math
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +21,7 @@ from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.error_estimates import SECOND_RUN, Comparison, is_checked
 
 OFTEN = 4.0  # times the time of the last comparison of figures, when they are compared again; and at the end of a run
+LAST = 1.0 - 1e-6  # of an output period before the end of a run: where its last output lies at the earliest
 LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
 SEVERAL = 4  # outputs or contacts at least that lie beyond one
 ROUNDING = 1e-12  # of a figure: no difference is said to be smaller
@@ -139,13 +140,6 @@ class Differences:
 
 def _over(difference: float, size: float) -> float:
     return difference / size if size > 0.0 else 0.0 if difference == 0.0 else UNKNOWN
-
-
-def copies_of(writers: Iterable) -> list:
-    """Copies of writers of figures and errors, which share what never changes: parameters and choice."""
-    writers = list(writers)
-    shared = [getattr(one, name, None) for one in writers for name in ("parameters", "choice")]
-    return copy.deepcopy(writers, {id(one): one for one in shared})
 
 
 class CheckedMotion:
@@ -279,13 +273,13 @@ class CheckedMotion:
         self._differences.add(1e-9 * times_ns, self._comparison.differences(*self._blocks))
         self._compared = until = 1e-9 * float(times_ns[-1])
         run = self._parameters.run
-        if until > 0.0 and until >= min(OFTEN * self._figures_until, run.duration - 1.5 / run.output_rate):
+        if until > 0.0 and until >= min(OFTEN * self._figures_until, run.duration - LAST / run.output_rate):
             self._compare_figures()
             self._figures_until = until
         self._put_row(until)
 
     def _compare_figures(self) -> None:
-        self._figures = copies_of(self._figures)  # those before stay as they were, to be taken back to
+        self._figures = copy.deepcopy(self._figures)  # those before stay as they were, to be taken back to
         for writer, block in zip(self._figures, self._blocks, strict=True):
             writer.add(block)
         self._blocks = None

@@ -236,7 +236,7 @@ def cage_needed(parameters) -> str:
     )
 
 
-def law_error(law: str, parameters) -> float:
+def nominal_law_error(law: str, parameters) -> float:
     """Greatest relative load error of a law against exact Hertz at a bearing's two nominal contacts; 0 if measured."""
     if LAWS[law].measured:
         return 0.0
@@ -265,7 +265,7 @@ def choose(parameters) -> Choice:
     """Law, dimension, friction and stepper; raises SceneError where a scene has no equilibrium to start from."""
     found = answers(BEARING, parameters)
     law, dimension = found["contact.normal"].value, found["model.dimension"].value
-    error, wanted, warnings = law_error(law, parameters), parameters.wanted.tolerance, []
+    error, wanted, warnings = nominal_law_error(law, parameters), parameters.wanted.tolerance, []
     if error > wanted:
         warnings.append(
             f"the law {law} differs by {100 * error:.2g} % from exact Hertz here, more than the tolerance of "

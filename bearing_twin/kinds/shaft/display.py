@@ -9,7 +9,7 @@ import numpy as np
 
 from bearing_twin.base.sample import Channel, Sample, Wrench
 from bearing_twin.kinds import views
-from bearing_twin.kinds.bearing.outputs import ring_attitude
+from bearing_twin.kinds.bearing import ring_attitude
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, STEEL, LinkShape, cylinder, marker
 from bearing_twin.kinds.shaft import SHAFT

@@ -7,17 +7,23 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing.equilibrium import (
+from bearing_twin.kinds.bearing import (
     COORDINATES,
+    GREATEST_ANGLE,
+    GREATEST_SQUEEZE,
     IDLE,
     LONGEST,
     OVERLOAD,
+    SAME,
     SPEED_COLUMN,
     TRIED_PLACES,
     Contacts,
     EquilibriumSolver,
+    Loading,
+    RingDrive,
     Setting,
     Support,
+    apart,
     azimuths_of,
     commanded_loads,
     contacts_at,
@@ -27,8 +33,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     shared,
     tried_at,
 )
-from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
-from bearing_twin.kinds.bearing.system import SAME, Loading, RingDrive, apart
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftDrive, ShaftScene, bearing_scene, middle_of
 
 

@@ -13,17 +13,21 @@ from bearing_twin.base.sample import Block
 from bearing_twin.contact.elasticity import Ellipse, ellipse
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
-from bearing_twin.kinds.bearing.equilibrium import (
+from bearing_twin.kinds.bearing import (
+    ALIKE,
     COORDINATES,
     Support,
     azimuths_of,
     ellipses_of,
     equilibrium_error,
+    half_space_error,
+    hours_of,
+    lives_of,
+    pushed_by,
+    ratings_of,
     setting_of,
     weighed_solver,
 )
-from bearing_twin.kinds.bearing.model_error import ALIKE, half_space_error, pushed_by
-from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
 from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LEFT_OUT, Comparison, Errors, ModelErrors, with_tolerance
 from bearing_twin.kinds.shaft.equilibrium import balance_of, modes_of, rotor_of, speeds_of

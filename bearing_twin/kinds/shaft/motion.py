@@ -10,20 +10,20 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing import models as of_bearings
-from bearing_twin.kinds.bearing.compiled import method_numbers
-from bearing_twin.kinds.bearing.equilibrium import (
+from bearing_twin.kinds.bearing import (
     COORDINATES,
     OF_BALL,
+    SPEED,
     STOP,
+    Loading,
     Support,
     centrifugal_ratio,
     check_goal,
+    command_doubt,
     equilibrium_error,
+    method_numbers,
+    nominal_law_error,
 )
-from bearing_twin.kinds.bearing.ratings import command_doubt
-from bearing_twin.kinds.bearing.rings import SPEED
-from bearing_twin.kinds.bearing.system import Loading
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.kinds.rules import SHAFT, answers, sentences
 from bearing_twin.kinds.shaft.equilibrium import (
@@ -330,7 +330,7 @@ FAST = 1000.0  # Hz: balls that are in balance at every instant answer later mot
 
 def law_error(parameters: ShaftScene, law: str) -> float:
     """Greatest relative load error of a law against exact Hertz at the nominal contacts of both bearings."""
-    return max(of_bearings.law_error(law, bearing_scene(parameters, side)) for side in SIDES)
+    return max(nominal_law_error(law, bearing_scene(parameters, side)) for side in SIDES)
 
 
 def shares_of(parameters: ShaftScene, law: str, commanded: float = 0.0) -> dict[str, float]:

@@ -7,25 +7,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, number_table, quantity, section
-from bearing_twin.kinds.bearing import catalogue
-from bearing_twin.kinds.bearing.geometry import Fits, Temperatures
-from bearing_twin.kinds.bearing.parameters import (
+from bearing_twin.kinds.bearing import (
+    EVEN,
     GIVES,
+    QUASI_STATIC,
     RELAXATION_TIME,
     BearingContact,
     BearingScene,
-    Geometry,
-    GivenRatings,
-    Materials,
-)
-from bearing_twin.kinds.bearing.rings import (
-    EVEN,
-    QUASI_STATIC,
     Cage,
     Drive,
+    Fits,
+    Geometry,
+    GivenRatings,
     LoadChange,
+    Materials,
     Model,
     SpeedChange,
+    Temperatures,
+    completed,
     load_table,
     steady_load,
     steady_moment,
@@ -153,7 +152,7 @@ class ShaftScene(SceneParameters):
         problems = []
         for side in SIDES:
             if isinstance(scene.get(side), Mapping):
-                filled, wrong = catalogue.completed(scene[side])
+                filled, wrong = completed(scene[side])
                 scene = {**scene, side: filled}
                 problems += [f"{side}.{problem}" for problem in wrong]
         return scene, problems
