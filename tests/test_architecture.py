@@ -92,10 +92,6 @@ REQUIRED = (
 
 ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what for
     "core.py": ("version", "the library in use, for logs and those who ask"),
-    "kinds/bearing/compiled.py": (
-        "ball_rates_and_jacobian system_rates_and_jacobian BODY_NUMBERS",
-        "the core's derivatives, for tests of them alone",
-    ),
     "kinds/soft_discs/motion.py": ("elastic_forces", "the core's forces, for tests of them alone"),
     "contact/elasticity.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),

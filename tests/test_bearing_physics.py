@@ -505,7 +505,7 @@ def _speed_after(tolerance, first_steps, common=False):
     moving.state[:, VELOCITY], moving.steps[:] = THROWN, first_steps
     until = -moving.first_outputs().approach[0, 0, 1] / THROWN + BOUNCED
     if common:
-        where = np.ones(8, bool), 0.0, np.array([until]), until, moving._instants.empty(1, 8)
+        where = np.ones(8, bool), 0.0, np.array([until]), until, moving.room_for(1)
         moving._integrate(moving._bodies(), moving.drive, *where)
     else:
         moving.advance(np.array([until]), until)
@@ -532,7 +532,7 @@ def _moved(common, duration, tolerance, rate):
     times = np.arange(1, round(duration * rate) + 1) / rate
     if not common:
         return moving, moving.advance(times, duration).neighbour_load
-    filled = moving._instants.empty(len(times), moving.bearing.balls)
+    filled = moving.room_for(len(times))
     near = np.ones(moving.bearing.balls, bool)
     moving._integrate(moving._bodies(), moving.drive, near, 0.0, times, duration, filled)
     return moving, None

@@ -6,7 +6,7 @@
 
 namespace core {
 
-// Reads numbers in the order in which kinds/bearing/compiled.py writes them.
+// Reads numbers in the order in which kinds/bearing/system.py writes them.
 class Reader {
  public:
   explicit Reader(const double *numbers) : next(numbers) {}
@@ -97,7 +97,7 @@ inline BodyState state_of(const Bearing &bearing, const CoupledBodies &bodies, c
   return state;
 }
 
-// Reads numbers in the order in which kinds/bearing/compiled.py writes them.
+// Reads numbers in the order in which kinds/bearing/system.py writes them.
 inline CoupledBodies bodies_of(const double *numbers, const double *load, const double *load_rate, const double *drive) {
   CoupledBodies b{};
   Reader read(numbers);

@@ -3,6 +3,7 @@
 import numpy as np
 from bearings import FREE, motion
 
+from bearing_twin.core import FLAG, INTEGER, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing import (
     AXIS_DISTANCE,
     BORDER,
@@ -17,7 +18,47 @@ from bearing_twin.kinds.bearing import (
     TANGENTIAL_VELOCITY,
     RingDrive,
 )
-from bearing_twin.kinds.bearing.compiled import COORDINATES, system_rates_and_jacobian
+from bearing_twin.kinds.bearing.system import (
+    CARRIED_COLUMNS,
+    COORDINATES,
+    method_numbers,
+    numbers_of,
+    numbers_of_bodies,
+)
+
+BODY_NUMBERS = 2 * COORDINATES + 4  # with their integrals
+_ball_rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS, REALS_OUT, REALS_OUT))
+_system_rates = Function(
+    "core_coupled_rates", None, (*(REALS,) * 7, INTEGER, FLAG, REALS_OUT, REALS, REALS_OUT, REALS_OUT)
+)
+
+
+def ball_rates_and_jacobian(bearing, ring_speed, state, carried=None):
+    """Rates (COLUMNS,) of one ball in a state (COLUMNS,), and their derivatives (9, 9) by its motion.
+
+    `carried` (CARRIED_COLUMNS,) is what a law with states carries at the ball's contacts; None: nothing yet.
+    """
+    found, jacobian = np.empty(len(state)), np.empty((9, 9))
+    carried = np.zeros(CARRIED_COLUMNS) if carried is None else carried
+    _ball_rates(*numbers_of(bearing), float(ring_speed), np.ascontiguousarray(state, float), carried, found, jacobian)
+    return found, jacobian
+
+
+def system_rates_and_jacobian(bearing, drive, bodies, near, state, border):
+    """Rates of balls in a state (N, COLUMNS) with ring, cage and shaft (BORDER,), and their Jacobian.
+
+    Rates are those of N COLUMNS numbers of balls and BODY_NUMBERS of the bodies, derivatives by N 9 of the balls'
+    motion and by places and velocities of the bodies; velocities along the orbit are orbit rates.
+    """
+    balls, rows = len(state), state.size + BODY_NUMBERS
+    rates, jacobian = np.empty(rows), np.empty((rows, 9 * balls + 2 * COORDINATES))
+    _system_rates(
+        *(*numbers_of(bearing), method_numbers("rodas4"), numbers_of_bodies(bearing, bodies)),
+        *(bodies.load, bodies.load_rate, np.array(drive, float)),
+        *(balls, near.view(np.uint8), state.copy(), border, rates, jacobian),
+    )
+    return rates, jacobian
+
 
 SHAFT = (*FREE, "rings.inner.inertia=[1.0e-4,1.0e-4]")
 SUPPORT = "rings.inner.support={stiffness: [1e5,2e5,3e5], damping: [1,2,3], tilt_stiffness: 4, tilt_damping: 0.1}"

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import AXIAL_PRELOAD, FREE, motion
-from ring_systems import CASES, System, disturbed, places_in_border
+from ring_systems import BODY_NUMBERS, CASES, System, disturbed, places_in_border, system_rates_and_jacobian
 
 from bearing_twin.kinds.bearing import (
     AXIAL_SPIN,
@@ -23,9 +23,8 @@ from bearing_twin.kinds.bearing import (
     TANGENTIAL_VELOCITY,
     RingDrive,
 )
-from bearing_twin.kinds.bearing.compiled import BODY_NUMBERS, COORDINATES, system_rates_and_jacobian
-from bearing_twin.kinds.bearing.integrate import MET, PartBalls
-from bearing_twin.kinds.bearing.system import GROSS_WORK
+from bearing_twin.kinds.bearing.integrate import MET, mark_met
+from bearing_twin.kinds.bearing.system import COORDINATES, GROSS_WORK
 
 # Scene, overrides, instant [s], whether balls are pushed onto each other.
 COUPLED = (
@@ -197,6 +196,6 @@ def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
     for nearest in (apart, -0.5):  # closer than that, or past the other
         near = np.zeros(bearing.balls, bool)
         states[1, 3, ORBIT_ANGLE] = states[1, 4, ORBIT_ANGLE] - nearest
-        assert PartBalls(bearing.ball_radius, near, [moving.state]).mark_met(states, near)
+        assert mark_met(bearing.ball_radius, moving.state, states, near)
         assert near.tolist() == [k == 3 for k in range(bearing.balls)]
-        assert not PartBalls(bearing.ball_radius, near, [states[1]]).mark_met(states[:0], near)
+        assert not mark_met(bearing.ball_radius, states[1], states[:0], near)

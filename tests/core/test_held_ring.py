@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from ring_systems import ball_rates_and_jacobian
 
 from bearing_twin import load_scene
-from bearing_twin.kinds.bearing.compiled import ball_rates_and_jacobian
-from bearing_twin.kinds.bearing.start import start_state
+from bearing_twin.kinds.bearing.motion import start_state
 from bearing_twin.kinds.bearing.system import HELD, TILTED, bearing_of
 
 FRICTIONS = ("point", "spot", "spot_medium", "spot_fine", "pade1", "pade2")

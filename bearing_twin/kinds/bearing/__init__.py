@@ -5,10 +5,10 @@ each imports earlier ones:
 
 * `geometry`, `rings`, `catalogue`, `lubricant`, `defects`, `parameters`: a scene, without arrays;
 * `ratings`: ratings, lives and what catalogues print; `friction_torque`: that of lubricated contacts;
-* `system`: the numbers of the equations of motion; `compiled`: the door to the core;
+* `system`: the numbers of the equations of motion for the core;
 * `outputs`: channels, wrenches, contacts; `accelerometer`: what a sensor on the housing measures;
 * `equilibrium`, `equilibrium_motion`: balls and ring in equilibrium, and runs of it;
-* `step_control`, `integrate`, `start`, `motion`: balls that move;
+* `step_control`, `integrate`, `motion`: balls that move;
 * `model_error`, `models`: errors of the model, and its choice;
 * `quantities`, `figures`, `run_errors`, `equilibrium_report`: results of runs and equilibria;
 * `row`: all of this in the table of kinds; `topics`, `view`, `picture`: what others see of it.
@@ -91,8 +91,8 @@ FACE = {
     "bearing_of": "system: the numbers of the equations of motion",
     "RingDrive": "system: prescribed turning of the inner ring",
     "Loading": "system: loads over time",
-    "rates": "compiled: rates of all balls in a state",
-    "start_state": "start: the state from which balls start",
+    "rates": "integrate: rates of all balls in a state",
+    "start_state": "motion: the state from which balls start",
     "stability_limits": "step_control: longest stable steps of a fixed-step method",
     "stable_step": "step_control: a step well inside them",
     "mend_of_method": "models: what reduces the error of the method",
@@ -160,7 +160,7 @@ FACE = {
     "nominal_law_error": "models: error of a law's load at the nominal contacts",
     "command_doubt": "ratings: a warning of a speed above the limiting one",
     "ring_attitude": "outputs: orientation of a ring that is tilted and has turned",
-    "method_numbers": "compiled: an integration method as the core takes it",
+    "method_numbers": "system: an integration method as the core takes it",
     "SAME": "system: relative difference of times below which they are one",
     "apart": "system: times that differ, in order",
     # Outputs and figures

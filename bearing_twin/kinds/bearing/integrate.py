@@ -1,21 +1,29 @@
-"""Integration of one part of a chunk by any stepper: balls alone, balls that may touch, all with ring, cage and shaft.
+"""Integration of a part of a chunk by any stepper: balls alone, balls that may touch, all with ring, cage and shaft.
 
 Methods of SciPy, for reference, integrate the same equations.
 """
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
-from bearing_twin.core import FLAGS_OUT, INTEGER, REAL, REALS, Function
-from bearing_twin.kinds.bearing.compiled import add_stored, advance_common, advance_coupled, advance_free, rates
+from bearing_twin.core import (
+    FLAG,
+    FLAGS,
+    FLAGS_OUT,
+    INTEGER,
+    INTEGERS,
+    INTEGERS_OUT,
+    REAL,
+    REALS,
+    REALS_OUT,
+    Function,
+)
 from bearing_twin.kinds.bearing.system import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
-    BORDER,
     COLUMNS,
     MOTION,
     RADIAL_SPIN,
@@ -24,6 +32,10 @@ from bearing_twin.kinds.bearing.system import (
     Bearing,
     CoupledBodies,
     RingDrive,
+    method_numbers,
+    numbers_of,
+    numbers_of_bodies,
+    runge_kutta_numbers,
 )
 from bearing_twin.numerics.methods import (
     EVALUATIONS,
@@ -37,40 +49,49 @@ from bearing_twin.numerics.methods import (
     WORDS,
 )
 from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.steppers import EXPLICIT, NOTHING, ROSENBROCK
+from bearing_twin.numerics.steppers import EXPLICIT, NOTHING
 
 REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
 SCIPY = {"dop853": "DOP853", "radau": "Radau"}
-
-
 FAILURES = {
     NOT_FINITE: "is not finite any more; shorten solver.step or use solver.stepper: rodas4",
     TOO_DEEP: "has run through a raceway; check the loads, or shorten solver.step",
     STALLED: "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
 }
 
-
-class Results(NamedTuple):
-    """What a chunk fills in; `stop` (1,) is looked at before every step, and ends the chunk when it is not 0.
-
-    `carried` (N, CARRIED_COLUMNS) is what the law carries at each ball's contacts, at the chunk's start and its end.
-    `border` (len(times), BORDER) and `last_border` (BORDER,) are those of ring and cage, where a method moves them.
-    """
-
-    states: np.ndarray
-    orientations: np.ndarray
-    counts: np.ndarray
-    failure: np.ndarray
-    stop: np.ndarray
-    carried: np.ndarray
-    border: np.ndarray
-    last_border: np.ndarray
+_free_balls = Function(
+    "core_free_balls",
+    INTEGER,
+    (*(REALS,) * 5, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, INTEGER, *(REALS_OUT,) * 6, INTEGERS_OUT, REALS_OUT),
+)
+_common_balls = Function(
+    "core_common_balls",
+    INTEGER,
+    (
+        *(*(REALS,) * 5, REAL, REAL, INTEGER, REALS, FLAG, INTEGER, FLAGS),
+        *(*(REALS_OUT,) * 5, INTEGERS_OUT, REALS_OUT, REALS_OUT),
+    ),
+)
+_coupled_balls = Function(
+    "core_coupled_balls",
+    INTEGER,
+    (
+        *(*(REALS,) * 8, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, FLAG, INTEGER),
+        *(*(REALS_OUT,) * 8, INTEGERS_OUT, REALS_OUT),
+    ),
+)
+_all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, REAL, INTEGER, FLAGS, REALS, REALS_OUT))
+_add_stored = Function("core_add_stored", None, (REALS, REALS, INTEGER, FLAGS, REAL, INTEGER, REALS_OUT))
 
 
 class Chunk(NamedTuple):
-    """What is integrated: `near` (N,) says which balls may meet the next, `times` [s] are wanted within `duration`.
+    """A part of a chunk that is integrated by one call.
 
-    `step` [s] is that of methods with fixed steps, `scales` (MOTION,) are the errors of a step of the others.
+    `near` (N,) says which balls may touch the next ahead; `step` [s] is that of methods with fixed steps, `scales`
+    (MOTION,) are the errors of a step of the others; a `stop` (1,) that is not 0 ends it before the next step. Moved on
+    in place are `state` (N, COLUMNS), `orientation` (N, 4), the balls' `steps` (N,) [s], `carried` (N,
+    CARRIED_COLUMNS), the states of laws, and `border` (BORDER,), that of ring, cage and shaft; all but the last two are
+    filled in at `times` (n,) [s] within `duration`. `counts` (4,) are added to; `failure` (2,) is time and ball.
     """
 
     bearing: Bearing
@@ -81,67 +102,103 @@ class Chunk(NamedTuple):
     duration: float
     step: float
     scales: np.ndarray
+    stop: np.ndarray
+    state: np.ndarray
+    orientation: np.ndarray
+    steps: np.ndarray
+    carried: np.ndarray
+    border: np.ndarray
+    states: np.ndarray
+    orientations: np.ndarray
+    borders: np.ndarray
+    counts: np.ndarray
+    failure: np.ndarray
 
 
-class PartRoom:
-    """Room for states (count, N, COLUMNS), orientations (count, N, 4) and borders (count, BORDER) of a part.
-
-    Parts take turns: memory that is new to a process costs more than the numbers written into it.
-    """
-
-    def __init__(self):
-        self._room: list[np.ndarray] = []
-
-    def empty(self, count: int, balls: int) -> tuple[np.ndarray, ...]:
-        """That of the next part, all NaN; the arrays handed out before are overwritten."""
-        if not self._room or len(self._room[0]) < count:
-            self._room = [np.empty((count, *shape)) for shape in ((balls, COLUMNS), (balls, 4), (BORDER,))]
-        states, orientations, borders = self._room
-        arrays = states[:count], orientations[:count], borders[:count]
-        for one in arrays:
-            one.fill(math.nan)
-        return arrays
+def _drive_numbers(drive: RingDrive) -> np.ndarray:
+    return np.array([drive.speed, drive.acceleration, drive.angle], float)
 
 
-def instants_in(times: np.ndarray, begin: float, end: float) -> np.ndarray:
-    """Those `times` [s] of a chunk, within rounding of its part from `begin` to `end`, as counted from its begin."""
-    if begin == 0.0 and not (len(times) and times[-1] > end):  # as nearly always
-        return np.array(times, float)
-    return np.minimum(times - begin, end - begin)
+def _free(method: str, chunk: Chunk, balls) -> int:
+    """Moves the numbered `balls` that touch no other through a chunk, each with steps of its own."""
+    return _free_balls(
+        *(*numbers_of(chunk.bearing), method_numbers(method), _drive_numbers(chunk.drive), chunk.scales),
+        *(chunk.duration, len(chunk.times), chunk.times, chunk.stop, len(balls), np.array(balls, np.int64)),
+        *(len(chunk.state), chunk.state, chunk.orientation, chunk.steps, chunk.carried),
+        *(chunk.states, chunk.orientations, chunk.counts, chunk.failure),
+    )
 
 
-def integrated(stepper: str, chunk: Chunk, moving, results) -> int:
-    """Moves (state, orientation, steps) on in place and fills `results`; returns the status."""
-    if stepper == "imex":  # its losses are of first order, those of damping, which are less than the work of loads
-        return advance_common(chunk.bearing, chunk.drive, None, chunk, moving, results)
-    if not np.count_nonzero(chunk.near):  # in a fifth of the time of `any`
-        return _with_losses(stepper, chunk, moving, results)
-    add_stored(chunk.bearing, chunk.near, 1.0, moving[0])
-    status = _with_losses(stepper, chunk, moving, results)
-    for states in (moving[0], results.states):
-        add_stored(chunk.bearing, chunk.near, -1.0, states)
+def _common(method: str, chunk: Chunk) -> int:
+    """Moves all balls by an explicit method, or by `imex`, in common steps: given ones without an error estimate."""
+    numbers, adaptive, following = np.zeros(1), False, np.empty(1)
+    if method in EXPLICIT:
+        numbers, adaptive = runge_kutta_numbers(method), bool(EXPLICIT[method].error.any())
+    status = _common_balls(
+        *(*numbers_of(chunk.bearing), numbers, _drive_numbers(chunk.drive), chunk.scales),
+        *(float(chunk.steps[0]) if adaptive else chunk.step, chunk.duration, len(chunk.times), chunk.times),
+        *(chunk.stop, len(chunk.state), chunk.near, chunk.state, chunk.orientation, chunk.carried),
+        *(chunk.states, chunk.orientations, chunk.counts, chunk.failure, following),
+    )
+    if status == OK:
+        chunk.steps[:] = following
     return status
 
 
-def _with_losses(stepper: str, chunk: Chunk, moving, results) -> int:
+def _coupled(method: str, chunk: Chunk, balls) -> int:
+    """Moves the numbered `balls`, neighbours one after the other, with ring, cage and shaft."""
+    bodies = chunk.bodies
+    return _coupled_balls(
+        *(*numbers_of(chunk.bearing), method_numbers(method), numbers_of_bodies(chunk.bearing, bodies)),
+        *(bodies.load, bodies.load_rate, np.array(chunk.drive, float), chunk.scales, chunk.duration),
+        *(len(chunk.times), chunk.times, chunk.stop, len(balls), np.array(balls, np.int64), chunk.near.view(np.uint8)),
+        *(len(chunk.state), chunk.state, chunk.orientation, chunk.steps, chunk.carried, chunk.border),
+        *(chunk.states, chunk.orientations, chunk.borders, chunk.counts, chunk.failure),
+    )
+
+
+def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray, ring_angle: float = 0.0) -> np.ndarray:
+    """Rates (N, COLUMNS) of all balls in a state (N, COLUMNS); near[k] says whether ball k may touch the next ahead.
+
+    Losses take in what contacts of balls store.
+    """
+    found = np.empty_like(state)
+    _all_rates(*numbers_of(bearing), float(ring_speed), float(ring_angle), len(state), near, state, found)
+    return found
+
+
+def integrated(stepper: str, chunk: Chunk) -> int:
+    """Integrates a chunk; returns its status."""
+    if stepper == "imex":  # its losses are of first order, those of damping, which are less than the work of loads
+        return _common(stepper, chunk)
+    _stored(1.0, chunk, chunk.state)
+    status = _with_losses(stepper, chunk)
+    _stored(-1.0, chunk, chunk.state)
+    _stored(-1.0, chunk, chunk.states)
+    return status
+
+
+def _stored(share: float, chunk: Chunk, states: np.ndarray) -> None:
+    """Adds a share of what contacts of neighbours store [J] to losses in states (..., N, COLUMNS), in place."""
+    if np.count_nonzero(chunk.near):  # in a fifth of the time of `any`
+        count = states.size // chunk.state.size
+        _add_stored(*numbers_of(chunk.bearing), len(chunk.near), chunk.near, share, count, states)
+
+
+def _with_losses(stepper: str, chunk: Chunk) -> int:
     """`integrated` where the integral of losses takes in what contacts of balls store."""
-    if stepper in ROSENBROCK:
-        return _by_rosenbrock(ROSENBROCK[stepper], chunk, moving, results)
     if stepper in EXPLICIT:
-        return advance_common(chunk.bearing, chunk.drive, EXPLICIT[stepper], chunk, moving, results)
-    from scipy import integrate  # late: these methods are for charts and tests
-
-    what = chunk.bearing, chunk.drive, chunk.near, chunk.times, chunk.duration
-    return scipy_chunk(getattr(integrate, SCIPY[stepper]), *what, REFERENCE_SHARE * chunk.scales, *moving[:2], results)
-
-
-def check(status: int, elapsed: float, failure: np.ndarray) -> None:
-    """Raises Stopped or IntegrationError for a status that is not OK of what began at `elapsed` [s]."""
-    if status == STOPPED:
-        raise Stopped(f"the computation was stopped at {elapsed:.9g} s")
-    if status != OK:
-        seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
-        raise IntegrationError(f"at {seconds:.9g} s {body} {FAILURES[status]}", WORDS[status], seconds, body)
+        return _common(stepper, chunk)
+    if stepper in SCIPY:
+        return _by_scipy(SCIPY[stepper], chunk)
+    # Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
+    groups = [list(range(len(chunk.near)))] if chunk.bodies.active else groups_of(chunk.near)
+    alone = [] if chunk.bodies.active else [group[0] for group in groups if len(group) == 1]
+    status = _free(stepper, chunk, alone) if alone else OK
+    for group in groups:
+        if status == OK and (chunk.bodies.active or len(group) > 1):
+            status = _coupled(stepper, chunk, group)
+    return status
 
 
 def groups_of(near) -> list[list[int]]:
@@ -157,24 +214,13 @@ def groups_of(near) -> list[list[int]]:
     return groups
 
 
-def _by_rosenbrock(method, chunk: Chunk, moving, results) -> int:
-    """Balls that touch no other side by side, then each group of balls that may touch.
-
-    Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
-    """
-    bearing, drive, bodies, near = chunk.bearing, chunk.drive, chunk.bodies, chunk.near
-    if bodies.active:
-        alone, together = [], [range(len(near))]
-    elif np.count_nonzero(near):
-        groups = groups_of(near)
-        alone, together = [group[0] for group in groups if len(group) == 1], [one for one in groups if len(one) > 1]
-    else:
-        alone, together = np.arange(len(near)), []
-    status = advance_free(bearing, drive, method, chunk, alone, moving, results) if len(alone) else OK
-    for group in together:
-        if status == OK:
-            status = advance_coupled(bearing, drive, method, chunk, near, bodies, group, moving, results)
-    return status
+def check(status: int, elapsed: float, failure: np.ndarray) -> None:
+    """Raises Stopped or IntegrationError for a status that is not OK of what began at `elapsed` [s]."""
+    if status == STOPPED:
+        raise Stopped(f"the computation was stopped at {elapsed:.9g} s")
+    if status != OK:
+        seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
+        raise IntegrationError(f"at {seconds:.9g} s {body} {FAILURES[status]}", WORDS[status], seconds, body)
 
 
 # Where balls have steps of their own, only those that may soon meet share steps, and only for a while: balls that share
@@ -191,110 +237,99 @@ _mark_met = Function("core_mark_met", INTEGER, (REAL, REALS, INTEGER, REALS, INT
 _time_apart = Function("core_time_apart", REAL, (REAL, REALS, INTEGER, REAL))
 
 
-def time_apart(ball_radius: float, state: np.ndarray, reach: float) -> float:
-    """Seconds for which no two balls can come closer than `reach` [m], by their present speeds."""
-    return _time_apart(ball_radius, state, len(state), reach)
+def time_apart(ball_radius: float, state: np.ndarray) -> float:
+    """Seconds for which no two balls come nearer than NEAR, by their present speeds."""
+    return _time_apart(ball_radius, state, len(state), NEAR * ball_radius)
 
 
-class PartBalls(NamedTuple):
-    """The balls of a part, of one `radius` [m].
+def mark_near(ball_radius: float, state: np.ndarray, ahead: float, near: np.ndarray, reach: float = 0.0) -> None:
+    """Sets `near` (N,) where two may come closer than `reach` [m], else NEAR, within `ahead` [s]."""
+    _mark_near(ball_radius, state, len(state), reach or NEAR * ball_radius, ahead, near)
 
-    `near` (N,) says who is integrated together with the next ahead, as those must be who may touch it; `moving` are the
-    arrays that an integration moves on in place, the state (N, ...) first.
-    """
 
-    radius: float
-    near: np.ndarray
-    moving: list[np.ndarray]
+def mark_met(ball_radius: float, state: np.ndarray, states: np.ndarray, near: np.ndarray) -> bool:
+    """Sets `near` (N,) for those who have met, now or in `states` (instants, N, ...); whether any was not set."""
+    return bool(_mark_met(ball_radius, state, len(state), states, len(states), MET * ball_radius, near))
 
-    def mark_near(self, reach: float, ahead: float, near: np.ndarray) -> None:
-        """Sets `near` (N,) where two may come closer than `reach` [m] within `ahead` [s]."""
-        state = self.moving[0]
-        _mark_near(self.radius, state, len(state), reach, ahead, near)
 
-    def mark_met(self, states: np.ndarray, near: np.ndarray) -> bool:
-        """Sets `near` (N,) for those who have met, now or in `states` (instants, N, ...); whether any was not set."""
-        state = self.moving[0]
-        return bool(_mark_met(self.radius, state, len(state), states, len(states), MET * self.radius, near))
-
-    def put_back(self, before: list[np.ndarray]) -> None:
-        """Back to where they were."""
-        for one, kept in zip(self.moving, before, strict=True):
-            one[:] = kept
+def instants_in(times: np.ndarray, begin: float, end: float) -> np.ndarray:
+    """Those `times` [s] of a chunk, within rounding of its part from `begin` to `end`, as counted from its begin."""
+    return np.minimum(times - begin, end - begin)
 
 
 def integrate_in_common(
-    integrate: Callable, balls: PartBalls, times: np.ndarray, duration: float, filled: tuple, apart: bool, even: bool
+    integrate: Callable, radius: float, moving, times: np.ndarray, duration: float, filled, apart: bool, even: bool
 ) -> None:
-    """Integrates a part of balls that share steps with a ring or a cage, or that are kept `apart`; sets `near`.
+    """Integrates a part of balls that share steps with a ring or a cage, or that are kept `apart`.
 
-    Where two met that were not near, which no `even` cage lets them, once more with all near. `integrate` is as for
-    `integrate_alone`.
+    Where two met that were not near, which no `even` cage lets them, once more with all near. See `integrate_alone`.
     """
-    before = [one.copy() for one in balls.moving]
+    before, near = [one.copy() for one in moving], np.zeros(len(moving[0]), np.bool_)
     if not apart:
-        balls.mark_near(NEAR * balls.radius, duration, balls.near)
-    integrate(balls.near, 0.0, times, duration, filled)
-    if even or not balls.mark_met(filled[0], balls.near):
+        mark_near(radius, moving[0], duration, near)
+    integrate(near, 0.0, times, duration, filled)
+    if even or not mark_met(radius, moving[0], filled[0], near):
         return
-    balls.put_back(before)
-    balls.mark_near(EVERYWHERE, 0.0, balls.near)
-    integrate(balls.near, 0.0, times, duration, filled)
+    _put_back(moving, before)
+    mark_near(radius, moving[0], 0.0, near, EVERYWHERE)
+    integrate(near, 0.0, times, duration, filled)
 
 
-def integrate_alone(integrate: Callable, balls: PartBalls, times: np.ndarray, duration: float, filled: tuple) -> None:
-    """Integrates a part of balls that act on each other only where they touch; sets `near` for all that were so.
+def _put_back(moving, before) -> None:
+    for one, kept in zip(moving, before, strict=True):
+        one[:] = kept
 
-    `integrate(near, begin, times, duration, filled)` moves the balls on over `duration` [s] from `begin` [s] of the
-    part and fills the arrays of `filled` at `times` [s] from there. A stretch in which two met that were not near is
-    done again, shorter or with them near. Raises what `integrate` raises.
+
+def integrate_alone(integrate: Callable, radius: float, moving, times: np.ndarray, duration: float, filled) -> None:
+    """Integrates a part of balls that act on each other only where they touch.
+
+    `integrate(near, begin, times, duration, filled)` moves the arrays `moving`, the state (N, ...) first, on over
+    `duration` [s] from `begin` [s] of the part and fills the arrays of `filled` at `times` [s] from there. A stretch in
+    which two met that were not near is done again, shorter or with them near. Raises what `integrate` raises.
     """
     first, begin, ahead = 0, 0.0, duration
-    met = np.zeros_like(balls.near)
+    met = np.zeros(len(moving[0]), np.bool_)
     while begin < duration:
         left, near = duration - begin, met.copy()
-        balls.mark_near(NEAR * balls.radius, min(SOON, left), near)
+        mark_near(radius, moving[0], min(SOON, left), near)
         near |= met
         length = min(SOON if near.any() else ahead, left)
         ends = length >= left - NOTHING * duration
         long, length = length > SOON, left if ends else length  # the last one may be longer than SOON by rounding
         last = len(times) if ends else int(np.searchsorted(times, begin + length, side="right"))
-        before, into = [one.copy() for one in balls.moving], tuple(one[first:last] for one in filled)
+        before, into = [one.copy() for one in moving], tuple(one[first:last] for one in filled)
         integrate(near, begin, instants_in(times[first:last], begin, begin + length), length, into)
         found = near.copy()
-        if balls.mark_met(into[0], found):
-            balls.put_back(before)
+        if mark_met(radius, moving[0], into[0], found):
+            _put_back(moving, before)
             # Found late in a long stretch: up to there they are alone.
             met, ahead = (met, max(SHORTER * length, SOON)) if long else (found, ahead)
             continue
-        balls.near[near] = True
         met, ahead = np.zeros_like(met), max(LONGER * length, SOON)
         first, begin = last, duration if ends else begin + length
 
 
-def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, orientation, results):
-    """Advances all balls together, by a SciPy solver's class.
+def _by_scipy(name: str, chunk: Chunk) -> int:
+    """Integrates a chunk of all balls together, by a SciPy solver's class; raises Stopped where it is to stop."""
+    from scipy import integrate  # late: these methods are for charts and tests
 
-    `scales` (MOTION,) are the absolute errors allowed in a step. Raises Stopped soon after the flag in `results` is not
-    0.
-    """
-    shape = state.shape
+    drive, times, shape = chunk.drive, chunk.times, chunk.state.shape
+    scales = REFERENCE_SHARE * chunk.scales
 
     def right_hand_side(time, flat):
-        if results.stop[0] != 0:
+        if chunk.stop[0] != 0:
             raise Stopped("the computation was stopped within a chunk")
-        speed = drive.speed + drive.acceleration * time
-        angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
-        return rates(bearing, speed, near, np.ascontiguousarray(flat.reshape(shape)), angle).ravel()
+        now, state = drive.later(time), np.ascontiguousarray(flat.reshape(shape))
+        return rates(chunk.bearing, now.speed, chunk.near, state, now.angle).ravel()
 
-    method = solver(
+    method = getattr(integrate, name)(
         right_hand_side,
         0.0,
-        state.ravel().copy(),
-        duration,
+        chunk.state.ravel().copy(),
+        chunk.duration,
         rtol=2.3e-14,
-        atol=np.tile(np.concatenate([scales, [1e-12] * (COLUMNS - MOTION)]), len(state)),
-        first_step=min(1e-7, duration),
+        atol=np.tile(np.concatenate([scales, [1e-12] * (COLUMNS - MOTION)]), len(chunk.state)),
+        first_step=min(1e-7, chunk.duration),
     )
     cursor = 0
     while method.status == "running":
@@ -304,20 +339,18 @@ def scipy_chunk(solver, bearing, drive, near, times, duration, scales, state, or
         finite = np.isfinite(method.y.reshape(shape)).all(axis=1)
         if method.status == "failed" or not finite.all():
             fastest = np.abs(right_hand_side(method.t, method.y).reshape(shape)[:, :MOTION] / scales).max(axis=1)
-            ball = fastest.argmax() if finite.all() else finite.argmin()
-            results.failure[:2] = method.t, ball
+            chunk.failure[:] = method.t, fastest.argmax() if finite.all() else finite.argmin()
             return NOT_FINITE if not finite.all() else STALLED
         dense = method.dense_output()
         start = dense(method.t_old).reshape(shape)
         while cursor < len(times) and times[cursor] <= method.t:
-            _turn_all(dense, method.t_old, times[cursor], start, orientation, results.orientations[cursor])
-            results.states[cursor] = dense(times[cursor]).reshape(shape)
+            _turn_all(dense, method.t_old, times[cursor], start, chunk.orientation, chunk.orientations[cursor])
+            chunk.states[cursor] = dense(times[cursor]).reshape(shape)
             cursor += 1
-        _turn_all(dense, method.t_old, method.t, start, orientation, orientation)
-    state[:] = method.y.reshape(shape)
-    results.counts[STEPS] += method.nfev // 12 * len(state)
-    results.counts[EVALUATIONS] += method.nfev * len(state)
-    results.counts[JACOBIANS] += method.njev * len(state)
+        _turn_all(dense, method.t_old, method.t, start, chunk.orientation, chunk.orientation)
+    chunk.state[:] = method.y.reshape(shape)
+    for number, cost in ((STEPS, method.nfev // 12), (EVALUATIONS, method.nfev), (JACOBIANS, method.njev)):
+        chunk.counts[number] += cost * len(chunk.state)
     return OK
 
 

@@ -10,10 +10,11 @@ import numpy as np
 from bearing_twin.base.sample import Block, Channel, Columns, Layout, Sample, Wrench, layout_of
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.bearing.compiled import write_rows
+from bearing_twin.core import INTEGER, INTEGERS, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.system import numbers_of, numbers_of_bodies
 from bearing_twin.kinds.topics import NUMBERS
 
 IN_PLANE = ("in_plane",)  # axes: x and y
@@ -146,16 +147,29 @@ def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     return Rows(layout, np.empty((count, layout.width)))
 
 
-def write_outputs(parameters, bearing, coupled, drive, times, states, orientations, borders, out, first):
-    """Fills the matrix `out` from row `first` with states (count, N, columns) and orientations (count, N, 4).
+NO_BODIES = np.zeros(0)
+_outputs = Function(
+    "core_outputs",
+    None,
+    (*(REALS,) * 3, INTEGER, INTEGER, *(REALS,) * 3, INTEGER, *(REALS,) * 4, REAL, INTEGERS, REALS_OUT),
+)
+
+
+def write_outputs(parameters, bearing, bodies, drive, times, states, orientations, borders, rows) -> None:
+    """Fills `rows` of all channels with states (count, N, COLUMNS) and orientations (count, N, 4) of the balls.
 
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `borders`
-    (count, BORDER) are those of the `coupled`, ring and cage. Every column of a row is written.
+    (count, BORDER) are those of ring, cage and shaft, the `bodies`. Every column of a row is written.
     """
     geometry = parameters.geometry
     rolling = 0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter)
-    rows, places = out[first : first + len(times)], _places(geometry.balls, has_films(parameters))
-    write_rows(bearing, coupled, drive, rolling, times, states, orientations, borders, places, rows)
+    coupled = bool(bodies.active or bearing.ring)
+    numbers = numbers_of_bodies(bearing, bodies) if coupled else NO_BODIES
+    _outputs(
+        *(*numbers_of(bearing), np.array(drive, float), len(times), geometry.balls, times, states, orientations),
+        *(coupled, numbers, bodies.load, bodies.load_rate, borders, rolling),
+        *(_places(geometry.balls, has_films(parameters)), rows),
+    )
 
 
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:

@@ -26,7 +26,7 @@ import numpy as np
 
 from bearing_twin.contact.elasticity import elastic
 from bearing_twin.kinds.bearing.parameters import BearingScene
-from bearing_twin.kinds.bearing.system import AXIS_DISTANCE, HEIGHT, RADIAL_VELOCITY, Bearing, approaches
+from bearing_twin.kinds.bearing.system import AXIS_DISTANCE, HEIGHT, RADIAL_VELOCITY, Bearing
 
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # of the wanted accuracy, that one adaptive step may spend: `chart steppers`, docs/accuracy.md
@@ -37,43 +37,31 @@ COMMON_SHARE = 4.0  # the same where balls step together; one ball rules their s
 STRICTEST, LOOSEST = 0.1, 16.0  # of an error of radial velocity, over one of slip
 
 
-def _loosest(bearing: Bearing, start: np.ndarray) -> float:
-    """How much greater than one of slip an error of radial velocity may be, which by the contact angle is slip, too."""
-    outwards = start[:, AXIS_DISTANCE] - bearing.outer.locus_radius
-    sine = np.abs(start[:, HEIGHT] / np.hypot(outwards, start[:, HEIGHT])).max()
-    return min(LOOSEST, 0.5 / max(float(sine), 1e-3))
+def light_approach(bearing: Bearing, approaches: np.ndarray) -> float:
+    """The approach [m] of an outer contact that bears LIGHT of the greatest load of `approaches` (N, 2)."""
+    return max(float(approaches[:, 1].max()), APPROACH_SCALE) * LIGHT ** (1.0 / bearing.outer.law.power)
 
 
-def _ringing_speed(bearing: Bearing, start: np.ndarray) -> float:
-    """Amplitude of the radial velocity [m/s] with which the lightest contact of a start is wrong by all its load."""
-    outer, law = bearing.outer, bearing.outer.law
-    outwards = start[:, AXIS_DISTANCE] - outer.locus_radius
-    approaches = np.hypot(outwards, start[:, HEIGHT]) + bearing.ball_radius - outer.groove_radius
-    least, greatest = max(float(approaches.min()), 0.0), max(float(approaches.max()), APPROACH_SCALE)
-    load = max(LIGHT * elastic(law.given, law.power, greatest).load, elastic(law.given, law.power, least).load)
-    stiffness = elastic(law.given, law.power, (load / law.given) ** (1.0 / law.power)).stiffness
-    return load / math.sqrt(stiffness * bearing.ball_mass)
-
-
-def light_approach(bearing: Bearing, start: np.ndarray) -> float:
-    """The approach [m] at the outer raceway of a contact that bears LIGHT of the greatest load of a start."""
-    outer = bearing.outer
-    outwards = start[:, AXIS_DISTANCE] - outer.locus_radius
-    approaches = np.hypot(outwards, start[:, HEIGHT]) + bearing.ball_radius - outer.groove_radius
-    return max(float(approaches.max()), APPROACH_SCALE) * LIGHT ** (1.0 / outer.law.power)
-
-
-def error_scales(parameters: BearingScene, bearing: Bearing, start: np.ndarray, together: bool) -> np.ndarray:
+def error_scales(
+    parameters: BearingScene, bearing: Bearing, start: np.ndarray, approaches: np.ndarray, together: bool
+) -> np.ndarray:
     """Errors (MOTION,) that a step of a ball may make at a tolerance of 1, for balls at `start` (N, COLUMNS).
 
-    Where balls step `together`, at the pace of the one with the shortest steps, errors of the others hardly add up.
+    Their `approaches` (N, 2) [m] are those there. Where balls step `together`, at the pace of the one with the shortest
+    steps, errors of the others hardly add up.
     """
-    speed = parameters.contact.friction_regularisation
+    speed, law = parameters.contact.friction_regularisation, bearing.outer.law
     radius, pitch = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
     unit = np.array([APPROACH_SCALE, APPROACH_SCALE / pitch, APPROACH_SCALE, *(speed,) * 3, *(speed / radius,) * 3])
-    share = COMMON_SHARE if together else RINGING_SHARE
-    ringing = share * _ringing_speed(bearing, start) / speed
-    unit[RADIAL_VELOCITY] *= min(max(ringing, STRICTEST), _loosest(bearing, start) if together else 1.0)
+    # The amplitude of the radial velocity with which the lightest contact is wrong by all its load.
+    depth = max(light_approach(bearing, approaches), float(approaches[:, 1].min()))
+    lightest = elastic(law.given, law.power, depth)
+    ringing = lightest.load / math.sqrt(lightest.stiffness * bearing.ball_mass) / speed
+    # By the contact angle an error of radial velocity is slip, too.
+    outwards = start[:, AXIS_DISTANCE] - bearing.outer.locus_radius
+    sine = float(np.abs(start[:, HEIGHT] / np.hypot(outwards, start[:, HEIGHT])).max())
+    loosest = min(LOOSEST, 0.5 / max(sine, 1e-3)) if together else 1.0
+    unit[RADIAL_VELOCITY] *= min(max((COMMON_SHARE if together else RINGING_SHARE) * ringing, STRICTEST), loosest)
     return STEP_SHARE * unit
 
 
@@ -117,17 +105,16 @@ def _grip(inner: float, outer: float) -> float:
     return 0.5 * (3.5 * both + math.sqrt(2.25 * both**2 + 10.0 * apart**2))
 
 
-def fastest_rates(bearing: Bearing, state: np.ndarray, least: float = LEAST_APPROACH) -> Rates:
-    """The fastest rates to be expected of the balls in a state (N, COLUMNS), contacts at least `least` [m] deep.
+def fastest_rates(bearing: Bearing, approaches: np.ndarray) -> Rates:
+    """The fastest rates to be expected of balls with these approaches (N, 2) [m].
 
     A ball between two contacts rings with both stiffnesses, which are greatest where it is squeezed evenly. The
     shortest contact is half a period of the contact resonance.
     """
     inner, outer = bearing.inner.law, bearing.outer.law
     stiffness, viscous, grip, ringing, creeping = 0.0, 0.0, 0.0, 0, 0
-    for k in range(bearing.balls):
-        depths = [max(0.0, approach) for approach in approaches(bearing, state[k])]
-        middle = max(least, 0.5 * sum(depths))
+    for k, depths in enumerate(np.maximum(approaches, 0.0).tolist()):
+        middle = max(LEAST_APPROACH, 0.5 * sum(depths))
         both = elastic(inner.given + outer.given, inner.power, middle)
         loads = (elastic(law.given, law.power, depth).load for law, depth in zip((inner, outer), depths, strict=True))
         held = max(_grip(0.5 * both.load, 0.5 * both.load), _grip(*loads))

@@ -5,17 +5,20 @@ written in the frame that turns with that ball about the axis, with unit vectors
 steady rolling is an equilibrium, and only the orbit angle grows.
 """
 
+import functools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
+from numpy.polynomial.chebyshev import chebinterpolate, chebpts1
 
 from bearing_twin.contact.elasticity import Elasticity, elasticity, fresh_coefficient, hertz_coefficient, semi_axes
-from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.friction import FRICTIONS, POINT
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.kinds.bearing.geometry import operating_geometry
 from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene, viscous_terms
@@ -36,6 +39,7 @@ from bearing_twin.kinds.bearing.rings import (
     shaft_inertia,
     tilts,
 )
+from bearing_twin.numerics.steppers import EXPLICIT, MOST_STAGES, ROSENBROCK
 from bearing_twin.shapes.closed_forms import ball_in_groove, groove_curvatures
 
 # Velocity and angular velocity: radial, tangential, axial, in the frame that turns with the ball about the axis.
@@ -57,68 +61,47 @@ BORDER = 18
 
 # Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
 # the contact's normal alone (`closed_forms.groove_curvatures`): so do the coefficient of a law that follows curvatures,
-# and the semi-axes of a contact over the root of its approach. They are computed at Chebyshev's points and kept as
+# and the semi-axes of a contact over the root of its approach. They are interpolated at Chebyshev's points and kept as
 # polynomials in |n| - 1, so that all laws cost the same and slopes are exact. The points reach to a right angle, or to
 # where the groove's radius about the axis is FURTHEST times that at angle zero, or as small a part: at 0.52 of the
 # ball, to 67 degrees where balls are half the pitch circle. Beyond, the coefficient stays. Relative errors are 6e-14 in
 # a 6203 and 3e-11 where balls are 0.4 of the pitch circle or more (`tests/core/test_groove_polynomials.py`).
 TERMS = 10
 FURTHEST = 1.7
+_POINTS, _SERIES = chebpts1(TERMS), chebinterpolate(lambda places: np.eye(len(places)), TERMS - 1)
+_BASES = (Chebyshev.basis(order, domain=[-1.0, 0.0]).convert(kind=Polynomial).coef for order in range(TERMS))
+_POWERS = np.array([np.pad(one, (0, TERMS - len(one))) for one in _BASES]).T  # of these polynomials between -1 and 0
 
 
-def _points_and_fit() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Chebyshev's points (TERMS,) between -1 and 0, what makes a series of numbers there, and terms of the series.
+def _along(ball_radius, locus_radius, groove_radius, side, function) -> np.ndarray:
+    """The polynomials (TERMS + 1, ...) of `function(small, large)` of the gap's curvatures along a groove.
 
-    One after the other: the product of both matrices loses five digits.
+    The last row is how far |n| - 1 falls to.
     """
-    places = np.cos(np.pi * (np.arange(TERMS) + 0.5) / TERMS)
-    bases = (Chebyshev.basis(order)(places) for order in range(TERMS))
-    series = np.array([basis * (2.0 - (order == 0)) / TERMS for order, basis in enumerate(bases)])
-    powers = np.zeros((TERMS, TERMS))
-    for order in range(TERMS):
-        powers[: order + 1, order] = Chebyshev.basis(order).convert(kind=Polynomial)(Polynomial([1.0, 2.0])).coef
-    return 0.5 * (places - 1.0), series, powers
+    level = abs(side * locus_radius / groove_radius + 1.0)  # the radius about the axis there, over the groove's
+    reach = min(1.0, level * (FURTHEST - 1.0 if side < 0.0 else 1.0 - 1.0 / FURTHEST))
+    gap = groove_curvatures(ball_radius, locus_radius, groove_radius, side * (1.0 + 0.5 * reach * (_POINTS - 1.0)))
+    terms = _POWERS @ (_SERIES @ np.transpose(function(*gap)))  # the product of both matrices loses five digits
+    scaled = terms.T / reach ** np.arange(TERMS)
+    return np.append(scaled.T, np.full((1, *scaled.shape[:-1]), -reach), axis=0)
 
 
-_POINTS, _SERIES, _POWERS = _points_and_fit()
-
-
-def _along(ball_radius, locus_radius, groove_radius, side, radials, what):
-    """Values of `what(small, large)` at the gap's curvatures where the normal has these radial parts."""
-    return what(*groove_curvatures(ball_radius, locus_radius, groove_radius, side * radials))
-
-
-def _reach_of(locus_radius, groove_radius, side):
-    """1 - |n| up to which the groove's radius about the axis is near that at angle zero."""
-    level = abs(side * locus_radius / groove_radius + 1.0)  # the radius there, over that of the groove
-    return min(1.0, level * (FURTHEST - 1.0 if side < 0.0 else 1.0 - 1.0 / FURTHEST))
-
-
-def _terms(found, reach) -> tuple[float, ...]:
-    """The terms of the polynomial through these numbers (TERMS,), and then how far |n| - 1 falls to."""
-    return (*(_POWERS @ (_SERIES @ found) / reach ** np.arange(TERMS)).tolist(), -reach)
-
-
-def axes_along(ball_radius, locus_radius, groove_radius, side) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The polynomials of a contact's semi-axes, major and minor, over the root of the approach [m^0.5].
+def axes_along(ball_radius, locus_radius, groove_radius, side) -> np.ndarray:
+    """The polynomials (2, TERMS + 1) of a contact's semi-axes, major and minor, over the root of the approach [m^0.5].
 
     See `terms_along`; they are those of `ellipse.semi_axes`.
     """
-    reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
-    major, minor = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: semi_axes(small, large, 1.0))
-    return _terms(major, reach), _terms(minor, reach)
+    return _along(ball_radius, locus_radius, groove_radius, side, lambda *gap: semi_axes(*gap, 1.0)).T
 
 
-def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side) -> tuple[float, ...]:
+def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side) -> np.ndarray:
     """The polynomial of a law on an inner (side = -1) or outer (side = +1) raceway, lengths in m.
 
     Its TERMS, and then how far |n| - 1 falls to.
     """
     if not law.follows:
-        return (law.given, *(0.0,) * TERMS)
-    reach, groove = _reach_of(locus_radius, groove_radius, side), (ball_radius, locus_radius, groove_radius, side)
-    found = _along(*groove, 1.0 + reach * _POINTS, lambda small, large: fresh_coefficient(law, small, large))
-    return _terms(found, reach)
+        return np.array([law.given, *(0.0,) * TERMS])
+    return _along(ball_radius, locus_radius, groove_radius, side, functools.partial(fresh_coefficient, law))
 
 
 FILM_PLACES = np.array([0.0, -0.05, -0.1])  # |n| - 1 at contact angles of 0, 18 and 26 degrees
@@ -200,15 +183,6 @@ class CoupledBodies(NamedTuple):
     light: float
 
 
-def outside_loads(bodies: CoupledBodies, drive, time: float) -> np.ndarray:
-    """Loads (5,) [N, N m] on the free coordinates of the ring `time` [s] into the part, weight not counted."""
-    loads = bodies.load[:CAGE] + time * bodies.load_rate[:CAGE]
-    speed = drive.speed + drive.acceleration * time
-    angle = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time)
-    loads[:2] += bodies.unbalance * speed**2 * np.array([math.cos(angle), math.sin(angle)])
-    return np.where(bodies.free[:CAGE] > 0.0, loads, 0.0)
-
-
 class Raceway(NamedTuple):
     """A toroidal groove and the elastic law of its contacts with the balls, with its `terms_along` the groove."""
 
@@ -260,23 +234,10 @@ class RingDrive(NamedTuple):
     speed: float
     acceleration: float
 
-
-def approaches(bearing: Bearing, motion: np.ndarray) -> tuple[float, float]:
-    """Approaches [m] of a ball at the inner and at the outer raceway; `motion` starts with its position."""
-    radius, angle, height = (float(motion[column]) for column in (AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT))
-    cosine, sine = math.cos(angle), math.sin(angle)
-    x, y, z = bearing.offset
-    across = radius - (cosine * x + sine * y), sine * x - cosine * y, height - z
-    if any(bearing.tilt):  # in the axes of the tilted ring
-        a, b = bearing.tilt
-        a, b = cosine * a + sine * b, cosine * b - sine * a
-        axes = np.array([[1.0 + a * a, a * b, -b], [a * b, 1.0 + b * b, a], [b, -a, 1.0]]) / (1.0 + a * a + b * b)
-        across = axes @ across
-    places = (bearing.inner, math.hypot(across[0], across[1]), across[2]), (bearing.outer, radius, height)
-    return tuple(
-        ball_in_groove(distance, rise, bearing.ball_radius, race.locus_radius, race.groove_radius).approach
-        for race, distance, rise in places
-    )
+    def later(self, time: float) -> "RingDrive":
+        """The same `time` [s] later."""
+        angle = self.angle + time * (self.speed + 0.5 * self.acceleration * time)
+        return RingDrive(angle, self.speed + self.acceleration * time, self.acceleration)
 
 
 def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
@@ -299,62 +260,53 @@ NEVER = math.inf
 SAME = 1e-12  # relative: instants nearer than this are one
 
 
-class Loading:
-    """Loads (5,) [N, N m] over time on the body of a section with the keys `load`, `moment`, `change` and `table`."""
-
-    def __init__(self, section):
-        self.load = np.array([*section.load, *section.moment])
-        self.change = np.array([*section.change.load, *section.change.moment])
-        self.change_time = section.change.time or NEVER
-        self.knots, self.commanded = np.array(section.table).reshape(-1, 6), False
-        self.times = apart(self.knots[:, 0], [section.change.time] if section.change.time else [])
-
-    def __copy__(self) -> "Loading":
-        """The same, to be commanded by itself: in a fifth of the time of Python's own copy, as every start does it."""
-        found = object.__new__(type(self))
-        vars(found).update(vars(self))
-        return found
-
-    def set(self, force, moment) -> None:
-        """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
-        self.load = np.array([*force, *moment], float)[:5]
-        self.change_time, self.knots, self.commanded = NEVER, np.empty((0, 6)), True
-        self.times = np.empty(0)
-
-    def until_next(self, elapsed: float) -> float:
-        """Seconds until the load jumps, or grows otherwise."""
-        return next_after(self.times, elapsed) - elapsed
-
-    def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
-        """Load (5,) at `elapsed` [s] and its rate (5,), which hold until the next jump."""
-        jumped = elapsed >= self.change_time * (1.0 - SAME)
-        load = self.load + self.change if jumped else self.load
-        more, rate = between(self.knots, elapsed)
-        return load if more is None else load + more, rate
-
-
 def apart(*times) -> np.ndarray:
     """All of these times [s] in rising order, once each where they are one."""
     found = np.unique(np.concatenate(times))
     return found[np.diff(found, prepend=-NEVER) > SAME * found] if len(found) else found
 
 
-def next_after(times: np.ndarray, elapsed: float) -> float:
-    """The first of rising `times` (n,) [s] that is later than `elapsed`, NEVER where none is."""
-    row = int(np.searchsorted(times, elapsed * (1.0 + SAME), side="right"))
-    return float(times[row]) if row < len(times) else NEVER
+class Course:
+    """Numbers (m,) over time: `steady`, and `jump` more from `jump_time` [s] on, and a table that is straight between
+    its rows (time, numbers); `times` are those at which they jump, or grow otherwise.
+    """
+
+    def __init__(self, steady, table=(), jump=0.0, jump_time=0.0):
+        self.steady, self.jump, self.jump_time = np.array(steady, float), np.asarray(jump), jump_time or NEVER
+        self.knots = np.array(table, float).reshape(-1, 1 + len(self.steady))
+        self.times = apart(self.knots[:, 0], [jump_time] if jump_time else [])
+
+    def until_next(self, elapsed: float) -> float:
+        """Seconds from `elapsed` [s] until the next of `times`, NEVER after the last."""
+        row = int(np.searchsorted(self.times, elapsed * (1.0 + SAME), side="right"))
+        return float(self.times[row]) - elapsed if row < len(self.times) else NEVER
+
+    def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
+        """The numbers at `elapsed` [s] and their rates, which hold until the next of `times`."""
+        found, rate, knots = self.steady, np.zeros_like(self.steady), self.knots
+        if elapsed >= self.jump_time * (1.0 - SAME):
+            found = found + self.jump
+        if not len(knots):
+            return found, rate
+        row = int(np.searchsorted(knots[:, 0], elapsed * (1.0 + SAME), side="right")) - 1
+        if row < 0 or row + 1 == len(knots):
+            return found + knots[max(row, 0), 1:], rate
+        begin, *more = knots[row]
+        rate = (knots[row + 1, 1:] - more) / (knots[row + 1, 0] - begin)
+        return found + (more + rate * (elapsed - begin)), rate
 
 
-def between(knots: np.ndarray, elapsed: float) -> tuple[np.ndarray | None, np.ndarray]:
-    """Values of a table (n, 1 + m), time first, at `elapsed` [s], None where it has no row, and its rate (m,)."""
-    rate = np.zeros(knots.shape[1] - 1)
-    if not len(knots):
-        return None, rate
-    row = int(np.searchsorted(knots[:, 0], elapsed * (1.0 + SAME), side="right")) - 1
-    if row < 0 or row + 1 == len(knots):
-        return knots[max(row, 0), 1:], rate
-    rate = (knots[row + 1, 1:] - knots[row, 1:]) / (knots[row + 1, 0] - knots[row, 0])
-    return knots[row, 1:] + rate * (elapsed - knots[row, 0]), rate
+class Loading(Course):
+    """Loads (5,) [N, N m] over time on the body of a section with the keys `load`, `moment`, `change` and `table`."""
+
+    def __init__(self, section):
+        change, self.commanded = section.change, False
+        super().__init__((*section.load, *section.moment), section.table, (*change.load, *change.moment), change.time)
+
+    def set(self, force, moment) -> None:
+        """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
+        super().__init__((*force, *moment)[:5])
+        self.commanded = True
 
 
 def bearing_of(parameters: BearingScene, law: str) -> Bearing:
@@ -423,53 +375,33 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
 RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/test_error_scales.py`)
 
 
-class RingLoading(Loading):
+class RingLoading:
     """Loads on the inner ring from outside, and the torque on the shaft, the scene's or commanded ones."""
 
     def __init__(self, parameters: BearingScene):
-        super().__init__(parameters.rings.inner)
-        drive = parameters.drive
-        self.torque, self.torque_knots = drive.torque, np.array(drive.torque_table).reshape(-1, 2)
+        self._ring, drive = parameters.rings.inner, parameters.drive
+        self.load, self.torque = Loading(self._ring), Course((drive.torque,), drive.torque_table)
         self.torque_commanded = False
-        self._steady = None
 
     def set(self, force, moment) -> None:
-        """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
-        super().set(force, moment)
-        self._steady = None
-
-    def loaded(self, parameters: BearingScene, force, moment) -> "RingLoading":
-        """The same with other loads, or the scene's own where both are None; a commanded torque stays."""
-        found = RingLoading(parameters)
+        """From now on force [N] (3,) and moment [N m] (2 or 3,) act, or the scene's own where both are None."""
+        self.load = Loading(self._ring)
         if force is not None:
-            found.set(force, moment)
-        if self.torque_commanded:
-            found.set_torque(self.torque)
-        return found
+            self.load.set(force, moment)
 
     def set_torque(self, torque: float) -> None:
         """From now on `torque` [N m] turns the shaft in place of the scene's."""
-        self.torque, self.torque_knots, self.torque_commanded = float(torque), np.empty((0, 2)), True
-        self._steady = None
+        self.torque, self.torque_commanded = Course((torque,)), True
 
     def until_next(self, elapsed: float) -> float:
         """Seconds until the load or the torque jumps, or grows otherwise."""
-        return min(super().until_next(elapsed), next_after(self.torque_knots[:, 0], elapsed) - elapsed)
+        return min(self.load.until_next(elapsed), self.torque.until_next(elapsed))
 
-    def with_torque(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
-        """Loads [N], [N m], with the torque on a shaft (6,), at `elapsed` [s], and their rates, until the next jump.
-
-        The same arrays each time where they never jump.
-        """
-        if self._steady is not None:
-            return self._steady
-        more, torque_rate = between(self.torque_knots, elapsed)
-        torque = self.torque if more is None else self.torque + float(more[0])
-        load, rate = self.at(elapsed)
-        found = np.append(load, torque), np.append(rate, torque_rate)
-        if not len(self.times) and not len(self.torque_knots):
-            self._steady = found
-        return found
+    def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
+        """Loads [N], [N m] and the torque on a shaft (6,) at `elapsed` [s], and their rates, until the next jump."""
+        both = zip(self.load.at(elapsed), self.torque.at(elapsed), strict=True)
+        load, rate = (np.concatenate(one) for one in both)
+        return load, rate
 
 
 def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
@@ -534,4 +466,107 @@ def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
         unbalance=ring.unbalance if moving else 0.0,
         scales=np.zeros(2 * PLACES + 1),
         light=0.0,
+    )
+
+
+NO_AXES = ((0.0,) * (TERMS + 1),) * 2
+NO_FILM = np.zeros(8)  # a Lubricant of film.hpp
+_latest_bearing: tuple = (None, None)  # the last bearing and its numbers: it is the same, chunk after chunk
+
+
+def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
+    """The numbers of a bearing as `bearing_of` of the core reads them, and the points of its friction's quadrature."""
+    global _latest_bearing
+    if _latest_bearing[0] is not bearing:
+        coefficient, model, *axes = bearing.patch or (0.0, POINT, NO_AXES, NO_AXES)
+        friction, points = patch_by(model, coefficient)
+        raceways = [
+            (one.locus_radius, one.groove_radius, one.law.given, one.law.modulus, *one.terms, *np.ravel(polynomials))
+            for one, polynomials in zip((bearing.inner, bearing.outer), axes, strict=True)
+        ]
+        parts = (
+            (bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia),
+            *(bearing.offset, bearing.tilt, bearing.gravity),
+            (bearing.damping, bearing.relaxation_time, bearing.raceway_friction, bearing.friction_regularisation),
+            (bearing.inner.law.power, bearing.pair_coefficient, bearing.friction_coefficient),
+            *(*raceways, friction, (bearing.inner.law.carried,)),
+            *(np.ravel(one) for one in bearing.film or (NO_FILM,)),
+            bearing.defects or (0.0,),
+        )
+        _latest_bearing = bearing, (np.concatenate(parts), points)
+    return _latest_bearing[1]
+
+
+COORDINATES, SHAFT = 9, 8  # ring x, y, z, its tilt about x and y, cage x, y, its angle, shaft
+CAGE_KINDS = "none", EVEN, POCKETS  # CageKind of the core
+_latest_bodies: tuple = (None, None)  # the last bearing, masses and scales of its bodies, and their numbers
+
+
+def numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
+    """The numbers of CoupledBodies as the core reads them, but for those that change from part to part."""
+    global _latest_bodies
+    key = id(bearing), id(bodies.mass), id(bodies.scales)
+    if _latest_bodies[0] != key:
+        _latest_bodies = key, _numbers_of_bodies(bearing, bodies), (bearing, bodies)  # which keeps their ids
+    return _latest_bodies[1]
+
+
+def _numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
+    guided, shaft = bool(bodies.land), bodies.shaft or Shaft(1.0, 0.0)
+    places = [0, 1, 2, *((5, 6) if guided else (3, 4)), 7]  # tilts, or the centre of a cage
+
+    def spread(values, of_shaft=0.0) -> np.ndarray:
+        found = np.zeros(COORDINATES)
+        found[places], found[SHAFT] = values, of_shaft
+        return found
+
+    free = spread(bodies.free, bool(bodies.shaft))
+    free[:CAGE] *= bodies.ring
+    cage = "none" if not bodies.free[CAGE] else EVEN if bodies.even else POCKETS
+    place_scales, speed_scales = np.split(bodies.scales[: 2 * PLACES], 2)
+    return np.concatenate(
+        [
+            *((bearing.ring, CAGE_KINDS.index(cage), guided), free),
+            *(spread(bodies.mass, shaft.inertia), spread(bodies.stiffness), spread(bodies.damping, shaft.damping)),
+            *(spread(bodies.rest), spread(bodies.weight)),
+            *(spread(place_scales), spread(speed_scales, bodies.scales[2 * PLACES])),
+            (bodies.polar_inertia, bodies.unbalance, 0.0, bodies.light),
+            *(bearing.pockets or (0.0,) * 5, bodies.land or (0.0,) * 7),
+        ],
+        dtype=float,
+    )
+
+
+def _padded(values, *shape: int) -> np.ndarray:
+    """The numbers of an array in one row, with zeros up to this shape."""
+    return np.pad(values, [(0, wide - size) for wide, size in zip(shape, np.shape(values), strict=True)]).ravel()
+
+
+_SQUARE = MOST_STAGES, MOST_STAGES - 1
+
+
+@functools.cache
+def method_numbers(name: str) -> np.ndarray:
+    """The numbers of a method of ROSENBROCK as the core's RosenbrockMethod has them."""
+    method = ROSENBROCK[name]
+    return np.concatenate(
+        [
+            [len(method.alpha), method.order, method.lands, method.gamma],
+            *(_padded(method.a, *_SQUARE), _padded(method.c, *_SQUARE)),
+            *(_padded(method.alpha, MOST_STAGES), _padded(method.d, MOST_STAGES)),
+            _padded(method.dense, 2, MOST_STAGES - 1),
+        ]
+    )
+
+
+@functools.cache
+def runge_kutta_numbers(name: str) -> np.ndarray:
+    """The numbers of a method of EXPLICIT as the core's RungeKuttaMethod has them."""
+    method = EXPLICIT[name]
+    return np.concatenate(
+        [
+            [len(method.nodes), method.order],
+            *(_padded(method.a, *_SQUARE), _padded(method.nodes, MOST_STAGES)),
+            *(_padded(method.weights, MOST_STAGES), _padded(method.error, MOST_STAGES + 1)),
+        ]
     )

@@ -43,7 +43,6 @@ from bearing_twin.kinds.shaft.equilibrium import (
 )
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene, bearing_scene
 from bearing_twin.numerics.methods import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
-from bearing_twin.numerics.steppers import RODAS4
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINEST = 1e-11  # least tolerance of a step
@@ -183,7 +182,7 @@ class ShaftMotion:
         balls = [one.tolist() if np.isfinite(one).all() else [] for one in self.places]
         course, loading = self.course, self.course.loading
         told = {"told": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
-        commanded = loading.load.tolist() if loading.commanded else []
+        commanded = loading.steady.tolist() if loading.commanded else []
         return arrays | told | {"balls": balls, "commanded": commanded, "now": self.seconds}
 
     def resume(self, kept: dict) -> None:
@@ -202,7 +201,7 @@ class ShaftMotion:
             raise ValueError("clock")
         loading = Loading(self.parameters.shaft)
         if commanded := list(map(float, kept["commanded"])):
-            if len(commanded) != len(loading.load) or not all(map(math.isfinite, commanded)):
+            if len(commanded) != len(loading.steady) or not all(map(math.isfinite, commanded)):
                 raise ValueError(commanded)
             loading.set(commanded[:3], commanded[3:])
         self._now_ns = round(1e9 * now)
@@ -302,7 +301,7 @@ class ShaftMotion:
         rows = np.empty((len(due), self._layout.width))
         course = self.course.rows(float(self.clock[BEGAN]), until)
         status = _advance(
-            *(*self._numbers, course, len(course), method_numbers(RODAS4), self.scales),
+            *(*self._numbers, course, len(course), method_numbers("rodas4"), self.scales),
             *(self._bounds, len(due), due, until, self.stop, *self._arrays(), rows, self._layout.width),
         )
         return status, Columns(self._layout, rows)
