@@ -23,7 +23,7 @@ COMMON_HASHES = {  # from the type descriptions in the Jazzy packages
     cdr.TRANSFORMS: "RIHS01_e369d0f05a23ae52508854b66f6aa0437f3449d652e8cbf22d5abe85d020f087",
     cdr.FLOAT: "RIHS01_705ba9c3d1a09df43737eb67095534de36fd426c0587779bda2bc51fe790182a",
 }
-OWN = (cdr.CONTACTS, cdr.STATE, cdr.SAMPLE_BLOCK)
+OWN = (cdr.CONTACTS, cdr.STATE, cdr.SAMPLE_BLOCK, cdr.WAVEFORM)
 needs_ros = pytest.mark.skipif(
     not (Path(sys.prefix) / "share" / "geometry_msgs").is_dir(), reason="ROS 2 is not in this environment: `make setup`"
 )

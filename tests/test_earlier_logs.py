@@ -1,17 +1,20 @@
 """Logs that the program wrote before kinds had rows: other words in their scenes, and no topics for records."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from bearing_twin import read_log
+from bearing_twin import read_log, simulate, write_log
 from bearing_twin.command import cli
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.report import report_of
 from bearing_twin.run.verify import verify
 
-LOGS = sorted((Path(__file__).parent / "earlier").glob("*.mcap"))
+EARLIER = Path(__file__).parent / "earlier"
+OF_A_SENSOR = EARLIER / "records_of_a_sensor.mcap"  # whose samples are SampleBlocks of times and values
+LOGS = sorted(set(EARLIER.glob("*.mcap")) - {OF_A_SENSOR})
 RECORDED_TODAY = [path for path in LOGS if path.stem != "bearing_6203"]  # whose kinds make figures of records
 NEAR = 1e-6  # of the greatest of a channel, or the tolerance wanted: methods have changed
 
@@ -53,3 +56,18 @@ def test_scenes_in_them_have_the_words_of_today():
     assert parameters["sphere_on_beam"].beam.theory == "euler"
     assert parameters["ellipsoid_rocking"].contact.friction_coefficient == pytest.approx(0.15)
     assert parameters["bearing_6203"].wanted.tolerance == pytest.approx(1e-3)
+
+
+def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, capsys):
+    log = read_log(OF_A_SENSOR)
+    assert not any(verify(log).deviations.values())
+    write_log(simulate(log.scene), tmp_path / "now.mcap")
+    for command in ("spectrum", "report"):
+        said = []
+        for path in (OF_A_SENSOR, tmp_path / "now.mcap"):
+            capsys.readouterr()
+            assert cli.main([command, str(path), "--json"]) == 0
+            said.append(json.loads(capsys.readouterr().out))
+        same = ("verdict", "rate_hz", "lines") if command == "spectrum" else ("acceleration_rms_m_s2", "bpfo_over_noise_db")
+        assert [said[0][key] for key in same] == [said[1][key] for key in same]
+    assert cli.main(["view", str(OF_A_SENSOR), "--out", str(tmp_path / "page.html")]) == 0

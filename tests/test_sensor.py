@@ -63,7 +63,19 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     found = samples_of(read_log(log))
     assert len(found) == 11071
     assert found[:, 0] == pytest.approx(np.arange(11071) / 12300.0, abs=1e-12)
-    assert cli.main(["verify", str(log)]) == 0
+    capsys.readouterr()
+    assert cli.main(["verify", str(log), "--json"]) == 0
+    assert not any(json.loads(capsys.readouterr().out)["deviations"].values())
+    waves = [
+        cdr.deserialise(cdr.WAVEFORM, one.data) for one in LogReader(log).messages({"/bearing/records/acceleration"})
+    ]
+    assert np.array_equal(np.concatenate([one.samples for one in waves]), found[:, 1])
+    assert {(one.samples.dtype.str, one.rate, one.unit) for one in waves} == {("<f4", 12300.0, "m/s^2")}
+    firsts, lengths = zip(*((one.first_sequence, len(one.samples)) for one in waves), strict=True)
+    assert list(firsts) == [0, *np.cumsum(lengths)[:-1]]
+    assert all(1230 - 13 <= one <= 1230 + 13 for one in lengths[1:-1])
+    stamps = [one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in waves]
+    assert stamps == pytest.approx(np.array(firsts) / 12300.0, abs=1e-9)
     coarse = load_scene(
         "bearing_6205_spall_outer", [*keys[1::2], "run.duration=0.9", "run.output_rate=200", "run.publish_rate=50"]
     )

@@ -40,13 +40,16 @@ class Channel(NamedTuple):
 class Table(NamedTuple):
     """Something that happens between outputs: `columns` of one record of it, the first of them its time [s].
 
-    A record belongs to the first output at or after its time. `needed`: figures cannot do without.
+    A record belongs to the first output at or after its time. `needed`: figures cannot do without. `rate` [Hz] is the
+    sampling rate of an evenly sampled signal, whose records are time and value: record k is taken at k / rate, and
+    values have the precision of float32.
     """
 
     name: str
     columns: tuple[Channel, ...]
     meaning: str
     needed: bool = True
+    rate: float = 0.0
 
 
 class Wrench(NamedTuple):

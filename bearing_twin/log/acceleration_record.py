@@ -165,9 +165,11 @@ def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, 
     if topic not in stored:
         raise BearingTwinError(f"{path} has no topic {echo(topic)} of a known type; {unknown(topic, list(stored))}")
     parts, stamps, count = [], [], 0
+    waveform = stored[topic].ros_type == cdr.WAVEFORM
     for message in reader.messages({topic}):
         said = cdr.deserialise(message.topic.ros_type, message.data)
-        values = np.ravel(_field(said, topic, key)).astype(np.float32)
+        values = np.ravel(_field(said, topic, key or ("samples" if waveform else "data"))).astype(np.float32)
+        rate = rate or (said.rate if waveform else None)
         header = getattr(said, "header", None)
         stamp = 1e-9 * message.log_time if header is None else header.stamp.sec + 1e-9 * header.stamp.nanosec
         parts.append(values), stamps.append(stamp)
@@ -183,10 +185,10 @@ def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, 
     return Record(np.concatenate(parts), rate)
 
 
-def _field(message, topic: str, key: str | None):
+def _field(message, topic: str, key: str):
     """The numbers of a message: those of a field given as a path, such as linear_acceleration.z."""
     value = message
-    for word in (key or "data").split("."):
+    for word in key.split("."):
         if not hasattr(value, "__dataclass_fields__") or word not in value.__dataclass_fields__:
             names = list(getattr(value, "__dataclass_fields__", ()))
             raise BearingTwinError(
@@ -195,7 +197,7 @@ def _field(message, topic: str, key: str | None):
         value = getattr(value, word)
     found = np.asarray(value)
     if found.dtype.kind not in "fiu":
-        raise BearingTwinError(f"the field {key or 'data'} of {topic} holds no numbers; give another by --key")
+        raise BearingTwinError(f"the field {key} of {topic} holds no numbers; give another by --key")
     return found
 
 

@@ -27,6 +27,7 @@ SAMPLE_BLOCK = f"{OWN_PACKAGE}/msg/SampleBlock"
 STATE = f"{OWN_PACKAGE}/msg/BearingState"
 STRING = "std_msgs/msg/String"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+WAVEFORM = f"{OWN_PACKAGE}/msg/Waveform"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 
 _RULE = "=" * 80

@@ -8,7 +8,6 @@ import math
 import platform
 import sys
 import time
-from collections import deque
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from os import PathLike
@@ -38,9 +37,17 @@ from bearing_twin.log.raw_log import (
     kept_rate,
 )
 from bearing_twin.log.recover import advised
-from bearing_twin.log.sample_block import block_of, channels_of, check_block, refuse_misfits, sample_range
+from bearing_twin.log.sample_block import (
+    NUMBERED,
+    block_of,
+    channels_of,
+    check_block,
+    records_of,
+    refuse_misfits,
+    sample_range,
+)
 from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
-from bearing_twin.run.dataset import dataset_of
+from bearing_twin.run.dataset import dataset_of, tables_of
 from bearing_twin.run.failure import failure_in
 from bearing_twin.run.scene import Scene, choose, read_logged
 from bearing_twin.run.simulation import Run
@@ -120,25 +127,24 @@ class LogStream:
         with advised(path):
             self._reader = LogReader(path, unfinished=allow_gaps)
         self.metadata: dict[str, dict[str, str]] = self._reader.metadata
-        stored = [one for one in self._reader.topics if one.ros_type == cdr.SAMPLE_BLOCK and not one.foreign]
-        kept = {one.name: kept_rate(one.metadata) for one in stored}
+        stored = [one for one in self._reader.topics if one.ros_type in NUMBERED and not one.foreign]
+        kept = {one.name: kept_rate(one.metadata) for one in stored if one.ros_type == cdr.SAMPLE_BLOCK}
         if not kept and self._reader.ends:
             raise LogError(f"{'; '.join(self._reader.ends)}; no outputs are in it so far")
         self.topic = _chosen(path, {name for name in kept if "/records/" not in name}, topic)
         self.kept_rate: float = kept[self.topic]
         self.namespace = self.topic.rpartition("/")[0]
-        self._tables = {name for name in kept if name.startswith(f"{self.namespace}/records/")}
+        self._tables = {one.name for one in stored if one.name.startswith(f"{self.namespace}/records/")}
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
-        parts = self._parts()
-        self.runs = len(parts)
+        self._runs = self._found_runs()
+        self.runs = len(self._runs)
         if run is not None and run != -1 and run not in range(1, self.runs + 1):
             several = f"{self.runs} runs: give one from 1 to {self.runs}" if self.runs > 1 else "one run"
             raise LogError(f"run {echo(run)} is not in {path}, which holds {several}")
         self._asked = run not in (None, -1)
         self.run: int | None = self.runs if run == -1 else run
-        part = parts[(self.run or self.runs) - 1]
-        self.end = part.end
-        self._part = None if self.run is None or self.runs == 1 else part
+        self._read = self._runs if self.run is None else self._runs[self.run - 1 : self.run]
+        self.end = self._read[-1].end
         described = self.metadata.get(SCENE_RECORD, {})
         described = described if described.get("scene") else self._described() or described
         text = described.get("scene")
@@ -149,10 +155,10 @@ class LogStream:
         self.choice = known_choice(choice_in(described), self.scene)
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
-        first = next(self._blocks_of({self.topic}), None)
-        self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first[1])
+        first = next(self._samples(), None)
+        self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
         refuse_misfits(self.path, self.scene, self.channels)
-        self.frame: str = "" if first is None else first[1].header.frame_id
+        self.frame: str = "" if first is None else first.header.frame_id
 
     @property
     def seconds(self) -> float:
@@ -248,7 +254,7 @@ class LogStream:
         expected, held, records = None, None, self._records()
         names = [channel.name for channel in self.channels]
         widths = [channel.width for channel in self.channels]
-        for _, message in self._blocks_of({self.topic}):
+        for message in self._samples():
             if message.channel_name != names or message.channel_width.tolist() != widths:
                 raise LogError(f"{self.path} changes its channels at output {message.first_sequence}; record it again")
             if expected is not None and message.first_sequence != expected:
@@ -272,29 +278,32 @@ class LogStream:
 
     def _records(self) -> dict[str, np.ndarray]:
         """Every record of the log in order of time, by the name of its table."""
-        found: dict[str, list[np.ndarray]] = {name.rpartition("/")[2]: [] for name in self._tables}
-        if self._tables:
-            for name, message in self._blocks_of(self._tables):
-                rows = message.values.reshape(message.count, -1)
-                parts = found[name.rpartition("/")[2]]
-                if not rows.shape[1] or any(one.shape[1] != rows.shape[1] for one in parts[:1]):
-                    raise LogError(f"{self.path}: records on {name} have {rows.shape[1]} columns; record it again")
-                parts.append(rows)
-        joined = {name: np.concatenate(parts) for name, parts in found.items() if parts}
-        return {name: rows[np.argsort(rows[:, 0], kind="stable")] for name, rows in joined.items()}
+        parts: dict[str, list[np.ndarray]] = {}
+        for message in itertools.chain.from_iterable(one.others for one in self._read):
+            name, ros_type = message.topic.name, message.topic.ros_type
+            if name not in self._tables or ros_type not in NUMBERED:
+                continue
+            rows, before = records_of(self.path, ros_type, message.data), parts.setdefault(name.rpartition("/")[2], [])
+            if not rows.shape[1] or any(one.shape[1] != rows.shape[1] for one in before[:1]):
+                raise LogError(f"{self.path}: records on {name} have {rows.shape[1]} columns; record it again")
+            before.append(rows)
+        found = {name: np.concatenate(parts.pop(name)) for name in list(parts)}
+        for table in tables_of(self.scene):
+            if table.rate and table.name in found:  # earlier versions wrote samples with more digits
+                found[table.name][:, 1:] = found[table.name][:, 1:].astype(np.float32)
+        return {name: rows[np.argsort(rows[:, 0], kind="stable")] for name, rows in found.items()}
 
     def _described(self) -> dict[str, str]:
         """The content of the topic `scene` of a recording, as texts; empty where there is nothing usable.
 
         Of several runs each has its own, for a node that is started again may play another scene.
         """
-        place = self._part.scene if self._part else 0
-        found = self._in_order({f"{self.namespace}/scene"})
-        found = deque(found, maxlen=1) if place < 0 else itertools.islice(found, place, place + 1)
-        if (message := next(iter(found), None)) is None:
+        place = f"{self.namespace}/scene"
+        upto = itertools.chain.from_iterable(one.others for one in self._runs[: self.run])
+        if not (messages := [one for one in upto if one.topic.name == place]):
             return {}
         try:
-            return scene_record(cdr.deserialise(cdr.STRING, message.data).data)
+            return scene_record(cdr.deserialise(cdr.STRING, messages[-1].data).data)
         except (ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
 
@@ -316,67 +325,60 @@ class LogStream:
             "recording; read the rest with allow_gaps=True"
         )
 
-    def _parts(self) -> list["_Part"]:
+    def _found_runs(self) -> list["_Run"]:
         """The runs in the log, at least one; records behind the last samples of a run belong to the next one.
 
         Messages are in the order of time, except for a recording by the clock of a simulation that began again: its
         runs overlap in time, and follow each other in the file.
         """
-        times, ranges, scene = [], [], f"{self.namespace}/scene"
-        self._by_time = False
-        for message in self._in_order({self.topic, scene, *self._tables}):
-            times.append(message.log_time)
-            samples = message.topic.name == self.topic and message.topic.ros_type == cdr.SAMPLE_BLOCK
-            ranges.append(sample_range(message.data) if samples else (0, -1 if message.topic.name == scene else 0))
-        by_time = [ranges[place] for place in sorted(range(len(times)), key=times.__getitem__)]
-        self._by_time = _breaks(by_time) < _breaks(ranges)
-        parts, before, scenes = [_Part()], 0, 0
-        for read, (first, count) in enumerate(by_time if self._by_time else ranges, start=1):
-            scenes += count < 0
-            if count > 0:
-                if first < parts[-1].end:
-                    parts[-1] = parts[-1]._replace(stop=before)
-                    parts.append(_Part(before, scene=max(scenes - 1, 0)))
-                before, parts[-1] = read, parts[-1]._replace(end=first + count)
-        if len(parts) > 1:
-            parts[-1] = parts[-1]._replace(scene=-1)
-        return parts
-
-    def _in_order(self, names: set[str]) -> Iterator[LoggedMessage]:
-        """The messages of these topics in the order of the outputs."""
+        found: list[tuple[int, tuple[int, int], LoggedMessage | None]] = []
         with advised(self.path):
-            yield from (self._reader.messages if self._by_time else self._reader.in_file_order)(names)
+            for one in self._reader.in_file_order({self.topic, f"{self.namespace}/scene", *self._tables}):
+                sampled = one.topic.name == self.topic and one.topic.ros_type == cdr.SAMPLE_BLOCK
+                found.append((one.log_time, sample_range(one.data) if sampled else (0, 0), None if sampled else one))
+        by_time = sorted(found, key=lambda row: row[0])
+        self._by_time = _breaks(by_time) < _breaks(found)
+        runs, waiting, blocks = [_Run()], [], 0
+        for _, (first, count), message in by_time if self._by_time else found:
+            if message is not None:
+                waiting.append(message)
+            elif count:
+                if first < runs[-1].end:
+                    runs.append(_Run(blocks))
+                runs[-1].others += waiting
+                waiting = []
+                runs[-1].stop, runs[-1].end = blocks + 1, first + count
+            blocks += message is None
+        runs[-1].others += waiting
+        return runs
 
-    def _blocks_of(self, names: set[str]) -> Iterator[tuple[str, Any]]:
-        """(topic, SampleBlock), checked, of these topics of samples and records, in the order of the outputs."""
-        if self._part is None:
-            messages = self._in_order(names)
-        else:
-            counted = self._in_order({self.topic, f"{self.namespace}/scene", *self._tables})
-            messages = itertools.islice(counted, self._part.start, self._part.stop)
-        for topic, _, _, data in messages:
-            if topic.name in names and topic.ros_type == cdr.SAMPLE_BLOCK:
-                message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-                check_block(self.path, message)
-                yield topic.name, message
+    def _samples(self) -> Iterator[Any]:
+        """The SampleBlocks of the topic of the samples, checked."""
+        with advised(self.path):
+            messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({self.topic})
+            found = (one.data for one in messages if one.topic.ros_type == cdr.SAMPLE_BLOCK)
+            for data in itertools.islice(found, self._read[0].start, self._read[-1].stop):
+                block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+                check_block(self.path, block)
+                yield block
 
 
-class _Part(NamedTuple):
-    """One run of a log among its messages of samples, records and scenes.
+@dataclasses.dataclass
+class _Run:
+    """One run of a log: its SampleBlocks from number `start` to before `stop`, and the number behind its last output.
 
-    It is from message `start` to before `stop`; `end` is the number behind its last output, `scene` the place of its
-    scene among the messages of that topic, -1 for the last.
+    `others` are the messages of its records and scene.
     """
 
     start: int = 0
-    stop: int | None = None
+    stop: int = 0
     end: int = 0
-    scene: int = 0
+    others: list[LoggedMessage] = dataclasses.field(default_factory=list)
 
 
-def _breaks(ranges: list[tuple[int, int]]) -> int:
-    """Number of SampleBlocks that do not follow the one before them."""
-    found = [(first, count) for first, count in ranges if count > 0]
+def _breaks(rows: list[tuple]) -> int:
+    """Number of SampleBlocks that do not follow the one before them; a row has their first number and count second."""
+    found = [(first, count) for _, (first, count), _ in rows if count]
     return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(found))
 
 

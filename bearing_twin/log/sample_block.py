@@ -12,8 +12,10 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Block, Channel
 from bearing_twin.kinds.bearing import renewed
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import Encoder
+from bearing_twin.log.encoding import Encoder, encoded
 from bearing_twin.run.scene import Scene, parse_scene
+
+NUMBERED = (cdr.SAMPLE_BLOCK, cdr.WAVEFORM)  # types of messages whose outputs or records have numbers
 
 
 def samples_message(
@@ -57,11 +59,41 @@ def sample_range(data: bytes) -> tuple[int, int]:
         ) from error
 
 
-def readable_range(data: bytes) -> tuple[int, int]:
-    """`sample_range` of a SampleBlock that is decoded and checked as whoever reads a log does; raises LogError."""
-    message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-    check_block("what was sent", message)
-    return int(message.first_sequence), int(message.count)
+def readable_range(ros_type: str, data: bytes) -> tuple[int, int]:
+    """First number and count of the outputs or records in a message, decoded and checked; raises LogError."""
+    if ros_type == cdr.SAMPLE_BLOCK:
+        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block("what was sent", message)
+        return int(message.first_sequence), int(message.count)
+    message = checked_waveform("what was sent", data)
+    return int(message.first_sequence), len(message.samples)
+
+
+def waveform_message(unit: str, rate: float, rows: np.ndarray, frame: str, start_time_ns: int = 0) -> bytes:
+    """bearing_twin_msgs/Waveform of the records (n, 2), time [s] and value, of a signal sampled at `rate` [Hz]."""
+    first = int(np.rint(rate * rows[0, 0]))
+    fields = {"first_sequence": first, "rate": rate, "unit": unit, "samples": rows[:, 1].astype(np.float32)}
+    return encoded(cdr.WAVEFORM, fields, start_time_ns + round(1e9 * first / rate), frame)
+
+
+def checked_waveform(place, data: bytes):
+    """The Waveform in these bytes; raises LogError, naming `place`, where it says no times of its samples."""
+    message = cdr.deserialise(cdr.WAVEFORM, data)
+    end = message.first_sequence + len(message.samples)
+    if not (0.0 < message.rate < math.inf and message.first_sequence < end < 1 << 53):
+        raise LogError(f"{place}: the Waveform at sample {message.first_sequence} contradicts itself; record again")
+    return message
+
+
+def records_of(place, ros_type: str, data: bytes) -> np.ndarray:
+    """The records (n, columns) in a message of a topic of records; raises LogError, naming `place`."""
+    if ros_type == cdr.SAMPLE_BLOCK:
+        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block(place, message)
+        return message.values.reshape(message.count, -1)
+    message = checked_waveform(place, data)
+    numbers = message.first_sequence + np.arange(len(message.samples))
+    return np.stack([numbers / message.rate, message.samples], axis=1)
 
 
 def check_block(place, message) -> None:

@@ -22,11 +22,12 @@ from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import DEEPEST, Qos
 from bearing_twin.log.encoding import Encoder, encoded
-from bearing_twin.log.sample_block import samples_message
+from bearing_twin.log.sample_block import samples_message, waveform_message
 from bearing_twin.run.scene import choose
 from bearing_twin.run.second_run import tables_of
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
+WAVEFORM_RATE = 10.0  # Hz, of the messages of an evenly sampled signal, and then of sample blocks
 LARGEST_BLOCK = 4 << 20  # bytes of values in one SampleBlock
 KEPT_SECONDS = 4.0  # of messages, that a publisher keeps for a subscriber who is late
 RELIABLE = Qos(depth=math.ceil(KEPT_SECONDS * SLOW_RATE))
@@ -64,7 +65,7 @@ def topics(scene) -> tuple[Channelled, ...]:
         *((outside_topic(scene.outside),) if scene.marked else ()),
         *kind.topics(scene.parameters),
         *(
-            Topic(f"records/{table.name}", cdr.SAMPLE_BLOCK, SAMPLES, None, table.meaning, kind.frame)
+            Topic(f"records/{table.name}", _record_type(table), SAMPLES, None, table.meaning, kind.frame)
             for table in tables_of(kind, scene.parameters)
         ),
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
@@ -80,6 +81,10 @@ def topics(scene) -> tuple[Channelled, ...]:
         )
         for row in rows
     )
+
+
+def _record_type(table: Table) -> str:
+    return cdr.WAVEFORM if table.rate else cdr.SAMPLE_BLOCK
 
 
 def scene_text(scene, choice: Choice) -> str:
@@ -110,8 +115,9 @@ class MessageStream:
     What is said once comes first, the scene before all. An output whose sequence number is a multiple of
     output_rate / publish_rate gives the "publish" topics, one at a multiple of round(output_rate / 20) the markers, one
     at a multiple of round(output_rate) those at 1 Hz.
-    A SampleBlock ends after round(output_rate / 20) outputs (fewer where that would exceed 4 MiB), counted from
-    sequence 0; records come before the SampleBlock that holds their output. `start_time_ns` is added to the
+    A SampleBlock ends after round(output_rate / 20) outputs, of a scene with a sensor round(output_rate / 10) (fewer
+    where that would exceed 4 MiB), counted from sequence 0; records come before the SampleBlock that holds their
+    output, those of an evenly sampled signal as a Waveform. `start_time_ns` is added to the
     simulation time in all stamps; `choice` is the model in use (None: the one the scene gets); `frame_prefix` stands
     before the name of every frame.
     """
@@ -127,7 +133,9 @@ class MessageStream:
         if self._gathered:
             self._every[SECOND] = max(1, round(run.output_rate))
         row_bytes = 8 * sum(channel.width for channel in scene.channels)
-        self.block_outputs = max(1, min(self.markers_every, LARGEST_BLOCK // row_bytes))
+        self._tables: dict[str, Table] = {table.name: table for table in tables_of(KINDS[scene.kind], scene.parameters)}
+        block_rate = WAVEFORM_RATE if any(table.rate for table in self._tables.values()) else SLOW_RATE
+        self.block_outputs = max(1, min(round(run.output_rate / block_rate), LARGEST_BLOCK // row_bytes))
         self._scene, self._choice = scene, choice or choose(scene)
         self._frame_prefix = frame_prefix
         self._frame = f"{frame_prefix}{KINDS[scene.kind].frame}"
@@ -135,7 +143,6 @@ class MessageStream:
         self._encoders = {
             topic.name: Encoder(topic.ros_type, f"{frame_prefix}{topic.row.frame}") for topic in self.topics
         }
-        self._tables: dict[str, Table] = {table.name: table for table in tables_of(KINDS[scene.kind], scene.parameters)}
         self._waiting: list[Block] = []
         self._recorded = dict.fromkeys(self._tables, 0)
         self._first = self._next = 0
@@ -200,7 +207,12 @@ class MessageStream:
             topic, rows = self._by_name[f"records/{name}"], block.records.get(name, ())
             if not len(rows):
                 continue
-            if wanted is None or topic.name in wanted:  # records are numbered from the start of the run
+            if wanted is not None and topic.name not in wanted:
+                pass
+            elif table.rate:
+                unit = table.columns[1].unit
+                yield topic, stamp_ns, waveform_message(unit, table.rate, rows, self._frame, self.start_time_ns)
+            else:  # records are numbered from the start of the run
                 times_ns = np.rint(1e9 * rows[:, 0]).astype(np.int64)
                 yield topic, stamp_ns, self._sample_block(table.columns, self._recorded[name], times_ns, rows)
             self._recorded[name] += len(rows)

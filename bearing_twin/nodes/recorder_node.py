@@ -17,7 +17,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, Told
-from bearing_twin.log.sample_block import readable_range
+from bearing_twin.log.sample_block import NUMBERED, readable_range
 from bearing_twin.nodes.base_node import (
     LOG_PERIOD,
     BaseNode,
@@ -93,9 +93,9 @@ class Sequences:
 class RecordedTopic:
     """Number of a topic in the log, its messages by the numbers of the middleware, and its outputs, if it has any."""
 
-    def __init__(self, name: str, number: int, has_samples: bool):
-        self.name, self.number = name, number
-        self.sent, self.outputs = Sequences(), Sequences() if has_samples else None
+    def __init__(self, name: str, number: int, ros_type: str):
+        self.name, self.number, self.ros_type = name, number, ros_type
+        self.sent, self.outputs = Sequences(), Sequences() if ros_type in NUMBERED else None
         self.several = False  # publishers, now or before, or one that gives messages no numbers
 
     @property
@@ -138,7 +138,7 @@ class Recording(Told):
         with self._lock:
             known_hash = cdr.type_hash(ros_type) if known else type_hash
             number = self._log.add_topic(topic, ros_type, text, known_hash, qos)
-            self.topics[topic] = RecordedTopic(topic, number, known and ros_type == cdr.SAMPLE_BLOCK)
+            self.topics[topic] = RecordedTopic(topic, number, ros_type if known else "")
 
     def publishers(self, topic: str, count: int) -> None:
         """Notes how many publishers a topic has: of several, losses cannot be counted by number, nor is it thinned."""
@@ -169,7 +169,7 @@ class Recording(Told):
             messages = zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False)
             ranges, count = [], len(data)
             if recorded.outputs or max(map(len, data), default=0) > LARGEST_MESSAGE:
-                found = [_range_or_none(one, bool(recorded.outputs)) for one in data]
+                found = [_range_or_none(one, recorded.ros_type) for one in data]
                 ranges = [one for one in found if one]
                 messages = [message for message, one in zip(messages, found, strict=True) if one]
                 count = len(ranges)
@@ -264,12 +264,12 @@ class Recording(Told):
         return {key: value for key, value in status.items() if key != "bytes"}
 
 
-def _range_or_none(data: bytes, has_samples: bool) -> tuple[int, int] | None:
-    """First number and count of the outputs of a SampleBlock, None of what is none or too large; of others (0, 0)."""
+def _range_or_none(data: bytes, ros_type: str) -> tuple[int, int] | None:
+    """First number and count of outputs or records, None of what has none or is too large; of other types (0, 0)."""
     if len(data) > LARGEST_MESSAGE:
         return None
     try:
-        return readable_range(data) if has_samples else (0, 0)
+        return readable_range(ros_type, data) if ros_type in NUMBERED else (0, 0)
     except LogError:
         return None
 

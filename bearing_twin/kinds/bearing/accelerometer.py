@@ -28,7 +28,7 @@ ACCELERATION = Table(
 
 def tables(parameters) -> tuple[Table, ...]:
     """The samples of the sensor, where there is one."""
-    return (ACCELERATION,) if has_sensor(parameters) else ()
+    return (ACCELERATION._replace(rate=parameters.sensor.rate),) if has_sensor(parameters) else ()
 
 
 class Accelerometer:
@@ -61,7 +61,7 @@ class Accelerometer:
         numbers = np.rint(times * self.rate).astype(int)
         if self._sensor.noise:
             found = found + self._sensor.noise * self._noise(numbers)
-        return (int(numbers[-1]), *kept.tolist()), np.stack([times, found], axis=1)
+        return (int(numbers[-1]), *kept.tolist()), np.stack([times, found.astype(np.float32)], axis=1)
 
     def _noise(self, numbers: np.ndarray) -> np.ndarray:
         """Standard normal numbers, the same for a sample however a run is cut."""
