@@ -89,10 +89,11 @@ def by_elements(function: Function, results: int, before: tuple, *numbers) -> li
     """
     import numpy as np
 
-    arrays = np.broadcast_arrays(*numbers)
-    found = [np.empty(arrays[0].shape) for _ in range(results)]
-    function(*before, arrays[0].size, *(np.ascontiguousarray(one, float) for one in arrays), *found)
-    return found if arrays[0].shape else [float(one) for one in found]
+    shape = np.broadcast(*numbers).shape
+    found = [np.empty(shape) for _ in range(results)]
+    arrays = (np.ascontiguousarray(np.broadcast_to(one, shape) if shape else one, float) for one in numbers)
+    function(*before, found[0].size, *arrays, *found)
+    return found if shape else [float(one) for one in found]
 
 
 _version = Function("core_version", ctypes.c_char_p)

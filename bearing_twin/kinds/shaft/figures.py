@@ -11,13 +11,14 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
 from bearing_twin.contact.elasticity import Ellipse, ellipse
-from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import gathered, groove_doubt, pressure_doubt, shoulder_doubt
+from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.validity import gathered
 from bearing_twin.kinds.bearing import (
     ALIKE,
     COORDINATES,
     Support,
     azimuths_of,
+    contact_flags,
     ellipses_of,
     equilibrium_error,
     half_space_error,
@@ -70,31 +71,34 @@ MEANINGS = {
 }
 LIVES = "basic_life", "reference_life"
 WORKS = ("load_work", "bearing_work", "cage_work", "dissipated")
-ROWS = {"position": 3, "tilt": 2, "bearing_force": 6}  # channels whose mean and range are figures, and their widths
 POWERS = 3.0, 10.0 / 3.0  # of ISO/TS 16281: of a load on the inner and on the outer raceway
+STRETCH = 50  # outputs that are summed together, whatever blocks they come in
+OF_SHAFT, OF_BEARING = np.array([3, 5, 8, 11]), 4  # columns of sums: where parts end; of each bearing behind them
 
 
 class _Late:
     """Sums, least and greatest of outputs in the second half of a run, or of all so far before it."""
 
     def __init__(self, width: int):
-        self.begun = False
-        self._width = width
+        self.begun, self._width = False, width
         self._empty()
 
     def _empty(self) -> None:
         self.count, self.sum = 0, np.zeros(self._width)
         self.least, self.greatest = np.full(self._width, np.inf), np.full(self._width, -np.inf)
 
-    def add(self, rows: np.ndarray, late: np.ndarray) -> None:
-        """Takes rows (n, width) in; those before the second half are forgotten when it begins."""
+    def add(self, rows: np.ndarray, late: np.ndarray, first: int) -> None:
+        """Takes rows (n, width) from output number `first` on in; those before the second half are then forgotten."""
         if late.any() and not self.begun:
             self.begun = True
             self._empty()
-        rows = rows[late] if self.begun else rows
+        if self.begun:
+            rows, first = rows[late], first + int(np.argmax(late))
         if len(rows):
+            begins = [0, *range(STRETCH - first % STRETCH, len(rows), STRETCH)]
             self.count += len(rows)
-            self.sum = self.sum + rows.sum(axis=0)  # a copy keeps the one before
+            for stretch in np.add.reduceat(rows, begins, axis=0):
+                self.sum = self.sum + stretch
             self.least = np.minimum(self.least, rows.min(axis=0))
             self.greatest = np.maximum(self.greatest, rows.max(axis=0))
 
@@ -104,46 +108,35 @@ class _Late:
         return self.sum / self.count
 
 
-class _OfBearing:
-    """What figures need of one bearing: greatest loads with their angles (2,) and ellipses, sums for its lives."""
-
-    def __init__(self):
-        self.load, self.angle = np.zeros(2), np.zeros(2)
-        self.late = _Late(4)  # radial and axial force, mean powers of the loads on inner and outer raceway
-
-    def add(self, load, angle, force, late) -> None:
-        """Takes loads and angles (n, balls, 2), forces (n, 3) in."""
-        flat = load.reshape(-1, 2)
-        for side, row in enumerate(flat.argmax(axis=0)):
-            if flat[row, side] > self.load[side]:
-                self.load[side], self.angle[side] = flat[row, side], angle.reshape(-1, 2)[row, side]
-        powers = [(load[..., side] ** power).mean(axis=1) for side, power in enumerate(POWERS)]
-        radial, axial = np.hypot(force[:, 0], force[:, 1]), np.abs(force[:, 2])
-        self.late.add(np.stack([radial, axial, *powers], axis=1), late)
-
-
 class ShaftFigures:
     """Gathers a run's figures block by block."""
+
+    in_stretches = False  # blocks may hold many
 
     def __init__(self, parameters: ShaftScene, choice: Choice):
         self.parameters, self.choice = parameters, choice
         self._scenes = {side: bearing_scene(parameters, side) for side in SIDES}
         self._ratings = {side: ratings_of(scene) for side, scene in self._scenes.items()}
         self._settings = {side: setting_of(scene, choice.law, 0.0) for side, scene in self._scenes.items()}
-        self.bearings = {side: _OfBearing() for side in SIDES}
-        self._late = _Late(sum(ROWS.values()))
+        self._greatest = {side: np.zeros((2, 2)) for side in SIDES}  # loads, and angles there, by raceway
+        self._late = _Late(OF_SHAFT[-1] + OF_BEARING * len(SIDES))
         self._first: dict[str, float] = {}
         self._last: dict[str, float] = {}
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
-        values = block.values
+        values, force = block.values, block.values["bearing_force"]
+        rows = [values["position"], values["tilt"], force.reshape(len(block), -1)]
+        for k, side in enumerate(SIDES):
+            load, angle = values[f"{side}_normal_load"], values[f"{side}_contact_angle"]
+            rows += [np.hypot(force[:, k, 0], force[:, k, 1]), np.abs(force[:, k, 2])]
+            rows += [(load[..., raceway] ** power).mean(axis=1) for raceway, power in enumerate(POWERS)]
+            for raceway, greatest in enumerate(self._greatest[side].T):
+                at = np.unravel_index(load[..., raceway].argmax(), load.shape[:2])
+                if load[at][raceway] > greatest[0]:
+                    greatest[:] = load[at][raceway], angle[at][raceway]
         late = block.time_ns >= 0.5e9 * self.parameters.run.duration
-        rows = [values[name].reshape(len(block), width) for name, width in ROWS.items()]
-        self._late.add(np.concatenate(rows, axis=1), late)
-        loads = [values[f"{side}_normal_load"] for side in SIDES]
-        for k, (side, load) in enumerate(zip(SIDES, loads, strict=True)):
-            self.bearings[side].add(load, values[f"{side}_contact_angle"], values["bearing_force"][:, k], late)
+        self._late.add(np.column_stack(rows), late, block.first_sequence)
         names = ("shaft_speed", "kinetic_energy", "potential_energy", "elastic_energy", *WORKS, "gross_work")
         self._last = {name: float(values[name][-1]) for name in names}
         if not self._first:
@@ -163,9 +156,8 @@ class ShaftFigures:
 
     def figures(self) -> dict[str, Any]:
         """The run in numbers, SI unit at the end of a key."""
-        edges = np.cumsum(list(ROWS.values()))[:-1]
-        place, tilt, force = np.split(self._late.mean, edges)
-        moved, tilted, swing = np.split(self._late.greatest - self._late.least, edges)
+        place, tilt, *forces, of_bearings = np.split(self._late.mean, OF_SHAFT)
+        moved, tilted, *swings, _ = np.split(self._late.greatest - self._late.least, OF_SHAFT)
         modes, critical = modes_of(self.parameters, self.choice.law)
         found = {
             "shaft_speed_at_end_rad_s": self._last["shaft_speed"],
@@ -174,10 +166,9 @@ class ShaftFigures:
             "tilt_rad": tilt.tolist(),
             "tilt_range_rad": tilted.tolist(),
         }
-        for k, side in enumerate(SIDES):
-            found[f"{side}_force_n"] = force[3 * k : 3 * k + 3].tolist()
-            found[f"{side}_force_range_n"] = swing[3 * k : 3 * k + 3].tolist()
-            found |= {f"{side}_{key}": value for key, value in self._of_bearing(side).items()}
+        for side, force, swing, means in zip(SIDES, forces, swings, np.split(of_bearings, len(SIDES)), strict=True):
+            of_bearing = {"force_n": force.tolist(), "force_range_n": swing.tolist(), **self._of_bearing(side, *means)}
+            found |= {f"{side}_{key}": value for key, value in of_bearing.items()}
         found |= {
             "natural_frequencies_hz": modes.frequencies.tolist(),
             "forward_shares": modes.forward.tolist(),
@@ -186,45 +177,37 @@ class ShaftFigures:
         }
         return found | {f"{name}_j": self._last[name] for name in WORKS}
 
-    def _of_bearing(self, side: str) -> dict[str, float]:
-        own = self.bearings[side]
-        radial, axial, *powers = own.late.mean
-        inner, outer = (mean ** (1.0 / power) for mean, power in zip(powers, POWERS, strict=True))
-        force, loads = (radial, 0.0, axial), (np.array([inner]), np.array([outer]))
-        lives = lives_of(self._scenes[side], self._ratings[side], force, *loads)
-        speed = float(self._last["shaft_speed"])
+    def _of_bearing(self, side: str, radial: float, axial: float, *powers: float) -> dict[str, float]:
+        """Figures of one bearing, from the means of its radial and axial force [N], and of the powers of its loads."""
+        speed = self._last["shaft_speed"]
+        loads = (np.array([mean ** (1.0 / power)]) for mean, power in zip(powers, POWERS, strict=True))
+        lives = lives_of(self._scenes[side], self._ratings[side], (radial, 0.0, axial), *loads)
         found = {
-            "greatest_ball_load_n": float(own.load.max()),
-            "peak_pressure_pa": max(spot.peak_pressure for spot in self._spots(side)),
+            "greatest_ball_load_n": float(self._greatest[side][0].max()),
+            "peak_pressure_pa": max(one.peak_pressure for one in self._ellipses(side)),
         }
         for life, turns in zip(LIVES, (float(lives.basic), float(lives.reference)), strict=True):
             found |= {f"{life}_mrev": turns} | ({f"{life}_h": hours_of(turns, speed)} if speed else {})
         return found
 
-    def _spots(self, side: str) -> list[Ellipse]:
-        """The ellipses at the greatest load on each raceway."""
-        own, setting, materials, found = self.bearings[side], self._settings[side], self._scenes[side].materials, []
-        rings = (setting.inner, materials.inner_ring), (setting.outer, materials.outer_ring)
-        for k, (raceway, ring) in enumerate(rings):
-            radial = (2.0 * k - 1.0) * math.cos(own.angle[k])
+    def _ellipses(self, side: str) -> list[Ellipse]:
+        """The contact ellipses at the greatest load on each raceway."""
+        setting, materials, found = self._settings[side], self._scenes[side].materials, []
+        rings = (-1.0, setting.inner, materials.inner_ring), (1.0, setting.outer, materials.outer_ring)
+        for (outward, raceway, ring), (load, angle) in zip(rings, self._greatest[side].T.tolist(), strict=True):
+            radial = outward * math.cos(angle)
             gap = groove_curvatures(setting.ball_radius, raceway.locus_radius, raceway.groove_radius, radial)
-            found.append(ellipse(*gap, effective_modulus(materials.ball, ring), float(own.load[k])))
+            found.append(ellipse(*gap, effective_modulus(materials.ball, ring), load))
         return found
 
     def flags(self) -> list[str]:
         """What in this run lies outside the theory's validity, one sentence each."""
         found = []
-        for side in SIDES:
-            mounted, spots, own = getattr(self.parameters, side), self._spots(side), self.bearings[side]
-            geometry, materials = mounted.geometry, mounted.materials
-            limit = yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)
-            conformities = geometry.inner_conformity, geometry.outer_conformity
-            doubts = gathered(
-                pressure_doubt(max(spot.peak_pressure for spot in spots), limit),
-                groove_doubt([spot.semi_major for spot in spots], 0.5 * geometry.ball_diameter, conformities),
-                shoulder_doubt(geometry.contact_angle, own.angle[1:], own.load[:1]),
-            )
-            found += [f"{side} bearing: {doubt}" for doubt in doubts]
+        for side, (loads, angles) in self._greatest.items():
+            ellipses = self._ellipses(side)
+            pressure, widths = max(one.peak_pressure for one in ellipses), [one.semi_major for one in ellipses]
+            doubts = contact_flags(self._scenes[side], pressure, widths, angles[1:], loads[:1])
+            found += [f"{side} bearing: {doubt}" for doubt in gathered(*doubts)]
         return found
 
     def status(self) -> str:
