@@ -28,8 +28,10 @@ class SolvedImpact:
         self.contacts = tuple(
             ContactPeriod(*map(float, row[[START, DURATION, PEAK_FORCE, IMPULSE]])) for row in figures.contacts
         )
-        self.peak_force, self.greatest_approach = figures.peak_force, figures.greatest_approach
-        self.restitution, self.energy_closure = figures.restitution, figures.energy_closure
+        names = "peak_force_n", "greatest_approach_m", "restitution", "energy_closure"
+        self.peak_force, self.greatest_approach, self.restitution, self.energy_closure = map(
+            figures.figures().get, names
+        )
         names = (column.name for column in EXTREMES.columns)
         self.extremes = dict(zip(names, map(float, self.records.get("extremes", [()])[0]), strict=False))
 

@@ -17,7 +17,7 @@ from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, bars_of, colour
 from bearing_twin.charts.scenes import integrated, run, started
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.kinds.bodies.derived import ellipsoid_mass, modulus_of
+from bearing_twin.kinds.bodies.derived import mass_of
 from bearing_twin.pictures.style import BALL_COLOURS, STYLE
 from bearing_twin.run.scene import load_scene
 
@@ -77,7 +77,7 @@ def _ball(law: str) -> tuple[float, float]:
     """Load coefficient [N/m^1.5] and mass [kg] of the ball."""
     parameters = load_scene(BALL).parameters
     curvature = 0.5 / parameters.body.semi_axes[0]
-    return float(coefficient_of(law, curvature, curvature, modulus_of(parameters))), ellipsoid_mass(parameters.body)
+    return float(coefficient_of(law, curvature, curvature, parameters.modulus)), float(mass_of(parameters.body))
 
 
 def _bounce_keys(case: int, law: str, *more: str) -> tuple[str, ...]:

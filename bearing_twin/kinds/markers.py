@@ -51,24 +51,6 @@ def outlines(centres, major, minor) -> np.ndarray:
     return centres[..., None, :] + _COSINES * major[..., None, :] + _SINES * minor[..., None, :]
 
 
-def contact_markers(sample, normal, longest: float, place) -> list[dict]:
-    """The contact ellipse of a sample, ELLIPSE_SCALE times as large, while it is loaded; its load as text at `place`.
-
-    `normal` (3,) is that of the contact, `longest` [m] the longest semi-axis of the body, by which sizes are drawn.
-    """
-    load, major = float(sample["normal_load"]), sample["major_axis"]
-    sides = outlines(
-        sample["contact_point"][None],
-        ELLIPSE_SCALE * float(sample["semi_major"]) * major[None],
-        ELLIPSE_SCALE * float(sample["semi_minor"]) * np.cross(normal, major)[None],
-    )
-    width, height = (0.02 * longest, 0.0, 0.0), (0.0, 0.0, 0.3 * longest)
-    return [
-        marker("contact_ellipses", 0, LINE_LIST, width, RED, points=sides if load > 0.0 else None),
-        marker("load", 0, TEXT, height, GREEN, place, text=f"{load:.4g} N, ellipse x {ELLIPSE_SCALE:g}"),
-    ]
-
-
 Color = tuple[float, float, float, float]
 
 

@@ -8,8 +8,6 @@ from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command, Output, Topic
@@ -141,20 +139,3 @@ def outside_topic(sentences: tuple[str, ...]) -> Topic:
     said = [{"level": 1, "name": OUTSIDE, "message": one, "hardware_id": "bearing_twin"} for one in sentences]
     text = "only where a model runs outside its range: which, as warnings, at each stamp of the topics at this rate"
     return Topic(OUTSIDE, DIAGNOSTICS, PUBLISH, lambda output: {"status": said}, text, together=True)
-
-
-def one_contact(body: str, by: str, **given) -> dict:
-    """The fields of Contacts for one contact in which `by` acts on `body`; what is not given is zero."""
-    rows = {name: np.zeros(1) for name in NUMBERS} | {name: np.zeros((1, 3)) for name in VECTORS}
-    for name, value in given.items():
-        rows[name][0] = value
-    return {"bodies": [body, by], "body": [0], "by": [1], "in_contact": rows["approach"] > 0.0, **rows}
-
-
-def opposed(body: str, by: str, point: str, force, torque, other_torque) -> list[Wrench]:
-    """Two wrenches of equal and opposite force: `torque` on `body`, `other_torque` on `by`, each about its `point`."""
-    force = np.asarray(force, float)
-    return [
-        Wrench(body, by, point, body, force, np.asarray(torque, float)),
-        Wrench(by, body, point, by, -force, np.asarray(other_torque, float)),
-    ]

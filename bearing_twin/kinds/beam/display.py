@@ -6,18 +6,18 @@ the other support and z against the blow.
 
 import numpy as np
 
-from bearing_twin.base.sample import Channel, Sample, Wrench
+from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.contact.elasticity import ellipse
-from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.beam import SPHERE_ON_BEAM
 from bearing_twin.kinds.beam.parameters import BEAM, BODY, SphereOnBeamScene
+from bearing_twin.kinds.contact_pair import ContactPair, load_marker, pair_topics
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import BLUE, GREEN, LINE_STRIP, SPHERE, STEEL, TEXT, LinkShape, box, marker, sphere
-from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.markers import BLUE, LINE_STRIP, SPHERE, STEEL, LinkShape, box, marker, sphere
+from bearing_twin.kinds.topics import MARKER_ARRAY
 from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, picked
 
 FRAME = SPHERE_ON_BEAM.frame
-STILL = (0.0, 0.0, 0.0)
+DOWN, ALONG = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
 DEFLECTION_SCALE = 20.0  # of the beam in the markers
 
 
@@ -28,17 +28,22 @@ def topics(parameters: SphereOnBeamScene) -> tuple[Topic, ...]:
         BEAM: "on the beam, by the sphere, about the point of impact at rest; not by the supports",
     }
     return (
-        *body_topics(FRAME, wrenches, origins, texts, solids),
-        contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
+        *pair_topics(FRAME, pair_of, texts, solids),
         Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "sphere and beam to look at", FRAME),
     )
 
 
-def origins(parameters: SphereOnBeamScene, sample: Sample) -> dict[str, np.ndarray]:
-    """Centre of the sphere and point of impact at rest [m]."""
-    along = parameters.blow.point * parameters.beam.span
-    height = parameters.sphere.radius - float(sample["sphere_position"])
-    return {BODY: np.array([along, 0.0, height]), BEAM: np.array([along, 0.0, 0.0])}
+def pair_of(parameters: SphereOnBeamScene, sample: Sample) -> ContactPair:
+    """The contact of a sample, half-way between the surfaces; on the beam the point of impact at rest."""
+    radius, load, along = (
+        parameters.sphere.radius,
+        float(sample["normal_load"]),
+        parameters.blow.point * parameters.beam.span,
+    )
+    heights = radius - sample["sphere_position"], 0.0, -0.5 * (sample["sphere_position"] + sample["deflection"][0])
+    places = (np.array([along, 0.0, height]) for height in heights)
+    patch = ellipse(0.5 / radius, 0.5 / radius, parameters.modulus, load)
+    return ContactPair(*places, DOWN, float(sample["approach"]), load, *patch, major_axis=ALONG)
 
 
 def solids(parameters: SphereOnBeamScene) -> dict[str, list[LinkShape]]:
@@ -49,32 +54,12 @@ def solids(parameters: SphereOnBeamScene) -> dict[str, list[LinkShape]]:
     return {BODY: [sphere(parameters.sphere.radius, STEEL)], BEAM: [shape]}
 
 
-def wrenches(parameters: SphereOnBeamScene, sample: Sample) -> list[Wrench]:
-    """On sphere and beam by each other; the force goes through both points."""
-    return opposed(BODY, BEAM, "centre, point of impact", (0.0, 0.0, float(sample["normal_load"])), STILL, STILL)
-
-
-def contacts(parameters: SphereOnBeamScene, sample: Sample) -> dict:
-    """The fields of Contacts: the beam acts on the sphere, half-way between the surfaces."""
-    sphere, load = parameters.sphere, float(sample["normal_load"])
-    curvature, modulus = 0.5 / sphere.radius, effective_modulus(sphere.material, parameters.beam.material)
-    semi_major, semi_minor, pressure = ellipse(curvature, curvature, modulus, load)
-    middle = -0.5 * (float(sample["sphere_position"]) + float(sample["deflection"][0]))
-    return one_contact(
-        BODY, BEAM,
-        approach=float(sample["approach"]), normal_load=load, semi_major=semi_major, semi_minor=semi_minor,
-        peak_pressure=pressure, point=(parameters.blow.point * parameters.beam.span, 0.0, middle),
-        normal=(0.0, 0.0, 1.0), major_axis=(1.0, 0.0, 0.0),
-    )  # fmt: skip
-
-
 def marker_fields(output: Output) -> dict:
     """visualization_msgs/MarkerArray: the sphere, the beam's line with its deflection enlarged, and the force."""
     parameters, sample = output.parameters, output.sample
     span, radius = parameters.beam.span, parameters.sphere.radius
-    place = output.once(origins)[BODY]
     # The sphere follows the enlarged beam, so that it is drawn on it while they touch.
-    place = place + np.array([0.0, 0.0, (1.0 - DEFLECTION_SCALE) * float(sample["sphere_position"])])
+    place = parameters.blow.point * span, 0.0, radius - DEFLECTION_SCALE * float(sample["sphere_position"])
     shape = sample["shape"]
     line = np.zeros((len(shape), 3))
     line[:, 0], line[:, 2] = np.linspace(0.0, span, len(shape)), -DEFLECTION_SCALE * shape
@@ -83,7 +68,7 @@ def marker_fields(output: Output) -> dict:
         "markers": [
             marker("sphere", 0, SPHERE, (2.0 * radius,) * 3, STEEL, place),
             marker("beam", 0, LINE_STRIP, (0.02 * span, 0.0, 0.0), BLUE, points=line),
-            marker("force", 0, TEXT, (0.0, 0.0, 0.05 * span), GREEN, (0.5 * span, 0.0, 0.2 * span), text=text),
+            load_marker(text, span / 6.0, (0.5 * span, 0.0, 0.2 * span)),
         ]
     }
 

@@ -1,7 +1,6 @@
 """The figures of a sphere on a beam, a function of outputs and records alone."""
 
 import dataclasses
-import functools
 import math
 from collections.abc import Mapping
 from typing import Any
@@ -10,24 +9,18 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.contact.elasticity import approaches_of_loads
-from bearing_twin.contact.laws import HERTZIAN
-from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import gathered, pressure_doubt, spot_radius, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.beam.impact import BeamImpact
+from bearing_twin.contact.validity import spot_radius
 from bearing_twin.kinds.beam.motion import (
-    WatchedPoints,
-    euler_warning,
-    impact_by_both_theories,
+    euler_errors,
+    euler_errors_of_beam,
     impact_speed,
     modes_for,
     sphere_of,
     steps_for,
     theory_of,
-    trial,
 )
 from bearing_twin.kinds.beam.parameters import EULER, SphereOnBeamScene
-from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures
+from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, body_doubts
 from bearing_twin.kinds.bodies.figures import MEANINGS as IMPACT_MEANINGS
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison
 from bearing_twin.kinds.error_estimates import COARSER, LAW, SMALLER, ModelErrors, is_checked
@@ -73,8 +66,12 @@ class BeamFigures(ImpactFigures):
     """The figures of a sphere on a beam."""
 
     def __init__(self, parameters: SphereOnBeamScene, choice: Choice):
-        super().__init__(parameters, choice, impact_speed(parameters.blow))
+        super().__init__(parameters, choice)
         self._extremes: dict[str, float] = {}
+
+    @staticmethod
+    def speed_of(parameters) -> float:
+        return impact_speed(parameters.blow)
 
     def add(self, block: Block) -> None:
         super().add(block)
@@ -89,9 +86,8 @@ class BeamFigures(ImpactFigures):
         return -float(self.last["sphere_velocity"]) / self.speed if self.last else None
 
     @property
-    def energy_closure(self) -> float:
-        """Energy gained (+) or lost (-) by the numbers alone, as a share of what the sphere brought."""
-        return self._extremes.get("energy_gained", 0.0) / self.initial_energy if self.initial_energy else 0.0
+    def energy_gained(self) -> float:
+        return self._extremes.get("energy_gained", 0.0)
 
     def figures(self) -> dict[str, Any]:
         """As those of every impact, and deflection and stress of the beam."""
@@ -107,26 +103,13 @@ class BeamFigures(ImpactFigures):
 
     def flags(self) -> list[str]:
         """What in this impact lies outside the theory, one sentence each."""
-        parameters, peak = self.parameters, self.peak_force
-        sphere, beam = parameters.sphere, parameters.beam
-        modulus = effective_modulus(sphere.material, beam.material)
-        half_width = spot_radius(peak, sphere.radius, modulus)
+        peak, (sphere, beam) = self.peak_force, self.parameters.bodies
+        half_width = spot_radius(peak, sphere.radius, self.parameters.modulus)
         pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
-        body, size = min((("radius", sphere.radius), ("height", beam.height)), key=lambda pair: pair[1])
-        transit = max(
-            wave_transit(2.0 * sphere.radius, sphere.material.young_modulus, sphere.material.density),
-            wave_transit(beam.height, beam.material.young_modulus, beam.material.density),
-        )
+        size, body = min((sphere.radius, "radius"), (beam.height, "height"))
         shortest = float(self.contacts[:, DURATION].min(initial=math.inf))
-        return [
-            *gathered(
-                pressure_doubt(pressure, yield_pressure(sphere.material, beam.material)),
-                width_doubt(half_width, size, body=body),
-                wave_doubt(shortest, transit),
-            ),
-            *self._beam_flags(),
-            *super().flags(),
-        ]
+        found = body_doubts((sphere, beam), pressure, shortest, [(half_width, size, body)])
+        return [*found, *self._beam_flags(), *super().flags()]
 
     def _beam_flags(self) -> list[str]:
         beam, extremes = self.parameters.beam, self._extremes
@@ -134,7 +117,9 @@ class BeamFigures(ImpactFigures):
         flags = []
         if 0.0 < beam.material.yield_strength < stress:
             flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
-        flags += gathered(euler_warning(self.parameters, len(self.contacts)))
+        if len(self.contacts) and theory_of(self.parameters) == EULER:
+            found = euler_errors(self.parameters).warnings(self.parameters.wanted.tolerance, len(self.contacts))
+            flags += [f"{'; '.join(found)}: give beam.theory: timoshenko"] if found else []
         if deflection > LARGE_DEFLECTION * beam.span:
             flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
         sphere, total = sphere_of(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))
@@ -147,30 +132,6 @@ class BeamFigures(ImpactFigures):
                 "lengthen run.duration"
             )
         return flags
-
-
-INSTANTS = 400  # of a contact, at which forces are compared
-
-
-def figures_of(parameters, found: BeamImpact) -> dict[str, float]:
-    """The figures of contacts and sphere."""
-    leaving = float(found.pieces.motions[-1, 1])
-    return {
-        "peak_force_n": found.peak_force,
-        "contact_duration_s": found.contact_time,
-        "greatest_approach_m": float(approaches_of_loads(found.sphere.coefficient, HERTZIAN, found.peak_force)),
-        "contact_count": len(found.contacts),
-        "restitution": -leaving / impact_speed(parameters.blow),
-        "sphere_velocity_after_m_s": leaving,
-        "impulse_ns": math.fsum(one.impulse for one in found.contacts),
-    }
-
-
-def _history_apart(found: BeamImpact, exact: BeamImpact) -> float:
-    """By how much forces of two motions differ in contacts of the second, over its greatest; 0 without a contact."""
-    times = [np.linspace(one.start, one.start + one.duration, INSTANTS) for one in exact.contacts]
-    apart = [np.abs(found.force_at(part) - exact.force_at(part)).max() for part in times]
-    return float(max(apart, default=0.0)) / exact.peak_force if exact.peak_force else 0.0
 
 
 class BeamComparison(ImpactComparison):
@@ -195,30 +156,6 @@ class BeamComparison(ImpactComparison):
         return SMALLER
 
 
-@functools.lru_cache(maxsize=64)
-def shear_error_of_forces(parameters) -> float:
-    """What the force over time of a checked scene by Euler's beam is off Timoshenko's, over the greatest, roughly."""
-    return _history_apart(*impact_by_both_theories(parameters))
-
-
-@functools.lru_cache(maxsize=64)
-def shear_error(parameters) -> dict[str, float]:
-    """What figures of a checked scene by Euler's beam are off Timoshenko's, in their units, roughly.
-
-    Those that follow from its whole motion: of the sphere; and of the beam where more than contacts is wanted and a
-    second motion goes beside, for to look through it costs more than all contacts.
-    """
-    thrown = impact_by_both_theories(parameters)
-    both = [figures_of(parameters, found) for found in thrown]
-    keys = ["contact_count", "restitution", "sphere_velocity_after_m_s", "impulse_ns"]
-    if parameters.wanted.outputs == "history" and is_checked(parameters):
-        keys.extend(OF_BEAM)
-        for figures, found in zip(both, thrown, strict=True):
-            tops = WatchedPoints(parameters, found).greatest()
-            figures |= {key: top.value for key, top in zip(OF_BEAM, tops, strict=True)}
-    return {key: abs(both[0][key] - both[1][key]) for key in keys}
-
-
 class BeamModelErrors(ModelErrors):
     """Euler's beam against Timoshenko's."""
 
@@ -229,25 +166,23 @@ class BeamModelErrors(ModelErrors):
         """Of Euler's beam against Timoshenko's; that of Timoshenko's is not known."""
         if theory_of(self.parameters) != EULER or not figures["contact_count"]:
             return {}
-        tried = trial(self.parameters)
-        by = {"peak_force_n": tried.of_peak, "contact_duration_s": tried.of_time}
-        by["greatest_approach_m"] = 2.0 / 3.0 * tried.of_peak
-        return {key: share * abs(figures[key]) for key, share in by.items()} | shear_error(self.parameters)
+        found = dict(euler_errors(self.parameters).figures)
+        if self.parameters.wanted.outputs == "history" and is_checked(self.parameters):
+            found |= zip(OF_BEAM, euler_errors_of_beam(self.parameters), strict=True)
+        return found
 
     def law_of(self, output: str) -> tuple[float, str]:
         """Of Euler's beam against Timoshenko's: of its peaks, and of forces over time those of later contacts, too."""
         if theory_of(self.parameters) != EULER:
             return 0.0, ""
-        tried = trial(self.parameters)
-        peaks = max(tried.of_peak, tried.of_time)
-        off = peaks if output == "peaks" else max(peaks, shear_error_of_forces(self.parameters))
-        return off, self.law_mend
+        found = euler_errors(self.parameters)
+        peaks = max(found.peak, found.time)
+        return peaks if output == "peaks" else max(peaks, found.forces), self.law_mend
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""
         sphere, beam, peak = self.parameters.sphere, self.parameters.beam, figures["peak_force_n"]
-        modulus = effective_modulus(sphere.material, beam.material)
-        width = spot_radius(peak, sphere.radius, modulus)
+        width = spot_radius(peak, sphere.radius, self.parameters.modulus)
         share = (width / min(sphere.radius, beam.height)) ** 2 / 2.5
         return {key: share * abs(figures[key]) for key in FIGURES[:3]}
 
@@ -255,6 +190,6 @@ class BeamModelErrors(ModelErrors):
         found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
         if theory_of(self.parameters) != EULER:
             found[LAW] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
-        elif trial(self.parameters).contacts > 1:
+        elif euler_errors(self.parameters).contacts > 1:
             found[LAW] = "what follows a second touch needs shear: by Euler's beam what comes of it is another motion"
         return found

@@ -26,7 +26,6 @@ from bearing_twin.base.sample import Channel
 from bearing_twin.base.stopping import SIGNALLED, heeding_signals
 from bearing_twin.contact.elasticity import approaches_of_loads, energies_at, sphere_coefficient
 from bearing_twin.contact.laws import HERTZIAN
-from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.beam.impact import (
     MOST_BYTES,
@@ -48,7 +47,7 @@ from bearing_twin.kinds.beam.impact import (
 )  # fmt: skip
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, Blow, SphereOnBeamScene
 from bearing_twin.kinds.bodies.collision import FEW_STEPS, FEWEST_STEPS, peak_of
-from bearing_twin.kinds.bodies.derived import homogeneous_mass, sphere_mass
+from bearing_twin.kinds.bodies.derived import homogeneous_mass, mass_of
 from bearing_twin.kinds.bodies.figures import contact_rows
 from bearing_twin.kinds.bodies.impact import Impact, ImpactMotion
 from bearing_twin.kinds.rules import BEAM, answers, odd_mass, sentences
@@ -74,9 +73,8 @@ def beam_of(parameters: SphereOnBeamScene, theory: str = EULER) -> Beam:
 def sphere_of(parameters: SphereOnBeamScene) -> ImpactingSphere:
     """The sphere and its Hertz spring against the flat beam: f = (4/3) E* sqrt(R) alpha^1.5 (paper 2, eq. 1)."""
     sphere = parameters.sphere
-    modulus = effective_modulus(sphere.material, parameters.beam.material)
-    coefficient = float(sphere_coefficient("hertz", modulus, sphere.radius))
-    return ImpactingSphere(sphere_mass(sphere), coefficient, parameters.blow.gravity)
+    coefficient = float(sphere_coefficient("hertz", parameters.modulus, sphere.radius))
+    return ImpactingSphere(mass_of(sphere), coefficient, parameters.blow.gravity)
 
 
 def impact_speed(blow: Blow) -> float:
@@ -95,7 +93,7 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
         problems.append(
             "blow.speed and blow.drop_height are both 0, so the bodies never meet; give one of them above 0"
         )
-    mass = sphere_mass(parameters.sphere)
+    mass = mass_of(parameters.sphere)
     if mass > HEAVIEST * beam.mass:
         problems.append(
             f"the sphere of {mass:.4g} kg is heavier than the model allows on a beam of {beam.mass:.4g} kg; "
@@ -151,40 +149,40 @@ def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:
 FINEST_TRIAL = 1e-4  # tolerance: what matters more is seen, and what matters less costs more than it tells
 SHARE = 0.1  # of the tolerance, that a trial may be off
 TRIAL_STEPS = 40  # a contact, good to 1e-5
+INSTANTS = 400  # of a contact, at which forces are compared
 
 
-class BothTheories(NamedTuple):
-    """The impact by both theories.
+class EulerErrors(NamedTuple):
+    """Errors of Euler's beam against Timoshenko's for one scene.
 
-    First contact [s], how often a shear wave crosses the height in it, how far off Euler's first peak is (relative,
-    signed), the greater number of contacts, and how far off Euler's greatest force and time in contact are (relative).
+    Duration [s] of the first contact, and how often a shear wave crosses the height in it; the relative errors of the
+    first peak (signed), of the greatest force, of the time in contact and of the force over time (over the greatest);
+    the greater number of contacts; the errors of figures in their units.
     """
 
     duration: float
     crossings: float
-    error: float
+    first_peak: float
+    peak: float
+    time: float
+    forces: float
     contacts: int
-    of_peak: float
-    of_time: float
+    figures: dict[str, float]
 
-    def warnings(self, tolerance: float) -> list[str]:
-        """Reasons against Euler's beam."""
-        found = []
-        if abs(self.error) > tolerance:
+    def warnings(self, tolerance: float, contacts: int = 0) -> list[str]:
+        """Reasons against Euler's beam; `contacts` are those of a run by it."""
+        found, contacts = [], max(contacts, self.contacts)
+        if abs(self.first_peak) > tolerance:
             found.append(
-                f"the first contact of {self.duration:.3g} s is so short, {self.across}, that Euler's first peak is "
-                f"{100.0 * abs(self.error):.2g} % too {'high' if self.error > 0.0 else 'low'}"
+                f"the first contact of {self.duration:.3g} s is so short, {self.crossings:.3g} crossings of the height "
+                f"by a shear wave, that Euler's first peak is {100.0 * abs(self.first_peak):.2g} % too "
+                f"{'high' if self.first_peak > 0.0 else 'low'}"
             )
-        elif self.of_time > tolerance:
-            found.append(f"Euler's beam has the sphere in contact for a time {100.0 * self.of_time:.2g} % off")
-        if self.contacts > 1:
-            found.append(f"the sphere touches {self.contacts} times, and what follows a second touch needs shear")
+        elif self.time > tolerance:
+            found.append(f"Euler's beam has the sphere in contact for a time {100.0 * self.time:.2g} % off")
+        if contacts > 1:
+            found.append(f"the sphere touches {contacts} times, and what follows a second touch needs shear")
         return found
-
-    @property
-    def across(self) -> str:
-        """The crossings in words."""
-        return f"{self.crossings:.3g} crossings of the height by a shear wave"
 
 
 @functools.lru_cache(maxsize=1)  # a motion may take megabytes
@@ -202,25 +200,48 @@ def impact_by_both_theories(parameters: SphereOnBeamScene) -> tuple[BeamImpact, 
 
 
 @functools.lru_cache(maxsize=64)
-def trial(parameters: SphereOnBeamScene) -> BothTheories:
-    """Comparison of both theories for a checked scene."""
+def euler_errors(parameters: SphereOnBeamScene) -> EulerErrors:
+    """Comparison of both theories for a checked scene; forces where Timoshenko's beam has contacts."""
     beam, material = parameters.beam, parameters.beam.material
-    by_euler, by_timoshenko = impact_by_both_theories(parameters)
-    shear_modulus = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
-    first = by_timoshenko.contacts[0]
-    return BothTheories(
+    euler, shear = impact_by_both_theories(parameters)
+    first, shear_modulus = shear.contacts[0], material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
+    times = np.concatenate([np.linspace(one.start, one.start + one.duration, INSTANTS) for one in shear.contacts])
+    figures = [_contact_figures(found, impact_speed(parameters.blow)) for found in (euler, shear)]
+    return EulerErrors(
         first.duration,
         first.duration / wave_transit(beam.height, shear_modulus, material.density),
-        by_euler.contacts[0].peak_force / first.peak_force - 1.0,
-        max(len(by_euler.contacts), len(by_timoshenko.contacts)),
-        abs(by_euler.peak_force / by_timoshenko.peak_force - 1.0),
-        abs(by_euler.contact_time / by_timoshenko.contact_time - 1.0),
+        euler.contacts[0].peak_force / first.peak_force - 1.0,
+        abs(euler.peak_force / shear.peak_force - 1.0),
+        abs(euler.contact_time / shear.contact_time - 1.0),
+        float(np.abs(euler.force_at(times) - shear.force_at(times)).max()) / shear.peak_force,
+        max(len(euler.contacts), len(shear.contacts)),
+        {key: abs(figures[0][key] - figures[1][key]) for key in figures[0]},
     )
+
+
+def _contact_figures(found: BeamImpact, speed: float) -> dict[str, float]:
+    leaving = float(found.pieces.motions[-1, 1])
+    return {
+        "peak_force_n": found.peak_force,
+        "contact_duration_s": found.contact_time,
+        "greatest_approach_m": float(approaches_of_loads(found.sphere.coefficient, HERTZIAN, found.peak_force)),
+        "contact_count": len(found.contacts),
+        "restitution": -leaving / speed,
+        "sphere_velocity_after_m_s": leaving,
+        "impulse_ns": math.fsum(one.impulse for one in found.contacts),
+    }
+
+
+@functools.lru_cache(maxsize=64)
+def euler_errors_of_beam(parameters: SphereOnBeamScene) -> tuple[float, ...]:
+    """Errors of the greatest deflection [m] and stress [Pa] by Euler's beam: to find these costs more than contacts."""
+    both = (WatchedPoints(parameters, found).greatest() for found in impact_by_both_theories(parameters))
+    return tuple(abs(euler - shear) for euler, shear in zip(*both, strict=True))
 
 
 def needs_shear(parameters: SphereOnBeamScene) -> bool:
     """True if anything speaks against Euler's beam in a checked scene."""
-    return bool(trial(parameters).warnings(parameters.wanted.tolerance))
+    return bool(euler_errors(parameters).warnings(parameters.wanted.tolerance))
 
 
 def theory_of(parameters: SphereOnBeamScene) -> str:
@@ -228,15 +249,6 @@ def theory_of(parameters: SphereOnBeamScene) -> str:
     if parameters.beam.theory != "auto":
         return parameters.beam.theory
     return TIMOSHENKO if needs_shear(parameters) else EULER
-
-
-def euler_warning(parameters: SphereOnBeamScene, contacts: int) -> str | None:
-    """What speaks against Euler's beam in a run that took it and had that many contacts."""
-    if not contacts or theory_of(parameters) != EULER:
-        return None
-    found = trial(parameters)
-    reasons = found._replace(contacts=max(contacts, found.contacts)).warnings(parameters.wanted.tolerance)
-    return f"{'; '.join(reasons)}: give beam.theory: timoshenko" if reasons else None
 
 
 LEAST_CHOSEN = 10  # steps a contact that are chosen
@@ -279,11 +291,6 @@ def steps_of(parameters: SphereOnBeamScene) -> int:
     return steps_for(parameters, "modes" if stepper == "auto" else stepper)
 
 
-def states_held(steps: int, modes: int) -> float:
-    """Bytes of the states of all modes at every step of a contact up to twice Hertz's."""
-    return 2 * steps * modes * 16.0
-
-
 def shear_share(parameters) -> float:
     """Deflection by shear over that by bending, of a load in the middle: 2.4 (1 + nu) (height / span)^2.
 
@@ -295,16 +302,12 @@ def shear_share(parameters) -> float:
 
 def first_peak_error(parameters) -> float:
     """Relative error of the first peak of force by Euler's beam against Timoshenko's."""
-    return abs(trial(parameters).error)
+    return abs(euler_errors(parameters).first_peak)
 
 
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""
-SECONDS = {"step": 8e-8, "instant": 6e-8}
-"""Of one mode, on one core of a 2.x GHz x86-64 machine: a step of the contact, and an instant that is read off."""
 PEAK_SAMPLES = 4000  # instants at which deflection and stress are looked through for the greatest
-COPIES = 3  # of the states of a contact: room, part, whole
-LONG = 5.0  # seconds of computing that are announced
 
 
 def choose(parameters) -> Choice:
@@ -323,29 +326,13 @@ def choose(parameters) -> Choice:
             f"wanted.tolerance = {parameters.wanted.tolerance:g} needs modes up to {wanted}; {MOST_MODES} is the most, "
             "so the result is less exact"
         )
-    moved = 0.5 if parameters.blow.point == 0.5 else 1.0
-    warnings += _cost(parameters, round(modes * moved * (2 if theory == TIMOSHENKO else 1)), steps)
-    return Choice("hertz", stepper, 0.0, f"hertz, the law of a sphere on a plane; {sentences(found)}", tuple(warnings))
-
-
-def _cost(parameters, modes, steps) -> list[str]:
-    """The cost of a long run, announced before it; `modes` are all that move."""
-    held = states_held(steps, modes)
-    if held > MOST_BYTES:
+    held = 32.0 * steps * modes * (0.5 if parameters.blow.point == 0.5 else 1.0) * (2 if theory == TIMOSHENKO else 1)
+    if held > MOST_BYTES:  # of the states of all modes at every step of a contact up to twice Hertz's
         raise SceneError(
-            f"{steps} steps a contact with {modes} modes would hold {1e-9 * held:.3g} GB; at most "
+            f"{steps} steps a contact with modes up to {modes} would hold {1e-9 * held:.3g} GB; at most "
             f"{1e-9 * MOST_BYTES:g} GB: lower solver.steps or solver.modes, or loosen wanted.tolerance"
         )
-    run, history = parameters.run, parameters.wanted.outputs == "history"
-    instants = run.duration * run.output_rate + PEAK_SAMPLES * history
-    seconds = modes * (SECONDS["step"] * steps + SECONDS["instant"] * instants)
-    if seconds <= LONG:
-        return []
-    return [
-        f"{modes} modes, {steps} steps a contact and {instants:.3g} instants take about {seconds:.2g} s and "
-        f"up to {1e-6 * COPIES * held:.2g} MB: loosen wanted.tolerance, "
-        "shorten beam.span or run.duration, or give wanted.outputs: peaks"
-    ]
+    return Choice("hertz", stepper, 0.0, f"hertz, the law of a sphere on a plane; {sentences(found)}", tuple(warnings))
 
 
 TOGETHER = 500_000  # states of modes read off at once
@@ -380,14 +367,6 @@ def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
     )
 
 
-class Top(NamedTuple):
-    """The greatest `value` of an observed point by magnitude, and times [s] around its instant."""
-
-    value: float
-    point: int
-    times: np.ndarray
-
-
 class WatchedPoints:
     """The channels of a known motion at increasing times [s]; beyond its end the last instant stands."""
 
@@ -406,20 +385,14 @@ class WatchedPoints:
         """Deflection [m] and bending stress [Pa], (times, points): the point of impact, then `outputs.points`."""
         return self._in_blocks(times, self._bending)
 
-    def greatest(self) -> list[Top]:
+    def greatest(self) -> list[float]:
         """Greatest deflection [m] and bending stress [Pa] by magnitude, of all observed points and the whole motion."""
-        times, results = np.linspace(0.0, self._found.end, PEAK_SAMPLES), []
+        times, found = np.linspace(0.0, self._found.end, PEAK_SAMPLES), []
         for column, values in enumerate(self.at_points(times)):
-            size = np.abs(values)
-            top, point = np.unravel_index(int(np.argmax(size)), size.shape)
-            low, high = times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)]
-            fine = np.linspace(low, high, 101)
-            results.append(Top(self.top_near(column, point, fine), point, fine))
-        return results
-
-    def top_near(self, column: int, point: int, times) -> float:
-        """The greatest deflection (column 0) or stress (1) by magnitude, of one point at times close to each other."""
-        return peak_of(np.abs(self.at_points(times)[column][:, point]))
+            top, point = np.unravel_index(np.argmax(np.abs(values)), values.shape)
+            near = np.linspace(times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)], 101)
+            found.append(peak_of(np.abs(self.at_points(near)[column][:, point])))
+        return found
 
     def _in_blocks(self, times, function):
         """`function` of (states, force, position, velocity), so many times at once that memory stays small."""
@@ -471,15 +444,11 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     brought = 0.5 * found.sphere.mass * impact_speed(parameters.blow) ** 2
     watch = WatchedPoints(parameters, found)
     # What is greatest in the beam costs more than all contacts: not computed where contacts alone are requested.
-    wanted = parameters.wanted.outputs == "history"
-    tops = watch.greatest() if wanted else ()
-    deflection, stress = (top.value for top in tops) if wanted else (math.nan, math.nan)
-    closure = _closure(found, brought)
-    coefficient = found.sphere.coefficient
-    deepest = [approaches_of_loads(coefficient, HERTZIAN, contact.peak_force) for contact in found.contacts]
+    deflection, stress = watch.greatest() if parameters.wanted.outputs == "history" else (math.nan, math.nan)
+    deepest = [approaches_of_loads(found.sphere.coefficient, HERTZIAN, one.peak_force) for one in found.contacts]
     last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
     records = {"contact": contact_rows(found.contacts, deepest, 0.0, 0.0)}
-    known = [last, deflection, stress, closure * brought, found.end, found.gone, modes_for(parameters)]
+    known = [last, deflection, stress, _energy_gained(found, brought), found.end, found.gone, modes_for(parameters)]
     costs = {"steps": len(found.pieces.lengths), "modes": len(found.modes.index)}
     return Impact(watch, parameters.run, records | {"extremes": np.array([known], float)}, costs)
 
@@ -492,11 +461,11 @@ class BeamMotion(ImpactMotion):
         super().__init__(lambda *scene: solve(*scene, self.stop), parameters, choice)
 
 
-def _closure(found, brought):
-    """Energy gained by the numbers as a share of what the sphere brought; gravity's work is not a gain."""
+def _energy_gained(found, brought: float) -> float:
+    """Energy [J] gained by the numbers over what the sphere brought; gravity's work is not a gain."""
     kinetic, stored, dissipated = found.energies()
     _, force, position, _ = found.at(np.array([found.end]))
     coefficient = found.sphere.coefficient
     contact = energies_at(coefficient, HERTZIAN, approaches_of_loads(coefficient, HERTZIAN, force[0]))
     fallen = found.sphere.mass * found.sphere.gravity * position[0]
-    return float(kinetic + stored + dissipated + contact - fallen - brought) / brought
+    return float(kinetic + stored + dissipated + contact - fallen - brought)

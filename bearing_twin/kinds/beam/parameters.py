@@ -6,8 +6,8 @@ from typing import ClassVar
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
-from bearing_twin.kinds.bodies.parameters import Sphere
-from bearing_twin.kinds.contract import SceneParameters, lazy_import
+from bearing_twin.kinds.bodies.parameters import BodiesScene, Body, Sphere
+from bearing_twin.kinds.contract import lazy_import
 from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, Checked, RunSettings, WantedImpact
 
@@ -18,9 +18,10 @@ BODY, BEAM = "sphere", "beam"  # the bodies, as topics and failures name them
 
 
 @dataclass(frozen=True)
-class BeamParameters:
+class BeamParameters(Body):
     """A simply supported beam of rectangular section at rest; its own weight bends it before, and is left out."""
 
+    shape: ClassVar = "beam"
     span: float = quantity(0.1535, "m", "distance of the supports", above=0.0)
     width: float = quantity(0.01, "m", "width across the motion of the sphere", above=0.0)
     height: float = quantity(0.01, "m", "height along the motion of the sphere", above=0.0)
@@ -75,7 +76,7 @@ class BeamOutputs:
 
 
 @dataclass(frozen=True)
-class SphereOnBeamScene(SceneParameters):
+class SphereOnBeamScene(BodiesScene):
     """A sphere strikes a simply supported beam (paper 2)."""
 
     beam: BeamParameters = section(BeamParameters)
@@ -86,15 +87,15 @@ class SphereOnBeamScene(SceneParameters):
     wanted: WantedOfBeam = section(WantedOfBeam)
     run: RunSettings = section(RunSettings)
 
-    moved: ClassVar = {
-        "contact.yield_pressure": "sphere.material.yield_strength and beam.material.yield_strength "
-        "(the pressure over 1.6)",
-        "contact.yield_stress": "beam.material.yield_strength",
-        "run.wanted": "wanted.outputs",
-    }
+    names: ClassVar = (BODY, BEAM)
+    moved: ClassVar = BodiesScene.moved | {"contact.yield_stress": "beam.material.yield_strength"}
     facts = facts_at(f"{MOTION}:shear_share", f"{MOTION}:first_peak_error")
     check = lazy_import(f"{MOTION}:check_beam")
     resolve = lazy_import(f"{MOTION}:resolve")
+
+    @property
+    def bodies(self) -> tuple[Sphere, BeamParameters]:
+        return self.sphere, self.beam
 
     @staticmethod
     def upgraded(scene: dict) -> dict:

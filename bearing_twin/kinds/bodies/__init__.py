@@ -25,7 +25,7 @@ OF_IMPACT = {
 OF_BOUNCING = {
     "choose": "models:choose_bouncing", "figures": "figures:BouncingFigures",
     "comparison": "model_errors:ContactComparison", "model_errors": "model_errors:BouncingErrors",
-    "picture": "picture:BouncingPicture",
+    "picture": "picture:BouncingPicture", "view": "display:bouncing_view",
 }  # fmt: skip
 
 TWO_SPHERES = _row(
@@ -60,7 +60,6 @@ ELLIPSOID_ON_PLANE = _row(
     meanings="figures:MEANINGS_OF_ELLIPSOID",
     quantities="quantities:ELLIPSOID_QUANTITIES",
     topics="display:ellipsoid_topics",
-    view="display:ellipsoid_view",
     **OF_BOUNCING,
 )
 TWO_BODIES = _row(
@@ -72,7 +71,6 @@ TWO_BODIES = _row(
     records="figures:OF_PAIR",
     meanings="figures:MEANINGS_OF_PAIR",
     quantities="quantities:PAIR_QUANTITIES",
-    topics="display:pair_topics",
-    view="display:pair_view",
+    topics="display:body_topics",
     **OF_BOUNCING,
 )

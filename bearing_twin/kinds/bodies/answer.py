@@ -7,7 +7,7 @@ import numpy as np
 
 from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bodies.derived import DEEPEST, has_closed_form, modulus_of, size_of, start_points
+from bearing_twin.kinds.bodies.derived import DEEPEST, has_closed_form, size_of, start_points
 from bearing_twin.kinds.bodies.parameters import OVERLAP, TRACKINGS, TwoBodiesScene
 from bearing_twin.shapes.implicit import (
     FOUND,
@@ -41,7 +41,7 @@ def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
     rates, spin = opposing_rates(a, b, unknowns) or (None, None)
     found = {
         "bodies": [parameters.first.shape, parameters.second.shape],
-        "effective_modulus_pa": modulus_of(parameters),
+        "effective_modulus_pa": parameters.modulus,
         "approach_m": at.approach,
         "point_first_m": unknowns[:3].tolist(),
         "point_second_m": unknowns[3:6].tolist(),
@@ -52,7 +52,7 @@ def answer(parameters: TwoBodiesScene) -> dict[str, Any]:
         "curvature_large_per_m": contact.curvature_large if contact else None,
         "major_axis": contact.major_axis.tolist() if contact and not contact.circular else None,
         "tracking": _trackings(has_closed_form(parameters), a, b, unknowns, rates, size),
-        **_loads(modulus_of(parameters), contact, a, b, unknowns, at, size),
+        **_loads(parameters.modulus, contact, a, b, unknowns, at, size),
     }
     if at.approach > DEEPEST * size:
         flags.append(

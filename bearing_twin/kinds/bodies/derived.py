@@ -15,7 +15,6 @@ from bearing_twin.contact.elasticity import axis_ratio as ratio_of
 from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coefficient, sphere_coefficient
 from bearing_twin.contact.laws import LAWS, law_names, numbers_missing
 from bearing_twin.contact.line import greatest_energy, line_law
-from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.bodies.collision import FEW_STEPS, FEWEST_STEPS, MOST_STEPS
 from bearing_twin.kinds.bodies.parameters import (
@@ -25,15 +24,13 @@ from bearing_twin.kinds.bodies.parameters import (
     FREE,
     HELD,
     OVERLAP,
-    PLANE,
     SECOND,
     TRACKINGS,
+    Body,
     Disc,
-    EllipsoidBody,
     EllipsoidOnPlaneScene,
     Meeting,
     Shaped,
-    Sphere,
     SphereContact,
     TwoBodiesScene,
     TwoDiscsScene,
@@ -48,7 +45,6 @@ from bearing_twin.shapes.implicit import (
     LAMBDA,
     NO_ELLIPSE,
     REFUSALS,
-    Body,
     Surface,
     body,
     closed_form_known,
@@ -62,6 +58,7 @@ from bearing_twin.shapes.implicit import (
     superquadric,
     torus,
 )
+from bearing_twin.shapes.implicit import Body as MovingBody
 
 LEAST = 1e-300  # a restitution that only rounding makes 0
 OUTPUTS = 400  # of an impact whose output_rate is automatic
@@ -74,10 +71,13 @@ SAME = 1e-9  # of the size: approaches nearer than this are one
 
 
 class ShapeRow(NamedTuple):
-    """A shape: its keys, its `Surface`, its volume and mean squares of x, y, z [m^2] or None where it must be held."""
+    """A shape: its keys, its `Surface`, its volume and mean squares of x, y, z [m^2] or None where it must be held.
+
+    `sizes` are about its radii [m].
+    """
 
     keys: tuple[str, ...]
-    surface: Callable[[Shaped], Surface]
+    surface: Callable[[Shaped], Surface] | None
     solid: Callable[[Shaped], tuple[float, tuple[float, float, float]]] | None
     sizes: Callable[[Shaped], tuple[float, ...]]
 
@@ -116,6 +116,12 @@ ROWS = {
         ("semi_axes", "exponents"), lambda one: superquadric(*one.semi_axes, *one.exponents), _solid_superellipsoid,
         lambda one: one.semi_axes,
     ),
+    "beam": ShapeRow(
+        (), None, lambda one: (one.span * one.width * one.height, None), lambda one: (0.5 * one.height,)
+    ),
+    "disc": ShapeRow(
+        (), None, lambda one: (math.pi * one.radius**2 * one.thickness, None), lambda one: (one.radius,)
+    ),
     "groove": ShapeRow(
         ("radius", "ring_radius"), lambda one: torus(one.ring_radius, one.radius, hollow=True), None,
         lambda one: (one.radius, one.ring_radius + one.radius),
@@ -127,43 +133,40 @@ ROWS = {
 # Bodies of all kinds
 
 
-def bodies_of(parameters) -> tuple:
-    """The two bodies of a scene: `Sphere`s, `Disc`s, or `Shaped` ones, to which an ellipsoid on a plane is put."""
-    if isinstance(parameters, TwoDiscsScene):
-        return parameters.disc, parameters.disc
-    if not isinstance(parameters, EllipsoidOnPlaneScene):
-        return parameters.first, parameters.second
-    one, start = parameters.body, parameters.start
-    moving = {key: getattr(start, key) for key in ("turn", "velocity", "angular_velocity")}
-    return (
-        Shaped("ellipsoid", semi_axes=one.semi_axes, mass=one.mass, material=one.material, **moving),
-        Shaped("plane", material=parameters.plane.material, motion=HELD),
-    )
+def homogeneous_mass(one: Body | Shaped) -> float:
+    """Mass [kg] by size and density, whatever mass is given; numbers or arrays that broadcast."""
+    return ROWS[one.shape].solid(one)[0] * one.material.density
 
 
-def names_of(parameters) -> tuple[str, str]:
-    """The names of the two bodies."""
-    return (BODY, PLANE) if isinstance(parameters, EllipsoidOnPlaneScene) else (FIRST, SECOND)
+def mass_of(one: Body | Shaped) -> float:
+    """Mass [kg]: given, or that of the homogeneous body; numbers or arrays that broadcast."""
+    return np.where(np.greater(one.mass, 0.0), one.mass, homogeneous_mass(one))[()]
 
 
-def modulus_of(parameters) -> float:
-    """Effective modulus [Pa] of the pair."""
-    return effective_modulus(*(one.material for one in bodies_of(parameters)))
+def inertia_of(one: Body | Shaped) -> tuple[float, float, float]:
+    """Principal moments of inertia [kg m^2], m (<y^2> + <z^2>) and so on."""
+    mass, (x, y, z) = mass_of(one), ROWS[one.shape].solid(one)[1]
+    return mass * (y + z), mass * (z + x), mass * (x + y)
 
 
-def homogeneous_mass(one: Sphere | Shaped) -> float:
-    """Mass [kg] by size and density, whatever mass is given."""
-    if isinstance(one, Shaped):
-        return ROWS[one.shape].solid(one)[0] * one.material.density
-    return one.material.density * 4.0 / 3.0 * math.pi * one.radius**3
+def surface_of(one: Body | Shaped) -> Surface:
+    """The surface of a body in its own axes."""
+    return ROWS[one.shape].surface(one)
+
+
+def reach_of(one: Body | Shaped) -> float:
+    """No point of the surface is farther [m] from the centre; inf of a plane."""
+    sizes = ROWS[one.shape].sizes(one)
+    return math.hypot(*sizes) if one.shape == SUPERELLIPSOID else max(sizes)
+
+
+def transit_of(one: Body | Shaped) -> float:
+    """Time [s] that a wave takes through a body; 0 of one that has no mass of its own."""
+    solid = ROWS[one.shape].solid
+    return wave_transit(2.0 * reach_of(one), one.material.young_modulus, mass_of(one) / solid(one)[0]) if solid else 0.0
 
 
 # Two spheres and two discs
-
-
-def sphere_mass(one: Sphere) -> float:
-    """Mass [kg]: given, or that of the homogeneous sphere; numbers or arrays that broadcast."""
-    return np.where(np.greater(one.mass, 0.0), one.mass, homogeneous_mass(one))[()]
 
 
 def sphere_law(parameters: TwoSpheresScene) -> str:
@@ -180,21 +183,16 @@ def sphere_pair(parameters: TwoSpheresScene) -> tuple[float, float, float]:
     Numbers or arrays that broadcast: studies evaluate many spheres at once.
     """
     first, second, contact = parameters.first, parameters.second, parameters.contact
-    masses = sphere_mass(first), sphere_mass(second)
+    masses = mass_of(first), mass_of(second)
     law = sphere_law(parameters)
     radius = first.radius * second.radius / (first.radius + second.radius)
-    bodies, given = (modulus_of(parameters), radius), contact.stiffness
+    bodies, given = (parameters.modulus, radius), contact.stiffness
     if law == "measured":
         known = np.greater(contact.measured_alpha, 0.0)  # of many realisations some may not have one
         alpha = np.where(known, contact.measured_alpha, 1.0)
         measured = hertz_impact.coefficient_of_alpha(alpha, masses[0] * masses[1] / sum(masses))
         given = np.where(known, measured, sphere_coefficient("hertz", *bodies))[()]
     return sphere_coefficient(law, *bodies, given), *masses
-
-
-def disc_mass(disc: Disc) -> float:
-    """Mass of one disc [kg]."""
-    return disc.material.density * math.pi * disc.radius**2 * disc.thickness
 
 
 def line_law_name(parameters: TwoDiscsScene) -> str:
@@ -213,15 +211,15 @@ def patch_of(parameters, load: float) -> tuple[float, float, float]:
 
     Of discs they are half the length and half the width of the strip on which they touch.
     """
-    first, second = bodies_of(parameters)
+    first, second = parameters.bodies
     if load <= 0.0:
         return 0.0, 0.0, 0.0
     if isinstance(first, Disc):
         per_length = load / first.thickness
-        half_width = math.sqrt(2.0 * per_length * first.radius / (math.pi * modulus_of(parameters)))
+        half_width = math.sqrt(2.0 * per_length * first.radius / (math.pi * parameters.modulus))
         return 0.5 * first.thickness, half_width, 2.0 * per_length / (math.pi * half_width)
     curvature = 0.5 * (1.0 / first.radius + 1.0 / second.radius)
-    return tuple(ellipse(curvature, curvature, modulus_of(parameters), load))
+    return tuple(ellipse(curvature, curvature, parameters.modulus, load))
 
 
 def closed_form_numbers(parameters) -> tuple:
@@ -229,7 +227,7 @@ def closed_form_numbers(parameters) -> tuple:
     speed = np.asarray(parameters.motion.speed, float)
     speed = np.where(speed > 0.0, speed, np.nan)
     if isinstance(parameters, TwoDiscsScene):
-        return disc_law(parameters.disc, line_law_name(parameters)), 0.5 * disc_mass(parameters.disc), speed
+        return disc_law(parameters.disc, line_law_name(parameters)), 0.5 * mass_of(parameters.disc), speed
     coefficient, first, second = sphere_pair(parameters)
     return coefficient, first * second / (first + second), speed
 
@@ -243,7 +241,7 @@ def impact_time(parameters) -> float:
 
 def disc_impact_time(parameters: TwoDiscsScene, law: str) -> float:
     """Contact time [s] of the discs by one law of line contact; NaN where it has no solution."""
-    line, reduced = disc_law(parameters.disc, law), 0.5 * disc_mass(parameters.disc)
+    line, reduced = disc_law(parameters.disc, law), 0.5 * mass_of(parameters.disc)
     return float(line_impact.contact_time(line, reduced, parameters.motion.speed))
 
 
@@ -289,18 +287,6 @@ def speed_share(parameters: TwoDiscsScene) -> float:
 # An ellipsoid on a plane
 
 
-def ellipsoid_mass(one: EllipsoidBody) -> float:
-    """Mass [kg]: given, or that of the homogeneous ellipsoid."""
-    return one.mass or one.material.density * 4.0 / 3.0 * math.pi * math.prod(one.semi_axes)
-
-
-def principal_inertia(one: EllipsoidBody) -> tuple[float, float, float]:
-    """Moments of inertia [kg m^2] about its own axes through the centre: m (b^2 + c^2)/5 and so on."""
-    x, y, z = (axis * axis for axis in one.semi_axes)
-    fifth = 0.2 * ellipsoid_mass(one)
-    return fifth * (y + z), fifth * (z + x), fifth * (x + y)
-
-
 def shortest_bounce(parameters: EllipsoidOnPlaneScene) -> float:
     """Contact time [s] at the greatest speed on the flattest pole, by Hertz or a given stiffness.
 
@@ -313,10 +299,10 @@ def shortest_bounce(parameters: EllipsoidOnPlaneScene) -> float:
     speed += math.hypot(*start.angular_velocity) * axes[2]
     small, large = 0.5 * axes[0] / axes[2] ** 2, 0.5 * axes[0] / axes[1] ** 2
     law = LAWS["hertz" if contact.normal == "auto" else contact.normal]
-    coefficient = law.number(contact, hertz_coefficient(small, large, modulus_of(parameters)))
+    coefficient = law.number(contact, hertz_coefficient(small, large, parameters.modulus))
     # Of the mass, where an impact beside the centre turns the body.
     light = 1.0 / (1.0 + 5.0 * (1.0 - axes[0] / axes[2]))
-    mass = light * ellipsoid_mass(parameters.body)
+    mass = light * mass_of(parameters.body)
     return float(hertz_impact.contact_time(coefficient, mass, max(speed, 1e-6), law.power))
 
 
@@ -326,12 +312,12 @@ def longest_creep_step(parameters: EllipsoidOnPlaneScene) -> float:
     Slip dies at mu m g / v_s times what a push beside the centre moves, at most (1/m + r^2/I): 3.5 mu g / v_s of a
     ball. In a bounce the load is greater, but slip that goes to and fro there ends with the contact.
     """
-    contact, mass = parameters.contact, ellipsoid_mass(parameters.body)
+    contact, mass = parameters.contact, mass_of(parameters.body)
     weight = -parameters.gravity[2] * mass
     grip = contact.friction_coefficient * weight / contact.friction_regularisation
     if not grip > 0.0:
         return math.inf
-    lever = max(parameters.body.semi_axes) ** 2 / min(principal_inertia(parameters.body))
+    lever = max(parameters.body.semi_axes) ** 2 / min(inertia_of(parameters.body))
     return float(REAL_AXIS / (grip * (1.0 / mass + lever)))
 
 
@@ -343,47 +329,23 @@ def coefficient_change(parameters: EllipsoidOnPlaneScene) -> float:
 # Two bodies of any shape
 
 
-class Rigid(NamedTuple):
-    """One body: surface, mass [kg] (0 where it is held), principal moments of inertia, reach of its surface [m]."""
-
-    surface: Surface
-    mass: float
-    inertia: tuple[float, float, float]
-    reach: float
-
-    def numbers(self) -> list[float]:
-        """The same as the core reads it."""
-        return [self.mass, *self.inertia, *self.surface.numbers(), self.reach]
-
-
-def surface_of(one: Shaped) -> Surface:
-    """The surface of a body in its own axes."""
-    return ROWS[one.shape].surface(one)
-
-
-def reach_of(one: Shaped) -> float:
-    """No point of the surface is farther [m] from the centre; inf of a plane."""
-    sizes = ROWS[one.shape].sizes(one)
-    return math.hypot(*sizes) if one.shape == SUPERELLIPSOID else max(sizes)
-
-
 def size_of(parameters: TwoBodiesScene) -> float:
     """The least size [m] of the two bodies."""
-    return min(min(ROWS[one.shape].sizes(one)) for one in bodies_of(parameters))
+    return min(min(ROWS[one.shape].sizes(one)) for one in parameters.bodies)
 
 
-def rigid_of(one: Shaped) -> Rigid:
-    """Mass and principal moments of inertia m (<y^2> + <z^2>) and so on; a held body's spin is its momentum."""
-    if one.motion == HELD:
-        return Rigid(surface_of(one), 0.0, (1.0, 1.0, 1.0), reach_of(one))
-    mass = one.mass or homogeneous_mass(one)
-    x, y, z = ROWS[one.shape].solid(one)[1]
-    return Rigid(surface_of(one), mass, (mass * (y + z), mass * (z + x), mass * (x + y)), reach_of(one))
+def rigid_numbers(one: Shaped) -> list[float]:
+    """A body as the core reads it: mass [kg], moments of inertia [kg m^2], surface, reach [m].
+
+    A held body has no mass, and moments of 1: its angular velocity is its angular momentum.
+    """
+    mass, inertia = (0.0, (1.0, 1.0, 1.0)) if one.motion == HELD else (mass_of(one), inertia_of(one))
+    return [mass, *inertia, *surface_of(one).numbers(), reach_of(one)]
 
 
 def has_closed_form(parameters: TwoBodiesScene) -> bool:
     """True if a closed form gives the opposing points of both shapes."""
-    return closed_form_known(*(surface_of(one).kind for one in bodies_of(parameters)))
+    return closed_form_known(*(surface_of(one).kind for one in parameters.bodies))
 
 
 def tracking_of(parameters: TwoBodiesScene) -> int:
@@ -394,7 +356,7 @@ def tracking_of(parameters: TwoBodiesScene) -> int:
     return TRACKINGS.index(specified)
 
 
-def start_points(parameters: TwoBodiesScene) -> tuple[Body, Body, np.ndarray]:
+def start_points(parameters: TwoBodiesScene) -> tuple[MovingBody, MovingBody, np.ndarray]:
     """Both bodies at the start and their opposing points, unknowns (8,) of `shapes.implicit`.
 
     Raises SceneError where there are none.
@@ -402,12 +364,12 @@ def start_points(parameters: TwoBodiesScene) -> tuple[Body, Body, np.ndarray]:
     a, b = (
         body(surface_of(one), one.position, rotation_matrix(quaternion_from_vector(one.turn)), one.velocity,
              one.angular_velocity)
-        for one in bodies_of(parameters)
+        for one in parameters.bodies
     )  # fmt: skip
     return a, b, nearest_pair(a, b) if has_closed_form(parameters) else searched(a, b, size_of(parameters))
 
 
-def searched(a: Body, b: Body, size: float) -> np.ndarray:
+def searched(a: MovingBody, b: MovingBody, size: float) -> np.ndarray:
     """The nearest of all opposing points that Newton's method finds from places around both bodies.
 
     Raises SceneError where none is found, or several are equally near.
@@ -445,21 +407,21 @@ def shortest_contact(parameters: TwoBodiesScene) -> float:
 
     The speed is about that at which the bodies meet: at the start, by their turning, and by the fall.
     """
-    one, other = bodies_of(parameters)
+    one, other = parameters.bodies
     relative, size = math.dist(one.velocity, other.velocity), size_of(parameters)
     for turning, against in ((one, other), (other, one)):
         reach = min(reach_of(turning), math.dist(one.position, other.position) + reach_of(against))
         relative += math.hypot(*turning.angular_velocity) * (reach if turning.motion == FREE else 0.0)
     gap = max(-opposition_of(*start_points(parameters)).approach, 0.0)
     speed = math.sqrt(relative**2 + 2.0 * math.hypot(*parameters.gravity) * (gap + size))
-    inverse = sum(1.0 / mass if mass else 0.0 for mass in (rigid_of(one).mass, rigid_of(other).mass))
-    coefficient = 4.0 / 3.0 * modulus_of(parameters) * math.sqrt(size)
+    inverse = sum(1.0 / mass_of(free) for free in (one, other) if free.motion == FREE)
+    coefficient = 4.0 / 3.0 * parameters.modulus * math.sqrt(size)
     return float(hertz_impact.contact_time(coefficient, 0.3 / inverse, max(speed, 1e-6), 1.5))
 
 
 def greatest_exponent(parameters: TwoBodiesScene) -> float | None:
     """Of both bodies; None where neither is a superellipsoid."""
-    return max((max(one.exponents) for one in bodies_of(parameters) if one.shape == SUPERELLIPSOID), default=None)
+    return max((max(one.exponents) for one in parameters.bodies if one.shape == SUPERELLIPSOID), default=None)
 
 
 # Curvatures of bodies that bounce
@@ -535,7 +497,7 @@ def check_discs(parameters: TwoDiscsScene) -> list[str]:
     problems = _check_meeting(parameters.motion)
     if problems:
         return problems + check_run(parameters.run)
-    disc, mass, name = parameters.disc, disc_mass(parameters.disc), line_law_name(parameters)
+    disc, mass, name = parameters.disc, mass_of(parameters.disc), line_law_name(parameters)
     energy = 0.25 * mass * parameters.motion.speed**2
     most = greatest_energy(disc_law(disc, name))
     if energy >= most:
@@ -607,7 +569,7 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
 
 def check_pair(parameters: TwoBodiesScene) -> list[str]:
     """As `check_spheres`."""
-    (one, other), contact = bodies_of(parameters), parameters.contact
+    (one, other), contact = parameters.bodies, parameters.contact
     problems = [*_check_shape(FIRST, one), *_check_shape(SECOND, other)]
     if one.motion == HELD and other.motion == HELD:
         problems.append("both bodies are held, so nothing moves; give one of them motion: free")

@@ -5,7 +5,7 @@ bodies that bounce, an ellipsoid on a plane or any two.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -14,9 +14,9 @@ from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.elasticity import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import yield_pressure
-from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, wave_transit, width_doubt
-from bearing_twin.kinds.bodies.derived import ROWS, bodies_of, modulus_of, patch_of, reach_of, sphere_mass
-from bearing_twin.kinds.bodies.parameters import OVERLAP, Sphere, TwoBodiesScene
+from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, width_doubt
+from bearing_twin.kinds.bodies.derived import patch_of, transit_of
+from bearing_twin.kinds.bodies.parameters import OVERLAP, TwoBodiesScene
 from bearing_twin.kinds.contract import adds_up
 
 LISTED = 200  # contacts named one by one in a report
@@ -136,33 +136,49 @@ def contact_rows(contacts, deepest, leaving: float, gained: float) -> np.ndarray
     """Rows (n, columns) of CONTACT; the last one carries the speed away and the energy gained in all [J]."""
     rows = np.zeros((len(contacts), len(CONTACT.columns)))
     for row, contact, depth in zip(rows, contacts, deepest, strict=True):
-        row[:DEEPEST] = contact.start + contact.duration, *contact
-        row[DEEPEST] = depth
-    if len(rows):
-        rows[-1, LEAVING], rows[-1, GAINED] = leaving, gained
+        row[: DEEPEST + 1] = contact.start + contact.duration, *contact, depth
+    rows[-1:, LEAVING], rows[-1:, GAINED] = leaving, gained
     return rows
 
 
-class ImpactFigures:
-    """Gathers the records of an impact and its first and last output; `speed` [m/s] is that of the first touch."""
+def body_doubts(bodies, pressure: float, shortest: float, widths) -> list[str]:
+    """What lies outside Hertz's theory in contacts of these bodies, one sentence each.
 
-    def __init__(self, parameters, choice, speed: float):
-        self.parameters, self.choice, self.speed = parameters, choice, speed
+    `pressure` [Pa] is the greatest, `shortest` [s] the least duration; `widths` are semi-axes [m], what they must be
+    small against [m], and its name.
+    """
+    return gathered(
+        pressure_doubt(pressure, yield_pressure(*(one.material for one in bodies))),
+        *(width_doubt(*one) for one in widths),
+        wave_doubt(shortest, max(map(transit_of, bodies))),
+    )
+
+
+class ImpactFigures:
+    """Gathers the records of an impact and its first and last output."""
+
+    def __init__(self, parameters, choice):
+        self.parameters, self.choice, self.speed = parameters, choice, self.speed_of(parameters)
         self.until, self.initial_energy = 0.0, None
         self.last: dict[str, np.ndarray] = {}
-        self._rows: list[np.ndarray] = []
+        self._rows = [np.empty((0, len(CONTACT.columns)))]
+
+    @staticmethod
+    def speed_of(parameters) -> float:
+        """Speed [m/s] at the first touch."""
+        return parameters.motion.speed
 
     def add(self, block: Block) -> None:
         if self.initial_energy is None:
             self.initial_energy = float(block.values["kinetic_energy"][0])
-        self._rows.append(block.records.get("contact", np.empty((0, len(CONTACT.columns)))))
+        self._rows.append(block.records.get("contact", self._rows[0]))
         self.last = {name: values[-1] for name, values in block.values.items() if values.ndim == 1}
         self.until = 1e-9 * float(block.time_ns[-1])
 
     @property
     def contacts(self) -> np.ndarray:
         """The contacts so far, rows of CONTACT."""
-        return np.concatenate(self._rows) if self._rows else np.empty((0, len(CONTACT.columns)))
+        return np.concatenate(self._rows)
 
     @property
     def peak_force(self) -> float:
@@ -170,20 +186,14 @@ class ImpactFigures:
         return float(self.contacts[:, PEAK_FORCE].max(initial=0.0))
 
     @property
-    def greatest_approach(self) -> float:
-        """Greatest mutual approach [m]."""
-        return float(self.contacts[:, DEEPEST].max(initial=0.0))
-
-    @property
     def restitution(self) -> float | None:
         """Relative speed away over relative speed before; None before the first contact has ended."""
         return float(self.contacts[-1, LEAVING]) / self.speed if len(self.contacts) else None
 
     @property
-    def energy_closure(self) -> float:
-        """Energy gained (+) or lost (-) by the numerical method, as a share of the initial energy."""
-        gained = math.fsum(self.contacts[:, GAINED])
-        return gained / self.initial_energy if self.initial_energy else 0.0
+    def energy_gained(self) -> float:
+        """Energy [J] gained by the numerical method."""
+        return math.fsum(self.contacts[:, GAINED])
 
     def figures(self) -> dict[str, Any]:
         """Numbers by SI-suffixed keys, over all contacts that have ended."""
@@ -192,81 +202,52 @@ class ImpactFigures:
             "peak_force_n": self.peak_force,
             "contact_duration_s": sum(map(float, contacts[:, DURATION])),
             "contacts": [dict(zip(keys, map(float, row[START:DEEPEST]), strict=True)) for row in contacts],
-            "greatest_approach_m": self.greatest_approach,
+            "greatest_approach_m": float(contacts[:, DEEPEST].max(initial=0.0)),
             "restitution": self.restitution,
-            "energy_closure": self.energy_closure,
+            "energy_closure": self.energy_gained / self.initial_energy if self.initial_energy else 0.0,
             "impulse_ns": math.fsum(contacts[:, IMPULSE]),
             "impact_speed_m_s": self.speed,
         }
 
     def flags(self) -> list[str]:
         """A warning where the outputs do not hold the whole contact."""
-        last = max((float(row[START] + row[DURATION]) for row in self.contacts), default=0.0)
-        if self.until < last:
-            return [f"the outputs end at {self.until:.4g} s, before the contact does at {last:.4g} s"]
-        return []
+        last = float(self.contacts[:, [START, DURATION]].sum(axis=1).max(initial=0.0))
+        if self.until >= last:
+            return []
+        return [f"the outputs end at {self.until:.4g} s, before the contact does at {last:.4g} s"]
 
     def status(self) -> str:
-        return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"
+        return "done" if adds_up(self.figures()["energy_closure"], self.parameters) else "failed: energy"
 
 
 class PairFigures(ImpactFigures):
     """The figures of two spheres or two discs."""
 
-    def __init__(self, parameters, choice):
-        super().__init__(parameters, choice, parameters.motion.speed)
-
     def flags(self) -> list[str]:
         """Warnings: conditions outside the theory, and outputs that end before the contact."""
         if not len(self.contacts):
             return []
-        bodies, flags = bodies_of(self.parameters), super().flags()
-        spheres = isinstance(bodies[0], Sphere)
-        _, half_width, pressure = patch_of(self.parameters, self.peak_force)
-        transits = []
-        for one in bodies:
-            volume = 4.0 / 3.0 * math.pi * one.radius**3
-            density = sphere_mass(one) / volume if spheres else one.material.density
-            transits.append(wave_transit(2.0 * one.radius, one.material.young_modulus, density))
-        found = gathered(
-            pressure_doubt(pressure, yield_pressure(*(one.material for one in bodies))),
-            width_doubt(half_width, min(one.radius for one in bodies), "smaller radius" if spheres else "radius"),
-            wave_doubt(float(self.contacts[:, DURATION].min()), max(transits)),
-        )
+        bodies, (_, half_width, pressure) = self.parameters.bodies, patch_of(self.parameters, self.peak_force)
+        shortest, size = float(self.contacts[:, DURATION].min()), min(one.radius for one in bodies)
+        found = body_doubts(bodies, pressure, shortest, [(half_width, size, "smaller radius")])
+        thickness = getattr(bodies[0], "thickness", math.inf)
         # A law that is specified has a range of thicknesses, which says so.
-        if not spheres and bodies[0].thickness < bodies[0].radius and self.parameters.contact.normal == "auto":
-            found.append(
-                f"a thickness of {bodies[0].thickness:g} m is below the radius of {bodies[0].radius:g} m: both assume "
-                "plane strain"
-            )
-        return found + flags
+        if thickness < size and self.parameters.contact.normal == "auto":
+            found.append(f"a thickness of {thickness:g} m is below the radius of {size:g} m: both assume plane strain")
+        return found + super().flags()
 
 
 # Bodies that bounce
 
-
-class Bounce(NamedTuple):
-    """One contact: seconds, N, m, Pa, N s; of one that goes on, peaks are those at the outputs, the rest is None.
-
-    `approach` is the greatest; semi-axes, radii and the law's error are those at the greatest load.
-    """
-
-    start: float
-    duration: float
-    peak_load: float
-    approach: float
-    semi_axes: tuple[float, float]
-    peak_pressure: float
-    radii: tuple[float, float] = (math.inf, math.inf)
-    law_error: float = 0.0
-    impulse: float | None = None
-    friction_impulse: float | None = None
-    restitution: float | None = None
-
-    @property
-    def open(self) -> bool:
-        """True if it has not ended by the last output."""
-        return self.impulse is None
+PEAKS = {
+    "normal_load": "peak_load", "approach": "greatest_approach", "semi_major": "semi_major", "semi_minor": "semi_minor",
+    "peak_pressure": "peak_pressure",
+}  # fmt: skip
+"""Channels whose greatest is, at the outputs, that of a contact that goes on, and its columns for them."""
+LISTED_AS = {
+    "start_s": "start", "duration_s": "duration", "peak_force_n": "peak_load", "impulse_ns": "impulse",
+    "friction_impulse_ns": "friction_impulse", "restitution": "restitution",
+}  # fmt: skip
 
 
 class BouncingFigures:
@@ -277,8 +258,6 @@ class BouncingFigures:
     """
 
     stored = ("kinetic_energy", "potential_energy", "elastic_energy")
-    peaks = ("normal_load", "approach", "semi_major", "semi_minor", "peak_pressure")
-    """Channels whose greatest is that of a contact that goes on, as seen at the outputs."""
 
     def __init__(self, parameters, choice: Choice):
         self.parameters, self.law, self.pair = parameters, choice.law, isinstance(parameters, TwoBodiesScene)
@@ -286,8 +265,8 @@ class BouncingFigures:
         self._columns = [channel.name for channel in (BOUNCE_OF_PAIR if self.pair else BOUNCE).columns]
         self._spent = ("dissipated_viscous", "dissipated_friction", *(("held_work",) if self.pair else ()))
         self._brought = (self.stored[0], self.stored[2]) if self.pair else self.stored
-        self._ended: list[Bounce] = []
-        self._open, self._open_peaks = None, np.zeros(0)  # begin [s] of the contact that goes on
+        self._rows: list[np.ndarray] = []
+        self._open, self._peaks = None, np.zeros(0)  # begin [s] of the contact that goes on
 
     def add(self, block: Block) -> None:
         stored = sum(block.values[name] for name in self.stored)
@@ -300,15 +279,15 @@ class BouncingFigures:
             self.gain = max(self.gain, float(total.max() - self.first["total"]) / self.scale)
         self.until = 1e-9 * float(block.time_ns[-1])
         touches, ends = (block.records.get(table.name, ()) for table in (TOUCH, BOUNCE))
-        self._ended.extend(map(self._bounce, ends))
+        if len(ends):
+            self._rows.append(ends)
         if len(touches):
-            self._open, self._open_peaks = float(touches[-1, 0]), np.zeros(len(self.peaks))
+            self._open, self._peaks = float(touches[-1, 0]), np.zeros(len(PEAKS))
         if self._open is not None and len(ends) and float(ends[-1, 0]) >= self._open:
             self._open = None
         if self._open is not None:
             rows = 1e-9 * block.time_ns >= self._open
-            seen = [block.values[name][rows].max(initial=0.0) for name in self.peaks]
-            self._open_peaks = np.maximum(self._open_peaks, seen)
+            self._peaks = np.maximum(self._peaks, [block.values[name][rows].max(initial=0.0) for name in PEAKS])
 
     def _instant(self, block, stored, total, row):
         kept = {name: block.values[name][row] + 0.0 for name in ("velocity", "angular_momentum", "position")}
@@ -316,63 +295,53 @@ class BouncingFigures:
         numbers = {name: float(block.values[name][row]) for name in names if name in block.values}
         return {"stored": float(stored[row]), "total": float(total[row]), **numbers, **kept}
 
-    def _bounce(self, row: np.ndarray) -> Bounce:
-        """One contact from its record, which in logs of earlier versions lacks the greatest approach."""
-        one = dict(zip(self._columns, map(float, row), strict=False))
-        modulus, load = modulus_of(self.parameters), one["peak_load"]
-        small, large = curvatures = one["curvature_small"], one["curvature_large"]
-        if self.pair:
-            semi_axes, pressure = (one["semi_major"], one["semi_minor"]), one["peak_pressure"]
-            impulse, rub = one["impulse"], one["friction_impulse"]
-        else:
-            *semi_axes, pressure = ellipse(small, large, modulus, load)
-            impulse, rub = one["impulse_z"], math.hypot(one["impulse_x"], one["impulse_y"])
-        elliptic = small > 0.0 and load > 0.0 and self.law != OVERLAP
-        exact = hertz_coefficient(small, large, modulus) if elliptic else 1.0
-        return Bounce(
-            start=one["start"],
-            duration=one["time"] - one["start"],
-            peak_load=load,
-            approach=one.get("greatest_approach", one["approach"]),
-            semi_axes=tuple(semi_axes),
-            peak_pressure=pressure,
-            radii=tuple(0.5 / one if one > 0.0 and load > 0.0 else math.inf for one in curvatures),
-            law_error=one["coefficient"] / exact - 1.0 if elliptic else 0.0,
-            impulse=impulse,
-            friction_impulse=rub,
-            restitution=one["speed_out"] / one["speed_in"] if one["speed_in"] > 0.0 else None,
-        )
-
-    def bounces(self) -> list[Bounce]:
-        """All contacts, the one that goes on last."""
+    def contacts(self) -> dict[str, np.ndarray]:
+        """Columns (n,) of all contacts in SI, the one that goes on last; what its end gives is NaN there."""
+        rows = np.concatenate(self._rows) if self._rows else np.empty((0, len(self._columns)))
+        found = dict(zip(self._columns, rows.T, strict=False))
+        found.setdefault("greatest_approach", found["approach"])  # logs of earlier versions lack it
+        loaded, modulus = found["peak_load"] > 0.0, self.parameters.modulus
+        gap = [np.where(loaded, found[f"curvature_{one}"], 1.0) for one in ("small", "large")]
+        if not self.pair:
+            patch = np.where(loaded, ellipse(*gap, modulus, found["peak_load"]), 0.0)
+            found |= dict(zip(("semi_major", "semi_minor", "peak_pressure"), patch, strict=True))
+            found |= {
+                "impulse": found["impulse_z"],
+                "friction_impulse": np.hypot(found["impulse_x"], found["impulse_y"]),
+            }
+        elliptic = loaded & (gap[0] > 0.0) & (self.law != OVERLAP)
+        exact = hertz_coefficient(*np.where(elliptic, gap, 1.0), modulus)
+        came = np.where(found["speed_in"] > 0.0, found["speed_in"], math.nan)
+        found |= {
+            "duration": found["time"] - found["start"],
+            "law_error": np.where(elliptic, found["coefficient"] / exact - 1.0, 0.0),
+            "restitution": found["speed_out"] / came,
+        }
         if self._open is None:
-            return list(self._ended)
-        load, approach, major, minor, pressure = map(float, self._open_peaks)
-        return [*self._ended, Bounce(self._open, self.until - self._open, load, approach, (major, minor), pressure)]
+            return found
+        last = {"start": self._open, "duration": self.until - self._open, "law_error": 0.0}
+        last |= dict(zip(PEAKS.values(), self._peaks, strict=True))
+        return {name: np.append(column, last.get(name, math.nan)) for name, column in found.items()}
 
     def figures(self) -> dict[str, Any]:
         """Contacts and balances; velocities and angular momentum as changes since the first output."""
-        bounces, last = self.bounces(), self.last
+        contacts, last = self.contacts(), self.last
         velocity, turning = (last[name] - self.first[name] for name in ("velocity", "angular_momentum"))
+        listed = {key: contacts[name][:LISTED].tolist() for key, name in LISTED_AS.items()}
+        rows = [
+            {key: None if math.isnan(one) else one for key, one in zip(listed, row, strict=True)}
+            for row in zip(*listed.values(), strict=True)
+        ]
+        greatest = {name: float(contacts[name].max(initial=0.0)) for name in PEAKS.values()}
         found = {
-            "peak_force_n": max((one.peak_load for one in bounces), default=0.0),
-            "contact_count": len(bounces),
-            "contact_duration_s": math.fsum(one.duration for one in bounces),
-            "contacts": [
-                {
-                    "start_s": one.start,
-                    "duration_s": one.duration,
-                    "peak_force_n": one.peak_load,
-                    "impulse_ns": one.impulse,
-                    "friction_impulse_ns": one.friction_impulse,
-                    "restitution": one.restitution,
-                }
-                for one in bounces[:LISTED]
-            ],
-            "restitution": bounces[0].restitution if bounces else None,
+            "peak_force_n": greatest["peak_load"],
+            "contact_count": len(contacts["start"]),
+            "contact_duration_s": math.fsum(contacts["duration"]),
+            "contacts": rows,
+            "restitution": rows[0]["restitution"] if rows else None,
             "resting_since_s": self._open,
-            "greatest_approach_m": max((one.approach for one in bounces), default=0.0),
-            "peak_pressure_pa": max((one.peak_pressure for one in bounces), default=0.0),
+            "greatest_approach_m": greatest["greatest_approach"],
+            "peak_pressure_pa": greatest["peak_pressure"],
             "energy_closure": self.closure,
             "greatest_energy_gain": self.gain,
             "energy_start_j": self.first["stored"],
@@ -399,27 +368,22 @@ class BouncingFigures:
         return flags
 
     def _contact_flags(self) -> list[str]:
-        loaded, bodies = [one for one in self.bounces() if one.peak_load > 0.0], bodies_of(self.parameters)
-        if not loaded:
+        every = self.contacts()
+        loaded = {name: column[every["peak_load"] > 0.0] for name, column in every.items()}
+        load, duration = loaded["peak_load"], loaded["duration"]
+        if not len(load):
             return []
-        transits = [
-            wave_transit(2.0 * reach_of(one), one.material.young_modulus, one.material.density)
-            for one in bodies
-            if ROWS[one.shape].solid
-        ]
-        hardest = max(loaded, key=lambda one: one.peak_pressure)
-        deepest = max(loaded, key=lambda one: one.approach)
-        worst = max(loaded, key=lambda one: abs(one.law_error))
-        heavy = NOTABLE * max(one.peak_load for one in loaded)
-        shortest = min((one.duration for one in loaded if not one.open and one.peak_load > heavy), default=math.inf)
-        return gathered(
-            pressure_doubt(hardest.peak_pressure, yield_pressure(*(one.material for one in bodies))),
-            *(width_doubt(*pair) for pair in zip(deepest.semi_axes, deepest.radii, strict=True)),
-            None
-            if self.law not in LAWS or LAWS[self.law].measured
-            else law_doubt(self.law, worst.law_error, worst.semi_axes[1] / worst.semi_axes[0]),
-            wave_doubt(shortest, max(transits)),
-        )
+        deepest = {name: column[np.argmax(loaded["greatest_approach"])] for name, column in loaded.items()}
+        curvatures = [("semi_major", "curvature_small"), ("semi_minor", "curvature_large")]
+        widths = [(deepest[axis], 0.5 / deepest[one]) for axis, one in curvatures if deepest[one] > 0.0]
+        heavy = (load > NOTABLE * load.max()) & np.isfinite(loaded["impulse"])
+        shortest = float(duration[heavy].min(initial=math.inf))
+        found = body_doubts(self.parameters.bodies, float(loaded["peak_pressure"].max()), shortest, widths)
+        if self.law in LAWS and not LAWS[self.law].measured:
+            worst = np.argmax(np.abs(loaded["law_error"]))
+            ratio = loaded["semi_minor"][worst] / loaded["semi_major"][worst]
+            found += gathered(law_doubt(self.law, loaded["law_error"][worst], ratio))
+        return found
 
     @property
     def closure(self) -> float:

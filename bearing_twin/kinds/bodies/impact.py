@@ -40,10 +40,10 @@ from bearing_twin.kinds.bodies.collision import NO_LINE, Collision, ContactPerio
 from bearing_twin.kinds.bodies.derived import (
     closed_form_numbers,
     disc_law,
-    disc_mass,
     hunt_crossley_damping,
     impact_time,
     is_elastic,
+    mass_of,
     resolve,
     sphere_law,
     sphere_pair,
@@ -148,7 +148,7 @@ def solve_spheres(parameters: TwoSpheresScene, law: str = "hertz", stepper: str 
 
 def solve_discs(parameters: TwoDiscsScene, law: str = "johnson", stepper: str = "closed_form") -> Impact:
     """The impact with the law `line` or `johnson`, by a stepper as in `solve_spheres`; raises IntegrationError."""
-    mass, line = disc_mass(parameters.disc), disc_law(parameters.disc, law)
+    mass, line = mass_of(parameters.disc), disc_law(parameters.disc, law)
     bodies = line, 0.5 * mass, parameters.motion.speed
     duration = float(line_impact.contact_time(*bodies))
     closed = partial(_disc_collision, *bodies, duration)

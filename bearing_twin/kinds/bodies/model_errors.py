@@ -1,9 +1,8 @@
 """Model errors of bodies that collide, and their second runs."""
 
 import dataclasses
-import heapq
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from bearing_twin.contact.hertz_impact import (
 )
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bodies import motion
-from bearing_twin.kinds.bodies.derived import disc_impact_time, ellipsoid_mass, hunt_crossley_damping, patch_of
+from bearing_twin.kinds.bodies.derived import disc_impact_time, hunt_crossley_damping, mass_of, patch_of
 from bearing_twin.kinds.bodies.figures import FIGURES, BouncingFigures
 from bearing_twin.kinds.bodies.impact import SETTING
 from bearing_twin.kinds.bodies.models import line_contact_error
@@ -97,25 +96,28 @@ class ContactComparison(Comparison):
 
     def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Of all contacts so far."""
-        both = paired(own.bounces(), second.bounces(), lambda one: one.peak_load)
-        both.sort(key=lambda pair: (pair[0] or pair[1]).start)
-        times, apart = np.array([(one or other).start for one, other in both]), np.zeros(len(both))
-        for size in (lambda one: one.peak_load if one else 0.0, lambda one: (one.impulse or 0.0) if one else 0.0):
-            sizes = np.array([[size(one), size(other)] for one, other in both]).reshape(-1, 2)
-            most = sizes.max(initial=0.0)
-            if most > 0.0:
-                apart = np.maximum(apart, np.abs(sizes[:, 0] - sizes[:, 1]) / most)
-        return {"contacts": (times, apart, np.ones(len(both)))}
+        contacts = [one.contacts() for one in (own, second)]
+        rows = [np.array([one["start"], one["peak_load"], np.nan_to_num(one["impulse"])]) for one in contacts]
+        both, alone = paired(*rows)
+        times = np.concatenate([both[0, 0], *(one[0] for one in alone)])
+        apart = np.hstack([np.abs(both[0, 1:] - both[1, 1:]), *(one[1:] for one in alone)])
+        most = np.maximum(*(one[1:].max(axis=1, initial=0.0) for one in rows))
+        apart = (apart / np.where(most > 0.0, most, 1.0)[:, None]).max(axis=0)
+        order = np.argsort(times, kind="stable")
+        return {"contacts": (times[order], apart[order], np.ones(len(order)))}
 
 
-def paired(own: list, true: list, size: Callable) -> list[tuple]:
-    """Contacts of two motions in their order; of the motion with more, the least by `size` stand beside none."""
-    fewer = min(len(own), len(true))
-    least = [
-        set(heapq.nsmallest(len(some) - fewer, range(len(some)), key=lambda k: size(some[k]))) for some in (own, true)
-    ]
-    kept = [[one for k, one in enumerate(some) if k not in left] for some, left in zip((own, true), least, strict=True)]
-    return [*zip(*kept, strict=True), *((own[k], None) for k in least[0]), *((None, true[k]) for k in least[1])]
+def paired(*rows: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
+    """Contacts of two motions in their order (2, columns, n), and those left alone of each (columns, more).
+
+    Of the motion with more, those of the least load, the second row, are left alone.
+    """
+    fewer, kept, alone = min(one.shape[1] for one in rows), [], []
+    for one in rows:
+        least = np.argsort(one[1], kind="stable")[: one.shape[1] - fewer]
+        kept.append(np.delete(one, least, axis=1))
+        alone.append(one[:, least])
+    return np.array(kept), alone
 
 
 class PairErrors(ModelErrors):
@@ -213,7 +215,7 @@ class BouncingErrors(ModelErrors):
     @property
     def _law_error(self) -> float:
         """The greatest relative error of a load's coefficient in a contact that has ended."""
-        return 0.0 if self._unknown else max((abs(one.law_error) for one in self._contacts.bounces()), default=0.0)
+        return 0.0 if self._unknown else float(np.abs(self._contacts.contacts()["law_error"]).max(initial=0.0))
 
     @property
     def _share(self) -> float:
@@ -247,11 +249,11 @@ class BouncingErrors(ModelErrors):
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Restitution lost to waves in the plane in the first bounce, as of a sphere; of two bodies not known."""
-        first = next(iter(self._contacts.bounces()), None)
-        if self._pair or first is None or not first.impulse or first.restitution is None:
+        first = next(iter(figures["contacts"]), None)
+        if self._pair or first is None or not first["impulse_ns"] or first["restitution"] is None:
             return {}
         body = self.parameters.body
-        speed = first.impulse / ellipsoid_mass(body) / (1.0 + first.restitution)
+        speed = first["impulse_ns"] / mass_of(body) / (1.0 + first["restitution"])
         waves = bar_speed(body.material.young_modulus, body.material.density)
         return {"restitution": restitution_lost_on_half_space(speed, waves)}
 

@@ -6,12 +6,10 @@ from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bodies.collision import FEW_STEPS
 from bearing_twin.kinds.bodies.derived import (
-    bodies_of,
     disc_impact_time,
     homogeneous_mass,
     impact_time,
     law_error,
-    names_of,
     shortest_bounce,
     speed_share,
 )
@@ -96,8 +94,8 @@ def choose_bouncing(parameters) -> Choice:
 
 
 def _odd_masses(parameters) -> list[str]:
-    pairs = zip(names_of(parameters), bodies_of(parameters), strict=True)
-    given = [(name, one) for name, one in pairs if one.mass and getattr(one, "motion", FREE) == FREE]
+    pairs = zip(parameters.names, parameters.bodies, strict=True)
+    given = [(name, one) for name, one in pairs if one.mass and one.motion == FREE]
     return [warning for name, one in given for warning in odd_mass(f"{name}.mass", one.mass, homogeneous_mass(one))]
 
 

@@ -22,13 +22,10 @@ from bearing_twin.contact.materials import compliance
 from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bodies.derived import (
-    bodies_of,
-    ellipsoid_mass,
+    inertia_of,
     longest_creep_step,
-    modulus_of,
-    names_of,
-    principal_inertia,
-    rigid_of,
+    mass_of,
+    rigid_numbers,
     shortest_bounce,
     shortest_contact,
     size_of,
@@ -89,14 +86,14 @@ class CoreBodies(NamedTuple):
 
 def core_bodies(parameters, law: str) -> CoreBodies:
     """The numbers of the equations of motion of a scene with the elastic law `law`."""
-    contact, modulus, bodies = parameters.contact, modulus_of(parameters), bodies_of(parameters)
+    contact, modulus, bodies = parameters.contact, parameters.modulus, parameters.bodies
     compliances, over, frozen = [compliance(one.material) for one in bodies], law == OVERLAP, 0.0
     sink = compliances[0] / sum(compliances)  # the first body's share
     if isinstance(parameters, EllipsoidOnPlaneScene):
         one, gravity = parameters.body, -float(parameters.gravity[2])
-        numbers = [ellipsoid_mass(one), *principal_inertia(one), *one.semi_axes, gravity, sink]
+        numbers = [mass_of(one), *inertia_of(one), *one.semi_axes, gravity, sink]
     else:
-        numbers = [number for one in bodies for number in rigid_of(one).numbers()]
+        numbers = [number for one in bodies for number in rigid_numbers(one)]
         numbers += [*parameters.gravity, sink, size_of(parameters), tracking_of(parameters), over]
     if not over and not LAWS[law].follows and not LAWS[law].measured:
         frozen = hertz_coefficient(*start_curvatures(parameters), modulus)
@@ -197,7 +194,7 @@ class Bouncing:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
         if status != OK:
             sentence = f"at {seconds:.9g} s {self.failures[status]}"
-            raise IntegrationError(sentence, WORDS[status], seconds, *names_of(self.parameters))
+            raise IntegrationError(sentence, WORDS[status], seconds, *self.parameters.names)
         self._now = until
         return self.outputs(states)
 
@@ -388,9 +385,9 @@ class PairMotion(Bouncing):
         if choice.law == OVERLAP:
             self.failures = FAILURES_OF_OVERLAP
         state = self._start = np.zeros(self.states)
-        for first, one in zip((0, 13), bodies_of(parameters), strict=True):
+        for first, one in zip((0, 13), parameters.bodies, strict=True):
             turn = rotation_matrix(quaternion := quaternion_from_vector(one.turn))
-            momentum = turn @ (np.array(rigid_of(one).inertia) * (turn.T @ np.array(one.angular_velocity)))
+            momentum = turn @ (rigid_numbers(one)[1:4] * (turn.T @ np.array(one.angular_velocity)))
             state[first : first + 13] = *one.position, *quaternion, *one.velocity, *momentum
         state[UNKNOWNS] = start_points(parameters)[2]
         super().__init__(parameters, choice, (setting_of(parameters, choice), FLOOR * shortest_contact(parameters)))

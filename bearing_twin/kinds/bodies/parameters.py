@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.laws import law_names
-from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
+from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus
 from bearing_twin.kinds.contract import SceneParameters, lazy_import
 from bearing_twin.kinds.ranges import facts_at
 from bearing_twin.kinds.sections import (
@@ -54,7 +54,23 @@ def _angular_velocity():
 
 
 class BodiesScene(SceneParameters):
-    """Base of the scenes of bodies that collide."""
+    """Base of the scenes of bodies that collide: the two `bodies`, and their `names` in topics and failures."""
+
+    names: ClassVar = (FIRST, SECOND)
+    moved: ClassVar = {
+        "contact.yield_pressure": "material.yield_strength of each body (the pressure over 1.6)",
+        "run.wanted": "wanted.outputs",
+        "friction": "contact.friction, contact.friction_coefficient and contact.friction_regularisation",
+    }
+
+    @property
+    def bodies(self) -> tuple:
+        return self.first, self.second
+
+    @property
+    def modulus(self) -> float:
+        """Effective modulus [Pa] of the pair."""
+        return effective_modulus(*(one.material for one in self.bodies))
 
     @staticmethod
     def upgraded(scene: dict) -> dict:
@@ -79,10 +95,18 @@ class BodiesScene(SceneParameters):
         return scene
 
 
+class Body:
+    """Base of bodies: what those without a key for it have."""
+
+    mass: ClassVar = 0.0
+    motion: ClassVar = FREE
+
+
 @dataclass(frozen=True)
-class Sphere:
+class Sphere(Body):
     """A homogeneous elastic sphere."""
 
+    shape: ClassVar = "sphere"
     radius: float = quantity(0.01905, "m", "radius", above=0.0)
     mass: float = quantity(0.0, "kg", "mass; 0 = from radius and density", at_least=0.0)
     material: Material = section(Material, "steel", MATERIALS)
@@ -143,20 +167,16 @@ class TwoSpheresScene(BodiesScene):
     wanted: WantedPair = section(WantedPair)
     run: RunSettings = section(RunSettings)
 
-    moved: ClassVar = {
-        "contact.yield_pressure": "first.material.yield_strength, second.material.yield_strength "
-        "(the pressure over 1.6)",
-        "run.wanted": "wanted.outputs",
-    }
     check = lazy_import(f"{DERIVED}:check_spheres")
     resolve = lazy_import(f"{DERIVED}:resolve")
     closed_form = lazy_import(f"{HERE}.impact:closed_spheres")
 
 
 @dataclass(frozen=True)
-class Disc:
+class Disc(Body):
     """Both of two equal discs."""
 
+    shape: ClassVar = "disc"
     radius: float = quantity(1.0, "m", "radius", above=0.0)
     thickness: float = quantity(2.0, "m", "length of the line of contact, 2a of paper 3", above=0.0)
     material: Material = section(Material, "steel", MATERIALS)
@@ -182,29 +202,32 @@ class TwoDiscsScene(BodiesScene):
     wanted: WantedPair = section(WantedPair)
     run: RunSettings = section(RunSettings)
 
-    moved: ClassVar = {
-        "contact.yield_pressure": "disc.material.yield_strength (the pressure over 1.6)",
-        "run.wanted": "wanted.outputs",
-    }
     facts = facts_at(f"{DERIVED}:thickness_over_radius", f"{DERIVED}:speed_share")
     check = lazy_import(f"{DERIVED}:check_discs")
     resolve = lazy_import(f"{DERIVED}:resolve")
     closed_form = lazy_import(f"{HERE}.impact:closed_discs")
 
+    @property
+    def bodies(self) -> tuple[Disc, Disc]:
+        return self.disc, self.disc
+
 
 @dataclass(frozen=True)
-class EllipsoidBody:
+class EllipsoidBody(Body):
     """A homogeneous ellipsoid."""
 
+    shape: ClassVar = "ellipsoid"
     semi_axes: Vector = quantity((0.1, 0.1, 0.1), "m", "along its own x, y and z", above=0.0)
     mass: float = quantity(0.0, "kg", "mass; 0 = from semi-axes and density", at_least=0.0)
     material: Material = section(Material, "steel", MATERIALS)
 
 
 @dataclass(frozen=True)
-class PlaneBody:
+class PlaneBody(Body):
     """The half-space z < 0, at rest."""
 
+    shape: ClassVar = "plane"
+    motion: ClassVar = HELD
     material: Material = section(Material, "steel", MATERIALS)
 
 
@@ -258,14 +281,14 @@ class EllipsoidOnPlaneScene(BodiesScene):
     wanted: WantedOfEllipsoid = section(WantedOfEllipsoid)
     run: RunSettings = section(RunSettings, default=RunSettings(2.0, 2000.0, 0.0))
 
-    moved: ClassVar = {
-        "contact.yield_pressure": "body.material.yield_strength and plane.material.yield_strength "
-        "(the pressure over 1.6)",
-        "friction": "contact.friction, contact.friction_coefficient and contact.friction_regularisation",
-    }
+    names: ClassVar = (BODY, PLANE)
     facts = facts_at(f"{DERIVED}:axis_ratio", f"{DERIVED}:coefficient_change")
     check = lazy_import(f"{DERIVED}:check_ellipsoid")
     resolve = lazy_import(f"{DERIVED}:resolve_bouncing")
+
+    @property
+    def bodies(self) -> tuple[EllipsoidBody, PlaneBody]:
+        return self.body, self.plane
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from bearing_twin.base.units import prefixed
 from bearing_twin.kinds.bodies.collision import peak_of
-from bearing_twin.kinds.bodies.derived import bodies_of, surface_of
+from bearing_twin.kinds.bodies.derived import surface_of
 from bearing_twin.kinds.bodies.display import ENERGIES, LOST, STORED
 from bearing_twin.kinds.bodies.figures import BOUNCE, CONTACT
 from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
@@ -113,7 +113,7 @@ class BouncingPicture(RunPicture):
 
     def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
         parameters, time = self._facts.scene.parameters, values["time"]
-        bodies, pair = bodies_of(parameters), "second_position" in values
+        bodies, pair = parameters.bodies, "second_position" in values
         grid = figure.add_gridspec(3, 2, top=0.90, hspace=0.36, wspace=0.24 if pair else 0.16, **ROOM)
         left = [figure.add_subplot(grid[rows, 0]) for rows in ((slice(0, 2), 2) if pair else (0, slice(1, 3)))]
         upper, load, energy = (figure.add_subplot(grid[row, 1]) for row in range(3))

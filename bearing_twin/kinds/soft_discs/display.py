@@ -6,19 +6,20 @@ along the axis of the disc. Of two discs the other is below the plane y = 0, of 
 
 import numpy as np
 
-from bearing_twin.base.sample import Channel, Sample, Wrench
+from bearing_twin.base.sample import Channel, Sample
+from bearing_twin.kinds.contact_pair import ContactPair, load_marker, pair_topics
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import BLUE, GLASS, GREEN, LINE_STRIP, ORANGE, STEEL, TEXT, LinkShape, cylinder, marker
+from bearing_twin.kinds.markers import BLUE, GLASS, LINE_STRIP, ORANGE, STEEL, LinkShape, cylinder, marker
 from bearing_twin.kinds.soft_discs import SOFT_DISCS
 from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
 from bearing_twin.kinds.soft_discs.motion import bodies_in_units
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
-from bearing_twin.kinds.topics import MARKER_ARRAY, body_topics, contacts_topic, one_contact, opposed
+from bearing_twin.kinds.topics import MARKER_ARRAY
 from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, picked
 
 FRAME = SOFT_DISCS.frame
-STILL = (0.0, 0.0, 0.0)
+AXIS = np.array([0.0, 0.0, 1.0])
 
 
 def bodies(parameters: SoftDiscsScene) -> tuple[str, str]:
@@ -32,18 +33,9 @@ def topics(parameters: SoftDiscsScene) -> tuple[Topic, ...]:
     about = "the point of first touch" if other == "wall" else "its centre of mass"
     texts = {disc: f"on the disc, by the {other}, about its centre of mass", other: f"on the {other}, about {about}"}
     return (
-        *body_topics(FRAME, wrenches, origins, texts, solids),
-        contacts_topic(FRAME, contacts, "the contact, as arrays of one row"),
+        *pair_topics(FRAME, pair_of, texts, solids),
         Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "outlines of the deformed bodies", FRAME),
     )
-
-
-def origins(parameters: SoftDiscsScene, sample: Sample) -> dict[str, np.ndarray]:
-    """Centres of mass [m]; of a wall the point of first touch."""
-    disc, other = bodies(parameters)
-    height = float(sample["position"])
-    below = float(sample["other_position"]) if parameters.against == "other_disc" else height
-    return {disc: np.array([0.0, height, 0.0]), other: np.array([0.0, 0.0 if other == "wall" else -below, 0.0])}
 
 
 def solids(parameters: SoftDiscsScene) -> dict[str, list[LinkShape]]:
@@ -52,32 +44,23 @@ def solids(parameters: SoftDiscsScene) -> dict[str, list[LinkShape]]:
     return dict.fromkeys((body for body in bodies(parameters) if body != "wall"), shape)
 
 
-def wrenches(parameters: SoftDiscsScene, sample: Sample) -> list[Wrench]:
-    """On disc and wall by each other; the force goes through both points."""
-    return opposed(*bodies(parameters), "centre", (0.0, float(sample["normal_load"]), 0.0), STILL, STILL)
-
-
-def contacts(parameters: SoftDiscsScene, sample: Sample) -> dict:
-    """The fields of Contacts: half the length and half the width of the contact, and the pressure where it is greatest.
+def pair_of(parameters: SoftDiscsScene, sample: Sample) -> ContactPair:
+    """The contact: half the length and half the width of the strip, and the pressure where it is greatest.
 
     The pressure is that of the penalty per undeformed length; the width that of the rim's nodes below the wall.
     """
-    disc, penalty, depth = parameters.disc, parameters.contact, float(sample["penetration"])
+    disc, height, depth = parameters.disc, float(sample["position"]), float(sample["penetration"])
+    below = {"wall": 0.0, "disc": -height}.get(parameters.against)
     rim = sample["shape"][_outline(parameters)]
-    below = rim[rim[:, 1] < 0.0, 0]
-    stiffness = penalty.stiffness_ratio * disc.material.young_modulus
-    if parameters.against == "other_disc":
-        stiffness = bodies_in_units(parameters.resolve())[0].stiffness * disc.material.young_modulus
-        other_rim = sample["other_shape"][_outline(parameters)]
-        below = rim[-np.interp(rim[:, 0], other_rim[:, 0], other_rim[:, 1], right=np.inf) > rim[:, 1], 0]
-    share = (depth / disc.radius) ** penalty.exponent
-    return one_contact(
-        *bodies(parameters),
-        approach=depth, normal_load=float(sample["normal_load"]), semi_major=0.5 * disc.thickness,
-        semi_minor=float(below.max(initial=0.0)),
-        peak_pressure=stiffness * share,
-        point=STILL, normal=(0.0, 1.0, 0.0), major_axis=(0.0, 0.0, 1.0),
-    )  # fmt: skip
+    inside, stiffness = rim[:, 1] < 0.0, parameters.contact.stiffness_ratio
+    if below is None:
+        below, stiffness = -float(sample["other_position"]), bodies_in_units(parameters.resolve())[0].stiffness
+        other = sample["other_shape"][_outline(parameters)]
+        inside = -np.interp(rim[:, 0], other[:, 0], other[:, 1], right=np.inf) > rim[:, 1]
+    pressure = stiffness * disc.material.young_modulus * (depth / disc.radius) ** parameters.contact.exponent
+    patch = 0.5 * disc.thickness, float(rim[inside, 0].max(initial=0.0)), pressure
+    up, load = np.array([0.0, 1.0, 0.0]), float(sample["normal_load"])
+    return ContactPair(height * up, below * up, np.zeros(3), -up, depth, load, *patch, major_axis=AXIS)
 
 
 def marker_fields(output: Output) -> dict:
@@ -95,7 +78,7 @@ def marker_fields(output: Output) -> dict:
         "markers": [
             marker("disc", 0, LINE_STRIP, width, ORANGE, points=line),
             marker("other", 0, LINE_STRIP, width, STEEL if parameters.against == "wall" else BLUE, points=other),
-            marker("force", 0, TEXT, (0.0, 0.0, 0.2 * radius), GREEN, (1.2 * radius, 0.3 * radius, 0.0), text=text),
+            load_marker(text, 0.7 * radius, (1.2 * radius, 0.3 * radius, 0.0)),
         ]
     }
 
