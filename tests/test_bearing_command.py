@@ -145,26 +145,25 @@ def test_tables_fit_eighty_columns(words, capsys):
     assert "90 % of bearings" in out
 
 
+def cells_below(lines, begin, count):
+    """The numbers in so many lines below the first one that begins so."""
+    first = next(place for place, line in enumerate(lines) if line.startswith(begin)) + 1
+    return [line[30:].split() if line.startswith(" ") else line.split() for line in lines[first : first + count]]
+
+
 def test_columns_stay_apart(capsys):
     """Negative cells of five digits and an exponent are the longest there are."""
     words = "--load", "-,-300,-", "--displacement", "1e-6,-,-", "--misalignment", "2e-4,0"
     assert cli.main(["bearing", "bearing_6203", *words]) == cli.DONE
-    lines = capsys.readouterr().out.splitlines()
-    first = lines.index("stiffness: load [N, N mm] for 1 µm or 0.01° more along") + 1
-    rows = [[float(cell) for cell in line[22:].split()] for line in lines[first : first + 5]]
-    assert [len(row) for row in rows] == [5] * 5
+    rows = cells_below(capsys.readouterr().out.splitlines(), "stiffness", 5)
+    assert [len([float(cell) for cell in row]) for row in rows] == [5] * 5
     # light balls in the table of a heavy load: 0.087991 N beside 594 N
     assert cli.main(["bearing", "6203", "--load", "0,-1000,0"]) == cli.DONE
-    lines = capsys.readouterr().out.splitlines()
-    first = next(place for place, line in enumerate(lines) if line.startswith("ball  azimuth")) + 2
-    cells = [line.split() for line in lines[first : first + 8]]
+    cells = cells_below(capsys.readouterr().out.splitlines(), "ball  ", 8)
     assert [len(row) for row in cells] == [10] * 8
     assert {row[1] for row in cells} >= {"180.00", "-90.00"}
-
-
-def test_a_great_load_is_written_without_a_power_of_ten(capsys):
     assert cli.main(["bearing", "bearing_218_thrust", "--load", "0,-100000,170000"]) == cli.DONE
-    assert "0    -100000     170000" in capsys.readouterr().out
+    assert re.search(r"^load .* 0 +-100000 +170000 ", capsys.readouterr().out, flags=re.MULTILINE)
 
 
 def test_a_life_is_written_without_a_power_of_ten_and_a_matrix_without_raw_digits(capsys):
@@ -329,7 +328,7 @@ def test_an_exact_law_has_no_row_of_errors(capsys):
         words = ["bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}"]
         assert cli.main(words) == 0
         out = capsys.readouterr().out
-        assert ("elastic law " in out, "half-spaces " in out) == (told, True), law
+        assert ("elastic law:" in out, "half-spaces:" in out) == (told, True), law
 
 
 def test_balls_that_the_rings_squeeze_are_warned_of(capsys):

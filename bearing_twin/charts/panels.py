@@ -18,7 +18,7 @@ from bearing_twin.pictures.style import BALL_COLOURS, STYLE, ball_line, frame, h
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too
 KEY_WIDTH = 170  # letters of a line of the legend below all panels
-MANY = 8  # entries of a legend of one column
+MANY = 8  # entries of a legend that stands inside its panel
 CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 
 
@@ -202,8 +202,8 @@ def draw(sheet: Sheet, path: Path) -> Path:
             handles, words = axis.get_legend_handles_labels()
             keys |= dict(zip(words, handles, strict=True))
             if panel.legend and not sheet.key and words:
-                small = {"fontsize": 8, "ncols": 2} if len(words) > MANY else {"fontsize": 10.5}
-                axis.legend(frameon=False, loc=panel.legend, **small)
+                beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9}
+                axis.legend(frameon=False, **(beside if len(words) > MANY else {"loc": panel.legend, "fontsize": 10.5}))
     keys = keys if sheet.key else {}
     footer = f"{sheet.footer}{'; ' if sheet.footer else ''}{made()}"
     key = figure.legend(

@@ -5,7 +5,7 @@ import math
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.units import Limits
-from bearing_twin.command import catalogue_table
+from bearing_twin.command import bearing_table
 from bearing_twin.command.outcome import (
     Outcome,
     add_changes,
@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.catalogue is not None:
         add_file(arguments.catalogue)
     if arguments.list:
-        return catalogue_table.listed_catalogue()
+        return bearing_table.listed_catalogue()
     if arguments.scene is None:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
@@ -107,11 +107,10 @@ def run(arguments: argparse.Namespace) -> Outcome:
             "--sweep can be given twice at most, and a picture shows one of them; write two by --csv or --out NAME.csv"
         )
 
-    from bearing_twin.command import bearing_table
     from bearing_twin.command.terminal import progress
 
-    catalogue_table.note_bare_speed(_bearing_scene(arguments), overrides_of(arguments, **SHORT_KEYS))
-    result, show = None, catalogue_table.show_row
+    bearing_table.note_bare_speed(_bearing_scene(arguments), overrides_of(arguments, **SHORT_KEYS))
+    result, show = None, bearing_table.show_row
     if not (sweeps or picture or sheet or arguments.mass):
         result = _row_alone(arguments, given)
     if result is None:

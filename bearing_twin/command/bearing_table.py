@@ -1,4 +1,4 @@
-"""Results of `bearing_twin bearing` as text of 80 columns in engineering units, as a sheet and as CSV."""
+"""Bearings and their equilibria as text in engineering units, as a sheet and as CSV. Imports of kinds are late."""
 
 import base64
 import contextlib
@@ -7,125 +7,165 @@ import html
 import io
 import math
 import tempfile
-import textwrap
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from bearing_twin.base.units import UNITS
-from bearing_twin.command import catalogue_table
-from bearing_twin.command.catalogue_table import kilonewtons, limiting
-from bearing_twin.command.terminal import show_text
-from bearing_twin.kinds.bearing import BASE_VISCOSITY, TORQUE_SCATTER, hours_of
+from bearing_twin.base.parameters import NUMBER
+from bearing_twin.base.units import UNITS, known_digits, two_digits
+from bearing_twin.command.outcome import Outcome
+from bearing_twin.command.terminal import say, show_columns, show_named, show_paragraph, show_text
 
 L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
 HELD_MOMENT = 1e-3  # N m: what holds tilts is named from there on
 STEP = math.radians(0.01)  # of a tilt, for which its stiffness is shown
-_DEGREE, _MOMENT, _PRESSURE = (UNITS[symbol].people[1] for symbol in ("rad", "N m", "Pa"))
+DEGREE, MOMENT, PRESSURE = (UNITS[symbol].people[1] for symbol in ("rad", "N m", "Pa"))
+AXES = ("x", "y", "z", "about x", "about y")
+RACES = ("inner", "outer")
 PARTS = {
     "initial": "as made",
     "shaft_fit": "fit on shaft",
     "housing_fit": "fit in housing",
     "temperature": "temperature",
 }
+SOURCES = {
+    "law": "elastic law",
+    "half_space": "half-spaces",
+    "first_order_tilt": "tilt of first order",
+}
+ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals are taken to 1e-10
 
 
-def show_equilibrium(result: dict) -> None:
-    """Prints one equilibrium."""
-    speed = result["speed_rad_s"] * 30.0 / math.pi
-    show_text(f"{result['scene']}   law {result['law']}   {speed:.5g} rpm   arm of tilts {result['arm']}")
-    if speed:
-        show_text(textwrap.fill(f"raceway control: {result['control']}, {result['control_reason']}", 80))
-    if "catalogue" in result:
-        show_text(catalogue_table.summary(result["catalogue"]))
-    show_text()
-    show_text(f"{'inner ring':<22}" + "".join(f"{name:>11}" for name in ("x", "y", "z", "about x", "about y")))
-    moved = [1e6 * one for one in result["ring_displacement_m"]]
-    _row("displacement", "µm, °", moved, result["misalignment_rad"], _DEGREE)
-    _row("load", "N, N mm", [0.0 - one for one in result["ring_force_n"]], result["ring_moment_nm"], -_MOMENT)
-    if not any(result["misalignment_rad"]) and max(map(abs, result["ring_moment_nm"])) > HELD_MOMENT:
-        show_text("tilts are held, by these moments; --moment MX,MY [N m] frees them")
-    show_text("stiffness: load [N, N mm] for 1 µm or 0.01° more along")
-    rises = (1.0, 1.0, 1.0, _MOMENT, _MOMENT)
-    for name, row, rise in zip(("x", "y", "z", "about x", "about y"), result["stiffness"], rises, strict=True):
-        steps = (1e-6, 1e-6, 1e-6, STEP, STEP)
-        cells = (rise * one * step for one, step in zip(row, steps, strict=True))
-        show_text(f"  {name:<20}" + "".join(f"{_short(one):>11}" for one in cells))
-    _balls(result)
-    _lives(result)
-
-
-def _row(name, units, lengths, turns, scale, show=None):
-    cells, show = [*lengths, *(0.0 + scale * one for one in turns)], show or _short
-    show_text(f"{name:<13}{units:<9}" + "".join(f"{show(one):>11}" for one in cells))
-
-
-def _rounded(error):
-    """An error in two digits."""
-    return _short(float(f"{error:.2g}"), 8)
-
-
-def _short(value, room=10):
-    """At most `room` (8 or more) characters, so that columns wider than that stay apart; no power of ten up to 1e7."""
+def short(value: float, room: int = 10) -> str:
+    """Five digits in at most `room` (8 or more) characters, without a power of ten up to 1e7."""
     if 99999.5 <= abs(value) < 1e7:
         return f"{value:.0f}"
     shown = "0" if abs(value) < 1e-9 else f"{value:.5g}"
     return next((one for one in (shown, f"{value:.4g}", f"{value:.2g}") if len(one) <= room), shown)
 
 
-def _balls(result):
-    show_text()
-    show_text(f"{'ball':>4}{'azimuth':>9}{'load [N]':>18}{'angle [°]':>15}{'pressure [MPa]':>16}{'inner a x b':>17}")
-    show_text(f"{'':>4}{'[°]':>9}{'inner':>9}{'outer':>9}{'inner':>8}{'outer':>7}{'inner':>8}{'outer':>8}{'[mm]':>17}")
-    for k, azimuth in enumerate(result["ball_azimuth_rad"]):
-        load = [result[f"normal_load_{race}_n"][k] for race in ("inner", "outer")]
-        angle = [math.degrees(result[f"contact_angle_{race}_rad"][k]) for race in ("inner", "outer")]
-        pressure = [_PRESSURE * result[f"peak_pressure_{race}_pa"][k] for race in ("inner", "outer")]
-        size = [1e3 * result[f"semi_{axis}_inner_m"][k] for axis in ("major", "minor")]
-        degrees = 180.0 - (180.0 - math.degrees(azimuth)) % 360.0
-        show_text(
-            f"{k:>4}{degrees:>9.2f}{_short(load[0], 8):>9}{_short(load[1], 8):>9}{angle[0]:>8.3f}{angle[1]:>7.3f}"
-            f"{pressure[0]:>8.1f}{pressure[1]:>8.1f}{size[0]:>9.4f}{size[1]:>8.4f}"
+def listed_catalogue() -> Outcome:
+    """Every designation with its row, and what the ways are in which ball sets were found."""
+    from bearing_twin.base.paths import own_folder
+    from bearing_twin.kinds.bearing import FOUND, designations, row_of
+
+    rows, folder = [row_of(name) for name in designations()], str(own_folder("bearings"))
+
+    def show() -> None:
+        header = ("", "bore\n[mm]", "outside\n[mm]", "width\n[mm]", "balls\n ", "of\n[mm]", "±\n[mm]")
+        sizes = ("bore_m", "outside_diameter_m", "width_m")
+        cells = (
+            (
+                row["designation"],
+                *(_millimetres(row[key]) for key in sizes),
+                _balls_of(row),
+                *(_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt")),
+                _range(row["published_dynamic_rating_n"], 1e-3),
+                row["found"],
+            )
+            for row in rows
         )
-    _model_errors(result)
+        show_columns((*header, "published\nC [kN]", "found\n "), cells)
+        show_text()
+        for name, number in sorted(Counter(row["found"] for row in rows).items()):
+            show_paragraph(f"{name} ({number} of {len(rows)}): {FOUND[name]}")
+        show_text(f"\nyour own bearings: --catalogue FILE, or YAML files in\n{folder}")
+
+    return Outcome({"bearings": rows, "found": FOUND, "own_folder": folder}, [], show)
 
 
-SOURCES = {
-    "law": "elastic law",
-    "half_space": "half-spaces",
-    "first_order_tilt": "tilt of first order",
-}
+def show_row(result: dict) -> None:
+    """Prints one row of the catalogue with its ratings."""
+    sizes = " x ".join(_millimetres(result[f"{key}_m"]) for key in ("bore", "outside_diameter", "width"))
+    doubt, clearance = result["pitch_diameter_doubt_m"], result["radial_clearance_m"]
+    show_text(f"{_ball_set(result)}\n")
+    show_named(
+        {
+            "bore, outside, width": f"{sizes} mm (ISO 15)",
+            "pitch diameter": _millimetres(result["pitch_diameter_m"])
+            + (f" ± {_millimetres(doubt)}" if doubt else "")
+            + " mm",
+            "groove radius / ball": f"inner {result['inner_conformity']:g}, outer {result['outer_conformity']:g}",
+            "radial clearance": _clearance(clearance) if clearance else "",
+            "contact angle": f"{math.degrees(result['contact_angle_rad']):.4g}°" if result["contact_angle_rad"] else "",
+            "dynamic rating C": f"{_rating(result, 'dynamic', 'ISO 281')}; SKF's are 4 to 6 % above the standard",
+            "static rating C0": _rating(result, "static", "ISO 76"),
+            "limiting speed": limiting(result["limiting_speed_rad_s"]) if result["limiting_speed_rad_s"] else "",
+            "fault frequencies": f"{_frequencies(result)} Hz at {_rpm(result)}",
+            "ball set": result["source"] or result["found_means"],
+            "loads": "none given; add --load FX,FY,FZ [N]",
+        }
+    )
 
-ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals are taken to 1e-10
+
+def show_equilibrium(result: dict) -> None:
+    """Prints one equilibrium: ring, balls, lives, then what they rest on."""
+    balls = _ball_set(result["catalogue"]) if "catalogue" in result else result["scene"]
+    show_text(f"{balls}, {_rpm(result)}, law {result['law']}\n")
+    turned, moments = result["misalignment_rad"], result["ring_moment_nm"]
+    moved = [1e6 * one for one in result["ring_displacement_m"]] + [DEGREE * one for one in turned]
+    loads = [0.0 - one for one in result["ring_force_n"]] + [0.0 - MOMENT * one for one in moments]
+    rows = [("displacement [µm, °]", *map(short, moved)), ("load [N, N mm]", *map(short, loads))]
+    rows.append(("stiffness: load [N, N mm]", *("",) * len(AXES)))
+    for axis, column in zip(AXES, zip(*result["stiffness"], strict=True), strict=True):
+        name, step = (f"  for 0.01° {axis}", STEP) if "about" in axis else (f"  for 1 µm along {axis}", 1e-6)
+        units = (1.0, 1.0, 1.0, MOMENT, MOMENT)
+        rows.append((name, *(short(unit * step * one) for unit, one in zip(units, column, strict=True))))
+    show_columns(("inner ring", *AXES), rows)
+    if not any(result["misalignment_rad"]) and max(map(abs, result["ring_moment_nm"])) > HELD_MOMENT:
+        show_text("tilts are held, by these moments; --moment MX,MY [N m] frees them")
+    _show_balls(result)
+    _show_lives(result)
+    control = f"{result['control']}, {result['control_reason']}" if result["speed_rad_s"] else ""
+    show_text()
+    show_named(
+        {"raceway control": control, "arm of tilts": result["arm"], "errors of the model": _model_errors(result)}
+    )
 
 
-def _model_errors(result):
+def _show_balls(result: dict) -> None:
+    show_text()
+    header, columns = ["ball", "azimuth\n\n[°]"], [range(len(result["ball_azimuth_rad"]))]
+    columns.append([f"{180.0 - (180.0 - math.degrees(one)) % 360.0:.2f}" for one in result["ball_azimuth_rad"]])
+    for words, unit, key, show in (
+        ("load", "N", "normal_load_{}_n", lambda one: short(one, 8)),
+        ("angle", "°", "contact_angle_{}_rad", lambda one: f"{math.degrees(one):.3f}"),
+        ("p max", "MPa", "peak_pressure_{}_pa", lambda one: f"{PRESSURE * one:.1f}"),
+    ):
+        header += [f"{words}\n{race}\n[{unit}]" for race in RACES]
+        columns += [map(show, result[key.format(race)]) for race in RACES]
+    header += [f"ellipse\n{axis} inner\n[mm]" for axis in ("a", "b")]
+    columns += [[f"{1e3 * one:.4f}" for one in result[f"semi_{axis}_inner_m"]] for axis in ("major", "minor")]
+    show_columns(header, zip(*columns, strict=True))
+
+
+def _model_errors(result: dict) -> str:
     """One line a source: what it makes of the greatest load, the greatest angle and the place of the ring."""
     lines = []
     for source, words in SOURCES.items():
         off = result["model_errors"].get(source)
         if not off or (source == "law" and off["normal_load_n"] <= ROUNDING * max(result["normal_load_outer_n"])):
             continue
-        load, angle = _rounded(off["normal_load_n"]), _rounded(_DEGREE * off["contact_angle_rad"])
+        load, angle = _rounded(off["normal_load_n"]), _rounded(DEGREE * off["contact_angle_rad"])
         moved = _rounded(1e6 * math.hypot(*off["ring_displacement_m"]))
-        lines.append(f"  {words:<21}load of a ball ± {load} N, angle ± {angle}°, ring ± {moved} µm")
-    if lines:
-        show_text("\nerrors of the model (the equilibrium is solved to rounding)")
-        show_text("\n".join(lines))
+        lines.append(f"{words}: load of a ball ± {load} N, angle ± {angle}°, ring ± {moved} µm")
+    return "\n".join(lines)
 
 
-def _lives(result):
+def _show_lives(result: dict) -> None:
     parts = result["clearance_m"]
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
-    dynamic, static = (kilonewtons(result[f"basic_{kind}_rating_n"]) for kind in ("dynamic", "static"))
-    basic, reference = (_life(result[f"{name}_life_mrev"], result) for name in ("basic", "reference"))
-    loads = (_short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
+    dynamic, static = (f"{1e-3 * result[f'basic_{kind}_rating_n']:.4g} kN" for kind in ("dynamic", "static"))
+    loads = (short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
     rows = {
         "clearance": f"{1e6 * parts['operating']:.4g} µm ({', '.join(shown)})",
         "rating": f"C {dynamic}, C0 {static}",
         "equivalent load": "P {} N, P0 {} N".format(*loads),
-        "basic life": f"{basic} (ISO 281)",
-        "reference life": f"{reference} (ISO/TS 16281)\n{L10}",
-        "static safety": _finite(result["static_safety"]),
+        "basic life": f"{_life(result, 'basic')} (ISO 281)",
+        "reference life": f"{_life(result, 'reference')} (ISO/TS 16281)\n{L10}",
+        "static safety": f"{result['static_safety']:.4g}"
+        if math.isfinite(result["static_safety"])
+        else "without limit",
         "friction torque": _friction(result),
         "limiting speed": limiting(limits) if (limits := result["limiting_speed_rad_s"]) else "",
     }
@@ -134,24 +174,24 @@ def _lives(result):
         cells = (f"{one:.4g} along ({', '.join(f'{part:.2g}' for part in way)})" for one, way in pairs)
         rows["natural frequencies"] = f"of {result['mass_kg']:g} kg [Hz]: {', '.join(cells)}"
     show_text()
-    catalogue_table.show_named(rows | {"fault frequencies [Hz]": catalogue_table.frequencies(result)})
+    show_named(rows | {"fault frequencies [Hz]": _frequencies(result)})
 
 
-def _friction(result) -> str:
+def _friction(result: dict) -> str:
     """The friction torque by parts, or the catalogue's estimate, in words; "" where there is neither."""
-    torques = result.get("friction_torque_nm")
+    from bearing_twin.kinds.bearing import BASE_VISCOSITY, TORQUE_SCATTER
+
+    torques, estimate = result.get("friction_torque_nm"), result.get("catalogue_drive_torque_nm")
     if not torques:
-        torque = result["catalogue_drive_torque_nm"]
-        if torque is None:
-            return ""
-        shown = " ± ".join(_rounded(_MOMENT * part * torque) for part in (1.0, TORQUE_SCATTER))
-        return f"{shown} N mm\nby Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals"
-    parts = {name: one and _short(float(f"{_MOMENT * one:.3g}")) for name, one in torques.items()}
+        shown = f"{_rounded(MOMENT * (estimate or 0.0))} ± {_rounded(MOMENT * TORQUE_SCATTER * (estimate or 0.0))} N mm"
+        grease = f"by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals"
+        return "" if estimate is None else f"{shown}\n{grease}"
+    parts = {name: one and short(float(f"{MOMENT * one:.3g}")) for name, one in torques.items()}
     cells = ", ".join(f"{name} {parts[name]}" for name in ("film", "hysteresis", "slip"))
     shown = [f"{name} {parts[key]} N mm" for key, name in (("skf", "SKF"), ("palmgren", "Palmgren")) if parts[key]]
     return "\n".join(
         (
-            f"{parts['total']} ± {_rounded(_MOMENT * TORQUE_SCATTER * torques['total'])} N mm ({cells})",
+            f"{parts['total']} ± {_rounded(MOMENT * TORQUE_SCATTER * torques['total'])} N mm ({cells})",
             f"{result['friction_loss_w']:.3g} W lost; by {', by '.join(shown)}",
             f"thinnest film {1e6 * result['film_m']:.3g} µm, {result['lambda']:.3g} of the roughness",
             result["friction_note"],
@@ -159,51 +199,120 @@ def _friction(result) -> str:
     )
 
 
-def _finite(value):
-    return f"{value:.4g}" if math.isfinite(value) else "without limit"
+def _life(result: dict, name: str) -> str:
+    from bearing_twin.kinds.bearing import hours_of
 
-
-def _life(turns, result):
+    turns, speed = result[f"{name}_life_mrev"], result["speed_rad_s"]
     if not math.isfinite(turns):
         return "without limit"
-    speed = result["speed_rad_s"]
-    hours = f", {_short(hours_of(turns, speed))} h" if speed else ""
-    return f"{_short(turns)} million turns{hours}"
+    return f"{short(turns)} million turns" + (f", {short(hours_of(turns, speed))} h" if speed else "")
 
 
 def show_sweep(result: dict) -> None:
     """Prints the curves of a sweep, one line a value."""
-    show_text(f"{result['scene']}   law {result['law']}   arm of tilts {result['arm']}   over {result['sweep']}\n")
-    head = result["axis"]["label"].rpartition("[")[2].rstrip("]")
-    show_text(f"{head:>10}{'displacement [µm]':>24}{'stiffness [N/µm]':>24}{'ball':>8}{'life':>10}")
-    show_text(f"{'':>10}{'x':>8}{'y':>8}{'z':>8}{'x':>8}{'y':>8}{'z':>8}{'[N]':>8}{'[1e6]':>10}")
+    show_text(f"{result['scene']}, law {result['law']}, arm of tilts {result['arm']}, over {result['sweep']}\n")
+    unit = result["axis"]["label"].rpartition("[")[2].rstrip("]")
+    header = [f"{result['sweep'].rpartition('.')[2].replace('_', ' ')}\n[{unit}]"]
+    header += [f"{axis}\n[µm]" for axis in AXES[:3]] + [f"stiffness {axis}\n[N/µm]" for axis in AXES[:3]]
+    rows = []
     for k, value in enumerate(result["values"]):
-        shown = f"{_short(result['axis']['scale'] * value):>10}"
-        if result["stiffness"][k] is None:
-            show_text(f"{shown}   no equilibrium")
+        shown, stiffness = short(result["axis"]["scale"] * value), result["stiffness"][k]
+        if stiffness is None:
+            rows.append((shown, "no equilibrium", *("",) * 7))
             continue
-        moved = "".join(f"{_tiny(1e6 * one):>8}" for one in result["ring_displacement_m"][k])
-        stiff = "".join(f"{_tiny(1e-6 * result['stiffness'][k][i][i]):>8}" for i in range(3))
-        life = result["reference_life_mrev"][k]
-        show_text(f"{shown}{moved}{stiff}{_tiny(result['greatest_normal_load_inner_n'][k]):>8}{_tiny(life):>10}")
-    show_text(textwrap.fill(L10, 80))
+        cells = [1e6 * one for one in result["ring_displacement_m"][k]] + [1e-6 * stiffness[i][i] for i in range(3)]
+        cells += [result["greatest_normal_load_inner_n"][k], result["reference_life_mrev"][k]]
+        rows.append((shown, *map(_tiny, cells)))
+    show_columns((*header, "ball\n[N]", "life\n[1e6]"), rows)
+    show_paragraph(L10)
 
 
 def show_crossed(result: dict) -> None:
     """Prints a sweep at each value of another one."""
-    label, scale = result["axis"]["label"], result["axis"]["scale"]
     for value, one in zip(result["values"], result["curves"], strict=True):
-        if one is None:
-            show_text(f"\n{label} {_short(scale * value)}: no equilibrium\n")
-            continue
-        show_text(f"\n{label} {_short(scale * value)}")
-        show_sweep(one)
+        at = f"\n{result['axis']['label']} {short(result['axis']['scale'] * value)}"
+        show_text(at if one else f"{at}: no equilibrium\n")
+        if one:
+            show_sweep(one)
 
 
-def _tiny(value):
+def _tiny(value: float) -> str:
     if not math.isfinite(value):
         return "none"
-    return "0" if abs(value) < 1e-6 else _short(float(f"{value:.4g}"))
+    return "0" if abs(value) < 1e-6 else short(float(f"{value:.4g}"))
+
+
+def _rounded(error: float) -> str:
+    """An error in two digits."""
+    return short(float(f"{error:.2g}"), 8)
+
+
+def _rpm(result: dict) -> str:
+    return f"{result['speed_rad_s'] * 30.0 / math.pi:.5g} rpm"
+
+
+def _frequencies(result: dict) -> str:
+    """The fault frequencies of a result [Hz] in words, with their errors."""
+    errors = result.get("fault_frequencies_hz_error", {})
+    return ", ".join(
+        f"{name.replace('_', ' ')} {known_digits(value, errors.get(name), 5)}"
+        + (f" ± {two_digits(errors[name])}" if errors.get(name) else "")
+        for name, value in result["fault_frequencies_hz"].items()
+    )
+
+
+def _ball_set(row: dict) -> str:
+    """A row's ball set and how sure it is."""
+    size, doubt = (_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt"))
+    shown = f"{size} ± {doubt}" if float(doubt) else size
+    return f"{row['designation']}: {_balls_of(row)} balls of {shown} mm ({row['found']})"
+
+
+def _balls_of(row: dict) -> str:
+    return f"{row['balls']}" + (f" ± {row['balls_doubt']}" if row["balls_doubt"] else "")
+
+
+def _clearance(pair) -> str:
+    """The range of a row as made, of a group or a specified clearance its middle."""
+    return f"{_range(pair, 1e6)} µm as made" + ("; the middle is taken" if pair[0] != pair[1] else "")
+
+
+def _millimetres(value) -> str:
+    return "-" if value is None else f"{1e3 * value:.5g}"
+
+
+def _range(pair, scale: float) -> str:
+    return "-".join(dict.fromkeys(f"{scale * one:.4g}" for one in pair)) if pair else "-"
+
+
+def _rating(result: dict, name: str, standard: str) -> str:
+    published = result[f"published_{name}_rating_n"]
+    beside = f"; published {_range(published, 1e-3)} kN" if published else ""
+    return f"{1e-3 * result[f'basic_{name}_rating_n']:.4g} kN by {standard}{beside}"
+
+
+def limiting(speeds: dict[str, float]) -> str:
+    """Limiting speeds [rad/s] by lubrication, with their source."""
+    from bearing_twin.kinds.bearing import LIMITING, LIMITING_SCATTER
+
+    shown = ", ".join(f"{name} {float(f'{one * 30.0 / math.pi:.2g}'):.0f}" for name, one in speeds.items())
+    products = " and ".join(f"{1e-5 * one:g}e5" for one in LIMITING.values())
+    return f"{shown} rpm ± {100.0 * LIMITING_SCATTER:.0f} %, estimated by n d_m = {products} mm/min (FBJ)"
+
+
+def note_bare_speed(scene, overrides: Iterable[str]) -> None:
+    """Says on standard error that a speed without a unit is in rad/s, where it is above a bearing's limiting speeds."""
+    given = [text for one in overrides for key, _, text in [one.partition("=")] if key.strip() == "drive.speed"]
+    if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1].strip()):
+        return
+    from bearing_twin.kinds.bearing import limiting_speeds
+
+    speed, limits = abs(scene.parameters.drive.speed), limiting_speeds(scene.parameters.geometry)
+    if limits and speed > max(limits.values()):
+        say(
+            f"drive.speed = {given[-1]} is in rad/s, {math.degrees(speed) / 6.0:.6g} rpm, above the limiting speeds "
+            f"({limiting(limits)}); if it is meant in rpm, give {given[-1].strip()}rpm"
+        )
 
 
 def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Path:

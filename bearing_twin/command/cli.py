@@ -8,6 +8,7 @@ Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss 
 
 import argparse
 import contextlib
+import itertools
 import os
 import re
 import signal
@@ -30,6 +31,7 @@ from bearing_twin.base.process import (
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
+WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose
 WRITING = {"chart", "layouts", "recover"}  # commands that keep what they have written; others write whole or nothing
 LOGGING = {"simulate", "explain", "study"}  # ... with --out; what else they write is whole or nothing, too
 
@@ -143,14 +145,26 @@ def _main(argv) -> int:
             else:
                 _show(outcome, arguments.si)
             sys.stdout.flush()
-        for warning in outcome.warnings:
-            print(f"bearing_twin: doubtful: {harmless(in_shown_units(warning))}", file=sys.stderr)
+        warnings = [f"bearing_twin: doubtful: {harmless(in_shown_units(one))}" for one in outcome.warnings]
+        complete = arguments.json or getattr(arguments, "verbose", True)  # commands without --verbose show all
+        for line in warnings if complete else _shortened(warnings):
+            print(line, file=sys.stderr)
         if outcome.problem:
             raise BearingTwinError(in_shown_units(outcome.problem))
     finally:
         SI.reset(units)
         FORCE.reset(force)
     return DOUBTFUL if outcome.warnings and arguments.strict else DONE
+
+
+def _shortened(warnings: list[str]) -> list[str]:
+    """The first of the warnings, in about six lines of a terminal, and how many more there are."""
+    from bearing_twin.command.terminal import width_of_terminal
+
+    lines = list(itertools.accumulate(-(-len(one) // width_of_terminal()) for one in warnings))
+    shown = max(1, sum(one <= WARNING_LINES for one in lines))
+    left = len(warnings) - shown
+    return [*warnings[:shown], *([f"bearing_twin: {left} more with --verbose"] if left > 0 else [])]
 
 
 def _show(outcome, si: bool) -> None:

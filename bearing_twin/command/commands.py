@@ -19,7 +19,7 @@ from bearing_twin.command import (
     study_command,
     view_commands,
 )
-from bearing_twin.command.catalogue_table import note_bare_speed
+from bearing_twin.command.bearing_table import note_bare_speed
 from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,

@@ -57,7 +57,7 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     _show_events(events)
     show_text()
     rows = [("status", report.status)]
-    rows += [(f"error of {output}", text) for output, text in errors_in_words(result)[0].items()]
+    rows += [(f"error of {output.replace('_', ' ')}", text) for output, text in errors_in_words(result)[0].items()]
     if report.compute_seconds > 0.0:
         computed = in_shown_units(f"{report.compute_seconds:.3g} s")
         rows.append(("computed in", f"{computed}, {report.real_time_factor:.2g} times real time"))
@@ -135,7 +135,7 @@ def _errors_joined(result: Mapping) -> dict:
     errors = {key for key in result if key.endswith(ERROR) and key.removesuffix(ERROR) in result}
     hidden = errors | {"errors_by_source", "wanted_errors", "errors_unknown"}
     known, notes = errors_in_words(result)
-    shown = {f"error of {output}": text for output, text in known.items()}
+    shown = {f"error of {output.replace('_', ' ')}": text for output, text in known.items()}
     if "errors_by_source" in result:  # of a run
         hidden |= {"model_errors"}
         shown |= {"model errors": model} if (model := model_errors_in_words(result)) else {}

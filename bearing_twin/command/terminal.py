@@ -7,7 +7,7 @@ import sys
 import textwrap
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from itertools import zip_longest
 from typing import TYPE_CHECKING
@@ -120,6 +120,18 @@ def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
     """Print a plain table on standard output."""
     cells = [["" if cell is None else cell for cell in row] for row in rows]
     show_text("\n".join(table(list(header), cells, width_of_terminal())))
+
+
+def show_columns(header: Sequence[str], rows: Iterable[Sequence]) -> None:
+    """Print a table of numbers whose first column are names; what stands behind a line break begins a line."""
+    sides = ["left", *["right"] * (len(header) - 1)]
+    show_text("\n".join(_lines(header, rows, width_of_terminal(), sides)))
+
+
+def show_named(rows: Mapping[str, str]) -> None:
+    """Print names and texts, those that are not empty."""
+    pairs = [(name, text) for name, text in rows.items() if text]
+    show_text("\n".join(named_values(pairs, width_of_terminal())))
 
 
 def show_paragraph(text: str) -> None:
