@@ -24,14 +24,14 @@ CHARTS = {
     "steppers": Listed("bearings", "integration methods on a 6203: error of load and friction against cost", 500),
     "newcomers": Listed("newcomers", "what one tries first (SciPy's defaults, Euler, 0.1 ms) against the product", 60),
     "dimensions": Listed("bearings", "equilibria against moving balls, over speed: loads, contact angles, cost", 200),
-    "tolerance": Listed("tolerance", "error found against tolerance requested, in every shipped scene", 900),
-    "choice": Listed("choice", "what the rules choose in every shipped scene, against all other models", 600),
+    "tolerance": Listed("tolerance", "error found against tolerance requested, in every shipped scene", 90),
+    "choice": Listed("choice", "what the rules choose in every shipped scene, against all other models", 220),
     "beams": Listed("bodies", "a sphere on a beam: modes, Volterra's equation, a sinusoidal force", 60),
     "discs": Listed("bodies", "a soft disc on a wall: meshes, formulations, steps, locking", 200),
     "bodies": Listed(
         "bodies", "spheres, discs, ellipsoids, tracked surfaces: closed forms, adaptive and fixed steps", 90
     ),
-    "stability": Listed("stability", "maps of where methods fail or are refused: step, stiffness, friction, mesh", 400),
+    "stability": Listed("stability", "maps of where methods fail or are refused: step, stiffness, friction, mesh", 40),
     "samplers": Listed("uncertainty", "samplers: error of mean and deviation against realisations and cost", 60),
     "coverage": Listed("uncertainty", "how often 95 % intervals of a study hold the truth", 300),
     "cost": Listed("cost", "where the CPU time of a run goes, from the motion to a log", 60),

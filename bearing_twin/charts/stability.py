@@ -136,7 +136,7 @@ def _panels(contest, rows) -> list[list[Panel]]:
                 places = [(row.across, row.setting) for row in marked]
                 parts.append(Line(label, [one[0] for one in places], [one[1] for one in places], {**MARK, **look}))
             x, up = Axis(number, unit.rstrip("]") or "1", log=True), UP[problem.methods[method].key]
-            found.append(Panel(f"{method}: {body}", x, up, parts, None))
+            found.append(Panel(f"{body}, {method}", x, up, parts, None))
     return in_rows(found, COLUMNS)
 
 
