@@ -113,7 +113,7 @@ def test_a_replay_gives_the_bytes_of_the_log(ran):
     """By its own clock and at its own pace, each message when it is due; without ROS."""
     played, now = [], 0
     loop = ReplayLoop(ran, played.append, rate=0.5)
-    while not loop.paced.finished:
+    while not loop.finished:
         now = max(now + 1, loop.turn(now) or 0)
     logged = list(raw_messages(ran))
     assert [(one.topic, bytes(one.cdr)) for one in played] == [(one.topic.name, bytes(one.data)) for one in logged]

@@ -4,6 +4,7 @@ import functools
 import json
 import os
 import shlex
+import signal
 import threading
 import time
 
@@ -12,6 +13,8 @@ import pytest
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.command import cli, node_command
 from bearing_twin.command.node_command import NODES, Traffic, words_of
+
+INTERRUPTS = 999.0  # as data of /toy/speed: the toy answers it by Ctrl-C
 
 
 def test_rate_and_sizes_are_those_of_the_window():
@@ -78,6 +81,8 @@ def toy():
 
     def take(message):
         heard.append(message.data)
+        if message.data == INTERRUPTS:
+            os.kill(os.getpid(), signal.SIGINT)
         if message.data < 0.0:
             node.get_logger().warning("too slow\x1b[31m")
 
@@ -161,17 +166,12 @@ def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(
     assert ("2.5" if verb == "echo" else "messages  1") in said if come else "bearing_twin: interrupted" in said
 
 
-@pytest.mark.parametrize("waits", ["_await", "_spin_for"])
-def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(waits, answer, monkeypatch):
-    from bearing_twin.nodes.graph import Graph
-
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Graph, waits, interrupted)
-    code = cli.DONE if waits == "_spin_for" else cli.INTERRUPTED
-    said = answer("topic", "pub", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}", "--count", "5", code=code)
-    assert "published  1" in said if waits == "_spin_for" else "bearing_twin: interrupted" in said
+def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(answer):
+    pub = "topic", "pub", "--count", "5", "--rate", "0.01"
+    assert "published  1" in answer(*pub, "/toy/speed", "std_msgs/msg/Float64", f"{{data: {INTERRUPTS}}}")
+    threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+    said = answer(*pub, "/nobody", "std_msgs/msg/Float64", "{data: 250}", "--wait", "300", code=cli.INTERRUPTED)
+    assert "bearing_twin: interrupted" in said
 
 
 def until(holds):

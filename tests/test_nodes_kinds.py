@@ -100,7 +100,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         call(executor, services, SetBool, f"/{kind}/sim_node/pause", SetBool.Request(data=False))
         spin_until(executor, node.done.is_set, "end of the run")
         came = lambda: recorder.recording.status()["samples_received"]  # noqa: E731
-        spin_until(executor, lambda: came() >= node.simulation.sequence + 1 or recorder.failure, "all outputs")
+        spin_until(executor, lambda: came() >= node.loop.simulation.sequence + 1 or recorder.failure, "all outputs")
         spin_for(executor, 0.2)
         assert node.failure is None
         assert recorder.failure is None
@@ -147,13 +147,13 @@ def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
     with ros_executor() as executor:
         node, scene = sim_node(executor, "bearing")
         spin_until_ready(executor, node)
-        spin_until(executor, lambda: node.loop.time_ns > 200_000_000, "0.2 s")
+        spin_until(executor, lambda: node.loop.position_ns > 200_000_000, "0.2 s")
         recorder = started(executor, RecorderNode, log=str(path))
         spin_until(executor, lambda: recorder.recording.status()["samples_received"] > 100, "samples")
     log = read_log(path, allow_gaps=True)
     assert log.scene == scene
     report, _ = report_of(log)
-    assert report.law == node.simulation.choice.law
+    assert report.law == node.loop.simulation.choice.law
     assert report.status == "done"
 
 
@@ -164,13 +164,13 @@ def test_an_impact_repeats_at_a_pace_and_on_request():
         lists = heard(watcher, names_of(scene))
         spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 3, "three runs")
         assert not node.done.is_set()
-        assert node.loop.runs >= 2
+        assert node.loop.run >= 3
         blocks = [
             deserialize_message(data, interface(cdr.SAMPLE_BLOCK, "msg")) for data in lists["/two_spheres/samples"]
         ]
-        before = node.loop.runs
+        before = node.loop.run
         assert call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request()).success
-        assert node.loop.runs > before
+        assert node.loop.run > before
         assert {(block.first_sequence, block.count) for block in blocks} == {(0, scene.outputs)}
         assert all(first.values == second.values for first, second in pairwise(blocks))
 

@@ -102,11 +102,11 @@ def test_a_replay_on_simulation_time_follows_it(log):
         node = started(executor, ReplayNode, log=str(log), discovery=0.0, use_sim_time=True)
         spin_until(executor, clock.get_subscription_count, "discovery")
         spin_for(executor, 0.5)
-        assert node.loop.paced.position_ns == 0  # time has not begun
+        assert node.loop.position_ns == 0  # time has not begun
         for time_ns, position in ((9 * 10**9, 0), (9_100_000_000, 100), (3 * 10**9, 100)):
             clock.publish(Clock(clock=stamp(time_ns)))
             spin_for(executor, 0.3)
-            assert position <= node.loop.paced.position_ns // 10**6 <= position + 10  # an output in 10 ms
+            assert position <= node.loop.position_ns // 10**6 <= position + 10  # an output in 10 ms
         clock.publish(Clock(clock=stamp(3_300_000_000)))
         spin_until(executor, node.done.is_set, "the end")
 
@@ -332,19 +332,19 @@ def test_the_pace_of_a_replay_is_set_while_it_plays(log):
             [result] = node.set_parameters([Parameter("rate", value=value)])
             assert result.successful is successful
         spin_until(executor, node.done.is_set, "end of a log that would take minutes")
-        assert node.loop.paced.pacer.factor == 1000
+        assert node.loop.factor == 1000
 
 
 def test_a_paused_replay_tells_the_time_where_it_stands_to_whoever_comes_late(log):
     with ros_executor() as executor:
         watcher, times = plain_node(executor), []
         node = started(executor, ReplayNode, log=str(log), discovery=0.0, publish_clock=True, rate=0.001, start=0.05)
-        spin_until(executor, lambda: node.loop.paced.position_ns, "the first message")
+        spin_until(executor, lambda: node.loop.position_ns, "the first message")
         call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=True))
         quality = qos_profile(Qos(10, "best_effort"))
         watcher.create_subscription(Clock, "/clock", lambda one: times.append(one.clock.nanosec), quality)
         spin_until(executor, lambda: len(times) > 2, "time that stands still")
-        assert set(times) == {node.loop.paced.position_ns}
+        assert set(times) == {node.loop.position_ns}
 
 
 def grows(executor, messages):

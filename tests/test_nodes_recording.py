@@ -26,6 +26,7 @@ from bearing_twin.nodes.recorder_node import (
     Recording,
     Sequences,
     default_topics,
+    warning_of,
 )
 from bearing_twin.nodes.replay_node import Renaming, ReplayLoop, logged_topics
 from bearing_twin.run.scene import Scene
@@ -79,7 +80,7 @@ def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_los
         assert receive(recording, SAMPLES, 1000, 900, sample_block(97, 3), 10) == 2
         status = recording.status()
         assert (status["samples_lost"], status["mixed"], status["uncounted"]) == (2, SAMPLES * mixed, SAMPLES)
-        assert ("outputs are mixed" in recording.warning(status)) is mixed
+        assert ("outputs are mixed" in warning_of(status)) is mixed
         recording.close()
         assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
         assert ("several nodes sent samples at a time" in capsys.readouterr().err) is mixed
@@ -199,11 +200,11 @@ def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch)
         patched.setattr(os, "pwritev", full)
         for number in range(8, 108):
             receive(recording, "/one", 1, 1, bytes(100), number)
-            recording._log.flush()  # as the log does by itself every `max_loss` seconds
+            recording.log.flush()  # as the log does by itself every `max_loss` seconds
         recording.note_losses()
     dropped = recording.status()["messages_dropped"]
     assert dropped > 10
-    recording._log.flush()
+    recording.log.flush()
     recording.note_losses()
     (tmp_path / "whole.mcap").unlink()
     assert told_after_a_crash(tmp_path / "out.mcap") == [(2, 0), (3, 0), (3, dropped)]
@@ -500,6 +501,6 @@ def test_every_one_of_many_that_no_reader_takes_is_counted(tmp_path, capsys):
     status = recording.status()
     recording.close()
     assert (status["messages"], status["messages_unreadable"], status["samples_received"]) == (1, 3, 5)
-    assert recording.warning(status).startswith("3 messages are not logged")
+    assert warning_of(status).startswith("3 messages are not logged")
     assert main(["report", str(tmp_path / "out.mcap"), "--strict", "--json"]) == DOUBTFUL
     assert json.loads(capsys.readouterr().out)["messages_unreadable"] == 3

@@ -69,7 +69,7 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch, capf
         assert node.server.url in said.out
         assert node.server.token not in said.err
         samples = "/bearing/samples"
-        spin_until(executor, lambda: sim.loop.time_ns > 200_000_000, "0.2 s")
+        spin_until(executor, lambda: sim.loop.position_ns > 200_000_000, "0.2 s")
         assert sim.count_subscribers(samples) == 0
 
         status, page = asked(executor, node)
@@ -86,10 +86,10 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch, capf
 
         for command, done in (
             ({"do": "speed", "value": 50.0}, lambda: sim.loop.commands.counts["taken"] == 1),
-            ({"do": "pace", "value": 0.5}, lambda: float(sim.loop.paced.pacer.factor) == 0.5),
-            ({"do": "pause", "on": True}, lambda: sim.loop.paced.paused),
-            ({"do": "pause", "on": False}, lambda: not sim.loop.paced.paused),
-            ({"do": "reset"}, lambda: sim.loop.runs == 1),
+            ({"do": "pace", "value": 0.5}, lambda: float(sim.loop.factor) == 0.5),
+            ({"do": "pause", "on": True}, lambda: sim.loop.paused),
+            ({"do": "pause", "on": False}, lambda: not sim.loop.paused),
+            ({"do": "reset"}, lambda: sim.loop.run == 2),
         ):
             status, text = asked(executor, node, "POST", "/command", command)
             assert status == 200, text

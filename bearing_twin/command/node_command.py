@@ -43,10 +43,9 @@ def words_of(node: str, words: Sequence[str]) -> list[str]:
 
 def replace_by_node(node: str, words: Sequence[str]):
     """Never returns: signals, exit code and output are the node's own."""
-    command = [sys.executable, *words_of(node, words)]
     sys.stdout.flush()
     sys.stderr.flush()
-    os.execv(command[0], command)
+    os.execv(sys.executable, [sys.executable, *words_of(node, words)])
 
 
 def _watch_arguments(parser) -> None:
@@ -153,9 +152,10 @@ class Traffic:
     def periods(self) -> dict[str, float]:
         """Rate [Hz], and mean, least, greatest and standard deviation of the periods [s]."""
         found = [later[0] - earlier[0] for earlier, later in pairwise(self._last)]
-        rate = len(found) / total if (total := sum(found)) else math.inf if found else math.nan
-        numbers = self._statistics(found, "rate_hz", rate, "{}_period_s")
-        return numbers | ({"std_of_period_s": statistics.pstdev(found)} if found else {})
+        total = sum(found)
+        rate = len(found) / total if total else math.inf if found else math.nan
+        spread = {"std_of_period_s": statistics.pstdev(found)} if found else {}
+        return self._statistics(found, "rate_hz", rate, "{}_period_s") | spread
 
     def sizes(self) -> dict[str, float]:
         """Rate [B/s], and mean, least and greatest size [B]."""
@@ -299,28 +299,30 @@ VERBS = (
          f"study --set {ALLOW_INVALID[0]} --samples --seed --action", "spheres_alpha_4e-5 --samples 1000"),
 )
 # fmt: on
-GROUPS = {"topic": "list, info, echo, hz, bw, pub", "param": "list, get, set", "service": "call"}
 
 
 def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = "Nodes are seen within one ROS_DOMAIN_ID. Ctrl-C ends a command that runs on."
     form = {"formatter_class": argparse.RawDescriptionHelpFormatter}
     groups = {"": parser.add_subparsers(dest="verb", metavar="VERB", required=True)}
-    for name, verbs in GROUPS.items():
-        examples = "\n  ".join(["examples:", *(one.line for one in VERBS if one.words.startswith(f"{name} "))])
-        group = groups[""].add_parser(name, help=verbs, epilog=examples, **form)
-        groups[name] = group.add_subparsers(metavar="VERB", required=True)
     for verb in VERBS:
-        group, _, last = verb.words.rpartition(" ")
+        name, _, last = verb.words.rpartition(" ")
+        if name not in groups:
+            there = [one for one in VERBS if one.words.startswith(f"{name} ")]
+            examples = "\n  ".join(["examples:", *(one.line for one in there)])
+            verbs = ", ".join(one.words.removeprefix(f"{name} ") for one in there)
+            group = groups[""].add_parser(name, help=verbs, epilog=examples, **form)
+            groups[name] = group.add_subparsers(metavar="VERB", required=True)
         about = {"help": verb.help, "description": textwrap.fill(verb.help, 78), "epilog": f"example:\n  {verb.line}"}
-        leaf = groups[group].add_parser(last, allow_abbrev=False, **about, **form)
-        for name in [*verb.arguments.split(), *(["--wait"] if verb.words != "start" else [])]:
-            optional = {"nargs": "?"} if name.endswith("?") else {}
-            leaf.add_argument(name.rstrip("?"), **ARGUMENTS[name.rstrip("?")] | optional)
+        leaf = groups[name].add_parser(last, allow_abbrev=False, **about, **form)
         leaf.set_defaults(run_verb=verb.run)
+        for argument in verb.arguments.split():
+            optional = {"nargs": "?"} if argument.endswith("?") else {}
+            leaf.add_argument(argument.rstrip("?"), **ARGUMENTS[argument.rstrip("?")] | optional)
         if verb.words != "start":
-            for name in ("--json", "--si", "--strict", "--force"):
-                leaf.add_argument(name, action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+            leaf.add_argument("--wait", **ARGUMENTS["--wait"])
+            for option in ("--json", "--si", "--strict", "--force"):
+                leaf.add_argument(option, action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
 
 
 def _run(arguments) -> Outcome:

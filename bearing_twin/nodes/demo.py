@@ -20,7 +20,6 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
 from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 from std_srvs.srv import SetBool
 
@@ -30,7 +29,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.sample_block import sample_range
 from bearing_twin.log.stream import topics
-from bearing_twin.nodes.entry import NodeProcess, node_command, started
+from bearing_twin.nodes.entry import node_command, started
 from bearing_twin.nodes.messages import interface, qos_profile, rclpy
 from bearing_twin.nodes.recorder_node import DEPTH, Sequences
 from bearing_twin.run.report import plot
@@ -68,30 +67,47 @@ class DemoError(BearingTwinError):
     """A part of the demonstration failed."""
 
 
-class Watcher(Node):
-    """Subscribes to all topics of a scene and to /diagnostics: keeps the last message of each, and counts them."""
+class Stage(Node):
+    """Nodes as processes, and the subscriber of all topics of a scene and of /diagnostics; ends with a `with` body.
 
-    def __init__(self, scene: Scene, processes: dict[str, NodeProcess]):
+    It keeps the last message of each topic, and counts them.
+    """
+
+    def __init__(self, scene: Scene, folder: Path, **nodes: dict):
         super().__init__("watcher")
         place = KINDS[scene.kind].namespace
         self.wrenches = [f"{place}/ball_{ball}/wrench" for ball in range(scene.parameters.geometry.balls)]
         self.last, self.count, self.sequences, self._began = {}, Counter(), Sequences(), math.inf
-        self._samples, self._processes = f"{place}/samples", processes
         for topic in topics(scene):  # all, so that publishers can count this subscriber
             take, quality = partial(self._on_message, topic.full_name), qos_profile(topic.qos._replace(depth=DEPTH))
             self.create_subscription(interface(topic.ros_type, "msg"), topic.full_name, take, quality, raw=True)
         self.create_subscription(interface(cdr.DIAGNOSTICS, "msg"), "/diagnostics", self._on_diagnostics, 10)
+        self._spinner = SingleThreadedExecutor()
+        self._spinner.add_node(self)
+        self._stack = contextlib.ExitStack()
+        self.processes = {
+            name: self._stack.enter_context(started(name, node_command(name, parameters), folder))
+            for name, parameters in nodes.items()
+        }
+
+    def __enter__(self) -> "Stage":
+        return self
+
+    def __exit__(self, *error) -> None:
+        self._stack.close()
+        self._spinner.shutdown()
+        self.destroy_node()
 
     def _on_message(self, name: str, data: bytes) -> None:
         self._began = min(self._began, time.monotonic())
         self.last[name] = data
         self.count[name] += 1
-        if name == self._samples:
+        if name.endswith("/samples"):
             self.sequences.note(*sample_range(data)[:2])
 
     def _on_diagnostics(self, array) -> None:
         for status in array.status:
-            process = self._processes.get(status.name.partition(":")[0].rpartition("/")[2])
+            process = self.processes.get(status.name.partition(":")[0].rpartition("/")[2])
             if process:
                 process.status, process.values = status.message, {pair.key: pair.value for pair in status.values}
 
@@ -110,6 +126,44 @@ class Watcher(Node):
         """True where every subscription has a publisher."""
         return all(one.get_publisher_count() for one in self.subscriptions)
 
+    def spin(self, done: Callable[[], bool], show: Callable[[], None], ends: str = "") -> None:
+        """Spins until `done()`, and `show()`s meanwhile; raises ProcessError for a node that fails or ends early."""
+        shown, quiet_until = time.monotonic(), math.inf
+        while (now := time.monotonic()) < quiet_until:
+            self._spinner.spin_once(timeout_sec=0.05)
+            if not rclpy.ok():
+                raise KeyboardInterrupt
+            for name, process in self.processes.items():
+                process.look(may_end=name == ends)
+            if done():
+                quiet_until = min(quiet_until, now + QUIET)
+            elif now - shown > REFRESH:
+                shown = now
+                show()
+
+    def wait(self, done: Callable[[], bool], what: str, end: str, ends: str = "") -> None:
+        """Spins until `done()`, with a line about `what` is waited for and about the `end`."""
+        began = said = time.monotonic()
+        with progress.status(what) as status:
+
+            def show() -> None:
+                nonlocal said
+                now, doing = time.monotonic(), (f"{name}: {one.status}" for name, one in self.processes.items())
+                text = f"{what} ({', '.join(doing)}): {now - began:.0f} s"
+                status.update(text)
+                if not progress.is_terminal and now - said > LINE_PERIOD:
+                    said = now
+                    progress.print(text, soft_wrap=True)
+
+            self.spin(done, show, ends)
+        progress.print(f"{end} after {time.monotonic() - began:.1f} s", soft_wrap=True)
+
+    def unpause(self, service: str):
+        """Lets time run; the future of the answer."""
+        client = self.create_client(SetBool, service)
+        self.wait(client.service_is_ready, "discovery of a service", "the service is found")
+        return client.call_async(SetBool.Request(data=False))
+
 
 def main(args: list[str] | None = None) -> int:
     """Runs the demonstration; exit code 0, or 1 when samples were lost. Raises BearingTwinError when a part fails."""
@@ -122,23 +176,19 @@ def main(args: list[str] | None = None) -> int:
     scene = load_scene(given.scene, ["solver.check=none"])  # as nodes run it: without topics of a second run
     if scene.kind != "bearing":
         raise DemoError(f"scene {scene.name} is no bearing but of kind {scene.kind}: give the name of a bearing scene")
-    folder = _own_folder(Path(given.out))
-    recording = folder / "recording.mcap"
+    parent = Path(given.out)
+    parent.mkdir(parents=True, exist_ok=True)
+    # A new folder named by date and time, which no other demonstration has.
+    folder = Path(tempfile.mkdtemp(prefix=time.strftime("%Y%m%d_%H%M%S_"), dir=parent))
     rclpy.init()
     try:
-        live = _simulate(scene, given, folder, recording)
-        replayed = _replay(scene, folder, recording)
+        live = _simulate(scene, given, folder)
+        replayed = _replay(scene, folder)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 130
     finally:
         rclpy.try_shutdown()
-    return _show_results(scene, given.duration, recording, live, replayed)
-
-
-def _own_folder(parent: Path) -> Path:
-    """A new folder named by date and time, which no other demonstration has."""
-    parent.mkdir(parents=True, exist_ok=True)
-    return Path(tempfile.mkdtemp(prefix=time.strftime("%Y%m%d_%H%M%S_"), dir=parent))
+    return _show_results(scene, given.duration, folder, live, replayed)
 
 
 def _keep_to_itself() -> None:
@@ -149,124 +199,54 @@ def _keep_to_itself() -> None:
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
-class Stage:
-    """Nodes of the demonstration as processes, and the watcher of their topics; both end with a `with` statement."""
-
-    def __init__(self, scene: Scene, folder: Path, **nodes: dict):
-        self._scene, self._folder, self._nodes = scene, folder, nodes
-        self._stack = contextlib.ExitStack()
-
-    def __enter__(self) -> "Stage":
-        self.processes = {
-            name: self._stack.enter_context(started(name, node_command(name, parameters), self._folder))
-            for name, parameters in self._nodes.items()
-        }
-        self.watcher, self._executor = Watcher(self._scene, self.processes), SingleThreadedExecutor()
-        self._executor.add_node(self.watcher)
-        return self
-
-    def __exit__(self, *error) -> None:
-        self._stack.close()
-        self._executor.shutdown()
-        self.watcher.destroy_node()
-
-    def spin(self, done: Callable[[], bool], show: Callable[[], None], ends: str = "") -> None:
-        """Spins until `done()`, and `show()`s meanwhile; raises ProcessError for a node that fails or ends early."""
-        shown = time.monotonic()
-        while not done():
-            self._executor.spin_once(timeout_sec=0.05)
-            if not rclpy.ok():
-                raise KeyboardInterrupt
-            for name, process in self.processes.items():
-                process.look(may_end=name == ends)
-            if time.monotonic() - shown > REFRESH:
-                shown = time.monotonic()
-                show()
-        end = time.monotonic() + QUIET
-        while time.monotonic() < end:
-            self._executor.spin_once(timeout_sec=0.05)
-
-    def wait(self, done: Callable[[], bool], what: str, end: str, ends: str = "") -> None:
-        """Spins until `done()`, with a line about `what` is waited for and about the `end`."""
-        began = said = time.monotonic()
-        with progress.status(what) as status:
-
-            def show() -> None:
-                nonlocal said
-                doing = ", ".join(f"{name}: {process.status}" for name, process in self.processes.items())
-                text, now = f"{what} ({doing}): {time.monotonic() - began:.0f} s", time.monotonic()
-                status.update(text)
-                if not progress.is_terminal and now - said > LINE_PERIOD:
-                    said = now
-                    progress.print(text, soft_wrap=True)
-
-            self.spin(done, show, ends)
-        progress.print(f"{end} after {time.monotonic() - began:.1f} s", soft_wrap=True)
-
-    def unpause(self, service: str):
-        """Lets time run; the future of the answer."""
-        client = self.watcher.create_client(SetBool, service)
-        self.wait(client.service_is_ready, "discovery of a service", "the service is found")
-        return client.call_async(SetBool.Request(data=False))
-
-
-def _simulate(scene: Scene, given: argparse.Namespace, folder: Path, recording: Path) -> Watcher:
-    names = [topic.full_name for topic in topics(scene)]
-    recorded = {"log": recording, "topics": names, "full": True}
+def _simulate(scene: Scene, given: argparse.Namespace, folder: Path) -> Stage:
+    recorded = {"log": folder / "recording.mcap", "topics": [topic.full_name for topic in topics(scene)]}
     simulated = {"scene": given.scene, "duration": given.duration, "start_paused": True}
     progress.print(f"sim_node and recorder_node start; their output goes to {folder}", soft_wrap=True)
     with Stage(scene, folder, recorder_node=recorded, sim_node=simulated) as stage:
-        simulation, recorder, watcher = stage.processes["sim_node"], stage.processes["recorder_node"], stage.watcher
+        simulation, recorder, printed = stage.processes["sim_node"], stage.processes["recorder_node"], 0.0
 
         def found() -> bool:
             # Publisher and subscriber learn of each other one after the other, and what is sent in between may be lost.
             subscribers = int(simulation.values.get("least_subscribers", 0))  # one here, one in recorder_node
             publishers = int(recorder.values.get("least_publishers", 0))
-            return subscribers >= 2 and publishers >= 1 and watcher.knows_publishers()
+            return subscribers >= 2 and publishers >= 1 and stage.knows_publishers()
+
+        def show() -> None:
+            nonlocal printed
+            at, line = stage.forces()
+            if at - printed >= LINE:
+                printed = at
+                output.print(line, soft_wrap=True)
 
         stage.wait(found, "discovery of all topics", "all topics are found")
         answer = stage.unpause("/bearing/sim_node/pause")
-        stage.wait(lambda: answer.done() or watcher.last, "the start of time", "time runs")
+        stage.wait(lambda: answer.done() or stage.last, "the start of time", "time runs")
         if answer.done() and not answer.result().success:
             raise DemoError(f"sim_node did not start: {answer.result().message}; its output is in {simulation.said}")
         progress.print(f"{scene.name} runs in real time for {given.duration:g} s:")
-        stage.spin(lambda: simulation.ended, _shown_live(watcher), ends="sim_node")
-        simulation.look(may_end=True)
+        stage.spin(lambda: simulation.ended, show, ends="sim_node")
         del stage.processes["sim_node"]
         recorder.interrupt()
         stage.wait(lambda: recorder.ended, "completing the log", "the recording is complete", ends="recorder_node")
-        recorder.look(may_end=True)
-        return watcher
+        return stage
 
 
-def _replay(scene: Scene, folder: Path, recording: Path) -> Watcher:
+def _replay(scene: Scene, folder: Path) -> Stage:
+    recording = folder / "recording.mcap"
     progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
     played = {"log": recording, "rate": REPLAY_RATE, "discovery": DISCOVERY, "start_paused": True}
     with Stage(scene, folder, replay_node=played) as stage:
-        stage.wait(stage.watcher.knows_publishers, "discovery of all topics", "all topics are found")
+        stage.wait(stage.knows_publishers, "discovery of all topics", "all topics are found")
         stage.unpause("/replay_node/pause")  # carried out when replay_node has found its subscribers
-        replay = stage.processes["replay_node"]
-        stage.wait(lambda: replay.ended, "replay", "the replay is over", ends="replay_node")
-        replay.look(may_end=True)
-        return stage.watcher
+        ended = lambda: stage.processes["replay_node"].ended  # noqa: E731
+        stage.wait(ended, "replay", "the replay is over", ends="replay_node")
+        return stage
 
 
-def _shown_live(watcher: Watcher) -> Callable[[], None]:
-    """A function that prints the last wrenches, a line every LINE of simulated time."""
-    printed = 0.0
-
-    def show() -> None:
-        nonlocal printed
-        at, line = watcher.forces()
-        if at - printed >= LINE:
-            printed = at
-            output.print(line, soft_wrap=True)
-
-    return show
-
-
-def _show_results(scene: Scene, duration: float, recording: Path, live: Watcher, replayed: Watcher) -> int:
+def _show_results(scene: Scene, duration: float, folder: Path, live: Stage, replayed: Stage) -> int:
     progress.print("reading the log")
+    recording = folder / "recording.mcap"
     log = read_log(recording, allow_gaps=True)
     blocks = list(log.blocks())
     expected = int(1e9 * duration) // round(1e9 / scene.parameters.run.output_rate) + 1
@@ -275,28 +255,25 @@ def _show_results(scene: Scene, duration: float, recording: Path, live: Watcher,
         "recorded": expected - sum(map(len, blocks)),
         "replayed": expected - replayed.sequences.received,
     }
-    picture = plot(log, recording.with_name("ball_loads.png"))
-    page = write_page(document_of_log(recording), recording.with_name("view.html"))
+    picture = plot(log, folder / "ball_loads.png")
+    page = write_page(document_of_log(recording), folder / "view.html")
     greatest = np.max([block.values["normal_load"].max(axis=0) for block in blocks], axis=0)
-    title = f"{scene.name}: {duration:g} s, {expected} solver outputs"
-    table = Table(title=title, padding=0)
-    for heading in ("ball", "greatest load\n[N]\ninner  outer", "wrenches", "samples\nlost"):
-        table.add_column(escape(heading), justify="right", no_wrap=True)
+    table = Table(title=f"{scene.name}: {duration:g} s, {expected} solver outputs", padding=0)
+    for heading in ("ball", "greatest load\n\\[N]\ninner  outer", "wrenches", "samples\nlost"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for ball, (loads, name) in enumerate(zip(greatest, live.wrenches, strict=True)):
         shown = "  ".join(f"{load:.1f}" for load in loads)
         table.add_row(str(ball), shown, str(live.count[name]), str(max(lost.values())))
     output.print(table)
-    lines = [
+    for line in (
         f"samples lost: {', '.join(f'{count} {where}' for where, count in lost.items())}",
         f"messages: {live.count.total()} live, {replayed.count.total()} replayed",
         f"log:     {recording.resolve()}",
         f"picture: {Path(picture).resolve()}",
         f"browser: {page.resolve()}",
         *(f"  {sentence}" for sentence in STORY.get(scene.name, GENERAL)),
-    ]
-    for line in lines:
+    ):
         output.print(line, soft_wrap=True, highlight=False)
     if any(lost.values()):
-        progress.print(f"Samples were lost; the output of the nodes is in {recording.parent}.")
-        return 1
-    return 0
+        progress.print(f"Samples were lost; the output of the nodes is in {folder}.")
+    return int(any(lost.values()))

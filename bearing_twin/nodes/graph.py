@@ -1,16 +1,14 @@
 """The graph of nodes as the command line sees it, and what a node has discovered of the others; there is no daemon."""
 
 import contextlib
-import math
 import os
 import re
 import time
-from collections import deque
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
 from action_msgs.msg import GoalStatus
-from rcl_interfaces.msg import Log, ParameterType
+from rcl_interfaces.msg import Log
 from rclpy.action import ActionClient
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import SingleThreadedExecutor
@@ -66,6 +64,7 @@ class Graph:
 
     def __init__(self, wait: float):
         self._wait, self._context = wait, rclpy.Context()
+        self._clients: dict[str, AsyncParameterClient] = {}  # by node
         rclpy.init(context=self._context, signal_handler_options=SignalHandlerOptions.NO)
         options = {"context": self._context, "enable_rosout": False, "start_parameter_services": False}
         self._node = rclpy.create_node(OWN.lstrip("/"), **options)
@@ -87,14 +86,17 @@ class Graph:
 
     def topics(self) -> dict[str, str]:
         """Topics with their types."""
-        found = (one for one in sorted(self._at_rest(self._node.get_topic_names_and_types)) if NAME.fullmatch(one[0]))
-        return {name: ", ".join(map(name_of_peer, types)) for name, types in found}
+        found = sorted(self._at_rest(self._node.get_topic_names_and_types))
+        return {name: ", ".join(map(name_of_peer, types)) for name, types in found if NAME.fullmatch(name)}
 
     def ends(self, topic: str) -> list[dict[str, str]]:
         """Publishers and subscriptions of a topic: node, type and quality of service of each."""
         self._type_of(topic)
-        publishers, subscriptions = self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic
-        found = self._at_rest(lambda: (publishers(topic), subscriptions(topic)))
+        asked = {
+            "publisher": self._node.get_publishers_info_by_topic,
+            "subscription": self._node.get_subscriptions_info_by_topic,
+        }
+        found = self._at_rest(lambda: [(end, one) for end, ask in asked.items() for one in ask(topic)])
         return [
             {
                 "end": end,
@@ -103,25 +105,21 @@ class Graph:
                 "reliability": one.qos_profile.reliability.name.lower(),
                 "durability": one.qos_profile.durability.name.lower(),
             }
-            for end, ends in zip(("publisher", "subscription"), found, strict=True)
-            for one in ends
+            for end, one in found
         ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
         """The messages of a topic from now on, bytes where `raw`; calls `silent()` if none comes within the wait."""
-        kind, waiting = interface(self._type_of(topic), "msg"), deque()
+        kind, waiting = interface(self._type_of(topic), "msg"), []
         take = lambda one: waiting.append(one)  # noqa: E731  (rclpy inspects its signature: a builtin has none)
         offered = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
         self._node.create_subscription(kind, topic, take, compatible_profile(offered, DEPTH), raw=raw)
-        patient_until = time.monotonic() + self._wait
+        if not self._spin(self._wait, lambda: waiting):
+            silent()
         while True:
             self._executor.spin_once(timeout_sec=TURN)
             while waiting:
-                patient_until = math.inf
-                yield waiting.popleft()
-            if time.monotonic() > patient_until:
-                patient_until = math.inf
-                silent()
+                yield waiting.pop(0)
 
     def publish(
         self, topic: str, ros_type: str, data: Any, count: int, rate: float, warn: Callable[[str], None]
@@ -155,13 +153,13 @@ class Graph:
             while not count or sent < count:
                 publisher.publish(message)
                 sent += 1
-                self._spin_for(1.0 / rate if sent != count else WARNED)
+                self._spin(1.0 / rate if sent != count else WARNED)
             publisher.wait_for_all_acked(rclpy.duration.Duration(seconds=self._wait))
         return sent
 
     def parameters(self, node: str) -> dict[str, Any]:
         """All parameters of a node that have a value."""
-        names = sorted(self._asked(node, lambda client: client.list_parameters()).result.names)
+        names = sorted(self._asked(node, "list_parameters").result.names)
         return {name: value for name in names if (value := self._parameter(node, name)) is not None}
 
     def parameter(self, node: str, name: str) -> Any:
@@ -182,7 +180,7 @@ class Graph:
             value = [value]
         kind = Parameter.Type.STRING_ARRAY if value == [] else None  # an empty list has no type
         message = Parameter(name, kind, value).to_parameter_msg()
-        (result,) = self._asked(node, lambda client: client.set_parameters([message])).results
+        (result,) = self._asked(node, "set_parameters", [message]).results
         if not result.successful:
             raise GraphError(f"{node} refuses {name} = {echo(value)}: {result.reason or 'it gives no reason'}")
         return self.parameter(node, name)
@@ -207,6 +205,11 @@ class Graph:
         def actions() -> list[str]:
             return [name.removesuffix(GOALS) for name, _ in known() if name.endswith(GOALS) and served(name)]
 
+        def end(future) -> None:
+            while not self._spin(GONE, future.done):
+                if not self._spin(GONE, lambda: client.server_is_ready() or future.done()):
+                    raise GraphError(f"the node of {action} is gone, and the goal with it; start it and ask again")
+
         try:
             self._await(client.server_is_ready, "action", action, actions)
             request = filled(RunStudy.Goal, goal)
@@ -216,10 +219,10 @@ class Graph:
                 raise GraphError(f"{action} refuses the goal: its queue is full; try again later")
             ended = handle.get_result_async()
             try:
-                self._served(client, ended.done, action)
+                end(ended)
             except KeyboardInterrupt:
                 handle.cancel_goal_async()
-                self._served(client, ended.done, action)
+                end(ended)
             status = {value: name for name, value in vars(GoalStatus).items() if name.startswith("STATUS_")}
             return status[ended.result().status].removeprefix("STATUS_").lower(), plain(ended.result().result)
         finally:
@@ -227,17 +230,17 @@ class Graph:
 
     def _parameter(self, node: str, name: str) -> Any:
         # One by one: a node answers with nothing at all where it lacks one of several.
-        values = self._asked(node, lambda client: client.get_parameters([name])).values
-        if not values or values[0].type == ParameterType.PARAMETER_NOT_SET:
-            return None
-        return plain(parameter_value_to_python(values[0]))
+        values = self._asked(node, "get_parameters", [name]).values
+        return plain(parameter_value_to_python(values[0])) if values else None
 
-    def _asked(self, node: str, ask: Callable[[AsyncParameterClient], Any]) -> Any:
-        """The answer of a node's parameter services."""
-        name = node if node.startswith("/") else f"/{node}"
-        client = AsyncParameterClient(self._node, name)
+    def _asked(self, node: str, method: str, *arguments) -> Any:
+        """The answer of one of a node's parameter services."""
+        name = f"/{node.lstrip('/')}"
+        if name not in self._clients:
+            self._clients[name] = AsyncParameterClient(self._node, name)
+        client = self._clients[name]
         self._await(client.services_are_ready, "node", name, self._node.get_fully_qualified_node_names)
-        return self._answer(ask(client), name)
+        return self._answer(getattr(client, method)(*arguments), name)
 
     def _type_of(self, topic: str) -> str:
         known = lambda: dict(self._node.get_topic_names_and_types())  # noqa: E731
@@ -249,43 +252,31 @@ class Graph:
 
     def _await(self, ask: Callable[[], Found], what: str, name: str, names: Callable[[], Any]) -> Found:
         """The first true value of `ask()`; raises GraphError with near `names` after the wait."""
-        end = time.monotonic() + self._wait
-        while not (found := ask()):
-            if time.monotonic() > end:
-                there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(OWN)]
-                if name in there:
-                    raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
-                near = f"; {unknown(name, there)}" if there else ": there is no node in this ROS_DOMAIN_ID"
-                raise GraphError(f"there is no {what} {echo(name)}{near}")
-            self._executor.spin_once(timeout_sec=TURN)
-        return found
+        if found := self._spin(self._wait, ask):
+            return found
+        there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(OWN)]
+        if name in there:
+            raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
+        near = f"; {unknown(name, there)}" if there else ": there is no node in this ROS_DOMAIN_ID"
+        raise GraphError(f"there is no {what} {echo(name)}{near}")
 
     def _answer(self, future, name: str) -> Any:
-        self._spin_for(self._wait, future.done)
-        if not future.done():
+        if not self._spin(self._wait, future.done):
             raise GraphError(f"{name} did not answer within {self._wait:g} s; wait longer: --wait")
         return future.result()
 
-    def _served(self, client: ActionClient, done: Callable[[], bool], action: str) -> None:
-        """Waits for the end of a goal; raises GraphError where its server is gone."""
-        seen = time.monotonic()
-        while not done():
-            self._executor.spin_once(timeout_sec=TURN)
-            seen = time.monotonic() if client.server_is_ready() else seen
-            if time.monotonic() > seen + GONE:
-                raise GraphError(f"the node of {action} is gone, and the goal with it; start it and ask again")
-
-    def _spin_for(self, seconds: float, done: Callable[[], bool] = lambda: False) -> None:
-        """Serves what comes for so long, or until `done()`."""
+    def _spin(self, seconds: float, ask: Callable[[], Found] = lambda: False) -> Found:
+        """Serves what comes for so long, or until `ask()` is true; returns its value."""
         end = time.monotonic() + seconds
-        while not done() and (left := end - time.monotonic()) > 0.0:
+        while not (found := ask()) and (left := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=min(TURN, left))
+        return found
 
     def _at_rest(self, ask: Callable[[], Found]) -> Found:
         """The value of `ask()` once it no longer changes."""
         last, changed, quiet = ask(), time.monotonic(), quiet_time()
         while time.monotonic() < changed + quiet:
-            self._executor.spin_once(timeout_sec=TURN)
+            self._spin(TURN)
             if (found := ask()) != last:
                 last, changed = found, time.monotonic()
         return last

@@ -1,6 +1,6 @@
 """Pace of a stream of messages on the wall clock, and the thread that keeps it; all times are integers of nanoseconds.
 
-`Pacer` and `PacedStream` read no clock and do not wait: `now` comes from outside.
+`PacedStream` reads no clock and does not wait: `now` comes from outside.
 """
 
 import threading
@@ -26,113 +26,40 @@ class Timed(NamedTuple):
     cdr: bytes
 
 
-class StreamPace(NamedTuple):
-    """Progress of a stream: its time, running time, lag, and the lag that was given up, all in ns."""
-
-    stream_ns: int
-    running_ns: int
-    lag_ns: int
-    slipped_ns: int
-
-    @property
-    def behind(self) -> bool:
-        return self.lag_ns > LAG_SHOWN
-
-    def real_time_factor(self, earlier: "StreamPace") -> float:
-        """Stream time per wall time since `earlier`, without pauses; 0 when nothing ran."""
-        running = self.running_ns - earlier.running_ns
-        return (self.stream_ns - earlier.stream_ns) / running if running > 0 else 0.0
-
-    def numbers(self, earlier: "StreamPace", requested: float) -> dict[str, float | str]:
-        """Numbers for diagnostics of a `requested` pace, 0 for FASTEST."""
-        return {
-            "real_time_factor": self.real_time_factor(earlier),
-            "wanted_real_time_factor": requested or FASTEST,
-            "lag_s": self.lag_ns * 1e-9,
-            "given_up_s": self.slipped_ns * 1e-9,
-        }
-
-
-class Pacer:
-    """The line that stream time follows on the wall clock: `factor` times real time, or FASTEST, which has no line.
-
-    `factor` is then 0.
-    """
-
-    def __init__(self, factor: float | str):
-        self.set_factor(factor)
-        self._wall = self._mark = 0
-        self._stream = self._reached = 0
-        self._running = self._passed = self._lag = self._slipped = 0
-
-    def set_factor(self, factor: float | str) -> None:
-        """Changes the pace; call `start` afterwards. Raises ValueError for what is no pace."""
-        if factor != FASTEST and not (isinstance(factor, (int, float)) and SLOWEST <= factor < float("inf")):
-            raise ValueError(f"the pace must be {FASTEST} or a finite number of at least {SLOWEST:g} and is {factor}")
-        share = Fraction(0 if factor == FASTEST else factor)
-        self.factor = share.limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
-
-    def start(self, now: int, stream_ns: int) -> None:
-        """From now on `stream_ns` is due at `now`: at the beginning, after a pause, a jump or a change of pace."""
-        self._wall = self._mark = now
-        self._stream = self._reached = stream_ns
-        self._lag = 0
-
-    def due(self, stream_ns: int) -> int:
-        """The wall time at which `stream_ns` is due; without a pace that is always now or earlier."""
-        if not self.factor:
-            return self._wall
-        return self._wall + (stream_ns - self._stream) * self.factor.denominator // self.factor.numerator
-
-    def delivered(self, now: int, stream_ns: int) -> None:
-        """Notes that the stream has reached `stream_ns`; one more than GREATEST_LAG late starts afresh from here."""
-        self._running += now - self._mark
-        self._passed += stream_ns - self._reached
-        self._mark, self._reached = now, stream_ns
-        if self.factor:
-            self._lag = max(0, now - self.due(stream_ns))
-            if self._lag > GREATEST_LAG:
-                self._slipped += self._lag
-                self._wall, self._stream = now, stream_ns
-
-    def pace(self) -> StreamPace:
-        """Totals since the beginning and the lag of the last delivery."""
-        return StreamPace(self._passed, self._running, self._lag, self._slipped)
-
-
 class PacedStream:
-    """Batches of timed messages, delivered when they are due; the stream can be paused.
+    """Timed messages, each delivered when it is due on the wall clock; the stream can be paused.
 
-    Not thread-safe: everything is called by the one thread that calls `turn`.
+    A subclass has `next_batch()`, which gives messages in the order in which they go out, or None at the end.
+    Everything but `progress` is called by the one thread that calls `turn`. `tick`, a function, publishes the time [ns]
+    before the messages of that time; of several instants that are due at once the last one only. It goes back by
+    `restart` alone.
 
     Parameters
     ----------
-    next_batch : function
-        Gives messages in the order in which they go out, or None at the end.
     deliver : function
         Sends one message.
-    pacer : Pacer
-    tick : function
-        Publishes the time [ns] before the messages of that time; of several instants that are due at once the last
-        one only. It goes back by `restart` alone.
+    factor : float or str
+        Pace, a multiple of real time, or FASTEST. Raises ValueError for what is no pace.
     """
 
-    def __init__(
-        self,
-        next_batch: Callable[[], Iterable[Timed] | None],
-        deliver: Callable[[Timed], None],
-        pacer: Pacer,
-        tick: Callable[[int], None] = lambda time_ns: None,
-    ):
-        self.next_batch = next_batch
-        self.deliver = deliver
-        self.pacer = pacer
-        self.tick = tick
+    def __init__(self, deliver: Callable[[Timed], None], factor: float | str):
+        self.deliver, self.tick = deliver, lambda time_ns: None
+        self.factor = _fraction(factor)
         self.paused = False
-        self.finished = False
-        self.position_ns = 0
+        self.given_up_ns = self._running = self._passed = 0
         self._pending: deque[Timed] = deque()
-        self._started = False
+        self._progress = 0, 0  # running and passed time at the last call
+        self.restart()
+
+    def next_batch(self) -> Iterable[Timed] | None:
+        """The messages to follow, or None at the end."""
+        raise NotImplementedError
+
+    def restart(self) -> None:
+        """Forgets what was computed ahead; the next message starts the pace again, at whatever time it carries."""
+        self._pending.clear()
+        self.finished = self._started = False
+        self.position_ns = self.lag_ns = 0
         self._ticked: int | None = None
 
     def turn(self, now: int) -> int | None:
@@ -148,44 +75,50 @@ class PacedStream:
             return now  # computing it took time, so look at the clock again
         if not self._started:
             self._start(now)
-        if self._send(lambda message: self._due(message) <= now):
-            self.pacer.delivered(now, self.position_ns)
-        return self._due(self._pending[0]) if self._pending else now
+        if self._send(lambda time_ns: self.due(time_ns) <= now):
+            self._note(now)
+        return self.due(self._pending[0].time_ns) if self._pending else now
 
-    def pause(self, now: int, paused: bool) -> None:
-        """Holds the stream, or goes on where it was held."""
+    def due(self, time_ns: int) -> int:
+        """The wall time at which `time_ns` is due; as fast as possible that is always now or earlier."""
+        passed = max(time_ns, self.position_ns) - self._origin_ns
+        return self._origin_wall + (passed * self.factor.denominator // self.factor.numerator if self.factor else 0)
+
+    def pause(self, now: int, paused: bool) -> str:
+        """Holds the stream, or goes on where it was held; pausing twice is as good as once."""
         if self.paused and not paused:
             self._go_on(now)
         self.paused = paused
+        return f"{'paused' if paused else 'running'} at {self.position_ns * 1e-9:.6f} s"
 
     def set_factor(self, now: int, factor: float | str) -> None:
         """Changes the pace from here on; a stream that is held stays where it is."""
-        self.pacer.set_factor(factor)
-        if not self.paused:
-            self._go_on(now)
+        self.factor = _fraction(factor)
+        self.resume_at(now)
 
     def resume_at(self, now: int) -> None:
         """Goes on from where the stream is, at another wall time."""
         if not self.paused:
             self._go_on(now)
 
-    def put(self, batch: Iterable[Timed]) -> None:
-        """Adds messages behind those computed ahead."""
-        self._pending.extend(batch)
-
     def drain(self, until_ns: int | None = None) -> None:
         """Delivers what was computed ahead, due or not: all of it, or what is stamped up to `until_ns`."""
-        self._send(lambda message: until_ns is None or message.time_ns <= until_ns)
-        if until_ns is not None:
-            self.position_ns = max(self.position_ns, until_ns)
+        self._send(lambda time_ns: until_ns is None or time_ns <= until_ns)
+        self.position_ns = max(self.position_ns, until_ns or 0)
 
-    def restart(self) -> None:
-        """Forgets what was computed ahead; the next message starts the pace again, at whatever time it carries."""
-        self._pending.clear()
-        self._started = False
-        self.finished = False
-        self.position_ns = 0
-        self._ticked = None
+    def progress(self) -> dict[str, float | str]:
+        """Numbers for diagnostics, from any thread: pace since the last call, without pauses (0 if nothing ran), lag.
+
+        Lag beyond GREATEST_LAG was given up.
+        """
+        before, self._progress = self._progress, (self._running, self._passed)
+        running, passed = (late - early for late, early in zip(self._progress, before, strict=True))
+        return {
+            "real_time_factor": passed / running if running > 0 else 0.0,
+            "wanted_real_time_factor": float(self.factor) or FASTEST,
+            "lag_s": self.lag_ns * 1e-9,
+            "given_up_s": self.given_up_ns * 1e-9,
+        }
 
     def _go_on(self, now: int) -> None:
         # Before the first message is known, its time is not: a log may begin at any.
@@ -193,21 +126,31 @@ class PacedStream:
             self._start(now)
 
     def _start(self, now: int) -> None:
+        """From now on the position is due at `now`: at the beginning, after a pause, a jump or a change of pace."""
         self._started = True
-        first = self._pending[0].time_ns if self._pending else self.position_ns
         # A message may be stamped with the start of the time it covers: the stream never goes back.
-        self.position_ns = max(self.position_ns, first)
-        self.pacer.start(now, self.position_ns)
+        self.position_ns = max(self.position_ns, self._pending[0].time_ns if self._pending else 0)
+        self._origin_wall = self._noted_at = now
+        self._origin_ns = self._noted = self.position_ns
+        self.lag_ns = 0
 
-    def _due(self, message: Timed) -> int:
-        return self.pacer.due(max(message.time_ns, self.position_ns))
+    def _note(self, now: int) -> None:
+        """Notes progress up to the position; one more than GREATEST_LAG late starts afresh from here."""
+        self._running += now - self._noted_at
+        self._passed += self.position_ns - self._noted
+        self._noted_at, self._noted = now, self.position_ns
+        if self.factor:
+            self.lag_ns = max(0, now - self.due(self.position_ns))
+            if self.lag_ns > GREATEST_LAG:
+                self.given_up_ns += self.lag_ns
+                self._origin_wall, self._origin_ns = now, self.position_ns
 
-    def _send(self, goes_out: Callable[[Timed], bool]) -> bool:
-        """Delivers messages from the first on while they go out; returns whether one did."""
+    def _send(self, goes_out: Callable[[int], bool]) -> bool:
+        """Delivers messages from the first on while their times go out; returns whether one did."""
         going, asked_ns = [], None  # one decision for all messages of an instant
         while self._pending:
             time_ns = self._pending[0].time_ns
-            if time_ns != asked_ns and not goes_out(self._pending[0]):
+            if time_ns != asked_ns and not goes_out(time_ns):
                 break
             asked_ns = time_ns
             going.append(self._pending.popleft())
@@ -218,6 +161,15 @@ class PacedStream:
         for message in going:
             self.deliver(message)
         return bool(going)
+
+
+def _fraction(factor: float | str) -> Fraction:
+    """The pace as a fraction, 0 for FASTEST; raises ValueError."""
+    if factor == FASTEST:
+        return Fraction(0)
+    if not (isinstance(factor, (int, float)) and SLOWEST <= factor < float("inf")):
+        raise ValueError(f"the pace must be {FASTEST} or a finite number of at least {SLOWEST:g} and is {factor}")
+    return Fraction(factor).limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
 
 
 POLL = 0.005  # s between looks at a clock that is not that of the machine

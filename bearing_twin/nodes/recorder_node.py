@@ -16,7 +16,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
-from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, Told
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
 from bearing_twin.log.sample_block import NUMBERED, readable_range
 from bearing_twin.nodes.base_node import (
     LOG_PERIOD,
@@ -104,8 +104,8 @@ class RecordedTopic:
         return not (self.several or self.sent.restarts)
 
 
-class Recording(Told):
-    """A log of arriving messages; thread-safe. `prefixes`: folders searched for .msg files of other packages."""
+class Recording:
+    """A `log` of arriving messages; thread-safe. `prefixes`: folders searched for .msg files of other packages."""
 
     def __init__(
         self,
@@ -116,7 +116,7 @@ class Recording(Told):
     ):
         self._patterns = tuple(patterns)
         self._folder_definition = cdr.definition_in_folders(prefixes)
-        self._log = RawLogWriter(path, safety=safety)
+        self.log = RawLogWriter(path, safety=safety)
         self._lock = threading.Lock()
         self.topics: dict[str, RecordedTopic] = {}
         self.closed = False
@@ -125,9 +125,8 @@ class Recording(Told):
 
     def wants(self, topic: str) -> bool:
         """True if `topic` matches a pattern and is not recorded yet; hidden topics, as of actions, are not recorded."""
-        if topic in self.topics or "/_" in topic:
-            return False
-        return any(fnmatchcase(topic, pattern) for pattern in self._patterns)
+        new = topic not in self.topics and "/_" not in topic
+        return new and any(fnmatchcase(topic, pattern) for pattern in self._patterns)
 
     def add(self, topic: str, ros_type: str, type_hash: str, qos: tuple[Qos, ...]) -> None:
         """Describes a topic in the log; raises LogError for one too many, and for a type without a definition."""
@@ -137,7 +136,7 @@ class Recording(Told):
         text = cdr.schema_text(ros_type) if known else cdr.full_definition(ros_type, self._folder_definition)
         with self._lock:
             known_hash = cdr.type_hash(ros_type) if known else type_hash
-            number = self._log.add_topic(topic, ros_type, text, known_hash, qos)
+            number = self.log.add_topic(topic, ros_type, text, known_hash, qos)
             self.topics[topic] = RecordedTopic(topic, number, ros_type if known else "")
 
     def publishers(self, topic: str, count: int) -> None:
@@ -146,7 +145,7 @@ class Recording(Told):
         recorded.several |= count > 1
         if recorded.outputs:
             recorded.outputs.several = count > 1
-        self._log.keep_all(recorded.number, count > 1)
+        self.log.keep_all(recorded.number, count > 1)
 
     def receive_all(
         self,
@@ -166,16 +165,14 @@ class Recording(Told):
             if self.closed:
                 return 0
             recorded = self.topics[topic]
-            messages = zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False)
-            ranges, count = [], len(data)
+            messages, ranges = list(zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False)), []
             if recorded.outputs or max(map(len, data), default=0) > LARGEST_MESSAGE:
                 found = [_range_or_none(one, recorded.ros_type) for one in data]
                 ranges = [one for one in found if one]
                 messages = [message for message, one in zip(messages, found, strict=True) if one]
-                count = len(ranges)
-            self._log.write_all(messages)
-            self.messages += count
-            self.unreadable += len(data) - count
+            self.log.write_all(messages)
+            self.messages += len(messages)
+            self.unreadable += len(data) - len(messages)
             recorded.several |= None in sent_numbers
             before = recorded.sent.lost
             recorded.sent.note_all([one - 1 for one in sent_numbers if one is not None])
@@ -186,28 +183,19 @@ class Recording(Told):
     def summary(self) -> str:
         """Messages, size and losses in one line."""
         lost = sum(self.status()[f"messages_{what}"] for what in ("lost", "dropped", "unreadable"))
-        return f"{self._log.path}: {self.messages} messages, {size_text(self._log.bytes)}, {lost} lost"
-
-    @property
-    def folder(self) -> Path:
-        """The folder of the log."""
-        return self._log.path.parent
+        return f"{self.log.path}: {self.messages} messages, {size_text(self.log.bytes)}, {lost} lost"
 
     def note_losses(self) -> None:
         """Writes what was lost so far into the log, so that a crash does not take the count along."""
         status = self.status()
-        losses = sum(status[f"{what}_lost"] for what in ("messages", "samples", "records"))
-        losses += status["messages_dropped"] + status["messages_unreadable"]
+        now = sum(status[key] for key in LOSSES), status["mixed"]
         with self._lock:
-            if self.closed:
-                return
-            now = losses, status["mixed"]
-            if now != self._noted and not self._log.problem:  # else once there is room
+            if not self.closed and now != self._noted and not self.log.problem:  # else once there is room
                 self._noted = now
-                self._log.add_metadata(RECORDING_RECORD, self._counts_of(status))
+                self.log.add_metadata(RECORDING_RECORD, status)
 
     def status(self) -> dict[str, float | str]:
-        """Counts so far: topics, messages, bytes, and what was lost, of messages, solver outputs and rows of records.
+        """Counts so far: topics, messages, and what was lost, of messages, solver outputs and rows of records.
 
         `lost_on` names the topics with lost messages, `uncounted` those whose lost messages nobody can count: several
         publishers, or no numbers; `mixed` those on which outputs of several stand among each other. Messages are
@@ -216,37 +204,22 @@ class Recording(Told):
         with self._lock:
             topics = sorted(self.topics.values(), key=lambda one: one.name)
         counted = [one for one in topics if one.counted]
-        numbered = [(RECORDS in one.name, one.outputs) for one in topics if one.outputs]
-        outputs = [stream for is_record, stream in numbered if not is_record]
+        outputs = [one.outputs for one in topics if one.outputs and RECORDS not in one.name]
         return {
             "topics": len(topics),
             "messages": self.messages,
             "messages_lost": sum(one.sent.lost for one in counted),
             "messages_before": sum(one.sent.before for one in counted),
-            "messages_dropped": self._log.dropped,
+            "messages_dropped": self.log.dropped,
             "messages_unreadable": self.unreadable,
             "lost_on": " ".join(one.name for one in counted if one.sent.lost),
             "uncounted": " ".join(one.name for one in topics if not one.counted),
             "mixed": " ".join(one.name for one in topics if one.outputs and one.outputs.mixed >= MIXED),
-            "bytes": self._log.bytes,
             "samples_received": sum(stream.received for stream in outputs),
             "samples_lost": sum(stream.lost for stream in outputs),
-            "records_lost": sum(stream.lost for is_record, stream in numbered if is_record),
+            "records_lost": sum(one.outputs.lost for one in topics if one.outputs and RECORDS in one.name),
             "restarts": sum(stream.restarts for stream in outputs),
         }
-
-    def warning(self, status: dict) -> str:
-        """The sentence about what a `status` counts as lost or not to be recorded, "" where nothing is."""
-        if status["mixed"]:
-            return f"several nodes publish {status['mixed']}: their outputs are mixed; start each in its own namespace"
-        for what in ("samples", "records"):
-            if lost := status[f"{what}_lost"]:
-                return f"{loss_sentence(lost, what == 'records')}; {REMEDY}"
-        if count := status["messages_unreadable"]:
-            return f"{count} messages are not logged: too large, or not the SampleBlock as which they were sent"
-        if count := status["messages_lost"]:
-            return f"{count} messages were lost on the way; {REMEDY}"
-        return "" if status["topics"] else "no topic matches so far: there is nothing to record"
 
     def close(self) -> None:
         """Writes the counts into the log and completes it; may be called twice."""
@@ -255,13 +228,29 @@ class Recording(Told):
                 return
             self.closed = True
         try:
-            self._log.add_metadata(RECORDING_RECORD, self._counts_of(self.status()))
+            self.log.add_metadata(RECORDING_RECORD, self.status())
         finally:
-            self._log.close()
+            self.log.close()
 
-    @staticmethod
-    def _counts_of(status: dict) -> dict:
-        return {key: value for key, value in status.items() if key != "bytes"}
+
+LOSSES = {
+    "samples_lost": f"{{}} solver outputs were lost on the way; {REMEDY}",
+    "records_lost": f"{{}} rows of records were lost on the way; {REMEDY}",
+    "messages_unreadable": "{} messages are not logged: too large, or not the SampleBlock as which they were sent",
+    "messages_lost": f"{{}} messages were lost on the way; {REMEDY}",
+    "messages_dropped": "{} messages were dropped while the disk was full",
+}
+"""Counts of a recording's status, the gravest first, and the sentences about them."""
+
+
+def warning_of(status: dict) -> str:
+    """The sentence about what the `status` of a recording counts as lost or not to be recorded, "" where nothing is."""
+    if status["mixed"]:
+        return f"several nodes publish {status['mixed']}: their outputs are mixed; start each in its own namespace"
+    for key, sentence in LOSSES.items():
+        if status[key]:
+            return sentence.format(status[key])
+    return "" if status["topics"] else "no topic matches so far: there is nothing to record"
 
 
 def _range_or_none(data: bytes, ros_type: str) -> tuple[int, int] | None:
@@ -274,12 +263,6 @@ def _range_or_none(data: bytes, ros_type: str) -> tuple[int, int] | None:
         return None
 
 
-def loss_sentence(count: int, records: bool) -> str:
-    """Message about lost solver outputs, or rows of `records`."""
-    what = ("row" if count == 1 else "rows") + " of records" if records else f"solver output{'s' * (count != 1)}"
-    return f"{count} {what} {'was' if count == 1 else 'were'} lost on the way"
-
-
 def default_topics(namespace: str = "/") -> list[str]:
     """Topics of a recorder without the parameter `topics`: all in its own namespace, and the frames.
 
@@ -287,11 +270,6 @@ def default_topics(namespace: str = "/") -> list[str]:
     """
     own = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
     return [*(f"{one}/*" for one in own), *FRAMES]
-
-
-def definition_prefixes() -> list[Path]:
-    """The installation prefixes of the ROS that is sourced."""
-    return [Path(prefix) for prefix in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if prefix]
 
 
 class RecorderNode(BaseNode):
@@ -302,11 +280,11 @@ class RecorderNode(BaseNode):
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
         self._topics = [one for one in values["topics"] if one] or default_topics(self.get_namespace())
-        self.recording = Recording(path, self._topics, definition_prefixes(), safety_of(values))
+        prefixes = map(Path, filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)))
+        self.recording = Recording(path, self._topics, prefixes, safety_of(values))
         self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
         self._by_ros_time = self.get_parameter("use_sim_time").value
-        self._refused: set[str] = set()
-        self._warned = ""
+        self._refused, self._warned = set(), ""
         self._subscribed: dict[str, Subscription] = {}
         self._taking = threading.Lock()
         period = SIM_TIME_PERIOD if self._by_ros_time else TAKE_PERIOD
@@ -333,10 +311,9 @@ class RecorderNode(BaseNode):
     @guarded
     def _on_discovery(self):
         for name, types in self.get_topic_names_and_types():
-            if not (name in self._refused or name in self._subscribed or not is_topic(name)):
-                publishers = self.get_publishers_info_by_topic(name)
-                if publishers and self.recording.wants(name):
-                    self._subscribe(name, types, publishers)
+            wanted = name not in self._refused and is_topic(name) and self.recording.wants(name)
+            if wanted and (publishers := self.get_publishers_info_by_topic(name)):
+                self._subscribe(name, types, publishers)
         for name, subscription in list(self._subscribed.items()):
             if self.count_publishers(name) > subscription.get_publisher_count():  # one that may not be compatible
                 self._subscribe_again(name, subscription)
@@ -361,7 +338,7 @@ class RecorderNode(BaseNode):
         if all(qos_check_compatible(one, subscription.qos_profile)[0] != QoSCompatibility.ERROR for one in profiles):
             return
         with self._taking:
-            self._log(name, list(waiting_messages(subscription)))
+            self._log(name, subscription)
             self.destroy_subscription(subscription)
             self._listen(name, subscription.msg_type, profiles)
         self.get_logger().warning(f"{name}: a later publisher offers a lower quality of service; subscribed again")
@@ -380,22 +357,23 @@ class RecorderNode(BaseNode):
             stopping = self._stopping.wait(self._period)
             with self._taking:
                 for name, subscription in list(self._subscribed.items()):
-                    self._log(name, list(waiting_messages(subscription)))
+                    self._log(name, subscription)
 
-    def _log(self, topic: str, found: list[tuple[bytes, dict]]) -> None:
+    def _log(self, topic: str, subscription: Subscription) -> None:
+        found = list(waiting_messages(subscription))
         if not found:
             return
         try:
-            if self.recording.topics[topic].outputs and topic in self._subscribed:  # numbers of several publishers mix
-                self.recording.publishers(topic, self._subscribed[topic].get_publisher_count())
+            if self.recording.topics[topic].outputs:  # numbers of several publishers mix
+                self.recording.publishers(topic, subscription.get_publisher_count())
             now = self.get_clock().now().nanoseconds  # with use_sim_time 0 before the first /clock
             received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]
             lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
             if lost:
-                said = f"{topic}: {loss_sentence(lost, RECORDS in topic)}; see /diagnostics for all counts"
-                self.get_logger().error(said, throttle_duration_sec=LOG_PERIOD)
+                what = LOSSES["records_lost" if RECORDS in topic else "samples_lost"].format(lost)
+                self.get_logger().error(f"{topic}: {what}", throttle_duration_sec=LOG_PERIOD)
         except Exception as error:  # it would end the thread in silence
             self.fail(error)
 
@@ -405,9 +383,9 @@ class RecorderNode(BaseNode):
         for name, count in counts.items():
             self.recording.publishers(name, count)
         self.recording.note_losses()
-        status = self.recording.status()
-        level, message, room = self.watch_log(self.recording, self.recording.folder, time.monotonic())
-        if not message and (message := self.recording.warning(status)):
+        status, log = self.recording.status(), self.recording.log
+        level, message, room = self.watch_log(log, log.path.parent, time.monotonic())
+        if not message and (message := warning_of(status)):
             level = WARN
             if status["topics"] and message.strip("0123456789") != self._warned:
                 self._warned = message.strip("0123456789")

@@ -28,7 +28,7 @@ from bearing_twin.nodes.base_node import (
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.pacing import PacedStream, Pacer, StreamPace, Timed, Worker
+from bearing_twin.nodes.pacing import LAG_SHOWN, PacedStream, Timed, Worker
 
 # fmt: off
 PARAMETERS = (
@@ -131,7 +131,7 @@ def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedM
     return sorted(found.values(), key=lambda one: one.log_time)
 
 
-class ReplayLoop:
+class ReplayLoop(PacedStream):
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
     What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
@@ -150,18 +150,18 @@ class ReplayLoop:
         namespace: str = "",
         frame_prefix: str = "",
     ):
+        super().__init__(deliver, rate)
         with advised(path):
             self.notes = LogReader(path, unfinished=True).notes
         self._played = {}
         for name, topic in logged_topics(path).items():
-            others = ", ".join(sorted(topic.others))
             if topic.changed:
                 said = f"{name} is not played: {topic.ros_type} has changed its fields since it was logged"
                 self.notes.append(f"{said}; play it with the version of bearing_twin that wrote it")
                 continue
             self._played[name] = topic
-            if others:
-                said = f"messages of type {others} on {name} are not played"
+            if topic.others:
+                said = f"messages of type {', '.join(sorted(topic.others))} on {name} are not played"
                 self.notes.append(f"{said}, as others have type {topic.ros_type}")
         if not self._played:
             raise LogError(self.notes[-1])
@@ -170,21 +170,14 @@ class ReplayLoop:
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._messages = self._read()
-        self._first_ns, self._last_ns = None, 0
-        self.paced = PacedStream(self._next_batch, deliver, Pacer(rate))
-        self._turned = 0
+        self._first_ns, self._last_ns, self._turned = None, 0, 0
 
     def turn(self, now: int) -> int | None:
         """`PacedStream.turn`; simulation time has not begun at 0, and where it goes back the replay goes on."""
         if now < self._turned:
-            self.paced.resume_at(now)
+            self.resume_at(now)
         self._turned = now
-        return self.paced.turn(now) if now else now
-
-    def pause(self, now: int, paused: bool) -> str:
-        """Holds the replay or lets it go on."""
-        self.paced.pause(now, paused)
-        return "paused" if paused else "playing"
+        return super().turn(now) if now else now
 
     def _read(self) -> Iterator[Timed]:
         latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
@@ -201,7 +194,8 @@ class ReplayLoop:
             renamed = self._renaming.data(topic.name, topic.ros_type, data)
             yield Timed(time_ns, self._renaming.topic(topic.name), renamed)
 
-    def _next_batch(self) -> list[Timed] | None:
+    def next_batch(self) -> list[Timed] | None:
+        """The next messages of the log, None at its end."""
         if batch := list(islice(self._messages, BATCH)):
             self._last_ns = batch[-1].time_ns
             self._first_ns = batch[0].time_ns if self._first_ns is None else self._first_ns
@@ -216,7 +210,7 @@ class ReplayLoop:
             said = f"{start} covers {span_ns * 1e-9:g} s, too little for `loop`"
             raise LogError(f"{said}: omit `loop`, or lower `start`")
         self._messages = self._read()
-        self.paced.restart()
+        self.restart()
         return []
 
 
@@ -237,22 +231,21 @@ class ReplayNode(BaseNode):
         place, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
         deliver = lambda message: self._outlet.deliver(message)  # noqa: E731  (its topics are those of the loop)
         made_of = values["rate"], start_ns, values["loop"], place, values["frame_prefix"]
-        self.loop = ReplayLoop(values["log"], deliver, *made_of)
-        for sentence in self.loop.notes:
+        self.loop = loop = ReplayLoop(values["log"], deliver, *made_of)
+        for sentence in loop.notes:
             self.get_logger().warning(sentence)
-        topics = ((name, topic.ros_type, topic.qos) for name, topic in self.loop.topics.items())
-        self._outlet = Outlet(self, topics, values["publish_clock"])
-        self.loop.paced.paused, self.loop.paced.tick = values["start_paused"], self._outlet.tick
-        self._earlier, self._warned = StreamPace(0, 0, 0, 0), False
+        topics = ((name, topic.ros_type, topic.qos) for name, topic in loop.topics.items())
+        self._outlet = outlet = Outlet(self, topics, values["publish_clock"])
+        loop.paused, loop.tick, self._warned = values["start_paused"], outlet.tick, False
         self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE)
         self.add_post_set_parameters_callback(self._on_parameters)
         self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics)
-        if self._outlet.has_clock:
+        if outlet.has_clock:
             self.every(CLOCK_PERIOD, self._on_clock)
-        self.get_logger().info(f"{values['log']}: {len(self._outlet.publishers)} topics")
-        discovery = self._outlet.publishers, values["discovery"], self.get_logger().info
+        self.get_logger().info(f"{values['log']}: {len(outlet.publishers)} topics")
+        wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], self.get_logger().info)
         clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
-        self.worker = Worker(self._turn, partial(wait_for_subscribers, *discovery), self._ended, clock)
+        self.worker = Worker(self._turn, wait, self._ended, clock)
         self.worker.start()
 
     def close(self) -> None:
@@ -263,7 +256,7 @@ class ReplayNode(BaseNode):
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
-        if self.loop.paced.finished and not self.done.is_set():
+        if self.loop.finished and not self.done.is_set():
             wait_for_acknowledgement(self._outlet.publishers)
             self.get_logger().info(f"done, {self._outlet.published} messages")
             self.done.set()
@@ -288,24 +281,21 @@ class ReplayNode(BaseNode):
 
     @guarded
     def _on_clock(self):
-        if self.loop.paced.paused and self.loop.paced.position_ns:  # for subscribers that come late
-            self._outlet.tick(self.loop.paced.position_ns)
+        if self.loop.paused and self.loop.position_ns:  # for subscribers that come late
+            self._outlet.tick(self.loop.position_ns)
 
     @guarded
     def _on_parameters(self, parameters):
         for parameter in parameters:
             if parameter.name == "rate":
-                self.worker.post(self.loop.paced.set_factor, parameter.value)
+                self.worker.post(self.loop.set_factor, parameter.value)
 
     @guarded
     def _on_diagnostics(self):
-        pace, requested = self.loop.paced.pacer.pace(), float(self.loop.paced.pacer.factor)
-        values = pace.numbers(self._earlier, requested)
-        values |= {"messages": self._outlet.published, "rounds": self.loop.rounds}
-        self._earlier = pace
-        level, message = OK, "paused" if self.loop.paced.paused else "playing"
-        if pace.behind:
-            level, message = WARN, f"cannot keep up: {pace.lag_ns * 1e-9:.3g} s behind"
+        values = self.loop.progress() | {"messages": self._outlet.published, "rounds": self.loop.rounds}
+        level, message = OK, "paused" if self.loop.paused else "playing"
+        if self.loop.lag_ns > LAG_SHOWN:
+            level, message = WARN, f"cannot keep up: {self.loop.lag_ns * 1e-9:.3g} s behind"
             if not self._warned:
                 self._warned = True
                 self.get_logger().warning(f"{message}; lower `rate`")

@@ -6,7 +6,6 @@ Integration, pacing, log and publishing happen in a worker thread; the callbacks
 import dataclasses
 import threading
 import time
-from collections.abc import Callable
 from concurrent.futures import Future, wait
 from contextlib import suppress
 from functools import partial
@@ -27,7 +26,7 @@ from bearing_twin.kinds.error_estimates import unchecked
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import refuse_existing
 from bearing_twin.log.run_log import LogWriter
-from bearing_twin.log.stream import MessageStream, choice_record, topics
+from bearing_twin.log.stream import choice_record, topics
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     LOG_PERIOD,
@@ -162,7 +161,7 @@ def scene_of(values: dict[str, Any]) -> Scene:
     return scene
 
 
-COMMAND_TIMEOUT = 30.0  # s until a service reports that its command is still to be carried out
+COMMAND_TIMEOUT = 30.0  # s until a service reports that its command cannot be carried out yet
 INTERRUPT_PERIOD = 0.05  # s between interruptions of a computation by an urgent command
 ANSWER_TIME = 0.3  # s until ~/pause and ~/reset answer
 CLOSE_TIME = 0.25  # s for subscribers to take what is published at the end
@@ -182,33 +181,20 @@ class SimNode(BaseNode):
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._values, self._scene = values, scene
-        self._log, self._logs = None, 0
+        self._log, self._logs, self._warned = None, 0, False
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
-        self._halt = Halt()
-        # Both are made in the worker's thread: the start of a run may take seconds.
-        self.simulation: Simulation | None = None
-        self.loop: SimulationLoop | None = None
-        self.ready, self._doing, self._started = threading.Event(), "preparing", time.monotonic()
-        self._folder, self._warned = Path(values["log"]).parent, False
-        self._frame = f"{values['frame_prefix']}{kind.frame}"
+        self._halt, self._started = Halt(), time.monotonic()
+        self.loop: SimulationLoop | None = None  # made in the worker's thread: the start of a run may take seconds
+        self.ready, self._doing = threading.Event(), "preparing"
         self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         self._serve(kind)
         own_end_ns = (scene.outputs - 1) * scene.output_period_ns if kind.brief else 0
-        duration_ns = round(values["duration"] * 1e9) or own_end_ns
-        for late in late_keys(scene, 1e-9 * duration_ns or float("inf")):
+        self._duration_ns = round(values["duration"] * 1e9) or own_end_ns
+        for late in late_keys(scene, 1e-9 * self._duration_ns or float("inf")):
             self.get_logger().warning(late)
-        self.worker = Worker(self._turn, partial(self._prepare, duration_ns), self._ended)
+        self.worker = Worker(self._turn, self._prepare, self._ended)
         self.worker.start()
-
-    def close(self) -> None:
-        """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
-        self._halt.end()
-        # Before its first output a run has nothing to lose, and an impact is solved as a whole, which takes long.
-        computed = self.ready.is_set() and self.simulation.sequence >= 0
-        if (self.worker.stop(COMMAND_TIMEOUT if computed else 0.0) or not computed) and self.loop is not None:
-            self.loop.close()
-            wait_for_acknowledgement(self._outlet.publishers, CLOSE_TIME)
 
     def _serve(self, kind: Kind) -> None:
         """Creates services, subscriptions and timers."""
@@ -231,82 +217,82 @@ class SimNode(BaseNode):
         self.add_on_set_parameters_callback(self._on_overrides)
         self.add_post_set_parameters_callback(self._on_parameters)
 
+    def close(self) -> None:
+        """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
+        self._halt.end()
+        # Before its first output a run has nothing to lose, and an impact is solved as a whole, which takes long.
+        computed = self.ready.is_set() and self.loop.simulation.sequence >= 0
+        if (self.worker.stop(COMMAND_TIMEOUT if computed else 0.0) or not computed) and self.loop is not None:
+            self.loop.close()
+            wait_for_acknowledgement(self._outlet.publishers, CLOSE_TIME)
+
     # In the worker's thread
 
-    def _prepare(self, duration_ns: int) -> None:
+    def _prepare(self) -> None:
         values, scene = self._values, self._scene
-        self.simulation = run = Simulation(scene, self._halt)
+        simulation = Simulation(scene, self._halt)
         self._doing = "waiting for subscribers"
         wait_for_subscribers(self._outlet.publishers, values["discovery"], self.get_logger().info)
         if self.worker.stopping:
             return
         loop = SimulationLoop(
-            run,
-            self._stream_of(run),
+            simulation,
             self._outlet.deliver,
             values["real_time_factor"],
-            duration_ns,
+            self._duration_ns,
             self._open_log,
             round(values["repeat"] * 1e9),
             self._outlet.subscribed_topics,
             self._commands,
             round(1e9 / scene.parameters.run.publish_rate),
         )
-        loop.paced.tick, loop.paced.paused = self._outlet.tick, values["start_paused"]
-        loop.tells_time = self._outlet.has_clock
+        loop.tick, loop.paused, loop.tells_time = self._outlet.tick, values["start_paused"], self._outlet.has_clock
         self.loop, self._doing = loop, "computing"
         self.ready.set()
-        said = f"{scene.name} by {run.choice.law} and {run.choice.stepper}, ready after {self._seconds():.1f} s"
-        self.get_logger().info(said)
-        for warned in run.choice.warnings:
+        choice = simulation.choice
+        self.get_logger().info(
+            f"{scene.name} by {choice.law} and {choice.stepper}, ready after {self._seconds():.1f} s"
+        )
+        for warned in choice.warnings:
             self.get_logger().warning(warned)
 
-    def _stream_of(self, run: Simulation) -> Callable[[], MessageStream]:
-        return partial(MessageStream, run.scene, choice=run.choice, frame_prefix=self._values["frame_prefix"])
-
-    def _open_log(self, run: int) -> LogWriter | None:
-        """The log of run 0, 1 ... if the node writes any; raises LogError."""
+    def _open_log(self, number: int, simulation: Simulation) -> LogWriter | None:
+        """The log of run 1, 2 ... if the node writes any; raises LogError."""
         if not self._values["log"]:
             return None
         if self._logs >= MOST_LOGS:
             raise LogError(f"the node has written {MOST_LOGS} logs; start it again for more")
-        path = log_path(self._values["log"], run)
+        path = log_path(self._values["log"], number)
         self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
-        # The choice of the start: a log is opened before the run that it is for begins again.
-        record = choice_record(self.simulation.choice)
-        self._log, self._logs = LogWriter(path, self.simulation.scene, record, safety=self._safety), self._logs + 1
+        self._log = LogWriter(path, simulation.scene, choice_record(simulation.choice), safety=self._safety)
+        self._logs += 1
         return self._log
 
     def _change(self, now: int, scene: Scene) -> None:
         """Begins the run again as `scene`; raises LogError, and changes nothing, where no log can be opened."""
-        before, self.simulation = self.simulation, Simulation(scene, self._halt)
-        try:
-            done = self.loop.change(now, self.simulation, self._stream_of(self.simulation))
-        except LogError:
-            self.simulation = before
-            raise
-        self.get_logger().info(f"{scene.name} by {self.simulation.choice.law}: {done}")
+        simulation = Simulation(scene, self._halt)
+        done = self.loop.change(now, simulation)
+        self.get_logger().info(f"{scene.name} by {simulation.choice.law}: {done}")
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
-        while self._commands.refusals:
-            self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=LOG_PERIOD)
-        if self._commands.speed_doubt:
-            self.get_logger().warning(self._commands.speed_doubt, once=True)
+        while self._commands.warnings:
+            self.get_logger().warning(self._commands.warnings.popleft(), throttle_duration_sec=LOG_PERIOD)
         if self.loop.over and not self.done.is_set():
             wait_for_acknowledgement(self._outlet.publishers)
             self._report()
-            self.get_logger().info(f"done at {self.loop.time_ns * 1e-9:.6f} s, {self._outlet.published} messages")
+            self.get_logger().info(f"done at {self._time_ns * 1e-9:.6f} s, {self._outlet.published} messages")
             self.done.set()
         return wake_at
 
     def _ended(self, error: Exception | None) -> None:
-        if error is not None and not isinstance(error, Stopped):
-            if left := isinstance(error, IntegrationError) and write_failure(error, self._folder):
-                error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
-            with suppress(InvalidHandle):  # of a node closed before its first output, which its worker outlives
-                self._publish_status(ERROR, str(error), {})
-            self.fail(error)
+        if error is None or isinstance(error, Stopped):
+            return
+        if left := isinstance(error, IntegrationError) and write_failure(error, Path(self._values["log"]).parent):
+            error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
+        with suppress(InvalidHandle):  # of a node closed before its first output, which its worker outlives
+            self._publish_status(ERROR, str(error), {})
+        self.fail(error)
 
     # Commands
 
@@ -317,11 +303,10 @@ class SimNode(BaseNode):
         if self.loop is not None and time.monotonic_ns() >= self.loop.obeys_at:
             self._halt.interrupt()
 
-    def _ask(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False, now: bool = False):
-        """The answer of a method of the loop, which the worker calls.
+    def _ask(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False) -> Future:
+        """The answer of a method of the loop, which the worker calls, after `seconds` at most.
 
-        What takes longer than `seconds` is carried out later, which the answer says, or is given up where it is wanted
-        `now`, with BearingTwinError. What is `urgent` interrupts the computation under way, whatever that has cost.
+        What is `urgent` interrupts the computation under way, whatever that has cost.
         """
         future = self.worker.post(lambda at: getattr(self.loop, command)(at, *arguments))
         end = time.monotonic() + (seconds if self.ready.is_set() else 0.0)
@@ -329,17 +314,24 @@ class SimNode(BaseNode):
             if urgent:
                 self._halt.interrupt(always=True)
             wait([future], timeout=min(left, INTERRUPT_PERIOD))
-        if now and not future.done() and future.cancel():
+        return future
+
+    def _accepted(self, future: Future) -> str:
+        """The answer, or that it will be carried out later."""
+        if future.done():
+            return future.result()
+        future.add_done_callback(self._say_failure)
+        when = "after the present computation" if self.ready.is_set() else "when the run is prepared"
+        return f"accepted: carried out {when}"
+
+    def _carried_out(self, future: Future) -> Any:
+        """The answer; raises BearingTwinError where there is none yet, and it is not carried out then."""
+        if not future.done() and future.cancel():
             raise BearingTwinError(
                 f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
                 "says that it runs or is paused"
             )
-        if now or future.done():
-            return future.result()
-        future.add_done_callback(self._say_failure)
-        if self.ready.is_set():
-            return "accepted: carried out after the present computation"
-        return f"accepted: carried out when the run is prepared ({self._seconds():.0f} s so far)"
+        return future.result()
 
     def _say_failure(self, future: Future) -> None:
         if not future.cancelled() and (error := future.exception()) is not None:
@@ -349,44 +341,47 @@ class SimNode(BaseNode):
     def _on_pause(self, request, response):
         held = request.data and self.loop is not None
         if held:
-            self.loop.paced.paused = True  # at once: a chunk that is being computed is not published
-        said = self._ask("pause", request.data, seconds=ANSWER_TIME)
+            self.loop.paused = True  # at once: a chunk that is being computed is not published
+        said = self._accepted(self._ask("pause", request.data, seconds=ANSWER_TIME))
         response.message = f"paused at {self._time_ns * 1e-9:.6f} s" if held else said
         response.success = True
         return response
 
     @guarded
     def _on_reset(self, request, response):
-        response.message = self._ask("reset", seconds=ANSWER_TIME, urgent=True)
+        response.message = self._accepted(self._ask("reset", seconds=ANSWER_TIME, urgent=True))
         response.success = True
         return response
 
     @guarded
     def _on_step(self, request, response):
         response.time_ns = self._time_ns
-        response.message = self._ask("step", request.duration, now=True)
+        response.message = self._carried_out(self._ask("step", request.duration))
         response.time_ns, response.success = self._time_ns, True
         return response
 
     @guarded
     def _on_stiffness(self, request, response):
-        sample, point = self._ask("operating_point", urgent=True, now=True)
-        return fill_stiffness(response, sample, point, self._frame)
-
-    def _on_overrides(self, parameters) -> SetParametersResult:
-        """Refuses overrides that make no scene, or one with other topics."""
-        for parameter in parameters:
-            if parameter.name == "overrides":
-                try:
-                    scene = self._overridden(parameter)
-                except BearingTwinError as error:
-                    return SetParametersResult(successful=False, reason=str(error))
-                if [one.full_name for one in topics(scene)] != [one.full_name for one in topics(self._scene)]:
-                    return SetParametersResult(successful=False, reason="that changes the topics: start a new node")
-        return SetParametersResult(successful=True)
+        sample, point = self._carried_out(self._ask("operating_point", urgent=True))
+        frame = f"{self._values['frame_prefix']}{KINDS[self._scene.kind].frame}"
+        return fill_stiffness(response, sample, point, frame)
 
     def _overridden(self, parameter) -> Scene:
         return scene_of(self._values | {"overrides": list(parameter.value or ())})
+
+    def _on_overrides(self, parameters) -> SetParametersResult:
+        """Refuses overrides that make no scene, or one with other topics."""
+        reason = ""
+        for parameter in parameters:
+            if parameter.name == "overrides":
+                try:
+                    names = [
+                        [one.full_name for one in topics(scene)] for scene in (self._overridden(parameter), self._scene)
+                    ]
+                    reason = "" if names[0] == names[1] else "that changes the topics: start a new node"
+                except BearingTwinError as error:
+                    reason = str(error)
+        return SetParametersResult(successful=not reason, reason=reason)
 
     @guarded
     def _on_parameters(self, parameters):
@@ -395,13 +390,13 @@ class SimNode(BaseNode):
                 self.worker.post(self._change, self._overridden(parameter)).add_done_callback(self._say_failure)
                 self._halt.interrupt(always=True)
             if parameter.name == "real_time_factor":
-                self.worker.post(lambda now, pace=parameter.value: self.loop.paced.set_factor(now, pace))
+                self.worker.post(lambda now, pace=parameter.value: self.loop.set_factor(now, pace))
 
     # Diagnostics
 
     @guarded
     def _on_clock(self):
-        if self.loop is None or self.loop.paced.paused:
+        if self.loop is None or self.loop.paused:
             self._outlet.tick(self._time_ns)
 
     @guarded
@@ -411,7 +406,7 @@ class SimNode(BaseNode):
 
     @property
     def _time_ns(self) -> int:
-        return 0 if self.loop is None else self.loop.time_ns
+        return 0 if self.loop is None else self.loop.position_ns
 
     def _seconds(self) -> float:
         """Time since the node was made [s]."""
@@ -430,7 +425,7 @@ class SimNode(BaseNode):
         warning = self.loop.warning()
         level, message = WARN if slow or warning else OK, "; ".join(filter(None, (message, warning)))
         if self._log is not None:
-            log_level, log_says, room = self.watch_log(self._log, self._folder, time.monotonic())
+            log_level, log_says, room = self.watch_log(self._log, Path(self._values["log"]).parent, time.monotonic())
             level, message = (log_level, log_says) if log_says else (level, message)
             numbers |= room
         self._publish_status(level, message, numbers)

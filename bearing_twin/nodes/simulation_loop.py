@@ -8,7 +8,9 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError, Interrupted, echo
 from bearing_twin.kinds.contract import Command
-from bearing_twin.nodes.pacing import PacedStream, Pacer, StreamPace, Timed
+from bearing_twin.log.stream import MessageStream
+from bearing_twin.nodes.pacing import LAG_SHOWN, PacedStream, Timed
+from bearing_twin.run.simulation import Simulation
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
@@ -29,8 +31,7 @@ class Commands:
 
     def __init__(self, load_timeout_ns: int = 0, frame_prefix: str = ""):
         self.counts = Counter(taken=0, refused=0, superseded=0)
-        self.refusals: deque[str] = deque(maxlen=WAITING)  # to be logged
-        self.speed_doubt = ""  # the first, to be logged
+        self.warnings: deque[str] = deque(maxlen=WAITING)  # to be logged
         self.prefix = frame_prefix
         self._waiting: dict[Command, deque] = {}
         self._lock = threading.Lock()
@@ -57,10 +58,9 @@ class Commands:
             while queue:
                 try:
                     obey(command, queue.pop())
-                except BearingTwinError as error:
-                    self.refusals.append(str(error))
-                else:
                     break
+                except BearingTwinError as error:
+                    self.warnings.append(str(error))
             self.counts["superseded"] += len(queue)
 
     def refused(self, name: str, error: Exception) -> BearingTwinError:
@@ -71,7 +71,7 @@ class Commands:
 
     def note_load(self, time_ns: int | None, stale: bool = False) -> None:
         """A commanded load acts from the output after `time_ns` on; None: the scene's own acts, the last is `stale`."""
-        self.load_is_stale = stale
+        self._stale = stale
         self._source = "the scene" if time_ns is None else "command/load"
         self._stale_at = max(time_ns, 0) + self._timeout if self._timeout and time_ns is not None else None
 
@@ -81,10 +81,9 @@ class Commands:
 
     def warning(self) -> str:
         """A stale load, and refusals since the last call; "" if nothing."""
-        refused = self.counts["refused"]
-        new, self._reported = refused - self._reported, refused
+        new, self._reported = self.counts["refused"] - self._reported, self.counts["refused"]
         stale = f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's load acts"
-        said = stale if self.load_is_stale else "", f"{new} refused, the last: {self._last}" if new else ""
+        said = stale if self._stale else "", f"{new} refused, the last: {self._last}" if new else ""
         return "; ".join(filter(None, said))
 
     def numbers(self) -> dict[str, object]:
@@ -94,21 +93,20 @@ class Commands:
 
 
 def log_path(path: str | Path, run: int) -> Path:
-    """Path of the log of run 0, 1, 2 ...: run.mcap, run_1.mcap, run_2.mcap ..."""
+    """Path of the log of run 1, 2, 3 ...: run.mcap, run_2.mcap, run_3.mcap ..."""
     path = Path(path)
-    return path if run == 0 else path.with_name(f"{path.stem}_{run}{path.suffix}")
+    return path if run == 1 else path.with_name(f"{path.stem}_{run}{path.suffix}")
 
 
-class SimulationLoop:
+class SimulationLoop(PacedStream):
     """A simulation that is computed ahead by a chunk, and whose messages are delivered when they are due.
 
-    Every method runs in the worker's thread, except `look`.
+    Every method runs in the worker's thread, except `look`. `run` counts from 1. `tells_time`: whether every instant is
+    published as time, also where no message is due.
 
     Parameters
     ----------
     simulation : Simulation
-    make_stream : function
-        Gives a new `MessageStream` of the simulation.
     deliver : function
         Sends one `Timed` message.
     factor : float or str
@@ -116,8 +114,8 @@ class SimulationLoop:
     duration_ns : int
         Simulated time of a run; 0 = endless.
     open_log : function
-        Gives the log writer of run 0, 1 ..., or None. A reset begins the next run; a repeat sends the same messages
-        again and is not logged.
+        Gives the log writer of a run by its number and simulation, or None. A reset begins the next run; a repeat sends
+        the same messages again and is not logged.
     repeat_ns : int
         Wall time from one begin of a run to the next, 0 = once; below 0 a run that has ended waits for a reset.
     subscribed : function, optional
@@ -129,72 +127,68 @@ class SimulationLoop:
 
     def __init__(
         self,
-        simulation,
-        make_stream: Callable,
+        simulation: Simulation,
         deliver: Callable[[Timed], None],
         factor: float | str = 1.0,
         duration_ns: int = 0,
-        open_log: Callable[[int], object] = lambda run: None,
+        open_log: Callable[[int, Simulation], object] = lambda run, simulation: None,
         repeat_ns: int = 0,
         subscribed: Callable[[], Container[str]] | None = None,
         commands: Commands | None = None,
         command_ns: int = 0,
     ):
-        self.runs, self._duration_ns = 0, duration_ns
-        self._take(simulation)
+        super().__init__(deliver, factor)
+        self.run, self.tells_time, self._doubted = 1, False, False
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
-        self._make_stream, self._open_log, self._subscribed = make_stream, open_log, subscribed
-        self._stream, self._log = make_stream(), open_log(0)
-        self._done = self._flushed = False
-        self._repeat = repeat_ns
-        self._began: int | None = None
+        self._duration_ns, self._open_log, self._repeat, self._subscribed = duration_ns, open_log, repeat_ns, subscribed
         self._computing: int | None = None  # since when the turn under way
-        self._earlier = StreamPace(0, 0, 0, 0)
-        self._errors: dict[str, float | str] = {}
-        self._judge_at = 0
-        self.tells_time = False  # whether every instant is published as time, also where no message is due
-        self._silent_until = 0
-        self.paced = PacedStream(self._next_batch, deliver, Pacer(factor))
+        self._begin(simulation, open_log(1, simulation))
 
-    @property
-    def time_ns(self) -> int:
-        """Simulation time of the last message delivered."""
-        return self.paced.position_ns
+    def _begin(self, simulation: Simulation, log) -> None:
+        self.simulation, self._log, period = simulation, log, simulation.output_period_ns
+        self._stream = MessageStream(simulation.scene, choice=simulation.choice, frame_prefix=self.commands.prefix)
+        self._chunk = max(1, min(CHUNK_NS // period, simulation.chunk_outputs))
+        self._total = self._duration_ns // period + 1 if self._duration_ns else None
+        self._done = self._flushed = False
+        self._began: int | None = None
+        self._judge_at = self._silent_until = 0
+        self._errors: dict[str, float | str] = {}
+        self.restart()
 
     @property
     def over(self) -> bool:
         """True once everything was delivered and nothing more will come by itself or by a reset."""
-        return self.paced.finished and not self._repeat
+        return self.finished and not self._repeat
 
     def turn(self, now: int) -> int | None:
         """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
-        self._obey_waiting(now)
+        if now >= self.obeys_at:
+            self._obey_waiting(now)
         wake_at = self._run_on(now)
         if not self.commands.waiting:
             return wake_at
         return self.obeys_at if wake_at is None else min(wake_at, self.obeys_at)
 
     def _run_on(self, now: int) -> int | None:
-        if self._began is None and not self.paced.paused:
+        if self._began is None and not self.paused:
             self._began = now
         self._computing = now
         try:
-            wake_at = self.paced.turn(now)
+            wake_at = super().turn(now)
         finally:
             self._computing = None
-        if not self.paced.finished or self.over:
+        if not self.finished or self.over:
             return wake_at
         self.close()
-        if self._repeat < 0 or self.paced.paused:
+        if self._repeat < 0 or self.paused:
             return None
-        due = self._began + self._repeat
-        if now < due:
-            return due
-        self._begin_again(None)
+        if now < self._began + self._repeat:
+            return self._began + self._repeat
+        self._begin_again(self.simulation, None)
         return now
 
-    def _obey_waiting(self, now: int, early: bool = False) -> None:
-        if self.commands.waiting and (early or now >= self.obeys_at):
+    def _obey_waiting(self, now: int) -> None:
+        if self.commands.waiting:
             self.obeys_at = now + self._command_ns
             self.commands.carry_out(lambda command, message: self.obey(now, command, message))
 
@@ -203,28 +197,26 @@ class SimulationLoop:
 
         `now` tells how long the outputs that are computed meanwhile have taken so far.
         """
-        held = 0 if (since := self._computing) is None or now - since < LONG_NS else now - since
-        pace, requested = self.paced.pacer.pace(), float(self.paced.pacer.factor)
-        numbers, passed = pace.numbers(self._earlier, requested), pace.running_ns > self._earlier.running_ns
-        factor = numbers["real_time_factor"]
-        self._earlier, slow = pace, False
-        if self.paced.paused:
+        since, requested, numbers = self._computing, float(self.factor), self.progress()
+        held = 0 if since is None or now - since < LONG_NS else now - since
+        factor, slow = numbers["real_time_factor"], False
+        if self.paused:
             message = "paused"
-        elif self.paced.finished and not self.over:
+        elif self.finished and not self.over:
             message = "waiting for the next start"
         elif held:
             slow, word = (True, "slower than real time") if requested else (False, "as fast as possible")
             numbers["lag_s"] += held * 1e-9 if requested else 0.0
             message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
-        elif passed and pace.behind and factor < SHORTFALL * requested:
+        elif self.lag_ns > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested:
             slow, message = True, f"cannot keep up: {factor:.3g} of {requested:g} times real time"
         else:
             message = "running" if requested else "running as fast as possible"
         choice = self.simulation.choice
         numbers |= {
-            "simulation_time_s": self.time_ns * 1e-9,
+            "simulation_time_s": self.position_ns * 1e-9,
             "outputs": self.simulation.sequence + 1,
-            "runs": self.runs + 1,
+            "runs": self.run,
             **self.commands.numbers(),
             "law": choice.law,
             "stepper": choice.stepper,
@@ -244,10 +236,7 @@ class SimulationLoop:
             said = f"the run is {status}"
         return "; ".join(filter(None, (said, self.commands.warning())))
 
-    def pause(self, now: int, paused: bool) -> str:
-        """Holds time or lets it go on; pausing twice is as good as once."""
-        self.paced.pause(now, paused)
-        return f"{'paused' if paused else 'running'} at {self.time_ns * 1e-9:.6f} s"
+    # Commands; those of a kind are named by its `Command`s
 
     def obey(self, now: int, command: Command, message) -> None:
         """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
@@ -266,89 +255,82 @@ class SimulationLoop:
         self.simulation.set_load(force, torque)
         self.commands.note_load(self.simulation.time_ns)
 
-    def operating_point(self, now: int):
-        """The last output computed, and the ring's loads and stiffness there; raises BearingTwinError."""
-        self._obey_waiting(now, early=True)
-        return self.simulation.operating_point()
-
     def set_speed(self, now: int, speed: float) -> None:
         """New goal for the speed of the inner ring [rad/s]; raises BearingTwinError when it is no possible speed."""
         check_speed(speed)
         doubt = self.simulation.set_speed(speed)
-        self.commands.speed_doubt = self.commands.speed_doubt or doubt
+        if doubt and not self._doubted:
+            self._doubted = True
+            self.commands.warnings.append(doubt)
 
     def set_torque(self, now: int, torque: float) -> None:
         """New torque on the inner ring [N m]; raises BearingTwinError where the drive takes none."""
         self.simulation.set_torque(torque)
 
-    def reset(self, now: int) -> str:
-        """Back to time 0 and the scene's own speed; a log is completed and the next run goes to a new one."""
-        return self.change(now, self.simulation, self._make_stream)
-
-    def change(self, now: int, simulation, make_stream: Callable) -> str:
-        """Begins again with another simulation of the same topics; the log is completed, the run gets a new one."""
-        log = self._open_log(self.runs + 1)  # before anything changes: where none can be opened, the run goes on
-        self.close()
-        self._take(simulation)
-        self._make_stream = make_stream
-        self._begin_again(log)
-        return f"run {self.runs} starts at 0 s"
-
-    def _take(self, simulation) -> None:
-        self.simulation, period = simulation, simulation.output_period_ns
-        self._chunk = max(1, min(CHUNK_NS // period, simulation.chunk_outputs))
-        self._total = self._duration_ns // period + 1 if self._duration_ns else None
-
-    def _begin_again(self, log) -> None:
-        self.runs += 1
-        self.simulation.reset()
-        self.commands.note_load(None)
-        self._stream = self._make_stream()
-        self._log = log
-        self._done = self._flushed = False
-        self._began, self._judge_at, self._silent_until = None, 0, 0
-        self.paced.restart()
+    def operating_point(self, now: int):
+        """The last output computed, and the ring's loads and stiffness there; raises BearingTwinError."""
+        self._obey_waiting(now)
+        return self.simulation.operating_point()
 
     def step(self, now: int, seconds: float) -> str:
         """While paused: delivers `seconds` of simulated time, rounded up to whole outputs, as fast as it computes."""
         if not (math.isfinite(seconds) and 0.0 < seconds <= LONGEST_STEP):
             raise BearingTwinError(f"duration = {seconds} s must be above 0 and at most {LONGEST_STEP:g} s")
-        if not self.paced.paused:
+        if not self.paused:
             raise BearingTwinError("the simulation is running: pause it before you step it")
-        self._obey_waiting(now, early=True)
+        self._obey_waiting(now)
         period = self.simulation.output_period_ns
-        requested = period * math.ceil((self.time_ns + max(1, round(seconds * 1e9))) / period)
+        requested = period * math.ceil((self.position_ns + max(1, round(seconds * 1e9))) / period)
         while self.simulation.time_ns < requested and not self._done:
-            self.paced.put(self._advance(min(self._chunk, (requested - self.simulation.time_ns) // period)))
-            self.paced.drain(self.simulation.time_ns)
-        self.paced.drain(min(requested, self.simulation.time_ns))
-        return f"at {self.time_ns * 1e-9:.6f} s"
+            self._pending.extend(self._advance(min(self._chunk, (requested - self.simulation.time_ns) // period)))
+            self.drain(self.simulation.time_ns)
+        self.drain(min(requested, self.simulation.time_ns))
+        return f"at {self.position_ns * 1e-9:.6f} s"
+
+    def reset(self, now: int) -> str:
+        """Back to time 0 and the scene's own speed; a log is completed and the next run goes to a new one."""
+        return self.change(now, self.simulation)
+
+    def change(self, now: int, simulation: Simulation) -> str:
+        """Begins again with another simulation of the same topics; the log is completed, the run gets a new one."""
+        log = self._open_log(self.run + 1, simulation)  # before anything changes: where none opens, the run goes on
+        self.close()
+        self._begin_again(simulation, log)
+        return f"run {self.run} starts at 0 s"
+
+    def _begin_again(self, simulation: Simulation, log) -> None:
+        self.run += 1
+        simulation.reset()
+        self.commands.note_load(None)
+        self._begin(simulation, log)
 
     def close(self) -> None:
         """Sends and logs the samples collected so far and completes the log; may be called twice."""
         log, self._log = self._log, None
         try:
-            self.paced.drain()
-            if not self._flushed:
-                self._flushed = True
-                for message in self._messages(self._stream.flush(), log):
-                    self.paced.deliver(message)
+            self.drain()
+            for message in self._flush(log):
+                self.deliver(message)
         finally:
             if log is not None:
                 if self.simulation.sequence >= 0:
                     log.note_report(self.simulation.report().record())
                 log.close()
 
-    def _next_batch(self) -> list[Timed] | None:
-        if not self._done:
-            # Up to the end of a chunk, so that what is published last is also what was computed last.
-            # With the first output comes its chunk, whose computing would else make the pace late as soon as it begins.
-            sequence = self.simulation.sequence
-            return self._advance(1 + self._chunk if sequence < 0 else self._chunk - sequence % self._chunk)
-        if not self._flushed:
-            self._flushed = True
-            return self._messages(self._stream.flush(), self._log)
-        return None
+    # Outputs as messages
+
+    def next_batch(self) -> list[Timed] | None:
+        """The messages of the next chunk of outputs, what is left at the end, None behind it."""
+        if self._done:
+            return None if self._flushed else self._flush(self._log)
+        # Up to the end of a chunk, so that what is published last is also what was computed last.
+        # With the first output comes its chunk, whose computing would else make the pace late as soon as it begins.
+        sequence = self.simulation.sequence
+        return self._advance(1 + self._chunk if sequence < 0 else self._chunk - sequence % self._chunk)
+
+    def _flush(self, log) -> list[Timed]:
+        flushed, self._flushed = self._flushed, True
+        return [] if flushed else self._messages(self._stream.flush(), log)
 
     def _advance(self, outputs: int) -> list[Timed]:
         run = self.simulation
@@ -365,7 +347,7 @@ class SimulationLoop:
         if run.time_ns >= self._judge_at:
             self._judge_at = run.time_ns + JUDGED_NS
             self._errors = errors_of(run.report())
-        self._done = self._total is not None and self.simulation.sequence + 1 >= self._total
+        self._done = self._total is not None and run.sequence + 1 >= self._total
         # A log takes every topic; without one, only topics with subscribers are made.
         subscribed = None if self._subscribed is None or self._log is not None else self._subscribed()
         return self._messages(self._stream.messages(block, subscribed), self._log)
