@@ -1,4 +1,4 @@
-"""What recorder_node and replay_node think: losses, definitions, and the way from a log back to messages. No ROS."""
+"""What recorder_node and replay_node compute: losses, definitions, and the way from a log back to messages. No ROS."""
 
 import errno
 import json
@@ -21,25 +21,44 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.nodes.recorder_node import (
-    MIXED,
-    Recording,
-    Sequences,
-    default_topics,
-    warning_of,
-)
+from bearing_twin.nodes.recorder_node import MIXED, Recording, Sequences, default_topics, warning_of
 from bearing_twin.nodes.replay_node import Renaming, ReplayLoop, logged_topics
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 120)
-SAMPLES = "/bearing/samples"
+SAMPLES, RECORDS = "/bearing/samples", "/bearing/records/companion"
 
 
 def sample_block(first, count):
     rows = slice(first, first + count)
     return samples_message(SCENE.channels, first, BLOCK.time_ns[rows], BLOCK.matrix()[rows])
+
+
+def recording_of(path, *names, ros_type=cdr.STATE, **options):
+    """A recording of everything with these topics, of which SAMPLES and RECORDS have sample blocks."""
+    recording = Recording(path, ["*"], **options)
+    for name in names:
+        kind = cdr.SAMPLE_BLOCK if name in (SAMPLES, RECORDS) else ros_type
+        recording.add(name, kind, cdr.type_hash(kind), (Qos(),))
+    return recording
+
+
+def counted(path):
+    """The counts that the recorder wrote into a log, one set after the other."""
+    with McapReader(path) as reader:
+        return [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+
+
+def clock_log(path, times):
+    """A log of a clock whose messages arrived and were sent at these times [ms], each in a chunk of its own."""
+    with RawLogWriter(path, run_record=False) as writer:
+        number = writer.add_topic("/clock", cdr.CLOCK)
+        for arrived, sent in times:
+            writer.write(number, arrived * MS, sent * MS, bytes(12))
+            writer.flush()
+    return path
 
 
 def played(log, until=None, **options):
@@ -57,6 +76,9 @@ def log(tmp_path):
     return tmp_path / "run.mcap"
 
 
+# The recorder
+
+
 def test_losses_and_restarts_are_counted():
     stream = Sequences()
     assert [stream.note(*block) for block in ((100, 50), (150, 50), (230, 50), (0, 50), (50, 10))] == [0, 0, 30, 0, 0]
@@ -64,134 +86,115 @@ def test_losses_and_restarts_are_counted():
     for _ in range(MIXED + 1):  # one publisher that starts again and again mixes with nobody
         stream.note(0, 10)
     assert (stream.restarts, stream.mixed, stream.lost) == (2 + MIXED, 0, 30)
+    for numbers in ([3, 4, 5, 6], [3, 5, 6, 9], [3, 4, 1, 2], [7], []):
+        many, single = Sequences(), Sequences()
+        for given in ([1, 2], numbers):
+            many.note_all(given)
+            for one in given:
+                single.note(one, 1)
+        assert vars(many) == vars(single)
 
 
-def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_lost(tmp_path, capsys):
+@pytest.mark.parametrize(("firsts", "mixed"), [((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)])
+def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_lost(firsts, mixed, tmp_path, capsys):
     """Two bearings in one namespace; one that is started again while its old end is still known steps back once."""
-    for firsts, mixed in (((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)):
-        path = tmp_path / f"{mixed}.mcap"
-        recording = Recording(path, ["*"])
-        recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-        for number, first in enumerate(firsts, start=1):
-            recording.publishers(SAMPLES, 2)
-            assert receive(recording, SAMPLES, 1000, 900, sample_block(first, 10), number) == 0
-        recording.publishers(SAMPLES, 1)
-        receive(recording, SAMPLES, 1000, 900, sample_block(90, 5), 8)  # behind whichever came last
-        assert receive(recording, SAMPLES, 1000, 900, sample_block(97, 3), 10) == 2
-        status = recording.status()
-        assert (status["samples_lost"], status["mixed"], status["uncounted"]) == (2, SAMPLES * mixed, SAMPLES)
-        assert ("outputs are mixed" in warning_of(status)) is mixed
-        recording.close()
-        assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
-        assert ("several nodes sent samples at a time" in capsys.readouterr().err) is mixed
-
-
-@pytest.mark.parametrize("numbers", [[3, 4, 5, 6], [3, 5, 6, 9], [3, 4, 1, 2], [7], []])
-def test_many_numbers_are_counted_as_one_by_one(numbers):
-    many, single = Sequences(), Sequences()
-    for given in ([1, 2], numbers):
-        many.note_all(given)
-        for one in given:
-            single.note(one, 1)
-    assert vars(many) == vars(single)
-
-
-def test_a_report_tells_what_a_recorder_lost(tmp_path, capsys):
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-    recording.add("/other", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
-    receive(recording, SAMPLES, 1000, 900, sample_block(0, 50), 1)
-    recording.add("/third", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
-    for number in (1, 4):
-        receive(recording, "/other", 1000, 900, bytes(8), number)
-    recording.publishers("/third", 2)
+    path = tmp_path / "out.mcap"
+    recording = recording_of(path, SAMPLES)
+    for number, first in enumerate(firsts, start=1):
+        recording.publishers(SAMPLES, 2)
+        assert receive(recording, SAMPLES, 1000, 900, sample_block(first, 10), number) == 0
+    recording.publishers(SAMPLES, 1)
+    receive(recording, SAMPLES, 1000, 900, sample_block(90, 5), 8)  # behind whichever came last
+    assert receive(recording, SAMPLES, 1000, 900, sample_block(97, 3), 10) == 2
+    status = recording.status()
+    assert (status["samples_lost"], status["mixed"], status["uncounted"]) == (2, SAMPLES * mixed, SAMPLES)
+    assert ("outputs are mixed" in warning_of(status)) is mixed
     recording.close()
-    assert read_log(tmp_path / "out.mcap").losses == {
-        "messages_lost": 2, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/third",
-    }  # fmt: skip
-    assert main(["report", str(tmp_path / "out.mcap"), "--json", "--strict"]) == DOUBTFUL
-    said = capsys.readouterr()
-    assert json.loads(said.out)["messages_lost"] == 2
-    assert "2 messages were lost on the way to the recorder" in said.err
+    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
+    assert ("several nodes sent samples at a time" in capsys.readouterr().err) is mixed
 
 
-def test_messages_of_one_publisher_are_counted_by_their_numbers(tmp_path):
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    for topic in ("/one", "/two", "/three", "/four"):
-        recording.add(topic, cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+def test_messages_are_counted_by_their_numbers_and_a_report_tells_what_was_lost(tmp_path, capsys):
+    """Of several publishers, or without numbers, nobody can count."""
+    path = tmp_path / "out.mcap"
+    recording = recording_of(path, "/one", "/two", "/three", "/four", SAMPLES)
     for topic, numbers in {"/one": (4, 5, 9), "/two": (1, 2), "/three": (7, 1), "/four": (None, None)}.items():
         for number in numbers:
             receive(recording, topic, 1, 1, b"", number)
     status = recording.status()
     assert (status["messages"], status["messages_lost"], status["messages_before"]) == (9, 3, 3)
     assert (status["lost_on"], status["uncounted"]) == ("/one", "/four /three")
-    recording.publishers("/one", 2)
-    assert recording.status()["messages_lost"] == 0
+    recording.publishers("/two", 2)
+    receive(recording, SAMPLES, 1000, 900, sample_block(0, 50), 1)
     recording.close()
-    with McapReader(tmp_path / "out.mcap") as reader:
-        [reported] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-    assert reported["uncounted"] == "/four /one /three"
+    assert counted(path)[0]["uncounted"] == "/four /three /two"
+    assert read_log(path).losses == {
+        "messages_lost": 3, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/four /three /two",
+    }  # fmt: skip
+    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
+    said = capsys.readouterr()
+    assert json.loads(said.out)["messages_lost"] == 3
+    assert "3 messages were lost on the way to the recorder" in said.err
 
 
-def test_a_message_that_no_reader_takes_is_counted_and_left_out(tmp_path):
+def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, capsys):
     path, large = tmp_path / "out.mcap", bytes(LARGEST_MESSAGE)
-    recording = Recording(path, ["*"])
-    recording.add("/other", cdr.STRING, cdr.type_hash(cdr.STRING), (Qos(),))
-    for number, data in enumerate((b"before", large, large + b"1", b"after"), start=1):
-        receive(recording, "/other", number, number, data, number)
-    assert [recording.status()[f"messages{what}"] for what in ("", "_unreadable", "_lost")] == [3, 1, 0]
+    recording = recording_of(path, "/other", SAMPLES, ros_type=cdr.STRING)
+    recording.receive_all("/other", [1] * 4, [1] * 4, [b"before", large, large + b"1", b"after"], [1, 2, 3, 4])
+    recording.receive_all(SAMPLES, [1] * 4, [1] * 4, [b"none", sample_block(0, 5), b"", b"neither"], [1, 2, 3, 4])
+    status = recording.status()
+    assert [status[f"messages{what}"] for what in ("", "_unreadable", "_lost")] == [4, 4, 0]
+    assert status["samples_received"] == 5
+    assert warning_of(status).startswith("4 messages are not logged")
     recording.close()
-    assert [len(message.data) for message in raw_messages(path)] == [6, LARGEST_MESSAGE, 5]
+    assert [len(one.data) for one in raw_messages(path) if one.topic.name == "/other"] == [6, LARGEST_MESSAGE, 5]
+    assert main(["report", str(path), "--strict", "--json"]) == DOUBTFUL
+    assert json.loads(capsys.readouterr().out)["messages_unreadable"] == 4
 
 
 def test_no_more_topics_are_recorded_than_are_read(tmp_path, monkeypatch):
     """Anybody can publish on as many as he likes; a log of one more would be refused whole."""
     for module in ("nodes.recorder_node", "log.mcap_read"):
         monkeypatch.setattr(f"bearing_twin.{module}.MOST_TOPICS", 5)
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    for k in range(7):
-        topic, what = f"/{k}", (cdr.STRING, cdr.type_hash(cdr.STRING), (Qos(),))
-        if k < 5:
-            recording.add(topic, *what)
-            receive(recording, topic, k, k, bytes(4), 1)
-        else:
-            with pytest.raises(LogError, match="there are 5 topics in the log"):
-                recording.add(topic, *what)
+    names = [f"/{k}" for k in range(5)]
+    recording = recording_of(tmp_path / "out.mcap", *names)
+    for topic in names:
+        receive(recording, topic, 1, 1, bytes(4), 1)
+    with pytest.raises(LogError, match="there are 5 topics in the log"):
+        recording.add("/more", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
     recording.close()
     assert len(list(raw_messages(tmp_path / "out.mcap"))) == 5
 
 
 def test_outputs_and_restarts_are_those_of_samples_alone(tmp_path):
     """A node that is reset begins its records anew, too; they hold rows of their own, which are no outputs."""
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    for topic in (SAMPLES, "/bearing/records/companion"):
-        recording.add(topic, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-        for number, first in enumerate((0, 50, 0), start=1):
-            receive(recording, topic, 1000, 900, sample_block(first, 50), number)
-    status = recording.status()
+    recording = recording_of(tmp_path / "out.mcap", SAMPLES, RECORDS)
+    for topic, firsts in ((SAMPLES, (0, 50, 0)), (RECORDS, (0, 50, 0, 53))):
+        lost = [receive(recording, topic, 1, 1, sample_block(first, 50)) for first in firsts]
+        assert lost == [0, 0, 0, 3][: len(firsts)]
     recording.close()
-    assert (status["samples_received"], status["samples_lost"], status["restarts"]) == (150, 0, 1)
-
-
-def told_after_a_crash(path):
-    """What the records of a recording that was never completed say was lost: (messages lost, messages dropped)."""
-    cut, whole = path.with_name("cut.mcap"), path.with_name("whole.mcap")
-    cut.write_bytes(path.read_bytes())
-    recover(cut, whole)
-    with McapReader(whole) as reader:
-        reported = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-    return [(int(one["messages_lost"]), int(one["messages_dropped"])) for one in reported]
+    [found] = counted(tmp_path / "out.mcap")
+    names = "samples_received", "samples_lost", "restarts", "records_lost"
+    assert [found[name] for name in names] == ["150", "0", "1", "3"]
 
 
 def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch):
     """Each loss is reported once; what was dropped while the disk was full is reported when there is room again."""
     monkeypatch.setattr("bearing_twin.log.mcap_write.HELD_BYTES", 5000)
-    recording = Recording(tmp_path / "out.mcap", ["*"], safety=Safety(patient=True))
-    recording.add("/one", cdr.CLOCK, cdr.type_hash(cdr.CLOCK), (Qos(),))
+    path = tmp_path / "out.mcap"
+
+    def after_a_crash():
+        cut, whole = path.with_name("cut.mcap"), path.with_name("whole.mcap")
+        cut.write_bytes(path.read_bytes())
+        whole.unlink(missing_ok=True)
+        recover(cut, whole)
+        return [(int(one["messages_lost"]), int(one["messages_dropped"])) for one in counted(whole)]
+
+    recording = recording_of(path, "/one", ros_type=cdr.CLOCK, safety=Safety(patient=True))
     for number in (1, 4, 5, 7):
         receive(recording, "/one", 1, 1, bytes(100), number)
         recording.note_losses()
-    assert told_after_a_crash(tmp_path / "out.mcap") == [(2, 0), (3, 0)]
+    assert after_a_crash() == [(2, 0), (3, 0)]
 
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -206,64 +209,53 @@ def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch)
     assert dropped > 10
     recording.log.flush()
     recording.note_losses()
-    (tmp_path / "whole.mcap").unlink()
-    assert told_after_a_crash(tmp_path / "out.mcap") == [(2, 0), (3, 0), (3, dropped)]
+    assert after_a_crash() == [(2, 0), (3, 0), (3, dropped)]
     recording.close()
 
 
 def test_what_is_wanted_is_new_matches_and_is_not_hidden(tmp_path):
-    recording = Recording(tmp_path / "out.mcap", ["/bearing/*", "/tf"])
-    names = ["/bearing/state", "/bearing/study_result", "/tf", "/tf_static", "/bearing/run_study/_action/feedback"]
-    assert [recording.wants(name) for name in names] == [True, True, True, False, False]
-    recording.add("/bearing/state", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
-    assert not recording.wants("/bearing/state")
-    recording.close()
+    """By default everything of every kind, or of the recorder's own namespace."""
+    tables = {
+        ("/bearing/*", "/tf"): (
+            ("/bearing/state", "/bearing/study_result", "/tf"),
+            ("/tf_static", "/rosout", "/bearing/run_study/_action/feedback"),
+        ),
+        tuple(default_topics()): (
+            [one.full_name for kind in KINDS for one in topics(Scene(kind, kind, "", KINDS[kind].parameters()))],
+            ("/elsewhere/state",),
+        ),
+        tuple(default_topics("/left")): (
+            ("/left/state", "/left/records/contact", "/tf", "/tf_static"),
+            ("/bearing/state", "/leftover/state"),
+        ),
+    }
+    for number, (patterns, (wanted, others)) in enumerate(tables.items()):
+        recording = Recording(tmp_path / f"{number}.mcap", patterns)
+        assert all(map(recording.wants, wanted))
+        assert not any(map(recording.wants, others))
+        recording.add(wanted[0], cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+        assert not recording.wants(wanted[0])
+        recording.close()
 
 
-def test_a_recording_holds_the_bytes_and_what_was_lost(tmp_path):
-    recording = Recording(tmp_path / "out.mcap", ["/bearing/*", "/tf"])
-    assert recording.wants(SAMPLES)
-    assert recording.wants("/tf")
-    assert not recording.wants("/rosout")
-    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-    assert not recording.wants(SAMPLES)
+@pytest.mark.parametrize(
+    ("numbers", "lost"), [([None] * 3, [0, 0, 20]), ([1, 2, 3], [0, 0, 0]), ([1, 2, 4], [0, 0, 20])]
+)
+def test_a_recording_holds_the_bytes_and_what_was_lost(numbers, lost, tmp_path):
+    """Outputs that nobody sent, as of a thinned log that is played, were not lost on the way."""
+    path = tmp_path / "out.mcap"
+    recording = recording_of(path, SAMPLES)
     blocks = [sample_block(0, 50), sample_block(50, 20), sample_block(90, 30)]
-    lost = [receive(recording, SAMPLES, 1000 + k, 900 + k, data) for k, data in enumerate(blocks)]
-    assert lost == [0, 0, 20]
+    found = [receive(recording, SAMPLES, 1000 + k, 900 + k, data, numbers[k]) for k, data in enumerate(blocks)]
+    assert found == lost
     recording.close()
     recording.close()
     assert receive(recording, SAMPLES, 2000, 2000, blocks[0]) == 0  # too late, and harmless
-    messages = list(raw_messages(tmp_path / "out.mcap"))
-    assert [(m.log_time, m.publish_time, m.data) for m in messages] == [
-        (1000 + k, 900 + k, data) for k, data in enumerate(blocks)
-    ]
-    stored = read_log(tmp_path / "out.mcap", allow_gaps=True)
+    messages = [(m.log_time, m.publish_time, m.data) for m in raw_messages(path)]
+    assert messages == [(1000 + k, 900 + k, data) for k, data in enumerate(blocks)]
+    stored = read_log(path, allow_gaps=True)
     assert sum(len(block) for block in stored.blocks()) == 100
-    assert stored.metadata[RECORDING_RECORD]["samples_lost"] == "20"
     assert stored.metadata[RECORDING_RECORD]["samples_received"] == "100"
-
-
-def test_rows_of_records_that_are_lost_are_no_outputs(tmp_path):
-    recording, topic = Recording(tmp_path / "out.mcap", ["/bearing/*"]), "/bearing/records/companion"
-    recording.add(topic, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-    assert [receive(recording, topic, 1, 1, sample_block(first, 2)) for first in (0, 2, 5)] == [0, 0, 1]
-    status = recording.status()
-    recording.close()
-    assert (status["records_lost"], status["samples_lost"], status["samples_received"]) == (1, 0, 0)
-    with McapReader(tmp_path / "out.mcap") as reader:
-        [reported] = [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
-    assert (reported["records_lost"], reported["samples_lost"]) == ("1", "0")
-
-
-def test_outputs_that_nobody_sent_were_not_lost_on_the_way(tmp_path):
-    recording = Recording(tmp_path / "out.mcap", ["/bearing/*"])
-    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-    blocks = [sample_block(0, 1), sample_block(20, 1), sample_block(60, 1)]  # a thinned log, played
-    numbers = 7, 8, 10  # of messages: the last but one went astray
-    reported = [receive(recording, SAMPLES, 1, 1, data, number) for data, number in zip(blocks, numbers, strict=True)]
-    assert reported == [0, 0, 39]
-    assert recording.status()["samples_lost"] == 19 + 39
-    recording.close()
 
 
 def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
@@ -284,37 +276,30 @@ def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
     assert message.topic.metadata["topic_type_hash"] == "RIHS01_" + "0" * 64
 
 
-def test_a_replay_goes_by_time_whatever_the_order_in_the_file(tmp_path):
-    with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
-        clock = cdr.schema_text(cdr.CLOCK)
-        number = writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))
-        for arrived in (9000, 9100, 2000, 2100, 2050):
-            writer.write(number, arrived * MS, 0, bytes(12))
-            writer.flush()
-    out, wall = [], [10**12]
-    loop = ReplayLoop(tmp_path / "out.mcap", lambda m: out.append((wall[0] - 10**12) // MS), 1.0)
-    while (wake_at := loop.turn(wall[0])) is not None:
-        wall[0] = max(wall[0], wake_at)
-    assert out == [0, 50, 100, 7000, 7100]
+# The replay
 
 
-@pytest.mark.parametrize("rate", [0.5, 1.0, 4.0])
-def test_a_replay_keeps_bytes_order_and_pace(log, rate):
-    messages = list(raw_messages(log))
-    out = played(log, rate=rate)
-    assert [(topic, data) for _, topic, data in out] == [(m.topic.name, m.data) for m in messages]
-    assert [wall for wall, _, _ in out] == [int(m.log_time / rate) for m in messages]
+@pytest.mark.parametrize(
+    ("times", "walls"),
+    [
+        (((9000, 0), (9100, 0), (2000, 0), (2100, 0), (2050, 0)), [0, 50, 100, 7000, 7100]),
+        (((100, 5), (140, 90), (170, 60)), [0, 40, 70]),
+    ],
+)
+def test_a_replay_goes_by_time_of_arrival_whatever_the_order_in_the_file_or_of_sending(times, walls, tmp_path):
+    assert [wall // MS for wall, _, _ in played(clock_log(tmp_path / "out.mcap", times))] == walls
 
 
-def test_a_replay_can_start_later(log):
+@pytest.mark.parametrize(("rate", "start_ms"), [(0.5, 0), (4.0, 0), (1.0, 50)])
+def test_a_replay_keeps_bytes_order_and_pace_and_can_start_later(rate, start_ms, log):
+    """What is latched comes first then, as late subscribers have it."""
     messages = list(raw_messages(log))
     latched = [m for m in messages if m.topic.name.endswith(("/scene", "/robot_description"))]
+    later = [m for m in messages if m.log_time >= start_ms * MS]
     assert {m.log_time for m in latched} == {0}
-    out = played(log, start_ns=50 * MS)
-    assert [(t, d) for _, t, d in out] == [
-        (m.topic.name, m.data) for m in [*latched, *(m for m in messages if m.log_time >= 50 * MS)]
-    ]
-    assert out[0][0] == out[len(latched)][0] == 0
+    out = played(log, rate=rate, start_ns=start_ms * MS)
+    assert [(t, d) for _, t, d in out] == [(m.topic.name, m.data) for m in [*(latched if start_ms else []), *later]]
+    assert [wall for wall, _, _ in out][-len(later) :] == [int((m.log_time - start_ms * MS) / rate) for m in later]
 
 
 def test_a_replay_from_the_middle_of_split_files_tells_what_was_latched_last(tmp_path):
@@ -338,65 +323,34 @@ def test_a_replay_from_the_middle_of_split_files_tells_what_was_latched_last(tmp
         assert [topic for _, topic, _ in out[: len(latched)]] == ["/said"] * len(latched)
 
 
-def test_a_loop_starts_again_at_once(log):
+def test_a_loop_starts_again_at_once_and_what_covers_no_time_is_played_once(log, tmp_path):
+    """Rounds of nothing would follow each other as fast as the machine can."""
     messages = [(m.topic.name, m.data) for m in raw_messages(log)]
     out = played(log, loop=True, until=2 * len(messages) + 5)
     assert [(t, d) for _, t, d in out] == [*messages, *messages, *messages][: len(out)]
     assert out[len(messages)][0] == out[len(messages) - 1][0]
     first, second = ([wall for wall, _, _ in out[start : start + len(messages)]] for start in (0, len(messages)))
     assert [wall - second[0] for wall in second] == first
-
-
-def test_a_log_that_covers_no_time_is_played_once_and_not_in_a_loop(tmp_path):
-    """Its rounds would follow each other as fast as the machine can."""
-    path = tmp_path / "run.mcap"
-    writer = RawLogWriter(path)
-    number = writer.add_topic("/x", cdr.STRING)
-    writer.write_all([(number, 10**9 + k, 10**9 + k, b"\0\1\0\0" + bytes(4)) for k in range(3)])
-    writer.close()
-    with pytest.raises(LogError, match="from 0 s on covers 2e-09 s, too little for `loop`"):
-        played(path, loop=True, until=100)
-    assert len(played(path)) == 3
-
-
-def test_a_replay_goes_by_the_times_of_arrival_and_counts_its_rounds(tmp_path):
-    """Messages that were sent later than they say, or long before: the log's own times pace them."""
-    with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
-        clock = cdr.schema_text(cdr.CLOCK)
-        number = writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))
-        for arrived, sent in ((100, 5), (140, 90), (170, 60)):
-            writer.write(number, arrived * MS, sent * MS, bytes(12))
-    out, wall = [], [10**12]
-    loop = ReplayLoop(tmp_path / "out.mcap", lambda m: out.append((m.time_ns, wall[0])), 1.0)
-    assert loop.rounds == 0
-    while (wake_at := loop.turn(wall[0])) is not None:
-        wall[0] = max(wall[0], wake_at)
-    assert [(t // MS, (w - 10**12) // MS) for t, w in out] == [(100, 0), (140, 40), (170, 70)]
-    assert loop.rounds == 1
-
-
-def test_a_replay_from_beyond_the_end_says_so(log):
+    short = clock_log(tmp_path / "short.mcap", [(1000, 0)] * 3)
+    assert len(played(short)) == 3
+    with pytest.raises(LogError, match="from 0 s on covers 0 s, too little for `loop`"):
+        played(short, loop=True, until=100)
     with pytest.raises(LogError, match="from 9 s on holds no messages"):
         played(log, start_ns=9_000 * MS)
 
 
-def test_a_topic_whose_type_has_changed_since_is_left_out_with_a_word(tmp_path):
-    old = "RIHS01_" + "1" * 64
-    path = tmp_path / "other.mcap"
+def test_of_types_that_changed_or_are_two_what_can_be_read_is_played(tmp_path):
+    """Subscribers would read the bytes of the other as of the one."""
+    path = tmp_path / "changed.mcap"
     with RawLogWriter(path) as log:
         same = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK)
-        other = log.add_topic("/bearing/contacts", cdr.CONTACTS, "uint8 balls\n", old, (Qos(),))
+        other = log.add_topic("/bearing/contacts", cdr.CONTACTS, "uint8 balls\n", "RIHS01_" + "1" * 64, (Qos(),))
         log.write(same, 1, 1, sample_block(0, 50))
         log.write(other, 2, 2, bytes(8))
     loop = ReplayLoop(path, lambda message: None, 1.0)
     assert list(loop.topics) == [SAMPLES]
-    [sentence] = loop.notes
-    assert "/bearing/contacts is not played: bearing_twin_msgs/msg/Contacts has changed its fields" in sentence
+    assert "/bearing/contacts is not played: bearing_twin_msgs/msg/Contacts has changed its fields" in loop.notes[0]
     assert [topic for _, topic, _ in played(path)] == [SAMPLES]
-
-
-def test_of_a_topic_with_messages_of_two_types_one_is_played(tmp_path):
-    """Subscribers would read the bytes of the other as of the one."""
     path = tmp_path / "two.mcap"
     with path.open("wb") as file:
         log = Writer(file)
@@ -410,23 +364,6 @@ def test_of_a_topic_with_messages_of_two_types_one_is_played(tmp_path):
     assert [data for _, _, data in played(path)] == [b"\0", b"\2"]
 
 
-def test_everything_of_every_kind_is_recorded_by_default(tmp_path):
-    recording = Recording(tmp_path / "out.mcap", default_topics())
-    for name in ("/bearing/state", "/two_spheres/first/wrench", "/sphere_on_beam/records/contact", "/tf"):
-        assert recording.wants(name)
-    assert not recording.wants("/elsewhere/state")
-    left = Recording(tmp_path / "left.mcap", default_topics("/left"))
-    names = "/left/state", "/left/records/contact", "/tf", "/tf_static", "/bearing/state", "/leftover/state"
-    assert [left.wants(name) for name in names] == [True] * 4 + [False] * 2
-    left.close()
-    assert all(
-        recording.wants(topic.full_name)
-        for kind in KINDS
-        for topic in topics(Scene(kind, kind, "", KINDS[kind].parameters()))
-    )
-    recording.close()
-
-
 def test_a_damaged_log_is_refused_with_advice(log):
     data = bytearray(log.read_bytes())
     data[-100] ^= 1  # in the index
@@ -437,8 +374,7 @@ def test_a_damaged_log_is_refused_with_advice(log):
 
 def test_a_log_that_is_being_written_is_played_to_its_last_whole_chunk_and_what_is_foreign_left_out(tmp_path):
     with RawLogWriter(tmp_path / "out.mcap", run_record=False) as writer:
-        clock = cdr.schema_text(cdr.CLOCK)
-        numbers = [writer.add_topic("/clock", cdr.CLOCK, clock, cdr.type_hash(cdr.CLOCK), (Qos(),))]
+        numbers = [writer.add_topic("/clock", cdr.CLOCK)]
         numbers.append(writer.copy_topic(StoredTopic("/other", "", "", "json", {}, "")))
         for k in range(10):
             writer.write(numbers[k % 2], k * MS, 0, bytes(12))
@@ -449,37 +385,28 @@ def test_a_log_that_is_being_written_is_played_to_its_last_whole_chunk_and_what_
         assert "/other" in loop.notes[1]
 
 
-@pytest.mark.parametrize(
-    ("text", "qos"),
-    [
-        ("", Qos()),
-        ("- depth: [", Qos()),
-        (
-            "- {reliability: best_effort, durability: transient_local, depth: 3}",
-            Qos(3, "best_effort", "transient_local"),
-        ),
-        ("- {reliability: 1, durability: 2, depth: 0}", Qos()),
-        ("- depth: 3\n  reliability: 2\n  durability: 2\n- depth: 9\n", Qos(3, "best_effort")),
-        ("- {reliability: 2, durability: 2, depth: 3, more: [" + "1, " * 5000 + "]}", Qos()),
-    ],
-)
-def test_quality_of_service_is_read_in_words_and_numbers(text, qos):
-    assert offered_qos(text) == qos
-
-
-def reported(stream):
-    """Topic, type and bytes of everything that a stream says of made up outputs."""
-    parts = [*stream.messages(BLOCK), *stream.flush()]
-    return [(topic.full_name, topic.ros_type, whole(data)) for topic, _, data in parts]
-
-
-def whole(data):
-    """Bytes filled up to words of four, as they are on the wire."""
-    return data + bytes(-len(data) % 4)
+def test_quality_of_service_is_read_in_words_and_numbers():
+    for text, qos in {
+        "": Qos(),
+        "- depth: [": Qos(),
+        "- {reliability: best_effort, durability: transient_local, depth: 3}": Qos(3, "best_effort", "transient_local"),
+        "- {reliability: 1, durability: 2, depth: 0}": Qos(),
+        "- depth: 3\n  reliability: 2\n  durability: 2\n- depth: 9\n": Qos(3, "best_effort"),
+        "- {reliability: 2, durability: 2, depth: 3, more: [" + "1, " * 5000 + "]}": Qos(),
+    }.items():
+        assert offered_qos(text) == qos
 
 
 def test_a_log_is_told_in_another_namespace_and_with_other_frames_as_a_node_would_say_it():
-    plain, prefixed = (reported(MessageStream(SCENE, choice=a_choice(), frame_prefix=one)) for one in ("", "left/"))
+    def whole(data):
+        return data + bytes(-len(data) % 4)  # as on the wire
+
+    def reported(prefix):
+        stream = MessageStream(SCENE, choice=a_choice(), frame_prefix=prefix)
+        parts = [*stream.messages(BLOCK), *stream.flush()]
+        return [(topic.full_name, topic.ros_type, whole(data)) for topic, _, data in parts]
+
+    plain, prefixed = reported(""), reported("left/")
     renaming = Renaming([name for name, _, _ in plain], "/left", "left/")
     found = [(renaming.topic(name), whole(renaming.data(name, kind, data))) for name, kind, data in plain]
     assert found == [(renaming.topic(name), data) for name, _, data in prefixed]
@@ -491,16 +418,3 @@ def test_a_log_is_told_in_another_namespace_and_with_other_frames_as_a_node_woul
         Renaming([], "", "left/").data("/bearing/state", cdr.STATE, b"x")
     both = Renaming(["/left/samples", "/right/samples", "/left/state"], "cell")
     assert both.topic("/left/state") == "/cell/left/state"
-
-
-def test_every_one_of_many_that_no_reader_takes_is_counted(tmp_path, capsys):
-    recording = Recording(tmp_path / "out.mcap", ["*"])
-    recording.add(SAMPLES, cdr.SAMPLE_BLOCK, cdr.type_hash(cdr.SAMPLE_BLOCK), (Qos(),))
-    data = [b"none", sample_block(0, 5), b"", b"neither"]
-    recording.receive_all(SAMPLES, [1] * 4, [1] * 4, data, [1, 2, 3, 4])
-    status = recording.status()
-    recording.close()
-    assert (status["messages"], status["messages_unreadable"], status["samples_received"]) == (1, 3, 5)
-    assert warning_of(status).startswith("3 messages are not logged")
-    assert main(["report", str(tmp_path / "out.mcap"), "--strict", "--json"]) == DOUBTFUL
-    assert json.loads(capsys.readouterr().out)["messages_unreadable"] == 3

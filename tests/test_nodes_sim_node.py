@@ -67,15 +67,17 @@ def expected(outputs):
     return messages
 
 
-def paused_node(executor, **parameters):
-    """A sim_node that waits at time 0 and a node that hears all its topics."""
-    node = started(executor, SimNode, start_paused=True, **parameters)
-    watcher = plain_node(executor)
-    lists = heard(watcher, NAMES)
-    spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
-    spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")
-    spin_until(executor, node.ready.is_set, "preparation")
-    return node, watcher, lists
+@pytest.fixture(scope="module")
+def paused():
+    """An executor, a sim_node that waits at time 0, a node that hears all its topics, and what that heard."""
+    with ros_executor() as executor:
+        node = started(executor, SimNode, start_paused=True, duration=2000)
+        watcher = plain_node(executor)
+        lists = heard(watcher, NAMES)
+        spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
+        spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")
+        spin_until(executor, node.ready.is_set, "preparation")
+        yield executor, node, watcher, lists
 
 
 def prepared_when(monkeypatch, event, method="__init__"):
@@ -89,29 +91,103 @@ def prepared_when(monkeypatch, event, method="__init__"):
     monkeypatch.setattr(Simulation, method, waits)
 
 
-def states(lists):
-    return [deserialize_message(data, BearingState) for data in lists["/bearing/state"]]
+def test_topics_types_and_quality_of_service(paused):
+    _, node, watcher, _ = paused
+    offered = dict(watcher.get_topic_names_and_types())
+    for name, ros_type in [*NAMES, ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")]:
+        assert offered[name] == [ros_type]
+        [publisher] = watcher.get_publishers_info_by_topic(name)
+        assert publisher.qos_profile.reliability == rclpy.qos.ReliabilityPolicy.RELIABLE
+        assert publisher.node_name == "sim_node"
+    services = dict(node.get_service_names_and_types())
+    assert services[PAUSE] == ["std_srvs/srv/SetBool"]
+    assert services[RESET] == ["std_srvs/srv/Trigger"]
+    assert services[STEP] == ["bearing_twin_msgs/srv/Step"]
+    assert services[STIFFNESS] == ["bearing_twin_msgs/srv/Stiffness"]
+    for command in KINDS["bearing"].commands():
+        [listener] = watcher.get_subscriptions_info_by_topic(f"/bearing/{command.name}")
+        assert listener.topic_type == command.ros_type
 
 
-def test_topics_types_and_quality_of_service():
+def test_pause_step_and_reset_while_it_runs(paused):
+    executor, node, watcher, lists = paused
+    states, samples = lists["/bearing/state"], lists["/bearing/samples"]
+    pause = lambda data: call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=data))  # noqa: E731
+    step = lambda seconds: call(executor, watcher, Step, STEP, Step.Request(duration=seconds))  # noqa: E731
+    refused = step(math.nan)
+    assert not refused.success
+    assert "must be above 0" in refused.message
+    stepped = step(0.101)
+    assert (stepped.success, stepped.time_ns) == (True, 101_000_000)
+    spin_until(executor, lambda: len(states) == 11, "eleven states")
+    pause(False)
+    refused = step(0.1)
+    assert not refused.success
+    assert "pause it" in refused.message
+    spin_until(executor, lambda: len(states) > 30, "running")
+    assert pause(True).success
+    stamp = node.loop.position_ns
+    count = stamp // 10_000_000 + 1
+    spin_until(executor, lambda: len(states) >= count, "all states before the pause")
+    spin_for(executor, 0.3)
+    assert (len(states), node.loop.position_ns) == (count, stamp)
+    answer = call(executor, watcher, Trigger, RESET, Trigger.Request())
+    assert (answer.success, answer.message) == (True, "run 2 starts at 0 s")
+    pause(False)
+    spin_until(executor, lambda: len(states) > count + 20 and len(samples) > 5, "running again")
+    pause(True)
+    sequences = [deserialize_message(data, BearingState).sequence for data in states]
+    again = sequences.index(0, 1)  # one instant that was computed ahead may come before it
+    assert sequences[:again] == list(range(0, 10 * again, 10))
+    assert sequences[again:] == list(range(0, 10 * (len(sequences) - again), 10))
+    ranges = [sample_range(data) for data in samples]
+    restart = next(k for k, (first, _) in enumerate(ranges) if k and first == 0)
+    for part in (ranges[:restart], ranges[restart:]):
+        assert [first for first, _ in part] == [sum(n for _, n in part[:k]) for k in range(len(part))]
+
+
+def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only(paused):
+    executor, node, *_ = paused
+    assert node.get_parameter("duration").value == 2000.0
+    described = node.describe_parameter("duration")
+    assert described.read_only
+    assert "[s]" in described.description
+    assert described.floating_point_range[0].to_value == 86400.0
+    given = ("duration", 1.0), *(("real_time_factor", value) for value in (math.nan, 0.0, "fastest", 3.0, 2))
+    results = node.set_parameters([Parameter(name, value=value) for name, value in given])
+    assert [result.successful for result in results] == [False, False, False, True, True, True]
+    assert "or fastest" in results[2].reason
+    assert node.get_parameter("real_time_factor").value == 2.0
+    spin_until(executor, lambda: float(node.loop.factor) == 2.0, "the new pace")
+
+
+def test_every_byte_arrives_in_real_time_and_as_in_a_log_and_the_clock_is_that_of_the_simulation(tmp_path):
+    """A node that waits for its subscribers loses no first message."""
     with ros_executor() as executor:
-        node = started(executor, SimNode, start_paused=True)
-        watcher = plain_node(executor)
-        spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
-        offered = dict(watcher.get_topic_names_and_types())
-        for name, ros_type in [*NAMES, ("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray")]:
-            assert offered[name] == [ros_type]
-            [publisher] = watcher.get_publishers_info_by_topic(name)
-            assert publisher.qos_profile.reliability == rclpy.qos.ReliabilityPolicy.RELIABLE
-            assert publisher.node_name == "sim_node"
-        services = dict(node.get_service_names_and_types())
-        assert services[PAUSE] == ["std_srvs/srv/SetBool"]
-        assert services[RESET] == ["std_srvs/srv/Trigger"]
-        assert services[STEP] == ["bearing_twin_msgs/srv/Step"]
-        assert services[STIFFNESS] == ["bearing_twin_msgs/srv/Stiffness"]
-        for command in KINDS["bearing"].commands():
-            [listener] = watcher.get_subscriptions_info_by_topic(f"/bearing/{command.name}")
-            assert listener.topic_type == command.ros_type
+        watcher, ticks, began = plain_node(executor), [], time.monotonic()
+        lists = heard(watcher, NAMES)
+        best_effort = rclpy.qos.QoSProfile(depth=1000, reliability=rclpy.qos.ReliabilityPolicy.BEST_EFFORT)
+        tick = lambda m: ticks.append(m.clock.sec * 10**9 + m.clock.nanosec)  # noqa: E731
+        watcher.create_subscription(Clock, "/clock", tick, best_effort)  # as time sources
+        options = {"log": str(tmp_path / "node.mcap"), "full": True, "discovery": 20.0, "publish_clock": True}
+        node = started(executor, SimNode, duration=1.0, **options)
+        spin_until(executor, node.done.is_set, "end of the run")
+        assert time.monotonic() - began > 0.9
+        assert node.failure is None
+        spin_until_heard(executor, lists, expected(1001))
+    assert {name: [padded(data) for data in found] for name, found in lists.items()} == expected(1001)
+    assert ticks == sorted(ticks)
+    assert {*ticks} <= set(range(0, 10**9 + 1, 1_000_000))  # blocks of samples go out between two wrenches
+    wrench = deserialize_message(lists["/bearing/ball_3/wrench"][50], WrenchStamped)
+    assert (wrench.header.frame_id, wrench.header.stamp.nanosec) == ("ball_3", 500_000_000)
+    contacts = deserialize_message(lists["/bearing/contacts"][50], Contacts)
+    assert (contacts.sequence, len(contacts.normal_load)) == (500, 24)
+    write_log(simulate(SCENE), tmp_path / "direct.mcap")
+    node_log, direct = (
+        [(one.topic.name, one.log_time, one.data) for one in raw_messages(tmp_path / f"{name}.mcap")]
+        for name in ("node", "direct")
+    )
+    assert node_log == direct
 
 
 def test_preparing_is_a_state_in_which_commands_are_taken(monkeypatch):
@@ -179,43 +255,6 @@ def test_a_node_closed_before_its_first_output_ends_at_once_and_logs_nothing(met
     logs = list(tmp_path.iterdir())
     assert len(logs) == (method == "advance")
     assert not [message for log in logs for message in raw_messages(log)]  # which raises where one is not complete
-
-
-def test_every_byte_arrives_in_real_time_and_as_in_a_log(tmp_path):
-    with ros_executor() as executor:
-        node, watcher, lists = paused_node(executor, duration=1.0, log=str(tmp_path / "node.mcap"), full=True)
-        assert call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False)).success
-        began = time.monotonic()
-        spin_until(executor, lambda: len(lists["/bearing/samples"]) == 21, "all samples")
-        assert time.monotonic() - began > 0.9
-        spin_until(executor, node.done.is_set, "end of the run")
-        assert node.failure is None
-        spin_until_heard(executor, lists, expected(1001))
-    assert {name: len(messages) for name, messages in lists.items()} == {
-        name: len(messages) for name, messages in expected(1001).items()
-    }
-    for name, messages in expected(1001).items():
-        assert [padded(data) for data in lists[name]] == messages, name
-    wrench = deserialize_message(lists["/bearing/ball_3/wrench"][50], WrenchStamped)
-    assert (wrench.header.frame_id, wrench.header.stamp.nanosec) == ("ball_3", 500_000_000)
-    contacts = deserialize_message(lists["/bearing/contacts"][50], Contacts)
-    assert contacts.sequence == 500
-    assert len(contacts.normal_load) == 24
-    write_log(simulate(SCENE), tmp_path / "direct.mcap")
-    node_log, direct = (
-        [(one.topic.name, one.log_time, one.data) for one in raw_messages(tmp_path / f"{name}.mcap")]
-        for name in ("node", "direct")
-    )
-    assert node_log == direct
-
-
-def test_a_node_that_waits_for_its_subscribers_loses_no_first_message():
-    with ros_executor() as executor:
-        lists = heard(plain_node(executor), NAMES)
-        node = started(executor, SimNode, duration=0.1, discovery=20.0)
-        spin_until(executor, node.done.is_set, "end of the run")
-        spin_until_heard(executor, lists, expected(101))
-    assert {name: [padded(data) for data in found] for name, found in lists.items()} == expected(101)
 
 
 def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():
@@ -315,61 +354,6 @@ def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
         spin_until(executor, lambda: warned("command/load is stale, 1 s without another"), "staleness")
 
 
-def test_pause_step_and_reset_while_it_runs():
-    with ros_executor() as executor:
-        node, watcher, lists = paused_node(executor)
-        refused = call(executor, watcher, Step, STEP, Step.Request(duration=math.nan))
-        assert not refused.success
-        assert "must be above 0" in refused.message
-        stepped = call(executor, watcher, Step, STEP, Step.Request(duration=0.101))
-        assert (stepped.success, stepped.time_ns) == (True, 101_000_000)
-        spin_until(executor, lambda: len(lists["/bearing/state"]) == 11, "eleven states")
-        call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False))
-        refused = call(executor, watcher, Step, STEP, Step.Request(duration=0.1))
-        assert not refused.success
-        assert "pause it" in refused.message
-        spin_until(executor, lambda: len(lists["/bearing/state"]) > 30, "running")
-        assert call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=True)).success
-        stamp = node.loop.position_ns
-        count = stamp // 10_000_000 + 1
-        spin_until(executor, lambda: len(lists["/bearing/state"]) >= count, "all states before the pause")
-        spin_for(executor, 0.3)
-        assert (len(lists["/bearing/state"]), node.loop.position_ns) == (count, stamp)
-        assert call(executor, watcher, Trigger, RESET, Trigger.Request()).success
-        call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False))
-        spin_until(executor, lambda: len(lists["/bearing/state"]) > count + 20, "running again")
-        sequences = [state.sequence for state in states(lists)]
-        again = sequences.index(0, 1)  # one instant that was computed ahead may come before it
-        assert sequences[:again] == list(range(0, 10 * again, 10))
-        assert sequences[again:] == list(range(0, 10 * (len(sequences) - again), 10))
-        spin_until(executor, lambda: len(lists["/bearing/samples"]) > 5, "samples")
-        ranges = [sample_range(data) for data in lists["/bearing/samples"]]
-        restart = next(k for k, (first, _) in enumerate(ranges) if k and first == 0)
-        for part in (ranges[:restart], ranges[restart:]):
-            assert [first for first, _ in part] == [sum(n for _, n in part[:k]) for k in range(len(part))]
-
-
-def test_the_clock_is_that_of_the_simulation():
-    with ros_executor() as executor:
-        started(executor, SimNode, duration=0.3, publish_clock=True)
-        watcher, ticks, stamps = plain_node(executor), [], []
-        best_effort = rclpy.qos.QoSProfile(
-            depth=5, reliability=rclpy.qos.ReliabilityPolicy.BEST_EFFORT
-        )  # as time sources
-        watcher.create_subscription(
-            Clock, "/clock", lambda m: ticks.append(m.clock.sec * 10**9 + m.clock.nanosec), best_effort
-        )
-        watcher.create_subscription(
-            WrenchStamped, "/bearing/ball_0/wrench", lambda m: stamps.append(m.header.stamp.nanosec), 100
-        )
-        spin_until(executor, lambda: 300_000_000 in ticks, "the last tick")
-        spin_until(executor, lambda: 300_000_000 in stamps, "the last wrench")
-    assert ticks == sorted(ticks)
-    assert {*stamps} <= set(range(0, 300_000_001, 10_000_000))
-    assert {*ticks} <= set(range(0, 300_000_001, 1_000_000))  # blocks of samples go out between two wrenches
-    assert max(stamps) <= ticks[-1]
-
-
 REFUSED = (
     ({"sceen": "x"}, "did you mean scene?"),
     ({"duration": math.nan}, "duration = nan must be finite"),
@@ -389,31 +373,6 @@ def test_what_cannot_be_run_is_refused(parameters, words):
     with pytest.raises(BearingTwinError) as refused:
         scene_of(checked(PARAMETERS, parameters))
     assert words in str(refused.value)
-
-
-def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only():
-    with ros_executor() as executor:
-        node = started(executor, SimNode, duration=2, start_paused=True)
-        assert node.get_parameter("duration").value == 2.0
-        described = node.describe_parameter("duration")
-        assert described.read_only
-        assert "[s]" in described.description
-        assert described.floating_point_range[0].to_value == 86400.0
-        results = node.set_parameters(
-            [
-                rclpy.parameter.Parameter("duration", value=1.0),
-                rclpy.parameter.Parameter("real_time_factor", value=math.nan),
-                rclpy.parameter.Parameter("real_time_factor", value=0.0),
-                rclpy.parameter.Parameter("real_time_factor", value="fastest"),
-                rclpy.parameter.Parameter("real_time_factor", value=3.0),
-                rclpy.parameter.Parameter("real_time_factor", value=2),
-            ]
-        )
-        assert [result.successful for result in results] == [False, False, False, True, True, True]
-        assert "or fastest" in results[2].reason
-        assert node.get_parameter("real_time_factor").value == 2.0
-        spin_until(executor, node.ready.is_set, "preparation")
-        spin_until(executor, lambda: float(node.loop.factor) == 2.0, "the new pace")
 
 
 def test_a_law_is_switched_by_a_parameter_of_the_running_node(tmp_path):
