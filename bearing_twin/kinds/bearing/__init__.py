@@ -9,8 +9,8 @@ each imports earlier ones:
 * `outputs`: channels, wrenches, contacts; `accelerometer`: what a sensor on the housing measures;
 * `equilibrium`, `equilibrium_motion`: balls and ring in equilibrium, and runs of it;
 * `step_control`, `integrate`, `motion`: balls that move;
-* `model_error`, `models`: errors of the model, and its choice;
-* `quantities`, `figures`, `run_errors`, `equilibrium_report`: results of runs and equilibria;
+* `models`: errors of the model's laws, its choice by rules, warnings;
+* `quantities`, `figures`, `model_error`, `equilibrium_report`: results of runs and equilibria, and their errors;
 * `row`: all of this in the table of kinds; `topics`, `view`, `picture`: what others see of it.
 """
 
@@ -155,7 +155,8 @@ FACE = {
     "weighed_solver": "equilibrium: the solver of a scene with balls at given azimuths",
     "centrifugal_ratio": "equilibrium: centrifugal load over that on the inner raceway",
     "half_space_error": "model_error: relative error of a contact's load, since bodies are no half-spaces",
-    "pushed_by": "model_error: an equilibrium with contacts that are too stiff",
+    "heights_of": "model_error: heights of raceways in place of contacts that are too stiff",
+    "response_to": "model_error: what raceways that are higher do to an equilibrium",
     "ALIKE": "model_error: relative difference of greatest loads up to which an equilibrium stands for a run",
     "nominal_law_error": "models: error of a law's load at the nominal contacts",
     "command_doubt": "ratings: a warning of a speed above the limiting one",

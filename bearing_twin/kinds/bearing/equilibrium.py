@@ -20,7 +20,7 @@ from bearing_twin.contact.elasticity import elliptic_e
 from bearing_twin.contact.friction import AUTO, POINT
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.defects import defect_numbers, heights_under
-from bearing_twin.kinds.bearing.geometry import moduli, operating_geometry
+from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, rubbing_by
 from bearing_twin.kinds.bearing.ratings import command_doubt
 from bearing_twin.kinds.bearing.rings import (
@@ -53,7 +53,6 @@ _GIVEN = INTEGER, INTEGER, INTEGERS, REALS, INTEGER, REALS, INTEGER, REALS, INTE
 SMOOTH = np.zeros((0, 2))  # no heights
 _equilibria = Function("core_equilibria", None, (*_GIVEN, *(REALS_OUT,) * 6, INTEGERS_OUT))
 _ball_contacts = Function("core_ball_contacts", None, (INTEGER, INTEGERS, *(REALS,) * 4, REALS_OUT))
-_ball_balances = Function("core_ball_balances", None, (INTEGERS, *(REALS,) * 4, REALS_OUT, REALS_OUT))
 
 
 class Setting(NamedTuple):
@@ -131,43 +130,17 @@ def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=SMOO
     shapes = (5,), (5,), (5, 5), (count, OF_BALL), (count, OF_CONTACTS), ()
     found = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
     _equilibria(
-        *(
-            cases,
-            len(balls),
-            np.array(balls, np.int64),
-            seats,
-            seats.ndim == 3,
-            azimuths,
-            azimuths.ndim == 2,
-            heights,
-            len(heights) > 0,
-        ),
-        *(np.array(free, np.int64), wanted, held, SIGNALLED, *found),
+        *(cases, len(balls), np.array(balls, np.int64), seats, seats.ndim == 3, azimuths, azimuths.ndim == 2),
+        *(heights, len(heights) > 0, np.array(free, np.int64), wanted, held, SIGNALLED, *found),
     )
     return found
 
 
 def contacts_at(seats, balls, azimuths, coordinates, places) -> Contacts:
     """The contacts of balls at their places (N, 2), on rings or a shaft at `coordinates` (5,)."""
-    found = np.empty((len(azimuths), OF_CONTACTS))
-    _ball_contacts(len(balls), np.array(balls, np.int64), seats, azimuths, coordinates, _kept(places), found)
+    found, kept = np.empty((len(azimuths), OF_CONTACTS)), np.pad(places, ((0, 0), (0, OF_BALL - 2)))
+    _ball_contacts(len(balls), np.array(balls, np.int64), seats, azimuths, coordinates, kept, found)
     return contacts_in(found)
-
-
-def ball_balances(seat, azimuths, coordinates, places) -> tuple[np.ndarray, np.ndarray]:
-    """Derivatives of the balance of balls at their places (N, 2), and of their openings by the ring's coordinates.
-
-    Derivatives (N, 5, 2, 2) of what is left of a ball's balance (radial, axial), of its force on the ring (radial,
-    axial) and of the moment of its friction, by place and by opening (radial, axial); and (N, 2, 5) of the openings.
-    """
-    count = len(azimuths)
-    by_ball, by_ring = np.empty((count, 5, 2, 2)), np.empty((count, 2, 5))
-    _ball_balances(np.array([count]), seat, azimuths, coordinates, _kept(places), by_ball, by_ring)
-    return by_ball, by_ring
-
-
-def _kept(places) -> np.ndarray:
-    return np.pad(places, ((0, 0), (0, OF_BALL - 2)))
 
 
 def shared(contacts: Contacts, values: np.ndarray) -> float:
@@ -258,11 +231,7 @@ def weighed_support(parameters, loads=None) -> Support:
 
 def load_line(support: Support) -> float:
     """Azimuth [rad] of what pushes the ring sideways: load, else displacement, else tilting, else 0."""
-    for values in (support.loads, support.held):
-        for x, y in (values[:2], values[3:]):
-            if x or y:
-                return math.atan2(y, x)
-    return 0.0
+    return next((one for one in azimuths_on(np.array([support.loads, support.held])).tolist() if one), 0.0)
 
 
 def azimuths_of(balls: int, first: float) -> np.ndarray:
@@ -274,6 +243,7 @@ class EquilibriumSolver:
     """Equilibria of one bearing with balls at these azimuths [rad] (N,), pulled at by `gravity` [m/s^2] (3,).
 
     `rough` are the parameters of a scene with defects, whose contacts are those of smooth raceways; None without any.
+    After `balance` the ring is at `q` (5,) under `load` (5,), with `stiffness` (5, 5), balls' `place` and `contacts`.
     """
 
     body = "the ring"
@@ -281,41 +251,56 @@ class EquilibriumSolver:
     remedy = "load it, or hold it by a displacement or by less clearance"
 
     def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rough=None):
-        self.rough = rough
         self.setting, self.azimuths, self.gravity = setting, np.array(azimuths, float), gravity
-        self.balls = (len(azimuths),)
+        self.rough, self.balls = rough, (len(azimuths),)
         self.longest = LONGEST * 2.0 * setting.ball_radius
         self.scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
+
+    @property
+    def speed(self) -> float:
+        """At which the inner ring turns [rad/s]."""
+        return self.setting.speed
 
     def seats(self) -> np.ndarray:
         """The numbers of the rings (rings, SEAT) for the core."""
         return self.setting.numbers(self.gravity)[None]
 
+    def _at_rest(self) -> "EquilibriumSolver":
+        return EquilibriumSolver(self.setting._replace(speed=0.0), self.azimuths, self.gravity)
+
+    @property
+    def found_contacts(self) -> Contacts:
+        """The contacts that were found last."""
+        return contacts_in(self.contacts)
+
     def legal(self) -> tuple[float, float]:
         """Greatest squeeze and greatest contact angle of what was found last, each over its limit."""
-        contacts = contacts_in(self.contacts)
-        squeeze, angle = limits_used(self.setting.ball_radius, contacts.load, contacts.approach, contacts.angle)
+        one = self.found_contacts
+        squeeze, angle = limits_used(self.setting.ball_radius, one.load, one.approach, one.angle)
         return float(squeeze.max()), float(angle.max())
 
-    def _tried(self, support: Support, share: float) -> tuple[int, float, bool]:
-        """(status, what is left, whether the answer is legal) with `share` of loads and held coordinates."""
+    def balance(self, support: Support, share: float = 1.0) -> tuple[int, float]:
+        """Finds the balance with a `share` of loads and held coordinates; its status, and what is left of it [N]."""
         free = np.array(support.free, np.bool_)
-        wanted, held = (share * np.where(which, values, 0.0)[None] for which, values in (
-            (free, support.loads), (~free, support.held)
-        ))  # fmt: skip
-        found = solved_from_nothing(self.seats(), self.balls, self.azimuths, free, wanted, held, self.heights)
+        wanted, held = share * np.where(free, support.loads, 0.0), share * np.where(free, 0.0, support.held)
+        found = solved_from_nothing(
+            self.seats(), self.balls, self.azimuths, free, wanted[None], held[None], self.heights
+        )
         self.q, self.load, self.stiffness, self.place, self.contacts, left, status = (one[0] for one in found)
-        return int(status), float(left), bool(status == FOUND) and max(self.legal()) <= 1.0
+        return int(status), float(left)
 
     def settle(self, support: Support) -> float:
-        """Puts `q`, `load` and `stiffness` where all is in balance; what is left of it [N].
+        """`balance`, within the limits of the model; what is left of it [N].
 
         Raises SceneError with the greatest load, or with the support that is missing.
         """
-        status, left, legal = self._tried(support, 1.0)
+        status, left = self.balance(support)
         if status == NOTHING_CARRIES:
-            raise SceneError(self._nothing_carries(support))
-        if not legal:
+            free = ", ".join(name for name, one in zip(COORDINATE_NAMES, support.free, strict=True) if one)
+            raise SceneError(
+                f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
+            )
+        if status != FOUND or max(self.legal()) > 1.0:
             raise SceneError(self._refusal(support, status))
         return left
 
@@ -323,37 +308,40 @@ class EquilibriumSolver:
         """The equilibrium; raises SceneError as `settle` does."""
         left = self.settle(support)
         if self.rough:
-            load = float(contacts_in(self.contacts).load.max())
-            numbers = defect_numbers(self.rough, load)
-            self.heights = heights_under(numbers, self.azimuths)
+            self.heights = heights_under(
+                defect_numbers(self.rough, float(self.found_contacts.load.max())), self.azimuths
+            )
             left = self.settle(support)
-        found = self.q, self.load, self.stiffness, self.azimuths, self.place[:, :2], contacts_in(self.contacts)
+        found = self.q, self.load, self.stiffness, self.azimuths, self.place[:, :2], self.found_contacts
         return Equilibrium(*found, left, control_named(self.setting))
 
-    @property
-    def speed(self) -> float:
-        """At which the inner ring turns [rad/s]."""
-        return self.setting.speed
+    def _refusal(self, support: Support, status: int) -> str:
+        """Reason for which there is no legal equilibrium, with the greatest share of loads and held coordinates.
 
-    def _at_rest(self) -> "EquilibriumSolver":
-        return EquilibriumSolver(self.setting._replace(speed=0.0), self.azimuths, self.gravity)
-
-    def _beyond_angle(self) -> str:
-        """Sentence on a contact angle of the last equilibrium that is beyond what is modelled; "" where none is."""
-        squeeze, angle = self.legal()
-        if not angle > max(1.0, squeeze):
-            return ""
-        greatest = math.degrees(GREATEST_ANGLE)
-        return f"leans a contact to {angle * greatest:.3g} degrees, beyond the {greatest:.3g} degrees that are modelled"
-
-    def _too_fast(self, support: Support, beyond: str) -> str:
-        """Sentence on a speed that is too high for a load that is carried at rest, "" where it is not."""
-        speed = self.speed
-        if not (speed and self._at_rest()._tried(support, 1.0)[2]):
-            return ""
-        why = f"{beyond}, as the balls are thrown outwards" if beyond else "throws the balls outwards too far"
-        what = f"{_what_acts(support)} is carried at rest; a speed of {speed:g} rad/s {why}"
-        return f"{what}; lower the speed, or load the bearing more along its axis"
+        That a load is carried at rest is said first, for the greatest at such a speed takes long and says less.
+        """
+        squeeze, angle = self.legal() if status == FOUND else (0.0, 0.0)
+        greatest, still = math.degrees(GREATEST_ANGLE), self._at_rest()
+        if self.speed and still.balance(support)[0] == FOUND and max(still.legal()) <= 1.0:
+            reached, most = f"{angle * greatest:.3g} degrees", f"{greatest:.3g} degrees that are modelled"
+            leans = f" and leans a contact to {reached}, beyond the {most}" if angle > max(1.0, squeeze) else " too far"
+            return (
+                f"{_what_acts(support)} is carried at rest; a speed of {self.speed:g} rad/s throws the balls outwards"
+                f"{leans}; lower the speed, or load the bearing more "
+                "along its axis"
+            )
+        share, (squeeze, angle) = self._greatest(support)
+        if share == 0.0:
+            return (
+                f"{_what_acts(support)} finds no contact that carries it; hold {self.body} in this direction, or turn "
+                "the load"
+            )
+        how = (
+            f"tilts the contacts out of the grooves, beyond {greatest:.3g} degrees"
+            if angle > squeeze
+            else f"pushes {self.body} through the balls: a contact is squeezed by at most 2 % of the ball's diameter"
+        )
+        return f"{_what_acts(support)} {how}; the greatest in this direction is {_what_acts(support, share)}"
 
     def _greatest(self, support: Support) -> tuple[float, tuple[float, float]]:
         """The greatest legal share of loads and held coordinates, 0 where there is none, and how near its limits it is.
@@ -364,58 +352,30 @@ class EquilibriumSolver:
         heaviest = np.abs(np.where(free, support.loads, 0.0) / self.scales).max()
         furthest = np.abs(np.where(free, 0.0, support.held) * self.scales).max()
         least = CARRIES / max(1.0, heaviest / HEAVY, furthest / self.longest)
-        low, high, ratios = 0.0, 1.0, (0.0, 0.0)
-        share, halvings = 1.0 / COARSE, 0
-        while halvings < HALVINGS and high > least:
-            status, _, legal = self._tried(support, share)
-            # too little to touch anything is no reason against a greater load
-            if legal or status == NOTHING_CARRIES:
-                low = share
-                ratios = self.legal() if legal else ratios
-            else:
-                high = share
-            halvings += (1 if status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low > 0.0 else 0
+        low, high, ratios, tries = 0.0, 1.0, (0.0, 0.0), HALVINGS
+        while tries > 0 and high > least:
             share = 0.5 * (low + high) if low else high / COARSE
+            status, _ = self.balance(support, share)
+            legal = status == FOUND and max(self.legal()) <= 1.0
+            ratios = self.legal() if legal else ratios
+            # too little to touch anything is no reason against a greater load
+            low, high = (share, high) if legal or status == NOTHING_CARRIES else (low, share)
+            tries -= (1 if status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low else 0
         return low, ratios
-
-    def _nothing_carries(self, support: Support) -> str:
-        free = ", ".join(name for name, one in zip(COORDINATE_NAMES, support.free, strict=True) if one)
-        return f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
-
-    def _refusal(self, support: Support, status: int) -> str:
-        """Reason for which there is no legal equilibrium, with the greatest share of loads and held coordinates.
-
-        That a load is carried at rest is said first, for the greatest at such a speed takes long and says less.
-        """
-        if sentence := self._too_fast(support, self._beyond_angle() if status == FOUND else ""):
-            return sentence
-        low, ratios = self._greatest(support)
-        what = _what_acts(support)
-        if low == 0.0:
-            return f"{what} finds no contact that carries it; hold {self.body} in this direction, or turn the load"
-        how = f"pushes {self.body} through the balls: a contact is squeezed by at most 2 % of the ball's diameter"
-        if ratios[1] > ratios[0]:
-            how = f"tilts the contacts out of the grooves, beyond {math.degrees(GREATEST_ANGLE):.3g} degrees"
-        return f"{what} {how}; the greatest in this direction is {_what_acts(support, low)}"
 
 
 def _what_acts(support: Support, share: float = 1.0) -> str:
     """The loads and held coordinates in words."""
-    rows = [
-        (f"{words} of {_vector(values[part], share)} {unit}")
-        for words, unit, values, part, used in (
-            ("a load", "N", support.loads, slice(0, 3), support.free[:3]),
-            ("a moment", "N m", support.loads, slice(3, 5), support.free[3:]),
-            ("a displacement", "m", support.held, slice(0, 3), [not one for one in support.free[:3]]),
-            ("a misalignment", "rad", support.held, slice(3, 5), [not one for one in support.free[3:]]),
-        )
-        if any(value and one for value, one in zip(values[part], used, strict=True))
-    ]
+    rows = []
+    for words, unit, values, part, counts in (
+        ("a load", "N", support.loads, slice(0, 3), True),
+        ("a moment", "N m", support.loads, slice(3, 5), True),
+        ("a displacement", "m", support.held, slice(0, 3), False),
+        ("a misalignment", "rad", support.held, slice(3, 5), False),
+    ):
+        if any(value and bool(free) is counts for value, free in zip(values[part], support.free[part], strict=True)):
+            rows.append(f"{words} of ({', '.join(f'{share * value:.4g}' for value in values[part])}) {unit}")
     return " with ".join(rows) or "no load"
-
-
-def _vector(values, share) -> str:
-    return "(" + ", ".join(f"{share * value:.4g}" for value in values) + ")"
 
 
 def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> EquilibriumSolver:
@@ -436,12 +396,11 @@ def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
 
 def solver_of(parameters, law, ball_angle=0.0, arm="groove") -> EquilibriumSolver:
     """The solver of a scene without gravity, ball 0 at `ball_angle` [rad]; see `setting_of`."""
-    setting = setting_of(parameters, law, parameters.drive.speed, arm)
-    azimuths, rough = (
-        azimuths_of(operating_geometry(parameters).balls, ball_angle),
-        parameters if parameters.defects else None,
+    setting, azimuths = (
+        setting_of(parameters, law, parameters.drive.speed, arm),
+        azimuths_of(parameters.geometry.balls, ball_angle),
     )
-    return EquilibriumSolver(setting, azimuths, rough=rough)
+    return EquilibriumSolver(setting, azimuths, rough=parameters if parameters.defects else None)
 
 
 def ellipses_of(parameters, contacts: Contacts) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -18,10 +18,10 @@ from bearing_twin.kinds.bearing.equilibrium import (
     shared,
 )
 from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
-from bearing_twin.kinds.bearing.figures import contact_flags
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
 from bearing_twin.kinds.bearing.geometry import clearance_of
 from bearing_twin.kinds.bearing.model_error import SIDES, model_errors
+from bearing_twin.kinds.bearing.models import contact_flags
 from bearing_twin.kinds.bearing.ratings import (
     equivalent_loads,
     limiting_speeds,

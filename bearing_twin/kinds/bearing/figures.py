@@ -10,13 +10,9 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Layout
 from bearing_twin.contact.elasticity import axis_ratio, ellipse, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import (
     gathered,
-    groove_doubt,
     law_doubt,
-    pressure_doubt,
-    shoulder_doubt,
     wave_doubt,
     wave_transit,
 )
@@ -24,8 +20,7 @@ from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT,
 from bearing_twin.kinds.bearing.accelerometer import Listener
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque
 from bearing_twin.kinds.bearing.geometry import cage_speed, moduli, roll_rate
-from bearing_twin.kinds.bearing.model_error import law_error
-from bearing_twin.kinds.bearing.models import touches_at_rest
+from bearing_twin.kinds.bearing.models import contact_flags, law_error, touches_at_rest
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_sensor
 from bearing_twin.kinds.bearing.quantities import missing
 from bearing_twin.kinds.bearing.ratings import ratings_of
@@ -274,26 +269,10 @@ class RunUp:
         return before[0]
 
 
-PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
 STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
 ROUNDING = 1e-14  # of a ball's loads times its radius: a torque that is less is none
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
-
-
-def contact_flags(parameters, pressure: float, widths, angles, loads) -> tuple[str | None, ...]:
-    """Warnings of contacts: their greatest pressure [Pa] and semi-axes (2,) [m] by raceway, angles and loads (N,).
-
-    Angles [rad] are those on the outer raceway, loads [N] those on the inner one.
-    """
-    materials, geometry = parameters.materials, parameters.geometry
-    dents = f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
-    return (
-        pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
-        dents if pressure > PERMANENT_PRESSURE else None,
-        groove_doubt(widths, 0.5 * geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)),
-        shoulder_doubt(geometry.contact_angle, angles, loads),
-    )
 
 
 class BearingFigures:

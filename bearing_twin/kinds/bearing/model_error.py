@@ -1,63 +1,78 @@
-"""Model errors of contacts and equilibria: elastic law, half-spaces, tilts of first order, friction at a point.
+"""Model errors of bearings in equilibrium and of runs, and how the second run of a run is made and compared.
 
-A contact that is too stiff by a share of its load pushes its ball and the ring, which move until they are in balance
-again: the balance differentiated by that share.
+Contacts whose law is wrong, bodies that are no half-spaces and a ring whose tilt is one of first order carry other
+loads at the same approach, as if the raceways stood higher or lower under the balls: what balls and ring do then is one
+more equilibrium, with raceways that are higher by a little, whose change is scaled up.
 """
 
 import contextlib
+import copy
 import functools
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.elasticity import coefficient_of, hertz_coefficient
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block
+from bearing_twin.base.units import LUBRICATED
+from bearing_twin.contact.elasticity import axis_ratio, elliptic_b_d
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bearing.equilibrium import (
+    FOUND,
     Equilibrium,
     EquilibriumSolver,
     Support,
     azimuths_of,
-    ball_balances,
+    centrifugal_ratio,
     controlled,
     ellipses_of,
+    equilibrium_error,
     load_line,
+    scene_equilibrium,
     setting_of,
     weighed_solver,
     weighed_support,
 )
-from bearing_twin.kinds.bearing.geometry import nominal_curvatures
-from bearing_twin.kinds.bearing.rings import PRESCRIBED, dimension_of, with_speeds
+from bearing_twin.kinds.bearing.figures import STRETCH
+from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
+from bearing_twin.kinds.bearing.outputs import has_films
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
+from bearing_twin.kinds.bearing.rings import (
+    PRESCRIBED,
+    QUASI_STATIC,
+    TORQUE,
+    dimension_of,
+    free_coordinates,
+    moving_centre,
+    shaft_inertia,
+    with_speeds,
+)
+from bearing_twin.kinds.bearing.step_control import FIXED_STEP
 from bearing_twin.kinds.bearing.system import Loading
+from bearing_twin.kinds.error_estimates import (
+    FRICTION_MODEL,
+    HERTZ_MENDS,
+    LAW,
+    LEFT_OUT,
+    Comparison,
+    Errors,
+    ModelError,
+    with_tolerance,
+)
 
 SIDES = ("inner", "outer")
-
-
-def law_error(parameters, law: str, curvature_small, curvature_large, load) -> np.ndarray | None:
-    """Relative error of each contact's load (N, 2) against exact Hertz at these curvatures [1/m]; above 0: too stiff.
-
-    0 where there is no load; None for a law that is measured, of whose error nothing is known.
-    """
-    if law not in LAWS or LAWS[law].measured:
-        return None
-    found = np.zeros_like(load)
-    for side, nominal in enumerate(nominal_curvatures(parameters.geometry)):
-        frozen = hertz_coefficient(*nominal, 1.0)
-        pairs = zip(curvature_small[:, side].tolist(), curvature_large[:, side].tolist(), strict=True)
-        for ball, (at, bears) in enumerate(zip(pairs, (load[:, side] > 0.0).tolist(), strict=True)):
-            if bears:
-                found[ball, side] = _error_at(law, frozen, *at)
-    return found
-
-
-@functools.lru_cache(maxsize=1024)
-def _error_at(law: str, frozen: float, curvature_small: float, curvature_large: float) -> float:
-    """Kept, as figures and errors of a run ask for the same contacts."""
-    at = curvature_small, curvature_large
-    return coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+HALF_SPACE, TILT = "half_space", "first_order_tilt"
+SMALL = 1e-3  # of the greatest approach: heights with which responses are found
+ALIKE = 0.1  # of the greatest load: an equilibrium whose greatest is nearer than this stands for a run
+NOTHING = 1e-9  # of the greatest change: less is rounding
+LOADS_OF = "normal_load", "greatest_normal_load"  # figures of contacts' loads
+ELLIPSES = ("semi_major", "m"), ("semi_minor", "m"), ("peak_pressure", "pa")
+RING = ("ring_displacement_m", "misalignment_rad"), ("ring_force_n", "ring_moment_nm")
 
 
 def half_space_error(parameters, semi_major):
@@ -66,43 +81,6 @@ def half_space_error(parameters, semi_major):
     The square of semi-axis over ball radius: the next term of the shape of a sphere against its parabola.
     """
     return (np.asarray(semi_major) / (0.5 * parameters.geometry.ball_diameter)) ** 2
-
-
-def ellipse_errors(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
-    """Errors of ellipses and pressures of contacts whose loads have these relative errors (N, 2): of its cube root."""
-    return {
-        f"{key}_{side}{unit}": [float(share[ball, place]) * value / 3.0 for ball, value in enumerate(values)]
-        for key, unit in (("semi_major", "_m"), ("semi_minor", "_m"), ("peak_pressure", "_pa"))
-        for place, side in enumerate(SIDES)
-        for values in [figures[f"{key}_{side}{unit}"]]
-    }
-
-
-SMOOTHING = 2.5  # tuned: power by which the error of a sum over points falls as spin at the rim becomes slow
-
-
-def rule_error(contact, ratio: float, rim: float) -> float:
-    """Greatest error of friction over contact patches, over its limit, and over the torque of pure spin.
-
-    Parameters
-    ----------
-    contact
-        The section `contact` of a scene.
-    ratio : float
-        b/a of the contact ellipse; errors are those found for 0.1 and above.
-    rim : float
-        Speed by spin [m/s] at the ends of the ellipse: what is slow against the regularisation is smooth, and n points
-        round a ring resolve it. Within a factor of 3 of `bearing_twin chart friction` where the error is above 1e-4.
-    """
-    model = FRICTIONS[contact.friction]
-    share = rim / contact.friction_regularisation
-    return model.error / (1.0 + (model.rule.spokes / share) ** SMOOTHING) if share > 0.0 else 0.0
-
-
-LOOSE = 1e-12  # of the stiffest direction: a direction that nothing holds is not moved
-ALIKE = 0.1  # of the greatest load: an equilibrium whose greatest is nearer than this stands for a run
-NOTHING = 1e-9  # of the greatest change: less is rounding
-LOADS_OF = "normal_load", "greatest_normal_load"  # figures of contacts' loads
 
 
 class Response(NamedTuple):
@@ -117,87 +95,46 @@ class Response(NamedTuple):
     ring_loads: np.ndarray
 
 
-class Pushed(NamedTuple):
-    """First-order changes with the ring held: of its outside `loads` (5,), of contact `pushes` and balls' places.
+def response_to(
+    solver: EquilibriumSolver, support: Support, found: Equilibrium, heights, loads=(0.0,) * 5, held=(0.0,) * 5
+) -> Response:
+    """The response of an equilibrium `found` to raceways that are higher under the balls by `heights` (N, 2) [m].
 
-    `moved` (N, 2) are those of the balls, `follows` (N, 2, 2) and `opened` (N, 2, 5) what they do when the ring moves.
+    The ring needs `loads` (5,) [N, N m] more from outside to stay where it is, and is held further on by `held` (5,).
+    NaN where there is no equilibrium.
     """
+    loads, held, own = np.asarray(loads), np.asarray(held), np.diagonal(found.stiffness)
+    moved = held + np.divide(loads, own, out=np.zeros(5), where=own > 0.0)
+    size = max(float(np.abs(heights).max()), float(np.abs(moved * solver.scales).max()))
+    if size == 0.0:
+        return Response(np.zeros_like(heights), np.zeros_like(heights), np.zeros(5), np.zeros(5))
+    step, other = SMALL * float(found.contacts.approach.max()) / size, copy.copy(solver)
+    other.heights = step * heights + (solver.heights if len(solver.heights) else 0.0)
+    status, _ = other.balance(
+        support._replace(loads=np.array(support.loads) - step * loads, held=np.array(support.held) + step * held)
+    )
+    free, now = np.array(support.free, np.bool_), other.found_contacts
+    changes = Response(
+        now.load - found.contacts.load,
+        np.where(found.contacts.load > 0.0, now.angle - found.contacts.angle, 0.0),
+        other.q - found.coordinates,
+        np.where(free, 0.0, other.load - found.loads + step * loads),
+    )
+    return Response(*(one / step if status == FOUND else np.full_like(one, math.nan) for one in changes))
 
-    solver: EquilibriumSolver
-    found: Equilibrium
-    pushes: np.ndarray
-    loads: np.ndarray
-    moved: np.ndarray
-    follows: np.ndarray
-    opened: np.ndarray
 
-    def contacts(self, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Changes of contact loads [N] and angles [rad] (N, 2) once the ring has moved by these coordinates (5,)."""
-        solver, (load, angle) = self.solver, (self.found.contacts.load, self.found.contacts.angle)
-        opening = self.opened @ coordinates
-        moved = self.moved + np.einsum("kij,kj->ki", self.follows, opening)
-        nearer = np.stack([opening - moved, moved], axis=1)  # changes of the vectors between centres
-        normal = _normals(angle)
-        across = np.stack([-normal[..., 1], normal[..., 0]], axis=-1)
-        distance = np.array([[one.groove_radius - solver.setting.ball_radius for one in _raceways(solver)]])
-        power = np.array([[one.law.power for one in _raceways(solver)]])
-        approach = self.found.contacts.approach
-        per_metre = np.divide(power * load, approach, out=np.zeros_like(load), where=load > 0.0)
-        return (
-            self.pushes + per_metre * np.einsum("ksi,ksi->ks", normal, nearer),
-            np.where(load > 0.0, np.einsum("ksi,ksi->ks", across, nearer) / (distance + approach), 0.0),
-        )
+def heights_of(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> np.ndarray:
+    """Heights of raceways (N, 2) [m] that make contacts bear these shares (N, 2) more."""
+    contacts = found.contacts
+    return np.where(contacts.load > 0.0, shares * contacts.approach / solver.setting.inner.law.power, 0.0)
 
 
 def response_of(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> Response:
     """The response where each contact bears these shares (N, 2) more than its law gives at the same approach.
 
-    The balance of every ball and of the ring, differentiated by the shares: balls move, then the ring does where it is
-    free, and balls follow. Loads that are given thus stay given: what all contacts share only moves the ring.
+    Loads that are given stay given: what all contacts share only moves the ring.
     """
-    pushed = pushed_by(solver, found, shares)
-    coordinates, ring_loads = followed(solver, support, found, pushed.loads)
-    return Response(*pushed.contacts(coordinates), coordinates, ring_loads)
-
-
-def followed(
-    solver: EquilibriumSolver, support: Support, found: Equilibrium, loads: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Changes of the ring's coordinates and outside loads (5,) where it would take `loads` (5,) more to stay put."""
-    free = np.array(support.free, np.bool_)
-    coordinates = np.zeros(5)
-    size = np.outer(solver.scales, solver.scales)[np.ix_(free, free)]
-    held = np.linalg.pinv(found.stiffness[np.ix_(free, free)] / size, rcond=LOOSE)
-    coordinates[free] = -(held @ (loads[free] / solver.scales[free])) / solver.scales[free]
-    return coordinates, np.where(free, 0.0, loads + found.stiffness @ coordinates)
-
-
-def pushed_by(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> Pushed:
-    """Effect of contacts that carry these shares (N, 2) more than by their law while the ring is held."""
-    load, angle = found.contacts.load, found.contacts.angle
-    pushes = (shares * load)[..., None] * _normals(angle)
-    by_ball, opened = ball_balances(solver.seats(), found.azimuths, found.coordinates, found.places)
-    left, force, moment = by_ball[:, :2], by_ball[:, 2:4, 0], by_ball[:, 4, 0]
-    inverse = np.linalg.pinv(left[:, :, 0])
-    moved = -np.einsum("kij,kj->ki", inverse, pushes[:, 0] - pushes[:, 1])
-    follows = -inverse @ left[:, :, 1]
-    ring = np.einsum("kic,ki->c", opened, pushes[:, 0] + np.einsum("kij,kj->ki", force, moved))
-    ring[3:] += (moment * moved).sum(1) @ _levers(found.azimuths)
-    return Pushed(solver, found, shares * load, ring, moved, follows, opened)
-
-
-def _levers(azimuths) -> np.ndarray:
-    """Derivatives (N, 2) of the tilt in each ball's plane by theta_x and theta_y."""
-    return np.stack([np.sin(azimuths), -np.cos(azimuths)], axis=1)
-
-
-def _normals(angle: np.ndarray) -> np.ndarray:
-    """Unit vectors (N, 2 raceways, 2), radial and axial, at these contact angles (N, 2)."""
-    return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-
-
-def _raceways(solver: EquilibriumSolver):
-    return solver.setting.inner, solver.setting.outer
+    return response_to(solver, support, found, heights_of(solver, found, shares))
 
 
 def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilibrium) -> Response | None:
@@ -207,80 +144,44 @@ def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilib
     the circle by R b, the true circle is nearer to the axis by R b^2/2: a true contact is pressed less by the cosine of
     its angle times that, and the moment of what presses it has no such lever.
     """
-    setting, contacts, tilt = solver.setting, found.contacts, found.coordinates[3:]
+    arm, tilt, load = solver.setting.arm, found.coordinates[3:], found.contacts.load
     if not tilt.any():
         return None
-    lever = _levers(found.azimuths)
-    lifted = lever @ tilt
-    cosine = np.cos(contacts.angle[:, 0])
-    load, approach = contacts.load, contacts.approach
-    power = np.array([setting.inner.law.power, setting.outer.law.power])
-    yields = np.divide(approach, power * load, out=np.zeros_like(load), where=load > 0.0).sum(axis=1)  # m/N
-    less = -0.5 * setting.arm * lifted**2 * cosine
-    off = np.divide(less, yields, out=np.zeros_like(less), where=yields > 0.0)
-    shares = np.divide(off[:, None], load, out=np.zeros_like(load), where=load > 0.0)
-    pressed = response_of(solver, support, found, shares)
-    loads = np.zeros(5)
-    loads[3:] = -setting.arm * (load[:, 0] * cosine * lifted) @ lever
-    moved, ring = followed(solver, support, found, loads)
-    more, angles = pushed_by(solver, found, np.zeros_like(load)).contacts(moved)
-    return Response(
-        pressed.loads + more, pressed.angles + angles, pressed.coordinates + moved, pressed.ring_loads + ring
-    )
-
-
-class ContactError(NamedTuple):
-    """Effect of contacts that are too stiff on an equilibrium: the `response` of balls and ring.
-
-    `kept` is the part of the greatest contact's error that its load keeps: what all share only moves a free ring.
-    """
-
-    response: Response
-    kept: float
+    levers = np.stack([np.sin(found.azimuths), -np.cos(found.azimuths)], axis=1)  # tilt in each ball's plane, by theta
+    lifted, cosine = levers @ tilt, np.cos(found.contacts.angle[:, 0])
+    heights, loads = np.zeros_like(load), np.zeros(5)
+    heights[:, 0] = -0.5 * arm * lifted**2 * cosine
+    loads[3:] = -arm * (load[:, 0] * cosine * lifted) @ levers
+    return response_to(solver, support, found, heights, loads)
 
 
 class EquilibriumErrors(NamedTuple):
-    """Model errors of an equilibrium with this `greatest` contact load [N]: of law, half-spaces and tilts.
+    """Model errors of an equilibrium with this `greatest` contact load [N]: responses by source.
 
-    `law` is None for a law of whose error nothing is known, `tilt` of a ring that is not tilted.
+    There is none to a law of whose error nothing is known, nor to the tilt of a ring that is not tilted. `kept` is the
+    part of the greatest contact's error that its load keeps: what all share only moves a free ring.
     """
 
     greatest: float
-    law: ContactError | None
-    half_space: ContactError
-    tilt: Response | None
-
-    def stands_for(self, greatest: float) -> bool:
-        """True if it stands for a run with this greatest contact load [N]."""
-        return abs(self.greatest - greatest) <= ALIKE * greatest
-
-    def of_tilt(self, figures: Mapping[str, Any], load: np.ndarray) -> dict[str, Any]:
-        """Errors of figures of a run with these greatest loads (N, 2) [N] by a tilt of first order, at most."""
-        if self.tilt is None:
-            return {}
-        more, turned = (np.broadcast_to(np.abs(one).max(axis=0), load.shape) for one in self.tilt[:2])
-        share = np.divide(more, load, out=np.zeros_like(load), where=load > 0.0)
-        columns = dict.fromkeys((f"{key}_{{}}_n" for key in LOADS_OF), more) | {"contact_angle_{}_rad": turned}
-        of_balls = {
-            key.format(side): values[:, i].tolist() for key, values in columns.items() for i, side in enumerate(SIDES)
-        }
-        return of_balls | ellipse_errors(figures, np.minimum(share, 1.0)) | _of_ring(self.tilt)
-
-
-def _contact_error(solver: EquilibriumSolver, support: Support, found: Equilibrium, shares: np.ndarray) -> ContactError:
-    response, off = response_of(solver, support, found, shares), float(np.abs(shares * found.contacts.load).max())
-    return ContactError(response, float(np.abs(response.loads).max()) / off if off > 0.0 else 1.0)
+    responses: dict[str, Response]
+    kept: dict[str, float]
 
 
 def errors_at(
     parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium
 ) -> EquilibriumErrors:
     """The model errors of an equilibrium `found` by `solver`."""
-    contacts, given = found.contacts, (solver, support, found)
-    shares = law_error(parameters, law, contacts.curvature_small, contacts.curvature_large, contacts.load)
-    wide = half_space_error(parameters, ellipses_of(parameters, contacts)[0])
-    of_law = None if shares is None else _contact_error(*given, shares)
-    return EquilibriumErrors(float(contacts.load.max()), of_law, _contact_error(*given, wide), response_to_tilt(*given))
+    contacts, responses, kept = found.contacts, {}, {}
+    for source, shares in (
+        (LAW, law_error(parameters, law, contacts.curvature_small, contacts.curvature_large, contacts.load)),
+        (HALF_SPACE, half_space_error(parameters, ellipses_of(parameters, contacts)[0])),
+    ):
+        if shares is not None:
+            responses[source] = response_of(solver, support, found, shares)
+            wrong = float(np.abs(shares * contacts.load).max())
+            kept[source] = float(np.abs(responses[source].loads).max()) / wrong if wrong > 0.0 else 1.0
+    tilted = response_to_tilt(solver, support, found)
+    return EquilibriumErrors(float(contacts.load.max()), responses | ({TILT: tilted} if tilted else {}), kept)
 
 
 def errors_of_run(parameters, law: str) -> list[EquilibriumErrors]:
@@ -302,70 +203,323 @@ def errors_of_run(parameters, law: str) -> list[EquilibriumErrors]:
     return found
 
 
-def model_errors(
-    parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium
-) -> dict[str, dict]:
+def model_errors(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> dict:
     """Errors of an equilibrium by source, in SI units: of loads and angles the greatest of all contacts."""
-    errors = errors_at(parameters, law, solver, support, found)
-    responses = {
-        "law": errors.law and errors.law.response,
-        "half_space": errors.half_space.response,
-        "first_order_tilt": errors.tilt,
-    }
     return {
         source: {
             "normal_load_n": float(np.abs(one.loads).max()),
             "contact_angle_rad": float(np.abs(one.angles).max()),
-            **_of_ring(one),
+            **_of_ring(one.coordinates, one.ring_loads),
         }
-        for source, one in responses.items()
-        if one is not None
+        for source, one in errors_at(parameters, law, solver, support, found).responses.items()
     }
 
 
-def _of_ring(response: Response) -> dict[str, list[float]]:
+def _of_ring(coordinates, loads) -> dict[str, list[float]]:
     """Errors of the ring's figures, without those that are rounding beside the others."""
-    keys = ("ring_displacement_m", "misalignment_rad"), ("ring_force_n", "ring_moment_nm")
     found = {}
-    for names, changes in zip(keys, response[2:], strict=True):
-        for key, part in zip(names, (np.abs(changes[:3]), np.abs(changes[3:])), strict=True):
+    for names, changes in zip(RING, (np.abs(coordinates), np.abs(loads)), strict=True):
+        for key, part in zip(names, np.split(changes, [3]), strict=True):
             found[key] = np.where(part > NOTHING * part.max(), part, 0.0).tolist()
     return found
 
 
-def by_load(
-    geometry, figures: Mapping[str, Any], load, share, error: ContactError | None, given: bool
-) -> dict[str, Any]:
-    """Errors of figures where contacts have these relative errors (N, 2) of their load at the same approach.
+def _of_balls(pattern: str, values: np.ndarray) -> dict[str, list[float]]:
+    """Figures of both raceways, lists with one value a ball, from an array (N, 2)."""
+    return {pattern.format(side): values[:, place].tolist() for place, side in enumerate(SIDES)}
 
-    `load` (N, 2) [N] is their greatest, `error` that of the equilibrium that stands for the run. What all contacts
-    share scales their sum on a ring that is held, and only moves one whose load is `given`; what they do not share need
-    not cancel.
-    """
-    greatest = float(share.max(initial=0.0))
-    uneven = float(np.ptp(share[load[:, 0] > 0.0, 0])) if load[:, 0].any() else 0.0
-    pitch = 0.5 * geometry.pitch_diameter
-    carried = math.fsum(abs(one) for one in figures["normal_load_inner_n"])
-    kept = share if error is None else error.kept * share
-    found = {
-        f"{key}_{side}_n": [float(kept[ball, place]) * abs(value) for ball, value in enumerate(values)]
-        for key in LOADS_OF
-        for place, side in enumerate(SIDES)
-        for values in [figures[f"{key}_{side}_n"]]
-    }
-    if error is not None:
-        moved, ring = (np.abs(one) for one in error.response[2:])
-    else:
-        moved, ring = np.zeros(5), np.zeros(5)
-        for part, key, arm in ((slice(3), "ring_force_n", 1.0), (slice(3, 5), "ring_moment_nm", pitch)):
-            ring[part] = 0.0 if given else greatest * max(map(abs, figures[key])) + arm * uneven * carried
-        for part, key in ((slice(3), "ring_displacement_m"), (slice(3, 5), "misalignment_rad")):
-            moved[part] = 2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ())) if given else 0.0
-    return {
-        **found,
-        **ellipse_errors(figures, share),
-        "ring_force_n": ring[:3].tolist(),
-        "ring_moment_nm": ring[3:].tolist(),
-        "ring_displacement_m": moved[:3].tolist(),
-        "misalignment_rad": moved[3:].tolist(),
-    }
+
+def _both(figures: Mapping[str, Any], pattern: str) -> np.ndarray:
+    """The figures of both raceways as an array (N, 2), the reverse of `_of_balls`."""
+    return np.array([figures[pattern.format(side)] for side in SIDES]).T
+
+
+def _of_ellipses(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, list[float]]:
+    """Errors of ellipses and pressures of contacts whose loads have these relative errors (N, 2): of its cube root."""
+    found = {}
+    for key, unit in ELLIPSES:
+        found |= _of_balls(f"{key}_{{}}_{unit}", share * _both(figures, f"{key}_{{}}_{unit}") / 3.0)
+    return found
+
+
+NOT_MODELLED: dict[str, tuple[Callable[[Any], bool], str]] = {
+    "film": (
+        lambda parameters: not has_films(parameters),
+        "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
+    ),
+    LUBRICATED: (
+        has_films,
+        "films are steady ones, at the temperature given: churning, seals and fresh grease are not computed, and a "
+        "measured torque may differ by half",
+    ),
+    "vibration": (
+        lambda parameters: dimension_of(parameters) != QUASI_STATIC,
+        "balls and rings are rigid outside their contacts: energy that goes into their vibration is not computed",
+    ),
+    "cage": (
+        lambda parameters: parameters.cage.kind == "none",
+        "no cage: its friction and its pushes on the balls are not computed; cage.kind: pockets has them",
+    ),
+    "cage_guidance": (
+        lambda parameters: parameters.cage.kind != "none" and not moving_centre(parameters),
+        "the cage stays centred: what guides it, and its friction there, are not computed; cage.guidance has them",
+    ),
+    "cage_tilt": (
+        moving_centre,
+        "the cage moves in its plane alone: its tilt, and what it does along the axis, are not computed",
+    ),
+    "whirl": (
+        lambda parameters: (
+            dimension_of(parameters) == QUASI_STATIC
+            and any(free_coordinates(parameters))
+            and not parameters.rings.inner.mass
+            and parameters.contact.friction_coefficient > 0.0
+        ),
+        "whether the ring stays in its equilibrium: friction along the grooves can make it whirl, which is computed "
+        "where rings.inner.mass is given",
+    ),
+    "shear": (
+        lambda parameters: dimension_of(parameters) != QUASI_STATIC,
+        "no tangential elasticity: friction answers to slip alone, smoothed by contact.friction_regularisation, so "
+        "that creep in rolling is what the smoothing gives",
+    ),
+}
+"""Parts of real bearings that are not modelled: the condition, and a sentence on its effect."""
+
+EQUILIBRIA = (  # what is known of a run from them
+    "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
+)
+LEAST_LOAD = 0.01  # of the greatest load: the friction limit of one that carries less is no scale
+TILTING = "ring_moment_nm", "misalignment_rad"
+SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
+STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque
+THEORY = "cage_speed_theory_rad_s", "roll_rate_theory_rad_s"
+OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
+
+
+class BearingComparison(Comparison):
+    """Loads over the greatest load; friction over its limit, unless loads alone are requested or there is none."""
+
+    exact = (*Comparison.exact, *THEORY, "catalogue_drive_torque_nm")
+
+    def __init__(self, parameters: BearingScene, choice: Choice | None):
+        super().__init__(parameters, choice)
+        self.outputs = {"loads": "over the greatest load"}
+        if parameters.wanted.outputs != LOADS and parameters.contact.friction_coefficient:
+            self.outputs["friction"] = "over mu N of a contact, or mu N R of a ball"
+        self._greatest = 0.0
+
+    def refined(self):
+        """Half of a fixed step, or a fraction of the tolerance; None of equilibria."""
+        choice = self.choice
+        if choice.stepper == QUASI_STATIC:
+            return None
+        if choice.stepper in FIXED_STEP:
+            return self.parameters, choice._replace(finer=2.0 * choice.finer)
+        return with_tolerance(self.parameters, choice, LEAST_TOLERANCE)
+
+    @property
+    def smaller(self) -> str:
+        return mend_of_method(self.parameters, self.choice)
+
+    def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+        """Of loads; of friction over mu N, N being LEAST_LOAD of the greatest load so far at least."""
+        load, exact = own["normal_load"], second["normal_load"]
+        sizes = load.max(axis=(1, 2))
+        found = {"loads": (np.abs(load - exact).max(axis=(1, 2)), sizes)}
+        greatest = np.maximum.accumulate(np.append(self._greatest, sizes))[1:]
+        self._greatest = float(greatest[-1])
+        if "friction" in self.outputs:
+            least = np.where(greatest > 0.0, LEAST_LOAD * greatest, math.inf)[:, None]
+            forces = _lengths(own["friction_force"] - second["friction_force"])
+            torques = _lengths(own["raceway_torque"] - second["raceway_torque"])
+            radius = 0.5 * self.parameters.geometry.ball_diameter
+            apart = np.maximum(
+                (forces / np.maximum(exact, least[:, :, None])).max(axis=2),
+                torques / radius / np.maximum(exact.sum(axis=2), least),
+            )
+            coefficient = self.parameters.contact.friction_coefficient
+            found["friction"] = apart.max(axis=1) / coefficient, np.ones(len(sizes))
+        return found
+
+
+def _lengths(vectors: np.ndarray) -> np.ndarray:
+    """Lengths of vectors (..., 3)."""
+    return np.sqrt(np.square(vectors).sum(axis=-1))
+
+
+class BearingErrors:
+    """Gathers what the model errors of a run follow from, in memory that does not grow with the run."""
+
+    in_stretches = False  # blocks may hold many
+
+    def __init__(self, parameters: BearingScene, choice: Choice):
+        self.parameters, self.choice = as_chosen(parameters, choice), choice
+        balls = parameters.geometry.balls
+        self.outputs = 0
+        self.load = np.zeros((balls, 2))
+        self.curvatures = np.ones((2, balls, 2))
+        self.spin = np.zeros((balls, 2))  # greatest under load
+        self.friction_work = np.zeros((balls, 2))  # sums of load^(4/3) times spin
+
+    def add(self, block: Block) -> None:
+        """Takes a block in."""
+        load = np.ascontiguousarray(block.values["normal_load"])
+        begins = np.array([0, *range(STRETCH - block.first_sequence % STRETCH, len(block), STRETCH)])
+        self.outputs += len(block)
+        spin = np.where(load > 0.0, np.abs(block.values["spin_rate"]), 0.0)
+        self.spin = np.maximum(self.spin, spin.max(axis=0))
+        work = np.add.reduceat(load * np.cbrt(load) * spin, begins, axis=0)
+        for stretch in work:  # one after the other: sums are the same to the bit however outputs are cut
+            self.friction_work += stretch
+        better = load.max(axis=0) > self.load
+        at = load.argmax(axis=0)[better], *np.nonzero(better)
+        if better.any():
+            self.load[better] = load[at]
+            for kept, name in zip(self.curvatures, ("curvature_small", "curvature_large"), strict=True):
+                kept[better] = block.values[name][at]
+
+    def errors(self, figures: Mapping[str, Any]) -> Errors:
+        """The model errors of these figures so far."""
+        greatest, found = float(self.load.max()), {}
+        nearest = min(self._equilibria, key=lambda one: abs(one.greatest - greatest), default=None)
+        alike = nearest is not None and abs(nearest.greatest - greatest) <= ALIKE * greatest
+        law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
+        width = half_space_error(self.parameters, _both(figures, "semi_major_{}_m"))
+        left_out = self._of_contacts(figures, width, nearest if alike else None, HALF_SPACE)
+        tilted = self._tilted(figures, nearest.responses[TILT]) if nearest and TILT in nearest.responses else {}
+        for key, error in tilted.items():
+            left_out[key] = np.add(left_out[key], error).tolist() if key in left_out else error
+        of_law = {} if law is None else self._of_contacts(figures, np.abs(law), nearest if alike else None, LAW)
+        for source, errors in (
+            (LAW, of_law),
+            (LEFT_OUT, left_out | self._caged(figures)),
+            (FRICTION_MODEL, self._friction(figures)),
+        ):
+            for key, error in errors.items():
+                found.setdefault(key, {})[source] = error
+        if not any(map(any, (figures[key] for key in OUT_OF_PLANE))):
+            found |= {key: {source: [0.0, 0.0] for source in found[key]} for key in TILTING if key in found}
+        mends = {LAW: HERTZ_MENDS}
+        if self.choice.stepper == QUASI_STATIC:
+            mends[FRICTION_MODEL] = self._smaller_steps
+        elif not FRICTIONS[self.parameters.contact.friction].over_spot:
+            mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the friction of spin"
+        # What is left for the ring is a difference of loads, each with an error of the tolerance.
+        least = self.parameters.wanted.tolerance * greatest
+        negligible = {"ring_force_n": least, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * least}
+        off = 0.0 if law is None or not greatest else float(np.abs(law * self.load).max()) / greatest
+        of_loads = [ModelError(LAW, off * (nearest.kept.get(LAW, 1.0) if alike else 1.0), HERTZ_MENDS)]
+        if self.choice.stepper == QUASI_STATIC:
+            ratio = centrifugal_ratio(scene_equilibrium(self.parameters, self.choice.law).contacts)
+            of_loads.append(ModelError(LEFT_OUT, equilibrium_error(ratio), self._smaller_steps))
+        outputs = {"loads": tuple(of_loads)}
+        return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, integral_of=SUMS, negligible=negligible)
+
+    def _of_contacts(
+        self, figures: Mapping[str, Any], share: np.ndarray, error: EquilibriumErrors | None, source: str
+    ) -> dict[str, Any]:
+        """Errors of figures where contacts have these relative errors (N, 2) of their load at the same approach.
+
+        `error` is the equilibrium that stands for the run. What all contacts share scales their sum on a ring that is
+        held, and only moves one whose load is given; what they do not share need not cancel.
+        """
+        kept, found = share if error is None else error.kept[source] * share, {}
+        for key in LOADS_OF:
+            found |= _of_balls(f"{key}_{{}}_n", kept * np.abs(_both(figures, f"{key}_{{}}_n")))
+        if error is not None:
+            moved, ring = error.responses[source][2:]
+        else:
+            moved, ring = np.zeros(5), np.zeros(5)
+            greatest, touching = float(share.max(initial=0.0)), self.load[:, 0] > 0.0
+            if dimension_of(self.parameters) != PRESCRIBED:
+                for part, key in ((slice(3), "ring_displacement_m"), (slice(3, 5), "misalignment_rad")):
+                    moved[part] = 2.0 / 3.0 * greatest * math.hypot(*figures.get(key, ()))
+            else:
+                uneven = float(np.ptp(share[touching, 0])) if touching.any() else 0.0
+                uneven *= math.fsum(map(abs, figures["normal_load_inner_n"]))
+                arm = 0.5 * self.parameters.geometry.pitch_diameter
+                ring[:3] = greatest * max(map(abs, figures["ring_force_n"])) + uneven
+                ring[3:] = greatest * max(map(abs, figures["ring_moment_nm"])) + arm * uneven
+        of_ring = {
+            key: part.tolist()
+            for names, one in zip(RING, (np.abs(moved), np.abs(ring)), strict=True)
+            for key, part in zip(names, np.split(one, [3]), strict=True)
+        }
+        return found | _of_ellipses(figures, share) | of_ring
+
+    def _tilted(self, figures: Mapping[str, Any], tilt: Response) -> dict[str, Any]:
+        """Greatest errors of figures by a tilt of first order."""
+        more, turned = (np.broadcast_to(np.abs(one).max(axis=0), self.load.shape) for one in tilt[:2])
+        share = np.divide(more, self.load, out=np.zeros_like(self.load), where=self.load > 0.0)
+        found = _of_balls("contact_angle_{}_rad", turned) | _of_ellipses(figures, np.minimum(share, 1.0))
+        for key in LOADS_OF:
+            found |= _of_balls(f"{key}_{{}}_n", more)
+        return found | _of_ring(*tilt[2:])
+
+    def _caged(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """Greatest changes by a cage: speeds of balls that none spaces, to those of rolling."""
+        if self.parameters.cage.kind != "none" or self.choice.stepper == QUASI_STATIC:
+            return {}
+        names = (key for key in ("cage_speed_rad_s", "roll_rate_rad_s") if figures.get(key) is not None)
+        return {key: abs(figures[key] - figures[key.replace("_rad_s", "_theory_rad_s")]) for key in names}
+
+    @functools.cached_property
+    def _equilibria(self) -> list[EquilibriumErrors]:
+        return errors_of_run(self.parameters, self.choice.law)
+
+    def _friction(self, figures: Mapping[str, Any]) -> dict[str, Any]:
+        """Errors of the friction model: at a point it has no spin; over a contact patch it is wrong by its quadrature.
+
+        A patch under pure spin resists with 3/8 mu N a E at most, E the complete elliptic integral of its eccentricity;
+        with less where its rim is no faster than friction is smoothed over.
+        """
+        if self.choice.stepper == QUASI_STATIC or not self.outputs:
+            return {}
+        contact, drive, lubricant = self.parameters.contact, self.parameters.drive, self.parameters.lubricant
+        over_patch, coefficient = FRICTIONS[contact.friction].over_spot, contact.friction_coefficient
+        if lubricated(self.parameters):  # at most
+            coefficient = max(lubricant.boundary_friction, lubricant.film_friction)
+        most, power = np.zeros(len(self.load)), 0.0
+        for side, ball in np.argwhere(self.load.T > 0.0):
+            load, major = self.load[ball, side], figures[f"semi_major_{SIDES[side]}_m"][ball]
+            ratio = axis_ratio(*(float(one[ball, side]) for one in self.curvatures))
+            b, d = elliptic_b_d(ratio)
+            greatest = 0.375 * coefficient * load * major * (b + ratio * ratio * d)
+            rim = self.spin[ball, side] * major
+            error = rule_error(contact, ratio, rim) if over_patch else 1.0
+            most[ball] += greatest * (error if over_patch else rim / math.hypot(rim, contact.friction_regularisation))
+            power += greatest * (self.friction_work[ball, side] / self.outputs) / load ** (4.0 / 3.0) * error
+        seconds = max(self.outputs - 1, 0) / self.parameters.run.output_rate
+        speed = abs(figures["inner_ring_speed_at_end_rad_s"])
+        found = {
+            "dissipated_j": power * seconds,
+            "drive_work_j": power * seconds,
+            "friction_torque_nm": most.tolist(),
+        }
+        if speed <= STANDS:
+            return found
+        if drive.kind != TORQUE:
+            return found | {"drive_torque_nm": power / speed}
+        faster = power / speed * seconds / shaft_inertia(self.parameters)
+        work = abs(figures["drive_torque_nm"]) * faster * seconds
+        return found | {"inner_ring_speed_at_end_rad_s": faster, "drive_torque_nm": 0.0, "drive_work_j": work}
+
+    @functools.cached_property
+    def _smaller_steps(self) -> str:
+        return mend_of_method(self.parameters, self.choice)
+
+    def _notes(self) -> dict[str, str]:
+        """Sentences on errors that are not known, by source and by what is not modelled."""
+        notes = {LEFT_OUT: EQUILIBRIA} if self.choice.stepper == QUASI_STATIC else {}
+        if self.choice.law in LAWS and LAWS[self.choice.law].measured:
+            notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
+        model, beyond = FRICTIONS[self.parameters.contact.friction], "not what the motion makes of it, as in roll rates"
+        if not model.over_spot:
+            notes[FRICTION_MODEL] = (
+                "contact.friction: point has no friction of spin: errors are the torque and loss that it would add, "
+                f"{beyond}; contact.friction: spot computes it"
+            )
+        elif self.choice.stepper != QUASI_STATIC:
+            notes[FRICTION_MODEL] = f"errors are those of torque and loss by contact.friction: {model.name}, {beyond}"
+        return notes | {name: words for name, (lacks, words) in NOT_MODELLED.items() if lacks(self.parameters)}

@@ -2,17 +2,19 @@
 
 import math
 
+import numpy as np
+
 from bearing_twin.base.report import Choice
 from bearing_twin.base.units import CELSIUS
 from bearing_twin.contact.elasticity import axis_ratio as ratio_of
 from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coefficient
 from bearing_twin.contact.friction import AUTO, FRICTIONS, POINT, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.contact.materials import effective_modulus, yield_pressure
+from bearing_twin.contact.validity import groove_doubt, pressure_doubt, shoulder_doubt
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, weighed_support
 from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
 from bearing_twin.kinds.bearing.lubricant import lubricated
-from bearing_twin.kinds.bearing.model_error import rule_error
 from bearing_twin.kinds.bearing.rings import (
     COMMON_STEPS,
     FREE_RING,
@@ -236,15 +238,47 @@ def cage_needed(parameters) -> str:
     )
 
 
+def law_error(parameters, law: str, curvature_small, curvature_large, load) -> np.ndarray | None:
+    """Relative error of each contact's load (N, 2) against exact Hertz at these curvatures [1/m]; above 0: too stiff.
+
+    0 where there is no load; None for a law that is measured, of whose error nothing is known.
+    """
+    if law not in LAWS or LAWS[law].measured:
+        return None
+    found, carry = np.zeros_like(load), load > 0.0
+    for side, nominal in enumerate(nominal_curvatures(parameters.geometry)):
+        frozen, one = hertz_coefficient(*nominal, 1.0), carry[:, side]
+        at = curvature_small[one, side], curvature_large[one, side]
+        found[one, side] = coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
+    return found
+
+
 def nominal_law_error(law: str, parameters) -> float:
     """Greatest relative load error of a law against exact Hertz at a bearing's two nominal contacts; 0 if measured."""
-    if LAWS[law].measured:
-        return 0.0
-    worst = 0.0
-    for small, large in nominal_curvatures(parameters.geometry):
-        exact = hertz_coefficient(small, large, 1.0)
-        worst = max(worst, abs(coefficient_of(law, small, large, 1.0, exact) / exact - 1.0))
-    return worst
+    curvatures = (np.broadcast_to(one, (1, 2)) for one in np.transpose(nominal_curvatures(parameters.geometry)))
+    found = law_error(parameters, law, *curvatures, np.ones((1, 2)))
+    return 0.0 if found is None else float(np.abs(found).max())
+
+
+SMOOTHING = 2.5  # tuned: power by which the error of a sum over points falls as spin at the rim becomes slow
+
+
+def rule_error(contact, ratio: float, rim: float) -> float:
+    """Greatest error of friction over contact patches, over its limit, and over the torque of pure spin.
+
+    Parameters
+    ----------
+    contact
+        The section `contact` of a scene.
+    ratio : float
+        b/a of the contact ellipse; errors are those found for 0.1 and above.
+    rim : float
+        Speed by spin [m/s] at the ends of the ellipse: what is slow against the regularisation is smooth, and n points
+        round a ring resolve it. Within a factor of 3 of `bearing_twin chart friction` where the error is above 1e-4.
+    """
+    model = FRICTIONS[contact.friction]
+    share = rim / contact.friction_regularisation
+    return model.error / (1.0 + (model.rule.spokes / share) ** SMOOTHING) if share > 0.0 else 0.0
 
 
 def _coarse_points(parameters, friction: str) -> list[str]:
@@ -290,3 +324,21 @@ def choose(parameters) -> Choice:
     if parameters.solver.stepper != AUTO:
         found.pop(SETTING)
     return Choice(law, stepper, error, sentences(found), tuple(warnings), setting, friction=named)
+
+
+PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
+
+
+def contact_flags(parameters, pressure: float, widths, angles, loads) -> tuple[str | None, ...]:
+    """Warnings of contacts: their greatest pressure [Pa] and semi-axes (2,) [m] by raceway, angles and loads (N,).
+
+    Angles [rad] are those on the outer raceway, loads [N] those on the inner one.
+    """
+    materials, geometry = parameters.materials, parameters.geometry
+    dents = f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
+    return (
+        pressure_doubt(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
+        dents if pressure > PERMANENT_PRESSURE else None,
+        groove_doubt(widths, 0.5 * geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)),
+        shoulder_doubt(geometry.contact_angle, angles, loads),
+    )

@@ -203,7 +203,7 @@ class BearingMotion(CommandedBearing):
                     f"{choice.stepper} does not follow defects of balls; use solver.stepper: rodas4, or auto"
                 )
             raceway = self.bearing.outer.law
-            numbers = defect_numbers(parameters, raceway.given * max(approaches.max(), 0.0) ** raceway.power)
+            numbers = defect_numbers(parameters, raceway.given * max(approaches[:, 1].max(), 0.0) ** raceway.power)
             self._bearing = self._bearing._replace(defects=tuple(numbers.tolist()))
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         self.scales = self.given * error_scales(parameters, self.bearing, start, approaches, bodies.active)

@@ -20,10 +20,10 @@ BEARING = Kind(
         figures="figures:BearingFigures",
         records="accelerometer:tables",
         meanings="quantities:MEANINGS",
-        model_errors="run_errors:BearingErrors",
+        model_errors="model_error:BearingErrors",
         commands="topics:commands",
         quantities="quantities:quantities",
-        comparison="run_errors:BearingComparison",
+        comparison="model_error:BearingComparison",
         picture="picture:BearingPicture",
     ),
 )

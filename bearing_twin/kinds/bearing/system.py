@@ -252,7 +252,7 @@ def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
     locus_radius = bottom - side * groove_radius
     still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
     found = law(still.curvature_small, still.curvature_large)
-    terms = terms_along(found, ball_radius, locus_radius, groove_radius, side)
+    terms = tuple(terms_along(found, ball_radius, locus_radius, groove_radius, side).tolist())
     return Raceway(locus_radius, groove_radius, found, terms)
 
 
@@ -336,10 +336,10 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         oil, coefficient = film_lubricant(parameters), parameters.lubricant.boundary_friction
         film = oil, films_along(oil, inner, radius, -1.0), films_along(oil, outer, radius, 1.0)
     if friction.over_spot:
-        axes = [
-            axes_along(radius, one.locus_radius, one.groove_radius, side) for one, side in ((inner, -1.0), (outer, 1.0))
-        ]
-        patch = coefficient, contact.friction, *axes
+        for one, side in ((inner, -1.0), (outer, 1.0)):
+            axes = axes_along(radius, one.locus_radius, one.groove_radius, side)
+            patch += (tuple(map(tuple, axes.tolist())),)
+        patch = coefficient, contact.friction, *patch
     dimension, cage, pockets = dimension_of(parameters), parameters.cage, ()
     ring = HELD
     if dimension == FREE_RING:

@@ -22,10 +22,11 @@ from bearing_twin.kinds.bearing import (
     ellipses_of,
     equilibrium_error,
     half_space_error,
+    heights_of,
     hours_of,
     lives_of,
-    pushed_by,
     ratings_of,
+    response_to,
     setting_of,
     weighed_solver,
 )
@@ -270,14 +271,15 @@ def response_of(parameters: ShaftScene, law: str, speed: float, time: float, sha
     for side, seat, ring, contacts in zip(SIDES, seats, balance.rings, balance.contacts, strict=True):
         scene, turned = bearing_scene(parameters, side), seat.turned
         solver = weighed_solver(scene, seat.setting._replace(speed=speed), azimuths_of(len(contacts.load), seat.first))
-        held = solver.solve(Support((False,) * COORDINATES, (0.0,) * COORDINATES, tuple(ring.tolist())))
-        shares = shares_at(scene, contacts)
-        pushed = pushed_by(solver, held, shares)
-        loads += turned.T @ pushed.loads
-        found.append((contacts, shares, pushed, turned))
+        place = Support((False,) * COORDINATES, (0.0,) * COORDINATES, tuple(ring.tolist()))
+        held, shares = solver.solve(place), shares_at(scene, contacts)
+        respond = functools.partial(response_to, solver, place, held, heights_of(solver, held, shares))
+        loads += turned.T @ respond().ring_loads
+        found.append((contacts, shares, turned, respond))
     moved = -np.linalg.pinv(balance.stiffness) @ loads
-    forces = [turned.T @ (pushed.loads + pushed.found.stiffness @ turned @ moved) for _, _, pushed, turned in found]
-    changes = [(contacts, shares, pushed.contacts(turned @ moved)[0]) for contacts, shares, pushed, turned in found]
+    responses = [respond(held=turned @ moved) for _, _, turned, respond in found]
+    forces = [turned.T @ one.ring_loads for (_, _, turned, _), one in zip(found, responses, strict=True)]
+    changes = [(contacts, shares, one.loads) for (contacts, shares, *_), one in zip(found, responses, strict=True)]
     return Moved(moved, -np.array(forces)[:, :3], changes)
 
 
