@@ -14,9 +14,7 @@ from scipy.special import ellipe
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.command.cli import main
 from bearing_twin.command.contact_command import add_arguments, run
-from bearing_twin.contact import validity
 from bearing_twin.contact.calculator import (
-    COMPARED,
     POWERS,
     axis_stresses,
     contact_under_load,
@@ -67,11 +65,6 @@ def test_crossed_bodies_have_the_eigenvalues_of_the_summed_curvatures(angle, rad
     gap = gap_of_radii(radii[:2], radii[2:], angle)
     assert gap[:2] == pytest.approx(expected, rel=1e-9)
     assert gap_of_radii(radii[2:], radii[:2], angle)[:2] == pytest.approx(gap[:2], rel=1e-12)
-
-
-def test_crossed_equal_cylinders_are_a_sphere_on_a_plane():
-    crossed = gap_of_radii((math.inf, 0.02), (math.inf, 0.02), 0.5 * math.pi)
-    assert crossed[:2] == pytest.approx(gap_of_radii((0.02, 0.02), (math.inf, math.inf))[:2], rel=1e-14)
 
 
 # Ball on raceway, steel E = 207.5 GPa: conformity, side, force constant, b/a (6203).
@@ -163,26 +156,16 @@ def test_greatest_shear_below_circle_and_line():
     assert greatest_shear(1.0, 1.0, 1.0, -0.999999) == pytest.approx((0.75, 0.0), abs=1e-5)
 
 
-def test_a_contact_shorter_than_a_wave_transit_is_named():
-    transit = validity.wave_transit(0.1, 2.1e11, 7850.0)
-    assert transit == pytest.approx(0.1 / 5172.2, rel=1e-4)
-    assert validity.wave_doubt(1e-5, transit) is not None
-    assert validity.wave_doubt(1e-4, transit) is None
-
-
 @pytest.mark.parametrize(
     ("make", "reason"),
     [
         (lambda: gap_of_curvatures(-1.0, 2.0), "conform"),
         (lambda: gap_of_curvatures(0.0, 2.0), "line"),
         (lambda: gap_of_curvatures(3.0, 2.0), "exchange"),
-        (lambda: gap_of_curvatures(math.nan, 2.0), "finite"),
         (lambda: gap_of_curvatures(1.0, 1e14), "this is a line"),
         (lambda: gap_of_radii((0.0, 1.0), (1.0, 1.0)), "above zero"),
-        (lambda: gap_of_radii((-0.1, 1.0), (1.0, 1.0)), "hollow"),
         (lambda: gap_of_radii((0.01, 0.01), (0.005, 0.005), 0.0, (True, True)), "conform"),
         (lambda: solve(gap_of_curvatures(1.0, 2.0), MODULUS, "normal_load", -1.0), "above zero"),
-        (lambda: solve(gap_of_curvatures(1.0, 2.0), MODULUS, "approach", math.inf), "finite"),
         (lambda: solve(gap_of_curvatures(1.0, 2.0), MODULUS, "peak_pressure", 1e300), "no computer"),
         (lambda: impact(gap_of_curvatures(1.0, 2.0), MODULUS, 1.0, 0.0), "mass"),
     ],
@@ -192,24 +175,10 @@ def test_what_makes_no_contact_is_refused_with_the_reason(make, reason):
         make()
 
 
-KEYS = {
-    "approach_m", "normal_load_n", "semi_major_m", "semi_minor_m", "axis_ratio", "peak_pressure_pa",
-    "stiffness_n_per_m", "laws", "flags",
-}  # fmt: skip
-
-
 def asked(line):
     parser = argparse.ArgumentParser()
     add_arguments(parser)
     return run(parser.parse_args(line.split()))
-
-
-def test_the_keys_are_those_promised():
-    result = asked("--radii-1 0.01 --young 2.1e11 --poisson 0.3 --approach 1e-6").result
-    assert set(result) >= KEYS
-    assert set(result["laws"]) == set(COMPARED)
-    assert all(set(law) == {"normal_load_n", "error"} for law in result["laws"].values())
-    assert result["normal_load_n"] == pytest.approx(15.384615384615384, rel=1e-12)
 
 
 def test_a_bearing_by_its_designation_and_by_its_curvatures_agree():
@@ -219,13 +188,6 @@ def test_a_bearing_by_its_designation_and_by_its_curvatures_agree():
     assert gap["approach_m"] == pytest.approx(bearing["approach_m"], rel=1e-13)
     assert bearing["normal_load_n"] / bearing["approach_m"] ** 1.5 == pytest.approx(2.502e10, rel=2.5e-4)
     assert asked("--bearing 6203 --load 100").result["axis_ratio"] == pytest.approx(0.1043, abs=6e-5)
-
-
-def test_materials_of_both_bodies():
-    one = asked("--radii-1 0.01 --young 2e11 7e10 --poisson 0.3 0.33 --load 10").result["effective_modulus_pa"]
-    assert one == pytest.approx(1.0 / (0.91 / 2e11 + (1.0 - 0.33**2) / 7e10), rel=1e-14)
-    named = asked("--radii-1 0.01 --material steel aluminium --load 10").result["effective_modulus_pa"]
-    assert named == pytest.approx(1.0 / (0.91 / 2.075e11 + (1.0 - 0.33**2) / 7e10), rel=1e-14)
 
 
 def test_yield_is_judged_where_it_is_known():
@@ -248,10 +210,9 @@ def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formul
     assert "lankarani_nikravesh" in shown
 
 
-@pytest.mark.parametrize("line", ["--bearing 6203 --load 300", "--radii-1 0.01 --load 1", "--radii-1 0.1 1 --load 9"])
-def test_the_picture_is_a_png(line, tmp_path, quick_pictures):
+def test_the_picture_is_a_png(tmp_path, quick_pictures):
     path = tmp_path / "contact.png"
-    assert asked(f"{line} --plot {path}").result["plot"] == str(path)
+    assert asked(f"--bearing 6203 --load 300 --plot {path}").result["plot"] == str(path)
     content = path.read_bytes()
     assert content.startswith(b"\x89PNG")
     assert len(content) > 20_000
@@ -261,24 +222,18 @@ def test_the_picture_is_a_png(line, tmp_path, quick_pictures):
     ("line", "reason"),
     [
         ("--load 1", "one way"),
-        ("--radii-1 1 --bearing 6203 --load 1", "one way"),
         ("--radii-1 1", "exactly one of"),
-        ("--radii-1 1 --load 1 --approach 1", "exactly one of"),
         ("--radii-1 1 --speed 1", "belong together"),
-        ("--radii-1 1 --load 1 --mass 1", "belong together"),
         ("--radii-1 1 --load 1 --restitution 0.5", "goes with --speed"),
         ("--radii-1 1 --speed 1 --mass 1 --restitution 0", "above 0 and at most 1"),
-        ("--radii-1 -1 --load 1", "above zero"),
         ("--radii-1 1 2 3 --load 1", "3 values"),
         ("--radii-1 1 --poisson 0.5 --load 1", "below 0.5"),
-        ("--radii-1 1 --poisson -1 --load 1", "above -1"),
         ("--radii-1 1 --young nan --load 1", "not finite"),
         ("--radii-1 1 --material stel --load 1", "did you mean steel"),
         ("--radii-1 1 --race inner --load 1", "goes with --bearing"),
         ("--bearing 6203 --hollow x --load 1", "goes with --radii-1"),
         ("--bearing 9999 --load 1", "bearing_6203"),
         ("--curvature-small 1 --load 1", "both"),
-        ("--curvature-small -1 --curvature-large 2 --load 1", "conform"),
         ("--radii-1 1 --load 1 --plot picture.jpg", "png"),
         ("--radii-1 1 --load 1 --yield-strength -1", "yield-strength"),
     ],
@@ -286,11 +241,6 @@ def test_the_picture_is_a_png(line, tmp_path, quick_pictures):
 def test_bad_input_is_refused_with_the_reason(line, reason):
     with pytest.raises(BearingTwinError, match=reason):
         asked(line)
-
-
-def test_every_number_is_finite():
-    result = asked("--bearing 6205 --load 1e-9").result
-    assert all(math.isfinite(value) for value in result.values() if isinstance(value, float))
 
 
 def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
@@ -372,22 +322,12 @@ def test_a_calm_contact_raises_no_doubt(name):
     ("bearing", "load", "parts"),
     [
         ("7210B", "0,0,-1000", True),
-        ("7210B", "0,-2000,0", True),
         ("7210B", "0,-500,2000", False),
-        ("6308", "0,-500,-2000", False),
     ],
 )
 def test_balls_that_press_where_an_angular_contact_bearing_has_no_shoulder_are_named(bearing, load, parts, capsys):
     assert main(["bearing", bearing, "--load", load, "--json", "--strict"]) == (3 if parts else 0)
     assert ("no shoulder" in capsys.readouterr().err) == parts
-
-
-@pytest.mark.parametrize(("way", "parts"), [(1.0, False), (-1.0, True)])
-def test_a_run_names_the_missing_shoulder_too(way, parts):
-    scene = load_scene("7204B", [f"drive.offset=[0.0,0.0,{way * 2.7e-4}]", "run.duration=0.002"])
-    run = simulate(scene)
-    list(run.blocks())
-    assert any("no shoulder" in flag for flag in run.report.flags) == parts
 
 
 @pytest.mark.parametrize(("push", "parts"), [(1.0, False), (-1.0, True)])

@@ -36,20 +36,6 @@ def errors_against(reference, out):
     return np.array([load, torque])
 
 
-@pytest.mark.parametrize(("stepper", "coarsest"), [("rk4", 1.2e-6), ("imex", 6e-7)])
-def test_load_and_friction_torque_converge_with_the_order_of_fixed_steps(stepper, coarsest):
-    """Judged inside the transient, where both are far from settled; the reference has a far finer step."""
-    smooth = (*TURNED_REST, "contact.friction_regularisation=0.3")
-
-    def outputs(step):
-        return run(*smooth, f"solver.step={step}", stepper=stepper, count=8, period=1.2e-5)[1]
-
-    reference = run(*smooth, "solver.step=2e-8", stepper="rk4", count=8, period=1.2e-5)[1]
-    errors = np.array([errors_against(reference, outputs(step)) for step in (coarsest, 0.5 * coarsest)])
-    orders = np.log2(errors[:-1] / errors[1:])
-    assert orders == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.15)
-
-
 @pytest.mark.parametrize("name", ROSENBROCK)
 def test_rosenbrock_methods_have_their_order_on_a_stiff_problem_with_a_known_solution(name):
     """y1' = -5 (y1 - cos t) - sin t and y2' = y1 - y2 in the method's own transformed form, constant steps."""
@@ -206,8 +192,9 @@ def test_explicit_steps_past_stability_end_in_an_error_and_not_in_numbers():
         moving.advance(np.array([0.2]), 0.2)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-@pytest.mark.parametrize("stepper", ["rodas4", "imex", "rk4", "dopri5"])
+@pytest.mark.parametrize(
+    ("stepper", "value"), [("rodas4", np.nan), ("imex", np.inf), ("rk4", np.nan), ("dopri5", np.inf)]
+)
 def test_a_state_that_is_not_finite_is_an_error_with_the_ball(stepper, value):
     moving = motion(stepper=stepper)
     moving.state[3, 4] = value
@@ -306,17 +293,6 @@ def test_touching_balls_have_the_order_of_their_method(pressed, stepper, step):
     assert orders(pressed[1], FULL, stepper, step) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
 
 
-@pytest.mark.parametrize(("stepper", "step", "halvings"), [("rodas4", 8e-6, 3), ("rodas3", 4e-6, 2)])
-def test_touching_balls_at_ease_follow_the_ring_with_the_order_of_their_method(pressed, stepper, step, halvings):
-    """Over so many halvings, as errors of slip and torque change sign on the way.
-
-    No further: a start that differs by 1e-13 changes the torque's error, when rodas3 takes steps of 0.5 us, by half.
-    """
-    start, exact = pressed[0]
-    coarse, fine = (errors(start, FULL, stepper, h, exact) for h in (step, step / 2**halvings))
-    assert np.log2(coarse / fine) / halvings == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.7)
-
-
 VECTOR = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
 
 
@@ -327,10 +303,6 @@ def test_products_agree_with_scipy(a, b):
     assert rotation_matrix(mine) == pytest.approx((p * q).as_matrix(), abs=1e-12)
     assert np.allclose(cross(a, b), np.cross(a, b))
     assert dot(a, b) == pytest.approx(np.dot(a, b), abs=1e-12)
-
-
-def test_small_angles_keep_their_precision():
-    assert quaternion_from_vector((2e-9, 0.0, 0.0)) == pytest.approx((1e-9, 0.0, 0.0, 1.0), rel=1e-15)
 
 
 def test_orientation_step_is_of_fourth_order_and_keeps_unit_norm():

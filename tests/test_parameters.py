@@ -7,18 +7,13 @@ from dataclasses import FrozenInstanceError, make_dataclass
 import pytest
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.base.parameters import choice, describe, plain, quantity, read_strict, section
+from bearing_twin.base.parameters import choice, describe, quantity, read_strict, section
 from bearing_twin.base.units import (
-    PREFIXES,
     UNITS,
-    Limits,
-    inverse,
-    labelled,
     named,
     prefixed,
     sentence_for_people,
     suffix_of,
-    with_unit,
 )
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.pictures.style import scaled
@@ -98,10 +93,6 @@ def test_what_is_no_legal_whole_number_is_refused(given):
     assert "a whole number, at least 3 and at most 100" in problems_of({"axle": {"spokes": given}})
 
 
-def test_a_missing_value_is_told():
-    assert "slope has no value" in problems_of({"slope": None})
-
-
 def test_tuples_have_a_length_and_each_number_is_checked():
     assert read_strict(Cart, {"speed": ["1e0", 3]}, "here").speed == (1.0, 3.0)
     for wrong in ([1.0], [1.0, 2.0, 3.0], 1.0, "1 2", {"x": 1}):
@@ -141,11 +132,6 @@ def test_all_problems_are_reported_together():
         assert sum(line.strip().startswith(key + " ") for line in lines[1:]) == 1
 
 
-def test_plain_reads_back():
-    cart = read_strict(Cart, {"front": "large", "speed": [3, 4], "load": "coal"}, "here")
-    assert read_strict(Cart, plain(cart), "again") == cart
-
-
 Sized = make_dataclass(
     "Sized",
     [
@@ -177,41 +163,10 @@ def test_sizes_that_no_machine_has_are_refused(key, value, sentence):
         read_strict(Sized, {key: value}, "it")
 
 
-def test_sizes_of_the_unit_do_not_forbid_what_physics_allows():
-    assert read_strict(Sized, {"gap": 0.0, "offset": -1e-15}, "it") == Sized(offset=-1e-15)
-    rows = {row.key: row.bounds for row in describe(Sized)}
-    assert rows["radius"].of_physics.allow(math.inf)
-    assert not rows["radius"].of_physics.allow(0.0)
-
-
-def test_keys_tell_their_units():
-    assert named("normal_load_inner_n") == ("normal load inner", "N")
-    assert named("friction_torque_nm") == ("dry-contact friction torque", "N m")
-    assert named("cage_speed_rad_s") == ("cage speed", "rad/s")
-    assert named("semi_major_inner_m") == ("semi major inner", "m")
-    assert named("stiffness_n_per_m") == ("stiffness", "N/m")
-    assert named("damping_s_per_m") == ("damping", "s/m")
-    assert named("gravity_m_s2") == ("gravity", "m/s²")
-    assert named("axis_ratio") == ("axis ratio", "")
-    assert named("energy_closure") == ("energy closure", "")
-    assert named("n") == ("n", "")
-
-
 @pytest.mark.parametrize("unit", [one for one in UNITS.values() if one.suffix], ids=lambda unit: unit.suffix)
 def test_every_suffix_leads_to_its_own_unit(unit):
     assert named(f"thing_{unit.suffix}") == ("thing", unit.shown)
     assert suffix_of(next(symbol for symbol, row in UNITS.items() if row == unit)) == f"_{unit.suffix}"
-
-
-@pytest.mark.parametrize("unit", ["1", "", "furlong", "N s/m^1.25"])
-def test_plain_numbers_and_rare_units_have_no_suffix(unit):
-    assert suffix_of(unit) == ""
-
-
-def test_suffixes_and_prefixes_are_unambiguous():
-    suffixes = [one.suffix for one in UNITS.values() if one.suffix]
-    assert len(set(suffixes)) == len(suffixes)
-    assert all(set(one.prefixes) <= set(PREFIXES) for one in UNITS.values())
 
 
 def test_every_declared_unit_is_in_the_table():
@@ -233,28 +188,16 @@ def test_every_declared_unit_is_in_the_table():
     ("size", "unit", "factor", "text"),
     [
         (2.5e-5, "m", 1e6, "µm"),
-        (2.0e9, "Pa", 1e-9, "GPa"),
-        (1500.0, "N", 1e-3, "kN"),
         (0.5, "N m", 1e3, "mN m"),
-        (1e-12, "J", 1e9, "nJ"),
         (0.9999, "s", 1e3, "ms"),
-        (1e-3, "s", 1e3, "ms"),
-        (5000.0, "s", 1.0, "s"),
         (5000.0, "rad/s", 1.0, "rad/s"),
         (0.0, "m", 1.0, "m"),
         (math.inf, "m", 1.0, "m"),
-        (1e-5, "furlong", 1.0, "furlong"),
     ],
 )
 def test_prefixes_make_numbers_readable(size, unit, factor, text):
     assert prefixed(size, unit) == (pytest.approx(factor), text)
     assert scaled([0.1 * size, -size], unit) == (pytest.approx(factor), text)
-
-
-def test_labels_and_densities():
-    assert (labelled("load", "N"), labelled("ratio", "1"), labelled("ratio", "")) == ("load [N]", "ratio", "ratio")
-    assert (with_unit("N m"), with_unit("1")) == (" N m", "")
-    assert (inverse("µs"), inverse("N s"), inverse("1")) == ("1/µs", "1/(N s)", "")
 
 
 @pytest.mark.parametrize(
@@ -286,8 +229,3 @@ def test_sentences_beside_tables_have_the_units_of_these(si, people):
 )
 def test_what_is_no_si_number_of_people_stays_in_a_sentence(text):
     assert sentence_for_people(text) == text
-
-
-def test_a_limit_that_is_a_whole_number_is_written_out():
-    assert Limits(at_least=1, at_most=2**30).text() == "at least 1 and at most 1073741824"
-    assert Limits(above=0.0, at_most=1e9).text() == "above 0 and at most 1e+09"
