@@ -13,7 +13,7 @@ from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.kinds.bearing import BearingMotion
 from bearing_twin.kinds.bodies.motion import EllipsoidMotion
 from bearing_twin.log.run_log import read_log
-from bearing_twin.run.failure import Failure, read_failure, write_failure
+from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -220,46 +220,32 @@ def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, c
     assert "--until 0.15 must be later than 0.199 s" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "words"),
-    [
+def test_a_file_that_is_no_failure_and_a_state_that_no_bearing_is_in_are_refused(spoilt, tmp_path, capsys):
+    spoilt("normal_load", (40, 3, 1), np.nan)
+    path = write_failure(failed(BALLS), tmp_path)
+    text = path.read_text(encoding="utf-8")
+    for key, value, words in (
         ("format", "another", "not the file of a failed run"),
         ("scene", "kind: nothing", "nothing"),
         ("state", {"state": [[1.0]]}, "does not fit its scene"),
-        ("state", {}, "does not fit its scene"),
         ("last_good_output", {"normal_load": [1.0]}, "does not fit its scene"),
-        ("last_good_output", {"normal_load": {}}, "does not fit its scene"),
         ("last_good_output", {"normal_load": "x"}, "does not fit its scene"),
         ("seconds", "soon", "not the file of a failed run"),
-    ],
-)
-def test_a_file_that_is_no_failure_is_told_in_a_sentence(key, value, words, spoilt, tmp_path, capsys):
-    spoilt("normal_load", (40, 3, 1), np.nan)
-    path = write_failure(failed(BALLS), tmp_path)
-    record = json.loads(path.read_text(encoding="utf-8"))
-    record[key] = value
-    path.write_text(json.dumps(record), encoding="utf-8")
-    assert main(["explain", str(path)]) == BAD_INPUT
-    assert words in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("key", "value"),
-    [
+    ):
+        path.write_text(json.dumps(json.loads(text) | {key: value}), encoding="utf-8")
+        assert main(["explain", str(path)]) == BAD_INPUT
+        assert words in capsys.readouterr().err
+    path.write_text(text, encoding="utf-8")
+    failure = read_failure(path)
+    Simulation(failure.scene).resume(failure)
+    for key, value in (
         ("commanded", [[1.0]]),
         ("commanded_torque", [1.0, 2.0]),
         ("offset", [0.0, 0.0]),
         ("drive", [0.0, math.nan, 0.0]),
-    ],
-)
-def test_a_state_that_no_bearing_is_in_is_refused(key, value, spoilt):
-    spoilt("normal_load", (40, 3, 1), np.nan)
-    error = failed(BALLS)
-    state = json.loads(json.dumps(error.record["state"]))
-    failure = Failure(BALLS, "", "", 0.1, "", "", 0.1, {}, error.record["state_after_output"], state)
-    Simulation(failure.scene).resume(failure)
-    with pytest.raises(SceneError, match="does not fit its scene"):
-        Simulation(failure.scene).resume(failure._replace(state=state | {key: value}))
+    ):
+        with pytest.raises(SceneError, match="does not fit its scene"):
+            Simulation(failure.scene).resume(failure._replace(state=dict(failure.state) | {key: value}))
 
 
 def test_what_has_no_end_is_not_read_to_its_end(monkeypatch):

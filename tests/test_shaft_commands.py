@@ -10,10 +10,8 @@ from commanded import obeying, twist, wrench
 from shafts import motion_of
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError
-from bearing_twin.kinds.bearing import Loading
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft.display import topics
-from bearing_twin.kinds.shaft.equilibrium import ShaftCourse
 from bearing_twin.kinds.shaft.motion import ShaftMotion, choose
 from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.scene import load_scene
@@ -64,13 +62,11 @@ def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
 REFUSED = {
     "nan": ("load", loaded((0.0, math.nan, 0.0)), "must be finite"),
     "frame": ("load", wrench((0.0, -10.0, 0.0)), "its frame is 'bearing_link', and must be shaft_link"),
-    "drive": ("load", loaded((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
     "too much": (
         "load",
         loaded((0.0, -1e5, 0.0)),
         "the shaft through the balls: .* the greatest in this direction is",
     ),
-    "no speed": ("speed", SimpleNamespace(data=math.nan), "must be finite"),
     "too fast": ("speed", SimpleNamespace(data=2e4), r"must be finite and within \+-10000"),
     "across": ("speed_stamped", turning(200.0, linear=(1.0,)), "the shaft turns about z alone"),
 }
@@ -127,19 +123,6 @@ def test_the_operating_point_bears_the_loads_and_its_stiffness_is_their_change_w
     assert np.linalg.solve(point.stiffness, small) == pytest.approx(0.5 * (moved[0] - moved[1]), rel=2e-3, abs=1e-12)
 
 
-def test_a_stale_load_gives_way_to_the_scenes_own_over_time():
-    keys = (*QUICK, "shaft.unbalances=[]", "shaft.table=[[0,0,0,0,0,0],[0.1,0,-100,0,0,0]]")
-    it = shaft(keys, load_timeout_ns=20_000_000)
-    it.tell("command/load", loaded((0.0, -200.0, 0.0)))
-    it.run(0.05)
-    assert it.channel("load")[:21, 1] == pytest.approx(-200.0)
-    assert it.channel("load")[21:, 1] == pytest.approx(-np.arange(21.0, 51.0))
-    assert it.loop.commands.warning() == "command/load is stale, 0.02 s without another: the scene's load acts"
-    it.loop.reset(0)
-    it.run(0.01)
-    assert it.channel("load")[-11:, 1] == pytest.approx(-np.arange(11.0))
-
-
 def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_added_to_it():
     it = shaft((*QUICK, "drive.change={time: 0.04, speed: 10.0}"))
     it.run(0.0105)
@@ -172,17 +155,6 @@ def test_pose_and_frames_follow_the_shaft():
     x, y, z, w = pose["orientation"]
     axis = [2.0 * (x * z + w * y), 2.0 * (y * z - w * x)]
     assert axis == pytest.approx([tilt[1], -tilt[0]], rel=1e-6, abs=1e-12)
-
-
-@pytest.mark.parametrize("now", [0.03, 0.04, 0.05])
-def test_a_load_commanded_before_at_or_after_a_change_of_speed_leaves_the_speed_what_it_was_to_be(now):
-    parameters = load_scene("shaft_two_6203", ("drive.change={time: 0.04, speed: 10.0}",)).parameters
-    own = ShaftCourse(parameters, Loading(parameters.shaft))
-    loaded = own.loaded(now, (0.0, -10.0, 0.0), (0.0, 0.0))
-    for time in (now, 0.041, 0.043, 0.06):
-        assert loaded.turned(time) == pytest.approx(own.turned(time), rel=1e-12) or time < now
-    assert loaded.goal_at(0.06) == 324.159
-    assert (own.changes(0.01, 0.04), own.changes(0.04, 0.044)) == (True, False)  # from 0.04 s on, up to 0.045 s
 
 
 def test_a_motion_goes_on_from_a_snapshot_to_the_bit():

@@ -120,8 +120,9 @@ def test_a_signal_splits_nothing_that_is_written(writer, within, monkeypatch, tm
 @pytest.mark.parametrize(
     ("name", "inner"),
     [
-        *((one, "") for one in ("bearing_6203", "bearing_6203_loose", "bearing_6203_rig_400N")),
-        *((one, part) for one in ("ellipsoid_rocking", "two_bodies_groove") for part in ("", "_motion", "_second")),
+        *((one, "") for one in ("bearing_6203", "bearing_6203_rig_400N")),
+        *(("ellipsoid_rocking", part) for part in ("", "_motion", "_second")),
+        ("two_bodies_groove", ""),
     ],
 )
 def test_an_interrupted_run_gives_the_same_to_the_bit(name, inner):
