@@ -50,7 +50,7 @@ def made(tmp_path_factory):
 
     def once(name):
         if name not in found:
-            found[name] = chart_of(name).make(folder, name, Asked((PART[name],), workers=0, quick=True))
+            found[name] = chart_of(name).make(folder, name, Asked((PART[name],), quick=True))
         return found[name]
 
     return make
@@ -169,7 +169,6 @@ def test_old_names_name_the_chart_of_today(capsys, tmp_path):
         (["laws", "--problem", "elipse"], "ellipse"),
         (["paper3", "--only", "99"], "99"),
         (["laws", "--limit", "0"], "above zero"),
-        (["laws", "--workers", "0"], "1 or more"),
         (["all", "--read"], "one chart"),
         (["laws", "--read"], "without --read"),
         (["laws", "--out", "nowhere"], "not a folder"),
@@ -199,7 +198,7 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
             raise IntegrationError("at 1 s")
         return {"error": math.nan if setting == 2.0 else 0.1, "seconds": 1.0, "of my own": 2.0}
 
-    rows = contest(judge, 4).measure("made up", Asked(workers=0))
+    rows = contest(judge, 4).measure(Asked())
     assert [row.status for row in rows] == [REFUSED, FAILED, FAILED, DONE]
     assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
     assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
@@ -211,7 +210,7 @@ def test_an_installation_that_cannot_run_makes_no_chart():
         raise CoreError("of other sources")
 
     with pytest.raises(CoreError, match="of other sources"):
-        contest(judge).measure("made up", Asked(workers=0))
+        contest(judge).measure(Asked())
 
 
 def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
@@ -220,14 +219,9 @@ def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
             pass
         return {"error": 0.5}
 
-    rows = contest(judge).measure("made up", Asked(workers=0, limit=0.2))
+    rows = contest(judge).measure(Asked(limit=0.2))
     assert [row.status for row in rows] == [DONE, STOPPED, DONE]
     assert "0.2 CPU seconds" in rows[1].reason
-
-
-def test_two_processes_find_what_one_finds(made):
-    found = chart_of("stability").measure("stability", Asked((PART["stability"],), workers=2, quick=True))
-    assert [(row.setting, row.error) for row in found] == [(row.setting, row.error) for row in made("stability").rows]
 
 
 def test_a_timing_is_of_one_run_over_what_it_did():

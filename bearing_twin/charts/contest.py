@@ -1,20 +1,16 @@
 """The engine of all charts: problems, methods and their settings in; a table, a picture and sentences out.
 
 A chart is a table of problems, each a row. Every run is a `Row`: its error against a reference far tighter than what is
-judged, its CPU seconds, or why there is no result. Runs are shared by two processes; one that exceeds the limit of CPU
-seconds is stopped. A paper is a chart whose parts are the sheets of its figures.
+judged, its CPU seconds, or why there is no result. A run that exceeds the limit of CPU seconds is stopped. A paper is a
+chart whose parts are the sheets of its figures.
 """
 
 import contextlib
 import dataclasses
-import functools
 import math
-import multiprocessing
 import signal
 import time
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,14 +18,12 @@ import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
 from bearing_twin.base.parameters import echo, unknown
-from bearing_twin.base.process import usable
 from bearing_twin.base.units import prefixed, two_digits
-from bearing_twin.charts import chart_of
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels, write_curves
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
 from bearing_twin.pictures.style import STYLE
 
-LIMIT, WORKERS = 60.0, 2  # CPU seconds of a run unless the user says otherwise; processes side by side
+LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
 ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; beyond LONG it is done once more only
 UNSURE = 0.1  # spread of a cost beyond which it is reported
 LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
@@ -42,11 +36,10 @@ Entry = tuple[str, str, float, float]  # problem, method, setting, across
 
 
 class Asked(NamedTuple):
-    """Options of a chart: problems by name (empty: all), progress, processes (0: this one), limit [s], size."""
+    """Options of a chart: problems by name (empty: all), progress, limit of CPU seconds of a run, size."""
 
     problems: tuple[str, ...] = ()
     update: Callable[[float], None] = lambda share: None
-    workers: int = WORKERS
     limit: float = LIMIT
     quick: bool = False
 
@@ -104,15 +97,14 @@ class Contest:
             own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
         return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
 
-    def measure(self, name: str, asked: Asked) -> list[Row]:
+    def measure(self, asked: Asked) -> list[Row]:
         """All runs, problem by problem and method by method."""
         names = wanted_of(asked.problems, self.problems)
         tasks = [(problem, *one) for problem in names for one in self.entries(problem, asked.quick)]
         rows = []
-        with _mapped(min(asked.workers, len(tasks) - 1)) as mapped:
-            for row in mapped(functools.partial(_run, name if asked.workers else self, asked.limit), tasks):
-                rows.append(row)
-                asked.update(len(rows) / len(tasks))
+        for task in tasks:
+            rows.append(self.run(task, asked.limit))
+            asked.update(len(rows) / len(tasks))
         return rows
 
     def sheet(self, rows: list[Row]) -> Sheet:
@@ -128,7 +120,7 @@ class Contest:
 
     def make(self, folder: Path, name: str, asked: Asked) -> Made:
         """Runs the chart and writes picture and table."""
-        rows = self.measure(name, asked)
+        rows = self.measure(asked)
         picture, table = folder / f"{name}.png", folder / f"{name}.csv"
         write_table(rows, table)
         draw(self.sheet(rows), picture)
@@ -145,28 +137,6 @@ def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
     for word in words - set(known):
         raise BearingTwinError(f"{echo(word)} is not a part of this chart; {unknown(word, known)}")
     return [name for name in known if not words or name in words]
-
-
-@contextlib.contextmanager
-def _mapped(workers: int) -> Iterator[Callable]:
-    """A `map` over so many processes, in their order; less than one: in this process."""
-    if workers < 1:
-        yield map
-        return
-    spawn = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(min(workers, usable()), spawn, signal.signal, (signal.SIGINT, signal.SIG_IGN))
-    try:
-        yield pool.map
-    except BrokenProcessPool as error:
-        raise BearingTwinError("a process of the chart was ended by the system; its words stand above") from error
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for child in multiprocessing.active_children():
-            child.kill()
-
-
-def _run(contest: Contest | str, limit: float, task: Entry) -> Row:
-    return (chart_of(contest) if isinstance(contest, str) else contest).run(task, limit)
 
 
 class Stopped(BaseException):

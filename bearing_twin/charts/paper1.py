@@ -14,7 +14,7 @@ from bearing_twin import reference
 from bearing_twin.charts.contest import Figures, Paper, seconds, timed
 from bearing_twin.charts.laws import law_cost
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, bars_of, colour
-from bearing_twin.charts.scenes import integrated, run, started
+from bearing_twin.charts.scenes import run, simulated
 from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.kinds.bodies.derived import mass_of
@@ -167,7 +167,7 @@ def bearing(quick: bool) -> Sheet:
     for law in (EXACT, *LAWS):
         chosen = f"contact.normal={law}"
         found[law] = run(SCENE, (*keys, chosen), names)
-        costs[law] = timed(functools.partial(integrated, started(SCENE, (*LONG, chosen)), ()))[1]["seconds"]
+        costs[law] = timed(simulated(SCENE, (*LONG, chosen))[0])[1]["seconds"]
     time, exact, scene = found[EXACT].time, found[EXACT].values, found[EXACT].scene
     point, normal, load = (exact[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
     distances, reading = [], []

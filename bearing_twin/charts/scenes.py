@@ -7,8 +7,8 @@ and report of a run, some milliseconds, are the same for all methods.
 
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -35,11 +35,16 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True)
 class Method:
-    """Overrides that choose a method, the key its settings go to ("" where there is none), and the settings."""
+    """Overrides that choose a method, the key its settings go to ("" where there is none), and the settings.
+
+    A method that is none of the product has `solved(exact, setting)`, which gives the work to be timed, and what turns
+    its result into a run.
+    """
 
     keys: tuple[str, ...] = ()
     key: str = ""
     ladder: tuple[float, ...] = (math.nan,)
+    solved: Callable[[Found, float], tuple[Callable[[], Any], Callable[[Any], Found]]] | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +52,7 @@ class Problem:
     """A scene with overrides, those of the reference, methods by name, and the norm of errors.
 
     `across(value)` are overrides by a second number that the reference shares, at `values`. Costs are of a simulated
-    second where `a_second`. `channels` are kept of a run; an empty one keeps none.
+    second where `a_second`. `channels` are kept of a run; an empty one keeps none. `more` are further columns of rows.
     """
 
     title: str
@@ -60,6 +65,7 @@ class Problem:
     across: Callable[[float], tuple[str, ...]] = lambda value: ()
     values: tuple[float, ...] = (math.nan,)
     a_second: bool = False
+    more: Mapping[str, Any] = field(default_factory=dict)
 
 
 def greatest(*channels: str) -> Callable[[Found, Found], dict[str, float]]:
@@ -104,18 +110,20 @@ def contacts(found: Found, exact: Found) -> dict[str, float]:
 
 def run(scene: str, keys: tuple[str, ...] = (), channels: tuple[str, ...] = ()) -> Found:
     """A whole run, without a check; raises what `simulate` raises, also where the run broke off."""
-    made = started(scene, keys)
-    return found_of(made, integrated(made, channels))
+    work, found_of_work = simulated(scene, keys, channels)
+    return found_of_work(work())
 
 
-def started(scene: str, keys: tuple[str, ...]) -> Run:
-    """A run that has not begun yet."""
-    return simulate(load_scene(scene, (*keys, WITHOUT_CHECK)))
+def simulated(scene: str, keys: tuple[str, ...], channels: tuple[str, ...] = ()) -> tuple[Callable, Callable]:
+    """The motion of a scene with its outputs as work that may be repeated, and what turns its result into a run."""
+    made = simulate(load_scene(scene, (*keys, WITHOUT_CHECK)))
 
+    def work():
+        # a motion that is solved whole is solved once a run: what repeats its blocks only reads them
+        again = simulate(made.scene) if solved_whole(made.scene.parameters) else made
+        return again, [(one.time_ns, {name: one.values[name] for name in channels}) for one in again.blocks()]
 
-def integrated(made: Run, channels: tuple[str, ...]) -> list[tuple[np.ndarray, dict[str, np.ndarray]]]:
-    """Times [ns] and channels of all blocks of a run, from its start."""
-    return [(block.time_ns, {name: block.values[name] for name in channels}) for block in made.blocks()]
+    return work, lambda ended: found_of(*ended)
 
 
 def found_of(made: Run, blocks: list[tuple[np.ndarray, dict[str, np.ndarray]]]) -> Found:
@@ -134,6 +142,22 @@ def _reference(scene: str, keys: tuple[str, ...], channels: tuple[str, ...]) -> 
     return run(scene, keys, channels)
 
 
+class Lazily(Mapping):
+    """A mapping whose names are listed, and whose values are made, when they are first read."""
+
+    def __init__(self, names: Callable[[], Iterable[str]], make: Callable[[str], Any]):
+        self._names, self._make = names, functools.cache(make)
+
+    def __getitem__(self, name: str) -> Any:
+        return self._make(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names())
+
+    def __len__(self) -> int:
+        return len(self._names())
+
+
 @dataclass(frozen=True, kw_only=True)
 class Scenes:
     """A table of problems as the entries, the judge and the commands of a contest."""
@@ -143,7 +167,7 @@ class Scenes:
 
     def contest(self, **words) -> Contest:
         """The contest of this table."""
-        titles = {name: problem.title for name, problem in self.table.items()}
+        titles = Lazily(lambda: self.table, lambda name: self.table[name].title)
         return Contest(problems=titles, entries=self.entries, judge=self.judge, command=self.command, **words)
 
     def entries(self, name: str, quick: bool) -> Iterator[tuple[str, float, float]]:
@@ -162,29 +186,28 @@ class Scenes:
         return (*problem.keys, *problem.across(across), *row.keys, *tuned)
 
     def command(self, *entry) -> str:
-        """The command that repeats a run."""
-        words = (f"--set {word}" for word in self.keys(*entry))
-        return " ".join(["bearing_twin simulate", self.table[entry[0]].scene, *words])
+        """The command that repeats a run; empty for a method that is none of the product."""
+        problem = self.table[entry[0]]
+        if problem.methods[entry[1]].solved:
+            return ""
+        return " ".join(["bearing_twin simulate", problem.scene, *(f"--set {word}" for word in self.keys(*entry))])
 
     def judge(self, *entry) -> dict[str, Any]:
         """One run against the reference."""
-        name, _, _, across = entry
+        name, method, setting, across = entry
         problem, keys = self.table[name], self.keys(*entry)
         load_scene(problem.scene, keys)  # a refusal comes before the reference is computed
         exact = _reference(
             problem.scene, (*problem.keys, *problem.across(across), *problem.reference), problem.channels
         )
         times = exact.scene.parameters.run.duration if problem.a_second else 1.0
-        made = started(problem.scene, keys)
-
-        def work():
-            # a motion that is solved whole is solved once a run: what repeats its blocks only reads them
-            again = simulate(made.scene) if solved_whole(made.scene.parameters) else made
-            return again, integrated(again, problem.channels)
-
+        if solved := problem.methods[method].solved:
+            work, found_of_work = solved(exact, setting)
+        else:
+            work, found_of_work = simulated(problem.scene, keys, problem.channels)
         ended, cost = timed(work, times) if self.timed else (work(), {})
-        found = found_of(*ended)
-        return {**problem.norm(found, exact), **cost, "evaluations": found.evaluations}
+        found = found_of_work(ended)
+        return {**problem.norm(found, exact), **cost, "evaluations": found.evaluations, **problem.more}
 
 
 def spread(low: float, high: float, count: int) -> tuple[float, ...]:

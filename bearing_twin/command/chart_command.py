@@ -24,7 +24,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--read", action="store_true", help="say what the table in the folder says; nothing is run")
     text = "CPU seconds after which a run is stopped; 60 unless given"
     parser.add_argument("--limit", type=quantity("s"), metavar="SECONDS", help=text)
-    parser.add_argument("--workers", type=int, metavar="NUMBER", help="processes side by side; 2 unless given")
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
@@ -42,8 +41,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
     if arguments.limit is not None and not 0.0 < arguments.limit < float("inf"):
         raise BearingTwinError(f"--limit = {arguments.limit:g} s is no limit; give CPU seconds above zero")
-    if arguments.workers is not None and arguments.workers < 1:
-        raise BearingTwinError(f"--workers = {arguments.workers} does no work; give 1 or more")
     if arguments.chart == ALL and (arguments.problem or arguments.read):
         raise BearingTwinError("--problem and --read go with one chart; name it in the place of all")
     if arguments.read:
@@ -76,12 +73,11 @@ def _list() -> Outcome:
 def _made(name: str, arguments, folder: Path) -> Outcome:
     """One chart: rows, pictures, tables, and the sentences that read it."""
     from bearing_twin.charts import chart_of
-    from bearing_twin.charts.contest import LIMIT, WORKERS, Asked
+    from bearing_twin.charts.contest import LIMIT, Asked
     from bearing_twin.command.terminal import progress, show_text
 
     with progress(f"chart {name}") as update:
-        workers, limit = arguments.workers or WORKERS, arguments.limit or LIMIT
-        asked = Asked(tuple(arguments.problem or ()), update, workers, limit, arguments.quick)
+        asked = Asked(tuple(arguments.problem or ()), update, arguments.limit or LIMIT, arguments.quick)
         made = chart_of(name).make(folder, name, asked)
 
     def show():
