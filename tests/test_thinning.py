@@ -8,7 +8,6 @@ import pytest
 from made_up_run import a_choice, bits, made_up_block, made_up_scene
 from runs import receive
 
-from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.log import cdr
@@ -163,13 +162,6 @@ def test_what_is_latched_and_records_are_kept_whole(tmp_path):
                 log.write(number, k, k, b"")
     found = [message.topic.name for message in raw_messages(tmp_path / "out.mcap")]
     assert {name: found.count(name) for name in found} == {"/a": 1, "/b": 5, "/c": 1, "/x/records/touch": 5}
-
-
-def test_a_block_that_is_none_is_refused(tmp_path):
-    with RawLogWriter(tmp_path / "out.mcap", safety=Safety(kept_rate=KEPT_RATE)) as log:
-        number = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK)
-        with pytest.raises(LogError, match="cannot be decoded"):
-            log.write(number, 0, 0, b"\0\1\0\0")
 
 
 def test_an_output_from_the_middle_of_a_block_keeps_its_number_and_time():

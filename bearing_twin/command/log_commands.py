@@ -174,6 +174,7 @@ def _report(arguments) -> Outcome:
     watched = ShownStream(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
+    result |= {"begins_s": stream.begins_s} if stream.begins_s else {}
     if stream.kept_rate:
         result["kept_outputs_hz"] = stream.kept_rate
     result |= stream.cut_short.as_dict() if stream.cut_short else {}

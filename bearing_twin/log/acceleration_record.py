@@ -1,6 +1,5 @@
 """Records of acceleration from files: logs of ours, other MCAP logs and bags, tables (.csv) and arrays (.npz, .mat)."""
 
-import csv
 import io
 import math
 import re
@@ -20,6 +19,8 @@ TIME_UNIT = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]\s*$")  # behind th
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 COUNTERS = ("sequence",)
 RATES = ("rate", "sampling_rate", "sample_rate", "fs")
+RATE_ERROR = 0.01  # of a rate that is given beside times
+LEAST_SAMPLES = 16
 MOST_NAMED = 12
 ACCELERATION = "acceleration"
 
@@ -43,13 +44,12 @@ def read_record(
     Raises BearingTwinError where the file cannot be read, has gaps, or does not say what is wanted of it.
     """
     path = Path(path)
-    if not path.exists():
-        raise BearingTwinError(f"{path} does not exist; give a log (.mcap or a bag), .csv, .npz or .mat")
     suffix = path.suffix.lower()
-    if path.is_dir() or suffix in (SUFFIX, SQLITE):
+    if not path.exists() or not (path.is_dir() or suffix in (SUFFIX, SQLITE, *_TABLES)):
+        wrong = "is of no known kind" if path.exists() else "does not exist"
+        raise BearingTwinError(f"{path} {wrong}; give a log (.mcap or a bag), .csv, .npz or .mat")
+    if suffix not in _TABLES or path.is_dir():
         return _logged(path, key, rate, topic, run)
-    if suffix not in _TABLES:
-        raise BearingTwinError(f"{path} is of no known kind; give a log (.mcap or a bag), .csv, .npz or .mat")
     if topic is not None or run is not None:
         option = "--run" if topic is None else "--topic"
         raise BearingTwinError(f"{option} is of logs; name a column or variable by --key")
@@ -58,28 +58,21 @@ def read_record(
     except (OSError, ValueError, TypeError, KeyError, NotImplementedError, MemoryError, EOFError) as error:
         said = " ".join(str(error).split())[:120]
         raise BearingTwinError(f"{path} cannot be read as {suffix[1:]} ({said}); save it again") from error
-    return _record_of(path, columns, key, rate)
+    return _tabled(path, columns, key, rate)
 
 
 def _csv_columns(path: Path) -> dict[str, np.ndarray]:
     """Columns by name, or by number from 1 where there is no header."""
-    with open(path, encoding="utf-8", newline="") as file:
+    with open(path, encoding="utf-8") as file:
         first = file.readline(100_000)
-    delimiter = max(",;\t", key=first.count)
-    delimiter = delimiter if delimiter in first else None
-    words = next(csv.reader([first], delimiter=delimiter)) if delimiter else first.split()
-    words = [word.strip() for word in words]
-    try:
-        [float(word.replace(",", ".")) for word in words]
-        header, names = 0, [str(number + 1) for number in range(len(words))]
-    except ValueError:
-        header, names = 1, words
+    delimiter = next((one for one in ";\t," if one in first), None)
+    words = [word.strip(' "\n') for word in first.split(delimiter)]
     source = path
     if delimiter == ";":  # where a comma is the sign of decimals
         source = io.StringIO(path.read_text(encoding="utf-8").replace(",", "."))
-    table = np.loadtxt(source, delimiter=delimiter, skiprows=header, ndmin=2, comments="#" if header == 0 else None)
-    if table.shape[1] != len(names):
-        raise ValueError(f"{len(names)} names for {table.shape[1]} columns")
+    headed = re.search(r"[a-df-zA-DF-Z]", first.lower().replace("nan", "")) is not None  # e stands in numbers
+    table = np.loadtxt(source, delimiter=delimiter, skiprows=int(headed), ndmin=2, comments=None if headed else "#")
+    names = words if headed else [str(number + 1) for number in range(table.shape[1])]
     return dict(zip(names, table.T, strict=True))
 
 
@@ -97,31 +90,29 @@ def _mat_columns(path: Path) -> dict[str, np.ndarray]:
 _TABLES = {".csv": _csv_columns, ".txt": _csv_columns, ".npz": _npz_columns, ".mat": _mat_columns}
 
 
-TIMES_OFF = 0.01  # of a rate that is given beside times
-
-
-def _record_of(path: Path, columns: dict[str, np.ndarray], key: str | None, rate: float | None) -> Record:
+def _tabled(path: Path, columns: dict[str, np.ndarray], key: str | None, rate: float | None) -> Record:
+    """The record among columns, with the rate of a column of times, or that of a single number."""
     numbers = {name: np.ravel(one) for name, one in columns.items() if one.dtype.kind in "fiu"}
-    rows = {name: one for name, one in numbers.items() if len(one) >= 16}
-    times = {name: one for name, one in rows.items() if _time_factor(name)}
-    name = _named(path, key, [one for one in rows if one not in times and one.lower() not in COUNTERS])
-    samples = rows[name]
+    times = {name: one for name, one in numbers.items() if _time_factor(name)}
+    rows = [name for name, one in numbers.items() if len(one) >= LEAST_SAMPLES and name not in times]
+    samples = numbers[_named(path, key, [name for name in rows if name.lower() not in COUNTERS])]
+    singles = {name.lower(): float(one[0]) for name, one in numbers.items() if len(one) == 1}
     if clock := next((one for one in times if len(times[one]) == len(samples)), None):
-        seconds = times[clock] * _time_factor(clock)
-        span = float(seconds[-1] - seconds[0])
-        if rate is None:
-            rate = _even_rate(seconds)
-        elif span > 0.0 and abs(rate * span / (len(seconds) - 1) - 1.0) > TIMES_OFF:
-            told = (len(seconds) - 1) / span
-            raise BearingTwinError(f"the times in {path} are those of {told:.6g} Hz, not {rate:g} Hz; leave --rate out")
+        found = _even_rate(times[clock] * _time_factor(clock))
+        if rate is not None and abs(rate / found - 1.0) > RATE_ERROR:
+            raise BearingTwinError(
+                f"the times in {path} say {found:.6g} Hz, not {rate:g} Hz; leave out --rate"
+            )
+        rate = rate or found
+    rate = rate or next((singles[name] for name in RATES if name in singles), None)
+    turns = next((one for name, one in singles.items() if name.endswith("rpm")), None)
+    return Record(samples, _known(rate, path), None if turns is None else turns * math.pi / 30.0)
+
+
+def _known(rate: float | None, source) -> float:
     if rate is None:
-        said = (float(one[0]) for word, one in numbers.items() if word.lower() in RATES and len(one) == 1)
-        rate = next(said, None)
-    if rate is None:
-        raise BearingTwinError(f"{path} does not say at which rate it was sampled; give it by --rate, as 12kHz")
-    turns = (float(one[0]) for word, one in numbers.items() if word.lower().endswith("rpm") and len(one) == 1)
-    speed = next(turns, None)
-    return Record(samples, rate, None if speed is None else speed * math.pi / 30.0)
+        raise BearingTwinError(f"{source} does not say at which rate it was sampled; give it by --rate, as 12kHz")
+    return rate
 
 
 def _time_factor(name: str) -> float | None:
@@ -158,83 +149,69 @@ def _even_rate(times: np.ndarray) -> float:
 
 
 def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, run: int | None) -> Record:
+    """The record on a topic of any log; without a topic that of a log of ours."""
     reader = LogReader(path)
-    stored = {one.name: one for one in reader.topics if not one.foreign and cdr.is_known(one.ros_type)}
-    if topic is None or (topic in stored and stored[topic].ros_type == cdr.SAMPLE_BLOCK):
+    types = {one.name: one.ros_type for one in reader.topics if not one.foreign and cdr.is_known(one.ros_type)}
+    if topic is None or types.get(topic) == cdr.SAMPLE_BLOCK:
         return _own_log(path, key, topic, run)
-    if topic not in stored:
-        raise BearingTwinError(f"{path} has no topic {echo(topic)} of a known type; {unknown(topic, list(stored))}")
-    parts, stamps, count = [], [], 0
-    waveform = stored[topic].ros_type == cdr.WAVEFORM
-    for message in reader.messages({topic}):
-        said = cdr.deserialise(message.topic.ros_type, message.data)
-        values = np.ravel(_field(said, topic, key or ("samples" if waveform else "data"))).astype(np.float32)
-        rate = rate or (said.rate if waveform else None)
-        header = getattr(said, "header", None)
-        stamp = 1e-9 * message.log_time if header is None else header.stamp.sec + 1e-9 * header.stamp.nanosec
-        parts.append(values), stamps.append(stamp)
-        count += len(values)
-    if count < 16:
-        raise BearingTwinError(f"{topic} in {path} holds {count} numbers, which are no record")
-    even = [len(part) for part in parts[:-1]]
-    if even and min(even) == max(even) and min(even) > 0:
-        found = _even_rate(np.array(stamps)) * even[0]
-        rate = rate or found
-    if rate is None:
-        raise BearingTwinError(f"{path} does not say at which rate {topic} was sampled; give it by --rate, as 12kHz")
-    return Record(np.concatenate(parts), rate)
+    if topic not in types:
+        raise BearingTwinError(f"{path} has no topic {echo(topic)} of a known type; {unknown(topic, list(types))}")
+    field = key or ("samples" if types[topic] == cdr.WAVEFORM else "data")
+    parts, stamps = [], []
+    for one in reader.messages({topic}):
+        message = cdr.deserialise(one.topic.ros_type, one.data)
+        parts.append(np.ravel(_field(message, topic, field)).astype(np.float32))
+        header = getattr(message, "header", None)
+        stamps.append(1e-9 * one.log_time if header is None else header.stamp.sec + 1e-9 * header.stamp.nanosec)
+    lengths = {len(part) for part in parts[:-1]}
+    if sum(map(len, parts)) < LEAST_SAMPLES:
+        raise BearingTwinError(f"{topic} in {path} holds too few numbers for a record, {sum(map(len, parts))}")
+    if len(lengths) == 1 and 0 not in lengths:
+        rate = rate or _even_rate(np.array(stamps)) * lengths.pop()
+    elif types[topic] == cdr.WAVEFORM:
+        rate = rate or message.rate
+    return Record(np.concatenate(parts), _known(rate, f"{topic} in {path}"))
 
 
-def _field(message, topic: str, key: str):
+def _field(message, topic: str, path: str):
     """The numbers of a message: those of a field given as a path, such as linear_acceleration.z."""
     value = message
-    for word in key.split("."):
-        if not hasattr(value, "__dataclass_fields__") or word not in value.__dataclass_fields__:
-            names = list(getattr(value, "__dataclass_fields__", ()))
+    for word in path.split("."):
+        if word not in (names := list(getattr(value, "__dataclass_fields__", ()))):
             raise BearingTwinError(
                 f"messages on {topic} have no field {echo(word)}; {unknown(word, names)}: give --key"
             )
         value = getattr(value, word)
     found = np.asarray(value)
     if found.dtype.kind not in "fiu":
-        raise BearingTwinError(f"the field {key} of {topic} holds no numbers; give another by --key")
+        raise BearingTwinError(f"the field {path} of {topic} holds no numbers; give another by --key")
     return found
 
 
-def _sensor_record(log) -> Record:
-    """The samples of the sensor of a bearing scene, with the course of its speed."""
-    samples, sampled, times, speeds = [], [], [], []
-    for block in log.blocks():  # copies, as a view would keep its block
-        rows = block.records.get(ACCELERATION, np.zeros((0, 2)))
-        samples.append(rows[:, 1].astype(np.float32)), sampled.append(rows[:, 0].copy())
-        times.append(1e-9 * block.time_ns), speeds.append(block.values["inner_ring_speed"].copy())
-    found, at = np.concatenate(samples), np.concatenate(sampled)
-    if len(found) < 16:
-        raise BearingTwinError(f"{log.path} holds {len(found)} samples of the sensor, which are no record")
-    course = np.concatenate(times) - at[0], np.concatenate(speeds)
-    return Record(found, _even_rate(at), course, log.scene.parameters.geometry)
-
-
 def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
+    """The samples of the sensor of a scene, or a number of its outputs, with the course of the speed."""
     log = read_log(path, topic=topic, last_run=True, run=run)
     if log.kept_rate:
         raise LogError(f"{path} holds {log.kept_rate:g} outputs a second, not all; a node logs all with full:=true")
-    if log.scene and key in (None, ACCELERATION) and any(one.name == ACCELERATION for one in tables_of(log.scene)):
-        return _sensor_record(log)
-    names, place = {}, 0
-    for channel in log.channels:
-        for number in range(channel.width):
-            names[channel.name if channel.width == 1 else f"{channel.name}[{number}]"] = place + number
-        place += channel.width
-    name = _named(path, key, list(names))
-    channel, _, index = name.rstrip("]").partition("[")
-    parts, times, speeds = [], [], []
+    sensed = key in (None, ACCELERATION) and any(table.name == ACCELERATION for table in tables_of(log.scene))
+    names = [
+        channel.name if channel.width == 1 else f"{channel.name}[{place}]"
+        for channel in log.channels
+        for place in range(channel.width)
+    ]
+    column = None if sensed else names.index(_named(path, key, names))
+    times, samples, moments, speeds = [], [], [], []
     for block in log.blocks():
-        parts.append(np.reshape(block.values[channel], (len(block), -1))[:, int(index or 0)].astype(np.float32))
-        times.append(block.time_ns)
-        if "inner_ring_speed" in block.values:
-            speeds.append(block.values["inner_ring_speed"])
-    seconds = 1e-9 * np.concatenate(times)
+        seconds = 1e-9 * block.time_ns
+        sampled, values = seconds, block.matrix()[:, column] if column is not None else None
+        if sensed:
+            sampled, values = np.copy(block.records.get(ACCELERATION, np.zeros((0, 2)))).T
+        times.append(sampled), samples.append(values.astype(np.float32))
+        if "inner_ring_speed" in block.values:  # a copy, as a view would keep its block
+            moments.append(seconds), speeds.append(block.values["inner_ring_speed"].copy())
+    at, found = np.concatenate(times), np.concatenate(samples)
+    if len(found) < LEAST_SAMPLES:
+        raise BearingTwinError(f"{path} holds {len(found)} samples, which are no record")
+    course = (np.concatenate(moments) - at[0], np.concatenate(speeds)) if speeds else None
     geometry = getattr(log.scene.parameters, "geometry", None) if log.scene else None
-    speed = (seconds - seconds[0], np.concatenate(speeds)) if speeds else None
-    return Record(np.concatenate(parts), _even_rate(seconds), speed, geometry)
+    return Record(found, _even_rate(at), course, geometry)

@@ -32,6 +32,7 @@ LARGEST_BAG_FILE = 2_000_000  # bytes of metadata.yaml, a second to read
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 NOTHING_YET = 2**63 - 1  # rosbag2's starting time of a log without messages
 DEEPEST = 10_000  # messages of a topic that a publisher keeps
+MOST_PUBLISHERS = 20  # of a topic that the description of a bag names
 LONGEST_PROFILE = 5000  # characters; those of bags have 300
 NUMBERED = {
     "reliability": {1: "reliable", 2: "best_effort"},
@@ -46,21 +47,6 @@ class Qos(NamedTuple):
     depth: int = 10
     reliability: str = "reliable"
     durability: str = "volatile"
-
-
-class LoggedTopic(NamedTuple):
-    """One topic of a log: full name, type, hash of the type, publishers' quality of service, metadata, messages so far.
-
-    `encodings` are those of its messages and of the definition of its type.
-    """
-
-    name: str
-    ros_type: str
-    type_hash: str
-    qos: tuple[Qos, ...]
-    metadata: dict[str, str]
-    encodings: tuple[str, str] = ("cdr", "ros2msg")
-    messages: int = 0
 
 
 class Span(NamedTuple):
@@ -99,20 +85,21 @@ def qos_text(profiles: tuple[Qos, ...]) -> str:
 
 def offered_qos(text: str) -> Qos:
     """The first of the profiles that a bag lists as YAML; reliable and volatile where it says nothing usable."""
+    return _offered(_NEXT_PROFILE.split(text, maxsplit=1)[0])
+
+
+def _offered(text: str) -> Qos:
+    """The profile in a list of one."""
     try:
-        first = _NEXT_PROFILE.split(text, maxsplit=1)[0]
-        if len(first) > LONGEST_PROFILE:
-            return Qos()
-        profile = yaml.safe_load(first)[0]
-        reliability = NUMBERED["reliability"].get(profile["reliability"], profile["reliability"])
-        durability = NUMBERED["durability"].get(profile["durability"], profile["durability"])
+        profile = yaml.safe_load(text)[0] if len(text) <= LONGEST_PROFILE else {}
+        said = {key: NUMBERED[key].get(profile[key], profile[key]) for key in NUMBERED}
         depth = int(profile["depth"])
     except (yaml.YAMLError, LookupError, TypeError, ValueError, RecursionError):
         return Qos()
     return Qos(
         depth if 1 <= depth <= DEEPEST else Qos().depth,
-        "best_effort" if reliability == "best_effort" else "reliable",
-        "transient_local" if durability == "transient_local" else "volatile",
+        "best_effort" if said["reliability"] == "best_effort" else "reliable",
+        "transient_local" if said["durability"] == "transient_local" else "volatile",
     )
 
 
@@ -121,19 +108,14 @@ def as_yaml(value) -> str:
     return yaml.dump(value, Dumper=_PlainDumper, sort_keys=False, default_flow_style=False)
 
 
-def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> str:
-    """The `rosbag2_bagfile_information` of a log with these files, as YAML.
+def bag_information(counts: list[tuple[StoredTopic, int]], spans: list[Span]) -> str:
+    """The `rosbag2_bagfile_information` of a log with these messages by topic and these files, as YAML.
 
     A file without a name is left out, for the copy inside the file itself (rosbag2 fills in the name on reading).
     """
     facts = [span for span in spans if span.first_ns is not None]
-    whole = Span(
-        "",
-        min((span.first_ns for span in facts), default=None),
-        max((span.last_ns for span in facts), default=0),
-        sum(topic.messages for topic in topics),
-        0,
-    )
+    first, last = min((one.first_ns for one in facts), default=None), max((one.last_ns for one in facts), default=0)
+    whole = Span("", first, last, sum(count for _, count in counts), 0)
     named = [span for span in spans if span.path]
     before = {"version": 9, "storage_identifier": "mcap", **_when(whole)}
     after = {
@@ -144,21 +126,19 @@ def bag_information(topics: list[LoggedTopic], spans: list[Span]) -> str:
         "custom_data": None,
         "ros_distro": "jazzy",
     }
-    rows = "\n" + "".join(map(_row, topics)) if topics else " []\n"
-    return f"{as_yaml(before)}topics_with_message_count:{rows}{as_yaml(after)}"
+    rows = ""
+    for topic, count in counts:  # put together, for thousands of them would take a second by the library
+        name, qos = indent(as_yaml({"name": topic.name}), "    "), topic.metadata.get("offered_qos_profiles", "")
+        rest = _rest(topic.ros_type, topic.message_encoding, qos, topic.metadata.get("topic_type_hash", ""))
+        rows += f"- topic_metadata:\n{name}{rest}  message_count: {count}\n"
+    return f"{as_yaml(before)}topics_with_message_count:{chr(10) + rows if rows else f' []{chr(10)}'}{as_yaml(after)}"
 
 
-def _row(topic: LoggedTopic) -> str:
-    """A topic in the list of a log's topics; put together, for thousands of them would take a second by the library."""
-    facts = topic.ros_type, topic.encodings[0], topic.qos, topic.type_hash
-    name, rest = indent(as_yaml({"name": topic.name}), "    "), _rest(*facts)
-    return f"- topic_metadata:\n{name}{rest}  message_count: {topic.messages}\n"
-
-
-@functools.cache
-def _rest(ros_type: str, encoding: str, qos: tuple[Qos, ...], type_hash: str) -> str:
+@functools.lru_cache(maxsize=256)
+def _rest(ros_type: str, encoding: str, qos: str, type_hash: str) -> str:
     """The description of a topic behind its name, alike for many."""
-    facts = {"type": ros_type, "serialization_format": encoding, "offered_qos_profiles": qos_profiles(qos)}
+    profiles = qos_profiles(tuple(map(_offered, _NEXT_PROFILE.split(qos, maxsplit=MOST_PUBLISHERS)[:MOST_PUBLISHERS])))
+    facts = {"type": ros_type, "serialization_format": encoding, "offered_qos_profiles": profiles}
     return indent(as_yaml(facts | {"type_description_hash": type_hash}), "    ")
 
 

@@ -37,7 +37,7 @@ from mcap.records import (
 )
 
 from bearing_twin.base.errors import LogError
-from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC, crc32
+from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC, StoredTopic, crc32
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
 LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chunk before and what packing adds
@@ -79,31 +79,6 @@ class LogLimit(UnreadableLog):
     """A part of the file that is needed is larger than the limit named."""
 
     said = "{} is beyond a limit of bearing_twin at byte {}: {}"
-
-
-class StoredTopic(NamedTuple):
-    """A channel of a log as stored: topic, type and text of its definition ("" without a schema), encodings, metadata.
-
-    A definition that is not UTF-8 has its bytes as surrogates.
-    """
-
-    name: str
-    ros_type: str
-    definition: str
-    message_encoding: str
-    metadata: dict[str, str]
-    schema_encoding: str = "ros2msg"
-    described: bool = True  # False of a channel that no record describes, or one that cannot be read
-
-    @property
-    def foreign(self) -> bool:
-        """True where no ROS 2 program can read its messages: without a schema, or not in CDR."""
-        return self.message_encoding != "cdr" or not self.ros_type
-
-    @property
-    def identity(self) -> tuple:
-        """A key that distinguishes it from other channels."""
-        return self[:4] + self[5:] + tuple(sorted(self.metadata.items()))
 
 
 class LoggedMessage(NamedTuple):

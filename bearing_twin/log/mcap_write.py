@@ -12,8 +12,9 @@ import os
 import struct
 import tempfile
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import lz4.frame
 import zstandard
@@ -54,6 +55,32 @@ _FOOTER_START = struct.Struct("<BQQQ")
 
 
 FIELDS = 22  # bytes of a message record besides its data, behind opcode and length
+
+
+class StoredTopic(NamedTuple):
+    """A channel of a log as stored: topic, type and text of its definition ("" without a schema), encodings, metadata.
+
+    A definition that is not UTF-8 has its bytes as surrogates.
+    """
+
+    name: str
+    ros_type: str
+    definition: str
+    message_encoding: str
+    metadata: dict[str, str]
+    schema_encoding: str = "ros2msg"
+    described: bool = True  # False of a channel that no record describes, or one that cannot be read
+
+    @property
+    def foreign(self) -> bool:
+        """True where no ROS 2 program can read its messages: without a schema, or not in CDR."""
+        return self.message_encoding != "cdr" or not self.ros_type
+
+    @property
+    def identity(self) -> tuple:
+        """A key that distinguishes it from other channels."""
+        return self[:4] + self[5:] + tuple(sorted(self.metadata.items()))
+
 
 NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
 
@@ -157,27 +184,24 @@ class McapWriter:
             why = getattr(cause, "strerror", None) or cause
             raise refused(f"{path} cannot be written ({why}); give another place for the log", cause) from error
 
-    def register(
-        self,
-        topic: str,
-        ros_type: str,
-        definition: str,
-        metadata: Mapping[str, str],
-        encodings: tuple[str, str] = ("cdr", "ros2msg"),
-    ) -> int:
-        """Describes a channel and returns its number; `encodings` are those of messages and definition.
-
-        Without a type and an encoding of its definition it gets no schema.
-        """
-        data, schema_id = definition.encode(errors="surrogateescape"), 0
-        if ros_type or encodings[1]:
-            schema = ros_type, encodings[1], data
+    def register(self, topic: StoredTopic) -> int:
+        """Describes a channel and returns its number; without a type and a schema's encoding it gets no schema."""
+        data, schema_id = topic.definition.encode(errors="surrogateescape"), 0
+        if topic.ros_type or topic.schema_encoding:
+            schema = topic.ros_type, topic.schema_encoding, data
             if (schema_id := self._schemas.get(schema, 0)) == 0:
                 schema_id = self._schemas[schema] = len(self._schemas) + 1
-                self._describe(Schema(id=schema_id, data=data, encoding=encodings[1], name=ros_type))
+                self._describe(Schema(id=schema_id, data=data, encoding=schema[1], name=schema[0]))
         self._channels += 1
-        said = {"topic": topic, "message_encoding": encodings[0], "metadata": dict(metadata)}
-        self._describe(Channel(id=self._channels, schema_id=schema_id, **said))
+        self._describe(
+            Channel(
+                id=self._channels,
+                schema_id=schema_id,
+                topic=topic.name,
+                message_encoding=topic.message_encoding,
+                metadata=topic.metadata,
+            )
+        )
         self.counts[self._channels] = 0
         return self._channels
 

@@ -8,7 +8,7 @@ import datetime
 import math
 import platform
 import threading
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext, suppress
 from pathlib import Path
 from textwrap import indent
@@ -21,13 +21,11 @@ import bearing_twin
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.paths import put_whole
 from bearing_twin.base.process import Unbroken
-from bearing_twin.base.sample import Channel
 from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import SUFFIX, LoggedTopic, Qos, Span, bag_information, offered_qos, path_of, qos_text
-from bearing_twin.log.mcap_read import StoredTopic
-from bearing_twin.log.mcap_write import McapWriter, refused
-from bearing_twin.log.sample_block import check_block, samples_message
+from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, path_of, qos_text
+from bearing_twin.log.mcap_write import McapWriter, StoredTopic, refused
+from bearing_twin.log.sample_block import check_block
 from bearing_twin.log.stream import SLOW_RATE
 
 KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, and 15 GB whole
@@ -56,7 +54,7 @@ class Thinning:
     """Selects the messages of one topic that are kept at `rate` [1/s].
 
     These are the first message or, of a SampleBlock, the first output of each period. Messages count by the time at
-    which they are logged, outputs by the time of the simulation.
+    which they are logged, outputs by the time of the simulation. What is no SampleBlock is kept: readers report it.
     """
 
     def __init__(self, ros_type: str, rate: float):
@@ -65,7 +63,7 @@ class Thinning:
         self._last = -1
 
     def kept(self, log_time_ns: int, data: bytes) -> bytes | None:
-        """The bytes to log of a message, None for nothing; raises LogError for bytes that are no SampleBlock."""
+        """The bytes to log of a message, None for nothing."""
         if self._outputs:
             return self._thinned(data)
         period, earlier = log_time_ns // self._period, self._last
@@ -73,29 +71,24 @@ class Thinning:
         return None if period == earlier else data
 
     def _thinned(self, data: bytes) -> bytes | None:
-        block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
         try:
+            block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
             check_block("", block)
         except LogError:
-            return data  # readers report that it contradicts itself
-        if block.time_ns[-1] - block.time_ns[0] < WHOLE_SPAN:
             return data
-        periods = block.time_ns // self._period
+        times = block.time_ns
+        if times[-1] - times[0] < WHOLE_SPAN:
+            return data
+        periods = times // self._period
         rows = np.flatnonzero(periods != np.concatenate(([self._last], periods[:-1])))
         self._last = int(periods[-1])
         if not len(rows):
             return None
-        row = rows[0]  # no other: a SampleBlock is shorter than a period
-        columns = zip(block.channel_name, block.channel_unit, block.channel_width.tolist(), strict=True)
-        stamp = block.header.stamp
-        return samples_message(
-            tuple(Channel(name, unit, (width,), "") for name, unit, width in columns),
-            int(block.first_sequence) + int(row),
-            block.time_ns[row : row + 1],
-            np.reshape(block.values, (block.count, -1))[row : row + 1],
-            block.header.frame_id,
-            int(stamp.sec) * 10**9 + int(stamp.nanosec) - int(block.time_ns[0]),
-        )
+        row, stamp = int(rows[0]), block.header.stamp  # no other: a SampleBlock is shorter than a period
+        stamp.sec, stamp.nanosec = divmod(stamp.sec * 10**9 + stamp.nanosec + int(times[row] - times[0]), 10**9)
+        block.values, block.time_ns = block.values.reshape(block.count, -1)[row], times[row : row + 1]
+        block.first_sequence, block.count = block.first_sequence + row, 1
+        return cdr.serialised(cdr.SAMPLE_BLOCK, block)
 
 
 class Safety(NamedTuple):
@@ -115,27 +108,6 @@ class Safety(NamedTuple):
     split_seconds: float = 0.0
     keep: int = 0
     kept_rate: float = 0.0
-
-
-class Told:
-    """State of the log `_log`, for classes that write by it."""
-
-    _log: "RawLogWriter"
-
-    @property
-    def problem(self) -> str:
-        """Why the log cannot grow at present and what was kept, empty while it can."""
-        return self._log.problem
-
-    @property
-    def dropped(self) -> int:
-        """Messages for which there was no room, neither on disk nor in memory."""
-        return self._log.dropped
-
-    @property
-    def bytes(self) -> int:
-        """Size of the log on disk so far."""
-        return self._log.bytes
 
 
 class RawLogWriter:
@@ -173,7 +145,7 @@ class RawLogWriter:
         self._closed = self._stale = False
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._number, self._began = 0, None  # of the file; time of its first message [ns]
-        self._topics: dict[int, tuple[LoggedTopic, str]] = {}  # with their definitions
+        self._topics: dict[int, StoredTopic] = {}
         self._thinned: dict[int, Thinning] = {}
         self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._metadata: dict[str, Metadata] = {}
@@ -248,28 +220,17 @@ class RawLogWriter:
         rate = (0.0 if seldom else self._safety.kept_rate) if kept is None else kept
         metadata = {"offered_qos_profiles": qos_text(tuple(qos)), "topic_type_hash": type_hash}
         metadata |= ({KEPT_KEY: f"{rate:g}"} if rate else {}) | ({OUTSIDE: outside} if outside else {})
-        thinned = Thinning(ros_type, rate) if rate and kept is None else None
-        return self._add(LoggedTopic(name, ros_type, type_hash, tuple(qos), metadata), definition, thinned)
+        number = self.copy_topic(StoredTopic(name, ros_type, definition, "cdr", metadata))
+        if rate and kept is None:
+            self._thinned[number] = Thinning(ros_type, rate)
+        return number
 
     def copy_topic(self, topic: StoredTopic) -> int:
         """Describes a topic as it is stored in another log, of any encoding, and returns its number."""
-        said = topic.metadata
-        qos = (offered_qos(said.get("offered_qos_profiles", "")),)
-        encodings = topic.message_encoding, topic.schema_encoding
-        row = LoggedTopic(topic.name, topic.ros_type, said.get("topic_type_hash", ""), qos, said, encodings)
-        return self._add(row, topic.definition)
-
-    def _add(self, row: LoggedTopic, definition: str, thinned: Thinning | None = None) -> int:
         with self._unbroken, self._lock:
-            number = self._register(row, definition)
-            self._topics[number], self._totals[number] = (row, definition), 0
-            if thinned:
-                self._thinned[number] = thinned
-            self._stale = True
+            number = self._writer.register(topic)
+            self._topics[number], self._totals[number], self._stale = topic, 0, True
         return number
-
-    def _register(self, row: LoggedTopic, definition: str) -> int:
-        return self._writer.register(row.name, row.ros_type, definition, row.metadata, row.encodings)
 
     def keep_all(self, topic: int, on: bool) -> None:
         """Logs every message of the topic with that number from here on (`on`), also where the log is thinned."""
@@ -283,21 +244,16 @@ class RawLogWriter:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
         with self._unbroken, self._lock:
-            kept: list = []
-            try:
-                if self._thinned:
-                    for message in messages:
-                        kept += self._kept(message)
-            finally:  # the messages before one that cannot be thinned are written
-                self._put(iter(kept if self._thinned else messages))
+            self._put(self._kept(messages) if self._thinned else iter(messages))
 
-    def _kept(self, message) -> list:
-        """The message as it is logged, if it is."""
-        topic, log_time_ns, publish_time_ns, data = message
-        if topic not in self._thinned or topic in self._whole:
-            return [message]
-        found = self._thinned[topic].kept(log_time_ns, data)
-        return [] if found is None else [(topic, log_time_ns, publish_time_ns, found)]
+    def _kept(self, messages) -> Iterator[tuple[int, int, int, bytes]]:
+        """The messages as they are logged, without those that are not."""
+        for topic, log_time, publish_time, data in messages:
+            kept = data
+            if topic in self._thinned and topic not in self._whole:
+                kept = self._thinned[topic].kept(log_time, data)
+            if kept is not None:
+                yield topic, log_time, publish_time, kept
 
     def _put(self, rest) -> None:
         done = False
@@ -316,7 +272,7 @@ class RawLogWriter:
         began = self._due(log_time) and self._next(log_time)
         if self._began is None:
             self._began = log_time
-        if any(qos.durability == "transient_local" for qos in self._topics[topic][0].qos):
+        if "transient_local" in self._topics[topic].metadata.get("offered_qos_profiles", ""):
             self._latched[topic] = (publish_time, bytes(data))
         self._writer.write(topic, log_time, publish_time, data)
         if began:
@@ -374,7 +330,7 @@ class RawLogWriter:
     def _finish(self) -> None:
         """Ends the data of a file with the description that rosbag2 reads."""
         self._writer.flush()
-        information = bag_information(self._rows(self._writer.counts), [self._span()._replace(path="")])
+        information = self._described(self._writer.counts, [self._span()._replace(path="")])
         self._writer.add(Metadata(BAG_RECORD, {"serialized_metadata": information}))
 
     def _open(self, number: int) -> McapWriter:
@@ -409,16 +365,16 @@ class RawLogWriter:
         self._number, self._began, self._writer = self._number + 1, log_time, following
         for record in self._metadata.values():
             self._writer.add(record)
-        for described in self._topics.values():
-            self._register(*described)
-        for topic, (publish_time, data) in self._latched.items():
-            self._writer.write(topic, log_time, publish_time, data)
+        for topic in self._topics.values():
+            self._writer.register(topic)
+        for number, (publish_time, data) in self._latched.items():
+            self._writer.write(number, log_time, publish_time, data)
         while self._safety.keep and len(self._done) >= self._safety.keep:
             self._folder.joinpath(self._done.pop(0).path).unlink(missing_ok=True)
         return True
 
-    def _rows(self, counts: Mapping[int, int]) -> list[LoggedTopic]:
-        return [row._replace(messages=counts[number]) for number, (row, _) in self._topics.items()]
+    def _described(self, counts: Mapping[int, int], spans: list[Span]) -> str:
+        return bag_information([(topic, counts[number]) for number, topic in self._topics.items()], spans)
 
     def _span(self) -> Span:
         writer = self._writer
@@ -438,7 +394,7 @@ class RawLogWriter:
         if self._folder is None:
             return
         counts = {number: total + self._writer.counts[number] for number, total in self._totals.items()}
-        information = bag_information(self._rows(counts), [*self._done, self._span()])
+        information = self._described(counts, [*self._done, self._span()])
         target = self._folder / "metadata.yaml"
         try:
             put_whole(target, f"rosbag2_bagfile_information:\n{indent(information, '  ')}".encode())

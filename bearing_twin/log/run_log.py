@@ -7,9 +7,8 @@ import json
 import math
 import platform
 import sys
-import time
 from collections.abc import Iterable, Iterator, Mapping
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +18,7 @@ import numpy as np
 import bearing_twin
 from bearing_twin.base.errors import LogError, SceneError, echo
 from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parsed_json
-from bearing_twin.base.sample import Block, Channel, Sample, between, joined
+from bearing_twin.base.sample import Block, Channel, Sample, between
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, path_of
@@ -33,7 +32,6 @@ from bearing_twin.log.raw_log import (
     STATE_RECORD,
     RawLogWriter,
     Safety,
-    Told,
     kept_rate,
 )
 from bearing_twin.log.recover import advised
@@ -117,7 +115,7 @@ class LogStream:
     its texts. With `allow_gaps`, `missing` counts outputs that were found missing so far.
     `kept_rate` [1/s] is how many outputs a second of simulated time were logged, 0 = all; what then lies between is not
     missing. `frame` is what the samples are stamped with. `runs` is the number of runs in the log, `run` that of the
-    one that is read (None: all), and `end` the number behind its last output.
+    one that is read (None: all), `begins_s` the time [s] of its first output and `end` the number behind its last.
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None, run: int | None = None):
@@ -159,6 +157,7 @@ class LogStream:
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
         refuse_misfits(self.path, self.scene, self.channels)
         self.frame: str = "" if first is None else first.header.frame_id
+        self.begins_s: float = 1e-9 * int(first.time_ns[0]) if first is not None and first.first_sequence else 0.0
 
     @property
     def seconds(self) -> float:
@@ -187,8 +186,9 @@ class LogStream:
 
     @property
     def notes(self) -> list[str]:
-        """Parts of the log that are not read, a sentence each: files without an end, messages that are passed over."""
-        return self._reader.notes
+        """Parts of the run that are not read, a sentence each: files without an end, foreign messages, a late begin."""
+        said = f"the log begins at {self.begins_s:.6g} s: what is said of it holds from there on"
+        return self._reader.notes + ([said] if self.begins_s and not self.begins else [])
 
     @property
     def cut_short(self) -> CutShort | None:
@@ -393,12 +393,6 @@ def _chosen(path, found: set[str], topic: str | None) -> str:
     return topic
 
 
-ENCODED_TOGETHER = 2000  # outputs: what is done once for a block weighs little then ...
-ENCODED_BYTES = 10 << 20  # ... at most so many bytes of them, so that memory stays small ...
-ENCODED_SECONDS = 0.5  # ... and none waits longer than this for the next
-_PACKAGES = ("numpy", "scipy")
-
-
 class LogSummary(NamedTuple):
     """A log that was written: path, messages, solver outputs, bytes on disk."""
 
@@ -408,7 +402,7 @@ class LogSummary(NamedTuple):
     bytes: int
 
 
-class LogWriter(Told):
+class LogWriter(RawLogWriter):
     """A new log of a scene's topics; use as a context manager, from any thread.
 
     `metadata` (chosen law, stepper, reason, seed, ...) is stored as texts beside the resolved scene and the versions.
@@ -424,23 +418,15 @@ class LogWriter(Told):
         safety: Safety = Safety(),  # noqa: B008 - it cannot change
     ):
         table, outside = topics(scene), "; ".join(scene.outside) if scene.marked else ""
-        self._log = RawLogWriter(path, run_record, safety)
-        self._numbers = {}
+        super().__init__(path, run_record, safety)
         try:
-            self._log.add_metadata(SCENE_RECORD, {"scene": scene.text, **_versions(), **(metadata or {})})
-            for topic in table:
-                self._numbers[topic.name] = self._log.add_topic(
-                    topic.full_name, topic.ros_type, qos=(topic.qos,), outside=outside
-                )
+            self.add_metadata(SCENE_RECORD, {"scene": scene.text, **_versions(), **(metadata or {})})
+            self._numbers = {
+                one.name: self.add_topic(one.full_name, one.ros_type, qos=(one.qos,), outside=outside) for one in table
+            }
         except BaseException:  # Ctrl-C before the first message
             self.__exit__(*sys.exc_info())
             raise
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *exception):
-        self._log.__exit__(*exception)
 
     def write(self, topic: Channelled, stamp_ns: int, cdr_bytes: bytes) -> None:
         """Adds one message as `MessageStream` made it, its stamp as log and publish time.
@@ -451,24 +437,15 @@ class LogWriter(Told):
 
     def write_all(self, messages: Iterable[tuple[Channelled, int, bytes]]) -> None:
         """`write` for many."""
-        self._log.write_all((self._numbers[topic.name], stamp, stamp, data) for topic, stamp, data in messages)
+        super().write_all((self._numbers[topic.name], stamp, stamp, data) for topic, stamp, data in messages)
 
     def note_report(self, report: Mapping[str, object]) -> None:
         """Keeps the run's report (plain numbers and texts) beside date and host."""
-        self._log.note_run(report=json.dumps(report))
+        self.note_run(report=json.dumps(report))
 
     def note_state(self, sequence: int, state: Mapping[str, object]) -> None:
         """Keeps the state of the motion after output `sequence`, to continue the run from."""
-        self._log.add_metadata(STATE_RECORD, {"sequence": sequence, "state": json_text(state)})
-
-    def close(self) -> None:
-        """Completes the log."""
-        self._log.close()
-
-    @property
-    def messages(self) -> int:
-        """Messages on disk for good; all of them once closed."""
-        return self._log.messages
+        self.add_metadata(STATE_RECORD, {"sequence": sequence, "state": json_text(state)})
 
 
 def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss: float = 0.0) -> LogSummary:
@@ -482,35 +459,17 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
         raise LogError(f"a log is written of a run, and {echo(run)} is none; hand over simulate(scene)")
     if isinstance(max_loss, bool) or not isinstance(max_loss, (int, float)) or not 0.0 <= max_loss < math.inf:
         raise LogError(f"max_loss = {echo(max_loss)} must be a number in s, at least 0")
-    together = max(
-        1, min(ENCODED_TOGETHER, ENCODED_BYTES // (8 * sum(channel.width for channel in run.scene.channels)))
-    )
-    samples, waiting, since = 0, [], time.monotonic()
-    described = {**choice_record(run.choice), OUTPUTS_KEY: run.scene.outputs}
+    samples, described = 0, {**choice_record(run.choice), OUTPUTS_KEY: run.scene.outputs}
     if begins := getattr(run, "begins", 0):
         described[BEGINS_KEY] = begins
     with LogWriter(path, run.scene, described, run_record, Safety(max_loss)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
-
-        def write() -> None:
-            piece = joined(waiting)
-            waiting.clear()
-            log.write_all(stream.messages(piece))
-
         try:
             for block in run.blocks():
                 samples += len(block)
-                if waiting and block.first_sequence != waiting[-1].first_sequence + len(waiting[-1]):
-                    write()  # a gap stays where it is
-                waiting.append(block)
-                late = max_loss or time.monotonic() > since + ENCODED_SECONDS
-                if late or sum(map(len, waiting)) >= together:
-                    write()
-                    since = time.monotonic()
+                log.write_all(stream.messages(block))
         finally:
             if not log.problem:
-                if waiting:
-                    write()
                 log.write_all(stream.flush())
                 if samples:
                     log.note_report(run.report.record())
@@ -521,15 +480,5 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
 
 @functools.cache
 def _versions() -> dict[str, str]:
-    found = {"bearing_twin_version": bearing_twin.__version__, "python_version": platform.python_version()}
-    for package in _PACKAGES:
-        found[f"{package}_version"] = getattr(sys.modules.get(package), "__version__", "") or _installed(package)
-    return found
-
-
-def _installed(package: str) -> str:
-    """The version of a package that is not imported: to ask for it parses a file."""
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return "unknown"
+    packages = {f"{package}_version": version(package) for package in ("numpy", "scipy")}
+    return {"bearing_twin_version": bearing_twin.__version__, "python_version": platform.python_version(), **packages}
