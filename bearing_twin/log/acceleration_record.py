@@ -100,9 +100,7 @@ def _tabled(path: Path, columns: dict[str, np.ndarray], key: str | None, rate: f
     if clock := next((one for one in times if len(times[one]) == len(samples)), None):
         found = _even_rate(times[clock] * _time_factor(clock))
         if rate is not None and abs(rate / found - 1.0) > RATE_ERROR:
-            raise BearingTwinError(
-                f"the times in {path} say {found:.6g} Hz, not {rate:g} Hz; leave out --rate"
-            )
+            raise BearingTwinError(f"the times in {path} say {found:.6g} Hz, not {rate:g} Hz; leave out --rate")
         rate = rate or found
     rate = rate or next((singles[name] for name in RATES if name in singles), None)
     turns = next((one for name, one in singles.items() if name.endswith("rpm")), None)
