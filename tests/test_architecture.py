@@ -1,6 +1,7 @@
 """The house: imports point one way, ROS stays in its room, nothing points outside the checkout."""
 
 import ast
+import functools
 import importlib
 import re
 from collections.abc import Iterable
@@ -118,12 +119,18 @@ def imported(nodes: Iterable[ast.AST], path: Path):
             yield from ((node.lineno, f"{node.module}.{alias.name}") for alias in node.names)
 
 
+@functools.cache
+def imports_of(path: Path) -> tuple[tuple[int, str], ...]:
+    """(line, full module name) of every import in a file."""
+    return tuple(imported(nodes_of(path), path))
+
+
 def imports_at_top(path: Path) -> list[ast.AST]:
     return [node for node in tree_of(path).body if isinstance(node, (ast.Import, ast.ImportFrom))]
 
 
-def own_rooms(nodes, path):
-    for line, name in imported(nodes, path):
+def own_rooms(imports):
+    for line, name in imports:
         parts = name.split(".")
         if parts[0] == "bearing_twin" and len(parts) > 1 and not parts[1].startswith("__"):
             yield line, parts[1]
@@ -136,7 +143,7 @@ def test_every_module_has_a_room():
 def test_imports_point_one_way():
     wrong = []
     for path in package_trees():
-        for line, room in own_rooms(nodes_of(path), path):
+        for line, room in own_rooms(imports_of(path)):
             here = room_of(path)
             allowed = here != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(here)
             reaches = path.relative_to(PACKAGE).as_posix() in REACH_ROS and room == "nodes"
@@ -150,7 +157,7 @@ def test_a_room_does_not_import_itself_in_a_circle():
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in SOURCES}
     needs = {}
     for name, path in names.items():
-        found = {one for _, one in imported(nodes_of(path), path)}
+        found = {one for _, one in imports_of(path)}
         needs[name] = {one if one in names else one.rpartition(".")[0] for one in found} & set(names) - {"bearing_twin"}
     while needs:
         free = [name for name, wanted in needs.items() if not wanted & set(needs) - {name}]
@@ -166,7 +173,7 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
         if room_of(path) != "kinds":
             continue
         if path.stem != "picture":
-            wrong += [f"{path}:{line}" for line, room in own_rooms(nodes_of(path), path) if room == "pictures"]
+            wrong += [f"{path}:{line}" for line, room in own_rooms(imports_of(path)) if room == "pictures"]
         if path.stem not in ("topics", "markers"):
             texts = [one for one in nodes_of(path) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
             wrong += [f"{path}:{one.lineno}" for one in texts if re.fullmatch(r"\w+/(msg|srv)/\w+", one.value)]
@@ -178,7 +185,7 @@ def test_ros_is_imported_only_by_the_nodes():
     wrong = [
         f"{path.relative_to(ROOT)}:{line} imports {name}"
         for path in package_trees()
-        for line, name in imported(nodes_of(path), path)
+        for line, name in imports_of(path)
         if ros.fullmatch(name.split(".")[0]) and room_of(path) != "nodes"
     ]
     assert wrong == []
@@ -190,7 +197,7 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
         for path in package_trees()
         if (room_of(path) in PHYSICS and path.stem != "picture")
         or (room_of(path) == "uq" and path.stem in NUMBERS_OF_UQ)
-        for line, name in imported(nodes_of(path), path)
+        for line, name in imports_of(path)
         if name.split(".")[0] in NO_PHYSICS
     ]
     assert wrong == []
@@ -214,7 +221,7 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
 def test_the_command_line_imports_late(module):
     path = PACKAGE / "command" / f"{module}.py"
     top = imports_at_top(path)
-    assert {room for _, room in own_rooms(top, path)} & LATE_ROOMS == set()
+    assert {room for _, room in own_rooms(imported(top, path))} & LATE_ROOMS == set()
     assert {name.split(".")[0] for _, name in imported(top, path)} & {"scipy", "matplotlib", "rich"} == set()
 
 
@@ -364,7 +371,7 @@ FACES = ("bearing_twin.kinds.bearing",)  # rooms whose __init__.py names what ot
 def test_tests_and_other_rooms_go_through_the_faces():
     wrong = []
     for path in (*(ROOT / "tests").glob("*.py"), *SOURCES, *(ROOT / "bench").glob("*.py")):
-        for line, name in imported(nodes_of(path), path):
+        for line, name in imports_of(path):
             for face in FACES:
                 if path.is_relative_to(ROOT / face.replace(".", "/")):
                     continue

@@ -20,32 +20,13 @@ from scipy.special import ellipe
 
 from bearing_twin.charts.laws import hardest
 from bearing_twin.contact.elasticity import (
-    curvature_ratio,
-    ellipse,
     elliptic_b_d,
-    hertz_coefficient,
     semi_axes,
 )
-from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR, Rule
-from bearing_twin.contact.patch_friction import patch_of
+from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR
 from bearing_twin.kinds.bearing import MOTION, ORBIT_ANGLE, SPIN, VELOCITY, contact_details
 from bearing_twin.numerics.methods import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
-
-ARGUMENTS = 50.0, 3e-4, 1e-4, 0.02, -0.03, 90.0, 0.1, 1e-4
-
-
-@pytest.mark.parametrize("name", FRICTIONS)
-def test_without_load_and_size_there_is_nothing(name):
-    """A ball out of contact stands in the lanes like any other."""
-    found = friction_by(name, 0.0, 0.0, 0.0, 0.02, -0.03, 90.0, 0.1, 1e-4)
-    assert tuple(abs(part) for part in found) == (0.0, 0.0, 0.0)
-
-
-def test_at_a_point_friction_opposes_the_slip_and_nothing_drills():
-    found = friction_by("point", *ARGUMENTS)
-    factor = 0.1 * 50.0 / math.hypot(0.02, -0.03, 1e-4)
-    assert tuple(found) == pytest.approx((-0.02 * factor, 0.03 * factor, 0.0), rel=1e-15)
 
 
 @pytest.mark.parametrize("name", [name for name, row in FRICTIONS.items() if row.over_spot])
@@ -107,22 +88,6 @@ def test_quadrature_agrees_with_scipy_where_smooth():
     assert list(found) == pytest.approx([share(part) for part in range(3)], rel=1e-7)
 
 
-@pytest.mark.parametrize("ratio", [1.0, 0.3, 0.1])
-def test_errors_are_as_stated_and_needed(ratio):
-    """Against rings and spokes five times finer, with the pole of the motion inside, on and outside the spot."""
-    worst, finer = np.zeros(3), patch_of("quadrature", 1.0, Rule(120, 480, 0.0, 1e-300))
-    for angle in np.linspace(0.0, 0.5 * math.pi, 4):
-        for speed in np.geomspace(0.02, 5.0, 12):
-            slip = speed * math.cos(angle), speed * math.sin(angle)
-            exact = np.array(finer.friction(1.0, 1.0, ratio, *slip, 1.0, 0.0))
-            for k, (form, _) in enumerate(FORMS):
-                off = np.abs(np.array(form(1.0, 1.0, ratio, *slip, 1.0, 1.0, 0.0)) - exact) / [1.0, 1.0, 0.375]
-                worst[k] = max(worst[k], off.max())
-    assert worst[0] < FINE_ERROR
-    assert 0.07 * MEDIUM_ERROR < worst[1] < MEDIUM_ERROR
-    assert 0.07 * COARSE_ERROR < worst[2] < COARSE_ERROR
-
-
 @settings(max_examples=60, deadline=None)
 @given(st.floats(0.05, 1.0), st.tuples(*[st.floats(-1.0, 1.0)] * 2), st.floats(-1e3, 1e3), st.floats(1e-6, 0.1))
 def test_friction_takes_energy_within_its_limits_and_turns_with_the_motion(ratio, slip, spin, smooth):
@@ -136,29 +101,9 @@ def test_friction_takes_energy_within_its_limits_and_turns_with_the_motion(ratio
         assert [-one for one in back] == pytest.approx(list(found), rel=1e-9, abs=1e-12)
 
 
-def test_without_spin_it_is_friction_at_a_point():
-    factor = MU * LOAD / math.hypot(3e-3, -4e-3, 0.01)
-    for form, _ in FORMS:
-        found = form(LOAD, MAJOR, 0.2 * MAJOR, 3e-3, -4e-3, 0.0, MU, 0.01)
-        assert found[:2] == pytest.approx((-3e-3 * factor, 4e-3 * factor), rel=1e-12)
-
-
-def test_spin_weakens_the_force():
-    forces = [-FINE(LOAD, MAJOR, 0.1 * MAJOR, 0.01, 0.0, spin, MU, 0.0).force_major for spin in (0, 30, 100, 300)]
-    assert np.all(np.diff(forces) < 0.0)
-
-
 SPOT = "contact.friction=spot"
 MIDDLE = (0.0, 0.0, 0.0)
 AXIAL = ("gravity=[0.0, 0.0, 0.0]", "drive.offset=[0.0, 0.0, 2.0e-5]")
-
-
-def test_semi_axes_at_an_approach_are_those_under_its_load():
-    for ratio in np.geomspace(1e-4, 1.0, 40):
-        small, large = 7.0, 7.0 * curvature_ratio(ratio)
-        exact = ellipse(small, large, 1e11, hertz_coefficient(small, large, 1e11) * 2e-6**1.5)
-        assert semi_axes(small, large, 2e-6) == pytest.approx((exact.semi_major, exact.semi_minor), rel=1e-12)
-    assert semi_axes(7.0, 90.0, -1e-6) == (0.0, 0.0)
 
 
 def contact_of(overrides=(), k=2):
@@ -238,14 +183,6 @@ def test_every_stepper_agrees_with_radau():
         for name, close in (("normal_load", 1e-3), ("raceway_torque", 1e-3), ("drilling_torque", 3e-3)):
             exact = getattr(reference, name)
             assert np.abs(getattr(out, name) - exact).max() < close * np.abs(exact).max(), (stepper, name)
-
-
-@pytest.mark.parametrize("law", ["volumetric", "constant"])
-def test_every_law_takes_spots(law):
-    _, out = run(SPOT, *TURNED_REST, law=law, count=10)
-    _, hertz = run(SPOT, *TURNED_REST, count=10)
-    close = 0.02 * np.abs(hertz.drilling_torque).max()
-    assert out.drilling_torque == pytest.approx(hertz.drilling_torque, abs=close)
 
 
 def test_balls_that_touch_are_integrated_with_their_spots():
