@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from commanded import obeying, twist, wrench
+from loops import obeying, twist, wrench
 from shafts import motion_of
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError

@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         more = {"contact_duration_s": duration, **_damping(arguments.restitution, value)}
         slowest = min((first, second), key=lambda body: body.young_modulus / body.density)
         flags = validity.gathered(
-            validity.wave_doubt(duration, validity.wave_transit(size, slowest.young_modulus, slowest.density))
+            validity.wave_warning(duration, validity.wave_transit(size, slowest.young_modulus, slowest.density))
             if math.isfinite(size)
             else None
         )

@@ -212,7 +212,7 @@ def answer(
     frozen_at: float = 1.0,
     stiffness: float | None = None,
 ) -> dict:
-    """The contact with laws side by side, shear and doubts, by SI-suffixed keys; `yield_strength` [Pa] may be None.
+    """The contact with laws side by side, shear and warnings, by SI-suffixed keys; `yield_strength` [Pa] may be None.
 
     `frozen_at` and `stiffness` as in `laws_at`.
     """
@@ -222,9 +222,9 @@ def answer(
     shears = [greatest_shear(*spot, body.poisson_ratio) for body in (first, second)]
     shear = max(shears, key=lambda one: one.stress)
     flags = validity.gathered(
-        validity.pressure_doubt(contact.peak_pressure, yield_strength and YIELD_ONSET * yield_strength),
-        validity.width_doubt(contact.semi_major, gap.least_radius),
-        *(validity.law_doubt(name, law.error, contact.axis_ratio) for name, law in laws.items() if LAWS[name].keeps),
+        validity.pressure_warning(contact.peak_pressure, yield_strength and YIELD_ONSET * yield_strength),
+        validity.width_warning(contact.semi_major, gap.least_radius),
+        *(validity.law_warning(name, law.error, contact.axis_ratio) for name, law in laws.items() if LAWS[name].keeps),
     )
     return {
         "approach_m": contact.approach,

@@ -1,4 +1,4 @@
-"""What lies outside the theory of elastic contact: each doubt is one sentence, or None where there is no doubt."""
+"""What lies outside the theory of elastic contact: each warning is one sentence, or None where there is none."""
 
 import math
 
@@ -41,8 +41,8 @@ def spot_radius(load: float, radius: float, modulus: float) -> float:
     return (0.75 * load * radius / modulus) ** (1.0 / 3.0)
 
 
-def pressure_doubt(peak_pressure: float, yield_pressure: float | None) -> str | None:
-    """Doubt about a peak pressure [Pa]: beyond the `yield_pressure` of the two bodies (None: not known)."""
+def pressure_warning(peak_pressure: float, yield_pressure: float | None) -> str | None:
+    """Warning of a peak pressure [Pa]: beyond the `yield_pressure` of the two bodies (None: not known)."""
     if yield_pressure is None or peak_pressure <= yield_pressure:
         return None
     return (
@@ -51,8 +51,8 @@ def pressure_doubt(peak_pressure: float, yield_pressure: float | None) -> str | 
     )
 
 
-def width_doubt(semi_axis: float, size: float, body: str = "radius") -> str | None:
-    """Doubt about a semi-axis or half-width [m] against the size [m] of the body it lies on, named by `body`."""
+def width_warning(semi_axis: float, size: float, body: str = "radius") -> str | None:
+    """Warning of a semi-axis or half-width [m] against the size [m] of the body it lies on, named by `body`."""
     if semi_axis <= WIDEST_ELLIPSE * size:
         return None
     return (
@@ -71,8 +71,8 @@ def gap_error(semi_axis: float, ball_radius: float, groove_radius: float) -> flo
     return 0.25 * semi_axis**2 * (ball**2 + ball * groove + groove**2)
 
 
-def groove_doubt(semi_axes, ball_radius: float, conformities) -> str | None:
-    """Doubt about spots with these semi-axes [m] along grooves of these conformities, groove radius / ball diameter."""
+def groove_warning(semi_axes, ball_radius: float, conformities) -> str | None:
+    """Warning of spots with these semi-axes [m] along grooves of these conformities, groove radius / ball diameter."""
     axes = zip(map(float, semi_axes), conformities, strict=True)
     error, axis = max((gap_error(axis, ball_radius, 2.0 * one * ball_radius), axis) for axis, one in axes)
     if error <= OFF_IN_GROOVE:
@@ -84,8 +84,8 @@ def groove_doubt(semi_axes, ball_radius: float, conformities) -> str | None:
     )
 
 
-def shoulder_doubt(nominal_angle: float, angles, loads) -> str | None:
-    """Doubt about balls that bear load where one ring of an angular contact bearing has no shoulder.
+def shoulder_warning(nominal_angle: float, angles, loads) -> str | None:
+    """Warning of balls that bear load where one ring of an angular contact bearing has no shoulder.
 
     `nominal_angle` [rad] is the one without load, 0 of a deep groove; `angles` [rad] those on the outer raceway, above
     0 on the side of the shoulders, and `loads` [N] those on the inner one. Balls with less than BEARS of the greatest
@@ -102,8 +102,8 @@ def shoulder_doubt(nominal_angle: float, angles, loads) -> str | None:
     )
 
 
-def law_doubt(law: str, error: float, axis_ratio: float) -> str | None:
-    """Doubt about a law whose load is off exact Hertz by `error` (relative) at this semi-axis ratio b/a."""
+def law_warning(law: str, error: float, axis_ratio: float) -> str | None:
+    """Warning of a law whose load is off exact Hertz by `error` (relative) at this semi-axis ratio b/a."""
     if abs(error) <= LAW_TOLERANCE:
         return None
     return f"law {law} is {100.0 * error:+.2g} % off exact Hertz at b/a = {axis_ratio:.3g}: outside its curve of 0.5 %"
@@ -114,8 +114,8 @@ def wave_transit(size: float, young_modulus: float, density: float) -> float:
     return size / math.sqrt(young_modulus / density)
 
 
-def wave_doubt(contact_duration: float, transit: float) -> str | None:
-    """Doubt about the duration [s] of a contact against a wave's `transit` [s] of the body, which it must outlast.
+def wave_warning(contact_duration: float, transit: float) -> str | None:
+    """Warning of the duration [s] of a contact against a wave's `transit` [s] of the body, which it must outlast.
 
     Hertz's static deformation needs a contact many transits long (Love 1927).
     """
@@ -127,6 +127,6 @@ def wave_doubt(contact_duration: float, transit: float) -> str | None:
     )
 
 
-def gathered(*doubts: str | None) -> list[str]:
-    """The doubts that are there, each once."""
-    return list(dict.fromkeys(doubt for doubt in doubts if doubt))
+def gathered(*warnings: str | None) -> list[str]:
+    """The warnings that are there, each once."""
+    return list(dict.fromkeys(one for one in warnings if one))

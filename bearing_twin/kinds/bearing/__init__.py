@@ -159,7 +159,7 @@ FACE = {
     "response_to": "model_error: what raceways that are higher do to an equilibrium",
     "ALIKE": "model_error: relative difference of greatest loads up to which an equilibrium stands for a run",
     "nominal_law_error": "models: error of a law's load at the nominal contacts",
-    "command_doubt": "ratings: a warning of a speed above the limiting one",
+    "command_warning": "ratings: a warning of a speed above the limiting one",
     "contact_flags": "figures: warnings of contacts",
     "ring_attitude": "outputs: orientation of a ring that is tilted and has turned",
     "method_numbers": "system: an integration method as the core takes it",

@@ -22,7 +22,7 @@ from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT,
 from bearing_twin.kinds.bearing.defects import defect_numbers, heights_under
 from bearing_twin.kinds.bearing.geometry import moduli
 from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, rubbing_by
-from bearing_twin.kinds.bearing.ratings import command_doubt
+from bearing_twin.kinds.bearing.ratings import command_warning
 from bearing_twin.kinds.bearing.rings import (
     CONTROLS,
     COORDINATE_NAMES,
@@ -544,7 +544,7 @@ class CommandedBearing:
         if key != SPEED:
             return ""
         check_load(self.parameters, self.law, value, *load)
-        return command_doubt(self.parameters, value)
+        return command_warning(self.parameters, value)
 
     def check_load(self, force, moment) -> None:
         """See the function of this name, at the goal of the speed."""

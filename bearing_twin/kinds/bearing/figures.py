@@ -12,9 +12,9 @@ from bearing_twin.contact.elasticity import axis_ratio, ellipse, hertz_coefficie
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.validity import (
     gathered,
-    law_doubt,
-    wave_doubt,
+    law_warning,
     wave_transit,
+    wave_warning,
 )
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.accelerometer import Listener
@@ -393,7 +393,7 @@ class BearingFigures:
             return None
         side, ball = divmod(int(np.abs(errors.T).argmax()), len(errors))
         at = (float(one[ball, side]) for one in curvatures)
-        return law_doubt(self.law, float(errors[ball, side]), axis_ratio(*at))
+        return law_warning(self.law, float(errors[ball, side]), axis_ratio(*at))
 
     def _smoothing_warning(self, fastest: float) -> str | None:
         """Warning of a spin torque whose contact patches spin at most this fast [m/s] at their rims."""
@@ -462,7 +462,7 @@ class BearingFigures:
             self._law_warning(),
             self._cage_warning(),
             self._touch_warning(),
-            wave_doubt(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
+            wave_warning(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
             self._smoothing_warning(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
         )
 

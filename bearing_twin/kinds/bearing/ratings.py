@@ -202,7 +202,7 @@ def limiting_speeds(geometry) -> dict[str, float] | None:
     return {name: product / (1e3 * geometry.pitch_diameter) * math.pi / 30.0 for name, product in LIMITING.items()}
 
 
-def command_doubt(parameters, speed: float) -> str:
+def command_warning(parameters, speed: float) -> str:
     """A sentence on a commanded speed [rad/s] above the limiting speed, as of one meant in rpm; "" for others.
 
     `parameters` are those of a bearing or of a shaft on two. The limit is that with oil, of angular contact bearings

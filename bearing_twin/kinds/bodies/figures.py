@@ -14,7 +14,7 @@ from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.elasticity import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import yield_pressure
-from bearing_twin.contact.validity import gathered, law_doubt, pressure_doubt, wave_doubt, width_doubt
+from bearing_twin.contact.validity import gathered, law_warning, pressure_warning, wave_warning, width_warning
 from bearing_twin.kinds.bodies.derived import patch_of, transit_of
 from bearing_twin.kinds.bodies.parameters import OVERLAP, TwoBodiesScene
 from bearing_twin.kinds.contract import adds_up
@@ -148,9 +148,9 @@ def body_doubts(bodies, pressure: float, shortest: float, widths) -> list[str]:
     small against [m], and its name.
     """
     return gathered(
-        pressure_doubt(pressure, yield_pressure(*(one.material for one in bodies))),
-        *(width_doubt(*one) for one in widths),
-        wave_doubt(shortest, max(map(transit_of, bodies))),
+        pressure_warning(pressure, yield_pressure(*(one.material for one in bodies))),
+        *(width_warning(*one) for one in widths),
+        wave_warning(shortest, max(map(transit_of, bodies))),
     )
 
 
@@ -382,7 +382,7 @@ class BouncingFigures:
         if self.law in LAWS and not LAWS[self.law].measured:
             worst = np.argmax(np.abs(loaded["law_error"]))
             ratio = loaded["semi_minor"][worst] / loaded["semi_major"][worst]
-            found += gathered(law_doubt(self.law, loaded["law_error"][worst], ratio))
+            found += gathered(law_warning(self.law, loaded["law_error"][worst], ratio))
         return found
 
     @property

@@ -147,8 +147,8 @@ class ShaftCourse:
         first, last = np.searchsorted(self._times, (since, until), side="right")
         return bool(last > first)
 
-    def told(self, now: float, goal: float) -> "ShaftCourse":
-        """That of a shaft that is told at `now` [s] to go to `goal` [rad/s]."""
+    def commanded(self, now: float, goal: float) -> "ShaftCourse":
+        """That of a shaft that is commanded at `now` [s] to go to `goal` [rad/s]."""
         angle, speed, _ = self.turned(now)
         return ShaftCourse(self._parameters, self.loading, now, angle, speed, goal)
 

@@ -207,8 +207,8 @@ class ShaftFigures:
         for side, (loads, angles) in self._greatest.items():
             ellipses = self._ellipses(side)
             pressure, widths = max(one.peak_pressure for one in ellipses), [one.semi_major for one in ellipses]
-            doubts = contact_flags(self._scenes[side], pressure, widths, angles[1:], loads[:1])
-            found += [f"{side} bearing: {doubt}" for doubt in gathered(*doubts)]
+            warnings = contact_flags(self._scenes[side], pressure, widths, angles[1:], loads[:1])
+            found += [f"{side} bearing: {one}" for one in gathered(*warnings)]
         return found
 
     def status(self) -> str:

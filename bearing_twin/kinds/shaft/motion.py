@@ -19,7 +19,7 @@ from bearing_twin.kinds.bearing import (
     Support,
     centrifugal_ratio,
     check_goal,
-    command_doubt,
+    command_warning,
     equilibrium_error,
     method_numbers,
     nominal_law_error,
@@ -181,9 +181,9 @@ class ShaftMotion:
         arrays = {name: getattr(self, name).tolist() for name in SNAPPED}
         balls = [one.tolist() if np.isfinite(one).all() else [] for one in self.places]
         course, loading = self.course, self.course.loading
-        told = {"told": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
+        speeds = {"told": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
         commanded = loading.steady.tolist() if loading.commanded else []
-        return arrays | told | {"balls": balls, "commanded": commanded, "now": self.seconds}
+        return arrays | speeds | {"balls": balls, "commanded": commanded, "now": self.seconds}
 
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another shaft."""
@@ -195,9 +195,9 @@ class ShaftMotion:
             if given.shape != array.shape or not np.isfinite(given).all():
                 raise ValueError(numbers)
             array[...] = given
-        now, told, goal, angle, speed = map(float, (kept["now"], kept["told"], kept["goal"], *kept["turned"]))
+        now, since, goal, angle, speed = map(float, (kept["now"], kept["told"], kept["goal"], *kept["turned"]))
         began, time, step = self.clock[[BEGAN, TIME, STEP]]
-        if not (np.isfinite([angle, speed, goal]).all() and told <= now and began <= now <= time and step > 0.0):
+        if not (np.isfinite([angle, speed, goal]).all() and since <= now and began <= now <= time and step > 0.0):
             raise ValueError("clock")
         loading = Loading(self.parameters.shaft)
         if commanded := list(map(float, kept["commanded"])):
@@ -205,7 +205,7 @@ class ShaftMotion:
                 raise ValueError(commanded)
             loading.set(commanded[:3], commanded[3:])
         self._now_ns = round(1e9 * now)
-        self._follow(ShaftCourse(self.parameters, loading, told, angle, speed, goal))
+        self._follow(ShaftCourse(self.parameters, loading, since, angle, speed, goal))
         self.keep()
 
     def keep(self) -> None:
@@ -234,13 +234,13 @@ class ShaftMotion:
 
     @goal_speed.setter
     def goal_speed(self, speed: float) -> None:
-        self._told(self.course.told(self.seconds, speed))
+        self._follow_anew(self.course.commanded(self.seconds, speed))
 
     def check_drive(self, key: str, value: float, load: tuple) -> str:
         """A warning of a speed [rad/s], or ""; a torque is refused, see `CommandedMotion`."""
         check_goal(SPEED, key, value)
         check_load(self.parameters, self._law, value, *load)
-        return command_doubt(self.parameters, value)
+        return command_warning(self.parameters, value)
 
     def check_load(self, force, moment) -> None:
         """See `equilibrium.check_load`, at the goal of the speed."""
@@ -251,7 +251,7 @@ class ShaftMotion:
 
         They are taken as `check_load` let them pass. Constant loads and unbalances stay.
         """
-        self._told(self.course.loaded(self.seconds, force, moment))
+        self._follow_anew(self.course.loaded(self.seconds, force, moment))
 
     def operating_point(self, sample) -> OperatingPoint:
         """The shaft of an output about its centre of mass, the balls in balance where their cages have taken them.
@@ -267,7 +267,7 @@ class ShaftMotion:
             raise BearingTwinError(f"there is no stiffness where the shaft stands now: {error}") from error
         return OperatingPoint(solver.q, solver.load, solver.stiffness, speed)
 
-    def _told(self, course: ShaftCourse) -> None:
+    def _follow_anew(self, course: ShaftCourse) -> None:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
         _restart(self.clock, self.kept, self.seconds)
         self._follow(course)
