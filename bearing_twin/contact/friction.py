@@ -2,8 +2,8 @@
 
 On a patch with Hertz's pressure each point slides with v + omega x r, so spin weakens the friction force and sliding
 weakens the spin friction moment (Contensou, Erismann). The usual closed forms have the right limits and miss a third of
-the force or most of the torque in between; `bearing_twin chart friction` shows all against `reference.spot`. The formulas
-are the core's (`core/contact/friction.hpp`).
+the force or most of the torque in between; `bearing_twin chart friction` shows all against `reference.spot`. The
+formulas are the core's (`core/contact/friction.hpp`).
 
 A quadrature sums friction over points of the unit disc with their shares of the pressure. Where a patch's rim is slow
 by its spin against sqrt(slip^2 + regularisation^2), friction is nearly a polynomial of the place, and twelve points are
