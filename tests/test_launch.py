@@ -10,34 +10,23 @@ from ros import rclpy
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.paths import share_path
-from bearing_twin.nodes.node_parameters import SHARED, arguments_of, checked, stay_on_this_host, values_given
+from bearing_twin.nodes.node_parameters import SHARED, SIDES, checked, typed, values_given
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
 from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
 from bearing_twin.nodes.uq_node import PARAMETERS as STUDIES
 
 assert rclpy
-TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES}
-TWO = {"scene", "scene_right", "overrides", "distance", "frame_prefix"}
-LAUNCH = ("simulate", "replay", "study", "two_bearings")
+TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES, "two_bearings": SIDES}
 
 
-@pytest.mark.parametrize("table", [SIMULATION, REPLAY, STUDIES, RECORDER])
-def test_every_parameter_is_an_argument_that_says_its_own_default(table):
-    arguments = arguments_of(table)
-    assert [argument.name for argument in arguments] == [parameter.name for parameter in table]
-    typed = {one.name: one.meaning.rpartition("[default: ")[2].rstrip("]") for one in arguments}
-    given = {name: text for name, text in typed.items() if text != "none"}
-    for parameter in table:
-        if type(parameter.default) is list and parameter.name in given:
-            given[parameter.name] = str(parameter.default)
-    values = checked(table, values_given(table, given))
-    assert values == {parameter.name: parameter.default for parameter in table}
-
-
-@pytest.mark.parametrize("table", TABLES.values())
-def test_no_parameter_is_named_like_an_argument_of_all_launch_files(table):
-    assert not {argument.name for argument in SHARED} & {parameter.name for parameter in table}
+@pytest.mark.parametrize("table", [SHARED, RECORDER, *TABLES.values()])
+def test_every_default_is_read_again_as_it_is_typed(table):
+    given = {one.name: typed(one.default) for one in table if typed(one.default) != "none"}
+    given |= {one.name: str(one.default) for one in table if type(one.default) is list and one.name in given}
+    assert checked(table, values_given(table, given)) == {one.name: one.default for one in table}
+    shared = {one.name for one in SHARED} & {one.name for one in table}
+    assert not shared or table is SHARED  # else an argument would have two meanings
 
 
 def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node():
@@ -51,46 +40,26 @@ def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node()
         "keep_files": 3,
     }
     assert values_given(SIMULATION, {"overrides": "run.duration=1"}) == {"overrides": ["run.duration=1"]}
+    for text, sentence in {
+        "duration:soon": "parameter duration = 'soon' must be a number",
+        "duration:nan": "must be finite",
+        "duration:-1": "must lie between 0 and 86400 s",
+        "full:maybe": "must be true or false",
+        "keep_files:1.5": "must be a whole number",
+        "overrides:[1, 2]": "must be a list of texts",
+    }.items():
+        with pytest.raises(BearingTwinError, match=sentence):
+            values_given(SIMULATION, dict([text.split(":")]))
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        ({"duration": "soon"}, "parameter duration = 'soon' must be a number"),
-        ({"duration": "nan"}, "must be finite"),
-        ({"duration": "-1"}, "must lie between 0 and 86400 s"),
-        ({"full": "maybe"}, "must be true or false"),
-        ({"keep_files": "1.5"}, "must be a whole number"),
-        ({"overrides": "[1, 2]"}, "must be a list of texts"),
-    ],
-)
-def test_words_that_are_no_values_are_named(words, sentence):
-    with pytest.raises(BearingTwinError, match=sentence):
-        values_given(SIMULATION, words)
-
-
-def test_what_is_launched_stays_on_this_host_unless_the_environment_says_otherwise(monkeypatch):
-    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
-    stay_on_this_host()
-    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
-    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET")
-    stay_on_this_host()
-    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "SUBNET"
-
-
-def test_the_launch_files_are_these():
+def test_the_launch_files_and_their_arguments_in_the_documentation_are_these():
     files = {path.name.removesuffix(".launch.py") for path in share_path("launch").glob("*.launch.py")}
-    assert files == set(LAUNCH)
-
-
-def test_arguments_in_the_documentation_are_taken():
-    takes = {name: {one.name for one in (*SHARED, *arguments_of(table))} for name, table in TABLES.items()}
-    takes["two_bearings"] = {one.name for one in SHARED} | TWO
+    assert files == set(TABLES)
     text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
     found = re.findall(r"^ros2 launch bearing_twin (\w+)\.launch\.py(.*)$", text, flags=re.MULTILINE)
     assert {name for name, _ in found} >= {"simulate", "two_bearings"}
     for name, words in found:
-        assert set(re.findall(r"(\w+):=", words)) <= takes[name], words
+        assert set(re.findall(r"(\w+):=", words)) <= {one.name for one in (*SHARED, *TABLES[name])}, words
 
 
 # With ROS 2's launch
@@ -122,7 +91,7 @@ def is_installed(package):
     return package in get_packages_with_prefixes()
 
 
-@pytest.mark.parametrize("name", LAUNCH)
+@pytest.mark.parametrize("name", TABLES)
 def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path, monkeypatch):
     monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
     words = {"record": str(tmp_path / "run.mcap"), "rviz": "true", "foxglove": "true"}
@@ -130,10 +99,7 @@ def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path, 
         words |= {"rviz": "false", "foxglove": "false", "log": "run.mcap"}
     actions, context = started(name, **words)
     assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
-    shared = {argument.name for argument in SHARED}
-    own = TWO if name == "two_bearings" else set()
-    own |= {parameter.name for parameter in TABLES.get(name, ())}
-    assert set(context.launch_configurations) == shared | own
+    assert set(context.launch_configurations) == {one.name for one in (*SHARED, *TABLES[name])}
     nodes = {"simulate": ["sim_node"], "replay": ["replay_node"], "study": ["uq_node"]}
     two = ["sim_node", *["static_transform_publisher"] * is_installed("tf2_ros")] * 2
     found = [one for one in executables(actions) if one not in ("rviz2", "foxglove_bridge")]
@@ -142,6 +108,21 @@ def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path, 
     bridged = "foxglove_bridge" in executables(actions)  # then where to look is said too
     missing = 2 * (name == "two_bearings" and not is_installed("tf2_ros"))
     assert len(said) + len(executables(actions)) - len(found) == (0 if name == "replay" else 2 + bridged + missing)
+
+
+def parameters_of(node):
+    """The parameters of a node that its launch file gives, without those of files."""
+    [given] = [one for one in node._Node__parameters if isinstance(one, dict)]
+    return {"".join(part.text for part in key): value for key, value in given.items()}
+
+
+def test_arguments_reach_the_node_and_its_recorder():
+    words = {"scene": "1e3", "duration": "2", "full": "false", "record": "two.mcap", "log": "own.mcap"}
+    recorder, node = started("simulate", **words)[0]
+    assert set(parameters_of(node)) == {"scene", "duration", "full", "log", "discovery"}
+    assert set(parameters_of(recorder)) == {"full", "log"}
+    assert set(parameters_of(started("simulate", **words, discovery="0")[0][1])) == set(parameters_of(node))
+    assert set(parameters_of(started("simulate", scene="6308")[0][0])) == {"scene"}
 
 
 def test_two_bearings_stand_in_a_namespace_of_the_users():

@@ -2,8 +2,7 @@
 
 import pytest
 from ros import rclpy  # noqa: F401 - skips where there is no ROS
-from torture_nodes import calls, cancels, frozen, goals, hostile, soak
-from torture_stops import stops
+from torture_nodes import calls, cancels, frozen, goals, hostile, soak, stops
 
 SHARES = {hostile: 0.03, frozen: 0.1}  # of others the least there is
 # Processes are started, ended and stopped. That nodes end with whole logs, and goals with answers, other tests show.

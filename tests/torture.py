@@ -40,9 +40,8 @@ def rows() -> dict[str, Row]:
     found = [*LOGS, *INPUTS]
     if all(map(importlib.util.find_spec, ("rclpy", "bearing_twin_msgs"))):
         from torture_nodes import ROWS as NODES
-        from torture_stops import ROWS as STOPS
 
-        found += [*STOPS, *NODES]
+        found += NODES
     else:
         print("torture: the rows of nodes are left out, for ROS is not set up", file=sys.stderr)
     return {row.name: row for row in found}

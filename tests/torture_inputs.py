@@ -139,7 +139,7 @@ MADE = ("two_spheres", "two_discs")  # whose motions are made without any comput
 
 def mutants(share: float, folder: Path) -> Found:
     """Each is read as a command or a node reads it; anything but a value or a sentence is silent."""
-    chance, trials = random.Random(6), part_of(4000, share, 100)
+    chance, trials = random.Random(6), part_of(3000, share, 100)
     survived = silent = taken = 0
     worst, strange = 0.0, {}
     for _ in range(trials):

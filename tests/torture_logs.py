@@ -81,7 +81,7 @@ def _write_until_killed(path, rate: float, shared) -> None:
 
 def kills(share: float, folder: Path) -> Found:
     """Writers killed with -9 at random instants: what was handed over more than `ALLOWED` before is in the log."""
-    random, trials = np.random.default_rng(1), part_of(80, share, len(RATES))
+    random, trials = np.random.default_rng(1), part_of(40, share, len(RATES))
     survived = lost = silent = 0
     worst = held_up = 0.0
     rates = [RATES[k % len(RATES)] for k in range(trials)]
@@ -131,7 +131,7 @@ def _numbers(path: Path, folder: Path) -> list[int]:
 
 def torn(share: float, folder: Path) -> Found:
     """A write torn by a crash, spliced with noise at a random byte: all that was flushed before is recovered."""
-    random, trials = np.random.default_rng(2), part_of(400, share, 10)
+    random, trials = np.random.default_rng(2), part_of(200, share, 10)
     path, marks = folder / "torn_source.mcap", [(0, 0)]
     log, topic = clock_log(path)
     for number in range(2000):
@@ -165,7 +165,7 @@ def torn(share: float, folder: Path) -> Found:
 
 def full_disk(share: float, folder: Path) -> Found:
     """The kernel refuses to let files grow (RLIMIT_FSIZE) from a random instant on, and lets them again later."""
-    random, trials = np.random.default_rng(3), part_of(150, share, 5)
+    random, trials = np.random.default_rng(3), part_of(80, share, 5)
     survived = lost = silent = dropped = 0
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     for k in range(trials):
@@ -208,7 +208,7 @@ def _added_to(path: Path) -> None:
 
 def meddled(share: float, folder: Path) -> Found:
     """Another program removes, moves, adds to or cuts the file at a random instant: it is whole, or it is said."""
-    random, trials = np.random.default_rng(10), part_of(200, share, 8)
+    random, trials = np.random.default_rng(10), part_of(100, share, 8)
     moved = folder / "moved.mcap"
     ways = (Path.unlink, lambda path: path.rename(moved), _added_to, lambda path: os.truncate(path, 100))
     survived = lost = silent = 0
@@ -236,7 +236,7 @@ def meddled(share: float, folder: Path) -> Found:
     return Found(trials, survived, lost, silent, "")
 
 
-CHUNKS, CHUNK_MESSAGES = 4, 12  # of a small log
+CHUNKS, CHUNK_MESSAGES = 3, 5  # of a small log
 
 
 def _small_log(folder: Path) -> tuple[bytes, list]:
@@ -295,7 +295,7 @@ def cuts(share: float, folder: Path) -> Found:
 def flips(share: float, folder: Path) -> Found:
     """One bit flipped anywhere: no other message is ever read; recover loses one chunk at most."""
     content, whole = _small_log(folder)
-    random, trials = np.random.default_rng(5), part_of(6000, share, 100)
+    random, trials = np.random.default_rng(5), part_of(3000, share, 100)
     survived = lost = silent = 0
     path, known = folder / "flipped.mcap", set(whole)
     for _ in range(trials):

@@ -1,6 +1,7 @@
-"""Tortures of nodes: hostile goals, hundreds at once, cancels, a frozen recorder, minutes of running."""
+"""Tortures of nodes: hostile goals, hundreds at once, cancels, a frozen recorder, minutes of running, signals."""
 
 import contextlib
+import itertools
 import os
 import random
 import signal
@@ -11,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
+from domains import own_domain
 from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, SetBool, plain_node, ros_executor
 from scipy.stats import theilslopes
 from torture_rows import Found, Row, memory_of, part_of, until
@@ -29,8 +31,9 @@ BY_WORKERS = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20
 KEEPS_ALL = {"goal_service_qos_profile": SERVICE, "result_service_qos_profile": SERVICE}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 6.0  # s
-SOAK = 150.0  # s
-SLOPE = 60.0  # MB/h: what 150 s can tell from the rounding of pages
+STARTED = 60.0  # s after which what does not begin is given up
+SOAK = 100.0  # s
+SLOPE = 60.0  # MB/h: what 100 s can tell from the rounding of pages
 BEGUN = 20_000  # bytes of a log of a node that is at work
 WARM_UP = 0.5  # of a soak: buffers, pools of threads and the results of goals, kept for 30 s, are filled by then
 
@@ -189,7 +192,7 @@ def _said(seen: list, node: str = "uq_node") -> dict[str, str]:
 
 def cancels(share: float, folder: Path) -> Found:
     """Studies of three kinds are cancelled at random: acknowledged within 100 ms, ended within 500 ms."""
-    tried, survived, silent, chance = part_of(30, share), 0, 0, random.Random(8)
+    tried, survived, silent, chance = part_of(18, share), 0, 0, random.Random(8)
     times = []
     with asking(folder, log_folder="") as (executor, client, node):
         for k in range(tried):
@@ -298,11 +301,94 @@ def soak(share: float, folder: Path) -> Found:
     return Found(len(nodes), good, int(not whole), dead, f"{seconds / 60.0:.1f} min, {far:.0f} s simulated: {said}")
 
 
+LONG = (
+    ("bearing_6203", ["solver.stepper=rk4", "solver.step=1e-11"]),
+    ("bearing_6203", ["solver.stepper=radau", "run.duration=1000"]),
+    ("bearing_6203_load_and_speed", ["cage.kind=pockets", "run.duration=1000"]),
+    ("bearing_6203", ["geometry.balls=4000", "geometry.pitch_diameter=12.0", "run.duration=1000"]),
+    ("ellipsoid_tumbling", ["solver.stepper=rk4", "solver.step=1e-13"]),
+    ("two_bodies_superellipsoid", ["run.duration=80000"]),
+    ("soft_discs_mean", ["mesh.divisions=400"]),
+    ("sphere_on_beam", ["solver.modes=4000", "run.duration=30", "run.output_rate=100000"]),
+)
+"""Scenes that take longer than the torture; spheres and discs that meet are solved in an instant.
+
+The beam's impact itself takes a second or two, its 3 million outputs of 2000 modes minutes.
+"""
+STUDIES = (
+    ("spheres_alpha_4e-5", ["sweep=", "histories=[]", "samples=12000000", "batch=1000000"]),
+    ("bearing_6203_tolerances", ["run.duration=20000"]),
+)
+
+
+def commands() -> list[list[str]]:
+    """Each of them as a command, and every second scene in a node, where another thread computes."""
+    program = [sys.executable, "-m", "bearing_twin"]
+    asked = [*(("simulate", *one) for one in LONG), *(("study", *one) for one in STUDIES)]
+    found = [[*program, verb, name, *(f"--set={one}" for one in changes)] for verb, name, changes in asked]
+    found += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG[::2]]
+    return [*found, node_command("uq_node", {"log_folder": ""})]
+
+
+def held_up(process: int) -> float:
+    """Time [s] for which the machine let the threads of a process and of its children wait for a processor."""
+    waited = 0.0
+    for task in Path(f"/proc/{process}/task").glob("*"):
+        with contextlib.suppress(OSError):  # it has ended meanwhile
+            waited += 1e-9 * int((task / "schedstat").read_text().split()[1])
+            waited += sum(held_up(int(child)) for child in (task / "children").read_text().split())
+    return waited
+
+
+def stops(share: float, folder: Path, seed: int = 9) -> Found:
+    """Each ended by SIGINT or SIGTERM some seconds after its start: gone within 500 ms, without a traceback.
+
+    The time counts for which it ran or slept; what a busy machine let it wait for a processor is reported beside.
+    """
+    chance, times, silent, slow, longest = random.Random(seed), [], 0, [], 0.0
+    ended = zip(commands(), itertools.cycle((signal.SIGINT, signal.SIGTERM, signal.SIGINT)))
+    for words, number in list(ended)[:: max(1, round(1.0 / share))]:
+        said = folder / "said.txt"
+        with own_domain() as domain, said.open("wb") as output:
+            environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
+            process = subprocess.Popen(words, stdout=output, stderr=output, env=environment)
+            try:
+                until(lambda said=said, process=process: said.stat().st_size > 0 or process.poll() is not None, STARTED)
+                time.sleep(chance.uniform(0.0, 2.0))
+                if process.poll() is not None:
+                    raise RuntimeError(f"{' '.join(words)} has ended by itself: {said.read_text()[-500:]}")
+                before = waited = held_up(process.pid)
+                began = time.monotonic()
+                process.send_signal(number)
+                while process.poll() is None and time.monotonic() < began + 20.0:
+                    waited = max(waited, held_up(process.pid))
+                    time.sleep(0.005)
+                took = time.monotonic() - began
+            finally:
+                process.kill()
+                process.wait()
+        longest = max(longest, took)
+        times.append(took - (waited - before))
+        what = f"{signal.Signals(number).name} to {' '.join(words[2:])}"
+        if process.returncode not in (0, 130, 143) or "Traceback" in said.read_text():
+            silent += 1
+            slow.append(f"exit code {process.returncode} after {what}")
+            print(f"torture: {slow[-1]}\n{said.read_text()[-3000:]}", file=sys.stderr)
+        if times[-1] > ENDED:
+            slow.append(f"{1e3 * times[-1]:.0f} ms after {what}")
+    figures = (
+        f"ended {1e3 * np.median(times):.0f} ms (greatest {1e3 * max(times):.0f}; {1e3 * longest:.0f} by the wall)"
+    )
+    survived = sum(one < ENDED for one in times)
+    return Found(len(times), survived, 0, silent, "; ".join([figures, *slow]))
+
+
 ROWS = (
+    Row("stop", "long scenes of every kind, as a command, in a study and in sim_node, ended by a signal", stops),
     Row("hostile", "goals that mean ill, answered within 1 s, each followed by a normal one", hostile),
     Row("goals", "goals at once", goals),
     Row("calls", "calls of a service by thirty clients at once, in a flood of commands", calls),
     Row("cancel", "cancels of a study that runs, acknowledged within 100 ms and ended within 500 ms", cancels),
     Row("frozen", "a recorder stopped for 6 s", frozen),
-    Row("soak", "nodes at real time for 150 s, growing by less than 60 MB/h", soak),
+    Row("soak", f"nodes at real time for {SOAK:.0f} s, growing by less than {SLOPE:.0f} MB/h", soak),
 )

@@ -1,11 +1,13 @@
 """Launch descriptions; imported by the launch files alone, as they need ROS 2's `launch` and `launch_ros`.
 
-Every launch file takes the arguments `SHARED` and, by name, every parameter of its node.
+Every launch file takes the arguments `SHARED` and, by name, every parameter of its node (`two_bearings`: `SIDES`).
 """
 
+import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
@@ -22,15 +24,7 @@ from bearing_twin.base.paths import share_path
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import Panels, foxglove, panels, panels_of_log, rviz
 from bearing_twin.log.run_log import read_log
-from bearing_twin.nodes.node_parameters import (
-    LOG_SAFETY,
-    SHARED,
-    Argument,
-    NodeParameter,
-    arguments_of,
-    stay_on_this_host,
-    values_given,
-)
+from bearing_twin.nodes.node_parameters import SHARED, SIDES, NodeParameter, typed, values_given
 from bearing_twin.nodes.recorder_node import FRAMES
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
@@ -40,46 +34,36 @@ from bearing_twin.run.scene import load_scene
 
 DISCOVERY = 5.0  # s that a simulation or a replay waits for its recorder
 BRIDGE_PORT = 8765
-SIDES = ("left", "right")
-DISTANCE = NodeParameter("distance", 0.1, "from the left bearing to the right one along z of `world`", "m", -1e3, 1e3)
-SIDE_ARGUMENTS = (
-    Argument("scene", "bearing_6203", "scene of the left bearing"),
-    Argument("scene_right", "", "scene of the right bearing; empty = the same"),
-    Argument("overrides", "", "changes to both scenes, such as ['contact.normal=volumetric']"),
-    Argument("frame_prefix", "", "prefix of left/ and right/ in every frame name but world"),
-    *arguments_of([DISTANCE]),
-)
+TABLES = {"sim_node": SIMULATION, "replay_node": REPLAY, "uq_node": STUDIES, "recorder_node": RECORDER}
 
 
 def simulate() -> LaunchDescription:
     """A scene, its recorder and what shows it."""
 
     def actions(words):
-        node = _simulation(words, on_exit=[Shutdown()])
+        node = _node("sim_node", words, _wait(words), on_exit=[Shutdown()])
         return [*_recorder(words), node, *_viewers(words, lambda: [_panels(words)])]
 
-    return _launched(arguments_of(SIMULATION), actions)
+    return _launched(SIMULATION, actions)
 
 
 def replay() -> LaunchDescription:
     """A replay of a log, and its recorder."""
 
     def actions(words):
-        given = values_given(REPLAY, words) | ({"discovery": DISCOVERY} if _waits(words) else {})
-        node = _node("replay_node", words, given, on_exit=[Shutdown()])
+        node = _node("replay_node", words, _wait(words), on_exit=[Shutdown()])
         return [*_recorder(words), node, *_viewers(words, lambda: [_panels_of_log(words)])]
 
-    return _launched(arguments_of(REPLAY), actions)
+    return _launched(REPLAY, actions)
 
 
 def study() -> LaunchDescription:
     """Studies on request; what it shows beside are the default scene's topics."""
 
     def actions(words):
-        node = _node("uq_node", words, values_given(STUDIES, words))
-        return [*_recorder(words), node, *_viewers(words, lambda: [_panels({"namespace": ""})])]
+        return [*_recorder(words), _node("uq_node", words), *_viewers(words, lambda: [_panels({"namespace": ""})])]
 
-    return _launched(arguments_of(STUDIES), actions)
+    return _launched(STUDIES, actions)
 
 
 def two_bearings() -> LaunchDescription:
@@ -89,78 +73,72 @@ def two_bearings() -> LaunchDescription:
     """
 
     def actions(words):
-        distance = values_given([DISTANCE], words).get("distance", DISTANCE.default)
-        both = {side: _side_words(words, side) for side in SIDES}
-        found = _recorder(words, topics=[*(f"{both[side]['namespace']}/*" for side in SIDES), *FRAMES])
-        for side, place in zip(SIDES, (0.0, distance), strict=True):
-            found.append(_simulation(both[side]))
-            found.append(_static_transform(_panels(both[side]).frame, place))
-        return [*found, *_viewers(words, lambda: [_panels(one)._replace(frame="world") for one in both.values()])]
+        both, place = [], words["namespace"].strip("/")
+        for side, scene in (("left", words.get("scene")), ("right", words.get("scene_right") or words.get("scene"))):
+            own = {"namespace": f"/{place}/{side}" if place else f"/{side}"}
+            own |= {"frame_prefix": f"{words.get('frame_prefix', '')}{side}/"}
+            both.append(words | own | ({"scene": scene} if scene else {}))
+        found = _recorder(words, topics=[*(f"{one['namespace']}/*" for one in both), *FRAMES])
+        for one, at in zip(both, (0.0, words.get("distance", SIDES[-1].default)), strict=True):
+            found += [_node("sim_node", one, _wait(words)), _static_transform(_panels(one).frame, at)]
+        return [*found, *_viewers(words, lambda: [_panels(one)._replace(frame="world") for one in both])]
 
-    return _launched(SIDE_ARGUMENTS, actions)
-
-
-def _side_words(words: Mapping[str, str], side: str) -> dict[str, str]:
-    """Launch arguments of one of two bearings."""
-    scene = words["scene_right"] if side == "right" and words["scene_right"] else words["scene"]
-    place = words["namespace"].strip("/")
-    prefix = f"{words['frame_prefix']}{side}/"
-    return {**words, "scene": scene, "namespace": f"/{place}/{side}" if place else f"/{side}", "frame_prefix": prefix}
+    return _launched(SIDES, actions)
 
 
-def _panels(words: Mapping[str, str]) -> Panels:
-    given = values_given(SIMULATION, words)
-    default = next(one.default for one in SIMULATION if one.name == "scene")
-    scene = load_scene(given.get("scene", default), [one for one in given.get("overrides", ()) if one])
-    return panels(scene, words["namespace"], given.get("frame_prefix", ""))
+def stay_on_this_host() -> None:
+    """Limits discovery of nodes started by this process to this machine, unless the environment sets a range."""
+    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 
-def _panels_of_log(words: Mapping[str, str]) -> Panels:
-    """The panels of the run in a log, its topics and frames named as replay_node will name them."""
-    log = read_log(words["log"])
-    logged = panels_of_log(log)
-    if not (words["namespace"] or words["frame_prefix"]):
-        return logged
-    prefix = f"{words['frame_prefix']}{log.frame.removesuffix(KINDS[log.scene.kind].frame)}"
-    return panels(log.scene, words["namespace"] or log.namespace, prefix)
+def _launched(table: Sequence[NodeParameter], actions: Callable[[dict], list]) -> LaunchDescription:
+    """The shared arguments and those of `table`, empty where it is left to the node and its parameter file.
 
-
-def _launched(arguments: Sequence[Argument], actions) -> LaunchDescription:
-    """The shared arguments and a node's own; `actions` gets their texts."""
+    `actions` gets the values of the shared ones, and of others those that are given.
+    """
     stay_on_this_host()
+    table = (*SHARED, *table)
     declared = [
         DeclareLaunchArgument(
-            one.name, default_value=one.default, description=one.meaning, choices=list(one.choices) or None
+            one.name, default_value="", description=f"{one.description} [default: {typed(one.default)}]"
         )
-        for one in (*SHARED, *arguments)
+        for one in table
     ]
-    started = OpaqueFunction(function=lambda context: actions(context.launch_configurations))
+    shared = {one.name: one.default for one in SHARED}
+    started = OpaqueFunction(function=lambda at: actions(shared | values_given(table, at.launch_configurations)))
     return LaunchDescription([*declared, started])
 
 
-def _waits(words: Mapping[str, str]) -> bool:
-    """True if a node waits for the recorder that starts with it; its own `discovery` has precedence."""
-    return bool(words["record"]) and not words.get("discovery")
+def _panels(words: Mapping) -> Panels:
+    scene = load_scene(words.get("scene", SIDES[0].default), [one for one in words.get("overrides", ()) if one])
+    return panels(scene, words["namespace"], words.get("frame_prefix", ""))
 
 
-def _simulation(words: Mapping[str, str], **options) -> Node:
-    given = values_given(SIMULATION, words) | ({"discovery": DISCOVERY} if _waits(words) else {})
-    return _node("sim_node", words, given, **options)
+def _panels_of_log(words: Mapping) -> Panels:
+    """The panels of the run in a log, its topics and frames named as replay_node will name them."""
+    log, prefix = read_log(words["log"]), words.get("frame_prefix", "")
+    if not (words["namespace"] or prefix):
+        return panels_of_log(log)
+    prefix += log.frame.removesuffix(KINDS[log.scene.kind].frame)
+    return panels(log.scene, words["namespace"] or log.namespace, prefix)
 
 
-def _recorder(words: Mapping[str, str], **parameters) -> list[Node]:
-    if not words["record"]:
-        return []
-    shared = {one.name: words.get(one.name, "") for one in LOG_SAFETY}
-    given = values_given(RECORDER, {**shared, "log": words["record"]})
-    return [_node("recorder_node", words, given | parameters)]
+def _wait(words: Mapping) -> dict:
+    """A node waits for the recorder that starts with it; its own `discovery` has precedence."""
+    return {"discovery": DISCOVERY} if words["record"] and "discovery" not in words else {}
 
 
-def _node(name: str, words: Mapping[str, str], given: Mapping[str, object], **options) -> Node:
+def _recorder(words: Mapping, **parameters) -> list[Node]:
+    return [_node("recorder_node", words, {"log": words["record"]} | parameters)] if words["record"] else []
+
+
+def _node(name: str, words: Mapping, parameters: Mapping = MappingProxyType({}), **options) -> Node:
+    """A node with the parameters of its table that are given, and these."""
     files = [str(share_path("config", f"{name}.yaml")), *([words["params_file"]] if words["params_file"] else [])]
+    given = {one.name: words[one.name] for one in TABLES[name] if one.name in words} | dict(parameters)
     # launch_ros would read texts as YAML again: "1e3" as a number.
     kinds = {str: str, list: list[str]}
-    typed = {
+    given = {
         key: ParameterValue(value, value_type=kinds[type(value)]) if type(value) in kinds else value
         for key, value in given.items()
     }
@@ -169,7 +147,7 @@ def _node(name: str, words: Mapping[str, str], given: Mapping[str, object], **op
         executable=name,
         namespace=words["namespace"] or None,  # launch_ros would put "" into the root, not into that of the kind
         output="screen",
-        parameters=[*files, *([typed] if typed else [])],
+        parameters=[*files, *([given] if given else [])],
         arguments=[ROS_ARGS, "--log-level", words["log_level"]],
         **options,
     )
@@ -186,13 +164,13 @@ def _static_transform(frame: str, height: float):
     )
 
 
-def _viewers(words: Mapping[str, str], scenes: Callable[[], list[Panels]]) -> list:
+def _viewers(words: Mapping, scenes: Callable[[], list[Panels]]) -> list:
     """RViz and the bridge to Foxglove, if they are requested and installed; else one sentence."""
     found = []
-    if words.get("rviz") == "true":
+    if words["rviz"]:
         layout = _layout_file("bearing_twin.rviz", rviz(*scenes()))
         found.append(_if_installed("rviz:=true", "rviz2", arguments=["-d", layout]))
-    if words.get("foxglove") == "true":
+    if words["foxglove"]:
         layout = _layout_file("bearing_twin.foxglove.json", foxglove(scenes()[0]))
         bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
         found.append(_if_installed("foxglove:=true", "foxglove_bridge", parameters=[bridge]))

@@ -6,7 +6,6 @@ ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `check
 import itertools
 import json
 import math
-import os
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -186,37 +185,24 @@ def advice(error: str) -> str:
     return "write -p NAME:=VALUE for a parameter"
 
 
-BOOLEAN = ("true", "false")
-LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
-
-
-class Argument(NamedTuple):
-    """One argument of a launch file; `default` as it would be typed, `choices` empty where anything goes."""
-
-    name: str
-    default: str
-    meaning: str
-    choices: tuple[str, ...] = ()
-
+# Arguments of launch files
 
 SHARED = (
-    Argument("namespace", "", "where the nodes stand, such as /left; empty = where the kind of scene puts its node"),
-    Argument("params_file", "", "YAML file of parameters of nodes, named as /**/sim_node; arguments have precedence"),
-    Argument("record", "", "MCAP file (or bag folder, without .mcap) for recorder_node; empty = none"),
-    Argument("log_level", "info", "least severity that nodes log", LOG_LEVELS),
-    Argument("rviz", "false", "open RViz with the layout of the package", BOOLEAN),
-    Argument("foxglove", "false", "open a foxglove_bridge on this machine for Foxglove", BOOLEAN),
+    NodeParameter("namespace", "", "of the nodes, such as /left; empty = where the kind of scene puts its node"),
+    NodeParameter("params_file", "", "YAML file of parameters, under names as /**/sim_node; arguments have precedence"),
+    NodeParameter("record", "", "MCAP file (or bag folder, without .mcap) for recorder_node; empty = none"),
+    NodeParameter("log_level", "info", "least severity that nodes log: debug, info, warn, error or fatal"),
+    NodeParameter("rviz", False, "open RViz with the layout of the package"),
+    NodeParameter("foxglove", False, "open a foxglove_bridge on this machine for Foxglove"),
 )
-
-
-def stay_on_this_host() -> None:
-    """Limits discovery of nodes started by this process to this machine, unless the environment sets a range."""
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-
-
-def arguments_of(table: Sequence[NodeParameter]) -> list[Argument]:
-    """One argument for each parameter of a node, empty where it is left to the node and its parameter file."""
-    return [Argument(one.name, "", f"{one.description} [default: {_typed(one.default)}]") for one in table]
+"""The arguments of every launch file; those of `two_bearings` beside them are SIDES."""
+SIDES = (
+    NodeParameter("scene", "bearing_6203", "scene of the left bearing", digits=True),
+    NodeParameter("scene_right", "", "scene of the right bearing; empty = the same", digits=True),
+    NodeParameter("overrides", [], "changes to both scenes, such as ['contact.normal=volumetric']"),
+    NodeParameter("frame_prefix", "", "prefix of left/ and right/ in every frame name but world"),
+    NodeParameter("distance", 0.1, "from the left bearing to the right one along z of `world`", "m", -1e3, 1e3),
+)
 
 
 def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> dict[str, object]:
@@ -224,8 +210,8 @@ def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> di
 
     A list is YAML, such as ['run.duration=1']; a single text is a list of one.
     """
-    named = [parameter for parameter in table if words.get(parameter.name)]
-    return checked(named, {parameter.name: _read(parameter, words[parameter.name]) for parameter in named})
+    named = [one for one in table if words.get(one.name)]
+    return checked(named, {one.name: _read(one, words[one.name]) for one in named})
 
 
 def _read(parameter: NodeParameter, text: str):
@@ -241,7 +227,8 @@ def _read(parameter: NodeParameter, text: str):
         return text
 
 
-def _typed(default) -> str:
+def typed(default) -> str:
+    """A default as it would be typed on a command line."""
     if default in ("", [], [""]):
         return "none"
     return str(default).lower() if isinstance(default, bool) else str(default)
