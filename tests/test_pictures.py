@@ -35,6 +35,7 @@ def made_up_block(balls, outputs, first=0, period=1e-3, mean=40.0, swing=60.0):
         "contact_angle": 0.02 * np.ones((outputs, balls, 2)),
         "inner_ring_speed": np.full(outputs, 183.26),
         "inner_ring_torque": np.full((outputs, 3), 1e-3),
+        "inner_ring_force": np.full((outputs, 3), 40.0),
         "drive_work": 5.0 * time,
         "kinetic_energy": 0.0 * time,
         "elastic_energy": 2.0 * time,
