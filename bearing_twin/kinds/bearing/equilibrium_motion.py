@@ -1,5 +1,6 @@
 """A run of equilibria: the ring turns as driven, the balls orbit in one cage, every output is an equilibrium."""
 
+import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -29,26 +30,13 @@ from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
-MOVING = (
-    "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
+KEPT = (
+    "state", "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
     "_gross", "_lost", "_power",
 )  # fmt: skip
 SAME = 1e-9  # relative: instants nearer than this are one
 LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less are what the solution leaves of nothing
-
-
-class Course(NamedTuple):
-    """Prescribed motion at the instants (T,): seconds since the one before, the ring's turn [rad] and speed [rad/s].
-
-    `held` (T, 5) [m, rad] are the coordinates of the ring, of which `free` (5,) follow `wanted` (5,) [N, N m].
-    """
-
-    step: np.ndarray
-    turn: np.ndarray
-    speed: np.ndarray
-    held: np.ndarray
-    free: np.ndarray
-    wanted: np.ndarray
+INNER = np.array([1.0, 0.0])  # of the contacts of a ball, inner and outer
 
 
 class State(NamedTuple):
@@ -79,12 +67,6 @@ _run = Function(
 )
 
 
-def _about_z(cosine, sine, radial, tangential, axial) -> np.ndarray:
-    """Vectors (..., 3) in the bearing's axes of parts along a ball's radius, along its orbit, and along the axis."""
-    parts = cosine * radial - sine * tangential, sine * radial + cosine * tangential, axial
-    return np.stack(np.broadcast_arrays(*parts), axis=-1)
-
-
 def write_channels(setting, gravity, found: Instants, speeds, angles, out: Rows) -> None:
     """Fills `out` from `found`, the ring at `speeds` [rad/s] and `angles` [rad] (T,).
 
@@ -95,55 +77,69 @@ def write_channels(setting, gravity, found: Instants, speeds, angles, out: Rows)
     contacts, balls = contacts_in(found.contacts), found.place.shape[1]
     azimuth = found.azimuth[:, None] + azimuths_of(balls, 0.0)
     cosine, sine, orbit = np.cos(azimuth), np.sin(azimuth), found.orbit[:, None]
+
+    def vectors(radial, tangential, axial) -> np.ndarray:
+        """Vectors (T, N, ..., 3) in the bearing's axes: parts along a ball's radius, its orbit and the axis."""
+        over = (..., None) if np.ndim(radial) > 2 else ...
+        parts = cosine[over] * radial - sine[over] * tangential, sine[over] * radial + cosine[over] * tangential, axial
+        return np.stack(np.broadcast_arrays(*parts), axis=-1)
+
     distance = setting.outer.locus_radius + found.place[..., 0]
-    position = _about_z(cosine, sine, distance, 0.0, found.place[..., 1])
-    velocity = _about_z(cosine, sine, 0.0, distance * orbit, 0.0)
-    spin = _about_z(cosine, sine, contacts.pitch, 0.0, orbit - contacts.roll)
+    position = vectors(distance, 0.0, found.place[..., 1])
+    velocity, spin = vectors(0.0, distance * orbit, 0.0), vectors(contacts.pitch, 0.0, orbit - contacts.roll)
     # how far the pull of the inner groove's centre points along the orbit
     x, y, _, tilt_x, tilt_y = (column[:, None] for column in found.q.T)
     beside = 2.0 / setting.pitch_diameter * (y * cosine - x * sine)
-    inner = contacts.angle[..., 0]
-    lean = -(np.cos(inner) * beside + np.sin(inner) * (tilt_x * cosine + tilt_y * sine))
-    carried = contacts.load.sum(axis=(1, 2))[:, None]
-    pressed = contacts.load.sum(axis=2)[..., None]
-    for side, (sign, leans) in enumerate(((-1.0, lean), (1.0, np.zeros_like(lean)))):
-        load, approach, angle = (one[..., side] for one in (contacts.load, contacts.approach, contacts.angle))
-        n_r, n_z, across = np.cos(angle), np.sin(angle), contacts.friction[..., side]
-        scale = sign / np.sqrt(1.0 + leans * leans)
-        outward = _about_z(cosine, sine, scale * n_r, scale * leans, scale * n_z)  # from the ball to the raceway
-        friction = _about_z(cosine, sine, -across * n_z, 0.0, across * n_r)
-        arm = (setting.ball_radius - 0.5 * approach)[..., None] * outward
-        point = position + arm
-        turning = speeds[:, None] if side == 0 else np.zeros((len(speeds), 1))
-        about = point - found.q[:, None, :3] if side == 0 else point
-        along = np.stack([-turning * about[..., 1], turning * about[..., 0], np.zeros_like(load)], axis=-1)
-        relative = velocity + np.cross(spin, arm) - along
-        force = friction - load[..., None] * outward
-        out.spin_rate[..., side] = (spin * outward).sum(-1) - turning * outward[..., 2]
-        out.point[..., side, :], out.normal[..., side, :] = point, -outward
-        out.friction_force[..., side, :] = friction
-        out.slip[..., side, :] = relative - (relative * outward).sum(-1)[..., None] * outward
-        out.elastic_energy[:] += (load * np.maximum(approach, 0.0)).sum(1) / (setting.inner.law.power + 1.0)
-        out.raceway_force[:] += force
-        out.raceway_torque[:] += np.cross(arm, force)
-        if side == 1:
-            out.outer_ring_force[:] = -force.sum(1)
-            out.outer_ring_torque[:] = -np.cross(point, force).sum(1)
-    for name in ("approach", "curvature_small", "curvature_large"):
-        getattr(out, name)[:] = getattr(contacts, name)
-    out.normal_load[:], out.contact_angle[:] = contacts.load, contacts.angle
-    out.orbit_angle[:], out.roll_rate[:], out.orientation[:] = azimuth, contacts.roll, found.attitude
-    out.position[:], out.velocity[:], out.angular_velocity[:] = position, velocity, spin
+    n_r, n_z = np.cos(contacts.angle), np.sin(contacts.angle)
+    tilted = tilt_x * cosine + tilt_y * sine
+    lean = -(n_r * beside[..., None] + n_z * tilted[..., None]) * INNER
+    scale = (1.0 - 2.0 * INNER) / np.sqrt(1.0 + lean * lean)
+    outward = vectors(scale * n_r, scale * lean, scale * n_z)  # from the ball to the raceway
+    friction = vectors(-contacts.friction * n_z, 0.0, contacts.friction * n_r)
+    force = friction - contacts.load[..., None] * outward
+    arm = (setting.ball_radius - 0.5 * contacts.approach)[..., None] * outward
+    point = position[:, :, None] + arm
+    about, turning = point - INNER[:, None] * found.q[:, None, None, :3], speeds[:, None, None] * INNER
+    along = np.stack([-turning * about[..., 1], turning * about[..., 0], np.zeros_like(contacts.load)], axis=-1)
+    relative = velocity[:, :, None] + np.cross(spin[:, :, None], arm) - along
+    pressed, carried = contacts.load.sum(axis=2)[..., None], contacts.load.sum(axis=(1, 2))[:, None]
+    stored = contacts.load * np.maximum(contacts.approach, 0.0) / (setting.inner.law.power + 1.0)
+    turned_by = 0.4 * setting.ball_radius**2 * (spin**2).sum(-1)
+    for name, values in {
+        **{name: getattr(contacts, name) for name in ("approach", "curvature_small", "curvature_large")},
+        "normal_load": contacts.load,
+        "contact_angle": contacts.angle,
+        "roll_rate": contacts.roll,
+        "orbit_angle": azimuth,
+        "position": position,
+        "velocity": velocity,
+        "angular_velocity": spin,
+        "orientation": found.attitude,
+        "point": point,
+        "normal": -outward,
+        "friction_force": friction,
+        "spin_rate": (spin[:, :, None] * outward).sum(-1) - turning * outward[..., 2],
+        "slip": relative - (relative * outward).sum(-1)[..., None] * outward,
+        "raceway_force": force.sum(2),
+        "raceway_torque": np.cross(arm, force).sum(2),
+        "outer_ring_force": -force[:, :, 1].sum(1),
+        "outer_ring_torque": -np.cross(point, force)[:, :, 1].sum(1),
+        "inner_ring_force": -found.load[:, :3],
+        "inner_ring_offset": found.q[:, :3],
+        "inner_ring_angle": angles,
+        "inner_ring_speed": speeds,
+        "inner_ring_tilt": found.q[:, 3:],
+        "cage_angle": found.azimuth,
+        "cage_speed": found.orbit,
+        "elastic_energy": stored.sum(axis=(1, 2)),
+        "kinetic_energy": 0.5 * setting.ball_mass * ((velocity**2).sum(-1) + turned_by).sum(1),
+        "potential_energy": -setting.ball_mass * (position @ np.array(gravity)).sum(1),
+    }.items():
+        out[name][:] = values
+    out.inner_ring_torque[:, :2] = -found.load[:, 3:]
     if balls > 1:
         between = np.linalg.norm(np.roll(position, -1, axis=1) - position, axis=-1)
         out.neighbour_approach[:] = 2.0 * setting.ball_radius - between
-    turned_by = 0.4 * setting.ball_radius**2 * (spin**2).sum(-1)
-    out.kinetic_energy[:] = 0.5 * setting.ball_mass * ((velocity**2).sum(-1) + turned_by).sum(1)
-    out.potential_energy[:] = -setting.ball_mass * (position @ np.array(gravity)).sum(1)
-    out.inner_ring_angle[:], out.inner_ring_speed[:] = angles, speeds
-    out.inner_ring_offset[:], out.inner_ring_tilt[:] = found.q[:, :3], found.q[:, 3:]
-    out.inner_ring_force[:], out.inner_ring_torque[:, :2] = -found.load[:, :3], -found.load[:, 3:]
-    out.cage_angle[:], out.cage_speed[:] = found.azimuth, found.orbit
     lever = 0.5 * setting.pitch_diameter
     for values, size in (
         (out.raceway_force, pressed),
@@ -163,48 +159,35 @@ class QuasiStaticMotion(CommandedBearing):
     """
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.law = parameters, choice.law
-        self.setting = setting_of(parameters, choice.law, parameters.drive.speed)
+        self.parameters, self.law, self.stop = parameters, choice.law, SIGNALLED
         self.support = weighed_support(parameters)
-        azimuths = azimuths_of(parameters.geometry.balls, 0.0)
-        solver = weighed_solver(parameters, self.setting, azimuths)
-        self._start = controlled(parameters, solver, self.support)
-        self.setting, self._defects = solver.setting, np.zeros(1)
-        if parameters.defects:
-            load = float(self._start.contacts.load.max())
-            self._defects = defect_numbers(parameters, load)
-        self._seat, self.stop = self.setting.numbers(parameters.gravity), SIGNALLED
+        setting = setting_of(parameters, choice.law, parameters.drive.speed)
+        solver = weighed_solver(parameters, setting, azimuths_of(parameters.geometry.balls, 0.0))
+        self._start, self.setting = controlled(parameters, solver, self.support), solver.setting
+        load = float(self._start.contacts.load.max())
+        self._defects = defect_numbers(parameters, load) if parameters.defects else np.zeros(1)
+        self._seat = self.setting.numbers(parameters.gravity)
         self.reset()
 
     def reset(self) -> None:
         """Back to the start."""
         balls = self.parameters.geometry.balls
-        place = np.full((balls, OF_BALL), np.nan)
-        half = -np.pi * np.arange(balls) / balls
-        zero = np.zeros(balls)
-        attitude = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)
+        half, zero = -np.pi * np.arange(balls) / balls, np.zeros(balls)
+        attitude, place = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1), np.full((balls, OF_BALL), np.nan)
         self.state = State(np.zeros(2), self._start.coordinates.copy(), place, attitude)
         self.goal_speed = self.speed = float(self.parameters.drive.speed)
-        self.loads = self.support.loads
-        self.angle = self.elapsed = 0.0
-        self.solved = 0
-        self._changed = False
-        self._stored = self._first_stored = None
-        self._gross = self._lost = 0.0
-        self._power: float | None = None
-        self._before = None
+        self.loads, self.solved, self._changed = self.support.loads, 0, False
+        self.angle = self.elapsed = self._gross = self._lost = 0.0
+        self._stored = self._first_stored = self._power = None
         self._keep()
 
     def _keep(self) -> None:
         """Keeps what `take_back` needs."""
-        kept = {name: value for name, value in vars(self).items() if name in MOVING}
-        self._before = State(*(values.copy() for values in self.state)), kept
+        self._before = copy.deepcopy({name: getattr(self, name) for name in KEPT})
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        state, kept = self._before
-        self.state = State(*(values.copy() for values in state))
-        vars(self).update(kept)
+        vars(self).update(copy.deepcopy(self._before))
 
     def set_load(self, force, moment) -> None:
         """New loads on the inner ring [N], [N m] from now on, or the scene's own where both are None.
@@ -224,8 +207,7 @@ class QuasiStaticMotion(CommandedBearing):
 
     def first_outputs(self) -> Rows:
         """The outputs at the present instant."""
-        course, angle = self._course(np.zeros(1))
-        return self._outputs(course, angle)
+        return self._outputs(np.zeros(1))
 
     def advance(self, times: np.ndarray, duration: float) -> Rows:
         """The outputs at `times` [s] from now, moved on by `duration` [s]; raises IntegrationError."""
@@ -235,28 +217,26 @@ class QuasiStaticMotion(CommandedBearing):
         instants = np.asarray(times, dtype=float)
         if not len(instants) or duration > instants[-1] * (1.0 + SAME):
             instants = np.append(instants, duration)
-        course, angle = self._course(instants)
-        out = self._outputs(course, angle)
+        out = self._outputs(instants)
         self.elapsed += duration
         return Rows(out.layout, out.numbers[: len(times)])
 
-    def _course(self, instants) -> tuple[Course, np.ndarray]:
-        """Prescribed motion at `instants` [s] from now, and the ring's angle there; moves the drive on."""
-        drive, change, count = self.parameters.drive, self.parameters.drive.change, len(instants)
+    def _drive(self, instants) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Speed, angle and held coordinates (T, 5) of the ring at `instants` [s] from now; moves the drive on."""
+        drive, change = self.parameters.drive, self.parameters.drive.change
         due = change.time - self.elapsed if change.time > 0.0 and not self._changed else np.inf
         times, speeds = [0.0], [self.speed]  # between which the speed is straight
 
         def approach(goal: float, until: float) -> None:
-            reached = times[-1] + abs(goal - speeds[-1]) / drive.acceleration
-            if reached < until:
-                times.append(reached)
-                speeds.append(goal)
-            elif until < np.inf:
-                gained = np.sign(goal - speeds[-1]) * drive.acceleration * (until - times[-1])
-                speeds.append(speeds[-1] + gained)
-                times.append(until)
+            missing = goal - speeds[-1]
+            end = min(times[-1] + abs(missing) / drive.acceleration, until)
+            reached = end < until
+            gained = np.sign(missing) * drive.acceleration * (end - times[-1])
+            speeds.append(goal if reached else speeds[-1] + gained)
+            times.append(end)
 
-        changed = (instants >= due) | self._changed
+        held = np.tile(np.array(self.support.held), (len(instants), 1))
+        held[(instants >= due) | self._changed, :3] += change.offset
         approach(self.goal_speed, due)
         if due <= instants[-1]:
             self._changed, self.goal_speed = True, self.goal_speed + change.speed
@@ -264,36 +244,31 @@ class QuasiStaticMotion(CommandedBearing):
             speeds.append(speeds[-1])
             approach(self.goal_speed, np.inf)
         speed = np.interp(instants, times, speeds)
-        steps = np.diff(instants, prepend=0.0)
         if min(speeds) == max(speeds):
-            angles, turn = self.angle + self.speed * instants, self.speed * steps
+            angle = self.angle + self.speed * instants
         else:
             knots = np.union1d(times, instants)
             straight = np.interp(knots, times, speeds)
             turned = np.cumsum(0.5 * (straight[1:] + straight[:-1]) * np.diff(knots))
-            angles = self.angle + np.append(0.0, turned)[np.searchsorted(knots, instants)]
-            turn = np.diff(angles, prepend=self.angle)
-        held = np.tile(np.array(self.support.held), (count, 1))
-        held[changed, :3] += change.offset
-        self.speed, self.angle = float(speed[-1]), float(angles[-1])
-        free = np.array(self.support.free, np.int64)
-        return Course(steps, turn, speed, held, free, np.where(free, self.loads, 0.0)), angles
+            angle = self.angle + np.append(0.0, turned)[np.searchsorted(knots, instants)]
+        return speed, angle, held
 
-    def _outputs(self, course: Course, angle) -> Rows:
-        """Outputs at the instants of a course; raises IntegrationError at the first without an equilibrium.
+    def _outputs(self, instants) -> Rows:
+        """Outputs at `instants` [s] from now; raises IntegrationError at the first without a legal equilibrium.
 
         Between two instants the balls orbit by the cage's share of the ring's turn at the first, and turn about
         themselves as at the second.
         """
-        count, balls, first = len(angle), self.parameters.geometry.balls, np.zeros(1, np.int64)
+        speed, angle, held = self._drive(instants)
+        count, balls, first = len(instants), self.parameters.geometry.balls, np.zeros(1, np.int64)
         shapes = (), (), (5,), (5,), (balls, 2), (balls, 4), (balls, OF_CONTACTS)
-        found = Instants(*(np.zeros((count, *shape)) for shape in shapes))
-        before = float(angle[0] - course.turn[0])
+        found, step = Instants(*(np.zeros((count, *shape)) for shape in shapes)), np.diff(instants, prepend=0.0)
+        free = np.array(self.support.free, np.int64)
         status = _run(
-            *(self._seat, self._defects, before, balls, count, *course, self.stop, *self.state, *found, first)
+            *(self._seat, self._defects, self.angle, balls, count, step, np.diff(angle, prepend=self.angle), speed),
+            *(held, free, np.where(free, self.loads, 0.0), self.stop, *self.state, *found, first),
         )
-        instant = int(first[0])
-        seconds = self.elapsed + float(course.step[: instant + 1].sum())
+        seconds = self.elapsed + float(instants[int(first[0]) : int(first[0]) + 1].sum())
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
         if status != FOUND:
@@ -304,42 +279,34 @@ class QuasiStaticMotion(CommandedBearing):
                 seconds,
                 "inner ring",
             )
-        self._refuse_illegal(found, course)
-        self.solved += count
-        out = empty_outputs(self.parameters, count)
-        out.numbers[:] = 0.0
-        write_channels(self.setting, self.parameters.gravity, found, course.speed, angle, out)
-        self._write_work(out, course, self._losses(out, found, course.speed))
-        return out
-
-    def _losses(self, out: Rows, found: Instants, speed: np.ndarray) -> np.ndarray:
-        """Power [W] (T,) that lubricated contacts take; writes films, and the torque of the drive against them."""
-        if not lubricated(self.parameters):
-            return np.zeros(len(speed))
-        losses = contact_losses(self.parameters, contacts_in(found.contacts), speed)
-        power = losses.power.sum(axis=(1, 2, 3))
-        out.film_thickness[:], out.film_ratio[:] = losses.thickness, losses.ratio
-        out.drive_torque[:] = np.divide(power, speed, out=np.zeros_like(power), where=speed != 0.0)
-        out.inner_ring_torque[:, 2] = -out.drive_torque
-        return power
-
-    def _refuse_illegal(self, found, course) -> None:
-        """Raises IntegrationError at the first output whose contacts bear too much or leave the grooves."""
         contacts = contacts_in(found.contacts)
         bad = np.maximum(*limits_used(self.setting.ball_radius, contacts.load, contacts.approach, contacts.angle)) > 1.0
         if bad.any():
             row, ball = np.argwhere(bad)[0]
-            seconds = self.elapsed + float(course.step[: row + 1].sum())
+            seconds = self.elapsed + float(instants[row])
             sentence = f"at {seconds:.9g} s ball {ball} is squeezed too hard, or leaves the grooves; lower the load"
             raise IntegrationError(sentence, "too deep", seconds, f"ball {ball}")
+        self.speed, self.angle, self.solved = float(speed[-1]), float(angle[-1]), self.solved + count
+        out = empty_outputs(self.parameters, count)
+        out.numbers[:] = 0.0
+        write_channels(self.setting, self.parameters.gravity, found, speed, angle, out)
+        power = np.zeros(count)
+        if lubricated(self.parameters):
+            losses = contact_losses(self.parameters, contacts, speed)
+            power = losses.power.sum(axis=(1, 2, 3))
+            out.film_thickness[:], out.film_ratio[:] = losses.thickness, losses.ratio
+            out.drive_torque[:] = np.divide(power, speed, out=np.zeros_like(power), where=speed != 0.0)
+            out.inner_ring_torque[:, 2] = -out.drive_torque
+        self._write_work(out, step, power)
+        return out
 
-    def _write_work(self, out: Rows, course: Course, power: np.ndarray) -> None:
+    def _write_work(self, out: Rows, step: np.ndarray, power: np.ndarray) -> None:
         """Works: energy that balls gain, and losses of lubricated contacts, come through the inner ring.
 
         Losses are straight between outputs.
         """
         before = self._power if self._power is not None else power[0]
-        lost = 0.5 * course.step * (power + np.append(before, power[:-1]))
+        lost = 0.5 * step * (power + np.append(before, power[:-1]))
         out.dissipated[:] = self._lost + lost.cumsum()
         self._lost, self._power = float(out.dissipated[-1]), float(power[-1])
         stored = out.kinetic_energy + out.elastic_energy + out.potential_energy

@@ -2,7 +2,6 @@
 
 import math
 from itertools import accumulate
-from typing import NamedTuple
 
 import numpy as np
 
@@ -35,6 +34,11 @@ RING_WIDTH = sum(RING.values())
 RING_COLUMNS = tuple(slice(end - RING[name], end) for name, end in zip(RING, accumulate(RING.values()), strict=True))
 AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
 CENTRE = "cage_offset", "cage_velocity", "land_force"
+ALONE = "off_even", "pocket_force", "land_force"
+SUMS = (
+    "time", "orbit_angle", "turned", "count", "load", "torque", "drive_torque", "roll_rate", "speed", "cage_slip",
+    "centre", "ring", "ring_least", "ring_greatest",
+)  # fmt: skip
 _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
     "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING, *CENTRE,
@@ -44,44 +48,28 @@ MISSING = -1  # in the place of the first column of a channel that is not there
 MAY_BE_MISSING = {"cage_slip", "pocket_force", "inner_ring_load_work", *CENTRE}
 
 
-class Greatest(NamedTuple):
-    """Extremes of single contacts (2 N,), of a ball's inner one and outer one in turn, over all outputs.
+def greatest_of(balls: int) -> np.dtype:
+    """Extremes over all outputs of contacts (2 N,), of a ball's inner one and outer one in turn, as the core has them.
 
-    The greatest load and AT_GREATEST (4, 2 N) there; outputs without a load. `off_even` (1,) [rad] is how far a gap
-    between neighbours came off even spacing, `pocket_force` (1,) [N] the greatest of a cage on a ball,
-    `land_force` (1,) [N] that of a land on the cage.
+    The greatest `load` and AT_GREATEST `there`; outputs `without` a load. `off_even` [rad] is how far a gap between
+    neighbours came off even spacing, `pocket_force` [N] the greatest of a cage on a ball, `land_force` [N] that of a
+    land on the cage.
     """
-
-    load: np.ndarray
-    there: np.ndarray
-    without: np.ndarray
-    off_even: np.ndarray
-    pocket_force: np.ndarray
-    land_force: np.ndarray
+    both = 2 * balls
+    columns = ("load", both), ("there", (len(AT_GREATEST), both)), ("without", both)
+    return np.dtype([(name, float, size) for name, size in (*columns, *((name, ()) for name in ALONE))])
 
 
-class StretchSums(NamedTuple):
-    """Sums over stretches of outputs, one row each; times [s] and orbit angles (N,) are those of their last outputs.
+def stretch_of(balls: int) -> np.dtype:
+    """Sums over a stretch of outputs, as the core has them; time [s] and orbit angles (N,) are those of the last one.
 
-    So are `turned` (2,), the work [J] of turning the inner ring and its angle [rad].
-    Contacts (2 N,) stand as in `Greatest`; `ring` (RING_WIDTH,) has the columns of RING side by side. `centre` (3,): of
-    the cage's centre, distance from the axis [m], its square, and x dy/dt - y dx/dt [m^2/s].
+    So are `turned` (2,), the work [J] of turning the inner ring and its angle [rad]. Contacts (2 N,) stand as in
+    `greatest_of`; `ring` (RING_WIDTH,) has the columns of RING side by side. `centre` (3,): of the cage's centre,
+    distance from the axis [m], its square, and x dy/dt - y dx/dt [m^2/s].
     """
-
-    time: np.ndarray
-    orbit_angle: np.ndarray
-    turned: np.ndarray
-    count: np.ndarray
-    load: np.ndarray
-    torque: np.ndarray
-    drive_torque: np.ndarray
-    roll_rate: np.ndarray
-    speed: np.ndarray
-    cage_slip: np.ndarray
-    centre: np.ndarray
-    ring: np.ndarray
-    ring_least: np.ndarray
-    ring_greatest: np.ndarray
+    sizes = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls, "centre": 3}
+    sizes |= dict.fromkeys(("ring", "ring_least", "ring_greatest"), RING_WIDTH)
+    return np.dtype([(name, float, sizes.get(name, ())) for name in SUMS])
 
 
 _sum_outputs = Function(
@@ -94,32 +82,6 @@ _sum_outputs = Function(
 )
 LAST = "time", "orbit_angle", "turned"
 TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
-
-
-def new_greatest(balls: int) -> np.ndarray:
-    """The numbers of a `Greatest` that has seen nothing yet, side by side as the core takes them."""
-    return np.zeros(2 * balls * (len(AT_GREATEST) + 2) + 3)
-
-
-def named_greatest(room: np.ndarray, balls: int) -> Greatest:
-    """The same numbers by their names."""
-    widths = 2 * balls, len(AT_GREATEST) * 2 * balls, 2 * balls, 1, 1
-    load, there, without, *single = np.split(room, np.cumsum(widths))
-    return Greatest(load, there.reshape(len(AT_GREATEST), -1), without, *single)
-
-
-def new_stretches(count: int, balls: int) -> np.ndarray:
-    """Sums over `count` stretches without an output, a row each, as the core takes them."""
-    return np.zeros((count, 4 * balls + 3 * RING_WIDTH + 11))
-
-
-def named_stretches(room: np.ndarray, balls: int) -> StretchSums:
-    """The columns of these sums by their names."""
-    widths = {"orbit_angle": balls, "turned": 2, "load": 2 * balls, "torque": balls, "centre": 3}
-    widths |= dict.fromkeys(("ring", "ring_least", "ring_greatest"), RING_WIDTH)
-    ends = list(accumulate(widths.get(name, 1) for name in StretchSums._fields))
-    named = zip(StretchSums._fields, np.split(room, ends[:-1], axis=1), strict=True)
-    return StretchSums(*(part if name in widths else part[:, 0] for name, part in named))
 
 
 def columns_of(layout: Layout) -> np.ndarray:
@@ -137,26 +99,28 @@ class Sums:
 
     def __init__(self, balls: int):
         self.outputs = self.stretches = 0
-        self._balls, self._greatest = balls, new_greatest(balls)
-        self._rows = new_stretches(MOST_STRETCHES + 1, balls)
+        self._balls, self._greatest = balls, np.zeros(1, greatest_of(balls))
+        self._rows = np.zeros(MOST_STRETCHES + 1, stretch_of(balls))
 
     @property
-    def greatest(self) -> Greatest:
-        """The greatest of all contacts so far."""
-        return named_greatest(self._greatest, self._balls)
+    def greatest(self) -> np.void:
+        """The greatest of all contacts so far, by the names of `greatest_of`."""
+        return self._greatest[0]
 
     @property
-    def _kept(self) -> StretchSums:
-        return named_stretches(self._rows, self._balls)
+    def rows(self) -> np.ndarray:
+        """The stretches so far, by the names of `stretch_of`."""
+        return self._rows[: self.stretches]
 
     def add(self, block: Block, columns: np.ndarray) -> None:
         """Takes in a block that ends, unless it is the last, before a sequence number divisible by STRETCH."""
         numbers, times, done = block.matrix(), block.time_ns, 0
+        room = self._rows.view(float).reshape(len(self._rows), -1)
         while done < len(block):
             rest, ended = numbers[done:], np.array([0, self.stretches])
             _sum_outputs(
                 *(columns, rest, *rest.shape, times[done:], block.first_sequence + done, STRETCH, self._balls),
-                *(self._greatest, self._rows, *self._rows.shape, ended),
+                *(self._greatest.view(float), room, *room.shape, ended),
             )
             taken, self.stretches = ended.tolist()
             done += taken
@@ -167,36 +131,22 @@ class Sums:
     def _halve(self) -> None:
         """Makes one stretch of every two; of an odd number the last stays as it is."""
         pairs, odd = divmod(self.stretches, 2)
-        for name, kept in self._kept._asdict().items():
-            one, other = kept[0 : 2 * pairs : 2], kept[1 : 2 * pairs : 2]
-            both = other.copy() if name in LAST else TOGETHER.get(name, np.add)(one, other)
-            kept[pairs] = kept[self.stretches - 1]
-            kept[:pairs] = both
-            kept[pairs + odd :] = 0.0
+        last = self._rows[self.stretches - 1].copy()
+        for name in SUMS:
+            one, other = self._rows[name][0 : 2 * pairs : 2], self._rows[name][1 : 2 * pairs : 2]
+            self._rows[name][:pairs] = other.copy() if name in LAST else TOGETHER.get(name, np.add)(one, other)
+        self._rows[pairs:] = 0.0
+        if odd:
+            self._rows[pairs] = last
         self.stretches = pairs + odd
 
     def from_row(self, first: int) -> dict:
-        """All stretches from number `first` on as one, by the names of `StretchSums`."""
-        found = {}
-        for name, kept in self._kept._asdict().items():
-            rows = kept[first : self.stretches]
-            found[name] = rows[-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows, axis=0)
-        return found
-
-    def ends(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Times [s] (n,), orbit angles [rad] (n, N) and `turned` (n, 2) at the ends of all stretches."""
-        rows = slice(self.stretches)
-        return self._kept.time[rows], self._kept.orbit_angle[rows], self._kept.turned[rows]
-
-
-def centre_figures(centre: np.ndarray, greatest: Greatest) -> dict[str, float]:
-    """Eccentricity [m], whirl [rad/s] of the cage's centre from means of `StretchSums.centre`; the land's force [N]."""
-    distance, square, turned = centre.tolist()
-    return {
-        "cage_eccentricity_m": distance,
-        "cage_whirl_rad_s": turned / square if square > 0.0 else 0.0,
-        "greatest_land_force_n": float(greatest.land_force[0]),
-    }
+        """All stretches from number `first` on as one, by the names of `stretch_of`."""
+        rows = self.rows[first:]
+        return {
+            name: rows[name][-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows[name], axis=0)
+            for name in SUMS
+        }
 
 
 def turning(parameters, speed: float) -> float:
@@ -241,32 +191,24 @@ class RunUp:
 
     def __init__(self, parameters):
         self._turned = parameters.drive.kind == TORQUE
-        self._kept: dict[int, list[tuple[float, float]]] = {1: [], -1: []}
+        self._kept = {up: ([0.0], [0.0]) for up in (True, False)}  # times and changes
         self._first: float | None = None
 
     def add(self, block: Block) -> None:
         """Takes in the speeds of a block where a torque makes them."""
-        if not self._turned:
-            return
-        times, speeds = 1e-9 * block.time_ns, block.values["inner_ring_speed"]
-        self._first = float(speeds[0]) if self._first is None else self._first
-        for sign, kept in self._kept.items():
-            change = np.maximum.accumulate(sign * (speeds - self._first))
-            grown = np.flatnonzero(np.diff(change, prepend=0.0 if not kept else kept[-1][1]) > 0.0)
-            for row in grown.tolist():
-                if change[row] > (kept[-1][1] if kept else 0.0) * (1.0 + APART):
-                    kept.append((float(times[row]), float(change[row])))
+        speeds = block.values["inner_ring_speed"].tolist() if self._turned else ()
+        for time, speed in zip(block.time_ns.tolist(), speeds, strict=False):
+            self._first = speed if self._first is None else self._first
+            times, changes = self._kept[speed > self._first]
+            if abs(speed - self._first) > changes[-1] * (1.0 + APART):
+                times.append(1e-9 * time)
+                changes.append(abs(speed - self._first))
 
     def time_to(self, last: float) -> float:
         """Time [s] at which DONE of the change from first to `last` speed was first made; 0 without a change."""
         change = last - (last if self._first is None else self._first)
-        before = (0.0, 0.0)
-        for here in self._kept[1 if change > 0.0 else -1]:
-            if here[1] >= DONE * abs(change):
-                share = (DONE * abs(change) - before[1]) / (here[1] - before[1])
-                return before[0] + share * (here[0] - before[0])
-            before = here
-        return before[0]
+        times, changes = self._kept[change > 0.0]
+        return float(np.interp(DONE * abs(change), changes, times))
 
 
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
@@ -288,11 +230,9 @@ class BearingFigures:
         self._sums, self._run_up = Sums(self._balls), RunUp(parameters)
         self._layout, self._columns = None, None
         self._listener = Listener(parameters) if has_sensor(parameters) else None
-        self._made: dict = {}  # of the outputs so far, what several figures and flags are made of
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
-        self._made = {}
         layout = block.values.layout
         if layout is not self._layout:
             self._layout, self._columns = layout, columns_of(layout)
@@ -312,12 +252,12 @@ class BearingFigures:
     @property
     def greatest_load(self) -> np.ndarray:
         """Greatest loads [N] of the contacts (N, 2)."""
-        return self._sums.greatest.load.reshape(-1, 2)
+        return self._sums.greatest["load"].reshape(-1, 2)
 
     @property
     def at_greatest(self) -> dict[str, np.ndarray]:
         """Shapes of the contacts (N, 2) at their greatest loads, by channel."""
-        return dict(zip(AT_GREATEST, self._sums.greatest.there.reshape(len(AT_GREATEST), -1, 2), strict=True))
+        return dict(zip(AT_GREATEST, self._sums.greatest["there"].reshape(len(AT_GREATEST), -1, 2), strict=True))
 
     def _rolling_angle(self) -> float:
         """Contact angle [rad] at which balls roll: the mean of all contacts, each by its greatest load."""
@@ -338,18 +278,10 @@ class BearingFigures:
 
     def _second_half(self) -> tuple[dict, dict]:
         """The merged second half of the run, and the instant it starts from."""
-        if "halves" not in self._made:
-            self._made["halves"] = self._halved()
-        return self._made["halves"]
-
-    def _halved(self) -> tuple[dict, dict]:
-        times, angles, turned = self._sums.ends()
-        middle = 0.5 * (self.first["time"] + times[-1])
-        first = min(int(np.searchsorted(times, middle, side="right")), len(times) - 1)
-        before = self.first
-        if first:
-            before = {"time": times[first - 1], "orbit_angle": angles[first - 1], "turned": turned[first - 1]}
-        return self._sums.from_row(first), before
+        rows = self._sums.rows
+        middle = 0.5 * (self.first["time"] + rows["time"][-1])
+        first = min(int(np.searchsorted(rows["time"], middle, side="right")), len(rows) - 1)
+        return self._sums.from_row(first), rows[first - 1] if first else self.first
 
     def _work_known(self, late: dict, before: dict) -> bool:
         """True if the work of turning the ring is known over this part of the run: apart from loads, without a shift.
@@ -379,11 +311,9 @@ class BearingFigures:
 
     def _peaks(self) -> dict[str, np.ndarray]:
         """Ellipses and pressures at each contact's greatest load."""
-        if "peaks" not in self._made:
-            curvatures = (self.at_greatest[name] for name in ("curvature_small", "curvature_large"))
-            found = ellipse(*curvatures, np.array(moduli(self.parameters.materials)), self.greatest_load)
-            self._made["peaks"] = dict(zip(("semi_major", "semi_minor", "peak_pressure"), found, strict=True))
-        return self._made["peaks"]
+        curvatures = (self.at_greatest[name] for name in ("curvature_small", "curvature_large"))
+        found = ellipse(*curvatures, np.array(moduli(self.parameters.materials)), self.greatest_load)
+        return dict(zip(("semi_major", "semi_minor", "peak_pressure"), found, strict=True))
 
     def _law_warning(self) -> str | None:
         """Warning of the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
@@ -425,7 +355,7 @@ class BearingFigures:
             return None
         if not self.greatest_load[:, 0].any():
             return None  # nothing drives the balls, which a warning says; no cage mends that
-        off_even = float(self._sums.greatest.off_even[0])
+        off_even = float(self._sums.greatest["off_even"])
         if off_even > UNEVEN:
             found.append(f"their spacing leaves even by {off_even:.2g} rad")
         steady = parameters.initial.motion == "rolling" and not parameters.drive.change.time
@@ -477,6 +407,7 @@ class BearingFigures:
         rolling = speeds["cage_speed_theory_rad_s"]
         place, tilt, force, moment = ((late["ring"] / late["count"])[columns] for columns in RING_COLUMNS)
         moved, _, swing, _ = ((late["ring_greatest"] - late["ring_least"])[columns] for columns in RING_COLUMNS)
+        distance, square, turned = (late["centre"] / late["count"]).tolist()
         pairs = {}
         for key, unit, array in (
             ("normal_load", "n", late["load"].reshape(-1, 2) / late["count"]),
@@ -485,7 +416,7 @@ class BearingFigures:
             ("semi_major", "m", peaks["semi_major"]),
             ("semi_minor", "m", peaks["semi_minor"]),
             ("peak_pressure", "pa", peaks["peak_pressure"]),
-            ("share_without_contact", "", self._sums.greatest.without.reshape(-1, 2) / self.samples),
+            ("share_without_contact", "", self._sums.greatest["without"].reshape(-1, 2) / self.samples),
         ):
             for side, ring in enumerate(("inner", "outer")):
                 pairs[f"{key}_{ring}_{unit}".rstrip("_")] = array[:, side].tolist()
@@ -508,8 +439,10 @@ class BearingFigures:
             "ring_force_range_n": swing.tolist(),
             **pairs,
             "cage_slip": 1.0 - speeds["cage_speed_rad_s"] / rolling if rolling else 0.0,
-            "greatest_pocket_force_n": float(self._sums.greatest.pocket_force[0]),
-            **centre_figures(late["centre"] / late["count"], self._sums.greatest),
+            "greatest_pocket_force_n": float(self._sums.greatest["pocket_force"]),
+            "cage_eccentricity_m": distance,
+            "cage_whirl_rad_s": turned / square if square > 0.0 else 0.0,
+            "greatest_land_force_n": float(self._sums.greatest["land_force"]),
             "friction_torque_nm": self._torques(late),
             **(self._listener.figures() if self._listener else {}),
         }
