@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.kinds.shaft.equilibrium import balance_of
-from bearing_twin.kinds.shaft.figures import MEANINGS, moved_by, wide_of
+from bearing_twin.kinds.shaft.figures import MEANINGS, response_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -33,7 +33,10 @@ def test_places_and_forces_of_stiffer_contacts_change_as_those_of_stiffer_materi
     more, less = (
         balance_of(of_material(parameters, factor), "hertz", speed, 1.0) for factor in (1.0 + step, 1.0 - step)
     )
-    reported = moved_by(parameters, "hertz", speed, 1.0, (1.0, 1.0), False)
+    found = response_of(parameters, "hertz", speed, 1.0, (step, step), False)
+    place, tilt = np.split(np.abs(found.coordinates) / step, [3])
+    forces = {f"{side}_force_n": np.abs(one) / step for side, one in zip(SIDES, found.forces, strict=True)}
+    reported = {"displacement_m": place, "tilt_rad": tilt, **forces}
     true = np.abs(more.coordinates - less.coordinates) / (2.0 * step)
     for key, part in (("displacement_m", true[:3]), ("tilt_rad", true[3:])):
         assert reported[key] == pytest.approx(part, abs=5e-3 * part.max())
@@ -81,4 +84,4 @@ def test_a_preload_by_offsets_keeps_what_contacts_are_off_and_a_load_does_not():
         shares = [_model(report, key) / report.figures[key] for key in (life, hours)]
         assert shares[1] == pytest.approx(shares[0], rel=1e-12)
     parameters = load_scene("shaft_step_load").parameters
-    assert wide_of(parameters, "hertz", float(parameters.drive.speed), 1.0)["left"].kept < 0.1
+    assert response_of(parameters, "hertz", float(parameters.drive.speed), 1.0, (0.0, 0.0), True).kept["left"] < 0.1

@@ -1,5 +1,6 @@
 """The figures of a shaft on two bearings: a function of its outputs alone."""
 
+import copy
 import functools
 import math
 from collections.abc import Mapping
@@ -14,25 +15,18 @@ from bearing_twin.contact.elasticity import Ellipse, ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import gathered
 from bearing_twin.kinds.bearing import (
-    ALIKE,
-    COORDINATES,
-    Support,
-    azimuths_of,
     contact_flags,
     ellipses_of,
     equilibrium_error,
     half_space_error,
-    heights_of,
     hours_of,
     lives_of,
     ratings_of,
-    response_to,
     setting_of,
-    weighed_solver,
 )
 from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LEFT_OUT, Comparison, Errors, ModelErrors, with_tolerance
-from bearing_twin.kinds.shaft.equilibrium import balance_of, modes_of, rotor_of, speeds_of
+from bearing_twin.kinds.shaft.equilibrium import loads_of, modes_of, rotor_of, solver_of, speeds_of, weighed_support
 from bearing_twin.kinds.shaft.motion import FINEST, SETTING, law_error, shares_of
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene
 from bearing_twin.shapes.closed_forms import groove_curvatures
@@ -221,99 +215,57 @@ LIFE = 3.0  # a life goes with the load to the power -3
 MODES = "natural_frequencies_hz", "critical_speeds_rad_s"
 LIGHT = 1.0 / 6.0  # of balls' mass over the shaft's, by which modes are too high without it: balls go half as far
 RANGES = "displacement_range_m", "tilt_range_rad", *(f"{side}_force_range_n" for side in SIDES)
-SIZE = 2.0 / 3.0  # power of a load with which the square of a spot's semi-axis goes
+SIZE = 2.0 / 3.0  # power of a load with which the square of a contact ellipse's semi-axis goes
+ALIKE = 0.1  # of the greatest load: a balance whose greatest is nearer than this stands for a run
 
 
-class LoadShares(NamedTuple):
-    """Shares by which a `contact` is off at the same approach, its `load` is, and the greatest load in balance is."""
+class Response(NamedTuple):
+    """Changes of a shaft in balance by contacts that bear more: of its `coordinates` (5,), of what they press it with.
 
-    contact: float
-    load: float
-    balanced: float
-
-
-class Wide(NamedTuple):
-    """Of a bearing in balance: the `greatest` contact load [N], its `share` off by half-spaces, the part `kept`.
-
-    What contacts share only moves a shaft whose loads are given; a preload by offsets keeps it.
-    """
-
-    greatest: float
-    share: float
-    kept: float
-
-    def at(self, load: float) -> LoadShares:
-        """What a contact under `load` [N] is off; its load keeps the whole share where it is not that in balance."""
-        share = self.share * (load / self.greatest) ** SIZE if self.greatest else 0.0
-        kept = self.kept if abs(load - self.greatest) <= ALIKE * load else 1.0
-        return LoadShares(share, share * kept, self.share * self.kept)
-
-
-class Moved(NamedTuple):
-    """First-order changes of a shaft in balance: its `coordinates` (5,), forces (2, 3) of the bearings on it [N].
-
-    `contacts` has (contacts, shares, changes of their loads [N]) (N, 2) of each bearing.
+    `forces` (2, 3) [N] are those of the bearings' contacts on it. For each bearing: the `greatest` load of its contacts
+    [N], the greatest `share` that one bears more, and the part of that which is `kept`: what contacts share only moves
+    a shaft whose loads are given, and a preload by offsets keeps it.
     """
 
     coordinates: np.ndarray
     forces: np.ndarray
-    contacts: list[tuple]
-
-
-def response_of(parameters: ShaftScene, law: str, speed: float, time: float, shares_at) -> Moved:
-    """What contacts that are too stiff by shares of their load make of the balance at `time` [s].
-
-    `shares_at(scene, contacts)` gives what each contact bears more than its law gives at the same approach. Raises
-    SceneError where nothing carries the loads.
-    """
-    balance, found, loads = balance_of(parameters, law, speed, time), [], np.zeros(COORDINATES)
-    seats = rotor_of(parameters, law).seats
-    for side, seat, ring, contacts in zip(SIDES, seats, balance.rings, balance.contacts, strict=True):
-        scene, turned = bearing_scene(parameters, side), seat.turned
-        solver = weighed_solver(scene, seat.setting._replace(speed=speed), azimuths_of(len(contacts.load), seat.first))
-        place = Support((False,) * COORDINATES, (0.0,) * COORDINATES, tuple(ring.tolist()))
-        held, shares = solver.solve(place), shares_at(scene, contacts)
-        respond = functools.partial(response_to, solver, place, held, heights_of(solver, held, shares))
-        loads += turned.T @ respond().ring_loads
-        found.append((contacts, shares, turned, respond))
-    moved = -np.linalg.pinv(balance.stiffness) @ loads
-    responses = [respond(held=turned @ moved) for _, _, turned, respond in found]
-    forces = [turned.T @ one.ring_loads for (_, _, turned, _), one in zip(found, responses, strict=True)]
-    changes = [(contacts, shares, one.loads) for (contacts, shares, *_), one in zip(found, responses, strict=True)]
-    return Moved(moved, -np.array(forces)[:, :3], changes)
+    greatest: dict[str, float]
+    share: dict[str, float]
+    kept: dict[str, float]
 
 
 @functools.lru_cache(maxsize=8)
-def moved_by(
+def response_of(
     parameters: ShaftScene, law: str, speed: float, time: float, shares: tuple[float, float], wide: bool
-) -> dict[str, list[float]]:
-    """By how much places and forces of a shaft are off, where all contacts of a bearing are wrong by such a share.
+) -> Response:
+    """The response of the balance at `time` [s] to contacts of each bearing that bear a share more than by their law.
 
-    With `wide`, and by what bodies are no half-spaces. By figure, in its unit and shape; raises as `response_of`.
+    With `wide` also what bodies are no half-spaces. Found by one more balance with raceways that are higher by as much.
+    Raises SceneError where nothing carries the loads.
     """
-    left = iter(shares)  # bearings are asked for one after the other
-    found = response_of(
-        parameters, law, speed, time, lambda scene, contacts: next(left) + wide * _wide(scene, contacts)
-    )
-    place, tilt = np.split(np.abs(found.coordinates), [3])
-    moved = {"displacement_m": place.tolist(), "tilt_rad": tilt.tolist()}
-    return moved | {f"{side}_force_n": np.abs(force).tolist() for side, force in zip(SIDES, found.forces, strict=True)}
-
-
-def _wide(scene, contacts) -> np.ndarray:
-    return half_space_error(scene, ellipses_of(scene, contacts)[0])
-
-
-@functools.lru_cache(maxsize=8)
-def wide_of(parameters: ShaftScene, law: str, speed: float, time: float) -> dict[str, Wide]:
-    """What half-spaces are wrong by in each bearing, in balance at `time` [s]; raises as `response_of`."""
-    found = {}
-    response = response_of(parameters, law, speed, time, _wide)
-    for side, (contacts, shares, changes) in zip(SIDES, response.contacts, strict=True):
-        off = np.abs(shares * contacts.load).max()
-        kept = float(np.abs(changes).max() / off) if off > 0.0 else 1.0
-        found[side] = Wide(float(contacts.load.max()), float(shares.max()), kept)
-    return found
+    solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
+    more, heights, found = {}, [], []
+    solver.settle(support)
+    for side, share, seat, contacts in zip(SIDES, shares, solver.rotor.seats, solver.both_contacts(), strict=True):
+        scene, power = bearing_scene(parameters, side), seat.setting.inner.law.power
+        more[side] = share + wide * half_space_error(scene, ellipses_of(scene, contacts)[0])
+        heights.append(np.where(contacts.load > 0.0, more[side] * contacts.approach / power, 0.0))
+    other = copy.copy(solver)
+    other.heights = np.concatenate(heights)
+    other.settle(support)
+    greatest, most, kept, edges = {}, {}, {}, np.cumsum(solver.balls)[:-1]
+    for one in (solver, other):
+        contacts = one.found_contacts
+        load, angle = contacts.load[:, 0], contacts.angle[:, 0]
+        across = load * np.cos(angle)
+        push = np.stack([across * np.cos(one.azimuths), across * np.sin(one.azimuths), load * np.sin(angle)], axis=1)
+        found.append([np.split(contacts.load, edges), [part.sum(axis=0) for part in np.split(push, edges)]])
+    (loads, forces), (higher, pushed) = found
+    for side, load, now in zip(SIDES, loads, higher, strict=True):
+        error = float(np.max(more[side] * load))
+        greatest[side], most[side] = float(load.max()), float(np.max(more[side]))
+        kept[side] = float(np.abs(now - load).max()) / error if error > 0.0 else 1.0
+    return Response(other.q - solver.q, np.subtract(pushed, forces), greatest, most, kept)
 
 
 class ShaftComparison(Comparison):
@@ -395,23 +347,33 @@ class ShaftModelErrors(ModelErrors):
         shares = self._shares()
         if not shares:
             return {}
-        wide = {side: self._wide(side, figures[f"{side}_greatest_ball_load_n"]) for side in SIDES}
         still = {side: equilibrium_error(share) for side, share in shares.items()}
-        found = self._of_loads(figures, {side: still[side] + one.load for side, one in wide.items()})
-        for side, one in wide.items():
+        found = self._of_loads(figures, still)
+        for side in SIDES:
+            load = f"{side}_greatest_ball_load_n"
             pressure, life = f"{side}_peak_pressure_pa", f"{side}_reference_life_mrev"
-            found[pressure] += one.contact / 3.0 * abs(figures[pressure])
-            found[life] = LIFE * one.balanced * abs(figures[life])
+            near = min(self._at_ends(), key=lambda one: abs(one.greatest[side] - figures[load]))
+            greatest, share, kept = near.greatest[side], near.share[side], near.kept[side]
+            here = share * (figures[load] / greatest) ** SIZE if greatest else 0.0
+            of_load = here * (kept if abs(figures[load] - greatest) <= ALIKE * figures[load] else 1.0)
+            found[load] += of_load * abs(figures[load])
+            found[pressure] += (of_load + here) / 3.0 * abs(figures[pressure])
+            found[life] = LIFE * share * kept * abs(figures[life])
         return found | self._of_motion(figures, tuple(still[side] for side in SIDES), True)
 
+    def _at_ends(self, shares: tuple[float, float] = (0.0, 0.0), wide: bool = True) -> list[Response]:
+        """The responses to these shares at the start and at the end of the run."""
+        speeds = speeds_of(self.parameters)
+        ends = (speeds[0], 0.0), (speeds[-1], self.parameters.run.duration)
+        made_of = self.parameters, self.choice.law
+        return [response_of(*made_of, float(speed), float(time), shares, wide) for speed, time in ends]
+
     def _of_motion(self, figures: Mapping[str, Any], shares: tuple[float, ...], wide: bool) -> dict[str, Any]:
-        """What places, forces and modes are off where contacts are by these shares, as `moved_by` has it at the end."""
-        speed, end = float(speeds_of(self.parameters)[-1]), float(self.parameters.run.duration)
-        most = max(
-            share + wide * wide_of(self.parameters, self.choice.law, speed, end)[side].share
-            for side, share in zip(SIDES, shares, strict=True)
-        )
-        found = dict(moved_by(self.parameters, self.choice.law, speed, end, shares, wide))
+        """Errors of places, forces and modes where contacts bear these shares more, in the balance at the end."""
+        end = self._at_ends(shares, wide)[-1]
+        most, (place, tilt) = max(end.share.values()), np.split(np.abs(end.coordinates), [3])
+        found = {"displacement_m": place.tolist(), "tilt_rad": tilt.tolist()}
+        found |= {f"{side}_force_n": np.abs(one).tolist() for side, one in zip(SIDES, end.forces, strict=True)}
         found |= {key: [most * abs(one) for one in figures[key]] for key in RANGES if key in figures}
         seats = rotor_of(self.parameters, self.choice.law).seats
         balls = sum(
@@ -421,13 +383,6 @@ class ShaftModelErrors(ModelErrors):
         higher = 0.5 * most + wide * LIGHT * balls / self.parameters.shaft.mass
         found |= {key: [higher * abs(one) for one in figures[key]] for key in MODES if key in figures}
         return {key: error for key, error in found.items() if key in figures}
-
-    def _wide(self, side: str, load: float) -> LoadShares:
-        """As `Wide.at`, by the balance at the run's start or end whose greatest load is nearer to this one [N]."""
-        speeds, end = speeds_of(self.parameters), float(self.parameters.run.duration)
-        ends = (speeds[0], 0.0), (speeds[-1], end)
-        both = [wide_of(self.parameters, self.choice.law, float(speed), time)[side] for speed, time in ends]
-        return min(both, key=lambda one: abs(one.greatest - load)).at(load)
 
     def notes(self) -> dict[str, str]:
         """What is not in the errors."""
