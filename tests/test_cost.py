@@ -1,7 +1,6 @@
 """Cost of a run, stated before it begins, and the time left while it goes on."""
 
 import sys
-import time
 
 import numpy as np
 import pytest
@@ -36,31 +35,16 @@ def test_a_large_run_is_announced_before_it_begins(tmp_path, monkeypatch, capsys
     assert "a log" not in capsys.readouterr().err
 
 
-def test_the_time_left_is_told():
-    now = [0.0]
-    work = terminal.Progress("it", lambda: now[0])
-    now[0] = 7.0
-    assert work.line() == "it: 7 s so far"
-    for k in range(1, 53):
-        now[0] += 2.0
-        work.update(0.01 * k)
-    assert work.line().startswith("it: ━━━━━━━━━━━━····")
-    assert work.line().endswith(" 52 %, 96 s left")
-
-
 @pytest.mark.parametrize("terminal_there", [True, False])
-def test_progress_is_shown_after_a_second_on_one_line_of_a_terminal(terminal_there, monkeypatch, capsys):
-    monkeypatch.setattr(terminal, "SLOW", 0.1)
-    monkeypatch.setattr(terminal, "REFRESH", 0.01)
+def test_progress_is_shown_on_a_terminal_alone(terminal_there, monkeypatch, capsys):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal_there)
-    with terminal.progress("it") as update:
+    monkeypatch.setenv("TERM", "xterm")
+    with terminal.progress("a work") as update, terminal.progress("its part") as part:
         update(0.5)
-        time.sleep(0.5)
-    said = capsys.readouterr().err
-    assert said.count("it: ━") > 1 if terminal_there else said.count("it: ━") == 1
-    assert said.count("\n") == (1 if terminal_there else 2)
-    assert "it: done in " in said
-    monkeypatch.undo()
-    with terminal.progress("short") as update:
-        update(1.0)
-    assert capsys.readouterr().err == ""
+        part(0.25)
+        terminal.say("a sentence")
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "a sentence\n" in err
+    for words in ("a work", "50%"):
+        assert (words in err) == terminal_there

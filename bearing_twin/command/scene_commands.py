@@ -2,6 +2,7 @@
 
 import argparse
 import os
+from glob import glob
 
 from bearing_twin.command.node_command import NODES
 from bearing_twin.command.outcome import Outcome, Subcommand, listed
@@ -153,29 +154,17 @@ def _teach(parser: argparse.ArgumentParser) -> None:
             action.completer = COMPLETERS[action.dest]
 
 
-def _scene_words(prefix, **_) -> list[str]:
-    """Scenes and designations, or files where a path was begun."""
-    from bearing_twin.base.yaml_files import SCENES
+def _names(prefix, **_) -> list[str]:
+    """Scenes, designations and studies, or files where a path was begun."""
+    from bearing_twin.base.yaml_files import SCENES, STUDIES
     from bearing_twin.kinds.bearing import designations
 
-    return [*SCENES.names(), *designations()] if "/" not in prefix else _files(prefix)
-
-
-def _bearings(prefix, **_) -> list[str]:
-    return [
-        name.removeprefix("bearing_") for name in _scene_words(prefix) if name.startswith("bearing_") or name.isalnum()
-    ]
-
-
-def _studies(prefix, **_) -> list[str]:
-    from bearing_twin.base.yaml_files import STUDIES
-
-    return STUDIES.names() if "/" not in prefix else _files(prefix)
+    return _files(prefix) if "/" in prefix else [*SCENES.names(), *designations(), *STUDIES.names()]
 
 
 def _sources(prefix, **_) -> list[str]:
     """Sources of a page or a layout: files, scenes, studies."""
-    return [*_files(prefix), *_scene_words(prefix), *_studies(prefix)]
+    return [*glob(f"{prefix}*"), *_names(prefix)]
 
 
 def _materials(**_) -> list[str]:
@@ -208,19 +197,17 @@ def _keys(prefix, **_) -> list[str]:
 
 
 def _files(prefix: str) -> list[str]:
-    from glob import glob
-
     return [f"{path}/" if os.path.isdir(path) else path for path in glob(f"{prefix}*")]
 
 
 COMPLETERS = {
-    "scene": _scene_words,
-    "bearing": _bearings,
-    "study": _studies,
+    **dict.fromkeys(("scene", "bearing", "study"), _names),
+    **dict.fromkeys(("what", "source"), _sources),
     "set": _keys,
     "executable": lambda **_: NODES,
+    "material": _materials,
+    "words": _parameters,
 }
-COMPLETERS |= {"what": _sources, "source": _sources, "material": _materials, "words": _parameters}
 
 
 COMPLETION = Subcommand(

@@ -5,12 +5,10 @@ import io
 import shutil
 import sys
 import textwrap
-import threading
-import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from itertools import zip_longest
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from bearing_twin.base.errors import harmless
 from bearing_twin.base.units import (
@@ -110,9 +108,6 @@ def _is_number(cell: str) -> bool:
 if TYPE_CHECKING:  # a list of scenes needs no arrays
     from bearing_twin.base.sample import Block
 
-SLOW, REFRESH, PLAIN_PERIOD = 1.0, 0.25, 5.0  # s until progress is shown; between updates on a terminal; elsewhere
-BAR, CLEAR = 24, "\x1b[K"  # characters of a bar; what ends a line of a terminal
-
 SI: ContextVar[bool] = ContextVar("si", default=False)  # whether people read SI units too
 
 
@@ -156,67 +151,32 @@ def show_text(text: str = "") -> None:
 
 def say(text: str) -> None:
     """Print a line about the work, not of its result, on standard error."""
-    clear = f"\r{CLEAR}" if sys.stderr.isatty() else ""
-    print(f"{clear}{harmless(text)}", file=sys.stderr, flush=True)
-
-
-WORKS: list["Progress"] = []  # that go on, each a part of the one before
-
-
-class Progress:
-    """A line about work that takes over a second, with the share done and the time left as far as they are known.
-
-    On a terminal the line is rewritten in place; elsewhere there is one every PLAIN_PERIOD seconds.
-    """
-
-    def __init__(self, what: str, clock: Callable[[], float] = time.monotonic):
-        self._what, self._clock, self._began = what, clock, clock()
-        self._first = self._share = None  # (share, time) of the first update; last share
-        self.shown = False
-
-    def update(self, share: float) -> None:
-        """Takes the share that is done."""
-        self._first = self._first or (share, self._clock())  # what came before was loading
-        self._share = max(0.0, min(share, 1.0))
-
-    def line(self) -> str:
-        """The line now."""
-        now = self._clock()
-        if self._share is None:
-            return f"{self._what}: {now - self._began:.0f} s so far"
-        begun, since = self._first
-        left = (1.0 - self._share) * (now - since) / (self._share - begun) if self._share > begun else None
-        bar = "━" * round(BAR * self._share)
-        return f"{self._what}: {bar:·<{BAR}} {100.0 * self._share:.0f} %" + (f", {_words(left)} left" if left else "")
-
-    def show(self, ended: threading.Event) -> None:
-        """Shows the line from the first second on, until the end."""
-        terminal = sys.stderr.isatty()
-        while not ended.wait(REFRESH if terminal and self.shown else PLAIN_PERIOD if self.shown else SLOW):
-            self.shown = True
-            if terminal:
-                print(
-                    f"\r{harmless(self.line())[: width_of_terminal() - 1]}{CLEAR}", end="", file=sys.stderr, flush=True
-                )
-            else:
-                say(self.line())
+    print(harmless(text), file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
 def progress(what: str) -> Iterator[Callable[[float], None]]:
-    """A function that takes the share done, for the line about it; see `Progress`."""
-    shown, ended = Progress(what), threading.Event()
-    WORKS.append(shown)
-    began, thread = time.monotonic(), threading.Thread(target=shown.show, args=(ended,), name="progress", daemon=True)
-    thread.start()
+    """A function that takes the share of a work that is done, for a bar on standard error where that is a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda share: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    outer = _BARS.get()
+    words = TextColumn("{task.description}", markup=False)
+    columns = words, BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+    bars = outer or Progress(*columns, console=Console(stderr=True), transient=True)
+    token, task = _BARS.set(bars), bars.add_task(harmless(what), total=None)
     try:
-        yield shown.update
+        with contextlib.nullcontext() if outer else bars:
+            yield lambda share: bars.update(task, completed=share, total=1.0)
     finally:
-        ended.set()
-        thread.join()
-        WORKS.remove(shown)
-        if shown.shown:
-            say(f"{what}: done in {time.monotonic() - began:.1f} s")
+        bars.remove_task(task)
+        _BARS.reset(token)
+
+
+_BARS: ContextVar[Any] = ContextVar("bars", default=None)  # of the work that this one is a part of
 
 
 def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iterator["Block"]:
@@ -225,10 +185,3 @@ def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iter
         for block in blocks:
             yield block
             update(block.time_ns[-1] * 1e-9 / duration)
-
-
-def _words(seconds: float) -> str:
-    """A time for people: 40 s, 12 min, 3.5 h."""
-    if seconds < 100.0:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.3g} h"
