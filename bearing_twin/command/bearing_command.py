@@ -14,6 +14,7 @@ from bearing_twin.command.outcome import (
     overrides_of,
     picture_path,
 )
+from bearing_twin.command.terminal import progress
 
 HELP = "a bearing in equilibrium under load: displacement, loads, stiffness, ratings, life, fault frequencies"
 EXAMPLES = (
@@ -106,8 +107,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise SceneError(
             "--sweep can be given twice at most, and a picture shows one of them; write two by --csv or --out NAME.csv"
         )
-
-    from bearing_twin.command.terminal import progress
 
     bearing_table.note_bare_speed(_bearing_scene(arguments), overrides_of(arguments, **SHORT_KEYS))
     result, show = None, bearing_table.show_row

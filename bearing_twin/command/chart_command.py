@@ -6,6 +6,7 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.command.outcome import Outcome, quantity
+from bearing_twin.command.terminal import progress, say, show_rows, show_text
 
 HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
 EXAMPLES = ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers --quick")
@@ -59,7 +60,6 @@ def _refuse(word: str) -> None:
 
 def _list() -> Outcome:
     from bearing_twin.charts import CHARTS
-    from bearing_twin.command.terminal import show_rows
 
     rows = [(name, chart.shows, chart.seconds) for name, chart in CHARTS.items()]
     keys = "chart", "shows", "about_s"
@@ -74,7 +74,6 @@ def _made(name: str, arguments, folder: Path) -> Outcome:
     """One chart: rows, pictures, tables, and the sentences that read it."""
     from bearing_twin.charts import chart_of
     from bearing_twin.charts.contest import LIMIT, Asked
-    from bearing_twin.command.terminal import progress, show_text
 
     with progress(f"chart {name}") as update:
         asked = Asked(tuple(arguments.problem or ()), update, arguments.limit or LIMIT, arguments.quick)
@@ -90,7 +89,6 @@ def _made(name: str, arguments, folder: Path) -> Outcome:
 def _all(arguments, folder: Path) -> Outcome:
     """Every chart, one after the other."""
     from bearing_twin.charts import CHARTS
-    from bearing_twin.command.terminal import say, show_text
 
     for name, chart in CHARTS.items():
         say(f"chart {name}, about {chart.seconds:.0f} s")
@@ -101,7 +99,6 @@ def _all(arguments, folder: Path) -> Outcome:
 def _read(name: str, folder: Path) -> Outcome:
     """The sentences of a chart from tables that are there."""
     from bearing_twin.charts import chart_of
-    from bearing_twin.command.terminal import show_text
 
     try:
         sentences = chart_of(name).read_again(folder, name)

@@ -34,6 +34,7 @@ from bearing_twin.command.outcome import (
     quantity,
     run_warnings,
 )
+from bearing_twin.command.terminal import in_shown_units, progress, say
 
 
 def _of(module) -> Subcommand:
@@ -92,7 +93,6 @@ def _simulate(arguments) -> Outcome:
     log = new_log(arguments.out) if arguments.out else None
 
     from bearing_twin.command.results import show_report
-    from bearing_twin.command.terminal import in_shown_units, progress, say
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import cost_of, simulate
 

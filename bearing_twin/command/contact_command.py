@@ -5,6 +5,7 @@ import math
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.command.outcome import Outcome, picture_path, quantity
+from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
 EXAMPLES = (
@@ -225,7 +226,6 @@ def _damping(restitution, speed):
 def _show(result):
     """The result as two tables."""
     from bearing_twin.command.results import show_quantities
-    from bearing_twin.command.terminal import show_paragraph, show_rows, show_text
 
     show_quantities({key: value for key, value in result.items() if isinstance(value, (float, str))})
     show_text()
@@ -244,7 +244,6 @@ def _show(result):
 def _show_shapes(result):
     """A pair of bodies as tables."""
     from bearing_twin.command.results import show_quantities
-    from bearing_twin.command.terminal import show_rows, show_text, shown_unit
 
     shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
     show_quantities({key: result[key] for key in shown})

@@ -7,6 +7,7 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.units import Limits
 from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import Outcome, new_log, number
+from bearing_twin.command.terminal import progress, show_rows, show_text
 
 HELP = "why a scene gets its models; what made a run fail, which then continues at a tighter tolerance"
 EXAMPLES = (
@@ -80,7 +81,6 @@ def _reasons(arguments: argparse.Namespace) -> Outcome:
     ]
 
     def show():
-        from bearing_twin.command.terminal import show_rows
 
         show_rows(
             ("key", "value", "because", "rule"),
@@ -104,7 +104,6 @@ def _begin(failure, scene) -> float:
 
 def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
     """Result, warnings, and the reason why the log is incomplete."""
-    from bearing_twin.command.terminal import progress
     from bearing_twin.run.failure import write_failure
     from bearing_twin.run.simulation import simulate
 
@@ -131,7 +130,6 @@ def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
 
 def _show(result, failure) -> None:
     from bearing_twin.command.results import show_result
-    from bearing_twin.command.terminal import show_rows, show_text
 
     show_result({key: value for key, value in result.items() if key != "last_good"})
     if failure.values:

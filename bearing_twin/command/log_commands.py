@@ -22,6 +22,7 @@ from bearing_twin.command.outcome import (
     quantity,
     run_warnings,
 )
+from bearing_twin.command.terminal import progress, say, with_progress
 
 
 class ShownStream:
@@ -51,7 +52,6 @@ class ShownStream:
 
     def write(self, path, report, errors: bool = False) -> str:
         """Draws the picture of what has gone past, with `errors` those of the figures of the report below."""
-        from bearing_twin.command.terminal import progress
         from bearing_twin.run.report import figure_errors
 
         with progress(f"drawing {path}"):
@@ -82,7 +82,6 @@ def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
 
 
 def _logged(run: ShownStream, log: Path, max_loss: float) -> str:
-    from bearing_twin.command.terminal import say
     from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.run_log import write_log
 
@@ -121,7 +120,6 @@ def _verify_arguments(parser):
 
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.results import show_result
-    from bearing_twin.command.terminal import progress
     from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import is_study
     from bearing_twin.run.verify import verify
@@ -147,7 +145,6 @@ def _run_noted(log) -> list[str]:
 
 @contextlib.contextmanager
 def _before_the_log(seconds: float):
-    from bearing_twin.command.terminal import progress, say
 
     say(f"the log begins at {seconds:.6g} s: the run up to there is simulated first, and compared with nothing")
     with progress(f"simulating the {seconds:.6g} s before the log") as update:
@@ -162,7 +159,6 @@ def _report_arguments(parser):
 
 def _report(arguments) -> Outcome:
     from bearing_twin.command.results import show_report
-    from bearing_twin.command.terminal import with_progress
     from bearing_twin.log.run_log import read_log
     from bearing_twin.log.study_log import STUDY_RECORD
     from bearing_twin.run.report import report_of
@@ -204,7 +200,6 @@ def _recover_arguments(parser):
 
 
 def _recover(arguments) -> Outcome:
-    from bearing_twin.command.terminal import progress
     from bearing_twin.log.recover import recover
 
     with progress(f"reading what is left of {arguments.log}"):
@@ -230,7 +225,6 @@ def _export_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _export(arguments: argparse.Namespace) -> Outcome:
     """Writes the files; what is missing from the log is a warning. Raises BearingTwinError."""
-    from bearing_twin.command.terminal import with_progress
     from bearing_twin.log.export import export_log
 
     def watch(blocks, stream):

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from bearing_twin.base.errors import BearingTwinError, IntegrationError
 from bearing_twin.base.parameters import echo, read_number
 from bearing_twin.base.units import NO_LIMITS, Limits
+from bearing_twin.command.terminal import show_rows
 
 
 class Outcome(NamedTuple):
@@ -106,7 +107,6 @@ def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
     rows = list(rows)
 
     def show():
-        from bearing_twin.command.terminal import show_rows
 
         show_rows(header, ([row[name] for name in header] for row in rows))
 

@@ -6,6 +6,7 @@ from glob import glob
 
 from bearing_twin.command.node_command import NODES
 from bearing_twin.command.outcome import Outcome, Subcommand, listed
+from bearing_twin.command.terminal import show_text
 
 
 def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,7 +67,6 @@ def _scene_rules() -> Outcome:
 
 def _scene_schema() -> Outcome:
     from bearing_twin.base.report import json_text
-    from bearing_twin.command.terminal import show_text
     from bearing_twin.uq.schema import schema
 
     found = schema()
@@ -97,7 +97,6 @@ def _topics(arguments) -> Outcome:
     if arguments.markdown:
         if arguments.scene:
             raise BearingTwinError("--markdown writes the table of every kind; leave out the scene")
-        from bearing_twin.command.terminal import show_text
 
         text = topic_table.markdown()
         return Outcome({"markdown": text}, [], lambda: show_text(text.rstrip("\n")))
@@ -128,7 +127,6 @@ def _completion_arguments(parser: argparse.ArgumentParser) -> None:
 def _completion(arguments: argparse.Namespace) -> Outcome:
     """The shell's code; raises BearingTwinError where the package argcomplete is missing."""
     from bearing_twin.base.errors import wanted
-    from bearing_twin.command.terminal import show_text
 
     code = wanted("argcomplete", "completion").shellcode(["bearing_twin"], shell=arguments.shell)
     return Outcome({"shell": arguments.shell, "code": code}, [], lambda: show_text(code))

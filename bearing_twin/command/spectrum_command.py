@@ -7,6 +7,7 @@ from pathlib import Path
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import RUN, Outcome, number, picture_path
+from bearing_twin.command.terminal import progress, say
 
 HELP = "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict"
 EXAMPLES = (
@@ -45,7 +46,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     band = None if arguments.band is None else _band(arguments.band)
     geometry = None if arguments.bearing is None else _geometry(arguments.bearing)
 
-    from bearing_twin.command.terminal import progress, say
     from bearing_twin.log.acceleration_record import read_record
     from bearing_twin.vibration.envelope import spectrum_of
 

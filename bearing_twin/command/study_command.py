@@ -8,6 +8,7 @@ import threading
 from bearing_twin.base.errors import LogError, StudyError
 from bearing_twin.base.report import json_text
 from bearing_twin.command.outcome import Outcome, add_changes, new_log, overrides_of, picture_path
+from bearing_twin.command.terminal import progress, say, show_paragraph, show_rows, show_text, shown_unit
 
 HELP = "what is uncertain about a scene: distributions in, quantiles with intervals out"
 EXAMPLES = (
@@ -42,7 +43,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.study is None:
         raise StudyError("which study? give its name or a path; `bearing_twin study --list` lists them")
     picture = picture_path(arguments.plot) if arguments.plot else None
-    from bearing_twin.command.terminal import progress, say, show_text
     from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.study_log import StudyLog, read_study
     from bearing_twin.uq.run import run_study
@@ -121,7 +121,6 @@ def _interrupted_by_ctrl_c(event):
 
 def _listed() -> Outcome:
     from bearing_twin.base.yaml_files import STUDIES
-    from bearing_twin.command.terminal import show_rows, show_text
     from bearing_twin.kinds import KINDS
 
     rows = [{name: head[name] for name in ("name", "scene", "description")} for head in STUDIES.heads()]
@@ -141,7 +140,6 @@ def _listed() -> Outcome:
 
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
-    from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
     from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, refusals, size_of
     from bearing_twin.uq.summary import model_error_sentences
 

@@ -17,6 +17,7 @@ from bearing_twin.command.outcome import (
     new_path,
     overrides_of,
 )
+from bearing_twin.command.terminal import in_shown_units, progress, say
 
 LONGEST = 10.0  # simulated seconds of a scene that is run for its page
 
@@ -59,7 +60,6 @@ def _view(arguments: argparse.Namespace) -> Outcome:
     page = write_page(document, out or Path(f"{name}.html"))
     written = {}
     if films:
-        from bearing_twin.command.terminal import progress
         from bearing_twin.view.page import write_films
 
         with progress("filming the page") as update:
@@ -88,8 +88,6 @@ def _sort(arguments) -> str:
         return "log"
     if text in SCENES.names():
         if text in STUDIES.names():
-            from bearing_twin.command.terminal import say
-
             say(f"{text} is the name of a study too; give --study for that")
         return "scene"
     if text in STUDIES.names():
@@ -101,7 +99,6 @@ def _sort(arguments) -> str:
 
 
 def _of_log(arguments) -> tuple[dict[str, Any], str]:
-    from bearing_twin.command.terminal import progress
     from bearing_twin.view.run_page import document_of_log
 
     with progress(f"reading {arguments.what}"):
@@ -116,7 +113,6 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     scene = load_scene(arguments.what, overrides)
     note_bare_speed(scene, overrides)
     own = scene.parameters.run.duration
-    from bearing_twin.command.terminal import in_shown_units, progress, say
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
@@ -138,7 +134,6 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
 
 
 def _of_study(arguments) -> tuple[dict[str, Any], str]:
-    from bearing_twin.command.terminal import progress
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study import load_study
     from bearing_twin.view.study_page import document_of_study
