@@ -29,19 +29,16 @@ def refused(capsys, *words):
 
 def test_the_answer_has_its_keys_in_si_units(capsys):
     found = answered(capsys, *DOWN)
-    sizes = {"ring_displacement_m": 3, "misalignment_rad": 2, "ring_force_n": 3, "ring_moment_nm": 2}
-    for key, size in sizes.items():
-        assert len(found[key]) == size
-    for name in (
+    sizes = {"ring_displacement_m": 3, "misalignment_rad": 2, "ring_force_n": 3, "ring_moment_nm": 2, "stiffness": 5}
+    for key in (
         "normal_load_{}_n",
         "contact_angle_{}_rad",
         "peak_pressure_{}_pa",
         "semi_major_{}_m",
         "semi_minor_{}_m",
     ):
-        for race in ("inner", "outer"):
-            assert len(found[name.format(race)]) == 8
-    assert [len(row) for row in found["stiffness"]] == [5] * 5
+        sizes |= {key.format(race): 8 for race in ("inner", "outer")}
+    assert {key: len(found[key]) for key in sizes} == sizes
     assert set(found["fault_frequencies_hz"]) == {"bpfo", "bpfi", "ftf", "ball_spin"}
     assert found["ring_force_n"] == pytest.approx([0.0, 1000.0, 0.0], abs=1e-6)
     assert found["ring_displacement_m"][1] < -1e-5
@@ -53,6 +50,7 @@ def test_the_answer_has_its_keys_in_si_units(capsys):
     assert thrust["basic_life_mrev"] == pytest.approx(life, rel=1e-9)
     assert thrust["equivalent_static_load_n"] == pytest.approx(500.0, rel=1e-9)  # Y_0 of ISO 76, X_0 F_r being nothing
     assert found["normal_load_inner_n"][0] == max(found["normal_load_inner_n"])  # ball 0 lies on the load line
+    assert found == answered(capsys, *DOWN, "--set", "gravity=[0,0,0]")
 
 
 def test_numbers_of_options_may_have_units(capsys):
@@ -61,7 +59,10 @@ def test_numbers_of_options_may_have_units(capsys):
     held = answered(capsys, "bearing", "6308", "--displacement", "0,-10um,0", "--misalignment", "0.1°,-")
     assert held["ring_displacement_m"][1] == pytest.approx(-1e-5, rel=1e-12)
     assert held["misalignment_rad"][0] == pytest.approx(math.radians(0.1), rel=1e-12)
-    assert "must be a number in N" in refused(capsys, "bearing", "6308", "--load", "0,-2kg,0")
+    keys = "--set", "drive.speed=314.15926535897933", "--set", "geometry.radial_clearance=2e-5"
+    plain, given = answered(capsys, *DOWN, *keys), answered(capsys, *DOWN, "--speed", "3000rpm", "--clearance", "20um")
+    assert given["speed_rad_s"] == pytest.approx(100.0 * math.pi, rel=1e-12)
+    assert given["ring_displacement_m"] == pytest.approx(plain["ring_displacement_m"], rel=1e-9, abs=1e-15)
 
 
 def test_no_friction_is_computed_and_the_catalogue_estimates_it(capsys):
@@ -71,12 +72,6 @@ def test_no_friction_is_computed_and_the_catalogue_estimates_it(capsys):
     assert "no friction" in found["not_computed"]["drive_torque_nm"]
     without_load, by_load = 1e-7 * 56000.0 ** (2.0 / 3.0) * 65.0**3, 0.0005 * (2000.0 / 24006.0) ** 0.55 * 2000.0 * 65.0
     assert found["catalogue_drive_torque_nm"] == pytest.approx(1e-3 * (without_load + by_load), rel=1e-3)
-    assert cli.main(["bearing", "6308", "--load", "0,-2kN,0"]) == cli.DONE
-    assert "57 ± 28 N mm" in capsys.readouterr().out
-
-
-def test_what_adds_up_to_nothing_is_nothing(capsys):
-    found = answered(capsys, "bearing", "6308", "--load", "0,-3000,0")
     assert found["ring_displacement_m"][0] == found["ring_displacement_m"][2] == found["ring_force_n"][0] == 0.0
     assert found["ring_moment_nm"] == [0.0, 0.0]
     stiffness = found["stiffness"]
@@ -85,41 +80,33 @@ def test_what_adds_up_to_nothing_is_nothing(capsys):
 
 
 def test_fault_frequencies_of_a_shaft_turn(capsys):
-    found = answered(capsys, *DOWN, "--set", f"drive.speed={2.0 * math.pi!r}")["fault_frequencies_hz"]
-    wanted = {"bpfi": 4.94681, "bpfo": 3.05319, "ftf": 0.381649, "ball_spin": 0.5 * 3.98802}
-    assert found == pytest.approx(wanted, rel=2e-6)
-    found = answered(capsys, "bearing", "bearing_6203", "--set", f"drive.speed={2.0 * math.pi!r}")
-    assert found["fault_frequencies_hz"]["bpfi"] == pytest.approx(4.9462, abs=1e-4)
-    assert found["fault_frequencies_hz"]["ftf"] == pytest.approx(0.38173, abs=1e-5)
+    turn = "--set", f"drive.speed={2.0 * math.pi!r}"
+    found = answered(capsys, *DOWN, *turn)["fault_frequencies_hz"]
+    assert found == pytest.approx(
+        {"bpfi": 4.94681, "bpfo": 3.05319, "ftf": 0.381649, "ball_spin": 0.5 * 3.98802}, rel=2e-6
+    )
+    found = answered(capsys, "bearing", "bearing_6203", *turn)["fault_frequencies_hz"]
+    assert (found["bpfi"], found["ftf"]) == pytest.approx((4.9462, 0.38173), abs=5e-5)
 
 
-def test_without_options_the_ring_is_where_the_scene_holds_it(capsys):
-    found = answered(capsys, "bearing", "bearing_6203")
-    assert found["ring_displacement_m"] == [0.0, 0.0, 1e-5]
-    assert found["normal_load_inner_n"] == pytest.approx([48.497] * 8, rel=1e-4)
-
-
-def test_a_scene_with_loads_is_answered_by_them(capsys):
-    found = answered(capsys, "bearing", "bearing_6203_rig_400N")
-    assert found["ring_force_n"] == pytest.approx([0.0, 400.0, 0.0], abs=1e-6)
-
-
-def test_what_is_neither_loaded_nor_held_is_free_but_tilts_rest(capsys):
-    found = answered(capsys, "bearing", "bearing_6203", "--load", "-,-300,-", "--displacement", "1e-6,-,-")
-    assert found["ring_displacement_m"][0] == 1e-6
-    assert found["ring_displacement_m"][2] == 0.0  # the scene's offset of 10 micrometres is not in it
-    assert found["ring_force_n"][1:] == pytest.approx([300.0, 0.0], abs=1e-6)
-    assert found["misalignment_rad"] == [0.0, 0.0]
+def test_the_ring_is_where_loads_and_options_put_it(capsys):
+    held = answered(capsys, "bearing", "bearing_6203")  # where the scene holds it
+    assert held["ring_displacement_m"] == [0.0, 0.0, 1e-5]
+    assert held["normal_load_inner_n"] == pytest.approx([48.497] * 8, rel=1e-4)
+    rig = answered(capsys, "bearing", "bearing_6203_rig_400N")  # by the scene's loads
+    assert rig["ring_force_n"] == pytest.approx([0.0, 400.0, 0.0], abs=1e-6)
+    mixed = answered(capsys, "bearing", "bearing_6203", "--load", "-,-300,-", "--displacement", "1e-6,-,-")
+    assert mixed["ring_displacement_m"][0] == 1e-6
+    assert mixed["ring_displacement_m"][2] == 0.0  # the scene's offset of 10 micrometres is not in it
+    assert mixed["ring_force_n"][1:] == pytest.approx([300.0, 0.0], abs=1e-6)
+    assert mixed["misalignment_rad"] == [0.0, 0.0]
     free = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,50", "--moment", "0.5,0")
     assert free["ring_moment_nm"] == pytest.approx([-0.5, 0.0], abs=1e-8)
-    held = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,50", "--misalignment", "1e-4,-")
-    assert held["misalignment_rad"][0] == 1e-4
-    assert held["ring_moment_nm"][1] == pytest.approx(0.0, abs=1e-8)
-
-
-def test_a_displacement_gives_loads(capsys):
-    found = answered(capsys, "bearing", "bearing_6203", "--displacement", "0,-1e-5,0")
-    again = answered(capsys, "bearing", "bearing_6203", "--load", f"0,{-found['ring_force_n'][1]!r},0")
+    tilted = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,50", "--misalignment", "1e-4,-")
+    assert tilted["misalignment_rad"][0] == 1e-4
+    assert tilted["ring_moment_nm"][1] == pytest.approx(0.0, abs=1e-8)
+    moved = answered(capsys, "bearing", "bearing_6203", "--displacement", "0,-1e-5,0")
+    again = answered(capsys, "bearing", "bearing_6203", "--load", f"0,{-moved['ring_force_n'][1]!r},0")
     assert again["ring_displacement_m"][1] == pytest.approx(-1e-5, rel=1e-8)
 
 
@@ -133,73 +120,67 @@ def test_the_arm_of_a_tilt_and_the_place_of_ball_0(capsys):
     assert between["ball_azimuth_rad"][0] == pytest.approx(math.radians(-67.5))
 
 
-def test_gravity_has_no_part(capsys):
-    assert answered(capsys, *DOWN) == answered(capsys, *DOWN, "--set", "gravity=[0,0,0]")
-
-
-@pytest.mark.parametrize("words", [DOWN, ("bearing", "bearing_218_thrust"), (*DOWN, "--sweep", "load=100:1000:4")])
-def test_tables_fit_eighty_columns(words, capsys):
+def printed(capsys, *words):
+    """What a command prints; never wider than a terminal."""
     assert cli.main(list(words)) == cli.DONE
     out = capsys.readouterr().out
     assert max(map(len, out.splitlines())) <= 80
-    assert "90 % of bearings" in out
+    return out
 
 
-def cells_below(lines, begin, count):
+def cells_below(out, begin, count):
     """The numbers in so many lines below the first one that begins so."""
+    lines = out.splitlines()
     first = next(place for place, line in enumerate(lines) if line.startswith(begin)) + 1
-    return [line[30:].split() if line.startswith(" ") else line.split() for line in lines[first : first + count]]
+    return [line[22:].split() if line.startswith(" ") else line.split() for line in lines[first : first + count]]
 
 
-def test_columns_stay_apart(capsys):
-    """Negative cells of five digits and an exponent are the longest there are."""
+def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(capsys):
+    """Negative cells of five digits and an exponent are the longest; light balls stand beside heavy ones."""
     words = "--load", "-,-300,-", "--displacement", "1e-6,-,-", "--misalignment", "2e-4,0"
-    assert cli.main(["bearing", "bearing_6203", *words]) == cli.DONE
-    rows = cells_below(capsys.readouterr().out.splitlines(), "stiffness", 5)
+    rows = cells_below(printed(capsys, "bearing", "bearing_6203", *words), "stiffness", 5)
     assert [len([float(cell) for cell in row]) for row in rows] == [5] * 5
-    # light balls in the table of a heavy load: 0.087991 N beside 594 N
-    assert cli.main(["bearing", "6203", "--load", "0,-1000,0"]) == cli.DONE
-    cells = cells_below(capsys.readouterr().out.splitlines(), "ball  ", 8)
+    out = printed(capsys, "bearing", "6203", "--load", "0,-1000,0")
+    cells = cells_below(out, "ball  ", 8)
     assert [len(row) for row in cells] == [10] * 8
     assert {row[1] for row in cells} >= {"180.00", "-90.00"}
-    assert cli.main(["bearing", "bearing_218_thrust", "--load", "0,-100000,170000"]) == cli.DONE
-    assert re.search(r"^load .* 0 +-100000 +170000 ", capsys.readouterr().out, flags=re.MULTILINE)
-
-
-def test_a_life_is_written_without_a_power_of_ten_and_a_matrix_without_raw_digits(capsys):
-    assert cli.main(["bearing", "6308", "--load", "0,-3000,0"]) == 0
-    (life,) = re.findall(r"^basic life +2502.5 million turns, (.*) h ", capsys.readouterr().out, flags=re.MULTILINE)
+    assert "90 % of bearings" in out
+    out = printed(capsys, "bearing", "bearing_218_thrust", "--load", "0,-100000,170000")
+    assert re.search(r"^load .* 0 +-100000 +170000 ", out, flags=re.MULTILINE)
+    out = printed(capsys, "bearing", "6308", "--load", "0,-3000,0")
+    (life,) = re.findall(r"^basic life +2502.5 million turns, ([\d.]+) h ", out, flags=re.MULTILINE)
     assert float(life) == pytest.approx(2502.5e6 / 1750.0 / 60.0, rel=1e-4)
-    assert "e" not in life
-    assert cli.main(["bearing", "6308", "--load", "0,-3000,0", "--si"]) == 0
-    assert re.search(r"^stiffness +7.8788e\+07, 0, 0, 0, 0$", capsys.readouterr().out, flags=re.MULTILINE)
+    out = printed(capsys, "bearing", "6308", "--load", "0,-3000,0", "--si")
+    assert re.search(r"^stiffness +7.8788e\+07, 0, 0, 0, 0$", out, flags=re.MULTILINE)
+    for law, told in (("hertz", False), ("volumetric", True)):
+        out = printed(capsys, "bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}")
+        assert ("elastic law:" in out, "half-spaces:" in out, "57 ± 28 N mm" in out) == (told, True, True), law
+    words = "bearing", "6308", "--speed", "3000rpm", "--load", "0,-3kN,500", "--set", "lubricant.kind=grease"
+    held = printed(capsys, *words)
+    assert "tilts are held" in held
+    assert "grease, VG100, 40 °C, 101 mm²/s" in " ".join(held.split())
+    assert "tilts are held" not in printed(capsys, *words, "--moment", "0,0")
+    assert "90 % of bearings" in printed(capsys, *DOWN, "--sweep", "load=100:1000:4")
 
 
-def test_sweeps_are_curves(capsys):
-    found = answered(capsys, *DOWN, "--sweep", "load=100:1000:4")
+def test_sweeps_are_curves(capsys, tmp_path, quick_pictures):
+    picture = tmp_path / "curves.png"
+    found = answered(capsys, *DOWN, "--sweep", "load=100:1000:4", "--plot", str(picture))
     assert found["values"] == pytest.approx([100.0, 400.0, 700.0, 1000.0])
     assert [force[1] for force in found["ring_force_n"]] == pytest.approx(found["values"])
-    assert found["refused"] == []
-    over = answered(capsys, *DOWN, "--sweep", "clearance=-5e-6:2e-5:3")
+    assert (found["refused"], found["plot"]) == ([], str(picture))
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    over = answered(capsys, *DOWN, "--sweep", "clearance=-5um:20um:3")
     assert over["sweep"] == "geometry.radial_clearance"
+    assert over["values"] == pytest.approx([-5e-6, 7.5e-6, 2e-5])
     moved = [row[1] for row in over["ring_displacement_m"]]
     assert moved == sorted(moved, reverse=True)
     fast = answered(capsys, "bearing", "bearing_218_thrust", "--sweep", "speed=0:1000:3")
     assert fast["greatest_contact_angle_inner_rad"] == sorted(fast["greatest_contact_angle_inner_rad"])
-
-
-def test_values_of_a_sweep_without_an_equilibrium_are_named(capsys):
-    found = answered(capsys, *DOWN, "--sweep", "load=10000:40000:4")
-    assert [one is None for one in found["stiffness"]] == [False, False, True, True]
-    assert [one["value"] for one in found["refused"]] == pytest.approx([30000.0, 40000.0])
-    assert "the greatest in this direction" in found["refused"][0]["reason"]
-
-
-@pytest.mark.parametrize("more", [(), ("--sweep", "load=100:1000:5")])
-def test_pictures_are_written(more, tmp_path, capsys, quick_pictures):
-    path = tmp_path / "loads.png"
-    assert answered(capsys, *DOWN, *more, "--plot", str(path))["plot"] == str(path)
-    assert path.read_bytes().startswith(b"\x89PNG")
+    great = answered(capsys, *DOWN, "--sweep", "load=10000:40000:4")
+    assert [one is None for one in great["stiffness"]] == [False, False, True, True]
+    assert [one["value"] for one in great["refused"]] == pytest.approx([30000.0, 40000.0])
+    assert "the greatest in this direction" in great["refused"][0]["reason"]
 
 
 @pytest.mark.parametrize(
@@ -219,11 +200,12 @@ def test_pictures_are_written(more, tmp_path, capsys, quick_pictures):
         (("--sweep", "hardness=1:2:3"), "legal: load, clearance, speed, geometry"),
         (("--sweep", "speed=0:100:1"), "must have 2 to 10000 values"),
         (("--load", "0,-1e9,0", "--sweep", "load=1e8:1e9:3"), "no value of this sweep has an equilibrium"),
+        (("--load", "0,-2kg,0"), "must be a number in N"),
+        (("--load", "0,-1,0", "--clearance", "20um", "--sweep", "clearance=0:40um:3"), "by another option"),
+        (("--load", "0,-1,0", "--mass", "0"), "in kg, above 0"),
     ],
 )
 def test_bad_input_is_one_sentence(words, sentence, capsys):
-    import re
-
     said = refused(capsys, "bearing", "bearing_6203", *words)
     assert re.search(sentence, said), said
 
@@ -231,18 +213,6 @@ def test_bad_input_is_one_sentence(words, sentence, capsys):
 def test_other_kinds_are_refused(capsys):
     for words in (("--load", "0,0,1"), ("--sweep", "speed=0:100:3"), ("--sweep", "load=1:2:3")):
         assert "scene two_discs is no bearing" in refused(capsys, "bearing", "two_discs", *words)
-
-
-def test_speed_and_clearance_are_options_and_take_units(capsys):
-    plain = answered(
-        capsys, *DOWN, "--set", "drive.speed=314.15926535897933", "--set", "geometry.radial_clearance=2e-5"
-    )
-    given = answered(capsys, *DOWN, "--speed", "3000rpm", "--clearance", "20um")
-    assert given["speed_rad_s"] == pytest.approx(100.0 * math.pi, rel=1e-12)
-    assert given["ring_displacement_m"] == pytest.approx(plain["ring_displacement_m"], rel=1e-9, abs=1e-15)
-    over = answered(capsys, *DOWN, "--sweep", "clearance=0:40um:21")
-    assert over["values"] == pytest.approx([2e-6 * k for k in range(21)], abs=1e-15)
-    assert "by another option" in refused(capsys, *DOWN, "--clearance", "20um", "--sweep", "clearance=0:40um:3")
 
 
 def test_a_result_is_a_table_and_a_sheet(capsys, tmp_path, quick_pictures):
@@ -293,7 +263,6 @@ def test_a_mass_on_the_stiffness_has_natural_frequencies(capsys):
     assert product * np.linalg.det(k[3:, 3:]) == pytest.approx(np.linalg.det(k), rel=1e-5)
     over = answered(capsys, *DOWN, "--mass", "20kg", "--sweep", "load=500:1000:2")
     assert over["natural_frequencies_hz"][1] == pytest.approx(found["natural_frequencies_hz"], rel=1e-6)
-    assert "in kg, above 0" in refused(capsys, *DOWN, "--mass", "0")
 
 
 def test_stiffness_over_load_and_speed_is_a_file(capsys, tmp_path):
@@ -313,29 +282,10 @@ def test_stiffness_over_load_and_speed_is_a_file(capsys, tmp_path):
     assert "no value of this sweep has an equilibrium" in refused(capsys, *DOWN, *high)
 
 
-def test_the_table_says_what_holds_tilts_and_which_lubricant_it_is(capsys):
-    words = ["bearing", "6308", "--speed", "3000rpm", "--load", "0,-3kN,500", "--set", "lubricant.kind=grease"]
-    assert cli.main(words) == 0
-    held = capsys.readouterr().out
-    assert "tilts are held" in held
-    assert "grease, VG100, 40 °C, 101 mm²/s" in " ".join(held.split())
-    assert cli.main([*words, "--moment", "0,0"]) == 0
-    assert "tilts are held" not in capsys.readouterr().out
-
-
-def test_an_exact_law_has_no_row_of_errors(capsys):
-    for law, told in (("hertz", False), ("volumetric", True)):
-        words = ["bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}"]
-        assert cli.main(words) == 0
-        out = capsys.readouterr().out
-        assert ("elastic law:" in out, "half-spaces:" in out) == (told, True), law
-
-
 def test_balls_that_the_rings_squeeze_are_warned_of(capsys):
     """Basic life and static safety count the load alone, and interference of 100 um presses each ball with 4 kN."""
     for clearance, squeezed in (("-100um", True), ("0", False), ("13um", False)):
-        words = ["bearing", "6308", "--clearance", clearance, "--load", "0,-2kN,0", "--speed", "3000rpm", "--json"]
-        assert cli.main(words) == cli.DONE
-        found = json.loads(capsys.readouterr().out)
+        words = "--clearance", clearance, "--load", "0,-2kN,0", "--speed", "3000rpm"
+        found = answered(capsys, "bearing", "6308", *words)
         assert any("squeeze" in flag for flag in found["flags"]) == squeezed
         assert (found["reference_life_mrev"] < 0.1 * found["basic_life_mrev"]) == squeezed

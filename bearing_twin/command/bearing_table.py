@@ -37,7 +37,7 @@ ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals
 
 
 def short(value: float, room: int = 10) -> str:
-    """Five digits in at most `room` (8 or more) characters, without a power of ten up to 1e7."""
+    """Five digits in at most `room` (7 or more) characters, without a power of ten up to 1e7."""
     if 99999.5 <= abs(value) < 1e7:
         return f"{value:.0f}"
     shown = "0" if abs(value) < 1e-9 else f"{value:.5g}"
@@ -106,9 +106,9 @@ def show_equilibrium(result: dict) -> None:
     moved = [1e6 * one for one in result["ring_displacement_m"]] + [DEGREE * one for one in turned]
     loads = [0.0 - one for one in result["ring_force_n"]] + [0.0 - MOMENT * one for one in moments]
     rows = [("displacement [µm, °]", *map(short, moved)), ("load [N, N mm]", *map(short, loads))]
-    rows.append(("stiffness: load [N, N mm]", *("",) * len(AXES)))
+    rows.append(("stiffness [N, N mm]", *("",) * len(AXES)))
     for axis, column in zip(AXES, zip(*result["stiffness"], strict=True), strict=True):
-        name, step = (f"  for 0.01° {axis}", STEP) if "about" in axis else (f"  for 1 µm along {axis}", 1e-6)
+        name, step = (f"  per 0.01° {axis}", STEP) if "about" in axis else (f"  per 1 µm along {axis}", 1e-6)
         units = (1.0, 1.0, 1.0, MOMENT, MOMENT)
         rows.append((name, *(short(unit * step * one) for unit, one in zip(units, column, strict=True))))
     show_columns(("inner ring", *AXES), rows)
@@ -128,7 +128,7 @@ def _show_balls(result: dict) -> None:
     header, columns = ["ball", "azimuth\n\n[°]"], [range(len(result["ball_azimuth_rad"]))]
     columns.append([f"{180.0 - (180.0 - math.degrees(one)) % 360.0:.2f}" for one in result["ball_azimuth_rad"]])
     for words, unit, key, show in (
-        ("load", "N", "normal_load_{}_n", lambda one: short(one, 8)),
+        ("load", "N", "normal_load_{}_n", lambda one: short(one, 7)),
         ("angle", "°", "contact_angle_{}_rad", lambda one: f"{math.degrees(one):.3f}"),
         ("p max", "MPa", "peak_pressure_{}_pa", lambda one: f"{PRESSURE * one:.1f}"),
     ):
