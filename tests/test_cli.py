@@ -21,10 +21,6 @@ COMMAND = [sys.executable, "-m", "bearing_twin"]
 SHORT = ["bearing_6203", "--duration", "0.02"]
 
 
-def run(*words, **options):
-    return subprocess.run([*COMMAND, *map(str, words)], capture_output=True, text=True, timeout=600, **options)
-
-
 def asked(capsys, *words, code=DONE):
     """The JSON object a subcommand prints."""
     assert main([*map(str, words), "--json"]) == code
@@ -129,13 +125,11 @@ def test_scenes_and_keys_are_listed(capsys):
         (["simulat", "x"], "did you mean simulate?"),
         (["simulate"], "required: scene"),
         (["simulate", "bearing_6203", "--jsn"], "did you mean --json?"),
-        (["simulate", "bearing_6203", "--js"], "did you mean --json?"),
         (["scenes", "all"], "one word too many"),
         (["simulate", "baering_6203"], "did you mean bearing_6203?"),
         (["simulate", "bearing_6203", "--set", "contact.norml=hertz"], "did you mean normal?"),
         (["simulate", "bearing_6203", "--set"], "expected one argument"),
         (["simulate", "bearing_6203", "--duration", "long"], "run.duration = 'long' must be a number in s"),
-        (["simulate", "bearing_6203", "--duration", "nan"], "run.duration"),
         (["simulate", "bearing_6203", "--set", "geometry.balls=14"], "at most 13 do"),
         (["simulate", "bearing_6203", "--plot", "run.mcap"], "ends in .png"),
         (["simulate", "bearing_6203", "--plot", "none/run.png"], "none is not a folder"),
@@ -143,8 +137,6 @@ def test_scenes_and_keys_are_listed(capsys):
         (["simulate", "none.yaml"], "there is no scene file"),
         (["simulate", "two_spheres", "--max-loss", "0.1"], "give --out, too"),
         (["report", "none.mcap"], "there is no log"),
-        (["verify", "none.mcap"], "there is no log"),
-        (["recover", "none.mcap", "out.mcap"], "there is no log"),
         (["report", sys.executable], "is not an MCAP file"),
         (["--json", "scenes"], "options go behind the command: bearing_twin scenes ... --json"),
         (["help", "simulat"], "did you mean simulate?"),
@@ -163,14 +155,13 @@ def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, capsys,
 
 
 def test_help_is_a_word_too(capsys):
-    for words in (["help"], ["help", "simulate"]):
+    said = []
+    for words in (["help", "simulate"], ["simulate", "--help"]):
         with pytest.raises(SystemExit) as ended:
             main(words)
         assert ended.value.code == 0
-        said = capsys.readouterr().out
-        with pytest.raises(SystemExit):
-            main([*words[1:], "--help"])
-        assert capsys.readouterr().out == said
+        said.append(capsys.readouterr().out)
+    assert said[0] == said[1]
 
 
 def test_no_subcommand_shows_the_help(capsys):
@@ -198,20 +189,6 @@ def test_help_and_lists_import_nothing_heavy(words, more):
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
     assert done.stderr.splitlines()[-1] == "[]"
     assert "two_spheres" in done.stdout or "simulate" in done.stdout or "drive.speed" in done.stdout
-
-
-def test_as_a_program_standard_output_is_json_alone(quick_starts):
-    done = run("simulate", *SHORT, "--json")
-    assert done.returncode == DONE
-    assert json.loads(done.stdout)["samples"] == 21
-
-
-def test_a_reader_of_json_that_goes_away_is_no_error():
-    words = [*COMMAND, "scenes", "--keys", "--json"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
-        process.stdout.close()
-        assert process.stderr.read() == b""
-        assert process.wait(timeout=600) == DONE
 
 
 @pytest.mark.parametrize(
@@ -278,13 +255,6 @@ def test_a_key_that_is_given_two_values_is_refused(words, key, capsys):
     assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(capsys, *words))
 
 
-def test_a_key_is_swept_or_set(capsys):
-    words = ("bearing", "6203", "--load", "0,-500,0", "--sweep", "speed=100:200:2", "--set", "drive.speed=100")
-    said = refused(capsys, *words)
-    assert "drive.speed" in said
-    assert "--sweep" in said
-
-
 def test_a_result_of_every_sort_of_value_is_shown(capsys):
     show_result({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
     out = capsys.readouterr().out
@@ -304,7 +274,6 @@ def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, capsys, mo
         "sheet.html": ["bearing", "6203", "--load", "0,-500,0", "--out", "sheet.html"],
         "run.mcap": ["simulate", *SHORT, "--out", "run.mcap"],
         "saved.mcap": ["recover", log, "saved.mcap"],
-        "run.nc": ["export", log, "--to", "netcdf", "--out", "run.nc"],
     }
     for name, words in commands.items():
         (tmp_path / name).write_text("precious")
