@@ -14,7 +14,6 @@ from solved_impact import SolvedImpact
 
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.base.stopping import SIGNALLED, Halt
-from bearing_twin.kinds.beam import impact as beams
 from bearing_twin.kinds.beam.impact import (
     BeamImpact,
     ImpactingSphere,
@@ -22,7 +21,6 @@ from bearing_twin.kinds.beam.impact import (
     beam_energy,
     branches,
     deflection_shapes,
-    first_frequency,
     modes_of,
     rectangular_beam,
     solve_impact,
@@ -38,53 +36,13 @@ from bearing_twin.run.simulation import Simulation, simulate
 CLASSICAL = rectangular_beam(0.1535, 0.01, 0.01, 2.158e11, 7960.0)
 
 
-def test_frequencies_are_squares_of_the_first():
+def test_frequencies_are_squares_of_the_first_and_a_blow_moves_modes_that_have_no_node_there():
     """omega_n = n^2 omega_1 (paper 2, below eq. 7), omega_1 = (pi/l)^2 sqrt(EI / (mass per length))."""
     omega = (math.pi / 0.1535) ** 2 * math.sqrt(2.158e11 * 0.01**4 / 12.0 / (7960.0 * 0.01**2))
-    assert first_frequency(CLASSICAL) == pytest.approx(omega, rel=1e-14)
-    modes = modes_of(CLASSICAL, 0.3 * CLASSICAL.span, 5)
-    assert modes.omega == pytest.approx(omega * np.array([1.0, 4.0, 9.0, 16.0, 25.0]), rel=1e-13)
+    modes = modes_of(CLASSICAL, CLASSICAL.span / 3.0, 8)
+    assert list(modes.index) == [1, 2, 4, 5, 7, 8]
+    assert modes.omega == pytest.approx(omega * modes.index**2.0, rel=1e-13)
     assert modes.modal_mass == pytest.approx(0.5 * CLASSICAL.mass, rel=1e-15)
-
-
-def test_a_blow_at_mid_span_moves_odd_modes_only():
-    assert list(modes_of(CLASSICAL, 0.5 * CLASSICAL.span, 8).index) == [1, 3, 5, 7]
-    assert list(modes_of(CLASSICAL, CLASSICAL.span / 3.0, 8).index) == [1, 2, 4, 5, 7, 8]
-
-
-def test_statics_at_mid_span():
-    """F l^3 / 48 EI and stress (F l / 4) / (b h^2 / 6)."""
-    middle = 0.5 * CLASSICAL.span
-    expected = CLASSICAL.span**3 / (48.0 * CLASSICAL.rigidity)
-    assert static_deflection(CLASSICAL, middle, middle) == pytest.approx(expected, rel=1e-13)
-    expected = 0.25 * CLASSICAL.span / (0.01**3 / 6.0)
-    assert static_stress(CLASSICAL, middle, middle) == pytest.approx(expected, rel=1e-13)
-
-
-@settings(deadline=None)
-@given(st.floats(0.05, 0.95), st.floats(0.0, 1.0))
-def test_statics_are_reciprocal_and_modes_with_their_tail_make_them_up(load, point):
-    """Maxwell; and the modal sum of any length plus its tail is the static influence function."""
-    load, point = load * CLASSICAL.span, point * CLASSICAL.span
-    exact = static_deflection(CLASSICAL, point, load)
-    assert static_deflection(CLASSICAL, load, point) == pytest.approx(exact, rel=1e-9, abs=1e-22)
-    modes = modes_of(CLASSICAL, load, 7)
-    still = modes.shape / (modes.omega**2 * modes.modal_mass)
-    for shapes, whole in (
-        (deflection_shapes(CLASSICAL, modes, [point]), exact),
-        (stress_shapes(CLASSICAL, modes, [point]), static_stress(CLASSICAL, point, load)),
-    ):
-        assert (shapes[0] @ still + shapes[1])[0] == pytest.approx(whole, rel=1e-9, abs=1e-20)
-
-
-@pytest.mark.parametrize(("quantity", "power"), [("deflection", 3.0), ("stress", 1.0)])
-def test_what_the_modes_leave_out_falls_as_their_number_says(quantity, power):
-    """The deflection's tail as modes^-3; the stress's only as modes^-1, which is why it is added."""
-    middle, tails = 0.5 * CLASSICAL.span, []
-    for count in (51, 201):
-        shapes = getattr(beams, f"{quantity}_shapes")(CLASSICAL, modes_of(CLASSICAL, middle, count), [middle])
-        tails.append(abs(float(shapes[1][0])))
-    assert math.log(tails[0] / tails[1]) / math.log(201 / 51) == pytest.approx(power, abs=0.08)
 
 
 @pytest.mark.parametrize("damping", [0.0, 0.05])
@@ -116,17 +74,6 @@ def test_a_cubic_force_is_propagated_exactly(damping):
         assert end[n].real + modes.rate[n].real * found == pytest.approx(exact[1], rel=1e-8)
 
 
-def test_energy_is_that_of_the_oscillators_and_damping_takes_it():
-    modes = modes_of(CLASSICAL, 0.5 * CLASSICAL.span, 5)
-    state = np.array([0.01 + 0.02j, -0.03j, 0.02 + 0.0j])
-    energy = beam_energy(modes, state)
-    assert energy == pytest.approx(0.5 * modes.modal_mass * np.sum(np.abs(state) ** 2), rel=1e-14)
-    later = state * np.exp(modes.rate * 1e-3)
-    assert beam_energy(modes, later) == pytest.approx(energy, rel=1e-12)
-    damped = modes_of(CLASSICAL._replace(damping_ratio=0.02), 0.5 * CLASSICAL.span, 5)
-    assert beam_energy(damped, state * np.exp(damped.rate * 1e-3)) < 0.8 * beam_energy(damped, state)
-
-
 def test_modal_energy_is_the_energy_of_the_deflected_line():
     """Half the integral of E I w''^2, by quadrature over the span."""
     modes = modes_of(CLASSICAL, 0.3 * CLASSICAL.span, 3)
@@ -142,7 +89,6 @@ def test_modal_energy_is_the_energy_of_the_deflected_line():
 
 STEEL = 2.158e11, 7960.0, 0.0, 0.3
 CLASSICAL_BLOW = rectangular_beam(0.1535, 0.01, 0.01, *STEEL)
-EULER = rectangular_beam(0.1535, 0.01, 0.01, *STEEL[:2])
 SHEAR = "beam.theory=timoshenko"
 DROP = "sphere_on_beam_drop_50mm_shear"
 
@@ -190,9 +136,9 @@ def test_shear_and_rotary_inertia_change_what_follows_a_blow(scene, peaks, resti
         assert found.contacts[0].duration == pytest.approx(158.48e-6, abs=5e-9)
 
 
-@pytest.mark.parametrize("point", [0.5, 0.3])
-def test_a_program_without_modes_finds_the_same(point):
+def test_a_program_without_modes_finds_the_same():
     """Staggered differences of the equations themselves, with Richardson's extrapolation; forces, times and stress."""
+    point = 0.3
     found = thrown(overrides=(f"blow.point={point}",), count=301)
     speed, pieces = found.pieces.motions[0, 1], []
     for cells in (200, 400):
@@ -236,29 +182,24 @@ def test_long_waves_are_those_of_euler():
     assert turn[:3] == pytest.approx(plain[3], rel=1e-4)
 
 
-@settings(deadline=None)
-@given(st.floats(0.05, 0.95), st.floats(0.0, 1.0))
-def test_modes_with_their_tail_make_up_the_statics_with_shear(load, point):
-    """Shear adds near far / (l K G A) to the deflection and nothing to the bending moment."""
-    load, point = load * CLASSICAL_BLOW.span, point * CLASSICAL_BLOW.span
-    exact = static_deflection(CLASSICAL_BLOW, point, load)
-    near, far = min(point, load), CLASSICAL_BLOW.span - max(point, load)
-    added = near * far / (CLASSICAL_BLOW.span * CLASSICAL_BLOW.shear_rigidity)
-    assert exact == pytest.approx(static_deflection(EULER, point, load) + added, rel=1e-12)
-    modes = modes_of(CLASSICAL_BLOW, load, 7)
+@pytest.mark.parametrize("beam", [CLASSICAL, CLASSICAL_BLOW], ids=["euler", "timoshenko"])
+def test_modes_with_their_tail_make_up_the_statics(beam):
+    """F l^3 / 48 EI and stress (F l / 4) / (b h^2 / 6) at mid-span; Maxwell; shear adds near far / (l K G A)."""
+    middle, load, point = 0.5 * beam.span, 0.37 * beam.span, 0.81 * beam.span
+    bent = static_deflection(CLASSICAL, middle, middle)
+    assert bent == pytest.approx(beam.span**3 / (48.0 * beam.rigidity), rel=1e-13)
+    assert static_stress(beam, middle, middle) == pytest.approx(0.25 * beam.span / (0.01**3 / 6.0), rel=1e-13)
+    exact = static_deflection(beam, point, load)
+    assert static_deflection(beam, load, point) == pytest.approx(exact, rel=1e-12)
+    added = load * (beam.span - point) / (beam.span * beam.shear_rigidity)
+    assert exact == pytest.approx(static_deflection(CLASSICAL, point, load) + added, rel=1e-12)
+    modes = modes_of(beam, load, 7)
     still = modes.shape / (modes.omega**2 * modes.modal_mass)
     for shapes, whole in (
-        (deflection_shapes(CLASSICAL_BLOW, modes, [point]), exact),
-        (stress_shapes(CLASSICAL_BLOW, modes, [point]), static_stress(CLASSICAL_BLOW, point, load)),
+        (deflection_shapes(beam, modes, [point]), exact),
+        (stress_shapes(beam, modes, [point]), static_stress(beam, point, load)),
     ):
         assert (shapes[0] @ still + shapes[1])[0] == pytest.approx(whole, rel=1e-9, abs=1e-20)
-
-
-def test_the_integral_equation_agrees_with_the_modes():
-    exact = thrown(count=61, steps=300)
-    coarse, fine = (thrown(steps=steps, method="volterra", count=61) for steps in (1000, 2000))
-    better = (4.0 * numbers(fine) - numbers(coarse)) / 3.0
-    assert better == pytest.approx(numbers(exact), rel=1e-7)
 
 
 def test_an_euler_beam_is_flagged_where_it_is_wrong():
@@ -346,15 +287,7 @@ def test_impulse_and_energy_identities(scene):
     assert total == pytest.approx(total[0], rel=1e-6)
 
 
-@pytest.mark.parametrize(
-    ("scene", "contacts"),
-    [
-        ("sphere_on_beam", 1),
-        ("sphere_on_beam_drop_50mm", 2),
-        ("sphere_on_beam_drop_600mm", 2),
-        ("sphere_on_beam_long", 3),
-    ],
-)
+@pytest.mark.parametrize(("scene", "contacts"), [("sphere_on_beam", 1), ("sphere_on_beam_long", 3)])
 def test_the_integral_equation_agrees_with_the_modes_of_euler(scene, contacts):
     """Eq. (9) against modes and spring: hats in time, errors of step^2 removed by one extrapolation, to 1e-8."""
     exact = thrown_at_euler(scene, 500)
@@ -363,15 +296,6 @@ def test_the_integral_equation_agrees_with_the_modes_of_euler(scene, contacts):
     better = (4.0 * numbers(fine) - numbers(coarse)) / 3.0
     assert better == pytest.approx(numbers(exact), rel=1e-8)
     assert numbers(fine) == pytest.approx(numbers(exact), rel=2e-6)
-
-
-def test_the_integral_equation_agrees_on_the_long_beam_too():
-    exact, found = (
-        thrown_at_euler("sphere_on_beam_long", 300),
-        thrown_at_euler("sphere_on_beam_long", 2000, "volterra"),
-    )
-    assert len(exact.contacts) == len(found.contacts) == 3
-    assert numbers(found) == pytest.approx(numbers(exact), rel=1e-5)
 
 
 @pytest.mark.parametrize(("method", "steps", "order"), [("volterra", (250, 1000), 2.0), ("modes", (8, 64), 2.8)])
@@ -449,12 +373,6 @@ def test_balances_hold_wherever_and_however_hard_it_strikes(point, radius, speed
     assert kinetic + stored + contact == pytest.approx(brought, rel=1e-5)
     lost = motion.sphere.mass * (speed - motion.pieces.motions[-1, 1])
     assert sum(one.impulse for one in motion.contacts) == pytest.approx(lost, rel=1e-9)
-
-
-def test_both_ends_of_the_span_are_alike():
-    left, right = (solved_euler("sphere_on_beam", f"blow.point={point}", "blow.speed=1.0") for point in (0.3, 0.7))
-    assert left.restitution == pytest.approx(right.restitution, rel=1e-9)
-    assert left.values["shape"] == pytest.approx(right.values["shape"][:, ::-1], abs=1e-13)
 
 
 def test_gravity_is_off_unless_asked_for_and_matters_at_a_centimetre_a_second():

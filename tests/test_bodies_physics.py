@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from made_up_run import a_choice
 from reference.ellipsoid import contact_delay, rocking_rate
-from scipy.spatial.transform import Rotation
 
 from bearing_twin import reference
 from bearing_twin.base.errors import IntegrationError, SceneError
@@ -59,23 +58,19 @@ def contact(number, report):
 
 def test_a_ball_strikes_like_two_bodies_in_the_closed_form():
     """Landau and Lifchitz, section 9, the plane as a body without end; no gravity."""
-    report, _ = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
-                    "start.height=0.2", "run.duration=0.11", "contact.normal=hertz_exact")  # fmt: skip
+    report, values = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
+                    "start.height=0.02", "run.duration=0.011", "contact.normal=hertz_exact",
+                    "run.output_rate=1e6")  # fmt: skip
     found = contact(0, report)
+    exact = impact.force_history(values["time"] - found["start_s"], BALL, MASS, 2.0)
+    assert values["normal_load"] == pytest.approx(exact, abs=1e-8 * exact.max())
     assert report.figures["contact_count"] == 1
-    assert found["start_s"] == pytest.approx(0.1, rel=1e-14)
+    assert found["start_s"] == pytest.approx(0.01, rel=1e-13)
     assert found["duration_s"] == pytest.approx(impact.contact_time(BALL, MASS, 2.0), rel=1e-9)
     assert found["peak_force_n"] == pytest.approx(impact.peak_force(BALL, MASS, 2.0), rel=1e-7)
     assert report.figures["greatest_approach_m"] == pytest.approx(impact.greatest_approach(BALL, MASS, 2.0), rel=1e-7)
     assert found["impulse_ns"] == pytest.approx(2.0 * MASS * 2.0, rel=1e-9)
     assert found["restitution"] == pytest.approx(1.0, abs=1e-9)
-
-
-def test_the_history_of_the_load_is_the_closed_form():
-    _, values = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
-                    "start.height=0.0", "run.duration=8e-4", "run.output_rate=1e6")  # fmt: skip
-    exact = impact.force_history(values["time"], BALL, MASS, 2.0)
-    assert values["normal_load"] == pytest.approx(exact, abs=1e-8 * exact.max())
 
 
 @pytest.mark.parametrize("speed", [0.5, 5.0])
@@ -110,41 +105,24 @@ def test_bounce_heights_fall_as_the_square_of_the_restitution():
     assert abs(report.figures["energy_closure"]) < 1e-6  # wanted.tolerance
 
 
-@pytest.mark.parametrize(
-    ("law", "contacts"),
-    [
-        ("hertz", 2000),
-        *(pytest.param(law, 10_000, marks=pytest.mark.environment) for law in ("hertz", "volumetric")),
-    ],
-)
-def test_thousands_of_bounces_keep_the_energy(law, contacts):
+def test_a_thousand_bounces_keep_the_energy():
     """A millimetre's fall, no loss, no friction: 35 steps a contact."""
-    overrides = ("start.height=1e-3", "contact.restitution=1.0", f"contact.normal={law}", "run.output_rate=2",
-                 f"run.duration={0.03 * contacts}", "solver.companion=off")  # fmt: skip
-    report, values = ran("ellipsoid_on_plane", *overrides)
-    assert report.figures["contact_count"] >= contacts
+    overrides = ("start.height=1e-3", "contact.restitution=1.0", "contact.normal=hertz", "run.output_rate=2")
+    report, values = ran("ellipsoid_on_plane", *overrides, "run.duration=30")
+    assert report.figures["contact_count"] >= 1000
     assert len(report.figures["contacts"]) == 200
-    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-8 * contacts  # of 1e-3 wanted; found: 3e-9 each
-    # Hertz is exact for these bodies, and the volumetric law is 0.2 % from it, which a report says.
-    assert report.status == {"hertz": "done", "volumetric": "doubtful: contacts"}[law]
+    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-8 * 1000  # of 1e-3 wanted; found: 3e-9 each
+    assert report.status == "done"
 
 
 def test_a_tumbling_body_keeps_its_energy_through_hundreds_of_bounces():
     """Curvatures change while it turns: only with the moment of the elastic energy do the books close."""
-    overrides = "run.duration=50", "run.output_rate=20", "wanted.tolerance=1e-10", "solver.companion=off"
+    overrides = "run.duration=20", "run.output_rate=20", "wanted.tolerance=1e-10"
     report, values = ran("ellipsoid_tumbling", *overrides)
-    assert report.figures["contact_count"] > 250
-    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 2.5e-5
+    assert report.figures["contact_count"] > 100
+    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 1e-5
     assert np.ptp(values["velocity"][:, :2], axis=0).max() == 0.0
     assert np.ptp(values["angular_momentum"][:, 2]) == 0.0
-
-
-@pytest.mark.parametrize("law", law_names("point", GIVES))
-def test_every_law_closes_the_books_where_curvatures_change(law):
-    report, values = ran("ellipsoid_tumbling", *asking(law), OUTSIDE)
-    assert report.figures["contact_count"] > 10
-    assert abs(energy(values) / energy(values)[0] - 1.0).max() < 2e-6
-    assert report.figures["quaternion_drift"] < 1e-8
 
 
 @pytest.mark.parametrize("law", law_names("point", GIVES))
@@ -257,14 +235,13 @@ def test_the_touch_is_known_to_rounding():
     assert contact(0, report)["start_s"] == pytest.approx(math.sqrt(2.0 / GRAVITY), rel=1e-15)
 
 
-@pytest.mark.parametrize("law", ["hertz", "volumetric"])
-def test_fixed_steps_converge(law):
+def test_fixed_steps_converge():
     """The classical method, limited to order 2.5 by the load that begins as t^1.5."""
     errors = []
     exact = impact.contact_time(BALL, MASS, 2.0)
     for count in (16, 256):
         report, _ = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
-                        "start.height=0.2", "run.duration=0.11", "solver.stepper=rk4", f"contact.normal={law}",
+                        "start.height=0.2", "run.duration=0.11", "solver.stepper=rk4",
                         f"solver.step={exact / count!r}")  # fmt: skip
         errors.append(abs(contact(0, report)["restitution"] - 1.0))
     assert math.log(errors[0] / errors[1]) / math.log(16.0) > 2.3
@@ -468,7 +445,7 @@ def test_a_rounded_box_lands_on_a_face_which_is_no_ellipse():
         scene(first=first, contact={"normal": "hertz"})
 
 
-@pytest.mark.parametrize(("exponents", "points"), [((2.0, 2.0), 80), ((4.0, 4.0), 80), ((2.5, 6.0), 80)])
+@pytest.mark.parametrize(("exponents", "points"), [((2.0, 2.0), 80), ((2.5, 6.0), 80)])
 def test_masses_and_moments_of_superellipsoids_by_counting(exponents, points):
     axes, (n, m) = (0.03, 0.02, 0.01), exponents
     one = Shaped(shape="superellipsoid", semi_axes=axes, exponents=exponents)
@@ -510,6 +487,10 @@ REFUSED = [
       "second": {"shape": "groove", "radius": 0.002, "ring_radius": 0.1, "motion": "held"}}, "start"),
     ({"first": {"radius": 0.01, "position": [0.09995, 0, 0]},
       "second": {"shape": "groove", "radius": 0.010001, "ring_radius": 0.1, "motion": "held"}}, "touch over more than"),
+    ({"first": {"shape": "ellipsoid", "semi_axes": [0.0095, 0.002, 0.002], "position": [0.1, 0, 0],
+                "turn": [0, 0.5 * math.pi, 0]},  # along the axis of a groove, it touches both flanks
+      "second": {"shape": "groove", "radius": 0.01, "ring_radius": 0.1, "motion": "held"}},
+     "several closest points|saddle|flat"),
     ({"contact": {"normal": "linear"}}, "needs contact.stiffness"),
     ({"contact": {"normal": "overlaps"}}, "did you mean overlap"),
 ]  # fmt: skip
@@ -520,16 +501,6 @@ def test_what_makes_no_pair_is_refused_with_a_sentence(sections, sentence):
     with pytest.raises(SceneError, match=sentence) as caught:
         scene(**sections)
     assert "\n" not in str(caught.value) or "problems" in str(caught.value)
-
-
-def test_several_closest_points_are_refused():
-    """A long ellipsoid along a groove's axis touches both flanks alike."""
-    turn = Rotation.from_euler("y", 90, degrees=True).as_rotvec().tolist()
-    with pytest.raises(SceneError, match=r"several closest points|saddle|flat"):
-        scene(
-            first={"shape": "ellipsoid", "semi_axes": [0.0095, 0.002, 0.002], "position": [0.1, 0, 0], "turn": turn},
-            second={"shape": "groove", "radius": 0.01, "ring_radius": 0.1, "motion": "held"},
-        )
 
 
 def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
