@@ -8,8 +8,8 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.beam.figures import EXTREMES
-from bearing_twin.kinds.bodies.collision import ContactPeriod
 from bearing_twin.kinds.bodies.figures import DURATION, IMPULSE, PEAK_FORCE, START
+from bearing_twin.kinds.bodies.impact import ContactPeriod
 
 
 class SolvedImpact:

@@ -41,7 +41,7 @@ from bearing_twin.contact.elasticity import (
 )
 from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
 from bearing_twin.contact.line import line_law
-from bearing_twin.kinds.bodies.collision import NO_LINE, Spring
+from bearing_twin.kinds.bodies.impact import NO_LINE, Spring
 
 POINT = [name for name, row in LAWS.items() if row.fits == "point"]
 CURVED = [name for name in POINT if LAWS[name].follows]

@@ -46,10 +46,10 @@ from bearing_twin.kinds.beam.impact import (
     stress_shapes,
 )  # fmt: skip
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, TIMOSHENKO, Blow, SphereOnBeamScene
-from bearing_twin.kinds.bodies.collision import FEW_STEPS, FEWEST_STEPS, peak_of
 from bearing_twin.kinds.bodies.derived import homogeneous_mass, mass_of
 from bearing_twin.kinds.bodies.figures import contact_rows
-from bearing_twin.kinds.bodies.impact import Impact, ImpactMotion
+from bearing_twin.kinds.bodies.impact import Impact, ImpactMotion, peak_of
+from bearing_twin.kinds.bodies.parameters import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.rules import BEAM, answers, odd_mass, sentences
 from bearing_twin.kinds.sections import LOOSEST, STANDARD_GRAVITY, check_run, resolved_run
 

@@ -16,13 +16,15 @@ from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coeff
 from bearing_twin.contact.laws import LAWS, law_names, numbers_missing
 from bearing_twin.contact.line import greatest_energy, line_law
 from bearing_twin.contact.validity import wave_transit
-from bearing_twin.kinds.bodies.collision import FEW_STEPS, FEWEST_STEPS, MOST_STEPS
 from bearing_twin.kinds.bodies.parameters import (
     BODY,
+    FEW_STEPS,
+    FEWEST_STEPS,
     FIRST,
     FIXED_STEP,
     FREE,
     HELD,
+    MOST_STEPS,
     OVERLAP,
     SECOND,
     TRACKINGS,

@@ -4,7 +4,6 @@ from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import sphere_coefficient
 from bearing_twin.contact.friction import FRICTIONS, roughness
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.kinds.bodies.collision import FEW_STEPS
 from bearing_twin.kinds.bodies.derived import (
     disc_impact_time,
     homogeneous_mass,
@@ -13,7 +12,7 @@ from bearing_twin.kinds.bodies.derived import (
     shortest_bounce,
     speed_share,
 )
-from bearing_twin.kinds.bodies.parameters import FIXED_STEP, FREE, OVERLAP, EllipsoidOnPlaneScene
+from bearing_twin.kinds.bodies.parameters import FEW_STEPS, FIXED_STEP, FREE, OVERLAP, EllipsoidOnPlaneScene
 from bearing_twin.kinds.rules import BODIES, DISCS, ELLIPSOID, SPHERES, answers, drift, idle_step, odd_mass, sentences
 
 RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz

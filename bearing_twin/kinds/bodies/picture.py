@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from bearing_twin.base.units import prefixed
-from bearing_twin.kinds.bodies.collision import peak_of
 from bearing_twin.kinds.bodies.derived import surface_of
 from bearing_twin.kinds.bodies.display import ENERGIES, LOST, STORED
 from bearing_twin.kinds.bodies.figures import BOUNCE, CONTACT
+from bearing_twin.kinds.bodies.impact import peak_of
 from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
 from bearing_twin.pictures.panels import draw_peaks
 from bearing_twin.pictures.run import RunPicture, scaled_time
