@@ -20,7 +20,6 @@ from bearing_twin.kinds.bearing import (
     Contacts,
     EquilibriumSolver,
     Loading,
-    RingDrive,
     Setting,
     Support,
     apart,
@@ -33,43 +32,7 @@ from bearing_twin.kinds.bearing import (
     shared,
     tried_at,
 )
-from bearing_twin.kinds.shaft.parameters import SIDES, ShaftDrive, ShaftScene, bearing_scene, middle_of
-
-
-def course_of(drive: ShaftDrive, now=0.0, angle=0.0, speed=None, goal=None) -> list[tuple[float, RingDrive]]:
-    """From when on [s] the shaft turns how: `RingDrive`, whose angle is that at this time; in the order of time.
-
-    At `now` it has turned by `angle` [rad], has `speed` [rad/s] and is commanded to `goal`, all by default as at the
-    start. A change of the drive that comes later is added to the goal.
-    """
-    speed = float(drive.speed if speed is None else speed)
-    goals = [(now, speed if goal is None else float(goal))]
-    if drive.change.time > now and drive.change.speed:
-        goals.append((drive.change.time, goals[0][1] + drive.change.speed))
-    course, ends = [(now, RingDrive(angle, speed, 0.0))], [when for when, _ in goals[1:]]
-    for (begin, wanted), end in zip(goals, [*ends, math.inf], strict=True):
-        since, last = course[-1]
-        passed = begin - since
-        angle = last.angle + (last.speed + 0.5 * last.acceleration * passed) * passed
-        speed = last.speed + last.acceleration * passed
-        missing = wanted - speed
-        lasts = abs(missing) / drive.acceleration
-        if passed == 0.0:
-            course.pop()
-        course.append((begin, RingDrive(angle, speed, math.copysign(drive.acceleration, missing) if missing else 0.0)))
-        if missing and begin + lasts < end:
-            course.append((begin + lasts, RingDrive(angle + (speed + 0.5 * missing) * lasts, wanted, 0.0)))
-    return course
-
-
-def speeds_of(parameters: ShaftScene) -> tuple[float, ...]:
-    """The speeds [rad/s] between which the shaft turns in its run: the scene's, and that at the end after a change."""
-    end, found = parameters.run.duration, [parameters.drive.speed]
-    for begin, drive in course_of(parameters.drive)[1:]:
-        if begin < end:
-            lasts = min(end - begin, abs(parameters.drive.change.speed) / parameters.drive.acceleration)
-            found[1:] = [drive.speed + drive.acceleration * lasts]
-    return tuple(found)
+from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene, middle_of
 
 
 def about_centre(place: float, load) -> np.ndarray:
@@ -101,17 +64,35 @@ def unbalance_of(parameters: ShaftScene) -> np.ndarray:
 class ShaftCourse:
     """Speed and loads over time, in parts with even acceleration and evenly growing loads, from `now` [s] on.
 
-    The shaft then has turned by `angle` [rad], turns at `speed` [rad/s] and is commanded to `goal`; `loading` acts at
+    The shaft then has turned by `angle` [rad], turns at `speed` [rad/s] and is commanded to `goal`, by default as at
+    the start of a run; a change of the drive that comes later is added to the goal. `loading` acts at
     `shaft.load_place`. A command makes another course, so that a motion can go back to the one it had.
     """
 
     def __init__(self, parameters: ShaftScene, loading: Loading, now=0.0, angle=0.0, speed=None, goal=None):
+        drive = parameters.drive
         self._parameters, self.loading, self.now = parameters, loading, now
-        self._steady, self.goal = constant_loads(parameters), float(parameters.drive.speed if goal is None else goal)
-        self._turning = course_of(parameters.drive, now, angle, speed, goal)
-        self.speeds = [drive.speed for _, drive in self._turning]
-        self._turns = np.array([since for since, _ in self._turning])
-        self._times = apart(self._turns, loading.times[loading.times > now])
+        self._steady, self.goal = constant_loads(parameters), float(drive.speed if goal is None else goal)
+        self._turning = [(now, angle, float(drive.speed if speed is None else speed), 0.0)]
+        self._turn_to(self.goal, now)
+        if drive.change.time > now and drive.change.speed:
+            self._turn_to(self.goal + drive.change.speed, drive.change.time)
+        self._times = apart(np.array([row[0] for row in self._turning]), loading.times[loading.times > now])
+
+    def _turn_to(self, goal: float, begin: float) -> None:
+        """Goes to a speed [rad/s] from `begin` [s] on, in place of what was to come then."""
+        angle, speed, _ = self.turned(begin)
+        missing = goal - speed
+        acceleration = math.copysign(self._parameters.drive.acceleration, missing) if missing else 0.0
+        self._turning = [row for row in self._turning if row[0] < begin] + [(begin, angle, speed, acceleration)]
+        if missing:
+            lasts = missing / acceleration
+            self._turning.append((begin + lasts, angle + (speed + 0.5 * missing) * lasts, goal, 0.0))
+
+    @property
+    def speeds(self) -> list[float]:
+        """The speeds [rad/s] where the acceleration changes."""
+        return [row[2] for row in self._turning]
 
     def goal_at(self, time: float) -> float:
         """The speed [rad/s] that the shaft is commanded to go to at `time` [s]."""
@@ -120,10 +101,9 @@ class ShaftCourse:
 
     def turned(self, time: float) -> tuple[float, float, float]:
         """Angle [rad], speed [rad/s] and acceleration at `time` [s] and, where a part begins there, after it."""
-        since, drive = self._turning[int(np.searchsorted(self._turns, time * (1.0 + SAME), side="right")) - 1]
+        since, angle, speed, acceleration = [row for row in self._turning if row[0] <= time * (1.0 + SAME)][-1]
         passed = time - since
-        angle = drive.angle + (drive.speed + 0.5 * drive.acceleration * passed) * passed
-        return angle, drive.speed + drive.acceleration * passed, drive.acceleration
+        return angle + (speed + 0.5 * acceleration * passed) * passed, speed + acceleration * passed, acceleration
 
     def load_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Load (5,) about the centre of mass at `time` [s], and its rate, without weight and unbalances."""
@@ -142,11 +122,6 @@ class ShaftCourse:
             [np.concatenate([[time], self.turned(time), *self.load_at(time)]) for time in self._times[first : last + 1]]
         )
 
-    def changes(self, since: float, until: float) -> bool:
-        """True if a part begins after `since` [s] and not after `until`."""
-        first, last = np.searchsorted(self._times, (since, until), side="right")
-        return bool(last > first)
-
     def commanded(self, now: float, goal: float) -> "ShaftCourse":
         """That of a shaft that is commanded at `now` [s] to go to `goal` [rad/s]."""
         angle, speed, _ = self.turned(now)
@@ -159,6 +134,12 @@ class ShaftCourse:
             loading.set(force, moment)
         angle, speed, _ = self.turned(now)
         return ShaftCourse(self._parameters, loading, now, angle, speed, self.goal_at(now))
+
+
+def speeds_of(parameters: ShaftScene) -> tuple[float, float]:
+    """The speeds [rad/s] at the start and at the end of the run, between which the shaft turns."""
+    course = ShaftCourse(parameters, Loading(parameters.shaft))
+    return float(parameters.drive.speed), float(course.turned(parameters.run.duration)[1])
 
 
 UNSEEN = 1e-12  # of the loads: what a ball's last step may leave, which spares a quarter of a step's time
