@@ -13,12 +13,9 @@ import pytest
 from disks import full_after
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.sample import Channel
 from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.kinds import KINDS
-from bearing_twin.log import cdr
-from bearing_twin.log.sample_block import Gathered, samples_message
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.uq import workers as ensemble
 from bearing_twin.uq.result import SweepInWords, refusals, sweep_of
@@ -461,25 +458,6 @@ def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
     assert np.array_equal(found.histories.ravel(), numbers)
     assert (found.values.shape, found.quantities.shape) == tuple(one.shape for one in columns)
     assert peak < 1.6 * numbers.nbytes
-
-
-def test_blocks_of_a_study_that_do_not_fit_together_are_refused():
-    """A block without a channel has zeros there; one that is wider than those before is no part of the study."""
-    columns = Gathered(["a", "b"], ["c"])
-    for first, values, message in (
-        (0, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]], {"a": 1, "c": 1, "b": 1}),
-        (2, [[7.0, 8.0]], {"a": 1, "b": 1}),
-    ):
-        channels = tuple(Channel(name, "1", (width,), "") for name, width in message.items())
-        times = np.arange(len(values), dtype=np.int64)
-        data = samples_message(channels, first, times, np.array(values))
-        columns.add(cdr.deserialise(cdr.SAMPLE_BLOCK, data))
-    both, single = columns.arrays()
-    assert both.tolist() == [[1.0, 3.0], [4.0, 6.0], [7.0, 8.0]]
-    assert single.tolist() == [[2.0], [5.0], [0.0]]
-    wide = samples_message((Channel("c", "1", (2,), ""),), 3, np.arange(1), np.ones((1, 2)))
-    with pytest.raises(ValueError, match="2 numbers a row where there were 1"):
-        columns.add(cdr.deserialise(cdr.SAMPLE_BLOCK, wide))
 
 
 def refused_report(path, capsys):

@@ -7,12 +7,10 @@ written when the disk is full.
 
 import contextlib
 import errno
-import itertools
 import os
 import struct
 import tempfile
-import zlib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -44,7 +42,6 @@ except ImportError:  # no package of Debian, so that a ROS installed from there 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 512 * 1024
 RESERVE_BYTES = 256 * 1024  # of disk space, held back for the end of the log
-INDEX_PIECE = 1 << 20  # bytes of the index that are in memory at a time
 HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
 COMPRESSION, LESS_PACKED = "zstd", "lz4"
 COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
@@ -94,49 +91,25 @@ def refused(sentence: str, error: BaseException) -> LogError:
     return (FullDisk if getattr(error, "errno", None) in NO_ROOM else LogError)(sentence)
 
 
-class IndexFile:
-    """The index of a log while it is written, in a file without a name in its folder; it vanishes with this process.
-
-    In memory it would grow by tens of megabytes an hour. It also holds back room on the disk for the end of the log.
+class Reserve:
+    """Disk space held back for the end of a log, in a file without a name in its folder; it vanishes with this process.
 
     Raises OSError where the disk has no room for it.
     """
 
     def __init__(self, folder: Path):
         self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115
-        self._bytes = self._reserved = 0
-        self._in_memory: list[bytes] = []  # records for which the file had no room
-        self._reserve()
+        self._bytes = self._file.write(bytes(RESERVE_BYTES))
 
-    def keep(self, record: bytes) -> None:
-        """Adds one record."""
-        try:
-            if 2 * (self._bytes + len(record)) + RESERVE_BYTES // 2 > self._reserved:
-                self._reserve()
-            self._file.seek(self._bytes)
-            if self._file.write(record) != len(record):
-                raise OSError(errno.ENOSPC, "no room")
-            self._bytes += len(record)
-        except (OSError, ValueError):  # the next append to the log will tell; ValueError: it is closed
-            self._in_memory.append(record)
-
-    def release(self) -> None:
-        """Gives the disk space back that holds no record."""
-        self._file.truncate(self._bytes)
-
-    def pieces(self) -> Iterator[bytes]:
-        """All records in order, some at a time."""
-        for begin in range(0, self._bytes, INDEX_PIECE):
-            yield os.pread(self._file.fileno(), min(INDEX_PIECE, self._bytes - begin), begin)
-        yield b"".join(self._in_memory)
+    def grow(self, index_bytes: int) -> None:
+        """Holds back what an index of that size takes; where there is no room the next append to the log will tell."""
+        with contextlib.suppress(OSError, ValueError):  # ValueError: it is closed
+            if index_bytes + RESERVE_BYTES // 2 > self._bytes:
+                self._bytes += self._file.write(bytes(RESERVE_BYTES))
 
     def close(self) -> None:
-        """Gives all disk space back; may be called twice."""
+        """Gives the disk space back; may be called twice."""
         self._file.close()
-
-    def _reserve(self) -> None:
-        self._file.seek(self._reserved)
-        self._reserved += self._file.write(bytes(RESERVE_BYTES))
 
 
 class McapWriter:
@@ -161,7 +134,8 @@ class McapWriter:
         self._crc = 0
         self.problem = ""  # why the file cannot grow, and what was kept
         self._closed = False
-        self._index: IndexFile | None = None
+        self._index = bytearray()  # of the chunks, 10 MB an hour of a bearing of eight balls
+        self._reserve: Reserve | None = None
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._room = bytearray()  # the chunk in progress
         self._chunk_index: dict[int, list[int]] = {}
@@ -176,7 +150,7 @@ class McapWriter:
         self.first_ns: int | None = None
         self.last_ns = 0
         try:
-            self._index = IndexFile(self.path.resolve().parent)
+            self._reserve = Reserve(self.path.resolve().parent)
             self._append((MAGIC + _record(Header("ros2", library)),))
         except (OSError, LogError) as error:
             self.discard()
@@ -248,7 +222,8 @@ class McapWriter:
         first, last = self._span()
         parts, index = self._sealed(first, last)
         self._append(parts)
-        self._index.keep(index)
+        self._index += index
+        self._reserve.grow(len(self._index))
         self._chunks += 1
         for channel, entries in self._chunk_index.items():
             self.counts[channel] += len(entries) // 2
@@ -276,26 +251,25 @@ class McapWriter:
         if self._closed:
             return
         self._closed = True
-        self._index.release()
+        self._reserve.close()
         try:
             try:
                 if self._patient or not self.problem:
                     self.end_chunk()
             finally:
                 self.problem = ""
-                self.bytes += self._put((part,) for part in self._tail(self._index.pieces()))
+                self._put(self._tail())
                 with contextlib.suppress(OSError):
                     os.ftruncate(self._file, self.bytes)  # what another program appended
                     os.fsync(self._file)
         finally:
-            self._index.close()
             os.close(self._file)
 
     def discard(self) -> None:
         """Closes and removes the file."""
         self._closed = True
-        if self._index is not None:
-            self._index.close()
+        if self._reserve is not None:
+            self._reserve.close()
         os.close(self._file)
         self.path.unlink(missing_ok=True)
 
@@ -359,7 +333,7 @@ class McapWriter:
         )
         return [*parts[:2], b"".join(parts[2:])], _record(index)  # the system writes at most 1024 parts together
 
-    def _tail(self, index: Iterator[bytes]) -> Iterator[bytes]:
+    def _tail(self) -> list[bytes]:
         """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""
         data_end = _record(DataEnd(self._crc))
         start = self.bytes + len(data_end)
@@ -378,30 +352,27 @@ class McapWriter:
         )
         schemas_first = sorted(self._described, key=lambda record: isinstance(record, Channel))
         before, after = (b"".join(map(_record, records)) for records in ((*schemas_first, statistics), self._added))
-        yield data_end
-        crc = 0
-        for part in itertools.chain((before,), index, (after,)):
-            crc = zlib.crc32(part, crc)
-            yield part
-        crc = zlib.crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, 0), crc)
-        yield _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc)) + MAGIC
+        summary = b"".join((before, self._index, after))
+        crc = crc32(_FOOTER_START.pack(Opcode.FOOTER, 20, start, 0), crc32(summary))
+        return [
+            data_end,
+            summary,
+            _record(Footer(summary_start=start, summary_offset_start=0, summary_crc=crc)) + MAGIC,
+        ]
 
     def _append(self, parts: Sequence[bytes]) -> None:
-        self.bytes += self._put((parts,))
+        self._put(parts)
         for part in parts:
             self._crc = crc32(part, self._crc)
 
-    def _put(self, writes: Iterable[tuple[bytes, ...]]) -> int:
-        """Writes parts behind what is complete, some at a time, and returns their size; on failure it leaves none."""
+    def _put(self, parts: Sequence[bytes]) -> None:
+        """Writes parts behind what is complete; on failure it leaves none of them."""
         self._look_after()
-        size = 0
+        size = sum(map(len, parts))
         try:
-            for parts in writes:
-                begin, rest = self.bytes + size, sum(map(len, parts))
-                size += rest
-                done = os.pwritev(self._file, parts, begin)
-                while done < rest:  # a file seldom takes less than all
-                    done += os.pwritev(self._file, (memoryview(b"".join(parts))[done:],), begin + done)
+            done = os.pwritev(self._file, parts, self.bytes)
+            while done < size:  # a file seldom takes less than all
+                done += os.pwritev(self._file, (memoryview(b"".join(parts))[done:],), self.bytes + done)
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, self.bytes)
@@ -411,7 +382,7 @@ class McapWriter:
                 f"it; make room{'' if self._patient else ' and write to a new log'}"
             )
             raise refused(self.problem, error) from error
-        return size
+        self.bytes += size
 
     def _look_after(self) -> None:
         """Puts a removed file back; raises LogError where that fails, and where another program has cut the file."""

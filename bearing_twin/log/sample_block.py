@@ -1,9 +1,7 @@
 """Solver outputs as SampleBlock messages and back, checked: a log or a peer may have written anything."""
 
-import itertools
 import math
 import struct
-from array import array
 from functools import lru_cache
 
 import numpy as np
@@ -141,33 +139,3 @@ def block_of(channels: tuple[Channel, ...], message) -> Block:
     block = Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
     renewed(block)
     return block
-
-
-class Gathered:
-    """The columns of SampleBlocks by groups of channels, 0 where a block has no such channel; they are held once."""
-
-    def __init__(self, *groups: list[str]):
-        self._groups = groups
-        self._widths: list[int] = []
-        self._numbers = [array("d") for _ in groups]
-
-    def add(self, message) -> None:
-        """A checked SampleBlock; ValueError where its channels are not as wide as those before."""
-        edges = np.concatenate([[0], np.cumsum(message.channel_width.astype(np.int64))]).tolist()
-        edges = dict(zip(message.channel_name, itertools.pairwise(edges), strict=True))
-        places = [[k for name in names if name in edges for k in range(*edges[name])] for names in self._groups]
-        self._widths = self._widths or [len(one) or len(names) for one, names in zip(places, self._groups, strict=True)]
-        for columns, width in zip(places, self._widths, strict=True):
-            if columns and len(columns) != width:
-                raise ValueError(f"{len(columns)} numbers a row where there were {width}")
-        block = message.values.reshape(message.count, -1)
-        for columns, width, numbers in zip(places, self._widths, self._numbers, strict=True):
-            numbers.frombytes((block[:, columns] if columns else np.zeros((len(block), width))).tobytes())
-
-    def arrays(self) -> list[np.ndarray]:
-        """The columns of each group (realisations, columns)."""
-        widths = self._widths or map(len, self._groups)
-        return [
-            np.frombuffer(numbers).reshape(-1, width) if width else np.zeros((0, 0))
-            for numbers, width in zip(self._numbers, widths, strict=True)
-        ]

@@ -7,9 +7,11 @@ quantities as a message each, for programs that plot. `/bearing/study/summary` i
 is in the metadata.
 """
 
+import itertools
 import json
 import math
 import time
+from array import array
 from os import PathLike
 from pathlib import Path
 
@@ -23,7 +25,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.log.encoding import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.recover import logged, records_in
-from bearing_twin.log.sample_block import Gathered, check_block, samples_message
+from bearing_twin.log.sample_block import check_block, samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult, quantity_units
@@ -173,17 +175,35 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
     study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
-    groups = [INPUT + one.key for one in study.inputs], [QUANTITY + name for name in study.quantities]
-    columns = Gathered(*groups, [HISTORY + name for name in study.histories], [STATUS], [DOUBTFUL])
+    layout, numbers = [], array("d")
     for topic, data in logged(path, (SUMMARY_TOPIC, SAMPLES_TOPIC)):
         if topic == SUMMARY_TOPIC:
             summary = parsed_json(cdr.deserialise(cdr.STRING, data).data)
             continue
         message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
         check_block(path, message)
-        columns.add(message)
-    inputs, quantities, histories, status, doubtful = columns.arrays()
-    count = len(status)
+        layout = layout or list(zip(message.channel_name, message.channel_width.tolist(), strict=True))
+        if layout != list(zip(message.channel_name, message.channel_width.tolist(), strict=True)):
+            raise ValueError("its channels change")
+        numbers.frombytes(message.values)
+    edges = np.cumsum([0, *(width for _, width in layout)]).tolist()
+    table = np.frombuffer(numbers).reshape(-1, edges[-1]) if numbers else np.zeros((0, 0))
+    count = len(table)
+    places = {name: range(*ends) for (name, _), ends in zip(layout, itertools.pairwise(edges), strict=True)}
+
+    def columns(*names: str) -> np.ndarray:
+        """The columns of these channels, 0 where an earlier version wrote none; a view where they are adjacent."""
+        found = [place for name in names for place in places.get(name, ())]
+        if not found:
+            return np.zeros((count, len(names)))
+        low, high = found[0], found[-1] + 1
+        return table[:, low:high] if found == list(range(low, high)) else table[:, found]
+
+    inputs = columns(*(INPUT + one.key for one in study.inputs))
+    quantities, histories = (
+        columns(*(sort + name for name in names))
+        for sort, names in ((QUANTITY, study.quantities), (HISTORY, study.histories))
+    )
     if "samples" not in record and unfinished and count:
         summary = None
     elif summary is None or count != int(record.get("samples", -1)):
@@ -191,7 +211,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
             f"{path} lacks a part of its study; go on with `bearing_twin study ... --resume {path}` and another name "
             "for the log, or run the study again"
         )
-    status, reasons = status[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
+    status, reasons = columns(STATUS)[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
     if len(status) and not 0 <= status.min() <= status.max() <= len(reasons):
         raise ValueError("a realisation that failed has no reason")
     if summary is not None:
@@ -203,7 +223,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
         histories.reshape(count, len(study.histories), -1 if count and study.histories else 0),
         status,
         reasons,
-        doubtful[:, 0].astype(np.int64),
+        columns(DOUBTFUL)[:, 0].astype(np.int64),
         tuple(parsed_json(record["doubts"])),
         {**(summary or {}), "seconds": float(work.get("seconds", math.nan))},
     )
