@@ -115,6 +115,10 @@ class Columns(Mapping):
         part = numbers[..., columns]
         return part if len(shape) == 1 else part.reshape(numbers.shape[:-1] + shape)
 
+    def get(self, name: str, default=None):
+        """That channel, or `default`; without the search for a name that is meant."""
+        return self[name] if name in self.layout.places else default
+
     def __iter__(self) -> Iterator[str]:
         return iter(self.layout.places)
 

@@ -102,54 +102,31 @@ def laid_out(ros_type: str, values, draft: Draft) -> Draft:
 @functools.cache
 def _writer(ros_type: str) -> Callable:
     """The function (values, draft) that writes a message of a type."""
-    described = cdr.fields_of(ros_type)
-    order = [name for name, _ in described]
-    fields = {name: (_field(description), _default(description)) for name, description in described}
-    plans: dict[tuple[str, ...], list] = {}
-
-    def plan_of(names):
-        unknown = sorted(set(names) - set(order) - {"frame_id"})
-        if unknown:
-            raise LogError(f"{ros_type} has no field {unknown[0]!r}; it has {', '.join(order)}")
-        steps: list = []
-        for name in order:
-            put, default = fields[name]
-            if name in names:
-                steps.append((name, put, None))
-            elif name == "header":
-                steps.append((name, None, None))
-            elif steps and steps[-1][2] is not None:
-                steps[-1][2].append((put, default))
-            else:
-                steps.append((None, None, [(put, default)]))
-        return [(name, put, None if rest is None else _left_out(rest)) for name, put, rest in steps]
+    fields = {name: (_field(what), _blank(what)) for name, what in cdr.fields_of(ros_type)}
 
     def write(values, draft):
         if not isinstance(values, dict):
-            values = dict(zip(order, values, strict=True))
-        names = tuple(values)
-        plan = plans.get(names)
-        if plan is None:
-            plan = plans[names] = plan_of(names)
-        for name, put, left_out in plan:
-            if put is not None:
+            values = dict(zip(fields, values, strict=True))
+        if unknown := values.keys() - fields.keys() - {"frame_id"}:
+            raise LogError(f"{ros_type} has no field {min(unknown)!r}; it has {', '.join(fields)}")
+        for name, (put, blank) in fields.items():
+            if name in values:
                 put(values[name], draft)
-            elif left_out is not None:
-                draft.data += left_out[len(draft.data) % 8]
-            else:
+            elif name == "header":
                 draft.header(values.get("frame_id", draft.frame))
+            else:
+                draft.data += blank[len(draft.data) % 8]
 
     return write
 
 
-def _left_out(fields: list[tuple[Callable, Any]]) -> list[bytes]:
-    """The bytes of fields one after the other that are left out, behind any number of bytes modulo eight."""
+def _blank(description) -> list[bytes]:
+    """The bytes of a field that is left out, zero or empty, behind any number of bytes modulo eight."""
     found = []
     for before in range(8):
         draft = Draft(0, "", None)
         draft.data = bytearray(8 + before)
-        for put, default in fields:
-            put(default, draft)
+        _field(description)(_default(description), draft)
         found.append(bytes(draft.data[8 + before :]))
     return found
 
