@@ -6,7 +6,7 @@ import functools
 import os
 import re
 import stat
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple
 
@@ -56,8 +56,8 @@ class Shelf(NamedTuple):
         """The user's own files of this kind, in `own_folder`, sorted."""
         return sorted(path for path in own_folder(self.folder).glob("*.y*ml") if path.suffix in SUFFIXES)
 
-    def find(self, name_or_path, also: Iterable[str] = ()) -> Path:
-        """The file of that name or path; raises `error` with the nearest name, or the nearest of `also` if any is."""
+    def find(self, name_or_path, also: Callable[[], Iterable[str]] = tuple) -> Path:
+        """The file of that name or path; raises `error` with the nearest name, or the nearest of `also()` if any is."""
         text = str(name_or_path)
         if re.fullmatch(r"[\w-]+", text) and text in self.names():
             return Path(share_path("config", self.folder, f"{text}.yaml"))
@@ -75,11 +75,10 @@ class Shelf(NamedTuple):
             pass
         if looks_like_a_path:
             raise self.error(f"there is no {self.noun} file {echo(text)}; give the path of one, or a name: {known}")
-        also = list(also)
         designation, near = text.rpartition("_")[2], nearest(text, self.names())
-        if designation in also and not any(designation in name for name in near):
+        if designation in (others := list(also())) and not any(designation in name for name in near):
             raise self.error(f"there is no {self.noun} {echo(text)}; did you mean {designation}, by its designation?")
-        if not near and (hint := did_you_mean(text, also)):
+        if not near and (hint := did_you_mean(text, others)):
             where = "`bearing_twin bearing --list` has the catalogue"
             raise self.error(f"there is no bearing or {self.noun} {echo(text)}; {hint}{where}")
         for other in (SCENES, STUDIES):

@@ -175,7 +175,7 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     elif (found := _catalogued(source)) is not None:
         text, origin = found, f"bearing {found['name']}"
     else:
-        path = SCENES.find(source, also=catalogue_scenes())
+        path = SCENES.find(source, also=catalogue_scenes)
         text, origin = SCENES.read_text(path), f"scene {path.name}"
     overrides = listed_overrides(overrides)
     mapping = _canonical(_mapping_of(text, origin))
