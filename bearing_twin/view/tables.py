@@ -17,6 +17,8 @@ from bearing_twin.run.report import exceeds, output_error_in_words, shown_errors
 AXES = 3  # lists of so many numbers at most are vectors
 BEYOND_DIGITS = 5e-6  # of a value: an error below it is beyond the digits shown
 DIGITS = 5
+RESIDUALS = ("energy_closure", "greatest_energy_gain", "force_balance", "quaternion_drift")  # figures that are errors
+ROUNDING = 1e-12  # a residual below it is 0
 MOST_ROWS = 200
 Readable = Callable[[str, float], tuple[str, str, float]]  # words, unit and factor of a key with values up to a size
 
@@ -53,7 +55,7 @@ def figures_for_people(
             unit = unit if any(map(_is_number, several)) else ""
         error = two_digits(factor * own) if value is not None and _in_digits(own, value) else ""
         doubtful = most is not None and value is not None and exceeds(value, most)
-        texts = [value_text(one, factor, most) for one in several]
+        texts = [_residual(one) if key in RESIDUALS else value_text(one, factor, most) for one in several]
         found.append(Figure(key, words, unit, texts, error, doubtful, len(several) if _is_long(value) else 0))
     return found
 
@@ -91,6 +93,11 @@ def value_text(value, factor: float = 1.0, error=None, digits: int = DIGITS) -> 
     if not isinstance(value, (int, float)) or (isinstance(value, int) and factor == 1.0):
         return str(value)
     return known_digits(value * factor, None if error is None else factor * greatest_error(error), digits)
+
+
+def _residual(value: float | None) -> str:
+    """A relative error of a balance in two digits."""
+    return value_text(value) if value is None else two_digits(value if abs(value) > ROUNDING else 0.0)
 
 
 def is_events(value) -> bool:
