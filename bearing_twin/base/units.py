@@ -336,14 +336,14 @@ def known_digits(value: float, error: float | None, digits: int = 6) -> str:
     Value and error are in the same unit; an error of None, 0 or without bound leaves the digits alone. A value well
     below its error is 0.
     """
-    plain = f"{value + 0.0:.{digits}g}"  # no -0
+    plain = f"{float(f'{value:.{digits}g}') + 0.0:.{max(digits, 7)}g}"  # no -0, and no power of ten up to 1e7
     if not error or not math.isfinite(error) or not math.isfinite(value):
         return plain
     decimals = 1 - math.floor(math.log10(abs(error)))
     rounded = round(value, decimals) + 0.0
     if rounded and math.floor(math.log10(abs(rounded))) + decimals >= digits:
         return plain  # the error is finer than what is shown
-    return f"{rounded:.{decimals}f}" if 0 <= decimals <= digits else f"{rounded:.{digits}g}"
+    return f"{rounded:.{decimals}f}" if 0 <= decimals <= digits else f"{rounded:.{max(digits, 7)}g}"
 
 
 def greatest_error(error) -> float | None:
