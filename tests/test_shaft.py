@@ -124,7 +124,7 @@ def by_scipy(moving, torque, damping, duration):
 
 
 SMOOTH = (
-    "drive.kind=torque", "drive.inertia=2e-6", "drive.torque_table=[[0,0.05],[1,500.05]]", "drive.damping=1e-5",
+    "drive.kind=torque", "drive.inertia=2e-6", "drive.torque_table=[[0,0.05],[0.02,10.05]]", "drive.damping=1e-5",
     "drive.offset=[2.0e-6,-1.0e-6,5.0e-6]", "contact.friction_regularisation=0.3", "wanted.tolerance=1e-6",
 )  # fmt: skip
 

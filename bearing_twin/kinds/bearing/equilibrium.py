@@ -37,6 +37,7 @@ from bearing_twin.kinds.bearing.rings import (
     free_coordinates,
     idle_loads,
     moving_centre,
+    runs_away,
 )
 from bearing_twin.kinds.bearing.system import Raceway, bearing_of
 from bearing_twin.kinds.contract import OperatingPoint
@@ -542,6 +543,8 @@ class CommandedBearing:
         """A warning of a `value` for the `key`, speed [rad/s] or torque [N m], or ""; see `CommandedMotion`."""
         check_goal(self.parameters.drive.kind, key, value)
         if key != SPEED:
+            if problem := runs_away(self.parameters, value):
+                raise BearingTwinError(problem)
             return ""
         check_load(self.parameters, self.law, value, *load)
         return command_warning(self.parameters, value)

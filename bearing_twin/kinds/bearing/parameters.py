@@ -15,7 +15,15 @@ from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.bearing import catalogue
 from bearing_twin.kinds.bearing.defects import defect_list, defect_problems
 from bearing_twin.kinds.bearing.geometry import Fits, Temperatures, clearance_problems, operating_geometry
-from bearing_twin.kinds.bearing.lubricant import FORTY, NONE, Lubricant, Surface, lubricant_problems
+from bearing_twin.kinds.bearing.lubricant import (
+    FORTY,
+    NONE,
+    Lubricant,
+    Surface,
+    lubricant_problems,
+    lubricated,
+    rolling_speed,
+)
 from bearing_twin.kinds.bearing.rings import (
     LOADS,
     QUASI_STATIC,
@@ -166,6 +174,13 @@ class BearingContact(ViscoelasticDamping, Friction, PointElastic):
         "auto = the cheapest adequate one, also where it is left out and there is a lubricant",
         aliases=PATCH_NAMES,
     )
+    friction_regularisation: float = quantity(
+        0.0,
+        "m/s",
+        "slip speed at which friction reaches 71 % of its limit; 0 = 0.01, with a lubricant 0.5 % of the speed of "
+        "rolling where that is less; no source: smaller is truer and stiffer",
+        at_least=0.0,
+    )
     damping_law: str = choice(
         "hunt_crossley", ("hunt_crossley",), "of a restitution below 1: it loses more when faster", STEADY_REFUSED
     )
@@ -175,8 +190,8 @@ CONTACT = BearingContact(
     relaxation_time=RELAXATION_TIME,
     restitution_speed=0.1,
     friction_coefficient=0.08,
-    friction_regularisation=0.01,
 )
+SMOOTHING, CREEP = 0.01, 0.005  # m/s of slip, share of the speed of rolling: where friction is smoothed by default
 
 
 @dataclass(frozen=True)
@@ -286,9 +301,18 @@ class BearingScene(SceneParameters):
 
     def resolve(self) -> "BearingScene":
         """The parameters of a checked scene; a restitution leaves no relaxation time."""
-        contact = dataclasses.replace(self.contact, relaxation_time=viscous_terms(self.contact)[1])
+        smoothing = self.contact.friction_regularisation or self._smoothing()
+        contact = dataclasses.replace(
+            self.contact, relaxation_time=viscous_terms(self.contact)[1], friction_regularisation=smoothing
+        )
         cage = dataclasses.replace(self.cage, kind=pick(BEARING, "cage.kind", self, self.cage.kind).value)
         return dataclasses.replace(self, contact=contact, cage=cage, run=resolved_run(self.run))
+
+    def _smoothing(self) -> float:
+        """Slip speed [m/s] below which friction is smoothed by default: in oil friction saturates with the rolling."""
+        drive = self.drive
+        rolling = rolling_speed(self.geometry, max(abs(drive.speed), abs(drive.changed_speed)))
+        return min(SMOOTHING, CREEP * rolling or SMOOTHING) if lubricated(self) else SMOOTHING
 
     def check(self) -> list[str]:
         """Contradictions between numbers that are legal alone, one sentence each that names keys, values and limits."""

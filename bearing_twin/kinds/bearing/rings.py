@@ -109,35 +109,48 @@ def cage_inertia(parameters) -> float:
     return cage.inertia or cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2
 
 
-def torque_problems(parameters, still: bool) -> list[str]:
-    """Contradictions of a drive that gives a torque, one sentence each; `still`: in equilibria."""
-    drive, problems = parameters.drive, []
+def runs_away(parameters, torque: float) -> str:
+    """Sentence on a torque [N m] that turns the ring to drive.greatest_speed within an output; "" for others."""
+    drive = parameters.drive
+    most = drive.greatest_speed * (shaft_inertia(parameters) * parameters.run.output_rate + drive.damping)
+    if abs(torque) <= most:
+        return ""
+    return (
+        f"a torque of {torque:g} N m turns the inner ring from rest to drive.greatest_speed = {drive.greatest_speed:g} "
+        f"rad/s between two outputs; take at most {most:.3g} N m, or more drive.inertia"
+    )
+
+
+def torque_problems(parameters, in_equilibrium: bool) -> list[str]:
+    """Contradictions of a drive that gives a torque, one sentence each."""
+    drive = parameters.drive
     if drive.kind == SPEED:
-        keys = "torque", "torque_table", "inertia", "damping"
-        given = [f"drive.{key}" for key in keys if getattr(drive, key)]
-        if given:
-            problems.append(f"{' and '.join(given)} act where drive.kind is torque; set it, or leave them out")
-        return problems
-    if still:
-        problems.append(
+        given = [f"drive.{key}" for key in ("torque", "torque_table", "inertia", "damping") if getattr(drive, key)]
+        return [f"{' and '.join(given)} act where drive.kind is torque; set it, or leave them out"] if given else []
+    greatest = max((drive.torque, *(drive.torque + more for _, more in drive.torque_table)), key=abs)
+    rows = (
+        (
+            in_equilibrium,
             "drive.kind = torque has the speed follow from friction, which equilibria leave out; use model.dimension: "
-            "prescribed, or free with rings.inner.mass"
-        )
-    if shaft_inertia(parameters) == 0.0:
-        problems.append(
+            "prescribed, or free with rings.inner.mass",
+        ),
+        (
+            shaft_inertia(parameters) == 0.0,
             "drive.kind = torque wants an inertia about the axis; give drive.inertia, or rings.inner.inertia[1], above "
-            "0 kg m^2"
-        )
-    if drive.change.time:
-        problems.append(
+            "0 kg m^2",
+        ),
+        (
+            drive.change.time,
             "drive.change changes a prescribed speed or offset, but drive.kind = torque: give drive.torque_table, or a "
-            "load on a ring with mass"
-        )
-    if abs(drive.speed) >= drive.greatest_speed:
-        problems.append(
-            f"drive.speed = {drive.speed:g} rad/s must be below drive.greatest_speed = {drive.greatest_speed:g} rad/s"
-        )
-    return problems
+            "load on a ring with mass",
+        ),
+        (
+            abs(drive.speed) >= drive.greatest_speed,
+            f"drive.speed = {drive.speed:g} rad/s must be below drive.greatest_speed = {drive.greatest_speed:g} rad/s",
+        ),
+    )
+    problems = [sentence for wrong, sentence in rows if wrong]
+    return problems or list(filter(None, [runs_away(parameters, greatest)]))
 
 
 def with_speeds(parameters) -> list:
