@@ -112,35 +112,32 @@ def placed(error: IntegrationError, given: float, contact: str, scene: Scene, *s
     return failure
 
 
+FAILURE_KEYS = {
+    "failure": str,
+    "failure_reason": str,
+    "failure_at_s": float,
+    "failure_body": str,
+    "failure_contact": str,
+}
+"""Keys of a report on the failure that ended its run: sentence, reason, time [s], body, contact, where known."""
+
+
 def failure_keys(error: IntegrationError) -> dict[str, Any]:
-    """Keys of a report on the failure that ended its run: sentence, reason, time [s], body, contact, where known."""
-    keys = {
-        "failure": str(error),
-        "failure_reason": error.reason,
-        "failure_at_s": error.seconds if math.isfinite(error.seconds) else None,
-        "failure_body": error.body,
-        "failure_contact": error.contact,
-    }
-    return {key: one for key, one in keys.items() if one not in (None, "")}
+    """The FAILURE_KEYS of an error that ended a run."""
+    return _known((str(error), error.reason, error.seconds, error.body, error.contact))
 
 
 def failure_in(report: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The failure in a log's own report, as of `failure_keys`; None without one, and for nonsense."""
-    if not report.get("failure"):
-        return None
-    seconds = report.get("failure_at_s")
+    """The FAILURE_KEYS in a log's own report; None without a failure, and for nonsense."""
     try:
-        seconds = None if seconds is None else float(seconds)
+        return _known(report.get(key) for key in FAILURE_KEYS) if report.get("failure") else None
     except (TypeError, ValueError, OverflowError):
         return None
-    error = IntegrationError(
-        str(report["failure"]),
-        str(report.get("failure_reason", "")),
-        math.nan if seconds is None else seconds,
-        str(report.get("failure_body", "")),
-        str(report.get("failure_contact", "")),
-    )
-    return failure_keys(error)
+
+
+def _known(values: Iterable) -> dict[str, Any]:
+    found = {key: kind(one) for (key, kind), one in zip(FAILURE_KEYS.items(), values, strict=True) if one is not None}
+    return {key: one for key, one in found.items() if (math.isfinite(one) if isinstance(one, float) else one)}
 
 
 def write_failure(error: IntegrationError, folder: Path) -> Path | None:

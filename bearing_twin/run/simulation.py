@@ -14,7 +14,6 @@ from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, 
 from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
-from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.failure import Broken, Failure, Health, failure_keys, placed, state_of, up_to_break, worst_contact
 from bearing_twin.run.report import Gathering
 from bearing_twin.run.scene import Scene, choose, load_scene
@@ -88,7 +87,7 @@ class Simulation:
         self.choice = choose(scene)
         self.channels, self.output_period_ns = scene.channels, scene.output_period_ns
         self._layout = layout_of(self.channels[:-1] if scene.marked else self.channels)  # of a motion's own outputs
-        self._solved_seconds, self._motion = 0.0, None
+        self._motion = None
         self.reset()
         longest = getattr(self._motion, "longest_chunk", None) or 1e-9 * CHUNK_NS
         self.chunk_outputs = chunk_outputs(scene, round(1e9 * longest))
@@ -117,7 +116,7 @@ class Simulation:
         made_of = self.scene.parameters, self.choice
         writers = self.kind.figures_of(*made_of), self.choice, self.kind.model_errors(*made_of)
         self._gathering = Gathering(*writers, estimate_of(self.kind, *made_of))
-        self._compute_seconds = self._solved_seconds
+        self._compute_seconds = 0.0
         self._health, self._good = Health(self.kind, self.channels), None
         self._forget_failure()
 
@@ -231,10 +230,7 @@ class Simulation:
                 self._pending = self._block(0, self._motion.first_outputs())
             self._health.check(self._pending)
             self._good = self._pending[0]
-            seconds = time.perf_counter() - start
-            self._compute_seconds += seconds
-            if solved_whole(self.scene.parameters):
-                self._solved_seconds += seconds
+            self._compute_seconds += time.perf_counter() - start
         return self._pending
 
     def _block(self, first: int, arrays) -> Block:
