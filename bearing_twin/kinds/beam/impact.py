@@ -199,19 +199,10 @@ class Pieces(NamedTuple):
             np.zeros((count, 2)), np.zeros(count),
         )  # fmt: skip
 
-    def before(self, last: int) -> "Pieces":
-        """A copy of the pieces before the piece `last`."""
-        return Pieces(*(array[:last].copy() for array in self))
-
-    def start_of(self, piece: int) -> "Pieces":
-        """Time, states and motion at the start of a piece, as a piece without an end."""
-        starts = {name: getattr(self, name)[piece : piece + 1] for name in ("starts", "states", "motions")}
-        return Pieces(*(array[:0] for array in self))._replace(**starts)
-
-    def begin_at(self, piece: int) -> None:
-        """Make the start of a piece that of the first."""
-        for array in (self.starts, self.states, self.motions):
-            array[0] = array[piece]
+    def whole(self, pieces: int) -> "Pieces":
+        """So many pieces; starts, states and motions have one row more, that of the end."""
+        ends = {"starts": 1, "states": 1, "motions": 1}
+        return Pieces(*(one[: pieces + ends.get(name, 0)] for name, one in self._asdict().items()))
 
 
 class _Bodies(NamedTuple):
@@ -332,41 +323,41 @@ def solve_impact(
     modes = modes if with_tail else modes._replace(tail=0.0)
     bodies, regular = _Bodies(modes, sphere, stop), hertz_contact_time(sphere, speed)
     room = int(steps * min(until / regular, LONGEST_CONTACT)) + 1000
-    pieces = Pieces.of(min(room, int(MOST_BYTES / (16 * len(modes.rate)))), len(modes.rate))
+    room = min(room, int(MOST_BYTES / (16 * len(modes.rate))))
+    pieces, longest = Pieces.of(room, len(modes.rate)), regular / steps
     pieces.motions[0] = 0.0, speed
-    longest = regular / steps
     how = int(method == "volterra"), min(FIRST_STEP * regular, longest), longest
-    parts, contacts, gone, last = [], [], False, np.zeros(1, np.int64)
-    while True:
-        last[0] = 0
-        status = bodies.call(_contact, pieces, *how, last, until=until)
-        piece = int(last[0])
+    contacts, gone, piece, time, reached = [], False, 0, 0.0, np.zeros(1, np.int64)
+    while time < until and not gone:
+        if len(pieces.lengths) - piece < room:
+            known, pieces = pieces, Pieces.of(2 * piece + room, len(modes.rate))
+            for array, before in zip(pieces, known, strict=True):
+                array[: piece + 1] = before[: piece + 1]
+        reached[0] = piece
+        status = bodies.call(_contact, pieces, *how, reached, until=until)
+        first, piece = piece, int(reached[0])
         time = float(pieces.starts[piece])
         _refuse(status, time)
-        contact = _contact_period(pieces, piece)
+        contact = _contact_period(pieces, first, piece)
         if contact.impulse > 0.0:
             contacts.append(contact)
-        if status != TIME_UP and time < until:
-            if len(contacts) >= GREATEST_CONTACTS:
-                raise IntegrationError(
-                    f"the sphere has touched the beam {GREATEST_CONTACTS} times by {time:.6g} s and still bounces; "
-                    "shorten run.duration or raise beam.damping_ratio",
-                    NO_END,
-                    time,
-                    BODY,
-                    BEAM,
-                )
-            flight = bodies.call(_next_touch, pieces, piece, until - time, 1e-9 * regular)
-            gone = math.isinf(flight)
-            pieces.lengths[piece], pieces.forces[piece] = min(flight, until - time), 0.0
-            bodies.call(_move, pieces, piece, piece + 1)
-            piece, time = piece + 1, time + flight
-        parts.append(pieces.before(piece))
         if status == TIME_UP or time >= until:
             break
-        pieces.begin_at(piece)
-    whole = Pieces(*map(np.concatenate, zip(*parts, pieces.start_of(piece), strict=True)))
-    return BeamImpact(beam, modes, sphere, whole, tuple(contacts), gone, stop)
+        if len(contacts) >= GREATEST_CONTACTS:
+            raise IntegrationError(
+                f"the sphere has touched the beam {GREATEST_CONTACTS} times by {time:.6g} s and still bounces; "
+                "shorten run.duration or raise beam.damping_ratio",
+                NO_END,
+                time,
+                BODY,
+                BEAM,
+            )
+        flight = bodies.call(_next_touch, pieces, piece, until - time, 1e-9 * regular)
+        gone = math.isinf(flight)
+        pieces.lengths[piece], pieces.forces[piece] = min(flight, until - time), 0.0
+        bodies.call(_move, pieces, piece, piece + 1)
+        piece, time = piece + 1, time + flight
+    return BeamImpact(beam, modes, sphere, pieces.whole(piece), tuple(contacts), gone, stop)
 
 
 def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpact:
@@ -384,16 +375,15 @@ def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpa
     pieces.lengths[:count], pieces.lengths[count] = duration / count, max(until - duration, 1e-9 * duration)
     pieces.forces[:count] = np.linalg.solve(np.vander(points, increasing=True), values.T).T
     _Bodies(modes, sphere, stop).call(_move, pieces, 0, count + 1)
-    contact = _contact_period(pieces, count)._replace(peak_force=peak)
+    contact = _contact_period(pieces, 0, count)._replace(peak_force=peak)
     pieces.works[:] = 0.0
-    whole = Pieces(*map(np.concatenate, zip(pieces.before(count + 1), pieces.start_of(count + 1), strict=True)))
-    return BeamImpact(beam, modes, sphere, whole, (contact,), True, stop)
+    return BeamImpact(beam, modes, sphere, pieces.whole(count + 1), (contact,), True, stop)
 
 
-def _contact_period(pieces, last) -> ContactPeriod:
-    starts, lengths, forces = pieces.starts, pieces.lengths[:last], pieces.forces[:last]
+def _contact_period(pieces, first: int, end: int) -> ContactPeriod:
+    starts, lengths, forces = pieces.starts[first : end + 1], pieces.lengths[first:end], pieces.forces[first:end]
     impulse = float((lengths[:, None] * forces / np.arange(1, TERMS + 1)).sum())
-    return ContactPeriod(float(starts[0]), float(starts[last] - starts[0]), _peak(starts, forces), impulse)
+    return ContactPeriod(float(starts[0]), float(starts[-1] - starts[0]), _peak(starts, forces), impulse)
 
 
 def _peak(starts, forces) -> float:
