@@ -13,6 +13,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy import sparse
 
 from bearing_twin.core import lanes
@@ -22,7 +23,6 @@ from bearing_twin.kinds.soft_discs.parameters import DiscMesh, SoftDiscsScene
 ORDERS = (1, 2, 3, 4)
 CORE, CORNER = 0.55, 0.43  # of the radius: half the width of the core on the axes, and its corner
 RIM_POINTS = 4  # contact points of an edge, times its nodes: where contact ends the pressure has a kink
-TOGETHER = 1600  # elements, whole blocks of lanes, in one go, within 50 ms: between them Python hears of a signal
 NEAR = 1e-9  # nodes nearer than this are one
 
 
@@ -69,7 +69,8 @@ def half_disc(mesh: DiscMesh) -> Mesh:
     points, elements, edges = _numbered(divisions // (2 * order), order)
     full, reduced = order + 1, order if integration == "selective" else order + 1
     corners = points[elements]
-    inverses, weights = _inverses_and_weights(corners, order, (full, reduced))
+    both = zip(*(_at_points(corners, order, one) for one in (full, reduced)), strict=True)
+    inverses, weights = (_in_lanes(np.concatenate(one, axis=1)) for one in both)
     polynomials = (lagrange(lobatto(order)[0], gauss(points)[0]) for points in (full, reduced))
     values, slopes = (np.concatenate(both) for both in zip(*polynomials, strict=True))
     mass = np.zeros(len(points) + 1)
@@ -96,50 +97,30 @@ def _numbered(count, order):
     inside = 0.5 * (lobatto(order)[0] + 1.0)
     along = np.append((np.arange(count)[:, None] + inside[:-1]).ravel(), count) / count
     s, t = np.meshgrid(along, along, indexing="ij")  # (first, second) direction of a block
-    grids, rims = [], []
-    for lower in (False, True):
-        for block in (_core, _side, _top):
-            grid = block(s, t)
-            # The mirror image turns the sense of rotation, so its directions change places.
-            grids.append(np.swapaxes(grid, 0, 1) * (1.0, -1.0) if lower else grid)
-            rims.append(None if block is _core else (1 if lower else 0))
-    size = len(along)
-    flat = np.concatenate([grid.reshape(-1, 2) for grid in grids])
-    _, first, number = np.unique(np.rint(flat / NEAR).astype(np.int64), axis=0, return_index=True, return_inverse=True)
-    numbers = number.reshape(len(grids), size, size)
-    elements, edges = [], []
-    for grid, outer in zip(numbers, rims, strict=True):
-        for i in range(count):
-            for j in range(count):
-                part = grid[i * order : (i + 1) * order + 1, j * order : (j + 1) * order + 1]
-                elements.append(part.T.ravel())
-        if outer is not None:
-            rim = grid[-1] if outer == 0 else grid[:, -1]
-            edges += [rim[i * order : (i + 1) * order + 1] for i in range(count)]
-    return flat[first], np.array(elements), np.array(edges)
+    middle, right, far, top = np.zeros(2), np.array([CORE, 0.0]), np.array([CORNER, CORNER]), np.array([0.0, CORE])
+    core = _line(s, _line(t, middle, top), _line(t, right, far))
+    outer = [_line(s, _line(t, *inner), _arc(angle + t)) for inner, angle in (((right, far), 0.0), ((far, top), 1.0))]
+    upper = np.stack([core, *outer])
+    # The mirror image turns the sense of rotation, so its directions change places.
+    blocks = np.concatenate([upper, np.swapaxes(upper, 1, 2) * (1.0, -1.0)])
+    places = np.rint(blocks.reshape(-1, 2) / NEAR).astype(np.int64)
+    _, first, number = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    numbers, side = number.reshape(blocks.shape[:3]), order + 1
+    elements = sliding_window_view(numbers, (side, side), axis=(1, 2))[:, ::order, ::order]
+    rims = np.concatenate([numbers[1:3, -1], numbers[4:, :, -1]])
+    edges = sliding_window_view(rims, side, axis=1)[:, ::order]
+    elements = np.swapaxes(elements, -1, -2).reshape(-1, side * side)
+    return blocks.reshape(-1, 2)[first], elements, edges.reshape(-1, side)
 
 
-def _core(s, t):
-    """The block at the centre: (s, t) over its quadrilateral."""
-    right, top, far = np.array([CORE, 0.0]), np.array([0.0, CORE]), np.array([CORNER, CORNER])
-    s, t = s[..., None], t[..., None]
-    return s * (1.0 - t) * right + (1.0 - s) * t * top + s * t * far
+def _line(share, start, end):
+    """Places (..., 2) at shares (...) of the way between two."""
+    return (1.0 - share[..., None]) * start + share[..., None] * end
 
 
-def _side(s, t):
-    """The block at the x axis: s outwards, t up to the diagonal."""
-    return _outer(s, t, np.array([CORE, 0.0]), np.array([CORNER, CORNER]), 0.0)
-
-
-def _top(s, t):
-    """The block at the y axis: s outwards, t on to the axis."""
-    return _outer(s, t, np.array([CORNER, CORNER]), np.array([0.0, CORE]), 0.25 * np.pi)
-
-
-def _outer(s, t, start, end, angle):
-    turn = angle + 0.25 * np.pi * t
-    s, t = s[..., None], t[..., None]
-    return (1.0 - s) * ((1.0 - t) * start + t * end) + s * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+def _arc(eighths):
+    """Places (..., 2) on the rim, by eighths of a turn from the x axis."""
+    return np.stack([np.cos(0.25 * np.pi * eighths), np.sin(0.25 * np.pi * eighths)], axis=-1)
 
 
 def _jacobians(corners, slopes):
@@ -153,16 +134,6 @@ def _at_points(corners, order, points):
     places, weights = gauss(points)
     jacobian, determinant = _jacobians(corners, slopes_on_square(order, places))
     return np.linalg.inv(jacobian), np.outer(weights, weights).ravel() * determinant
-
-
-def _inverses_and_weights(corners, order, sets):
-    """Both in lanes, at the Gauss points of all `sets`, each so many squared."""
-    found = []
-    for first in range(0, len(corners), TOGETHER):
-        some = corners[first : first + TOGETHER]
-        both = zip(*(_at_points(some, order, one) for one in sets), strict=True)
-        found.append([_in_lanes(np.concatenate(one, axis=1)) for one in both])
-    return tuple(map(np.concatenate, zip(*found, strict=True)))
 
 
 def _lumped(corners, order):
