@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.kinds.beam.display import ENERGIES, watched_points
-from bearing_twin.kinds.bodies.picture import PairPicture, draw_energies, draw_force
+from bearing_twin.kinds.bodies.picture import ABOVE, PairPicture, draw_curves, draw_energies, draw_force
 from bearing_twin.pictures.run import scaled_time
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of
+from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
 
 
 class BeamPicture(PairPicture):
@@ -19,35 +19,21 @@ class BeamPicture(PairPicture):
         force, deflection, stress = (figure.add_subplot(grid[row, 0]) for row in range(3))
         draw_force(force, time, values, scale, self.contacts())
         watched = watched_points(scene.parameters)
-        _draw_points(deflection, time, 1e6 * values["deflection"], watched)
-        deflection.invert_yaxis()
-        heading(deflection, "Deflection, downward", up="deflection [µm]")
-        deflection.legend(
-            frameon=False, fontsize=10, ncol=4, loc="lower right", bbox_to_anchor=(1.0, 0.98), borderpad=0
+        down, bent = (
+            {name: factor * values[channel][:, column] for column, name in watched.items()}
+            for channel, factor in (("deflection", 1e6), ("bending_stress", 1e-6))
         )
-        _draw_points(stress, time, 1e-6 * values["bending_stress"], watched)
-        heading(stress, "Bending stress of the lower fibre, tension positive", f"time [{unit}]", "bending stress [MPa]")
+        look = {"ncol": 4, "fontsize": 10, **ABOVE}
+        draw_curves(deflection, time, down, "Deflection, downward", up="deflection [µm]", dashed=True, **look)
+        deflection.invert_yaxis()
+        title = "Bending stress of the lower fibre, tension positive"
+        draw_curves(stress, time, bent, title, f"time [{unit}]", "bending stress [MPa]", dashed=True)
+        stress.get_legend().remove()  # as above
         for axis in (force, deflection):
             axis.tick_params(labelbottom=False)
         shapes = figure.add_subplot(grid[:2, 1])
         _draw_shapes(shapes, values, scene, scale, unit)
         draw_energies(figure.add_subplot(grid[2, 1]), time, unit, values, ENERGIES)
-
-
-def _draw_points(axis, time, lines, watched):
-    frame(axis)
-    for i, (column, name) in enumerate(watched.items()):
-        style = "-" if i == 0 else (0, (5, 1 + 2 * i))
-        axis.plot(
-            time,
-            lines[:, column],
-            color=BALL_COLOURS[i],
-            linewidth=1.8,
-            linestyle=style,
-            label=name,
-            marker=marker_of(len(time)),
-        )
-    axis.margins(x=0.0)
 
 
 def _draw_shapes(axis, values, scene, scale, unit):

@@ -53,13 +53,22 @@ class PairPicture(RunPicture):
         approach.plot(by_length * deep, by_force * load, color=BALL_COLOURS[0], **marks)
         across, up = f"approach [{length}]", f"contact force [{newtons}]"
         heading(approach, "Force against approach: the loop is the energy lost", across, up)
-        frame(velocity)
-        for body, name in enumerate(("first", "second")):
-            velocity.plot(time, values["velocity"][:, body], color=BALL_COLOURS[body], label=name, **marks)
-        velocity.margins(x=0.0)
-        velocity.legend(**LEGEND)
-        heading(velocity, "The two bodies", f"time [{unit}]", "velocity [m/s]")
+        both = dict(zip(("first", "second"), values["velocity"].T, strict=True))
+        draw_curves(velocity, time, both, "The two bodies", f"time [{unit}]", "velocity [m/s]")
         draw_energies(energy, time, unit, values)
+
+
+def draw_curves(axis, time, curves, title: str, across=None, up=None, dashed: bool = False, **legend) -> None:
+    """Curves over time by their names; `dashed` are all but the first, which some of them may hide."""
+    frame(axis)
+    for place, (name, values) in enumerate(curves.items()):
+        line = (0, (5, 1 + 2 * place)) if dashed and place else "-"
+        look = {"color": BALL_COLOURS[place], "linewidth": 1.6, "linestyle": line, "marker": marker_of(len(time))}
+        axis.plot(time, values, label=name, **look)
+    axis.margins(x=0.0)
+    if len(curves) > 1:
+        axis.legend(**LEGEND | legend)
+    heading(axis, title, across, up)
 
 
 def draw_force(axis, time, values, scale: float = 1.0, contacts=NONE) -> None:
@@ -123,16 +132,25 @@ class BouncingPicture(RunPicture):
             right, up = _directions(parameters, values["position"])
             _draw_paths(left[0], values, bodies, right, up, "From the side: paths of the centres, outlines")
             _draw_slip(left[1], time, values)
-            _draw_gap(upper, time, values)
+            factor, unit = prefixed(float(np.abs(values["approach"]).max()), "m")
+            gap = {"gap": -factor * values["approach"]}
+            draw_curves(upper, time, gap, "Gap between the opposing points", up=f"gap [{unit}]")
             values = values | {"potential_energy": values["potential_energy"] - values["potential_energy"].min()}
         else:
             x, y, z = np.eye(3)
             if np.ptp(values["position"][:, 0]) < 0.5 * max(bodies[0].semi_axes):
-                _draw_height(left[0], time, values)
+                draw_curves(
+                    left[0], time, {"z": 1e3 * values["position"][:, 2]}, "Height of the centre", "time [s]", "z [mm]"
+                )
+                left[0].axhline(0.0, color=STYLE["edge"], linewidth=2.5)
             else:
                 _draw_paths(left[0], values, bodies, x, z, "From the side: path of the centre, outlines of the body")
             _draw_paths(left[1], values, bodies[:1], x, y, "From above: paths, outlines of the body")
-            _draw_tilt(upper, time, values)
+            # An axis has no direction: 0 to 90 degrees.
+            upward = np.abs(rotation_rows(values["orientation"].T)[2]).clip(max=1.0)
+            tilts = {f"own {name}": np.degrees(np.arccos(one)) for name, one in zip("xyz", upward, strict=True)}
+            draw_curves(upper, time, tilts, "Tilt of the body's axes", up="to the vertical [°]", ncol=3, **ABOVE)
+            upper.set(ylim=(-2.0, 92.0), yticks=(0, 30, 60, 90))
         contacts = self.recorded(BOUNCE, "start", "time", "peak_load")
         _draw_load(load, time, values, self._values.greatest["normal_load"], contacts)
         scale = max(float(sum(values[name] for name, _ in STORED).max()), 1e-300)
@@ -217,38 +235,6 @@ def _draw_section(axis, surface, centre, orientation, right, up, through):
         outside = tube - np.hypot(np.hypot(own[..., 0], own[..., 1]) - ring, own[..., 2])
     axis.contourf(1e3 * x, 1e3 * y, outside, levels=[-np.inf, 0.0], colors=[STYLE["ring"]], zorder=0.5)
     axis.contour(1e3 * x, 1e3 * y, outside, levels=[0.0], colors=[STYLE["edge"]], linewidths=2.0)
-
-
-def _draw_height(axis, time, values):
-    """Height of the centre of a body that stays where it is."""
-    frame(axis)
-    axis.axhline(0.0, color=STYLE["edge"], linewidth=2.5)
-    axis.plot(time, 1e3 * values["position"][:, 2], color=BALL_COLOURS[0], linewidth=1.6)
-    axis.margins(x=0.0)
-    heading(axis, "Height of the centre", "time [s]", "z [mm]")
-
-
-def _draw_tilt(axis, time, values):
-    """Angle of each own axis to the vertical, 0 to 90 degrees: an axis has no direction."""
-    frame(axis)
-    _, _, upward = rotation_rows(values["orientation"].T)
-    for number, (name, cosine) in enumerate(zip("xyz", upward, strict=True)):
-        angle = np.degrees(np.arccos(np.minimum(np.abs(cosine), 1.0)))
-        axis.plot(time, angle, color=BALL_COLOURS[number], linewidth=1.4, label=f"own {name}")
-    axis.set_ylim(-2.0, 92.0)
-    axis.set_yticks([0, 30, 60, 90])
-    axis.margins(x=0.0)
-    axis.legend(ncol=3, **LEGEND, **ABOVE)
-    heading(axis, "Tilt of the body's axes", up="to the vertical [°]")
-
-
-def _draw_gap(axis, time, values):
-    frame(axis)
-    gap = -values["approach"]
-    factor, unit = prefixed(float(np.abs(gap).max()), "m")
-    axis.plot(time, factor * gap, color=BALL_COLOURS[2], linewidth=1.4)
-    axis.margins(x=0.0)
-    heading(axis, "Gap between the opposing points", up=f"gap [{unit}]")
 
 
 def _draw_slip(axis, time, values):

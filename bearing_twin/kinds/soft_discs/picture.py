@@ -7,14 +7,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from bearing_twin.kinds.bodies.picture import PairPicture, draw_energies, draw_force
+from bearing_twin.kinds.bodies.picture import PairPicture, draw_curves, draw_energies, draw_force
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.display import ENERGIES
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
 from bearing_twin.pictures.run import scaled_time
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, scaled, write_moving
+from bearing_twin.pictures.style import STYLE, frame, heading, scaled, write_moving
 
 COLOURS = "viridis"
 FRAMES = 40  # of an animation
@@ -39,7 +39,10 @@ class SoftDiscPicture(PairPicture):
         force, velocity, energy = (figure.add_subplot(grid[0, 4 * k : 4 * k + 4]) for k in range(3))
         draw_force(force, time, values, scale, self.contacts())
         force.set_xlabel(f"time [{unit}]")
-        _draw_velocity(velocity, time, unit, values, wall_speed(self._parameters))
+        kept = values["velocity"][-1] / wall_speed(self._parameters)
+        title = f"Centre of mass, restitution {kept:.4f}"
+        draw_curves(velocity, time, {"": values["velocity"]}, title, f"time [{unit}]", "velocity [m/s]")
+        velocity.axhline(0.0, color=STYLE["soft"], linewidth=1.0)
         draw_energies(energy, time, unit, values, ENERGIES)
         self._draw_shapes(figure, [figure.add_subplot(grid[1, 4 * k : 4 * k + 4]) for k in range(3)], values, unit)
 
@@ -132,16 +135,6 @@ class _Shapes:
         bar.set_label(f"strain energy [{self._unit.replace('Pa', 'J/m³')}]", fontsize=11, color=STYLE["ink"])
         bar.ax.tick_params(length=0, labelsize=10, labelcolor=STYLE["ink"])
         return bar
-
-
-def _draw_velocity(axis, time, unit, values, speed):
-    frame(axis)
-    axis.plot(time, values["velocity"], color=BALL_COLOURS[0], linewidth=2)
-    axis.axhline(0.0, color=STYLE["soft"], linewidth=1.0)
-    axis.margins(x=0.0)
-    axis.set_xlabel(f"time [{unit}]")
-    axis.set_ylabel("velocity [m/s]")
-    heading(axis, f"Centre of mass, restitution {values['velocity'][-1] / speed:.4f}")
 
 
 def _instants(force: np.ndarray) -> list[int]:
