@@ -235,6 +235,15 @@ def test_the_touch_is_known_to_rounding():
     assert contact(0, report)["start_s"] == pytest.approx(math.sqrt(2.0 / GRAVITY), rel=1e-15)
 
 
+def test_a_contact_ends_once():
+    """A touch of 4 ns followed the first impact at 1e-3, where the approach at its end was positive by rounding."""
+    for tolerance in (1e-2, 1e-3, 1e-4, 1e-6):
+        run = simulate(load_scene("ellipsoid_tumbling", ["run.duration=0.4", f"wanted.tolerance={tolerance}"]))
+        for _ in run.blocks():
+            pass
+        assert [one["duration_s"] > 5e-5 for one in run.report.figures["contacts"]] == [True] * 4, tolerance
+
+
 def test_fixed_steps_converge():
     """The classical method, limited to order 2.5 by the load that begins as t^1.5."""
     errors = []

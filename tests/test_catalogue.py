@@ -7,7 +7,6 @@ import os
 from statistics import median
 
 import pytest
-from published_ratings import SOLD_BALLS
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.command import cli
@@ -15,9 +14,6 @@ from bearing_twin.kinds.bearing import (
     ANGULAR_CONTACT,
     DEEP_GROOVE,
     Entry,
-    Geometry,
-    basic_dynamic_rating,
-    basic_static_rating,
     by_rule,
     catalogue_sheet,
     choose,
@@ -250,43 +246,10 @@ def test_the_command_answers_by_designation(capsys):
     assert listed["own_folder"].endswith(os.path.join("bearing_twin", "bearings"))
 
 
-@pytest.mark.parametrize("words", [("--list",), ("6308",), ("7205B",), ("7218",), ("6308", "--load", "0,-3000,0")])
-def test_tables_fit_eighty_columns(words, capsys):
-    assert cli.main(["bearing", *words]) == cli.DONE
-    assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
-
-
-OTHER_BALLS = {  # of the same table: sets that its maker's rings hold, and the four makers' bearings do not
-    "6202": (0.391, 2.175, 3.125),
-    "6208": (0.394, 2.256, 3.547),
-    "6307": (0.376, 1.888, 3.006),
-    "6308": (0.378, 1.925, 3.023),
-}
-
-
-def nearest_set(entry):
-    """Number and diameter [m] of the set whose two ratings are nearest to the middle of those published."""
-    best = (math.inf, 0, 0.0)
-    for ball in (size for size in SOLD_BALLS if 0.23 < size / (entry.outside_diameter - entry.bore) < 0.36):
-        most = int(0.65 * math.pi * entry.pitch_diameter / ball)
-        for balls in range(6, most + 1):
-            geometry = Geometry(balls=balls, ball_diameter=ball, pitch_diameter=entry.pitch_diameter)
-            miss = abs(2.0 * basic_dynamic_rating(geometry) / sum(entry.dynamic) - 1.0)
-            if miss < 0.1:
-                miss += abs(2.0 * basic_static_rating(geometry) / sum(entry.static) - 1.0)
-                best = min(best, (miss, balls, ball))
-    return best[1:]
-
-
-def test_ratings_and_frequencies_find_the_same_balls():
-    differ = set()
-    for name, (cage, spin, outer) in (COEFFICIENTS | OTHER_BALLS).items():
-        balls, ball = nearest_set(ENTRIES[name])
-        ratio = math.sqrt(spin**2 + 1.0) - spin  # of BSF = (1 - g^2)/(2 g)
-        if balls != round(outer / cage) or abs(ball / (ratio * ENTRIES[name].pitch_diameter) - 1.0) > 0.015:
-            differ.add(name)
-    # of 6212 and 6306 the makers publish ratings far apart; of the 6214 two sets are equally near
-    assert differ == {*OTHER_BALLS, "6212", "6214", "6306"}
+def test_tables_fit_eighty_columns(capsys):
+    for words in (("--list",), ("7205B",), ("7218",)):
+        assert cli.main(["bearing", *words]) == cli.DONE
+        assert max(map(len, capsys.readouterr().out.splitlines())) <= 80
 
 
 def test_a_designation_is_found_as_a_number_and_where_it_is_taken_for_a_scene():

@@ -131,11 +131,12 @@ class EllipsoidMotion : public AdaptiveMotion<EllipsoidMotion, ELLIPSOID_NUMBERS
     double root = std::sqrt(rate * rate + 2.0 * bend * gap);
     return rate > 0.0 ? 2.0 * gap / (root + rate) : std::max((root - rate) / bend, plan.floor);
   }
-  // True if the gap is closed, or so nearly that no number can tell, and not opening.
+  // True if the bodies overlap, or, where no number can tell, the gap is not opening.
   bool landed() const {
     RigidState now = read(state).motion;
     auto [approach, rate] = body.approach(now);
-    return approach > 0.0 || (rate > 0.0 && approach >= -ROUNDING * (std::fabs(now.position[2]) + body.size()));
+    double unknown = ROUNDING * (std::fabs(now.position[2]) + body.size());
+    return approach > unknown || (rate > 0.0 && approach >= -unknown);
   }
 
   // Opens the record of a contact at this state; the next step suits its onset.
