@@ -78,20 +78,16 @@ def test_a_simulated_run_is_drawn_with_its_scene(loose_run, tmp_path):
 @pytest.mark.usefixtures("quick_pictures")
 @pytest.mark.parametrize(("balls", "outputs"), [(1, 1), (9, 300), (32, 300), (200, 2)])
 def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_path):
-    assert size_of(drawn(tmp_path / "run.png", made_up_block(balls, outputs))) == QUICK
+    block = made_up_block(balls, outputs)
+    assert size_of(drawn(tmp_path / "run.png", block)) == QUICK
+    block.values["normal_load"][:] = 0.0
+    assert size_of(drawn(tmp_path / "without_load.png", block)) == QUICK
 
 
 def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
     picture = ChannelPicture(Facts(None, "", ""))
     picture.add(made_up_block(8, 1500))
     assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
-
-
-@pytest.mark.usefixtures("quick_pictures")
-def test_balls_without_any_load_are_drawn(tmp_path):
-    block = made_up_block(4, 10, mean=0.0, swing=0.0)
-    block.values["normal_load"][:] = 0.0
-    assert size_of(drawn(tmp_path / "run.png", block)) == QUICK
 
 
 def test_the_same_run_gives_the_same_picture(tmp_path):
