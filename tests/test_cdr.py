@@ -10,7 +10,6 @@ from by_rosbags import serialise
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bearing_twin.base.errors import LogError
-from bearing_twin.base.paths import share_path
 from bearing_twin.log import cdr
 from bearing_twin.log.encoding import Encoder, encoded
 
@@ -71,17 +70,6 @@ def test_definition_text_alone_gives_the_same_type(ros_type):
     store = get_typestore(Stores.EMPTY)
     store.register(get_types_from_msg(cdr.schema_text(ros_type), ros_type))
     assert store.hash_rihs01(ros_type) == cdr.type_hash(ros_type)
-
-
-@pytest.mark.parametrize("ros_type", OWN)
-def test_own_definition_starts_with_the_file_and_has_each_dependency_once(ros_type):
-    text = cdr.schema_text(ros_type)
-    leaf = ros_type.rpartition("/")[2]
-    assert text.startswith(share_path("msg_schemas", "msg", f"{leaf}.msg").read_text())
-    headings = [line for line in text.splitlines() if line.startswith("MSG: ")]
-    assert headings == sorted(set(headings), key=headings.index)
-    assert {"MSG: std_msgs/Header", "MSG: builtin_interfaces/Time"} <= set(headings)
-    assert text.count("\n" + "=" * 80 + "\nMSG: ") == len(headings)
 
 
 def test_the_definition_for_a_ros_without_tf2_msgs_is_that_of_tf2_msgs():

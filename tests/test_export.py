@@ -15,7 +15,6 @@ from bearing_twin import export_log, load_scene, read_log, read_study, simulate,
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Channel, joined
 from bearing_twin.command import cli, log_commands
-from bearing_twin.kinds import KINDS
 from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
 from bearing_twin.run.dataset import axes_of
 
@@ -138,15 +137,6 @@ def test_tables_are_read_by_pandas_as_they_stand(log, tmp_path):
     same_bits(inner.to_numpy(), channel(log, "normal_load")[:, :, 0])
 
 
-def test_parquet_keeps_units_and_where_it_comes_from(log, tmp_path):
-    import pyarrow.parquet
-
-    export_log(log, "parquet", tmp_path / "tables")
-    schema = pyarrow.parquet.read_schema(tmp_path / "tables" / "ball_contact.parquet")
-    assert schema.field("normal_load").metadata[b"units"] == b"N"
-    assert b"geometry" in schema.metadata[b"scene"]
-
-
 @pytest.mark.parametrize("which", ["log", "impact"])
 def test_a_data_set_holds_every_number_with_units_and_named_axes(which, tmp_path, request):
     import xarray
@@ -208,18 +198,6 @@ def test_the_realisations_of_a_study_come_out_too(to, study, tmp_path):
         same_bits(numbers(found[name]), frame[name])
     same_bits(frame["peak_force"], result.sample("peak_force"))
     assert set(frame["failed"]) == {""}
-
-
-def test_every_column_of_a_study_has_a_meaning(study, tmp_path):
-    out = tmp_path / "tables"
-    export_log(study, "csv", out)
-    described = columns_in(out / CHANNELS, "csv")
-    meanings = dict(zip(described["column"], described["meaning"], strict=True))
-    assert list(meanings) == list(columns_in(out / "realisations.csv", "csv"))
-    assert all(meanings.values())
-    quantities = KINDS["two_spheres"].quantities_of()
-    for name in read_study(study).study.quantities:
-        assert meanings[name] == quantities[name].meaning
 
 
 def test_the_command_writes_and_refuses(log, tmp_path, capsys):
@@ -291,13 +269,6 @@ def test_a_missing_package_is_named_with_the_extra_that_brings_it(to, module, lo
     with pytest.raises(BearingTwinError, match=rf"the package {module}; install it with: pip install '.\[exp"):
         export_log(log, to, tmp_path / "x")
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_table_of_pandas_needs_pandas(study, monkeypatch):
-    result = read_study(study)
-    monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(BearingTwinError, match="the package pandas"):
-        result.to_dataframe()
 
 
 def test_csv_needs_nothing(log, tmp_path, monkeypatch):

@@ -12,7 +12,6 @@ import struct
 import sys
 import zlib
 
-import numpy as np
 import pytest
 import yaml
 import zstandard
@@ -142,17 +141,13 @@ same = list
 BINARY = ("a/b", "protobuf", b"\xff\xfe\x00")  # a schema
 LEGAL = {  # how the file is made, messages that are passed over, a word of the warning
     "a channel without a schema": (plain(same, raw=channel()), 7, "/other"),
-    "a schema of JSON": (plain(same, raw=channel(("a", "jsonschema", b"{}"))), 7, "/other"),
     "a schema that is no text": (plain(same, raw=channel(BINARY, encoding="protobuf")), 7, "/other"),
     "CDR without a schema": (plain(same, raw=channel(encoding="cdr")), 7, "no schema"),
-    "an encoding without a name": (plain(same, raw=channel(encoding="")), 7, "/other"),
     "a foreign channel on our topic": (plain(same, raw=channel(topic="/bearing/samples")), 7, "/bearing/samples"),
     "5000 channels": (plain(same, raw=many_channels), 7, "/other"),
-    "no chunks": (plain(same, use_chunking=False), 0, ""),
     "no chunks and a schemaless channel": (plain(same, raw=channel(), use_chunking=False), 7, "/other"),
     "no statistics": (plain(same, use_statistics=False), 0, ""),
     "no channels in the summary": (plain(same, repeat_channels=False, repeat_schemas=False), 0, ""),
-    "no index": (plain(same, index_types=IndexType.NONE), 0, ""),
     "no index of chunks": (plain(same, index_types=IndexType.MESSAGE, raw=channel()), 7, "/other"),
     "no summary at all": (
         plain(same, use_statistics=False, use_summary_offsets=False, repeat_channels=False, repeat_schemas=False,
@@ -167,7 +162,6 @@ LEGAL = {  # how the file is made, messages that are passed over, a word of the 
     "an attachment under a checksum": (plain(same, more=attached(3_000_000), enable_data_crcs=True), 0, ""),
     "a record of another program": (unknown_record, 0, ""),
     "messages in chunks and outside": (mixed, 0, ""),
-    "backwards": (plain(lambda messages: messages[::-1]), 0, ""),
     "backwards in small chunks": (plain(lambda messages: messages[::-1], chunk_size=5000), 0, ""),
     "shuffled": (plain(shuffled, chunk_size=20_000), 0, ""),
     "shuffled without chunks": (plain(shuffled, use_chunking=False), 0, ""),
@@ -302,15 +296,14 @@ def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, capsys)
 
 
 def test_a_compressed_bag_is_named_with_the_command_that_converts_it(source, tmp_path):
-    for mode in (CompressionMode.FILE, CompressionMode.MESSAGE):
-        path, fresh = tmp_path / mode.name, tmp_path / f"new_{mode.name}"
-        bag(path, source, mode=mode)
-        with pytest.raises(LogError, match="compressed by zstd") as error:
-            read_log(path)
-        command = str(error.value).partition("`")[2].partition("`")[0].replace("NEW_BAG", str(fresh)).split()
-        assert command[0] == "rosbags-convert"
-        assert in_a_process(lambda words=command: convert(words)).well
-        assert bits(read_log(fresh)) == bits(BLOCK)
+    path, fresh = tmp_path / "bag", tmp_path / "new"
+    bag(path, source, mode=CompressionMode.MESSAGE)
+    with pytest.raises(LogError, match="compressed by zstd") as error:
+        read_log(path)
+    command = str(error.value).partition("`")[2].partition("`")[0].replace("NEW_BAG", str(fresh)).split()
+    assert command[0] == "rosbags-convert"
+    assert in_a_process(lambda: convert(command)).well
+    assert bits(read_log(fresh)) == bits(BLOCK)
 
 
 def convert(words):
@@ -486,9 +479,3 @@ def test_descriptions_of_bags_are_anybodys(tmp_path, capsys):
         (folder / "metadata.yaml").write_text(text)
         with pytest.raises(LogError):
             read_log(folder)
-
-
-def test_sums_of_the_made_up_log_are_those_of_its_block(source):
-    """The samples that all rows above compare with are not empty."""
-    assert len(source) > 100
-    assert np.isfinite(BLOCK.matrix()).any()

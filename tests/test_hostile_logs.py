@@ -31,7 +31,7 @@ HALF = "half \ud800"  # a character that UTF-8 cannot hold, but JSON
 DEEP = "[" * 100_000
 RUN, SCENE, RECORDING, STUDY = "bearing_twin_run", "bearing_twin", "bearing_twin_recording", "bearing_twin_study"
 METADATA = [  # record, key, text
-    *((RUN, "report", text) for text in (DEEP, "[]", '{"compute_s": "x"}', '{"costs": []}', '{"costs": {"a": 1e999}}')),
+    *((RUN, "report", text) for text in (DEEP, "[]", '{"compute_s": "x"}', '{"costs": {"a": 1e999}}')),
     (RUN, "report", json.dumps({"costs": {"steps": 10**400}})),
     (RUN, "report", json.dumps({"costs": {ESCAPE: 1}})),
     (SCENE, "warnings", DEEP),
@@ -39,17 +39,15 @@ METADATA = [  # record, key, text
     (RUN, "report", json.dumps({"status": HALF, "costs": {HALF: 1}, "failure": HALF})),
     (RUN, "report", json.dumps({"failure_at_s": 1.0, "status": "failed: x", "failure": HALF, "failure_reason": HALF})),
     *((STUDY, key, json.dumps([HALF])) for key in ("reasons", "doubts")),
-    *((RECORDING, "messages_lost", text) for text in ("9" * 5000, "\u00b2", "-1", ESCAPE)),
+    *((RECORDING, "messages_lost", text) for text in ("9" * 5000, "\u00b2", ESCAPE)),
     (RECORDING, "uncounted", ESCAPE),
-    *((STUDY, key, text) for key in ("study", "reasons", "doubts") for text in (DEEP, "3", "{}", "x")),
+    *((STUDY, key, text) for key, text in (("study", DEEP), ("study", "{}"), ("reasons", "3"), ("doubts", "x"))),
     (STUDY, "samples", ESCAPE),
     (RUN, "work", DEEP),
 ]
 SUMMARIES = (
     DEEP,
     "[]",
-    "{}",
-    '{"samples": {}}',
     json.dumps({"quantities": {ESCAPE: None}}),
     json.dumps({HALF: HALF}),
     "\x00",
@@ -142,7 +140,7 @@ def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_t
     summary = result.as_dict()
     check_summary(summary, result.study, len(result.status))
     refused, shown, others = 0, 0, (None, [], {}, ESCAPE, -1, 0, 1e308, math.nan, True, [1.0], {"a": 1})
-    for at in chance.sample([*places(summary)][1:], 80):
+    for at in chance.sample([*places(summary)][1:], 40):
         changed = copy.deepcopy(summary)
         functools.reduce(operator.getitem, at[:-1], changed)[at[-1]] = chance.choice(others)
         try:
@@ -155,7 +153,7 @@ def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_t
         assert document_of_study(again)["kind"] == "study"
         assert again.doubts is not None
         shown += 1
-    assert min(refused, shown) > 20
+    assert min(refused, shown) > 8
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,7 @@
 import json
 import math
 import re
-import resource
 import subprocess
-import sys
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -119,28 +117,6 @@ def test_programs_are_told_of_all_panels_and_of_nothing_else(kind):
     assert names_in("plotjuggler", LAYOUTS["plotjuggler"].made(shown)) == (set(), slashed)
 
 
-def test_every_panel_of_foxglove_is_placed_once():
-    made = json.loads(LAYOUTS["foxglove"].made(panels(SCENE)))
-
-    def placed(node):
-        return [node] if isinstance(node, str) else placed(node["first"]) + placed(node["second"])
-
-    assert sorted(placed(made["layout"])) == sorted(made["configById"])
-
-
-def test_panels_of_foxglove_have_titles_and_frames_do_not_hide_the_bearing():
-    """By the names in Foxglove Studio 1.48, Lichtblick and foxglove-sdk 0.30: axes are 0.2 m long by default."""
-    shown = panels(SCENE)
-    configs = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]
-    plots = [one for name, one in configs.items() if name.startswith("Plot!")]
-    for key in ("foxglovePanelTitle", "lichtblickPanelTitle"):
-        assert [one[key] for one in plots] == [plot.title for plot in shown.plots]
-    assert {one["legendDisplay"] for one in plots} == {"left"}  # floating ones hid the curves in Lichtblick 1.28
-    frames = configs["3D!scene"]["scene"]["transforms"]
-    assert not frames["showLabel"]
-    assert 0.2 * frames["axisScale"] == frames["axisSize"] < SCENE.parameters.geometry.pitch_diameter / 5.0
-
-
 @pytest.mark.parametrize(
     ("scene", "overrides", "middle", "radius"),
     [
@@ -198,22 +174,6 @@ def test_the_eye_goes_with_a_body_that_travels_along_a_plane(scene, body):
         assert frame in {one.child_frame_id for one in said.transforms}
 
 
-def beside_each_other(node):
-    """Plots in a row of a layout as PlotJuggler splits: `|` puts what it holds side by side, `-` below each other."""
-    if node.tag == "DockArea":
-        return 1
-    assert int(node.get("count")) == len(node) == len(node.get("sizes").split(";"))
-    numbers = [beside_each_other(one) for one in node]
-    return sum(numbers) if node.get("orientation") == "|" else max(numbers)
-
-
-@pytest.mark.parametrize("kind", SHIPPED)
-def test_plots_of_plotjuggler_stand_two_in_a_row(kind):
-    shown = panels(shipped(kind))
-    [splitter] = ElementTree.fromstring(LAYOUTS["plotjuggler"].made(shown)).find("tabbed_widget/Tab/Container")
-    assert beside_each_other(splitter) == min(2, len(shown.plots))
-
-
 def test_two_bearings_share_one_picture():
     both = [panels(SCENE, f"/{side}", f"{side}/")._replace(frame="world") for side in ("left", "right")]
     content = rviz(*both)
@@ -259,23 +219,6 @@ def test_a_file_for_rerun_plays_an_impact_so_that_it_can_be_seen(tmp_path, capsy
     printed = printed_by_rerun("-vvv", tmp_path / "impact.rrd")
     [speed] = re.findall(r"\[([0-9.e-]+)\]\s*┆ \[\d\]\s*┆ \[message_log_time\]", printed)
     assert 5.0 < log_span(tmp_path / "impact.mcap") / float(speed) < 7.0  # s of looking
-
-
-def test_a_file_for_rerun_that_finds_no_room_is_told_and_leaves_nothing(tmp_path, capsys, monkeypatch):
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
-    write_log(simulate(load_scene("two_spheres")), tmp_path / "impact.mcap")
-    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # nothing notices where a file of it is cut off
-    largest, most = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (1000, most))  # in this process: a new one takes seconds to import Rerun
-    try:
-        code = main(["layouts", str(tmp_path / "impact.mcap"), "--out", str(tmp_path), "--for", "rerun"])
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (largest, most))
-    said = capsys.readouterr().err
-    assert code == 2
-    assert f"bearing_twin: {tmp_path / 'impact.rrd'} cannot be written (" in said
-    assert "Traceback" not in said
-    assert [path.name for path in tmp_path.iterdir()] == ["impact.mcap"]
 
 
 def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys):
@@ -325,18 +268,6 @@ def test_a_kind_without_topics_of_its_own_is_refused(tmp_path, capsys):
     assert main(["layouts", str(path), "--out", str(tmp_path)]) == 2
     assert "swing has neither wrenches nor contacts nor state" in capsys.readouterr().err
     assert not list(tmp_path.glob("swing.*.*"))
-
-
-def test_a_file_for_rerun_shows_the_bearing(tmp_path):
-    """Where rerun-sdk is installed: the links of the URDF with their shapes, and their places on `/tf`."""
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
-    scene = made_up_scene()
-    write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
-    assert main(["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path), "--for", "rerun"]) == 0
-    printed = printed_by_rerun(tmp_path / "run.rrd")
-    for ball in range(3):
-        assert f"/bearing_link/visual_geometries/ball_{ball}/visual_0 - data columns: [Ellipsoids3D" in printed
-    assert "Transform3D:child_frame" in printed
 
 
 @pytest.mark.parametrize("out", ["run.mcap", "run.mcap/below"])
