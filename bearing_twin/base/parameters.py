@@ -95,10 +95,10 @@ def read_strict(cls, mapping, where):
     return instance
 
 
-def read(cls, mapping, explain=lambda path, taken: None) -> tuple[Any, list[str]]:
+def read(cls, mapping, explain=lambda path: None) -> tuple[Any, list[str]]:
     """As `read_strict`, but returns (instance, problems): where there are problems the defaults stand in.
 
-    `explain(path, legal keys)` may give a better sentence for a key that is not there than that it is not there.
+    `explain(path)` may give a better sentence for a key that is not there than that it is not there.
     """
     problems = _Problems(explain)
     return _read_section(cls, mapping, "", problems, cls()), list(problems)
@@ -207,7 +207,7 @@ def _read_section(cls, mapping, path, problems, defaults):
     for key, given in mapping.items():
         full = f"{path}.{key}" if path else str(key)
         if key not in fields:
-            why = problems.explain(full[:LONGEST_ECHO], tuple(fields))
+            why = problems.explain(full[:LONGEST_ECHO])
             problems.append(why or f"{full[:LONGEST_ECHO]} is not a key; {unknown(key, fields)}")
             continue
         values[key] = _read_field(fields[key], given, full, problems, getattr(defaults, key))

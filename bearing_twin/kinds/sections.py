@@ -1,7 +1,7 @@
 """One vocabulary: the sections that kinds of scenes share, their keys, units, limits and meanings.
 
 A kind takes a section as it is, with defaults of its own (`section(..., default=...)`), or narrows the legal values of
-a word in a subclass. What a kind leaves out it cannot do, and says so (`not_here`).
+a word in a subclass. What a kind leaves out it cannot do.
 """
 
 import dataclasses
@@ -292,30 +292,7 @@ def check_damping(contact: Damping, only_impact: bool, given_anyway: dict[str, f
     return problems
 
 
-def _names_of(*classes: type) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(item.name for cls in classes for item in dataclasses.fields(cls)))
-
-
-KEYS = {
-    "contact": _names_of(PointElastic, Friction, ViscoelasticDamping, SteadyDamping),
-    "wanted": _names_of(Wanted),
-    "run": _names_of(RunSettings),
-    "solver": ("stepper", "step", *_names_of(Checked)),
-    "gravity": (),
-}
-"""The shared words: a kind that is asked for one it does not take names those it does."""
-
 ALIASES = {"solver.tolerance": "wanted.tolerance", "solver.companion": "solver.check"}
 """Other names that stay accepted."""
 FORMER_VALUES = {"solver.check": {"on": SECOND_RUN, True: SECOND_RUN, "off": NO_CHECK, False: NO_CHECK}}
 """Other values that stay accepted, by key."""
-
-
-def not_here(kind: str, path: str, taken: tuple[str, ...]) -> str | None:
-    """Why a shared word is no key of a kind, which takes the words `taken` there; None for words nobody shares."""
-    section, _, word = path.partition(".")
-    if section not in KEYS or (word and word not in KEYS[section]):
-        return None
-    if not word:
-        return f"a {kind} takes no {section}; its sections are {', '.join(taken)}"
-    return f"a {kind} takes no {path}; of {section} it takes {', '.join(taken)}"

@@ -31,7 +31,7 @@ from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCEN
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import catalogue_scenes
 from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
-from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice, not_here
+from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice
 
 DESIGNATION = re.compile(r"[A-Za-z]{0,6}[ -]{0,3}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as SKF 6205-2RS/C3
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
@@ -243,13 +243,13 @@ def _explained(kind: str):
     """A function that explains a key that a kind does not take."""
     moved = KINDS[kind].parameters.moved
 
-    def explain(path: str, taken: tuple[str, ...]) -> str | None:
+    def explain(path: str) -> str | None:
         if path in moved:
             return f"{path} is not a key any more; use {moved[path]}"
         if path in ALIASES:
             return f"{path} is another name of {ALIASES[path]}, which is given too; keep one of them"
-        if fault := not_here(kind, path, taken):
-            return "; ".join([fault, *(f"for {old} use {moved[old]}" for old in moved if old.startswith(f"{path}."))])
+        if renamed := [f"for {old} use {moved[old]}" for old in moved if old.startswith(f"{path}.")]:
+            return f"{path} is not a key any more; {'; '.join(renamed)}"
         return _by_last_word(KINDS[kind].parameters, path)
 
     return explain
