@@ -52,6 +52,7 @@ from bearing_twin.numerics.rotation import rotation_rows
 
 LONGEST_ARROW = 1.0  # ball diameters
 OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn
+LONGEST_TEXT = 48  # letters, of a line of text with spaces behind it
 LETTERS = 0.25  # height of a line of text in ball diameters: the line is no wider than the bearing
 
 CORNERS = 6  # of the circle that stands for a cage, from ball to ball
@@ -59,45 +60,24 @@ CORNERS = 6  # of the circle that stands for a cage, from ball to ball
 _SPOKES = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))
 
 
-def markers(parameters, sample, details) -> list[tuple[np.ndarray, list[dict]]]:
-    """(outputs, fields of each marker) of many outputs: balls, pins, rings, ellipses, load arrows and their scale.
+def markers(parameters, sample, details) -> list[dict]:
+    """Fields of each marker of many outputs: balls, pins, rings, ellipses, load arrows and their scale.
 
-    Outputs in one entry show as many ellipses and arrows, and as many letters.
+    What contacts without a load have is a point: every output has as many points, and its text as many letters.
     """
-    load = sample["normal_load"]
-    greatest = np.maximum(load.max(axis=(1, 2)), 1e-30)
-    ellipses, arrows = details["semi_minor"] > 0.0, load > 1e-3 * greatest[:, None, None]
+    greatest = np.maximum(sample["normal_load"].max(axis=(1, 2)), 1e-30)
     scales = (f"longest arrow = {one:.4g} N\nellipses x {ELLIPSE_SCALE:g}" for one in greatest.tolist())
-    texts = np.array([one.encode() for one in scales])
-    lengths = np.char.str_len(texts)
-    sizes = np.stack([ellipses.sum(axis=(1, 2)), arrows.sum(axis=(1, 2)), lengths], axis=1)
-    balls, rings = list(_balls(parameters, sample)), [*_rings(parameters, sample), *_cage(parameters, sample)]
-    outlined, pushed = _outlines(sample, details), _arrows(parameters, sample, details, greatest)
-    diameter, found = parameters.geometry.ball_diameter, []
-    for size in np.unique(sizes, axis=0):
-        rows = np.flatnonzero((sizes == size).all(axis=1))
-        whole = len(rows) == len(sizes)
-        shared = [one if whole else _part(one, rows) for one in (*balls, *rings)]
-        ends = [
-            one[rows][mask[rows]].reshape(len(rows), -1, 3) for one, mask in ((outlined, ellipses), (pushed, arrows))
-        ]
-        width, thick = (0.03 * diameter, 0.0, 0.0), (0.06 * diameter, 0.0, 0.0)
-        text = texts[rows].astype(f"S{size[2]}")
-        height, above = (0.0, 0.0, LETTERS * diameter), (0.0, 0.0, 1.5 * diameter)
-        drawn = [
-            marker("contact_ellipses", 0, LINE_LIST, width, RED) | {"points": ends[0]},
-            marker("loads", 0, LINE_LIST, thick, GREEN) | {"points": ends[1]},
-            marker("scale", 0, TEXT, height, GREEN, above) | {"text": text},
-        ]
-        found.append((rows, shared + drawn))
-    return found
-
-
-def _part(fields: dict, rows) -> dict:
-    """The fields of these outputs alone."""
-    kept = {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields.items()}
-    pose = {name: value[rows] if isinstance(value, np.ndarray) else value for name, value in fields["pose"].items()}
-    return kept | {"pose": pose}
+    texts = np.array([one.ljust(LONGEST_TEXT).encode() for one in scales])
+    diameter, shape = parameters.geometry.ball_diameter, (len(greatest), -1, 3)
+    width, thick = (0.03 * diameter, 0.0, 0.0), (0.06 * diameter, 0.0, 0.0)
+    height, above = (0.0, 0.0, LETTERS * diameter), (0.0, 0.0, 1.5 * diameter)
+    ellipses, arrows = _outlines(sample, details), _arrows(parameters, sample, details, greatest)
+    return [
+        *(*_balls(parameters, sample), *_rings(parameters, sample), *_cage(parameters, sample)),
+        marker("contact_ellipses", 0, LINE_LIST, width, RED) | {"points": ellipses.reshape(shape)},
+        marker("loads", 0, LINE_LIST, thick, GREEN) | {"points": arrows.reshape(shape)},
+        marker("scale", 0, TEXT, height, GREEN, above) | {"text": texts},
+    ]
 
 
 def ring_sizes(parameters) -> tuple[float, float, float]:
@@ -302,10 +282,9 @@ def _with_centre(turning, centre, moving: bool) -> np.ndarray:
     return np.concatenate([turning[..., None], centre], axis=-1) if moving else turning[..., None]
 
 
-def marker_fields(output: Output) -> list[tuple[np.ndarray, dict]]:
-    """visualization_msgs/MarkerArray, for each number of ellipses and arrows that occurs."""
-    found = markers(output.parameters, output.sample, output.once(contact_details))
-    return [(rows, {"markers": fields}) for rows, fields in found]
+def marker_fields(output: Output) -> dict:
+    """visualization_msgs/MarkerArray."""
+    return {"markers": markers(output.parameters, output.sample, output.once(contact_details))}
 
 
 def orbit_rates(sample: Sample) -> np.ndarray:
