@@ -71,15 +71,6 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
     assert exceeds(1.0, math.nan)
 
 
-def test_a_table_shows_errors_behind_figures_and_none_where_none_is_known(capsys):
-    figures = {"torque_nm": 0.5, "load_n": [1.0, 2.0, 3.0], "speed_rad_s": None}
-    show_result(FIGURES | judged(Errors(), estimate(figures, 2e-4), FIGURES, "done", CHOICE).keys)
-    text = capsys.readouterr().out
-    assert "2000 ± 500 N mm (doubtful)" in text
-    assert "100.0, 50.0, 0.0 ± 3 N" in text
-    assert "inf" not in text
-
-
 @pytest.mark.parametrize(
     ("scene", "overrides"),
     [

@@ -186,14 +186,6 @@ def test_viscosities_of_grades_and_between_two_temperatures():
             assert 1e6 * viscosity_of(by_two, kelvin) == pytest.approx(walther, rel=3e-2)
 
 
-def test_without_lubricant_nothing_of_friction_is_told(capsys):
-    found = answered(capsys, 400, 1750)
-    assert found["drive_torque_nm"] is None
-    assert "friction_torque_nm" not in found
-    found = answered(capsys, 400, 0, "lubricant.kind=grease")
-    assert found["friction_torque_nm"] is None
-
-
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
@@ -340,11 +332,6 @@ def test_films_of_moving_contacts_are_given_out():
         expected = films(lubricant, numbers, values["normal_load"][here, side], rolling[here])
         assert values["film_thickness"][here, side] == pytest.approx(expected[:, 0], rel=1e-6)
         assert values["film_ratio"][here, side] == pytest.approx(expected[:, 1], rel=1e-6)
-
-
-def test_outputs_without_lubricant_have_no_films():
-    run = simulate(load_scene("bearing_6203", ("run.duration=1e-3", "solver.check=none")))
-    assert "film_thickness" not in last_of(run)
 
 
 def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(capsys):

@@ -110,12 +110,6 @@ def test_the_force_of_an_even_cage_is_what_turns_it(rig):
     assert np.abs(out.pocket_force).max() > 1e-3
 
 
-def test_a_start_is_settled(rig):
-    _, out = rig
-    swing = np.ptp(out.inner_ring_force[:10, 1])
-    assert swing < 0.5  # of 1005 N
-
-
 @pytest.mark.parametrize(
     ("scene", "overrides"), [(RIG, ()), (RIG, ("cage.kind=pockets",)), ("bearing_6203_unbalance", ())]
 )
@@ -223,16 +217,6 @@ def test_moments_of_balls_hold_the_moment_on_a_ring_that_tilts():
     assert run.report.figures["ring_moment_nm"] == pytest.approx([-0.1, -0.05], rel=1e-3)
 
 
-def test_the_drive_of_a_tilted_ring_works_about_the_rings_own_axis():
-    tilted = "drive.tilt=[1e-3,0]", "drive.offset=[0,-5e-6,3e-5]", "cage.kind=even", "model.dimension=prescribed"
-    moving = motion(*tilted, "gravity=[0,0,0]", "wanted.tolerance=1e-6", scene="bearing_6203")
-    advanced(moving, 1e-3, 50)
-    out = advanced(moving, 1e-5, 4000)
-    power = out.drive_torque * out.inner_ring_speed
-    work = np.sum(0.5 * (power[1:] + power[:-1])) * 1e-5
-    assert work == pytest.approx(out.drive_work[-1] - out.drive_work[0], rel=1e-4)
-
-
 def test_a_tilted_ring_squeezes_balls_as_in_equilibrium():
     """1 mrad: loads that differ by half, those of static balance at the same places."""
     scene = ("model.dimension=prescribed", "cage.kind=even", "drive.tilt=[1e-3,0]", "gravity=[0,0,0]")
@@ -338,7 +322,7 @@ def test_a_ring_free_to_tilt_settles_where_load_and_moment_balance():
     assert out.inner_ring_offset.mean(axis=0) == pytest.approx(still[:3], abs=5e-4 * np.abs(still[:3]).max())
 
 
-MASS, WEIGHT = 5e-3, 5e-3 * 9.80665  # of the cage
+WEIGHT = 5e-3 * 9.80665  # N, of the cage
 BY_LAND = ("cage.kind=pockets", "gravity=[0,-9.80665,0]")
 # Balls that thrust holds, in the middle of pockets that they do not reach.
 APART = ("cage.pocket_clearance=3e-3", "rings.inner.load=[0,0,800]")

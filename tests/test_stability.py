@@ -1,13 +1,11 @@
 """Where steppers of the bearing fail, shown by provoking it, and what the software does about it."""
 
-import resource
-
 import numpy as np
 import pytest
 from bearings import TURNED_REST, motion, run, stored_energy
 
 from bearing_twin.base.errors import IntegrationError, SceneError
-from bearing_twin.kinds.bearing import MOTION, VELOCITY, stable_step
+from bearing_twin.kinds.bearing import MOTION, VELOCITY
 
 
 def errors_of(reference, out):
@@ -139,32 +137,3 @@ def test_a_failure_says_why_when_and_which_ball(stepper, change, reasons):
     assert caught.value.reason in reasons
     assert 1e-3 <= caught.value.seconds <= 0.2
     assert caught.value.body.startswith("ball ")
-
-
-@pytest.mark.parametrize("steps", [1e6, pytest.param(1e7, marks=pytest.mark.environment)])
-def test_memory_stays_flat_over_millions_of_steps(steps):
-    """A list of one number a step would take twice as much after the fewer of them."""
-    moving = motion("contact.friction_coefficient=0.0", stepper="imex")
-    moving.step = 0.25 * stable_step(moving.rates, "imex")
-    moving.advance(np.array([1e-3]), 1e-3)
-    chunks = int(np.ceil(steps / moving.costs()["ball_steps"]))
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    moving.advance(np.array([]), chunks * 1e-3)
-    assert moving.costs()["ball_steps"] >= steps
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 4096  # KiB
-
-
-@pytest.mark.parametrize("apart", [True, False])
-def test_the_work_for_a_ball_does_not_grow_with_their_number(apart):
-    """8 and 512 balls, each with the same contacts, on circles as large as they need: apart, or a row without gaps."""
-
-    def work_a_ball(balls):
-        around = 28.5e-3 * balls / 8 if apart else 6.746e-3 * 1.0001 / np.sin(np.pi / balls)
-        size = f"geometry.pitch_diameter={around}"
-        moving = motion(f"geometry.balls={balls}", size, "gravity=[0,0,0]", "drive.speed=20.0")
-        moving.advance(np.array([2e-2]), 2e-2)
-        costs = moving.costs()
-        assert costs["ball_steps"] >= balls
-        return np.array([costs["ball_steps"], costs["ball_rates"], costs["ball_jacobians"]]) / balls
-
-    assert np.all(work_a_ball(512) <= 1.2 * work_a_ball(8))
