@@ -365,31 +365,22 @@ def test_two_free_balls_keep_their_momenta_whichever_is_first():
 def test_an_ellipsoid_on_a_plane_is_as_the_kind_made_for_it(tracking):
     """Two programs: to the moment of the load by turning curvatures, which only the other kind has."""
     turn, spin = [0.3, 0.5, 0.2], [20.0, -35.0, 15.0]
-    other = parse_scene(
-        {
-            "kind": "ellipsoid_on_plane",
-            "body": {"semi_axes": [0.03, 0.02, 0.012]},
-            "start": {"height": 1e-4, "turn": turn, "angular_velocity": spin, "velocity": [0.1, 0.0, -0.5]},
-            "contact": {"friction_coefficient": 0.1},
-            "run": {"duration": 0.02, "output_rate": 1000.0},
-        },
-        "scene",
-    )
-    found = simulate(other)
-    truth = joined(list(found.blocks())).values
-    expected = found.report.figures
+    moving = {"turn": turn, "velocity": [0.1, 0.0, -0.5], "angular_velocity": spin}
+    report, truth = ran(
+        "ellipsoid_rocking", "body.semi_axes=[0.03,0.02,0.012]", "start.height=1e-4",
+        "contact.friction_coefficient=0.1",
+        *(f"start.{name}={value}" for name, value in moving.items()), "run.duration=0.02", "run.output_rate=1000",
+        "contact.normal=hertz", "contact.restitution=1.0", "contact.friction=point",
+    )  # fmt: skip
     first = {
-        "shape": "ellipsoid", "semi_axes": [0.03, 0.02, 0.012], "position": truth["position"][0].tolist(),
-        "turn": turn, "velocity": [0.1, 0.0, -0.5], "angular_velocity": spin,
-    }  # fmt: skip
-    contact = {"friction_coefficient": 0.1, "tracking": tracking}
-    mapping = {
-        **DROP, "first": first, "contact": contact, "gravity": [0.0, 0.0, -9.80665],
-        "run": {"duration": 0.02, "output_rate": 1000.0},
-    }  # fmt: skip
-    mine = simulate(parse_scene(mapping, "scene"))
-    values = joined(list(mine.blocks())).values
-    figures = mine.report.figures
+        "shape": "ellipsoid",
+        "semi_axes": [0.03, 0.02, 0.012],
+        "position": truth["position"][0].tolist(),
+        **moving,
+    }
+    contact, gravity = {"friction_coefficient": 0.1, "tracking": tracking}, [0.0, 0.0, -9.80665]
+    figures, values = run(first=first, contact=contact, gravity=gravity, run={"duration": 0.02, "output_rate": 1000.0})
+    expected = report.figures
     assert figures["contact_count"] == expected["contact_count"] >= 1
     assert figures["contact_duration_s"] == pytest.approx(expected["contact_duration_s"], rel=1e-3)
     assert figures["peak_force_n"] == pytest.approx(expected["peak_force_n"], rel=5e-3)
@@ -458,20 +449,13 @@ def test_a_rounded_box_lands_on_a_face_which_is_no_ellipse():
 def test_masses_and_moments_of_superellipsoids_by_counting(exponents, points):
     axes, (n, m) = (0.03, 0.02, 0.01), exponents
     one = Shaped(shape="superellipsoid", semi_axes=axes, exponents=exponents)
-    grid = (np.arange(points) + 0.5) / points
-    x, y = np.meshgrid(grid, grid, indexing="ij")
-    inside = x**n + y**n < 1.0
-    height = np.where(inside, (1.0 - np.where(inside, x**n + y**n, 0.0) ** (m / n)) ** (1.0 / m), 0.0)
-    cell = 8.0 * math.prod(axes) / points**2
-    volume = cell * height.sum()
-    squares = [
-        axes[0] ** 2 * (x**2 * height).sum(),
-        axes[1] ** 2 * (y**2 * height).sum(),
-        axes[2] ** 2 * (height**3).sum() / 3,
-    ]
-    squares = [cell * one * STEEL_BALL.density for one in squares]
+    x, y = np.meshgrid(*((np.arange(points) + 0.5) / points,) * 2, indexing="ij")
+    height = np.maximum(1.0 - (x**n + y**n) ** (m / n), 0.0) ** (1.0 / m)
+    cell = 8.0 * math.prod(axes) / points**2 * STEEL_BALL.density
+    squares = [x**2 * height, y**2 * height, height**3 / 3.0]
+    squares = [cell * axis**2 * one.sum() for axis, one in zip(axes, squares, strict=True)]
     inertia = inertia_of(one)
-    assert mass_of(one) == pytest.approx(STEEL_BALL.density * volume, rel=5e-3)
+    assert mass_of(one) == pytest.approx(cell * height.sum(), rel=5e-3)
     assert inertia[0] == pytest.approx(squares[1] + squares[2], rel=1e-2)
     assert inertia[2] == pytest.approx(squares[0] + squares[1], rel=1e-2)
     ball = inertia_of(dataclasses.replace(one, shape="ellipsoid", exponents=(2.0, 2.0)))

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.errors import SceneError
@@ -36,25 +35,6 @@ BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3
 def torus_point(locus, phi, tube):
     radial = locus + GROOVE * np.cos(tube)
     return np.array([radial * np.cos(phi), radial * np.sin(phi), GROOVE * np.sin(tube)])
-
-
-@pytest.mark.parametrize(("locus", "distance", "tube_guess"), [(14.1e-3, 14.25e-3, 0.1), (14.4e-3, 14.25e-3, 3.0)])
-@pytest.mark.parametrize("height", [0.0, 2e-5, -4e-5])
-def test_groove_normal_and_gap_are_those_of_the_extreme_point(locus, distance, height, tube_guess):
-    """The contact is where the torus is farthest from the ball's centre in the meridian plane of the groove."""
-    centre = np.array([distance, 0.0, height])
-    found = minimize(
-        lambda t: 1e3 * np.linalg.norm(torus_point(locus, 0.0, t[0]) - centre),
-        [tube_guess],
-        method="Nelder-Mead",
-        options={"xatol": 1e-10, "fatol": 1e-16},
-    )
-    point = torus_point(locus, 0.0, found.x[0])
-    contact = ball_in_groove(distance, height, BALL, locus, GROOVE)
-    reach = np.linalg.norm(point - centre)
-    assert contact.approach == pytest.approx(BALL - reach, abs=1e-12)
-    direction = (point - centre) / reach
-    assert [contact.normal_radial, 0.0, contact.normal_axial] == pytest.approx(direction, abs=1e-4)
 
 
 @pytest.mark.parametrize(("locus", "tube"), [(10.7e-3, 0.0), (10.7e-3, 0.2), (17.7e-3, np.pi), (17.7e-3, np.pi - 0.15)])
@@ -168,7 +148,7 @@ def test_ball_in_torus_groove_agrees_with_the_closed_form(locus, axis_distance, 
     assert abs(contact.major_axis @ frame @ along) == pytest.approx(1.0, rel=1e-10)
 
 
-def test_superquadric_of_exponent_two_is_an_ellipsoid_and_above_follows_its_gap():
+def test_superquadric_of_exponent_two_is_an_ellipsoid():
     turn = turned(0.4, 0.7, -0.2)
     floor = body(plane())
     near = [0.0, 0.0, 0.0]
@@ -176,22 +156,6 @@ def test_superquadric_of_exponent_two_is_an_ellipsoid_and_above_follows_its_gap(
     round_ = found(body(ellipsoid(0.3, 0.2, 0.1), (0, 0, 0.2), turn), floor, near)
     assert smooth.point_a == pytest.approx(round_.point_a, abs=1e-13)
     assert smooth.curvature_large == pytest.approx(round_.curvature_large, rel=1e-10)
-
-    boxy = body(superquadric(0.3, 0.2, 0.1, 2.5, 4.0), (0, 0, 0.2), turn)
-    contact = found(boxy, floor, near)
-    step = 1e-4
-    for curvature, axis in (
-        (contact.curvature_small, contact.major_axis),
-        (contact.curvature_large, np.cross(contact.normal, contact.major_axis)),
-    ):
-        rises = []
-        for sign in (1.0, -1.0):
-            point = contact.point_a + sign * step * axis
-            for _ in range(30):  # up or down to the surface
-                value, gradient, _ = level(boxy.surface, boxy.rotation.T @ (point - boxy.position))
-                point = point - value / (boxy.rotation @ gradient)[2] * np.array([0.0, 0.0, 1.0])
-            rises.append(point[2] - contact.point_a[2])
-        assert 0.5 * sum(rises) / step**2 == pytest.approx(curvature, rel=1e-4)
 
 
 @pytest.mark.parametrize(
