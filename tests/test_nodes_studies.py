@@ -349,7 +349,7 @@ def test_feedback_counts_samples_as_asked_for_names_its_estimate_and_is_never_na
     assert name == ""
     looked, name = feedback_of(Goal("", samples=400), study, Progress(60, 60, 2e-5, math.nan, 0.0))
     assert looked == Progress(400, 400, 2e-5, math.inf, 0.0)
-    assert name == f"std of {study.stop_quantity}"
+    assert name == f"std of {study.settings.stop.quantity}"
     swept = Progress(90, 300, 2e-5, 1e-6, 0.0, "motion.first_velocity = 20")
     assert feedback_of(Goal(""), study, swept)[1] == f"{name} at motion.first_velocity = 20"
     by_study = feedback_of(Goal("", samples=0), study, Progress(400, 400, 2e-5, 1e-6, 0.0))

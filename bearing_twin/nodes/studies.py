@@ -72,7 +72,7 @@ def feedback_of(goal: Goal, study: Study, progress: Progress) -> tuple[Progress,
     counted = progress._replace(done=min(done, total), total=total)
     if not math.isfinite(progress.estimate):
         return counted._replace(estimate=0.0, half_width=0.0), ""
-    observed = study.stop_rule.watched
+    observed = study.settings.stop.watched
     half_width = math.inf if math.isnan(progress.half_width) else progress.half_width
     return counted._replace(half_width=half_width), " at ".join(filter(None, (observed, progress.at)))
 

@@ -137,37 +137,6 @@ class Truncated(_Continuous):
         return np.where((x >= self._low) & (x <= self._high), self._whole.pdf(x) / self.mass, 0.0)
 
 
-class TruncatedExponential(_Continuous):
-    """Density proportional to exp(tilt t), t being the share of the way from low to high; it falls for tilt < 0."""
-
-    def __init__(self, low, high, tilt):
-        super().__init__(low, high)
-        self._tilt, self._width = tilt, high - low
-
-    def ppf(self, u):
-        return np.clip(self._low + self._from_end(u, self._tilt), self._low, self._high)
-
-    def isf(self, u):
-        return np.clip(self._high + self._from_end(u, -self._tilt), self._low, self._high)
-
-    def _from_end(self, u, tilt):
-        with np.errstate(divide="ignore"):
-            return self._width * np.log1p(u * np.expm1(tilt)) / self._tilt
-
-    def cdf(self, x):
-        return np.expm1(self._tilt * self._share(x)) / np.expm1(self._tilt)
-
-    def sf(self, x):
-        return np.expm1(-self._tilt * (1.0 - self._share(x))) / np.expm1(-self._tilt)  # its mirror image
-
-    def pdf(self, x):
-        inside = (x >= self._low) & (x <= self._high)
-        return inside * self._tilt * np.exp(self._tilt * self._share(x)) / np.expm1(self._tilt) / self._width
-
-    def _share(self, x):
-        return np.clip((np.asarray(x, float) - self._low) / self._width, 0.0, 1.0)
-
-
 class TableDensity(_Continuous):
     """The density whose graph goes straight through the points (x, density), made to have the mass 1."""
 
@@ -221,7 +190,9 @@ def truncated_exponential(low, high, mean):
     if not _tilted_mean(-GREATEST_TILT) <= share <= _tilted_mean(GREATEST_TILT):
         raise ValueError(f"the mean is nearer to a bound than 1/{GREATEST_TILT:g} of the range")
     tilt = brentq(lambda c: _tilted_mean(c) - share, -GREATEST_TILT, GREATEST_TILT, xtol=1e-15, rtol=1e-14)
-    return TruncatedExponential(low, high, tilt)
+    scale = (high - low) / abs(tilt)
+    whole = stats.expon(low, scale) if tilt < 0.0 else stats.weibull_max(1.0, high, scale)  # its mirror image
+    return Truncated(whole, low, high)
 
 
 def _tilted_mean(tilt):

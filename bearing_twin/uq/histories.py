@@ -4,7 +4,7 @@ All of them, quantiles too, are those of every history. They are computed ROWS h
 so that little memory is needed besides the histories themselves.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -27,25 +27,17 @@ def _blocks(count: int):
         yield slice(first, first + ROWS)
 
 
-class HistoryStatistics(NamedTuple):
-    """Statistics at each instant: mean, std, skewness (t,), quantiles (3, t) at PROBABILITIES, correlations.
+def history_statistics(histories: np.ndarray, inputs: np.ndarray, keys: Sequence[str]) -> dict[str, np.ndarray]:
+    """Statistics at each instant of histories (n, t) without NaN, at least 2, and of their inputs (n, d) named `keys`.
 
-    `skewness` is 0 where samples do not differ. `correlation` (d, t) is that with each input, `autocorrelation` (r, r)
-    R(t, t') = E[(F(t) - m(t)) (F(t') - m(t'))] / (s(t) s(t')) (paper 3, section 5.2.1) at `rows` of the instants; 0
-    where one of the two does not vary, as before the contact.
+    Returns
+    -------
+    dict
+        `mean`, `std`, `skewness` and the quantiles by their PROBABILITIES, each (t,); `correlation with KEY` (t,) of
+        each input; `rows` (r,), some of the instants, and `autocorrelation` (r, r) at these, R(t, t') = E[(F(t) - m(t))
+        (F(t') - m(t'))] / (s(t) s(t')) (paper 3, section 5.2.1). Skewness and correlations are 0 where samples do not
+        differ, as before the contact.
     """
-
-    mean: np.ndarray
-    std: np.ndarray
-    skewness: np.ndarray
-    quantiles: np.ndarray
-    correlation: np.ndarray
-    autocorrelation: np.ndarray
-    rows: np.ndarray
-
-
-def history_statistics(histories: np.ndarray, inputs: np.ndarray) -> HistoryStatistics:
-    """Statistics of histories (n, t) without NaN, at least 2, and of the inputs (n, d) they belong to."""
     count, size = histories.shape
     mean, centred = histories.mean(axis=0), inputs - inputs.mean(axis=0)
     rows = np.arange(0, size, max(1, -(-size // CORRELATED)))
@@ -68,71 +60,70 @@ def history_statistics(histories: np.ndarray, inputs: np.ndarray) -> HistoryStat
     def correlation(products, one, other):
         return np.nan_to_num(np.clip(products / count / np.outer(one, other), -1.0, 1.0))
 
-    return HistoryStatistics(
-        mean,
-        np.sqrt(squares / (count - 1)),
-        np.nan_to_num(cubes / count / spread**3),
-        np.concatenate(quantiles, axis=1),
-        correlation(with_inputs, of_inputs, spread),
-        correlation(with_rows, spread[rows], spread[rows]),
-        rows,
-    )
+    with_inputs = correlation(with_inputs, of_inputs, spread)
+    return {
+        "mean": mean,
+        "std": np.sqrt(squares / (count - 1)),
+        "skewness": np.nan_to_num(cubes / count / spread**3),
+        **{f"{p:.2f}": row for p, row in zip(PROBABILITIES, np.concatenate(quantiles, axis=1), strict=True)},
+        **{f"correlation with {key}": row for key, row in zip(keys, with_inputs, strict=True)},
+        "rows": rows,
+        "autocorrelation": correlation(with_rows, spread[rows], spread[rows]),
+    }
 
 
 # Where histories come together: the instant of least deviation after the peak of their mean (paper 3, figure 17).
 
 
-class SignChange(NamedTuple):
-    """The instant at which the correlation with an input changes its sign, and how much `later` that is [s].
+def narrowing(times: np.ndarray, histories: np.ndarray, inputs: np.ndarray, keys: Sequence[str], seed: int = 0) -> dict:
+    """The narrowing of histories (n, t) without NaN, which belong to inputs (n, d) named `keys`, as plain data.
 
-    `low` and `high` are the 95 % interval of `later`, by resampling both instants together.
-    """
+    Returns
+    -------
+    dict
+        `time_s`, its 95 % `interval_s` by bootstrap, `mean`, `std`, `modes` and `p_value` (see `modality`) of the
+        values there; `modes` is None where many of them are exactly 0. `sign_changes` holds for each input whose
+        correlation changes its sign the nearest instant `time_s`, and how much `later_s` that is, with its interval.
 
-    time: float
-    later: float
-    low: float
-    high: float
-
-
-class Narrowing(NamedTuple):
-    """The instant [s] of least deviation with its 95 % interval, and mean, deviation and modes of the values there.
-
-    `modes` and `p_value` are None where many of the values are exactly 0. `signs` has a SignChange for each input,
-    None where the correlation keeps its sign.
-    """
-
-    time: float
-    low: float
-    high: float
-    mean: float
-    std: float
-    modes: int | None
-    p_value: float | None
-    signs: tuple[SignChange | None, ...]
-
-
-def narrowing(times: np.ndarray, histories: np.ndarray, inputs: np.ndarray, seed: int = 0) -> Narrowing:
-    """The narrowing of histories (n, t) without NaN, which belong to inputs (n, d); intervals by bootstrap.
-
-    The modes are those at the nearest of `times`, their p-value that of one mode at most (see `modality`). Raises
-    StatisticError for fewer than FEWEST histories, or where no instant after the peak has the least deviation.
+    Raises
+    ------
+    StatisticError
+        For fewer than FEWEST histories, or where no instant after the peak has the least deviation.
     """
     if len(histories) < FEWEST:
         raise StatisticError(f"a narrowing needs {FEWEST} histories at least, there are {len(histories)}")
     means, spreads, covariances = _resampled(histories, inputs, seed)
     least = np.array([_least(times, mean, spread) for mean, spread in zip(means, spreads, strict=True)])
-    found, again = least[0], least[1:]
-    if np.isnan(found) or np.mean(np.isnan(again)) > MOST_FAILED:
+    if (interval := _interval(least)) is None:
         raise StatisticError("no instant after the peak of the mean has a least deviation")
-    signs = tuple(_sign_change(times, least, one) for one in covariances)
-    there = histories[:, int(np.argmin(np.abs(times - found)))]
+    signs = {}
+    for key, of_input in zip(keys, covariances, strict=True):
+        look()
+        later = np.array([_zero(times, one, near) - near for one, near in zip(of_input, least, strict=True)])
+        if (of_later := _interval(later)) is not None:
+            time, later = float(least[0] + later[0]), float(later[0])
+            signs[key] = {"time_s": time, "later_s": later, "interval_s": of_later}
+    there = histories[:, int(np.argmin(np.abs(times - least[0])))]
     try:
-        modes: tuple = modality(there, seed)[:2]
+        modes, p_value = modality(there, seed)[:2]
     except StatisticError:  # bodies are apart in some histories
-        modes = None, None
-    low, high = np.nanquantile(again, [0.025, 0.975])
-    mean, std = float(there.mean()), float(there.std(ddof=1))
-    return Narrowing(float(found), float(low), float(high), mean, std, *modes, signs)
+        modes = p_value = None
+    return {
+        "time_s": float(least[0]),
+        "interval_s": interval,
+        "mean": float(there.mean()),
+        "std": float(there.std(ddof=1)),
+        "modes": modes,
+        "p_value": p_value,
+        "sign_changes": signs,
+    }
+
+
+def _interval(found: np.ndarray) -> list[float] | None:
+    """The 95 % interval of the first of `found` by the resamples behind it; None where it or too many are NaN."""
+    if np.isnan(found[0]) or np.mean(np.isnan(found[1:])) > MOST_FAILED:
+        return None
+    return np.nanquantile(found[1:], [0.025, 0.975]).tolist()
 
 
 def _resampled(histories, inputs, seed):
@@ -156,16 +147,6 @@ def _resampled(histories, inputs, seed):
         for place, column in enumerate(inputs[part].T):
             products[place] += (weights * column) @ block
     return means, np.sqrt(np.maximum(squares - means**2, 0.0)), products - shifts.T[:, :, None] * means
-
-
-def _sign_change(times, least, covariances) -> SignChange | None:
-    """Of one input, from the least instants (1 + r,) and covariances (1 + r, t) of the sample and its resamples."""
-    look()
-    later = np.array([_zero(times, one, near) - near for one, near in zip(covariances, least, strict=True)])
-    if np.isnan(later[0]) or np.mean(np.isnan(later[1:])) > MOST_FAILED:
-        return None
-    low, high = np.nanquantile(later[1:], [0.025, 0.975])
-    return SignChange(float(least[0] + later[0]), float(later[0]), float(low), float(high))
 
 
 def _zero(times, values, near) -> float:

@@ -26,7 +26,6 @@ from bearing_twin.uq.distributions import (
     LISTS,
     SCIPY,
     DiscreteValues,
-    as_mapping,
     gamma_quantiles,
     of_scipy,
 )
@@ -243,10 +242,9 @@ def read_input(key: str, mapping) -> Input:
 
     Raises StudyError: one sentence that names the key, what is wrong and what is legal.
     """
-    if not isinstance(mapping, (Mapping, stats.distributions.rv_frozen)):
+    if not isinstance(mapping, Mapping):
         mapping = {"distribution": "fixed", "value": mapping}
     try:
-        mapping = mapping if isinstance(mapping, Mapping) else as_mapping(mapping)
         stated = "knowledge" if "know" in mapping else "parameters"
         name, parameters = _from_knowledge(mapping) if stated == "knowledge" else _from_parameters(mapping)
         with np.errstate(over="raise", divide="raise", invalid="raise"):

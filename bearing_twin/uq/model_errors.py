@@ -69,7 +69,7 @@ def model_errors(study: Study, task: Task, ensemble: Ensemble, values, quantitie
     count = study.settings.checks
     if not count:
         return no_model_errors("checks: 0, so the error of the model is not known")
-    rows = checked_rows(quantities, study.quantities.index(study.stop_quantity), count)
+    rows = checked_rows(quantities, study.quantities.index(study.settings.stop.quantity), count)
     ends = np.repeat(np.array(OF_INPUTS)[:, None], study.joint.dimension, axis=1)[:count]
     at, where = (values[rows], SAMPLED) if rows else (study.joint.values(ends), GIVEN)
     found = ensemble.evaluate(at, task=task._replace(closed=False, checked=True))

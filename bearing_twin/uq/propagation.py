@@ -7,12 +7,11 @@ order k only if k s < 1. For a gamma input of shape a and y = X^-p the lower tai
 spheres, tau ~ E^(-2/5), the mean is infinite for std/mean of E above 1.58, the variance above 1.118.
 """
 
-import dataclasses
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import Chebyshev
@@ -371,52 +370,23 @@ VALIDATION = 128
 UNIFORM_GERMS = ("uniform", "truncated_exponential")
 
 
-@dataclass(frozen=True)
-class Chaos:
-    """A polynomial chaos expansion of a quantity.
+class Chaos(NamedTuple):
+    """A polynomial chaos expansion of a quantity of total `degree`: its mean, deviation and Sobol indices.
 
-    `degrees` (terms, germs) are those of the polynomials in each of the `uncertain` inputs, `coefficients` (terms,) are
-    in the unit of the quantity. `error` is the root mean square error at fresh random points over the deviation of the
-    quantity there; `runs` counts all evaluations, these included.
+    `first` and `total` (inputs,) are the shares of the variance that an input explains alone and takes part in; they
+    are for independent inputs. `error` is the root mean square error at fresh random points over the deviation of the
+    quantity there; `runs` counts all evaluations, these included. `predict` gives the quantity (n,) at points
+    (n, inputs) of the unit cube.
     """
 
-    joint: Joint
     degree: int
-    degrees: np.ndarray
-    coefficients: np.ndarray
-    polynomial: Any
+    mean: float
+    std: float
+    first: np.ndarray
+    total: np.ndarray
     error: float
     runs: int
-
-    @property
-    def mean(self) -> float:
-        return float(self.coefficients[0])
-
-    @property
-    def std(self) -> float:
-        return float(np.sqrt(np.sum(self.coefficients[1:] ** 2)))
-
-    @property
-    def first(self):
-        """First-order Sobol indices (inputs,): the share of the variance that an input explains alone."""
-        return self._shares(lambda used: used & (used.sum(axis=1, keepdims=True) == 1))
-
-    @property
-    def total(self):
-        """Total Sobol indices (inputs,): the share of the variance in which an input takes part."""
-        return self._shares(lambda used: used)
-
-    def predict(self, unit):
-        """The quantity (n,) by the expansion at points (n, inputs) of the unit cube."""
-        return self.polynomial(*_germs(self.joint, np.asarray(unit, float)))
-
-    def _shares(self, terms):
-        if not self.joint.independent:
-            raise StudyError("Sobol indices are for independent inputs; leave the correlation out")
-        squares, found = self.coefficients**2, np.zeros(self.joint.dimension)
-        variance = squares[1:].sum() or 1.0
-        found[_uncertain(self.joint)] = squares @ terms(self.degrees > 0) / variance
-        return found
+    predict: Callable[[np.ndarray], np.ndarray]
 
 
 def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0) -> Chaos:
@@ -434,60 +404,49 @@ def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0) -> Chaos
     finite where it is needed; BearingTwinError without chaospy.
     """
     chaospy = wanted("chaospy", "chaos")
-    germs = chaospy.J(
-        *(chaospy.Uniform(-1, 1) if _is_uniform(joint, one) else chaospy.Normal() for one in _used(joint))
-    )
+    germs = {place: joint.independent and one.distribution_name in UNIFORM_GERMS for place, one in _expanded(joint)}
+    density = chaospy.J(*(chaospy.Uniform(-1, 1) if uniform else chaospy.Normal() for uniform in germs.values()))
     fresh = UnitPoints("random", joint.dimension, seed, VALIDATION).chunk(0, VALIDATION)
     truth, runs = _evaluated(joint, function, fresh), VALIDATION
     for one in [degree] if degree is not None else range(1, GREATEST_DEGREE + 1):
-        basis = chaospy.generate_expansion(one, germs, normed=True)
-        nodes, weights = chaospy.generate_quadrature(one, germs, rule="gaussian")
-        values = _evaluated(joint, function, _unit(joint, nodes))
+        basis = chaospy.generate_expansion(one, density, normed=True)
+        nodes, weights = chaospy.generate_quadrature(one, density, rule="gaussian")
+        unit = np.full((nodes.shape[1], joint.dimension), 0.5)
+        for germ, (place, uniform) in zip(nodes, germs.items(), strict=True):
+            unit[:, place] = 0.5 * (germ + 1.0) if uniform else ndtr(germ)
+        values = _evaluated(joint, function, unit)
         runs += len(values)
         polynomial, coefficients = chaospy.fit_quadrature(basis, nodes, weights, values, retall=1)
-        degrees = chaospy.glexindex(one + 1, dimensions=len(nodes), graded=True, reverse=True)
-        found = Chaos(joint, one, degrees, coefficients, polynomial, 0.0, runs)
-        error = float(np.sqrt(np.mean((found.predict(fresh) - truth) ** 2))) / (float(np.std(truth)) or 1.0)
-        found = dataclasses.replace(found, error=error)
+
+        def predict(unit, polynomial=polynomial):
+            columns = [(2.0 * unit[:, k] - 1.0) if uniform else ndtri(unit[:, k]) for k, uniform in germs.items()]
+            return polynomial(*columns)
+
+        error = float(np.sqrt(np.mean((predict(fresh) - truth) ** 2))) / (float(np.std(truth)) or 1.0)
         if error < tolerance or (one + 2) ** len(nodes) + runs > MOST_RUNS:
             break
-    return found
+    squares = coefficients[1:] ** 2
+    used = chaospy.glexindex(one + 1, dimensions=len(nodes), graded=True, reverse=True)[1:] > 0
+    first, total = np.zeros((2, joint.dimension))
+    first[[*germs]] = squares @ (used & (used.sum(axis=1, keepdims=True) == 1)) / (squares.sum() or 1.0)
+    total[[*germs]] = squares @ used / (squares.sum() or 1.0)
+    std = float(np.sqrt(squares.sum()))
+    return Chaos(one, float(coefficients[0]), std, first, total, error, runs, predict)
 
 
-def _uncertain(joint) -> list[int]:
-    return [place for place, one in enumerate(joint.inputs) if one.low < one.high]
-
-
-def _used(joint):
-    """The uncertain inputs; raises StudyError where an expansion does not take them."""
-    found = [joint.inputs[place] for place in _uncertain(joint)]
-    wrong = [one.key for one in found if not one.has_density]
-    if wrong:
-        raise StudyError(
-            f"{wrong[0]} takes single values: polynomial chaos needs a density; choose the method ensemble"
-        )
+def _expanded(joint) -> list[tuple[int, Input]]:
+    """Places and inputs of the uncertain ones; raises StudyError where an expansion does not take them."""
+    found = [(place, one) for place, one in enumerate(joint.inputs) if one.low < one.high]
+    for _, one in found:
+        if not one.has_density:
+            raise StudyError(
+                f"{one.key} takes single values: polynomial chaos needs a density; choose the method ensemble"
+            )
     if not 1 <= len(found) <= MOST_INPUTS:
         raise StudyError(
             f"polynomial chaos takes 1 to {MOST_INPUTS} uncertain inputs, not {len(found)}; choose the method ensemble"
         )
     return found
-
-
-def _is_uniform(joint, one) -> bool:
-    return one.distribution_name in UNIFORM_GERMS and joint.independent
-
-
-def _germs(joint, unit):
-    """Germs (uncertain inputs, n) of points (n, inputs) of the unit cube; `_unit` is the way back."""
-    places = zip(_uncertain(joint), _used(joint), strict=True)
-    return np.array([2.0 * unit[:, k] - 1.0 if _is_uniform(joint, one) else ndtri(unit[:, k]) for k, one in places])
-
-
-def _unit(joint, germs):
-    unit = np.full((germs.shape[1], joint.dimension), 0.5)
-    for germ, place, one in zip(germs, _uncertain(joint), _used(joint), strict=True):
-        unit[:, place] = 0.5 * (germ + 1.0) if _is_uniform(joint, one) else ndtr(germ)
-    return unit
 
 
 def _evaluated(joint, function, unit):

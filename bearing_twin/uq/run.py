@@ -71,7 +71,7 @@ class Drawn:
     def __post_init__(self):
         study, settings, start = self.study, self.study.settings, self.start
         self.points = UnitPoints(settings.sampler, study.joint.dimension, settings.seed, settings.samples)
-        self.rule = study.stop_rule
+        self.rule = settings.stop
         self.reasons = Tally(start.reasons if start else ())
         self.warnings = Tally(start.doubts_met if start else ())
         nothing = empty(self.task, 0)
@@ -189,8 +189,8 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     result: dict[str, dict] = {}
     for column, name in enumerate(study.quantities):
         try:
-            indices = sobol_indices(found[:, column].reshape(-1, inputs + 2), replicates=design.replicates)
-            result[name] = sobol_summary(study.joint.keys, indices)
+            values = found[:, column].reshape(-1, inputs + 2)
+            result[name] = sobol_summary(sobol_indices(values, study.joint.keys, design.replicates))
         except StatisticError as error:
             result[name] = {"refused": str(error)}
     return result

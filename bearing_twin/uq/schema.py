@@ -48,10 +48,6 @@ def schema() -> dict[str, Any]:
 def study_schema() -> dict[str, Any]:
     """The schema of studies; inputs, sweep and quantities are those of the scene's kind where it is known."""
     found = section_schema(Settings)
-    found["properties"]["stop"]["properties"]["quantity"] = {
-        "type": "string",
-        "description": "whose statistic; the first of quantities unless said",
-    }
     numbers = {"type": "array", "minItems": 1, "maxItems": GREATEST_SWEEP, "items": number_schema()}
     pair = [{"type": "string"}, {"type": "string"}, number_schema(Limits(above=-1.0, below=1.0))]
     found["properties"] = {
@@ -211,18 +207,12 @@ def scene_schema(kind: str) -> dict:
     head = {"kind": {"const": kind, "description": KINDS[kind].help}, "name": NAME, "description": DESCRIPTION}
     found["properties"] = head | found["properties"]
     found["required"] = ["kind"]
-    twice = []
     for other, first in ALIASES.items():
         (section, key), (home, name) = other.split("."), first.split(".")
         places = [found["properties"].get(word, {}).get("properties", {}) for word in (section, home)]
         if places[0] and name in places[1]:
             places[0][key] = places[1][name] | {"description": f"another name of {first}"}
-            given: dict[str, list[str]] = {}
-            for word, inner in ((section, key), (home, name)):
-                given.setdefault(word, []).append(inner)
-            both = {word: {"required": inner} for word, inner in given.items()}
-            twice.append({"not": {"properties": both, "required": [*given]}})
-    return found | ({"allOf": twice} if twice else {})
+    return found
 
 
 def scene_schemas() -> dict[str, Any]:

@@ -15,6 +15,7 @@ than 95 %, and `safe` is False.
 
 import functools
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -278,21 +279,6 @@ FEWEST_ROWS = 16
 EFFECTIVE_ROWS = {"independent": 40.0, "replicates": 20.0}  # rows over kurtosis of the influence
 
 
-class SobolIndices(NamedTuple):
-    """First-order and total indices (d,) with intervals (d, 2), whether these are safe (d,), and the rows used.
-
-    Values a little below 0 or above 1 are noise of the sample; they are not cut off.
-    """
-
-    first: np.ndarray
-    first_interval: np.ndarray
-    first_safe: np.ndarray
-    total: np.ndarray
-    total_interval: np.ndarray
-    total_safe: np.ndarray
-    rows: int
-
-
 def sensitivity_points(joint: Joint, unit: np.ndarray) -> np.ndarray:
     """Points (n, d + 2, d) of the unit cube to run at, A, B, AB_1 .. AB_d a row, from points (n, 2 d) of a design.
 
@@ -309,11 +295,21 @@ def sensitivity_points(joint: Joint, unit: np.ndarray) -> np.ndarray:
     return points
 
 
-def sobol_indices(values: np.ndarray, replicates: int = 1) -> SobolIndices:
-    """Indices from the quantity (n, d + 2) at `sensitivity_points`; rows with a NaN are left out.
+def sobol_indices(values: np.ndarray, keys: Sequence[str], replicates: int = 1) -> dict[str, dict]:
+    """Indices by input from the quantity (n, d + 2) at `sensitivity_points`; rows with a NaN are left out.
 
-    Row i belongs to replicate i % replicates of the design. Raises StatisticError for too few rows or a quantity that
-    does not vary.
+    Row i belongs to replicate i % replicates of the design.
+
+    Returns
+    -------
+    dict
+        For each of the `keys` (d,) its `first` and `total` Estimate. Values a little below 0 or above 1 are noise of
+        the sample; they are not cut off.
+
+    Raises
+    ------
+    StatisticError
+        For too few rows, or a quantity that does not vary.
     """
     values = np.asarray(values, float)
     whole = np.isfinite(values).all(axis=1)
@@ -325,13 +321,12 @@ def sobol_indices(values: np.ndarray, replicates: int = 1) -> SobolIndices:
     if np.ptp(kept) <= 1e-14 * np.abs(kept).max():
         raise StatisticError("the quantity does not vary: there are no Sobol indices")
     off, moved = kept[:, :2] - kept[:, :2].mean(), kept[:, 2:] - kept[:, [0]]
-    squares = np.mean(off**2, axis=1, keepdims=True)
-    variance, found = squares.mean(), []
-    least = EFFECTIVE_ROWS["independent" if replicates == 1 else "replicates"]
-    for terms in (off[:, [1]] * moved, 0.5 * moved**2):
-        index = terms.mean(axis=0) / variance
-        influence = np.full((len(values), len(index)), np.nan)
-        influence[whole] = (terms - index * squares) / variance  # the error of the sample's mean is of second order
-        ends = [interval(*one, replicates, least) for one in zip(index, influence.T, strict=True)]
-        found += [index, np.array([one[1:3] for one in ends]), np.array([one.safe for one in ends])]
-    return SobolIndices(*found, len(kept))
+    squares = np.mean(off**2, axis=1)
+    variance, least = squares.mean(), EFFECTIVE_ROWS["independent" if replicates == 1 else "replicates"]
+    found: dict[str, dict] = {key: {} for key in keys}
+    for order, terms in (("first", off[:, [1]] * moved), ("total", 0.5 * moved**2)):
+        for key, one in zip(keys, terms.T, strict=True):
+            index, influence = float(one.mean() / variance), np.full(len(values), np.nan)
+            influence[whole] = (one - index * squares) / variance  # the error of the sample's mean is of second order
+            found[key][order] = interval(index, influence, replicates, least)
+    return found

@@ -3,16 +3,16 @@
 
 import contextlib
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from scipy.stats.distributions import rv_frozen
 
 from bearing_twin.base.errors import SceneError, StudyError, is_text
-from bearing_twin.base.parameters import choice, echo, plain, quantity, read, read_number, section, unknown
+from bearing_twin.base.parameters import choice, echo, plain, quantity, read, read_number, section, text, unknown
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.run.scene import Scene, listed_overrides, open_scene, parse_scene
@@ -36,6 +36,17 @@ PROPAGATION_METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
 STATISTICS = ("mean", "std", "quantile")
 
 
+# When an ensemble is large enough: the 95 % interval of a named statistic, checked in batches, twice in a row.
+#
+# Checking often and stopping at the first narrow interval favours lucky checks: the interval at such a moment covers
+# less than 95 %. Against that (1) there is a least number of samples before the first check, (2) checks are spaced by a
+# batch, later by a fifth of the samples so far, and (3) the interval must be narrow at two checks in a row. They are at
+# the same numbers of samples whatever the number of workers, and whether a study was continued or not.
+
+GROWTH = 0.2  # of the samples so far, between later checks
+IN_A_ROW = 2
+
+
 @dataclass(frozen=True)
 class Stop:
     """When the ensemble is large enough; without a tolerance it takes all its samples."""
@@ -45,6 +56,41 @@ class Stop:
     tolerance: float = quantity(0.0, "its unit", "greatest half width of the interval; 0 = none", at_least=0.0)
     relative_tolerance: float = quantity(0.0, "1", "the same as a share of the statistic; 0 = none", at_least=0.0)
     minimum: int = quantity(200, "1", "samples before the first check", at_least=2)
+    quantity: str = text("", "whose statistic; the first of quantities unless said")
+
+    @property
+    def of(self) -> str | float:
+        """The statistic as `statistics.estimate` takes it."""
+        return self.probability if self.statistic == "quantile" else self.statistic
+
+    @property
+    def watched(self) -> str:
+        """The statistic and its quantity in words: `std of contact_duration`."""
+        return f"{f'{self.of:g} quantile' if self.statistic == 'quantile' else self.of} of {self.quantity}"
+
+    def satisfied(self, estimate: float, half_width: float) -> bool:
+        """True for an interval that is narrow enough; never without a tolerance, or for a NaN."""
+        bound = max(self.tolerance, self.relative_tolerance * abs(estimate))
+        return bool(self.tolerance or self.relative_tolerance) and half_width <= bound
+
+    def text(self) -> str:
+        """The rule in words, for reports."""
+        bound = f"{self.tolerance:g}" if self.tolerance else f"{100.0 * self.relative_tolerance:g} % of it"
+        return f"the half width of the 95 % interval of the {self.watched} is at most {bound}"
+
+
+def checkpoints(samples: int, batch: int, minimum: int, sampler: str) -> Iterator[int]:
+    """Increasing numbers of samples at which the stop rule is checked; the last is `samples`.
+
+    Interleaved Sobol sequences are balanced only at REPLICATES times a power of two; a latin hypercube is one sample of
+    its whole size.
+    """
+    size = {"sobol": REPLICATES, "random": batch}.get(sampler, samples)
+    while size < samples:
+        if size >= minimum:
+            yield size
+        size += size if sampler == "sobol" else batch * max(1, round(GROWTH * size / batch))
+    yield samples
 
 
 @dataclass(frozen=True)
@@ -85,29 +131,23 @@ class Study:
     """A study, complete and checked.
 
     `scene` is the scene's plain data with automatic choices still open; `given` maps each input's key to its
-    distribution as in the file, `also` to further keys that take the same value; `joint` draws them. `densities` maps
-    quantities to the values at which their density is wanted.
+    distribution as in the file, `targets` are for each input the keys of the scene that take its value; `joint` draws
+    them. `densities` maps quantities to the values at which their density is wanted.
     """
 
     name: str
     description: str
     scene: dict
     given: dict
-    also: dict[str, tuple[str, ...]]
+    targets: tuple[tuple[str, ...], ...]
     correlation: tuple[tuple[str, str, float], ...]
     quantities: tuple[str, ...]
     histories: tuple[str, ...]
     densities: dict[str, tuple[float, ...]]
     sweep: tuple[str, tuple[float, ...]] | None
-    stop_quantity: str
     executor: str
     settings: Settings
     joint: Joint = field(compare=False, repr=False)
-
-    @property
-    def stop_rule(self) -> "StopRule":
-        """When its ensemble is large enough."""
-        return StopRule(self.settings.stop, self.stop_quantity)
 
     @property
     def kind(self) -> str:
@@ -125,11 +165,6 @@ class Study:
         rows = self.settings.sensitivity
         return rounded(self.settings.sampler, rows) if rows else 0
 
-    @property
-    def targets(self) -> tuple[tuple[str, ...], ...]:
-        """For each input the keys of the scene that take its value."""
-        return tuple((one.key, *self.also.get(one.key, ())) for one in self.inputs)
-
     def scene_at(self, values: Iterable[float]) -> Scene:
         """The scene with these values of the inputs; raises SceneError where there is none."""
         return parse_scene(placed(self.scene, self.targets, values), "a realisation")
@@ -142,79 +177,19 @@ class Study:
 
     def resolved(self) -> dict:
         """All keys as plain data, the scene in full; `parse_study` of it gives an equal study."""
-        settings = plain(self.settings)
-        settings["stop"] = {"quantity": self.stop_quantity, **settings["stop"]}
-        inputs = {
-            key: {**given, "also": list(self.also[key])} if key in self.also else given
-            for key, given in self.given.items()
-        }
         return {
             "name": self.name,
             "description": self.description,
             "scene": self.scene,
-            "inputs": inputs,
+            "inputs": self.given,
             "correlation": [list(row) for row in self.correlation],
             "quantities": list(self.quantities),
             "histories": list(self.histories),
             "densities": {name: list(values) for name, values in self.densities.items()},
             **({"sweep": {self.sweep[0]: list(self.sweep[1])}} if self.sweep else {}),
             "executor": self.executor,
-            **settings,
+            **plain(self.settings),
         }
-
-
-# When an ensemble is large enough: the 95 % interval of a named statistic, checked in batches, twice in a row.
-#
-# Checking often and stopping at the first narrow interval favours lucky checks: the interval at such a moment covers
-# less than 95 %. Against that (1) there is a least number of samples before the first check, (2) checks are spaced by a
-# batch, later by a fifth of the samples so far, and (3) the interval must be narrow at two checks in a row. They are at
-# the same numbers of samples whatever the number of workers, and whether a study was continued or not.
-
-GROWTH = 0.2  # of the samples so far, between later checks
-IN_A_ROW = 2
-
-
-class StopRule(NamedTuple):
-    """The greatest half width of a statistic of a quantity: absolute, or relative to the estimate; 0 = no bound."""
-
-    stop: Stop
-    quantity: str
-
-    @property
-    def of(self) -> str | float:
-        """The statistic as `statistics.estimate` takes it."""
-        return self.stop.probability if self.stop.statistic == "quantile" else self.stop.statistic
-
-    def satisfied(self, estimate: float, half_width: float) -> bool:
-        """True for an interval that is narrow enough; never without a tolerance, or for a NaN."""
-        bound = max(self.stop.tolerance, self.stop.relative_tolerance * abs(estimate))
-        return bool(self.stop.tolerance or self.stop.relative_tolerance) and half_width <= bound
-
-    @property
-    def watched(self) -> str:
-        """The statistic and its quantity in words: `std of contact_duration`."""
-        quantile = self.stop.statistic == "quantile"
-        return f"{f'{self.of:g} quantile' if quantile else self.of} of {self.quantity}"
-
-    def text(self) -> str:
-        """The rule in words, for reports."""
-        bound = self.stop.tolerance
-        bound = f"{bound:g}" if bound else f"{100.0 * self.stop.relative_tolerance:g} % of it"
-        return f"the half width of the 95 % interval of the {self.watched} is at most {bound}"
-
-
-def checkpoints(samples: int, batch: int, minimum: int, sampler: str) -> Iterator[int]:
-    """Increasing numbers of samples at which the stop rule is checked; the last is `samples`.
-
-    Interleaved Sobol sequences are balanced only at REPLICATES times a power of two; a latin hypercube is one sample of
-    its whole size.
-    """
-    size = {"sobol": REPLICATES, "random": batch}.get(sampler, samples)
-    while size < samples:
-        if size >= minimum:
-            yield size
-        size += size if sampler == "sobol" else batch * max(1, round(GROWTH * size / batch))
-    yield samples
 
 
 # Study files: strict YAML in, a checked `Study` out, with every problem named at once and the nearest legal word.
@@ -259,7 +234,7 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
     mapping = STUDIES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
     if not isinstance(mapping, Mapping) or "scene" not in mapping:
         raise StudyError(f"{origin} has no key `scene`; start it with `scene: two_spheres` or another scene")
-    mapping, problems = dict(mapping), []
+    mapping, problems = dict(mapping), _Problems()
     try:
         for word in ("inputs", "sweep"):
             if isinstance(mapping.get(word), Mapping):
@@ -269,8 +244,7 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
                 raise StudyError(f"{other} is another name of {first}, which is given too; keep one of them")
             if other in mapping:
                 mapping[first] = mapping.pop(other)
-        scene, scene_origin = _overridden(mapping, listed_overrides(overrides))
-        study = _read(mapping, scene, scene_origin, origin, problems)
+        study = _read(mapping, *_overridden(mapping, listed_overrides(overrides)), origin, problems)
     except (SceneError, StudyError) as error:
         if not problems:
             raise StudyError(f"{origin}: {error}") from error
@@ -281,12 +255,31 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
     return study
 
 
+class _Problems(list):
+    """What is wrong with a study, a sentence each."""
+
+    def of(self, read: Callable, default: Any, *given) -> Any:
+        """What `read` makes of what is given; the default where it raises, whose reason is kept."""
+        try:
+            return read(*given)
+        except (SceneError, StudyError) as error:
+            self.append(str(error))
+            return default
+
+
+def _require(condition, reason: str) -> None:
+    if not condition:
+        raise StudyError(reason)
+
+
 def _by_first_names(word: str, given: Mapping) -> dict:
     """A mapping of keys by their first names; raises StudyError where one key is given by both of its names."""
     found = {}
     for key, value in given.items():
-        if (first := first_name(key)) in found:
-            raise StudyError(f"{word}: {key} is another name of a key that is given too; keep one of them")
+        _require(
+            (first := first_name(key)) not in found,
+            f"{word}: {key} is another name of a key that is given too; keep one of them",
+        )
         found[first] = value
     return found
 
@@ -300,14 +293,16 @@ def _overridden(mapping: dict, overrides) -> tuple[dict, str]:
     for override in overrides:
         key, equals, _ = override.partition("=")
         words[override] = key.partition(".")[0].strip()
-        if not equals or not words[override]:
-            raise StudyError(f"override {echo(override)} must look like samples=500 or motion.first_velocity=50")
+        _require(
+            equals and words[override],
+            f"override {echo(override)} must look like samples=500 or motion.first_velocity=50",
+        )
         if words[override] in ("scene", "set"):
             _apply(mapping, None, override)
-    of_scene = tuple(_open(mapping, ())[0])
+    legal = (*of_study, *_open(mapping, ())[0])
     for override, word in words.items():
-        if word not in of_study + of_scene:
-            hint = unknown(word, of_study + of_scene)
+        if word not in legal:
+            hint = unknown(word, legal)
             raise StudyError(f"override {echo(override)}: {echo(word)} is no key of the study or its scene; {hint}")
     opened = _open(mapping, [one for one, word in words.items() if word not in of_study])
     for override, word in words.items():
@@ -319,13 +314,17 @@ def _overridden(mapping: dict, overrides) -> tuple[dict, str]:
 def _open(mapping, for_scene) -> tuple[dict, str]:
     """(plain data of the scene, its name in errors); its inputs are not put in, so it may be impossible without."""
     given, changes = mapping["scene"], mapping.get("set", [])
-    if not isinstance(changes, (list, tuple)) or not all(isinstance(one, str) for one in changes):
-        raise StudyError(f"set = {echo(changes)} must be a list of texts such as motion.first_velocity=50")
+    _require(
+        isinstance(changes, (list, tuple)) and all(isinstance(one, str) for one in changes),
+        f"set = {echo(changes)} must be a list of texts such as motion.first_velocity=50",
+    )
     changed = [first_name(one.partition("=")[0].strip()) for one in changes]
     if twice := {key for key in changed if changed.count(key) > 1}:
         raise StudyError(f"set gives {min(twice)} twice; keep one of them")
-    if not isinstance(given, (str, int, Mapping)) or isinstance(given, bool):
-        raise StudyError(f"scene = {echo(given)} must be the name of a scene, a path, or a scene's keys and values")
+    _require(
+        isinstance(given, (str, int, Mapping)) and not isinstance(given, bool),
+        f"scene = {echo(given)} must be the name of a scene, a path, or a scene's keys and values",
+    )
     return open_scene(given, (*changes, *for_scene))
 
 
@@ -345,98 +344,100 @@ def _apply(mapping, kind, override):
     holder = mapping
     for word in words[:-1]:
         inner = holder.get(word, {})
-        if not isinstance(inner, Mapping):
-            raise StudyError(f"override {echo(override)}: {word} is a value and has no keys of its own")
-        holder[word] = dict(inner)
-        holder = holder[word]
+        _require(isinstance(inner, Mapping), f"override {echo(override)}: {word} is a value and has no keys of its own")
+        holder[word] = holder = dict(inner)
     holder[words[-1]] = STUDIES.load(text, f"override {echo(override)}")
 
 
-def _read(mapping, scene, scene_origin, origin, problems) -> Study:
+def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
     """The study; what is wrong is added to `problems`, and then the result is not to be used."""
-    legal = (*FREE_KEYS, *SETTINGS)
+    kind, legal = scene["kind"], (*FREE_KEYS, *SETTINGS)
     problems += [f"{echo(key)} is not a key of a study; {unknown(key, legal)}" for key in mapping if key not in legal]
-    plain_keys = {key: mapping[key] for key in SETTINGS if key in mapping}
-    stop_quantity = None
-    if isinstance(stop := plain_keys.get("stop"), Mapping):
-        stop_quantity = stop.get("quantity")
-        plain_keys["stop"] = {key: value for key, value in stop.items() if key != "quantity"}
-    settings, found = read(Settings, plain_keys)
+    settings, found = read(Settings, {key: mapping[key] for key in SETTINGS if key in mapping})
     problems += found
     if settings.method == "chaos" and mapping.get("histories"):
         problems.append("histories are sampled, which the method chaos does not do; leave them out, or use ensemble")
     if settings.stop.tolerance and settings.stop.relative_tolerance:
         problems.append("stop.tolerance and stop.relative_tolerance say the same thing twice; keep one")
 
-    inputs, given, also = _inputs(mapping.get("inputs"), scene["kind"], problems)
-    correlation = _correlation(mapping.get("correlation", ()), problems)
-    joint, sweep = None, mapping.get("sweep")
-    try:
-        joint = Joint(inputs, correlation)
-    except StudyError as error:
-        problems.append(str(error))
-    targets = [(one.key, *also.get(one.key, ())) for one in inputs]
+    inputs, given, targets = [], {}, []
+    table = problems.of(_table, {}, mapping.get("inputs"))
+    for key, value in table.items():
+        if (one := problems.of(_input, None, kind, key, value, [key for keys in targets for key in keys])) is not None:
+            inputs.append(one[0])
+            given[key] = one[1]
+            targets.append(one[2])
+    correlation = problems.of(_correlation, (), mapping.get("correlation", ()))
+    joint, sweep = problems.of(Joint, None, inputs, correlation), mapping.get("sweep")
     at_medians = placed(scene, targets, [float(one.ppf(0.5)) for one in inputs])
     for key, values in sweep.items() if isinstance(sweep, Mapping) else ():
         with contextlib.suppress(StudyError, LookupError, TypeError):
-            at_medians = put(at_medians, checked_key(scene["kind"], key), values[0])
+            at_medians = put(at_medians, checked_key(kind, key), values[0])
     possible = parse_scene(at_medians, scene_origin)
     try:
         parse_scene(scene, scene_origin)
     except SceneError:  # it lacks a number that an input or the sweep gives
         scene = at_medians
 
-    quantities = _quantities(mapping.get("quantities"), scene["kind"], possible.parameters, problems)
-    if stop_quantity is not None and stop_quantity not in quantities:
-        hint = unknown(stop_quantity, quantities)
-        problems.append(f"stop.quantity = {echo(stop_quantity)} is not among the study's quantities; {hint}")
+    quantities = problems.of(_quantities, (), mapping.get("quantities"), kind, possible.parameters)
+    stop = (
+        settings.stop
+        if settings.stop.quantity
+        else dataclasses.replace(settings.stop, quantity="".join(quantities[:1]))
+    )
+    if stop.quantity not in quantities and quantities:
+        hint = unknown(stop.quantity, quantities)
+        problems.append(f"stop.quantity = {echo(stop.quantity)} is not among the study's quantities; {hint}")
     executor = mapping.get("executor", "processes")
     if not isinstance(executor, str) or (executor != "processes" and not executor.startswith("dask://")):
         problems.append(f"executor = {echo(executor)} must be processes, or dask://host:port of a Dask scheduler")
     name = mapping.get("name", origin.removeprefix("study ").removesuffix(".yaml"))
     return Study(
-        _text(name, "name", LONGEST_NAME, problems),
-        _text(mapping.get("description", ""), "description", LONGEST_DESCRIPTION, problems).strip(),
+        problems.of(_text, "", name, "name", LONGEST_NAME),
+        problems.of(_text, "", mapping.get("description", ""), "description", LONGEST_DESCRIPTION).strip(),
         scene,
         given,
-        also,
+        tuple(targets),
         correlation,
         quantities,
-        _histories(mapping.get("histories", ()), possible, problems),
-        _densities(mapping.get("densities", {}), quantities, problems),
-        _sweep(sweep, at_medians, targets, problems),
-        (quantities[0] if quantities else "") if stop_quantity is None else stop_quantity,
+        problems.of(_histories, (), mapping.get("histories", ()), possible),
+        problems.of(_densities, {}, mapping.get("densities", {}), quantities),
+        problems.of(_sweep, None, sweep, at_medians, targets),
         executor,
-        settings,
+        dataclasses.replace(settings, stop=stop),
         joint,
     )
 
 
-def _inputs(table, kind, problems):
-    """(inputs, given, also) of a study file: which numbers of the scene are uncertain, and how."""
-    if not isinstance(table, Mapping) or not table:
-        problems.append("inputs must map keys of the scene to distributions, one at least")
-        table = {}
-    inputs, given, also, taken = [], {}, {}, {}
-    for key, value in table.items():
+def _table(given) -> Mapping:
+    _require(isinstance(given, Mapping) and given, "inputs must map keys of the scene to distributions, one at least")
+    return given
+
+
+def _input(kind: str, key: str, given, taken) -> tuple[Input, Any, tuple[str, ...]]:
+    """(the input, its distribution as plain data, keys that take its value); `taken` by inputs before it."""
+    checked_key(kind, key)
+    frozen, more = given, ()
+    if isinstance(given, Mapping):
+        frozen, more = given.get("distribution"), given.get("also", ())
+        more = (more,) if isinstance(more, str) else more
+        _require(
+            isinstance(more, (list, tuple)),
+            f"input {key}: also = {echo(more)} must be a list of further keys that take the same value",
+        )
+        given = {word: value for word, value in given.items() if word != "also"}
+    if isinstance(frozen, rv_frozen):
         try:
-            checked_key(kind, key)
-            value, more = _split(key, value, kind)
-            value = _in_si(value, numeric_keys(kind)[key].unit)
-            one = read_input(key, value)
-            for target in (key, *more):
-                if target in taken:
-                    raise StudyError(f"input {key}: {target} already follows the input {taken[target]}")
-                taken[target] = key
-                _check_support(kind, target, one)
-        except StudyError as error:
-            problems.append(str(error))
-            continue
-        inputs.append(one)
-        given[key] = value
-        if more:
-            also[key] = more
-    return inputs, given, also
+            given = {**(given if isinstance(given, Mapping) else {}), **as_mapping(frozen)}
+        except ValueError as error:
+            raise StudyError(f"input {key}: {error}") from None
+    given = _in_si(given, numeric_keys(kind)[key].unit)
+    targets = (key, *(checked_key(kind, one) for one in more))
+    one = read_input(key, given)
+    for place, target in enumerate(targets):
+        _require(target not in (*taken, *targets[:place]), f"input {key}: {target} already follows an input")
+        _check_support(kind, target, one)
+    return one, {**given, "also": list(targets[1:])} if more else given, targets
 
 
 IN_THE_INPUTS_UNIT = "low", "high", "mean", "std", "mode", "value", "values", "x", "loc", "scale", "know"
@@ -453,35 +454,13 @@ def _in_si(given, unit: str):
     return [_in_si(one, unit) for one in given] if isinstance(given, (list, tuple)) else given
 
 
-def _split(key, given, kind):
-    """The distribution of an input as plain data, and the further keys that follow it."""
-    rest = {}
-    if isinstance(given, Mapping):
-        rest = {word: value for word, value in given.items() if word != "distribution"}
-        if isinstance(given.get("distribution"), rv_frozen):
-            given = given["distribution"]
-    try:
-        if isinstance(given, rv_frozen):
-            given = as_mapping(given) | rest
-    except ValueError as error:
-        raise StudyError(f"input {key}: {error}") from None
-    if not isinstance(given, Mapping):
-        return given, ()
-    more = given.get("also", ())
-    more = (more,) if isinstance(more, str) else more
-    if not isinstance(more, (list, tuple)):
-        raise StudyError(f"input {key}: also = {echo(more)} must be a list of further keys that take the same value")
-    more = tuple(checked_key(kind, one) for one in more)
-    return {word: value for word, value in given.items() if word != "also"}, more
-
-
 def _check_support(kind: str, key: str, one: Input) -> None:
     """Raises StudyError where the input takes values that the scene forbids with a probability above IMPOSSIBLE."""
     row = numeric_keys(kind)[key]
-    if row.type == "integer" and not one.whole:
-        raise StudyError(
-            f"input {key} takes whole numbers; give it the distribution fixed, discrete or empirical with such values"
-        )
+    _require(
+        row.type != "integer" or one.whole,
+        f"input {key} takes whole numbers; give it the distribution fixed, discrete or empirical with such values",
+    )
     limits = row.bounds.of_physics
     if one.has_density:
         low = next((end for end in (limits.above, limits.at_least) if end is not None), -np.inf)
@@ -489,100 +468,91 @@ def _check_support(kind: str, key: str, one: Input) -> None:
         outside = one.outside(low, high)
     else:
         outside = float(not (limits.allow(one.low) and limits.allow(one.high)))
-    if outside > IMPOSSIBLE:
-        raise StudyError(
-            f"input {key}: {one.distribution_name.replace('_', ' ')} takes values from {one.low:g} to {one.high:g}, "
-            f"but {key} must be {row.bounds.text()}; give one inside, such as uniform, beta or truncated_normal"
-            + (f" (a probability of {outside:.2g} lies outside)" if one.has_density else "")
-        )
+    _require(
+        outside <= IMPOSSIBLE,
+        f"input {key}: {one.distribution_name.replace('_', ' ')} takes values from {one.low:g} to {one.high:g}, "
+        f"but {key} must be {row.bounds.text()}; give one inside, such as uniform, beta or truncated_normal"
+        + (f" (a probability of {outside:.2g} lies outside)" if one.has_density else ""),
+    )
 
 
-def _correlation(given, problems) -> tuple:
-    rows = []
-    if not isinstance(given, (list, tuple)):
-        problems.append(f"correlation = {echo(given)} must be a list of [key, key, value]")
-        given = ()
+def _correlation(given) -> tuple:
+    _require(isinstance(given, (list, tuple)), f"correlation = {echo(given)} must be a list of [key, key, value]")
     for row in given:
-        if isinstance(row, (list, tuple)) and len(row) == 3 and all(isinstance(key, str) for key in row[:2]):
-            rows.append((*map(first_name, row[:2]), row[2]))
-        else:
-            problems.append(f"correlation: {echo(row)} must be [key, key, value]")
-    return tuple(rows)
+        _require(
+            isinstance(row, (list, tuple)) and len(row) == 3 and all(isinstance(key, str) for key in row[:2]),
+            f"correlation: {echo(row)} must be [key, key, value]",
+        )
+    return tuple((*map(first_name, row[:2]), row[2]) for row in given)
 
 
-def _quantities(given, kind, parameters, problems):
-    if not given:
-        legal = ", ".join(quantities_of(kind))
-        problems.append(f"quantities names nothing: name one at least; legal: {legal}")
-        return ()
-    names = _words(given, "quantities", problems)
+def _quantities(given, kind, parameters) -> tuple[str, ...]:
+    _require(given, f"quantities names nothing: name one at least; legal: {', '.join(quantities_of(kind))}")
+    names = _words(given, "quantities")
     for name in names:
-        try:
-            if reason := quantity_of(kind, name).missing(parameters):
-                problems.append(f"quantities: {name}: {reason}")
-        except StudyError as error:
-            problems.append(f"quantities: {error}")
+        reason = quantity_of(kind, name).missing(parameters)
+        _require(not reason, f"quantities: {name}: {reason}")
     return names
 
 
-def _histories(given, scene: Scene, problems):
-    names = _words(given, "histories", problems)
+def _histories(given, scene: Scene) -> tuple[str, ...]:
+    names = _words(given, "histories")
     channels = [one.name for one in scene.channels if one.shape == ()] if names else ()
     for name in names:
         if name not in channels:
-            problems.append(f"histories: {echo(name)} is no channel of one number; {unknown(name, channels)}")
+            raise StudyError(f"histories: {echo(name)} is no channel of one number; {unknown(name, channels)}")
     return names
 
 
-def _densities(given, quantities, problems):
+def _densities(given, quantities) -> dict[str, tuple[float, ...]]:
     """{quantity: values [SI]} at which densities are requested."""
-    if not isinstance(given, Mapping):
-        problems.append(f"densities = {echo(given)} must map quantities to lists of values")
-        return {}
+    _require(isinstance(given, Mapping), f"densities = {echo(given)} must map quantities to lists of values")
     found = {}
     for name, values in given.items():
         numbers = [read_number(value) for value in (values if isinstance(values, (list, tuple)) else (values,))]
         if name not in quantities:
-            problems.append(f"densities: {echo(name)} is not among the study's quantities; {unknown(name, quantities)}")
-        elif not 1 <= len(numbers) <= GREATEST_SWEEP or any(problem for _, problem in numbers):
-            problems.append(f"densities: {name} must have a list of 1 to {GREATEST_SWEEP} numbers")
-        else:
-            found[name] = tuple(float(value) for value, _ in numbers)
+            raise StudyError(
+                f"densities: {echo(name)} is not among the study's quantities; {unknown(name, quantities)}"
+            )
+        _require(
+            1 <= len(numbers) <= GREATEST_SWEEP and not any(problem for _, problem in numbers),
+            f"densities: {name} must have a list of 1 to {GREATEST_SWEEP} numbers",
+        )
+        found[name] = tuple(float(value) for value, _ in numbers)
     return found
 
 
-def _words(given, key, problems):
+def _words(given, key) -> tuple[str, ...]:
     given = (given,) if isinstance(given, str) else given
-    if not isinstance(given, (list, tuple)) or not all(isinstance(one, str) for one in given):
-        problems.append(f"{key} = {echo(given)} must be a list of names")
-        return ()
-    if len(set(given)) < len(given):
-        problems.append(f"{key} names something twice")
+    _require(
+        isinstance(given, (list, tuple)) and all(isinstance(one, str) for one in given),
+        f"{key} = {echo(given)} must be a list of names",
+    )
+    _require(len(set(given)) == len(given), f"{key} names something twice")
     return tuple(given)
 
 
-def _sweep(given, scene, targets, problems):
+def _sweep(given, scene, targets) -> tuple[str, tuple[float, ...]] | None:
     if given is None:
         return None
-    if not isinstance(given, Mapping) or len(given) != 1:
-        problems.append(f"sweep = {echo(given)} must map one key of the scene to a list of values")
-        return None
+    _require(
+        isinstance(given, Mapping) and len(given) == 1,
+        f"sweep = {echo(given)} must map one key of the scene to a list of values",
+    )
     ((key, values),) = given.items()
-    try:
-        checked_key(scene["kind"], key)
-        if any(key in keys for keys in targets):
-            raise StudyError(f"sweep: {key} is an uncertain input already")
-        if not isinstance(values, (list, tuple)) or not 1 <= len(values) <= GREATEST_SWEEP:
-            raise StudyError(f"sweep: {key} must have a list of 1 to {GREATEST_SWEEP} values")
-        parsed = [parse_scene(put(scene, key, value), f"sweep {key} = {echo(value)}") for value in values]
-        return key, tuple(float(value_at(one.resolved(), key)) for one in parsed)
-    except (SceneError, StudyError) as error:
-        problems.append(str(error))
-        return None
+    checked_key(scene["kind"], key)
+    _require(not any(key in keys for keys in targets), f"sweep: {key} is an uncertain input already")
+    _require(
+        isinstance(values, (list, tuple)) and 1 <= len(values) <= GREATEST_SWEEP,
+        f"sweep: {key} must have a list of 1 to {GREATEST_SWEEP} values",
+    )
+    parsed = [parse_scene(put(scene, key, value), f"sweep {key} = {echo(value)}") for value in values]
+    return key, tuple(float(value_at(one.resolved(), key)) for one in parsed)
 
 
-def _text(given, key, longest, problems):
-    if not is_text(given, longest) or (key == "name" and not given.strip()):
-        problems.append(f"{key} = {echo(given)} must be text of at most {longest} characters, all of UTF-8")
-        return ""
+def _text(given, key, longest) -> str:
+    _require(
+        is_text(given, longest) and (key != "name" or given.strip()),
+        f"{key} = {echo(given)} must be text of at most {longest} characters, all of UTF-8",
+    )
     return given

@@ -3,21 +3,20 @@
 A summary that comes from a log is checked by `check_summary`, whole, before it is used.
 """
 
+import contextlib
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, StatisticError, Stopped
+from bearing_twin.base.errors import StatisticError, Stopped
 from bearing_twin.base.stopping import heeding, look
 from bearing_twin.base.units import two_digits, unit_for_people, with_unit
-from bearing_twin.run.simulation import simulate
-from bearing_twin.uq.histories import PROBABILITIES as OF_HISTORIES
 from bearing_twin.uq.histories import history_statistics, narrowing
 from bearing_twin.uq.modality import modality, mode_numbers
 from bearing_twin.uq.propagation import Chaos, Derived, Interpolated
-from bearing_twin.uq.realisations import mean_inputs
 from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, finite, size_of
 from bearing_twin.uq.sampling import UnitPoints
 from bearing_twin.uq.statistics import MOMENTS, MORE, Estimate, densities_at, estimate
@@ -154,14 +153,11 @@ def _of_quantity(result: StudyResult, name: str, found, missing, drawn, modes: b
     return {"method": "ensemble", **one, "half_width": half_width}
 
 
-def sobol_summary(keys, indices) -> dict[str, Any]:
-    """First and total Sobol indices of a quantity by input, with intervals, from `statistics.SobolIndices`."""
+def sobol_summary(indices: Mapping[str, Mapping[str, Estimate]]) -> dict[str, Any]:
+    """First and total Sobol indices of a quantity by input as plain data."""
     return {
-        key: {
-            order: _interval(value[place], *ends[place]) | {"unsafe": not bool(safe[place])}
-            for order, (value, ends, safe) in {"first": indices[:3], "total": indices[3:6]}.items()
-        }
-        for place, key in enumerate(keys)
+        key: {order: _interval(*one[:3]) | {"unsafe": not one.safe} for order, one in orders.items()}
+        for key, orders in indices.items()
     }
 
 
@@ -178,27 +174,21 @@ def summary_of(result: StudyResult, without_sampling: Mapping, missing: Mapping,
         The ensemble.
     at_mean : Realised
         The realisation at the mean inputs, or none.
-    model : run.ModelErrors
+    model : model_errors.ModelErrors
     ends : function
         Once it is true modes and statistics of histories are left out, which a note says.
     """
-    given, study, cut = (result, without_sampling, missing, drawn, at_mean, model), result.study, []
+
+    def found(whole: bool) -> dict:
+        return _summary(result, without_sampling, missing, drawn, at_mean, model, whole)
+
     try:
         with heeding(ends):
             look()
-            found = _summary(*given, whole=True)
+            return found(whole=True)
     except Stopped:
         with heeding(lambda: False):
-            found = _summary(*given, whole=False)
-        cut = ["cancelled: modes and statistics of histories are not computed; go on from the log for them"]
-    count, failed = len(result.status), result.status > 0
-    return found | {
-        "samples": count,
-        "failed": {text: int(np.sum(result.status == 1 + place)) for place, text in enumerate(result.reasons)},
-        "failed_share": float(np.mean(failed)) if count else 0.0,
-        "doubts": {text: int(np.sum(result.doubtful >> k & 1)) for k, text in enumerate(result.doubts_met)},
-        "notes": [*found["notes"], *(_warnings_at_mean(study, ends) if drawn.task.closed else ()), *cut],
-    }
+            return found(whole=False)
 
 
 def _summary(result, without_sampling, missing, drawn, at_mean, model, whole: bool) -> dict:
@@ -214,6 +204,8 @@ def _summary(result, without_sampling, missing, drawn, at_mean, model, whole: bo
         for name, one in without_sampling.items()
         if isinstance(one, Interpolated) and one.error > POOR
     ]
+    cut = "cancelled: modes and statistics of histories are not computed; go on from the log for them"
+    count, failed = len(result.status), result.status > 0
     return {
         "study": study.name,
         "scene": study.scene["name"],
@@ -228,19 +220,22 @@ def _summary(result, without_sampling, missing, drawn, at_mean, model, whole: bo
             channel: _of_history(result, channel, drawn.task.instants, at_mean.histories[:, place], whole)
             for place, channel in enumerate(study.histories)
         },
-        "notes": [*drawn.notes, *poor, *model.notes],
+        "samples": count,
+        "failed": {text: int(np.sum(result.status == 1 + place)) for place, text in enumerate(result.reasons)},
+        "failed_share": float(np.mean(failed)) if count else 0.0,
+        "doubts": {text: int(np.sum(result.doubtful >> k & 1)) for k, text in enumerate(result.doubts_met)},
+        "notes": [*drawn.notes, *poor, *model.notes, *([] if whole else [cut])],
     }
 
 
 def _convergence(rule, path) -> dict:
     """The path of the watched statistic over the samples, as in figures 9 and 14 of paper 3; an open end is null."""
-    stop = rule.stop
     return {
         "quantity": rule.quantity,
-        "statistic": stop.statistic,
-        **({"probability": stop.probability} if stop.statistic == "quantile" else {}),
-        "tolerance": stop.tolerance or None,
-        "relative_tolerance": stop.relative_tolerance or None,
+        "statistic": rule.statistic,
+        **({"probability": rule.probability} if rule.statistic == "quantile" else {}),
+        "tolerance": rule.tolerance or None,
+        "relative_tolerance": rule.relative_tolerance or None,
         "samples": [count for count, _ in path],
         "estimate": [one.value for _, one in path],
         "half_width": [one.half_width for _, one in path],
@@ -256,50 +251,15 @@ def _of_history(result, channel, instants, at_mean, whole: bool) -> dict:
     if not kept.all():
         histories, inputs = histories[kept], inputs[kept]
     if len(histories) > 1 and whole:
-        found = history_statistics(histories, inputs)
-        bands = {"mean": found.mean, "std": found.std, "skewness": found.skewness}
-        bands |= {f"{p:.2f}": row for p, row in zip(OF_HISTORIES, found.quantiles, strict=True)}
         keys = result.study.joint.keys
-        bands |= {f"correlation with {key}": row for key, row in zip(keys, found.correlation, strict=True)}
-        bands |= {"autocorrelation_time_s": instants[found.rows], "autocorrelation": found.autocorrelation}
-        more = _narrowing(instants, histories, inputs, result.study)
+        bands = history_statistics(histories, inputs, keys)
+        bands["autocorrelation_time_s"] = instants[bands.pop("rows")]
+        with contextlib.suppress(StatisticError):  # where there is none
+            more["least_spread"] = narrowing(instants, histories, inputs, keys, result.study.settings.seed)
     if len(at_mean):
         bands["at_mean_inputs"] = at_mean[0]
     head = {"realisations": len(histories), "time_s": instants.tolist()}
     return head | {name: one.tolist() for name, one in bands.items()} | more
-
-
-def _narrowing(instants, histories, inputs, study) -> dict:
-    """The narrowing of histories after their peak as plain data; empty where there is none."""
-    try:
-        found = narrowing(instants, histories, inputs, study.settings.seed)
-    except StatisticError:
-        return {}
-    signs = {
-        key: {"time_s": one.time, "later_s": one.later, "interval_s": [one.low, one.high]}
-        for key, one in zip(study.joint.keys, found.signs, strict=True)
-        if one is not None
-    }
-    return {
-        "least_spread": {
-            "time_s": found.time, "interval_s": [found.low, found.high], "mean": found.mean, "std": found.std,
-            "modes": found.modes, "p_value": found.p_value, "sign_changes": signs,
-        }
-    }  # fmt: skip
-
-
-def _warnings_at_mean(study, ends) -> list[str]:
-    """Warnings about the scene at its mean inputs, where closed forms give none, unless `ends()`."""
-    if ends():
-        return []
-    try:
-        run = simulate(study.scene_at(mean_inputs(study)[0]))
-        for _ in run.blocks():
-            if ends():
-                return []
-    except BearingTwinError as error:
-        return [f"at the mean inputs there is no run: {error}"]
-    return [f"at the mean inputs {flag}" for flag in run.report.flags]
 
 
 def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for_people) -> Iterator[str]:
@@ -326,100 +286,72 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for
         yield f"not in the errors of the model, as --json says one by one: {words}"
 
 
-# The check of a summary from a log. A shape is a function that is true of a value, the [shape] of the items of a list,
-# or a mapping of keys to shapes, in which a function stands for all other keys. Keys that nothing reads are left out.
+# The check of a summary from a log, whose shape is written as its values are: `str` for a text, `float` for a finite
+# number, `complex` for one that may be NaN or infinite, `int` for a count, None for null, a tuple for any of several, a
+# list of the shape of all its items or of each, and a mapping of keys to shapes: `key?` may be absent, `str` and
+# `_probability` stand for all other keys. Keys that nothing reads are left out.
 
 PATH = ("samples", "estimate", "half_width", "low", "high")  # columns of the convergence; without ends in older logs
 BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
 
 
-class Maybe(NamedTuple):
-    """The shape of a key that may be absent."""
-
-    shape: Any
-
-
-def _text(value) -> bool:
-    return isinstance(value, str)
-
-
-def _measured(value) -> bool:
-    """A number; what is not known yet is NaN, a half width without a bound infinite."""
-    return isinstance(value, (int, float))
+_SHAPES = {
+    str: lambda value: isinstance(value, str),
+    int: lambda value: isinstance(value, int) and value >= 0,
+    float: lambda value: isinstance(value, (int, float)) and math.isfinite(value),
+    complex: lambda value: isinstance(value, (int, float)),
+    None: lambda value: value is None,
+}
 
 
-def _number(value) -> bool:
-    return _measured(value) and math.isfinite(value)
+def _probability(key) -> bool:
+    return key.replace(".", "", 1).isdecimal()
 
 
-def _known(value) -> bool:
-    return value is None or _number(value)
-
-
-def _count(value) -> bool:
-    return isinstance(value, int) and value >= 0
-
-
-def _error(value) -> bool:
-    return value is None or (_number(value) and value >= 0)
-
-
-def _pair(value) -> bool:
-    return value is None or (isinstance(value, list) and len(value) == 2 and all(map(_known, value)))
-
-
-def _modality(value) -> bool:
-    return value is None or not any(_misfits(value, {"modes": _count, "p_value": _known}, "modality"))
-
-
-def _probability(value) -> bool:
-    return value.replace(".", "", 1).isdecimal()
-
-
-_INTERVAL = {"value": _number, "low": _known, "high": _known}
+_KNOWN = (float, None)
+_INTERVAL = {"value": float, "low": _KNOWN, "high": _KNOWN}
 _QUANTITY = {
-    **dict.fromkeys(("unit", "method"), _text),
-    **dict.fromkeys(MOMENTS, _known),
-    **dict.fromkeys((f"{name}_interval" for name in MOMENTS), _pair),
+    **dict.fromkeys(("unit", "method"), str),
+    **dict.fromkeys(MOMENTS, _KNOWN),
+    **dict.fromkeys((f"{name}_interval" for name in MOMENTS), ([_KNOWN, _KNOWN], None)),
     "quantiles": {_probability: _INTERVAL},
-    "unsafe": [_text],
-    "refused": {_text: _text},
-    "densities": [{**_INTERVAL, "density": _known}],
-    "modality": _modality,
-    "sobol": Maybe({"refused": Maybe(_text), _text: {"first": _INTERVAL, "total": _INTERVAL}}),
-    "runs": Maybe([{"input": _number, "value": _number}]),
-    "interpolation_error": Maybe(_number),
-    "error": Maybe(_error),
-    "errors_by_source": Maybe({_text: _error}),
+    "unsafe": [str],
+    "refused": {str: str},
+    "densities": [{**_INTERVAL, "density": _KNOWN}],
+    "modality": ({"modes": int, "p_value": _KNOWN}, None),
+    "sobol?": {"refused?": str, str: {"first": _INTERVAL, "total": _INTERVAL}},
+    "runs?": [{"input": float, "value": float}],
+    "interpolation_error?": float,
+    "error?": _KNOWN,
+    "errors_by_source?": {str: _KNOWN},
 }
 _SUMMARY = {
-    **dict.fromkeys(("study", "scene", "sampler", "stopped_because"), _text),
-    "samples": _count,
-    "seed": _number,
-    "inputs": {_text: _text},
-    "quantities": {_text: _QUANTITY},
-    "failed": {_text: _count},
-    "doubts": {_text: _count},
-    "notes": [_text],
+    **dict.fromkeys(("study", "scene", "sampler", "stopped_because"), str),
+    "samples": int,
+    "seed": float,
+    "inputs": {str: str},
+    "quantities": {str: _QUANTITY},
+    "failed": {str: int},
+    "doubts": {str: int},
+    "notes": [str],
     "convergence": {
-        **dict.fromkeys(("quantity", "statistic"), _text),
-        "probability": Maybe(_number),
-        "samples": [_count],
-        "estimate": [_measured],
-        "half_width": [_measured],
-        **dict.fromkeys(("low", "high"), Maybe([_known])),
+        **dict.fromkeys(("quantity", "statistic"), str),
+        "probability?": float,
+        "samples": [int],
+        "estimate": [complex],
+        "half_width": [complex],
+        "low?": [_KNOWN],
+        "high?": [_KNOWN],
     },
-    "histories": {_text: {"realisations": _count, "time_s": [_number], **dict.fromkeys(BANDS, Maybe([_number]))}},
-    "companions": Maybe({"realisations": _count, "failed": _count, "where": _text, "errors_unknown": {_text: _text}}),
-    "sweep": Maybe(
-        {
-            "key": _text,
-            "unit": Maybe(_text),
-            "at": Maybe(_known),
-            "values": Maybe([_number]),
-            "studies": [{"value": _number, "quantities": {_text: _QUANTITY}}],
-        }
-    ),
+    "histories": {str: {"realisations": int, "time_s": [float], **{f"{name}?": [float] for name in BANDS}}},
+    "companions?": {"realisations": int, "failed": int, "where": str, "errors_unknown": {str: str}},
+    "sweep?": {
+        "key": str,
+        "unit?": str,
+        "at?": _KNOWN,
+        "values?": [float],
+        "studies": [{"value": float, "quantities": {str: _QUANTITY}}],
+    },
 }
 
 
@@ -432,20 +364,23 @@ def check_summary(summary, study: Study, samples: int) -> None:
 
 def _misfits(value, shape, where: str) -> Iterator[str]:
     """The places in a value that have not the shape."""
-    if callable(shape):
-        if not shape(value):
+    if isinstance(shape, list) and isinstance(value, list):
+        if len(shape) > 1 and len(value) != len(shape):
             yield where
-    elif not isinstance(value, type(shape)):
-        yield where
-    elif isinstance(shape, list):
-        for one in value:
-            yield from _misfits(one, shape[0], where)
-    else:
-        others = next((one for key, one in shape.items() if callable(key)), None)
-        yield from (where for key, one in shape.items() if _text(key) and key not in value and type(one) is not Maybe)
+        for one, of in zip(value, itertools.cycle(shape)):
+            yield from _misfits(one, of, where)
+    elif isinstance(shape, dict) and isinstance(value, dict):
+        others = next((shape[key] for key in (str, _probability) if key in shape), None)
+        for key in (key for key in shape if isinstance(key, str) and not key.endswith("?") and key not in value):
+            yield f"{where}.{key}"
         for key, one in value.items():
-            of = shape.get(key, others)
-            yield from _misfits(one, getattr(of, "shape", of), f"{where}.{key}") if of else ()
+            if (of := shape.get(key, shape.get(f"{key}?", others))) is not None:
+                yield from _misfits(one, of, f"{where}.{key}")
+    elif isinstance(shape, tuple):
+        tried = [next(_misfits(value, one, where), "") for one in shape]
+        yield from tried[:1] if all(tried) else ()
+    elif isinstance(shape, (list, dict)) or not _SHAPES[shape](value):
+        yield where
 
 
 def _contradictions(summary, study: Study, samples: int) -> Iterator[str]:
