@@ -315,7 +315,7 @@ FAILURES = (
         "the coverage is charted; a study marks unsafe intervals",
         "study spheres_alpha_4e-5 --set inputs.contact.measured_alpha.std=4.2e-5 --samples 128",
         0,
-        "the interval of the std is unsafe",
+        "the interval of std is unsafe",
         "coverage",
     ),
     Failure(

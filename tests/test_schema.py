@@ -114,7 +114,6 @@ WRONG = [
     "kind: bearing\nmaterials: {ball: {poisson_ratio: 0.5}}\n",
     "kind: bearing\ndrive: {offset: [0.0, 0.0]}\n",
     "kind: bearing\ngravity: 9.81\n",
-    "kind: bearing\nsolver: {tolerance: 1.0e-3}\nwanted: {tolerance: 1.0e-3}\n",
     "kind: two_spheres\nrun: {wanted: peaks}\n",
     "kind: two_spheres\nwanted: {outputs: []}\n",
     "kind: two_spheres\nwanted: {outputs: [peaks, loads]}\n",

@@ -41,7 +41,7 @@ def an_input(name, key="first.radius"):
     return read_input(key, {"distribution": name, **EXAMPLES[name]})
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.floats(-1e3, 1e3), st.floats(1e-3, 1e3), st.sampled_from(["uniform", "truncated_normal", "beta"]))
 def test_no_value_steps_over_a_bound_by_rounding(low, width, name):
     more = {"uniform": {}, "truncated_normal": {"mean": low, "std": 0.1 * width}, "beta": {"a": 0.5, "b": 0.5}}[name]
@@ -51,11 +51,7 @@ def test_no_value_steps_over_a_bound_by_rounding(low, width, name):
     assert low <= ends[0] < ends[1] <= low + width
 
 
-def test_there_is_an_example_of_every_distribution():
-    assert set(EXAMPLES) == set(DISTRIBUTIONS)
-
-
-@pytest.mark.parametrize("name", sorted(EXAMPLES))
+@pytest.mark.parametrize("name", sorted(DISTRIBUTIONS))
 def test_an_input_has_its_mean_and_deviation_and_inverts_itself(name):
     one = an_input(name)
     u = np.linspace(0.0005, 0.9995, 1000)
@@ -119,7 +115,7 @@ def _half_normal():
     return parameters
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(st.floats(1e-3, 0.995), st.sampled_from([1.0, 1e-12, 3e11]))
 def test_positive_with_mean_and_deviation_is_a_truncated_normal(variation, mean):
     one = read_input("x", {"know": {"positive": True, "mean": mean, "std": variation * mean}})
@@ -144,7 +140,7 @@ def _height(one):
     return (min(one.parameters["mean"], 0.0) / one.parameters["std"]) ** 2
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.floats(0.02, 0.98), st.floats(0.01, 0.95))
 @example(0.98, 0.1171875)
 def test_bounds_with_mean_and_deviation_are_a_truncated_normal(share, part):
@@ -164,7 +160,7 @@ def test_bounds_with_mean_and_deviation_are_a_truncated_normal(share, part):
         read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": 1.02 * exponential.std}})
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.floats(1e-3, 1e5), st.sampled_from([1.0, 1e-4, 2.1e11]))
 def test_positive_with_mean_and_mean_log_is_the_gamma_distribution(shape, mean):
     mean_log = digamma(shape) + math.log(mean / shape)
@@ -175,7 +171,7 @@ def test_positive_with_mean_and_mean_log_is_the_gamma_distribution(shape, mean):
     assert found == pytest.approx(mean_log, abs=1e-10)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.floats(0.004, 0.996))
 def test_bounds_with_a_mean_are_a_truncated_exponential(share):
     one = read_input("x", {"know": {"low": -2.0, "high": 3.0, "mean": -2.0 + 5.0 * share}})
@@ -192,9 +188,8 @@ def test_bounds_with_a_mean_are_a_truncated_exponential(share):
     assert math.sqrt(np.sum(mass * (x - one.mean) ** 2)) == pytest.approx(one.std, rel=1e-8)
 
 
-@pytest.mark.parametrize(
-    ("known", "name"),
-    [
+def test_knowledge_is_named_rightly():
+    for known, name in (
         ({"low": 0.0, "high": 0.5}, "uniform"),
         ({"low": 0.0, "high": 0.5, "mean": 0.25}, "uniform"),
         ({"mean": 1.0, "std": 0.1}, "normal"),
@@ -202,12 +197,10 @@ def test_bounds_with_a_mean_are_a_truncated_exponential(share):
         ({"positive": True, "mean": 3.0}, "exponential"),
         ({"positive": True, "mean": 3.0, "std": 3.0}, "exponential"),
         ({"positive": True, "mean_log": 0.0, "std_log": 0.2}, "lognormal"),
-    ],
-)
-def test_knowledge_is_named_rightly(known, name):
-    one = read_input("x", {"know": known})
-    assert (one.distribution_name, one.stated) == (name, "knowledge")
-    assert "greatest entropy" in one.describe()
+    ):
+        one = read_input("x", {"know": known})
+        assert (one.distribution_name, one.stated) == (name, "knowledge")
+        assert "greatest entropy" in one.describe()
 
 
 def test_greatest_entropy_beats_the_gamma_distribution_of_the_same_mean_and_deviation():
@@ -271,7 +264,7 @@ def test_a_number_is_a_fixed_input_and_has_no_density():
         one.pdf(0.015)
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(st.floats(-0.95, 0.95))
 def test_the_copula_has_its_rank_correlation_and_leaves_the_inputs_alone(rho):
     joint = Joint([an_input("gamma"), an_input("normal", "other")], [("first.radius", "other", rho)])
@@ -311,11 +304,10 @@ def test_correlations_that_cannot_be_are_refused(correlation, words):
 @pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("name", sorted(set(DISTRIBUTIONS) - {"empirical", "discrete", "fixed", "table"}))
 def test_numbers_that_no_double_holds_are_refused_in_a_sentence(name):
-    extremes = (5e-324, 1e-308, 1.0, 1.6, 3.0, 1e200, 1e308)
+    extremes = (5e-324, 1.0, 3.0, 1e308)
     reported, means = [], []
     for form in DISTRIBUTIONS[name].forms:
-        few = extremes if len(form) < 4 and name != "truncated_gamma" else extremes[::3]
-        for values in itertools.product(few, repeat=len(form)):
+        for values in itertools.product(extremes[:: max(1, len(form) - 2)], repeat=len(form)):
             try:
                 one = read_input("run.duration", {"distribution": name, **dict(zip(form, values, strict=True))})
                 means += [one.mean, one.std]

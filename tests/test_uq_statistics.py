@@ -45,12 +45,12 @@ def test_statistics_of_a_few_numbers():
 
 
 def test_replicates_of_which_one_failed_whole_have_no_interval():
-    values = np.random.default_rng(1).normal(size=(64, 4))
+    values, keys = np.random.default_rng(1).normal(size=(64, 4)), ("a", "b")
     values[3::8] = np.nan
     with pytest.raises(StatisticError, match="each of the 8 replicates needs a sample at least"):
-        sobol_indices(values, replicates=8)
+        sobol_indices(values, keys, replicates=8)
     values[3] = 0.0
-    assert np.isfinite(sobol_indices(values, replicates=8).first_interval).all()
+    assert all(np.isfinite(one["first"][:3]).all() for one in sobol_indices(values, keys, replicates=8).values())
 
 
 @pytest.mark.parametrize(("count", "share"), [(700, 0.0362), (2000, 0.0214)])
@@ -59,19 +59,20 @@ def test_the_deviation_has_the_published_standard_error(count, share):
     kurtosis = 3.0 + 6.0 / (1.138 / 0.6) ** 2
     assert kurtosis == pytest.approx(4.668, abs=5e-4)
     assert math.sqrt((kurtosis - 1.0) / (4.0 * count)) == pytest.approx(share, abs=5e-5)
-    found = [estimate(samples("random", seed, count), "std") for seed in range(300)]
+    found = [estimate(samples("random", seed, count), "std") for seed in range(200)]
     assert np.std([one.value for one in found]) / TAU.std == pytest.approx(share, rel=0.15)
     errors = [one.half_width / stats.t.ppf(0.975, count - 1) / TAU.std for one in found]
     assert np.mean(errors) == pytest.approx(share, rel=0.05)
 
 
+@pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
 @pytest.mark.parametrize("statistic", ["mean", "std", 0.05, 0.5])
-def test_sobol_intervals_come_from_replicates_cover_and_are_narrow(statistic):
-    count = REPLICATES * 128
-    found = [estimate(samples("sobol", seed, count), statistic, replicates=REPLICATES) for seed in range(100)]
+def test_intervals_from_replicates_cover_and_are_narrow(statistic, method):
+    """512 points: each replicate has 3 beyond the 5 % quantile. Independent points would leave twice as much open."""
+    found = [estimate(samples(method, seed, 512), statistic, replicates=REPLICATES) for seed in range(80)]
     assert np.mean([one.low <= TRUTH[statistic] <= one.high for one in found]) >= 0.88
-    own = np.mean([estimate(samples("sobol", seed, count), statistic).half_width for seed in range(10)])
-    assert np.median([one.half_width for one in found]) < 0.5 * own
+    own = np.mean([estimate(samples(method, seed, 512), statistic).half_width for seed in range(10)])
+    assert np.median([one.half_width for one in found]) < 0.6 * own
 
 
 def test_a_quantile_beyond_the_replicates_falls_back_to_order_statistics():
@@ -111,29 +112,25 @@ def test_the_deviation_of_points_spread_evenly_has_n_in_its_denominator():
     assert np.mean([one.low <= 12.0**-0.5 <= one.high for one in found]) > 0.85
 
 
-@pytest.mark.parametrize("statistic", ["mean", "std", 0.5])
-def test_latin_hypercube_intervals_are_as_wide_as_the_scatter(statistic):
-    found = [estimate(samples("latin_hypercube", seed, 1024), statistic, replicates=REPLICATES) for seed in range(100)]
-    assert 0.88 <= np.mean([one.low <= TRUTH[statistic] <= one.high for one in found]) <= 0.99
-    scatter = np.std([one.value for one in found])
-    assert 1.8 * scatter < np.mean([one.half_width for one in found]) < 5.0 * scatter
-
-
-def test_quantile_intervals_are_order_statistics_and_open_where_samples_lack():
-    sample = np.random.default_rng(0).permutation(np.arange(1.0, 101.0))
-    found = estimate(sample, 0.5)
-    assert (found.low, found.high) == (40.0, 61.0)  # the table's ranks for n = 100
-    assert estimate(sample, 0.01).low == -math.inf
-    assert estimate(sample, 0.99).high == math.inf
-    assert estimate(sample, 0.999).half_width == math.inf
-    assert estimate(sample[:1], 0.5)[1:3] == (-math.inf, math.inf)
+@pytest.mark.parametrize("probability", [0.02, 0.3, 0.95])
+def test_intervals_of_quantiles_cover_and_are_open_where_samples_lack(probability):
+    """Hold 95 %, whatever the number of samples: whole ranks held up to 99 %. One end alone is open at most."""
+    random = np.random.default_rng(int(100 * probability))
+    for count in (30, 80, 200):
+        found = [estimate(one, probability) for one in random.random((1500, count))]
+        held = np.mean([one.low <= probability <= one.high for one in found])
+        assert 0.935 <= held <= (0.965 if np.isfinite(found[0][1:3]).all() else 0.99)
+        lacks = count * min(probability, 1.0 - probability) < 3.6  # (1 - p)^n = 2.5 %
+        assert (found[0].half_width == math.inf) == lacks
+    assert estimate(random.random(1), 0.5)[1:3] == (-math.inf, math.inf)
+    assert estimate(np.arange(1.0, 101.0), 0.5)[:3] == pytest.approx((50.5, 40.72, 60.28), abs=5e-3)  # Hutson's ranks
 
 
 @pytest.mark.parametrize(
     ("sample", "statistic", "words"),
     [
-        ([1.0], "mean", "needs 2 samples at least, not 1"),
-        ([np.nan] * 9, "std", "needs 4 samples at least, not 0"),
+        ([1.0], "mean", "1 samples are too few"),
+        ([np.nan] * 9, "std", "0 samples are too few"),
         ([1.0] * 9, "skewness", "all samples are equal"),
     ],
 )
@@ -145,7 +142,7 @@ def test_statistics_that_cannot_be_had_are_refused(sample, statistic, words):
 
 def test_equal_values_have_an_interval_without_width():
     assert estimate([1.0] * 9, "std").half_width == 0.0
-    with pytest.raises(StatisticError, match="needs 16 samples"):
+    with pytest.raises(StatisticError, match="9 samples are too few"):
         estimate([1.0] * 9, "mean", replicates=8)
 
 

@@ -140,7 +140,7 @@ def _listed() -> Outcome:
 
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
-    from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, refusals, size_of
+    from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, refusals, shared, size_of
     from bearing_twin.uq.summary import model_error_sentences
 
     if summary["stopped_because"].startswith(OUT_OF_TIME):
@@ -177,12 +177,10 @@ def show(summary) -> None:
     if sources:
         show_text()
         show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
-    for names, sentence in refusals(summary["quantities"]):
+    remarks = shared({name: _remarks(found, *units[name]) for name, found in summary["quantities"].items()})
+    for names, sentence in (*refusals(summary["quantities"]), *remarks):
         several = len(names) == len(summary["quantities"]) > 1
         show_paragraph(f"{'all quantities' if several else ', '.join(names)}: {sentence}")
-    for name, found in summary["quantities"].items():
-        for sentence in _remarks(found, *units[name]):
-            show_paragraph(f"{name}: {sentence}")
     for name, found in summary.get("histories", {}).items():
         show_paragraph(f"{name} over time: --json has the statistics of {found['realisations']} realisations")
     failed = sum(summary["failed"].values())
@@ -213,13 +211,14 @@ def _swept(values, studies, units):
 
 def _remarks(found, unit: str, factor: float):
     """Sentences about a quantity: how exact, what is unsafe, densities, modes."""
+    from bearing_twin.uq.result import in_words
+
     if "runs" in found:
         missed = 100.0 * found["interpolation_error"]
         yield f"a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
     if found["unsafe"]:
-        *first, last = found["unsafe"]
-        which = f"intervals of {', '.join(first)} and {last} are" if first else f"interval of the {last} is"
-        yield f"the {which} unsafe: few samples far out decide; take more samples"
+        are = ("interval of {} is", "intervals of {} are")[len(found["unsafe"]) > 1].format(in_words(found["unsafe"]))
+        yield f"the {are} unsafe: few samples far out decide; take more samples"
     for key, one in found.get("sobol", {}).items():
         if key != "refused" and any(share.get("unsafe") for share in one.values()):
             yield f"the interval of its share from {key} is unsafe: few rows far out decide; raise sensitivity"

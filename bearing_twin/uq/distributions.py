@@ -17,9 +17,9 @@ from scipy.special import expit, logit, ndtr
 from bearing_twin.base.errors import StatisticError
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.units import Limits
-from bearing_twin.uq.entropy import FARTHEST_CUT
 
 GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound than 1/500 of the range is refused
+FARTHEST_CUT = 30.0  # deviations; a normal cut off farther out on its tail loses digits and is refused
 SCIPY = "scipy."  # before the name of a distribution of scipy.stats
 LISTS = ("values", "weights", "x", "density")  # parameters that are lists of numbers
 LIMITS = {name: Limits(above=0.0) for name in ("std", "shape", "scale", "std_log", "a", "b")}

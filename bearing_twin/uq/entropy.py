@@ -21,16 +21,17 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from scipy import stats
 from scipy.optimize import brentq, root
-from scipy.special import digamma, erfcx
+from scipy.special import digamma
 
 from bearing_twin.base.errors import StudyError
 from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.uq.distributions import FARTHEST_CUT, Truncated
 
 FACTS = ("positive", "low", "high", "mean", "std", "mean_log", "std_log")
 PLENTY = 9.0  # deviations between mean and bound beyond which the bound cuts nothing off
 LEAST_SPREAD = 0.0025  # deviation over range that the quadrature between two bounds resolves
-FARTHEST_CUT = 30.0  # parent deviations; a normal cut off farther out on its tail loses digits and is refused
 
 
 def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
@@ -134,36 +135,26 @@ def _positive_with_mean_std(mean, std):
     )
     if variation > 1.0 - 1e-9:
         return "exponential", {"mean": mean}
-    greatest = math.sqrt(_cut_normal(FARTHEST_CUT)[1]) / _cut_normal(FARTHEST_CUT)[0]
+
+    def excess(cut):
+        first, spread = _cut_normal(cut)
+        return spread / first - variation
+
+    greatest = excess(FARTHEST_CUT) + variation
     _require(
         variation < greatest,
         f"std/mean = {variation:g}, between {greatest:.4f} and 1, is exponential but for its last digits; "
         "state the mean alone",
     )
-
-    def excess(cut):
-        first, variance = _cut_normal(cut)
-        return math.sqrt(variance) / first - variation
-
     cut = brentq(excess, -1.0 / variation - 1.0, FARTHEST_CUT, xtol=1e-14, rtol=1e-14)
     scale = mean / _cut_normal(cut)[0]
     return "truncated_normal", {"mean": -cut * scale, "std": scale, "low": 0.0}
 
 
-def _cut_normal(cut):
-    """Mean above the cut and variance of a standard normal variable cut off below `cut`.
-
-    With the hazard l = phi/(1 - Phi): mean l - cut, variance 1 - l (l - cut). On the far tail both cancel; there
-    Laplace's continued fraction l - c = 1/(c + 2/(c + 3/(c + ...))) gives them with all digits.
-    """
-    if cut < 5.0:
-        hazard = math.sqrt(2.0 / math.pi) / float(erfcx(cut / math.sqrt(2.0)))
-        return hazard - cut, 1.0 - hazard * (hazard - cut)
-    rest = 0.0
-    for numerator in range(120, 1, -1):
-        rest = numerator / (cut + rest)
-    first = 1.0 / (cut + rest)
-    return first, (rest - first) * first
+def _cut_normal(cut) -> tuple[float, float]:
+    """Mean above the cut and deviation of a standard normal variable cut off below `cut`."""
+    rest = Truncated(stats.norm(), cut, math.inf)
+    return rest.mean() - cut, rest.std()
 
 
 _SOLVERS = {

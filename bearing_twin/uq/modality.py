@@ -27,7 +27,7 @@ from scipy.optimize import brentq
 
 from bearing_twin.base.errors import StatisticError
 from bearing_twin.base.stopping import look
-from bearing_twin.uq.statistics import BINS_PER_BANDWIDTH, binned, smoothed
+from bearing_twin.uq.statistics import BINS_PER_BANDWIDTH, MORE, TOO_FEW, binned, smoothed
 
 BINS = 4096
 EXCESS_BINS = 256
@@ -40,7 +40,6 @@ STRAY = 3.0  # widths of the central part beyond which a value is a stray one
 NEGLIGIBLE = 1e-9  # of the greatest density; smaller steps are rounding of the cosine transform
 LEVEL = 0.05
 CLEAR = 0.1  # a p-value from which on it is known well enough, to sqrt((1 - p) / (CLEAR RESAMPLES)) of it: 16 %
-NEAR, MORE = 0.033, 9  # three deviations of a p-value of LEVEL by RESAMPLES draws: so near to it more are drawn
 
 
 class Modality(NamedTuple):
@@ -60,14 +59,14 @@ def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
     """Number of modes of a sample (n,), NaN left out: the least k whose p-value is above LEVEL.
 
     Counts beyond MOST_MODES are not distinguished. The sample is binned to BINS bins, the p-value is
-    (1 + number)/(1 + resamples), from fewer draws above CLEAR, and the mean of ten such where one is near LEVEL. Raises
-    StatisticError below LEAST_SAMPLES samples, and where a share above TIED of them is equal, as the force is exactly 0
-    before and after a contact: such a sample has no density.
+    (1 + number)/(1 + resamples), from fewer draws above CLEAR. Raises StatisticError below LEAST_SAMPLES samples, and
+    where a share above TIED of them is equal, as the force is exactly 0 before and after a contact: such a sample has
+    no density.
     """
     kept = np.asarray(sample, float)
     kept = np.sort(kept[np.isfinite(kept)])
     if len(kept) < LEAST_SAMPLES:
-        raise StatisticError(f"a number of modes needs {LEAST_SAMPLES} samples at least; there are {len(kept)}")
+        raise StatisticError(f"{len(kept)} {TOO_FEW}; {MORE}")
     many = max(int(TIED * len(kept)), 3)
     equal = kept[many:] == kept[:-many]
     if equal.any():
@@ -90,10 +89,10 @@ def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
     for modes in range(1, MOST_MODES + 1):
         look()
         bandwidth = critical_bandwidth(counts, modes, window)
-        p_value = _decisive(_silverman_test(counts, bandwidth, modes, window, rng), resamples)
+        p_value = _p_value(_silverman_test(counts, bandwidth, modes, window, rng), resamples)
         if modes == 1 and p_value <= LEVEL and outer > inner:
             central = kept[(kept >= inner) & (kept <= outer)]
-            p_value = max(p_value, _decisive(_excess_mass_test(central, rng), resamples))
+            p_value = max(p_value, _p_value(_excess_mass_test(central, rng), resamples))
         p_values.append(p_value)
         if p_value > LEVEL:
             break
@@ -138,14 +137,6 @@ def _is_mode(density):
     return (before > 0.0) & (after < 0.0)
 
 
-def _decisive(more: Callable[[int], np.ndarray], resamples: int) -> float:
-    """A p-value, the mean over MORE times as many draws where one leaves open on which side of LEVEL it is."""
-    found = [_p_value(more, resamples)]
-    if abs(found[0] - LEVEL) <= NEAR:
-        found += [_p_value(more, resamples) for _ in range(MORE)]
-    return float(np.mean(found))
-
-
 def _p_value(more: Callable[[int], np.ndarray], resamples: int) -> float:
     """The p-value of what is true of some of so many draws, never 0; `more(count)` says of which of the next (count,).
 
@@ -156,7 +147,7 @@ def _p_value(more: Callable[[int], np.ndarray], resamples: int) -> float:
         look()
         found = np.concatenate([found, more(min(enough, resamples - len(found)))])
         if found.sum() >= enough:
-            return enough / (1.0 + np.flatnonzero(found)[enough - 1])
+            return enough / (1.0 + int(np.flatnonzero(found)[enough - 1]))
     return float(1 + found.sum()) / (1 + resamples)
 
 

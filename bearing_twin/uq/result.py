@@ -179,12 +179,29 @@ def size_of(found: Mapping[str, Any]) -> float:
 
 
 def refusals(quantities: Mapping[str, Mapping]) -> Iterator[tuple[list[str], str]]:
-    """(quantities, sentence) for each statistic that is refused, once for all of a summary that share the reason."""
-    found: dict[str, list[str]] = {}
+    """(quantities, sentence) of statistics that are refused, once for all of a summary that share the reason."""
+    sentences = {}
     for name, one in quantities.items():
+        by_reason: dict[str, list[str]] = {}
         for statistic, reason in one["refused"].items():
-            found.setdefault(f"no {statistic}, because {reason}", []).append(name)
+            by_reason.setdefault(reason, []).append(statistic)
+        sentences[name] = [f"no {in_words(which, 'or')}, because {reason}" for reason, which in by_reason.items()]
+    return shared(sentences)
+
+
+def shared(sentences: Mapping[str, Iterable[str]]) -> Iterator[tuple[list[str], str]]:
+    """(names, sentence) from the sentences about each name: once for all names that share a sentence."""
+    found: dict[str, list[str]] = {}
+    for name, about in sentences.items():
+        for sentence in about:
+            found.setdefault(sentence, []).append(name)
     yield from ((names, sentence) for sentence, names in found.items())
+
+
+def in_words(names: Iterable[str], last: str = "and") -> str:
+    """Names as a list in words: `mean, std and skewness`."""
+    *first, end = names
+    return f"{', '.join(first)} {last} {end}" if first else end
 
 
 def finite(value: float) -> float | None:

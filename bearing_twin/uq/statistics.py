@@ -35,7 +35,7 @@ FAR_OUT = 3.0  # points of a replicate beyond a quantile
 WIDER = 1.15  # of intervals from replicates, whose skewness is that of a few numbers
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
-MORE = "ask for more samples"
+TOO_FEW, MORE = "samples are too few", "take 64 or more"  # which give every statistic, by any sampler
 LEAST_BINS, GREATEST_BINS = 512, 2**16
 BINS_PER_BANDWIDTH = 8
 GREATEST_HISTOGRAM = 400
@@ -83,11 +83,9 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
     good = np.isfinite(every)
     kept = every if good.all() else every[good]
     name = statistic if statistic in MOMENTS else "quantile"
-    if len(kept) < FEWEST[name] * replicates:
-        raise StatisticError(f"the {name} needs {FEWEST[name] * replicates} samples at least, not {len(kept)}; {MORE}")
     fewest = min(np.count_nonzero(good[first::replicates]) for first in range(replicates))
-    if fewest < 2 and replicates > 1:
-        raise StatisticError(f"each of the {replicates} replicates needs 2 samples at least; {MORE}")
+    if len(kept) < FEWEST[name] * replicates or (replicates > 1 and fewest < 2):
+        raise StatisticError(f"{len(kept)} {TOO_FEW}; {MORE}")
     if name == "quantile":
         if replicates == 1 or fewest * min(statistic, 1.0 - statistic) < FAR_OUT:
             return _quantile(kept, statistic)
@@ -265,7 +263,7 @@ def _kept(sample, fewest: int) -> np.ndarray:
     sample = np.asarray(sample, float)
     kept = sample[np.isfinite(sample)]
     if len(kept) < fewest:
-        raise StatisticError(f"a density needs {fewest} samples at least, there are {len(kept)}; {MORE}")
+        raise StatisticError(f"{len(kept)} {TOO_FEW}; {MORE}")
     return kept
 
 

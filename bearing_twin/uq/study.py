@@ -139,7 +139,7 @@ class Study:
     description: str
     scene: dict
     given: dict
-    targets: tuple[tuple[str, ...], ...]
+    targets: tuple[tuple[str, ...], ...] = field(compare=False)
     correlation: tuple[tuple[str, str, float], ...]
     quantities: tuple[str, ...]
     histories: tuple[str, ...]
@@ -379,7 +379,9 @@ def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
     except SceneError:  # it lacks a number that an input or the sweep gives
         scene = at_medians
 
-    quantities = problems.of(_quantities, (), mapping.get("quantities"), kind, possible.parameters)
+    quantities = problems.of(_quantities, (), mapping.get("quantities"), kind)
+    for name in quantities:
+        problems.of(_quantity, None, name, kind, possible.parameters)
     stop = (
         settings.stop
         if settings.stop.quantity
@@ -486,13 +488,14 @@ def _correlation(given) -> tuple:
     return tuple((*map(first_name, row[:2]), row[2]) for row in given)
 
 
-def _quantities(given, kind, parameters) -> tuple[str, ...]:
+def _quantities(given, kind) -> tuple[str, ...]:
     _require(given, f"quantities names nothing: name one at least; legal: {', '.join(quantities_of(kind))}")
-    names = _words(given, "quantities")
-    for name in names:
-        reason = quantity_of(kind, name).missing(parameters)
-        _require(not reason, f"quantities: {name}: {reason}")
-    return names
+    return _words(given, "quantities")
+
+
+def _quantity(name, kind, parameters) -> None:
+    reason = quantity_of(kind, name).missing(parameters)
+    _require(not reason, f"quantities: {name}: {reason}")
 
 
 def _histories(given, scene: Scene) -> tuple[str, ...]:

@@ -277,10 +277,11 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for
             parts = sorted(known, key=lambda one: -one[1])
             sources = ", ".join(f"{source.replace('_', ' ')} {two_digits(factor * error)}" for source, error in parts)
             value = f"{two_digits(factor * found['error'])}{with_unit(unit)}"
-            yield f"{name}: error of the model \u00b1 {value} ({sources}), apart from the intervals of sampling"
+            yield f"{name}: error of the model \u00b1 {value} ({sources})"
     if checks["realisations"]:
         failed = f", {checks['failed']} more failed" if checks["failed"] else ""
-        yield f"errors of the model: the greatest in {checks['realisations']} realisations{failed}, {checks['where']}"
+        where = f"the greatest in {checks['realisations']} realisations{failed}, {checks['where']}"
+        yield f"errors of the model are apart from the intervals of sampling: {where}"
     if checks["errors_unknown"]:
         words = ", ".join(source.replace("_", " ") for source in checks["errors_unknown"])
         yield f"not in the errors of the model, as --json says one by one: {words}"
