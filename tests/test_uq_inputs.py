@@ -258,8 +258,7 @@ def test_bad_inputs_are_refused_with_one_sentence(given, words):
 
 def test_a_number_is_a_fixed_input_and_has_no_density():
     one = read_input("first.radius", "1.5e-2")
-    assert (one.distribution_name, one.mean, one.std) == ("fixed", 0.015, 0.0)
-    assert not one.has_density
+    assert (one.distribution_name, one.mean, one.std, one.has_density) == ("fixed", 0.015, 0.0, False)
     with pytest.raises(StatisticError, match="no density"):
         one.pdf(0.015)
 
