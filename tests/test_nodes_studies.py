@@ -119,41 +119,50 @@ def test_what_makes_no_study_is_refused_when_it_is_read(goal, sentence):
     assert sentence in answer.message == answer.problem
 
 
-def test_no_study_starts_more_workers_than_the_node_allows():
+def test_limits_of_the_node_hold_whatever_a_study_asks_for(tmp_path):
     used = []
-    studies = Studies(
-        limits=StudyLimits(workers=3), run_study=lambda study, *_: used.append(study.settings.workers) or 1 / 0
-    )
-    for workers in (0, 2, 512):
-        answered(studies, QUICK._replace(overrides=(f"workers={workers}",)))
-    assert used == [3, 2, 3]
+    run = lambda study, *_: used.append((study.settings.workers, study.executor)) or 1 / 0  # noqa: E731
+    studies = Studies(limits=StudyLimits(workers=3, executors=["processes", "dask://here:1"]), run_study=run)
+    for word in ("workers=0", "workers=2", "workers=512", "executor=dask://here:1"):
+        answered(studies, QUICK._replace(overrides=(word,)))
+    assert used == [(3, "processes"), (2, "processes"), (3, "processes"), (3, "dask://here:1")]
+    assert "samples = 499" in answered(Studies(limits=StudyLimits(samples=499)), QUICK).message
+    studies = Studies(str(tmp_path), StudyLimits(log_quota=1.5 * log_bytes(study_of(QUICK))))
+    first, second = answered(studies), answered(studies, QUICK._replace(samples=1000))
+    assert os.path.getsize(first.log) < log_bytes(study_of(QUICK)) + 20_000
+    assert (first.state, second.state, second.log) == (SUCCEEDED, SUCCEEDED, "")
+    assert "log_quota" in second.message
 
 
-def test_a_running_study_that_is_called_off_keeps_what_is_done(tmp_path):
-    called_off = threading.Event()
-    studies = Studies(str(tmp_path))
-    answer = answered(
-        studies,
-        QUICK._replace(samples=100_000, overrides=(*QUICK.overrides, "batch=500", "stop.minimum=500")),
-        cancelled=called_off.is_set,
-        tell=lambda progress, quantity: called_off.set(),
-    )
-    assert (answer.state, answer.stopped_because) == (CANCELLED, "cancelled")
-    summary = json.loads(answer.summary)
-    assert 0 < summary["samples"] < 100_000
-    assert len(read_study(answer.log).values) == summary["samples"]
+LARGE = QUICK._replace(samples=12_000_000, overrides=(*QUICK.overrides, "batch=500", "stop.minimum=500"))
+
+
+@pytest.mark.parametrize(
+    ("by", "state", "because"),
+    [
+        ("a cancel", CANCELLED, "cancelled"),
+        ("the end of the node", ABORTED, "the node was ended"),
+        ("the node's time_limit", ABORTED, "the node's parameter time_limit = 5 s was reached"),
+        ("its own time_limit", SUCCEEDED, "its time_limit of 0.2 s was reached"),
+    ],
+)
+def test_a_study_that_is_ended_keeps_what_is_done_and_the_next_is_served(by, state, because, tmp_path):
+    now, cancelled, goal = [0.0], threading.Event(), LARGE
+    studies = Studies(str(tmp_path), StudyLimits(time_limit=5.0), clock=lambda: now[0])
+
+    def tell(progress, quantity):
+        if by == "a cancel":
+            cancelled.set()
+        studies.closing = by == "the end of the node"
+        now[0] += 6.0 * (by == "the node's time_limit")
+
+    if by == "its own time_limit":
+        goal = LARGE._replace(overrides=(*LARGE.overrides, "time_limit=0.2"))
+    answer = answered(studies, goal, cancelled=cancelled.is_set, tell=tell)
+    assert (answer.state, answer.stopped_because) == (state, because)
+    assert len(read_study(answer.log).status) == json.loads(answer.summary)["samples"] < LARGE.samples
+    studies.closing = False
     assert answered(studies).state == SUCCEEDED
-
-
-def test_the_end_of_the_node_ends_a_study_with_its_log(tmp_path):
-    studies = Studies(str(tmp_path))
-    answer = answered(
-        studies,
-        QUICK._replace(samples=100_000, overrides=(*QUICK.overrides, "batch=500", "stop.minimum=500")),
-        tell=lambda progress, quantity: setattr(studies, "closing", True),
-    )
-    assert (answer.state, answer.stopped_because) == (ABORTED, "the node was ended")
-    assert len(read_study(answer.log).values) == json.loads(answer.summary)["samples"] > 0
 
 
 @pytest.mark.parametrize(
@@ -174,6 +183,19 @@ def test_whatever_happens_in_a_study_the_next_is_served(error, sentence):
     assert studies.status()[1] == ""
     assert (figures(studies)[ABORTED], figures(studies)[SUCCEEDED]) == (1, 1)
     assert sentence in figures(studies)["last_error"]
+
+
+@pytest.mark.parametrize(("broken_off", "logs"), [(True, 1), (False, 0)])
+def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, logs):
+    def run(study, tell, cancelled, keep):
+        if broken_off:
+            run_study(study, tell, cancelled, keep=keep)
+        raise RuntimeError("the worker is gone")
+
+    answer = answered(Studies(str(tmp_path), run_study=run))
+    assert (answer.state, "the worker is gone" in answer.message) == (ABORTED, True)
+    found = list(tmp_path.iterdir())
+    assert [len(read_study(path, unfinished=True).status) for path in found] == [QUICK.samples] * logs
 
 
 def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
@@ -198,19 +220,17 @@ def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
             blocked.unlink()
 
 
-@pytest.mark.parametrize(
-    ("folder", "sentence"),
-    [(__file__, "made or written (Not a directory"), ("/proc/none/logs", "made or written (No such file")],
-)
-def test_a_folder_that_takes_no_log_is_refused_at_the_start(folder, sentence):
-    with pytest.raises(LogError, match=re.escape(sentence)):
-        Studies(folder)
-
-
-def test_a_folder_for_logs_is_made_when_there_is_a_log(tmp_path):
+def test_a_folder_for_logs_is_tried_at_the_start_and_made_when_there_is_a_log(tmp_path):
+    for folder, said in ((__file__, "made or written (Not a directory"), ("/proc/none/logs", "(No such file")):
+        with pytest.raises(LogError, match=re.escape(said)):
+            Studies(folder)
     studies = Studies(str(tmp_path / "some" / "logs"))
     assert not list(tmp_path.iterdir()), "the trial at the start left something"
     assert answered(studies).log.startswith(str(tmp_path / "some" / "logs"))
+    first = free_path(tmp_path, "../a study/of: mine", "20260101_000000")
+    assert (first.name, first.parent) == ("_a_study_of_mine_20260101_000000.mcap", tmp_path)
+    first.write_bytes(b"")
+    assert free_path(tmp_path, "../a study/of: mine", "20260101_000000").name == first.stem + "_2.mcap"
 
 
 def test_feedback_comes_ten_times_a_second_at_most_and_silence_is_reported():
@@ -233,14 +253,6 @@ def test_feedback_comes_ten_times_a_second_at_most_and_silence_is_reported():
     assert reported[0] == reported[10] == (0, "std of contact_duration")
     assert all(later[0] - earlier[0] >= 10 for earlier, later in pairwise(reported[:10]))
     assert [bool("has made no progress for" in one) for one in problems] == [False, True] * 2
-
-
-def test_a_log_has_a_name_of_its_own_inside_the_folder(tmp_path):
-    first = free_path(tmp_path, "../a study/of: mine", "20260101_000000")
-    assert first.name == "_a_study_of_mine_20260101_000000.mcap"
-    assert first.parent == tmp_path
-    first.write_bytes(b"")
-    assert free_path(tmp_path, "../a study/of: mine", "20260101_000000").name == first.stem + "_2.mcap"
 
 
 @pytest.fixture
@@ -285,61 +297,6 @@ def test_a_relative_name_is_not_looked_for_where_the_node_was_started(tmp_path, 
     (tmp_path / "speeds").write_text(YAML)
     monkeypatch.chdir(tmp_path)
     assert answered(Studies(), Goal("speeds")).state == ABORTED
-
-
-def test_a_study_ends_at_the_nodes_time_limit_and_is_logged(tmp_path):
-    now = [0]
-
-    def run(study, tell, cancelled, keep=None):
-        now[0] += 6.0
-        return run_study(study, tell, cancelled)
-
-    studies = Studies(str(tmp_path), run_study=run, clock=lambda: now[0], limits=StudyLimits(time_limit=5.0))
-    answer = answered(studies)
-    assert answer.state == ABORTED
-    assert "time_limit = 5 s was reached" in answer.message
-    assert answered(Studies(run_study=run, clock=lambda: now[0], limits=StudyLimits(time_limit=7.0))).state == SUCCEEDED
-
-
-def test_a_goal_carries_a_time_limit_of_its_own(tmp_path):
-    endless = QUICK._replace(samples=12_000_000, overrides=(*QUICK.overrides, "batch=100000", "time_limit=0.2"))
-    answer = answered(Studies(str(tmp_path)), endless)
-    assert (answer.state, answer.stopped_because) == (SUCCEEDED, "its time_limit of 0.2 s was reached")
-    assert len(read_study(answer.log).status) == json.loads(answer.summary)["samples"] < 12_000_000
-
-
-def test_samples_and_room_for_logs_are_the_nodes_limits(tmp_path):
-    assert "samples = 499" in answered(Studies(limits=StudyLimits(samples=499)), QUICK).message
-    quota = 1.5 * log_bytes(study_of(QUICK))
-    studies = Studies(str(tmp_path), StudyLimits(log_quota=quota))
-    first, second = answered(studies), answered(studies, QUICK._replace(samples=1000))
-    assert os.path.getsize(first.log) < log_bytes(study_of(QUICK)) + 20_000
-    assert (first.state, second.state, second.log) == (SUCCEEDED, SUCCEEDED, "")
-    assert "log_quota" in second.message
-
-
-@pytest.mark.parametrize(("broken_off", "logs"), [(True, 1), (False, 0)])
-def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, logs):
-    def run(study, tell, cancelled, keep):
-        if broken_off:
-            run_study(study, tell, cancelled, keep=keep)
-        raise RuntimeError("the worker is gone")
-
-    answer = answered(Studies(str(tmp_path), run_study=run))
-    assert (answer.state, "the worker is gone" in answer.message) == (ABORTED, True)
-    found = list(tmp_path.iterdir())
-    assert [len(read_study(path, unfinished=True).status) for path in found] == [QUICK.samples] * logs
-
-
-def test_a_named_executor_is_allowed():
-    used = []
-    studies = Studies(
-        run_study=lambda study, *_: used.append(study.executor) or 1 / 0,
-        limits=StudyLimits(executors=["dask://here:1"]),
-    )
-    answered(studies, QUICK._replace(overrides=("executor=dask://here:1",)))
-    assert used == ["dask://here:1"]
-    assert "not among" in answered(studies).message
 
 
 def test_feedback_counts_samples_as_asked_for_names_its_estimate_and_is_never_nan():
