@@ -81,44 +81,32 @@ def test_a_run_that_begins_again_is_told_and_goes_on():
         run.frames(samples(0, 10, made_up_block(other, 10, first=900)), 3.0)
 
 
-@pytest.mark.parametrize(
-    "text", ["", "[]", "7", '{"scene": 7}', "[" * 100_000, json.dumps({"scene": "kind: bearing\nnonsense: 1"})]
-)
-def test_a_text_that_is_no_scene_is_refused_in_one_sentence(text):
-    with pytest.raises(BearingTwinError) as caught:
-        LiveRun(text)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_scene_of_megabytes_is_refused():
+def test_a_text_that_is_no_scene_is_refused_in_one_sentence():
+    nonsense = json.dumps({"scene": "kind: bearing\nnonsense: 1"})
+    for text in ("", "[]", "7", '{"scene": 7}', "[" * 100_000, nonsense):
+        with pytest.raises(BearingTwinError) as caught:
+            LiveRun(text)
+        assert "\n" not in str(caught.value)
     with pytest.raises(SceneError, match="characters"):
         LiveRun(json.dumps({"scene": "x" * (1 << 21)}))
 
 
-@pytest.mark.parametrize("data", [b"", b"\x00\x01\x00\x00", samples(0, 10)[:-80], b"\xff" * 400])
-def test_bytes_that_are_no_samples_are_refused(data):
-    with pytest.raises(LogError):
-        LiveRun(said()).frames(data, 0.0)
-
-
-def test_samples_that_contradict_themselves_are_refused():
+def test_bytes_that_are_no_samples_or_contradict_themselves_are_refused():
     block = cdr.deserialise(cdr.SAMPLE_BLOCK, samples(0, 10))
     fields = {name: getattr(block, name) for name in block.__dataclass_fields__ if name != "__msgtype__"}
     fields["channel_width"] = fields["channel_width"] + np.uint32(1)
-    data = serialise(cdr.SAMPLE_BLOCK, message_class(cdr.SAMPLE_BLOCK)(**fields))
-    with pytest.raises(LogError, match="contradicts itself"):
-        LiveRun(said()).frames(data, 0.0)
+    contradicts = serialise(cdr.SAMPLE_BLOCK, message_class(cdr.SAMPLE_BLOCK)(**fields))
+    for data in (b"", b"\x00\x01\x00\x00", samples(0, 10)[:-80], b"\xff" * 400, contradicts):
+        with pytest.raises(LogError):
+            LiveRun(said()).frames(data, 0.0)
 
 
-@pytest.mark.parametrize("value", [None, "1", True, float("nan"), float("inf"), [1.0]])
-def test_what_is_no_number_is_refused(value):
-    with pytest.raises(BearingTwinError, match="must be a number"):
-        number_of({"value": value}, "value")
-
-
-def test_numbers_and_vectors_are_read():
+def test_numbers_and_vectors_are_read_and_what_is_none_is_refused():
     assert number_of({"value": 3}, "value") == 3.0
     assert vector_of({"force": [1, 2.5, -3]}, "force") == (1.0, 2.5, -3.0)
+    for wrong in (None, "1", True, float("nan"), float("inf"), [1.0]):
+        with pytest.raises(BearingTwinError, match="must be a number"):
+            number_of({"value": wrong}, "value")
     for wrong in ([1, 2], "123", None, [1, 2, "3"]):
         with pytest.raises(BearingTwinError):
             vector_of({"force": wrong}, "force")

@@ -32,8 +32,8 @@ KEEPS_ALL = {"goal_service_qos_profile": SERVICE, "result_service_qos_profile": 
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 6.0  # s
 STARTED = 60.0  # s after which what does not begin is given up
-SOAK = 100.0  # s
-SLOPE = 60.0  # MB/h: what 100 s can tell from the rounding of pages
+SOAK = 120.0  # s
+SLOPE = 60.0  # MB/h: what 120 s can tell from the rounding of pages
 BEGUN = 20_000  # bytes of a log of a node that is at work
 WARM_UP = 0.5  # of a soak: buffers, pools of threads and the results of goals, kept for 30 s, are filled by then
 
@@ -292,8 +292,9 @@ def soak(share: float, folder: Path) -> Found:
     for name, found in seen.items():
         late = [one for one in found if one[0] > WARM_UP * seconds]
         times, sizes = np.array(late or found).T
-        # The median of all slopes between two looks: one step, as of a buffer that grew once, is no slope.
-        slopes[name] = theilslopes(sizes, times / 3600.0)[0]
+        steps = np.diff(sizes, prepend=sizes[0])
+        steps[np.argmax(steps)] = 0.0  # one step, as of a buffer that grew once, is no slope
+        slopes[name] = theilslopes(np.cumsum(steps), times / 3600.0)[0]  # the median of all between two looks
     far = max((1e-9 * sample.time_ns for sample in read_log(logs[0])), default=0.0)
     whole = far > 0.0
     good = sum(slope < SLOPE for slope in slopes.values())
