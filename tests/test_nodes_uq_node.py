@@ -20,7 +20,6 @@ from ros import (
     executable,
     plain_node,
     qos_profile,
-    rclpy,
     ros_executor,
     spin_until,
     started,
@@ -152,46 +151,31 @@ def test_a_cancel_ends_worker_processes_at_once_and_the_next_study_is_served(tmp
         assert ran(executor, client, **QUICK)[0] == "succeeded"
 
 
-def test_bad_goals_are_answered_while_a_study_runs_and_the_next_is_served(capfd, monkeypatch):
+def test_one_runs_four_wait_in_order_the_next_is_refused_and_bad_ones_are_answered_meanwhile(capfd, monkeypatch):
     monkeypatch.setattr("bearing_twin.nodes.uq_node.LOG_PERIOD", PATIENCE)
-    with ros_executor(threads=3) as executor:
-        node = started(executor, UqNode, log_folder="")
-        client = client_of(executor)
-        long = sent(executor, client, **ENDLESS)
-        for goal, sentence in [
-            ({"study": "spheres_alfa"}, "did you mean spheres_alpha"),
-            ({"study": "scene: [\n  }"}, "is not the YAML of a study"),
-            (QUICK | {"samples": -1}, "samples = -1 is out of range"),
-            (QUICK | {"overrides": ["inputs.contact.measured_alpha.std=.inf"]}, "inf"),
-            (QUICK | {"overrides": ["memory=1e5"], "samples": 100_000}, "more than its memory"),
-        ]:
-            state, result = ran(executor, client, **goal)
-            assert (state, result.success, result.summary) == ("aborted", False, "")
-            assert sentence in result.message
-        assert node.studies.status()[0] == "running spheres_alpha_4e-5"
-        spin_until(executor, long.cancel_goal_async().done, "cancel")
-        assert outcome(executor, long)[0] == "cancelled"
-        assert ran(executor, client, **QUICK)[0] == "succeeded"
-    assert capfd.readouterr().err.count("aborted: ") == 1, (
-        "ROS keeps every sentence in a file, and anybody can send these"
-    )
-
-
-def test_one_runs_four_wait_in_order_and_the_next_is_refused():
     with ros_executor(threads=3) as executor:
         node = started(executor, UqNode, log_folder="")
         client, seen = client_of(executor), []
         watcher = plain_node(executor)
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
         running = sent(executor, client, **ENDLESS)
+        for goal, sentence in [
+            ({"study": "spheres_alfa"}, "did you mean spheres_alpha"),
+            ({"study": "scene: [\n  }"}, "is not the YAML of a study"),
+            (QUICK | {"overrides": ["memory=1e5"], "samples": 100_000}, "more than its memory"),
+        ]:
+            state, result = ran(executor, client, **goal)
+            assert (state, result.success, result.summary) == ("aborted", False, "")
+            assert sentence in result.message
+        assert node.studies.status()[0] == "running spheres_alpha_4e-5"
         waiting = [sent(executor, client, **QUICK, seed=seed) for seed in range(1, 1 + QUEUE)]
         assert running.accepted
         assert all(handle.accepted for handle in waiting)
         assert not sent(executor, client, **QUICK).accepted
-        spin_until(executor, lambda: any(s.level == DiagnosticStatus.WARN for s in seen), "a warning")
-        warning = next(status for status in seen if status.level == DiagnosticStatus.WARN)
-        values = {pair.key: pair.value for pair in warning.values}
-        assert "the queue is full" in warning.message
+        full = lambda: [s for s in seen if "the queue is full" in s.message]  # noqa: E731
+        spin_until(executor, full, "a warning")
+        assert full()[0].level == DiagnosticStatus.WARN
+        values = {pair.key: pair.value for pair in full()[0].values}
         assert (values["waiting"], values["refused"], values["doing"]) == ("4", "1", "running spheres_alpha_4e-5")
         spin_until(executor, waiting[2].cancel_goal_async().done, "cancel of one that waits")
         state, result = outcome(executor, waiting.pop(2))
@@ -202,6 +186,8 @@ def test_one_runs_four_wait_in_order_and_the_next_is_refused():
         assert {state for state, _ in results} == {"succeeded"}
         spin_until(executor, lambda: seen[-1].level == DiagnosticStatus.OK, "all is well again")
         assert node.studies.status()[0] == "idle"
+    said = capfd.readouterr().err  # ROS keeps every sentence in a file, and anybody can send these
+    assert said.count("aborted: ") == 1
 
 
 SIGNALS = signal.SIGINT, signal.SIGKILL, signal.SIGTERM
@@ -227,19 +213,6 @@ def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_pat
     if number != signal.SIGKILL:
         [log] = tmp_path.glob("*.mcap")
         assert 0 < len(read_study(log).values) < 10_000
-
-
-def test_the_action_and_its_topics_are_where_they_should_be():
-    with ros_executor(threads=2) as executor:
-        node = started(executor, UqNode, log_folder="")
-        services = dict(node.get_service_names_and_types())
-        assert services[f"{ACTION}/_action/send_goal"] == ["bearing_twin_msgs/action/RunStudy_SendGoal"]
-        [publisher] = node.get_publishers_info_by_topic("/bearing/study_result")
-        assert publisher.topic_type == "std_msgs/msg/String"
-        assert publisher.qos_profile.durability == rclpy.qos.DurabilityPolicy.TRANSIENT_LOCAL
-        described = node.describe_parameter("memory")
-        assert described.read_only
-        assert "[B]" in described.description
 
 
 def test_the_parameter_file_gives_the_defaults():

@@ -21,7 +21,7 @@ from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RECORDING_RECORD
 from bearing_twin.log.run_log import read_log
-from bearing_twin.nodes.entry import node_command
+from bearing_twin.nodes.entry import node_command, started
 from bearing_twin.nodes.messages import SERVICE
 
 QUICK = {"study": "spheres_alpha_4e-5", "overrides": ["sweep=", "histories=[]", "modality=no"], "samples": 500}
@@ -39,21 +39,11 @@ WARM_UP = 0.5  # of a soak: buffers, pools of threads and the results of goals, 
 
 
 @contextlib.contextmanager
-def running(name: str, executor, parameters: dict, said: Path) -> Iterator[subprocess.Popen]:
-    """A node as a process in the executor's domain; killed at the end if it still is there."""
-    environment = os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())}
-    with said.open("ab") as output:
-        node = subprocess.Popen(node_command(name, parameters), env=environment, stdout=output, stderr=output)
-    try:
-        yield node
-    finally:
-        if node.poll() is None:
-            node.send_signal(signal.SIGINT)
-            with contextlib.suppress(subprocess.TimeoutExpired):
-                node.wait(60.0)
-        if node.poll() is None:
-            node.kill()
-            node.wait()
+def running(name: str, executor, parameters: dict, folder: Path) -> Iterator[subprocess.Popen]:
+    """A node as a process in the executor's domain, its output in `folder`; ended at the end if it still is there."""
+    os.environ["ROS_DOMAIN_ID"] = str(executor.context.get_domain_id())
+    with started(name, node_command(name, parameters), folder) as node:
+        yield node.process
 
 
 def spun(executor, done, seconds: float) -> bool:
@@ -69,7 +59,7 @@ def spun(executor, done, seconds: float) -> bool:
 @contextlib.contextmanager
 def asking(folder: Path, **parameters) -> Iterator[tuple]:
     """(executor, client, process) of a uq_node and of a client that keeps all answers."""
-    with ros_executor() as executor, running("uq_node", executor, parameters, folder / "uq_node.txt") as node:
+    with ros_executor() as executor, running("uq_node", executor, parameters, folder) as node:
         client = ActionClient(plain_node(executor, "asker"), RunStudy, "/bearing/run_study", **KEEPS_ALL)
         if not spun(executor, client.server_is_ready, 120.0):
             raise RuntimeError((folder / "uq_node.txt").read_text())
@@ -160,12 +150,12 @@ def goals(share: float, folder: Path) -> Found:
 def calls(share: float, folder: Path) -> Found:
     """Thirty clients call ~/pause of a sim_node at once, again and again, while commands flood it: all are answered."""
     tried, answers, worst = part_of(10, share, 1), 0, 0.0
-    with ros_executor() as executor, running("sim_node", executor, {"scene": "bearing_6203"}, folder / "s.txt") as node:
+    with ros_executor() as executor, running("sim_node", executor, {"scene": "bearing_6203"}, folder) as node:
         callers = [plain_node(executor, f"caller_{k}") for k in range(30)]
         clients = [one.create_client(SetBool, "/bearing/sim_node/pause", qos_profile=SERVICE) for one in callers]
         speed = callers[0].create_publisher(Float64, "/bearing/command/speed", 10)
         if not spun(executor, lambda: all(one.service_is_ready() for one in clients), 120.0):
-            raise RuntimeError((folder / "s.txt").read_text())
+            raise RuntimeError((folder / "sim_node.txt").read_text())
         spun(executor, lambda: False, 5.0)
         for k in range(tried):
             for value in range(200):
@@ -175,7 +165,7 @@ def calls(share: float, folder: Path) -> Found:
             spun(executor, lambda sent=sent: all(one.done() for one in sent), 60.0)
             answers += sum(one.done() for one in sent)
             worst = max(worst, time.monotonic() - began)
-        silent = int(node.poll() is not None) + (folder / "s.txt").read_text().count("Traceback")
+        silent = int(node.poll() is not None) + (folder / "sim_node.txt").read_text().count("Traceback")
     return Found(30 * tried, answers, 30 * tried - answers, silent, f"greatest {worst:.2f} s for thirty")
 
 
@@ -240,7 +230,7 @@ def frozen(share: float, folder: Path) -> Found:
                 time.sleep(0.001)
 
         parameters = {"log": str(log), "topics": names, "full": True}
-        with running("recorder_node", executor, parameters, folder / "recorder.txt") as recorder:
+        with running("recorder_node", executor, parameters, folder) as recorder:
             spun(executor, lambda: all(one.get_subscription_count() for one in publishers.values()), 60.0)
             time.sleep(0.5)
             talk(1.0)
@@ -273,8 +263,7 @@ def soak(share: float, folder: Path) -> Found:
             "recorder_node": {"log": str(logs[1])},
         }
         nodes = {
-            name: stack.enter_context(running(name, executor, given, folder / f"{name}.txt"))
-            for name, given in parameters.items()
+            name: stack.enter_context(running(name, executor, given, folder)) for name, given in parameters.items()
         } | {"uq_node": uq}
         if not until(lambda: all(log.exists() and log.stat().st_size > BEGUN for log in logs), 120.0):
             raise RuntimeError("the nodes of the soak did not begin")

@@ -103,9 +103,8 @@ def _each(graph, arguments, take: Callable, raw: bool = False) -> None:
     silent = f"no message on {arguments.topic} for {arguments.wait} s: its node may be paused, or still preparing"
     came, most = 0, _count(arguments)
     try:
-        for message in graph.messages(arguments.topic, lambda: say(silent), raw):
+        for came, message in enumerate(graph.messages(arguments.topic, lambda: say(silent), raw), start=1):
             take(message)
-            came += 1
             if came == most:
                 return
     except KeyboardInterrupt:
@@ -151,22 +150,20 @@ class Traffic:
 
     def periods(self) -> dict[str, float]:
         """Rate [Hz], and mean, least, greatest and standard deviation of the periods [s]."""
-        found = [later[0] - earlier[0] for earlier, later in pairwise(self._last)]
-        total = sum(found)
-        rate = len(found) / total if total else math.inf if found else math.nan
-        spread = {"std_of_period_s": statistics.pstdev(found)} if found else {}
-        return self._statistics(found, "rate_hz", rate, "{}_period_s") | spread
+        return self._statistics("rate_hz", 1, [b - a for (a, _), (b, _) in pairwise(self._last)], "{}_period_s")
 
     def sizes(self) -> dict[str, float]:
-        """Rate [B/s], and mean, least and greatest size [B]."""
+        """Rate [B/s], and mean, least, greatest and standard deviation of the sizes [B]."""
         found = [size for _, size in self._last][1:]
-        span = self._last[-1][0] - self._last[0][0] if found else 0.0
-        return self._statistics(found, "bytes_per_s", sum(found) / span if span else math.nan, "{}_bytes")
+        return self._statistics("bytes_per_s", sum(found) / max(len(found), 1), found, "{}_bytes")
 
-    def _statistics(self, found: list, rate: str, value: float, name: str) -> dict[str, float]:
-        functions = {"mean": statistics.fmean, "least": min, "greatest": max} if found else {}
-        numbers = {name.format(word): function(found) for word, function in functions.items()}
-        return {"messages": self.count, rate: value} | numbers | ({"window": len(found)} if found else {})
+    def _statistics(self, rate: str, each: float, found: list, name: str) -> dict[str, float]:
+        span = self._last[-1][0] - self._last[0][0] if found else 0.0
+        numbers = {"messages": self.count, rate: each * len(found) / span if span else math.inf if found else math.nan}
+        if not found:
+            return numbers
+        functions = {"mean": statistics.fmean, "least": min, "greatest": max, "std_of": statistics.pstdev}
+        return numbers | {name.format(word): one(found) for word, one in functions.items()} | {"window": len(found)}
 
 
 def _measured(figures: Callable[[Traffic], dict]) -> Callable:

@@ -169,26 +169,25 @@ def values_of(node: Node, table: Sequence[NodeParameter]) -> dict[str, Any]:
 def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] | None = None) -> dict[str, Any]:
     """Declares the parameters of `table` and returns their values, those of the node where none are handed in."""
     values = values_of(node, table) if values is None else values
-    for parameter in table:
-        value = values[parameter.name]
-        default = value if value != [] else Parameter.Type.STRING_ARRAY
-        node.declare_parameters("", [(parameter.name, default, _descriptor(parameter))], ignore_override=True)
-        if value == [] and not parameter.read_only:  # else it is not set, and cannot be read
-            node.set_parameters([Parameter(parameter.name, Parameter.Type.STRING_ARRAY, [])])
-    changeable = {parameter.name: parameter for parameter in table if not parameter.read_only}
+    for one in table:
+        value = values[one.name]
+        default = Parameter.Type.STRING_ARRAY if value == [] else value
+        node.declare_parameter(one.name, default, _descriptor(one), ignore_override=True)
+        if value == [] and not one.read_only:  # else it is not set, and cannot be read
+            node.set_parameters([Parameter(one.name, Parameter.Type.STRING_ARRAY, [])])
+    changeable = {one.name: one for one in table if not one.read_only}
 
     def convert(changes: list[Parameter]) -> list[Parameter]:
-        known = [changeable.get(one.name) for one in changes]
-        pairs = zip(changes, known, strict=True)
-        # an empty list keeps its type, for it has none by itself
-        return [
-            Parameter(one.name, value=converted(row, one.value)) if row and one.value != [] else one
-            for one, row in pairs
+        return [  # an empty list keeps its type, for it has none by itself
+            Parameter(one.name, value=converted(changeable[one.name], one.value))
+            if one.name in changeable and one.value != []
+            else one
+            for one in changes
         ]
 
     def refuse(changes: list[Parameter]) -> SetParametersResult:
-        problems = [problem_of(changeable[one.name], one.value) for one in changes if one.name in changeable]
-        reason = "; ".join(problem for problem in problems if problem)
+        problems = (problem_of(changeable[one.name], one.value) for one in changes if one.name in changeable)
+        reason = "; ".join(filter(None, problems))
         return SetParametersResult(successful=not reason, reason=reason)
 
     node.add_pre_set_parameters_callback(convert)
@@ -197,15 +196,14 @@ def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] |
 
 
 def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
-    descriptor = ParameterDescriptor(description=parameter.description, read_only=parameter.read_only)
+    ranges, low, high = {}, parameter.low, parameter.high
     if parameter.words:  # ROS would not name them where a number is out of range: `problem_of` does
-        descriptor.dynamic_typing = True
-        descriptor.additional_constraints = limits_of(parameter)
-    elif parameter.low is not None and type(parameter.default) is float:
-        descriptor.floating_point_range = [FloatingPointRange(from_value=parameter.low, to_value=parameter.high)]
-    elif parameter.low is not None and type(parameter.default) is int:
-        descriptor.integer_range = [IntegerRange(from_value=int(parameter.low), to_value=int(parameter.high), step=1)]
-    return descriptor
+        ranges = {"dynamic_typing": True, "additional_constraints": limits_of(parameter)}
+    elif low is not None and type(parameter.default) is float:
+        ranges = {"floating_point_range": [FloatingPointRange(from_value=low, to_value=high)]}
+    elif low is not None:
+        ranges = {"integer_range": [IntegerRange(from_value=int(low), to_value=int(high), step=1)]}
+    return ParameterDescriptor(description=parameter.description, read_only=parameter.read_only, **ranges)
 
 
 class BaseNode(Node):

@@ -92,20 +92,12 @@ class Graph:
     def ends(self, topic: str) -> list[dict[str, str]]:
         """Publishers and subscriptions of a topic: node, type and quality of service of each."""
         self._type_of(topic)
-        asked = {
-            "publisher": self._node.get_publishers_info_by_topic,
-            "subscription": self._node.get_subscriptions_info_by_topic,
-        }
-        found = self._at_rest(lambda: [(end, one) for end, ask in asked.items() for one in ask(topic)])
+        publishers, subscriptions = self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic
+        asked = ("publisher", publishers), ("subscription", subscriptions)
         return [
-            {
-                "end": end,
-                "node": full_name(one),
-                "type": one.topic_type,
-                "reliability": one.qos_profile.reliability.name.lower(),
-                "durability": one.qos_profile.durability.name.lower(),
-            }
-            for end, one in found
+            {"end": end, "node": full_name(one), "type": one.topic_type}
+            | {key: getattr(one.qos_profile, key).name.lower() for key in ("reliability", "durability")}
+            for end, one in self._at_rest(lambda: [(end, one) for end, ask in asked for one in ask(topic)])
         ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
@@ -244,11 +236,11 @@ class Graph:
 
     def _type_of(self, topic: str) -> str:
         known = lambda: dict(self._node.get_topic_names_and_types())  # noqa: E731
-        types = self._await(lambda: known().get(topic), "topic", topic, known)
-        if len(types) > 1:
-            several = ", ".join(map(name_of_peer, types))
+        first, *others = self._await(lambda: known().get(topic), "topic", topic, known)
+        if others:
+            several = ", ".join(map(name_of_peer, (first, *others)))
             raise GraphError(f"{topic} has several types: {several}; end all nodes but those of one")
-        return types[0]
+        return first
 
     def _await(self, ask: Callable[[], Found], what: str, name: str, names: Callable[[], Any]) -> Found:
         """The first true value of `ask()`; raises GraphError with near `names` after the wait."""

@@ -17,7 +17,7 @@ from bearing_twin.base.parameters import read_number
 from bearing_twin.log.bag import Qos
 
 try:
-    import rclpy
+    import rclpy  # noqa: F401
     from ament_index_python import get_resource
     from builtin_interfaces.msg import Time
     from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -28,29 +28,13 @@ except ImportError as error:
         f"ROS 2 cannot be imported ({error}): run `make setup` and `source env.bash`, or source a ROS 2 Jazzy."
     ) from error
 try:
-    from bearing_twin_msgs.action import RunStudy
-    from bearing_twin_msgs.msg import Contacts  # noqa: F401
-    from bearing_twin_msgs.srv import Step, Stiffness
+    from bearing_twin_msgs.action import RunStudy  # noqa: F401
+    from bearing_twin_msgs.srv import Step, Stiffness  # noqa: F401
 except ImportError as error:
     raise MissingInterfacesError(
         f"the interface package bearing_twin_msgs cannot be imported ({error}): build it with `make setup` and "
         "`source env.bash`, or with colcon and source its install/setup.bash."
     ) from error
-
-__all__ = [
-    "QoSProfile",
-    "RunStudy",
-    "Step",
-    "Stiffness",
-    "compatible_profile",
-    "diagnostics",
-    "fill_stiffness",
-    "interface",
-    "qos_profile",
-    "qos_words",
-    "rclpy",
-    "stamp",
-]  # fmt: skip
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 DIAGNOSTICS_PERIOD = 1.0  # s
