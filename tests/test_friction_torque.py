@@ -98,8 +98,8 @@ def test_differential_slip_is_that_of_a_curved_patch():
     curved = 4.0 * CONFORMITY * BALL / (2.0 * CONFORMITY + 1.0)
     y = (np.arange(200_000) + 0.5) / 200_000 * a
     pressed = 0.75 * load / a * (1.0 - (y / a) ** 2) * (a / len(y))
-    border = brentq(lambda t: t - t**3 / 3.0 - 1.0 / 3.0, 0.1, 0.9)
-    moment = 2.0 * (0.05 * pressed * y**2 / (2.0 * curved) * np.where(y > border * a, 1.0, -1.0)).sum()
+    body_state = brentq(lambda t: t - t**3 / 3.0 - 1.0 / 3.0, 0.1, 0.9)
+    moment = 2.0 * (0.05 * pressed * y**2 / (2.0 * curved) * np.where(y > body_state * a, 1.0, -1.0)).sum()
     assert films(lubricant, numbers, [load], [1.234])[0, 4] == pytest.approx(moment, rel=1e-4)
 
 

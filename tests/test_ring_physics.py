@@ -334,7 +334,7 @@ def caged(*overrides):
 
 def test_a_cage_falls_onto_its_land_and_sags_by_its_weight_over_the_stiffness():
     moving = caged("cage.guidance=outer", *APART, "drive.speed=0", "cage.friction=0", "cage.stiffness=1e5")
-    moving.border[CAGE_Y] = 0.0  # it starts at rest in its land
+    moving.body_state[CAGE_Y] = 0.0  # it starts at rest in its land
     out = advanced(moving, 1e-3, 300)
     fallen = out.cage_offset[3, 1]
     assert fallen == pytest.approx(-0.5 * 9.80665 * 4e-3**2, rel=1e-6)
@@ -357,29 +357,29 @@ def test_sliding_on_its_land_turns_or_brakes_a_cage_by_coulomb_friction(guidance
     still = ("initial.motion=rest", "contact.friction_coefficient=0", f"drive.speed={157.0796 if side > 0 else 0}")
     heavy = "cage.mass=0.5", "cage.inertia=1e-4"  # so that little else shakes it in its land
     moving = caged(f"cage.guidance={guidance}", *APART, *still, *heavy)
-    moving.border[PLACES + CAGE] = 0.0 if side > 0 else 50.0
+    moving.body_state[PLACES + CAGE] = 0.0 if side > 0 else 50.0
     first, out = moving.first_outputs(), advanced(moving, 1e-4, 10)
     radius, friction = land_radius(moving.parameters), 0.05
     assert radius == pytest.approx(0.5 * 28.55e-3 - side * 0.3 * 6.75e-3)
     torque = friction * 100.0 * WEIGHT * radius
     lever = radius + side * (1e-4 + 100.0 * WEIGHT / 1e6)  # to where they touch, from the cage's centre
-    gained = moving.border[PLACES + CAGE] - (0.0 if side > 0 else 50.0)
+    gained = moving.body_state[PLACES + CAGE] - (0.0 if side > 0 else 50.0)
     assert gained == pytest.approx(side * torque * lever / radius / 1e-4 * 1e-3, rel=2e-3)
     ring = first.inner_ring_torque[0, 2] if side > 0 else first.outer_ring_torque[0, 2]
     assert ring == pytest.approx(-side * torque, rel=1e-4)
     if side > 0:
-        assert moving.border[LAND_WORK] == pytest.approx(torque * 157.0796 * 1e-3, rel=2e-3)
+        assert moving.body_state[LAND_WORK] == pytest.approx(torque * 157.0796 * 1e-3, rel=2e-3)
         turning = out.drive_work[-1] - out.inner_ring_load_work[-1]
-        assert turning == pytest.approx(moving.border[LAND_WORK], rel=1e-9)
+        assert turning == pytest.approx(moving.body_state[LAND_WORK], rel=1e-9)
     else:
-        assert moving.border[LAND_WORK] == 0.0
+        assert moving.body_state[LAND_WORK] == 0.0
 
 
 @pytest.mark.parametrize("guidance", ["inner", "outer", "balls"])
 def test_energy_closes_and_forces_balance(guidance):
     """With all works and losses, after an unbalanced start: the cage falls, is hit by balls and whirls."""
     moving = caged(f"cage.guidance={guidance}", "wanted.tolerance=1e-6")
-    moving.border[[PLACES + CAGE_X, PLACES + CAGE_Y]] = 0.02, 0.03
+    moving.body_state[[PLACES + CAGE_X, PLACES + CAGE_Y]] = 0.02, 0.03
     out = advanced(moving, 2e-4, 250)
     stored = stored_energy(out)
     made = (stored + out.dissipated - out.drive_work)[[0, -1]]

@@ -118,7 +118,7 @@ def by_scipy(moving, torque, damping, duration):
             moment -= np.cross(at, found.force)[2]
         return np.append(slopes.ravel(), moment / inertia)
 
-    start = np.append(moving.state.ravel(), moving.border[SHAFT_SPEED])
+    start = np.append(moving.state.ravel(), moving.body_state[SHAFT_SPEED])
     found = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-11, atol=1e-15, first_step=1e-7)
     return found.y[:-1, -1].reshape(count, columns), found.y[-1, -1]
 
@@ -148,7 +148,7 @@ def test_a_run_is_that_of_scipy_and_halved_steps_are_of_order_four():
             moving.advance(np.array([]), span / (steps or 1))
         assert moving.costs()["ball_rejections"] == rejected or not steps
         off = np.abs(moving.state - exact)[:, :MOTION].max(axis=0) / np.abs(exact[:, :MOTION]).max(axis=0)
-        errors.append((abs(moving.border[SHAFT_SPEED] - exact_speed) / exact_speed, off[TANGENTIAL_VELOCITY]))
+        errors.append((abs(moving.body_state[SHAFT_SPEED] - exact_speed) / exact_speed, off[TANGENTIAL_VELOCITY]))
     whole, *halved = np.array(errors)
     assert np.all(whole < 1e-7), errors
     assert np.all(np.log2(halved[1] / halved[2]) > 3.5), errors

@@ -6,7 +6,7 @@ from bearings import FREE, motion
 from bearing_twin.core import FLAG, INTEGER, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing import (
     AXIS_DISTANCE,
-    BORDER,
+    BODY_COLUMNS,
     CAGE_X,
     CAGE_Y,
     COLUMNS,
@@ -44,8 +44,8 @@ def ball_rates_and_jacobian(bearing, ring_speed, state, carried=None):
     return found, jacobian
 
 
-def system_rates_and_jacobian(bearing, drive, bodies, near, state, border):
-    """Rates of balls in a state (N, COLUMNS) with ring, cage and shaft (BORDER,), and their Jacobian.
+def system_rates_and_jacobian(bearing, drive, bodies, near, state, body_state):
+    """Rates of balls in a state (N, COLUMNS) with ring, cage and shaft (BODY_COLUMNS,), and their Jacobian.
 
     Rates are those of N COLUMNS numbers of balls and BODY_NUMBERS of the bodies, derivatives by N 9 of the balls'
     motion and by places and velocities of the bodies; velocities along the orbit are orbit rates.
@@ -55,7 +55,7 @@ def system_rates_and_jacobian(bearing, drive, bodies, near, state, border):
     _system_rates(
         *(*numbers_of(bearing), method_numbers("rodas4"), numbers_of_bodies(bearing, bodies)),
         *(bodies.load, bodies.load_rate, np.array(drive, float)),
-        *(balls, near.view(np.uint8), state.copy(), border, rates, jacobian),
+        *(balls, near.view(np.uint8), state.copy(), body_state, rates, jacobian),
     )
     return rates, jacobian
 
@@ -87,42 +87,42 @@ CASES = {
 }
 
 
-def places_in_border(guided):
-    """Where the bodies' places and velocities (2 COORDINATES,) stand in a border, -1 where they do not."""
+def places_in_state(guided):
+    """Where the bodies' places and velocities (2 COORDINATES,) stand in a body_state, -1 where they do not."""
     places = [0, 1, 2, *((-1, -1, CAGE_X, CAGE_X + 1) if guided else (3, 4, -1, -1)), 5]
     return [*places, SHAFT_ANGLE, *(-1 if place < 0 else PLACES + place for place in places), SHAFT_SPEED]
 
 
 class System:
-    """Rates of balls and their border as functions of their motion, and the Jacobian, by the compiled core."""
+    """Rates of balls and their body_state as functions of their motion, and the Jacobian, by the compiled core."""
 
-    def __init__(self, moving, state, border, near=False):
+    def __init__(self, moving, state, body_state, near=False):
         self.bearing, self.bodies = moving.bearing, moving._bodies()
         self.drive = RingDrive(0.3, 150.0, 0.0)
-        self.state, self.border, self.near = state, border, np.full(len(state), near)
+        self.state, self.body_state, self.near = state, body_state, np.full(len(state), near)
         self.ring = RING.copy()
         if self.bodies.land:
             self.ring[[CAGE_X, CAGE_Y]], self.ring[[PLACES + CAGE_X, PLACES + CAGE_Y]] = CENTRE_SCALE
 
-    def evaluated(self, state, border):
+    def evaluated(self, state, body_state):
         bodies = self.bodies._replace(mass=self.bodies.mass.copy())  # another one: the core keeps what it knows
-        return system_rates_and_jacobian(self.bearing, self.drive, bodies, self.near, state, border)
+        return system_rates_and_jacobian(self.bearing, self.drive, bodies, self.near, state, body_state)
 
-    def rates(self, state, border):
-        """Rates of balls (N, COLUMNS) and of the border (BORDER,)."""
-        rates, _ = self.evaluated(state, border)
-        balls, own = rates[: state.size].reshape(-1, COLUMNS).copy(), np.zeros(BORDER)
+    def rates(self, state, body_state):
+        """Rates of balls (N, COLUMNS) and of the body_state (BODY_COLUMNS,)."""
+        rates, _ = self.evaluated(state, body_state)
+        balls, own = rates[: state.size].reshape(-1, COLUMNS).copy(), np.zeros(BODY_COLUMNS)
         orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
         balls[:, TANGENTIAL_VELOCITY] *= state[:, AXIS_DISTANCE]  # from that of the orbit rate
         balls[:, TANGENTIAL_VELOCITY] += state[:, RADIAL_VELOCITY] * orbit
-        for number, place in enumerate(places_in_border(bool(self.bodies.land))):
+        for number, place in enumerate(places_in_state(bool(self.bodies.land))):
             if place >= 0:
                 own[place] = rates[state.size + number]
         return balls, own
 
     def jacobian(self):
         """The Jacobian of all motions in one matrix, balls first (9 each), then the bodies' places and velocities."""
-        _, jacobian = self.evaluated(self.state, self.border)
+        _, jacobian = self.evaluated(self.state, self.body_state)
         balls = len(self.state)
         own = (np.arange(balls)[:, None] * COLUMNS + np.arange(MOTION)).ravel()
         return jacobian[np.append(own, balls * COLUMNS + np.arange(2 * COORDINATES))]
@@ -134,10 +134,10 @@ def disturbed(name, seed=3, more=()):
         motion(*CASES[name], *more, "gravity=[3.0,-9.8,1.0]", "contact.damping=0.3"),
         np.random.default_rng(seed),
     )
-    state, border = moving.state.copy(), moving.border.copy()
+    state, body_state = moving.state.copy(), moving.body_state.copy()
     state[:, :MOTION] += BALL * rng.uniform(-1.0, 1.0, (len(state), MOTION))
-    system = System(moving, state, border, near="may touch" in name)
-    border[: 2 * PLACES] += (
+    system = System(moving, state, body_state, near="may touch" in name)
+    body_state[: 2 * PLACES] += (
         np.where(np.tile(moving.bodies.free, 2) > 0, 1.0, 0.0) * system.ring * rng.uniform(-1, 1, 12)
     )
     return system

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 from bearings import AXIAL_PRELOAD, FREE, motion
-from ring_systems import BODY_NUMBERS, CASES, System, disturbed, places_in_border, system_rates_and_jacobian
+from ring_systems import BODY_NUMBERS, CASES, System, disturbed, places_in_state, system_rates_and_jacobian
 
 from bearing_twin.kinds.bearing import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
-    BORDER,
+    BODY_COLUMNS,
     CAGE,
     CAGE_X,
     CAGE_Y,
@@ -65,9 +65,9 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
         drive = moving.drive
         moving.advance(np.array([instant]), instant)
         bodies, balls = moving.bodies, len(moving.state)
-        state, border, near = moving.state.copy(), moving.border.copy(), np.full(balls, touching)
+        state, body_state, near = moving.state.copy(), moving.body_state.copy(), np.full(balls, touching)
         if bodies.ring:
-            border[PLACES : PLACES + 3] += (1e-3, -2e-3, 5e-4)
+            body_state[PLACES : PLACES + 3] += (1e-3, -2e-3, 5e-4)
         if touching:
             pitch = 2.0 * np.arcsin(moving.bearing.ball_radius / state[:, AXIS_DISTANCE].mean())
             for k in (1, 2, 6):
@@ -75,12 +75,19 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
         for bearing in (moving.bearing, moving.bearing._replace(patch=patch, raceway_friction=0.0)):
 
             def rates(
-                column, change, drive=drive, bearing=bearing, bodies=bodies, state=state, border=border, near=near
+                column,
+                change,
+                drive=drive,
+                bearing=bearing,
+                bodies=bodies,
+                state=state,
+                body_state=body_state,
+                near=near,
             ):
-                there, places = state.copy(), border.copy()
+                there, places = state.copy(), body_state.copy()
                 ball, of = divmod(column, MOTION)
                 if ball >= len(state):
-                    places[places_in_border(bool(bodies.land))[column - len(state) * MOTION]] += change
+                    places[places_in_state(bool(bodies.land))[column - len(state) * MOTION]] += change
                 else:
                     orbit = there[ball, TANGENTIAL_VELOCITY] / there[ball, AXIS_DISTANCE]
                     there[ball, of] += change * (of != TANGENTIAL_VELOCITY)
@@ -114,8 +121,8 @@ def test_a_shaft_on_a_preloaded_bearing_rings_where_it_should(polar, speed, want
         *FREE, f"rings.inner.inertia=[1.0e-4,{polar}]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
         "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
     )  # fmt: skip
-    assert moving.border[2] == pytest.approx(1e-5, rel=1e-5)
-    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
+    assert moving.body_state[2] == pytest.approx(1e-5, rel=1e-5)
+    system = System(moving, moving.state, np.zeros(BODY_COLUMNS) + moving.body_state)
     system.drive = RingDrive(0.0, speed, 0.0)
     found = np.linalg.eigvals(system.jacobian())
     lines = np.sort(found.imag[(found.imag > 2.0 * np.pi * 100.0) & (found.imag < 2.0 * np.pi * 3000.0)]) / (2 * np.pi)
@@ -129,7 +136,7 @@ def test_a_ball_rings_across_the_grooves_and_along_the_load():
         *FREE, "rings.inner.inertia=[1.0e-4,0]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
         "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
     )  # fmt: skip
-    system = System(moving, moving.state, np.zeros(BORDER) + moving.border)
+    system = System(moving, moving.state, np.zeros(BODY_COLUMNS) + moving.body_state)
     system.drive = RingDrive(0.0, 0.0, 0.0)
     found = np.linalg.eigvals(system.jacobian()[:MOTION, :MOTION])
     frequencies = np.sort(np.abs(found[found.imag > 1e3])) / (2.0 * np.pi)
@@ -139,14 +146,14 @@ def test_a_ball_rings_across_the_grooves_and_along_the_load():
 def test_pockets_exchange_angular_momentum():
     """What they take from the balls' orbits and spins is what they give to the cage."""
     system = disturbed("ring and pockets")
-    found, border = system.rates(system.state, system.border)
+    found, body_state = system.rates(system.state, system.body_state)
     bearing = system.bearing
     system.bearing = bearing._replace(pockets=())
-    without, _ = system.rates(system.state, system.border)
+    without, _ = system.rates(system.state, system.body_state)
     change = found - without
     balls = bearing.ball_mass * system.state[:, AXIS_DISTANCE] * change[:, TANGENTIAL_VELOCITY]
     balls += bearing.ball_inertia * change[:, SPIN + 2]
-    cage = border[11] * system.bodies.mass[5]
+    cage = body_state[11] * system.bodies.mass[5]
     assert np.abs(change).max() > 0.0
     assert cage == pytest.approx(-balls.sum(), rel=1e-12)
 
@@ -158,10 +165,10 @@ GUIDED = [name for name in CASES if "guided" in name]
 def test_what_balls_lose_of_momentum_the_cage_gains(name):
     """Linear in the plane, angular about the axis: rates with the walls less those without."""
     system = disturbed(name)
-    bearing, state, border = system.bearing, system.state, system.border
-    balls, own = system.rates(state, border)
+    bearing, state, body_state = system.bearing, system.state, system.body_state
+    balls, own = system.rates(state, body_state)
     system.bearing = bearing._replace(pockets=bearing.pockets._replace(stiffness=0.0))
-    without, alone = system.rates(state, border)
+    without, alone = system.rates(state, body_state)
     rates, changes = balls - without, (own - alone)[PLACES : 2 * PLACES] * system.bodies.mass
     cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
     radial, along = bearing.ball_mass * rates[:, RADIAL_VELOCITY], bearing.ball_mass * rates[:, TANGENTIAL_VELOCITY]
@@ -169,7 +176,7 @@ def test_what_balls_lose_of_momentum_the_cage_gains(name):
     assert np.abs(along).max() > 0.1  # N: walls push
     assert changes[CAGE_X:CAGE] == pytest.approx(-force.sum(axis=1), abs=1e-10 * np.abs(force).sum())
     spun = bearing.ball_inertia * rates[:, AXIAL_SPIN] + state[:, AXIS_DISTANCE] * along
-    about = changes[CAGE] + border[CAGE_X] * changes[CAGE_Y] - border[CAGE_Y] * changes[CAGE_X]
+    about = changes[CAGE] + body_state[CAGE_X] * changes[CAGE_Y] - body_state[CAGE_Y] * changes[CAGE_X]
     assert about == pytest.approx(-spun.sum(), abs=1e-10 * np.abs(spun).sum())
     assert changes[:CAGE_X] == pytest.approx(np.zeros(3), abs=1e-12)
 
@@ -178,10 +185,10 @@ def test_what_balls_lose_of_momentum_the_cage_gains(name):
 def test_what_the_land_takes_from_the_cage_its_ring_gets(name):
     """Forces on cage and ring cancel, so do torques about the axis; the outer ring is at rest."""
     system = disturbed(name)
-    _, own = system.rates(system.state, system.border)
+    _, own = system.rates(system.state, system.body_state)
     land = system.bodies.land
     system.bodies = system.bodies._replace(land=land._replace(stiffness=0.0))
-    _, without = system.rates(system.state, system.border)
+    _, without = system.rates(system.state, system.body_state)
     changes = (own - without)[PLACES : 2 * PLACES] * system.bodies.mass
     assert np.abs(changes[CAGE_X:CAGE]).max() > 0.1
     expected = -changes[CAGE_X:CAGE] if land.side < 0.0 else np.zeros(2)

@@ -107,7 +107,7 @@ FACE = {
     "AXIAL_SPIN": "system: the third of its angular velocity",
     "MOTION": "system: how many columns are motion",
     "COLUMNS": "system: how many there are",
-    "BORDER": "system: length of the state of ring, cage and shaft",
+    "BODY_COLUMNS": "system: length of the state of ring, cage and shaft",
     "PLACES": "system: how many places of ring and cage",
     "CAGE": "system: the cage's angle",
     "CAGE_X": "system: the place of the cage's centre along x",

@@ -322,8 +322,8 @@ class EquilibriumSolver:
         That a load is carried at rest is said first, for the greatest at such a speed takes long and says less.
         """
         squeeze, angle = self.legal() if status == FOUND else (0.0, 0.0)
-        greatest, still = math.degrees(GREATEST_ANGLE), self._at_rest()
-        if self.speed and still.balance(support)[0] == FOUND and max(still.legal()) <= 1.0:
+        greatest, at_rest = math.degrees(GREATEST_ANGLE), self._at_rest()
+        if self.speed and at_rest.balance(support)[0] == FOUND and max(at_rest.legal()) <= 1.0:
             reached, most = f"{angle * greatest:.3g} degrees", f"{greatest:.3g} degrees that are modelled"
             leans = f" and leans a contact to {reached}, beyond the {most}" if angle > max(1.0, squeeze) else " too far"
             return (

@@ -39,7 +39,7 @@ FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most u
 def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
     """Fault frequencies [Hz] of balls that roll in one cage: over outer and inner ring, cage, ball about itself.
 
-    The cage's speed is the mean of the orbit speeds by load; a spot on a ball strikes a raceway at twice `ball_spin`.
+    The cage's speed is the mean of the orbit speeds by load; a defect of a ball strikes a raceway at twice `ball_spin`.
     """
     cage, spin = (shared(contacts, values) for values in (contacts.orbit, np.hypot(contacts.roll, contacts.pitch)))
     return fault_frequencies(cage, spin, balls, speed)

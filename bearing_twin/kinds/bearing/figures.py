@@ -211,7 +211,10 @@ class RunUp:
         return float(np.interp(DONE * abs(change), changes, times))
 
 
-NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: no drilling to speak of; within 4 % of its limit
+NO_SPIN, FREE_OF_SMOOTHING = (
+    1e-3,
+    10.0,
+)  # spin over smoothing speed: hardly any friction; 4 % below its limit
 STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
 ROUNDING = 1e-14  # of a ball's loads times its radius: a torque that is less is none
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
@@ -291,8 +294,8 @@ class BearingFigures:
         """
         change = self.parameters.drive.change
         shifted = change.time and any(change.offset) and before["time"] <= change.time <= late["time"]
-        apart = "inner_ring_load_work" in self._layout.places or dimension_of(self.parameters) == PRESCRIBED
-        return apart and not shifted and dimension_of(self.parameters) != QUASI_STATIC
+        separate = "inner_ring_load_work" in self._layout.places or dimension_of(self.parameters) == PRESCRIBED
+        return separate and not shifted and dimension_of(self.parameters) != QUASI_STATIC
 
     @property
     def energy_closure(self) -> float:
@@ -376,8 +379,8 @@ class BearingFigures:
         if not touches_at_rest(self.parameters):
             return None  # a warning says so before the run
         return (
-            f"at {self.last['inner_ring_speed']:g} rad/s the balls are thrown off the inner ring, so that it neither "
-            "carries nor drives them: lower drive.speed, which is in rad/s, or press the rings together harder"
+            f"at {self.last['inner_ring_speed']:g} rad/s centrifugal loads lift the balls off the inner ring: it "
+            "carries and drives none: lower drive.speed, which is in rad/s, or press the rings together harder"
         )
 
     def flags(self) -> list[str]:

@@ -80,8 +80,8 @@ def contact_losses(parameters, contacts, speed) -> ContactLosses:
         numbers = film_numbers(lubricant, small, large, modulus, radius)
         thickness, ratio, resistance, hysteresis, slip, friction = films(lubricant, numbers, load, radius * turn).T
         major, minor, _ = ellipse(small, large, modulus, load)
-        drilling = 0.375 * friction * load * major * elliptic_e(minor / major)
-        parts = 2.0 * radius * resistance * turn, hysteresis * turn, slip * turn + drilling * spin
+        resisted = 0.375 * friction * load * major * elliptic_e(minor / major)
+        parts = 2.0 * radius * resistance * turn, hysteresis * turn, slip * turn + resisted * spin
         found.power[..., side, :][driven] = np.stack(parts, axis=-1)
         found.thickness[..., side][driven], found.ratio[..., side][driven] = thickness, ratio
     return found
@@ -120,9 +120,9 @@ def skf_torque(parameters, static: float, force) -> float | None:
     name, stirred = geometry.designation, 1e6 * viscosity * turns
     if name[:2] == "72" and geometry.contact_angle:
         r1, r2, r3, s1, s2 = BE if geometry.contact_angle > STEEP else AC
-        thrown = radial + r3 * pitch**4 * turns**2
-        rolling = r1 * pitch**1.97 * (thrown + r2 * axial) ** 0.54
-        sliding = s1 * pitch**0.26 * (thrown ** (4.0 / 3.0) + s2 * axial ** (4.0 / 3.0))
+        outward = radial + r3 * pitch**4 * turns**2
+        rolling = r1 * pitch**1.97 * (outward + r2 * axial) ** 0.54
+        sliding = s1 * pitch**0.26 * (outward ** (4.0 / 3.0) + s2 * axial ** (4.0 / 3.0))
     elif name[:2] in DEEP_GROOVE:
         r1, r2, s1, s2 = DEEP_GROOVE[name[:2]]
         rolling, sliding = r1 * pitch**1.96 * radial**0.54, s1 * pitch**-0.26 * radial ** (5.0 / 3.0)

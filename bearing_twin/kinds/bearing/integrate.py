@@ -89,9 +89,9 @@ class Chunk(NamedTuple):
 
     `near` (N,) says which balls may touch the next ahead; `step` [s] is that of methods with fixed steps, `scales`
     (MOTION,) are the errors of a step of the others; a `stop` (1,) that is not 0 ends it before the next step. Moved on
-    in place are `state` (N, COLUMNS), `orientation` (N, 4), the balls' `steps` (N,) [s], `carried` (N,
-    CARRIED_COLUMNS), the states of laws, and `border` (BORDER,), that of ring, cage and shaft; all but the last two are
-    filled in at `times` (n,) [s] within `duration`. `counts` (4,) are added to; `failure` (2,) is time and ball.
+    in place are `state` (N, COLUMNS), `orientation` (N, 4), the balls' `steps` (N,) [s], the states of laws `carried`
+    (N, CARRIED_COLUMNS), and `body_state` (BODY_COLUMNS,), that of ring, cage and shaft; outputs are filled in
+    at `times` (n,) [s] within `duration`. `counts` (4,) are added to; `failure` (2,) is time and ball.
     """
 
     bearing: Bearing
@@ -107,10 +107,10 @@ class Chunk(NamedTuple):
     orientation: np.ndarray
     steps: np.ndarray
     carried: np.ndarray
-    border: np.ndarray
+    body_state: np.ndarray
     states: np.ndarray
     orientations: np.ndarray
-    borders: np.ndarray
+    body_states: np.ndarray
     counts: np.ndarray
     failure: np.ndarray
 
@@ -152,8 +152,8 @@ def _coupled(method: str, chunk: Chunk, balls) -> int:
         *(*numbers_of(chunk.bearing), method_numbers(method), numbers_of_bodies(chunk.bearing, bodies)),
         *(bodies.load, bodies.load_rate, np.array(chunk.drive, float), chunk.scales, chunk.duration),
         *(len(chunk.times), chunk.times, chunk.stop, len(balls), np.array(balls, np.int64), chunk.near.view(np.uint8)),
-        *(len(chunk.state), chunk.state, chunk.orientation, chunk.steps, chunk.carried, chunk.border),
-        *(chunk.states, chunk.orientations, chunk.borders, chunk.counts, chunk.failure),
+        *(len(chunk.state), chunk.state, chunk.orientation, chunk.steps, chunk.carried, chunk.body_state),
+        *(chunk.states, chunk.orientations, chunk.body_states, chunk.counts, chunk.failure),
     )
 
 

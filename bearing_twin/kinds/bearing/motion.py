@@ -49,7 +49,7 @@ from bearing_twin.kinds.bearing.step_control import (
 )
 from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
-    BORDER,
+    BODY_COLUMNS,
     CAGE,
     CAGE_SPEED,
     CAGE_X,
@@ -70,15 +70,16 @@ from bearing_twin.kinds.bearing.system import (
     RingDrive,
     RingLoading,
     bearing_of,
-    border_scales,
+    body_scales,
     coupled_bodies_of,
     numbers_of,
 )
 from bearing_twin.numerics.methods import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 from bearing_twin.numerics.steppers import ROSENBROCK
 
-MOVING = ("state", "orientation", "steps", "carried", "border")  # arrays that a chunk moves on
+MOVING = ("state", "orientation", "steps", "carried", "body_state")  # arrays that a chunk moves on
 ARRAYS = (*MOVING, "_load", "_load_rate", "counts")
+SAVED_AS = {"body_state": "border"}  # names in snapshots, as earlier versions have them
 KEPT = (*ARRAYS, "drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "heard")
 LISTS = {"commanded": (0, 5), "commanded_torque": (0, 1), "drive": (3,), "offset": (3,)}  # how many numbers each may be
 COSTS = {"ball_steps": STEPS, "ball_rejections": REJECTIONS, "ball_rates": EVALUATIONS, "ball_jacobians": JACOBIANS}
@@ -125,7 +126,7 @@ def _supported(solver: EquilibriumSolver, support: Support, bodies: CoupledBodie
 
 
 def start_in_equilibrium(parameters: BearingScene, law: str, bodies: CoupledBodies) -> tuple[np.ndarray, np.ndarray]:
-    """State of the balls (N, COLUMNS) and of ring and cage (BORDER,) in balance, the balls rolling unless at rest.
+    """State of balls (N, COLUMNS), of ring and cage (BODY_COLUMNS,) in balance, the balls rolling unless at rest.
 
     Balls of a cage share one orbit speed, the mean of what the loaded ones roll with. Raises SceneError where there is
     no equilibrium.
@@ -134,10 +135,10 @@ def start_in_equilibrium(parameters: BearingScene, law: str, bodies: CoupledBodi
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
     support = weighed_support(parameters, RingLoading(parameters).load.at(0.0)[0])
     found = _supported(weighed_solver(parameters, setting, azimuths), support, bodies)
-    state, border = np.zeros((balls, COLUMNS)), np.zeros(BORDER)
-    border[:CAGE] = found.coordinates
+    state, body_state = np.zeros((balls, COLUMNS)), np.zeros(BODY_COLUMNS)
+    body_state[:CAGE] = found.coordinates
     if bodies.land:
-        border[CAGE_X:CAGE] = _cage_at_rest(bodies, border)
+        body_state[CAGE_X:CAGE] = _cage_at_rest(bodies, body_state)
     state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
     state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, found.places[:, 1]
     if parameters.initial.motion == "rolling":
@@ -146,14 +147,14 @@ def start_in_equilibrium(parameters: BearingScene, law: str, bodies: CoupledBodi
         orbit = np.full(balls, together) if bodies.free[CAGE] else contacts.orbit
         state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * orbit
         state[:, SPIN], state[:, SPIN + 2] = contacts.pitch, orbit - contacts.roll
-        border[CAGE_SPEED] = together if bodies.free[CAGE] else 0.0
-    return state, border
+        body_state[CAGE_SPEED] = together if bodies.free[CAGE] else 0.0
+    return state, body_state
 
 
-def _cage_at_rest(bodies: CoupledBodies, border: np.ndarray) -> np.ndarray:
+def _cage_at_rest(bodies: CoupledBodies, body_state: np.ndarray) -> np.ndarray:
     """Place of a cage at rest in its land under its weight [m] (2,); the land's centre without weight or land."""
     land, weight = bodies.land, bodies.weight[CAGE_X:CAGE]
-    middle = border[:2] if land.side < 0.0 else np.zeros(2)
+    middle = body_state[:2] if land.side < 0.0 else np.zeros(2)
     size = float(np.hypot(*weight))
     if size == 0.0 or land.clearance == NO_LAND:
         return middle
@@ -162,11 +163,11 @@ def _cage_at_rest(bodies: CoupledBodies, border: np.ndarray) -> np.ndarray:
 
 def start_in_cage(state: np.ndarray, bodies: CoupledBodies) -> tuple[np.ndarray, np.ndarray]:
     """A start of balls round a ring that is held, in a cage that orbits with their mean speed."""
-    border = np.zeros(BORDER)
+    body_state = np.zeros(BODY_COLUMNS)
     if bodies.free[CAGE]:
-        border[CAGE_SPEED] = np.mean(state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE])
-        state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * border[CAGE_SPEED]
-    return state, border
+        body_state[CAGE_SPEED] = np.mean(state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE])
+        state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * body_state[CAGE_SPEED]
+    return state, body_state
 
 
 class BearingMotion(CommandedBearing):
@@ -184,15 +185,15 @@ class BearingMotion(CommandedBearing):
         self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
         self.longest_chunk = LONGEST if not bodies.active or (self._apart and bodies.ring) else None
         if self.bearing.ring:
-            start, border = start_in_equilibrium(parameters, choice.law, bodies)
+            start, body_state = start_in_equilibrium(parameters, choice.law, bodies)
         else:
             start = start_state(self.bearing, parameters.drive.speed, parameters.initial.motion)
-            start, border = start_in_cage(start, bodies)
+            start, body_state = start_in_cage(start, bodies)
         if bodies.shaft:
-            border[SHAFT_SPEED] = parameters.drive.speed
+            body_state[SHAFT_SPEED] = parameters.drive.speed
         half, nothing = -0.5 * start[:, ORBIT_ANGLE], np.zeros(len(start))
         attitude = np.stack((nothing, nothing, np.sin(half), np.cos(half)), axis=1)  # turned back by the orbit angle
-        self._start, self._start_orientation, self._start_border = start, attitude, border
+        self._start, self._start_orientation, self._start_bodies = start, attitude, body_state
         self.step = self._start_step = parameters.solver.step
         self._finer, self.accelerometer = choice.finer, None
         self.reset()
@@ -208,7 +209,7 @@ class BearingMotion(CommandedBearing):
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         self.scales = self.given * error_scales(parameters, self.bearing, start, approaches, bodies.active)
         light = light_approach(self.bearing, approaches) if self.bearing.pockets else 0.0
-        self.bodies = bodies._replace(scales=border_scales(parameters, self.scales), light=light)
+        self.bodies = bodies._replace(scales=body_scales(parameters, self.scales), light=light)
         if choice.stepper in FIXED_STEP:
             step, problem = step_at_start(parameters, self.rates, choice.stepper)
             if problem:
@@ -225,7 +226,7 @@ class BearingMotion(CommandedBearing):
 
     def reset(self) -> None:
         """Back to the start."""
-        self.state, self.border = self._start.copy(), self._start_border.copy()
+        self.state, self.body_state = self._start.copy(), self._start_bodies.copy()
         self.orientation, self.loading = self._start_orientation.copy(), RingLoading(self.parameters)
         self.drive, self.step = RingDrive(0.0, float(self.parameters.drive.speed), 0.0), self._start_step
         self.goal_speed, self.bearing = self.drive.speed, self._bearing
@@ -253,7 +254,7 @@ class BearingMotion(CommandedBearing):
         """The state as plain data; see `resume`."""
         loading = self.loading
         return {
-            **{name: getattr(self, name).tolist() for name in ARRAYS},
+            **{SAVED_AS.get(name, name): getattr(self, name).tolist() for name in ARRAYS},
             "commanded": loading.load.steady.tolist() if loading.load.commanded else [],
             "commanded_torque": loading.torque.steady.tolist() if loading.torque_commanded else [],
             "drive": list(self.drive),
@@ -270,7 +271,7 @@ class BearingMotion(CommandedBearing):
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another bearing."""
         self.reset()
         for name in (*LISTS, *ARRAYS):
-            given = np.array(kept[name], float)
+            given = np.array(kept[SAVED_AS.get(name, name)], float)
             fits = given.shape in [(length,) for length in LISTS[name]] if name in LISTS else None
             fits = given.shape == getattr(self, name).shape if fits is None else fits
             if not fits or not np.isfinite(given).all():
@@ -304,11 +305,12 @@ class BearingMotion(CommandedBearing):
     def first_outputs(self) -> Rows:
         """The outputs at the present instant."""
         out = empty_outputs(self.parameters, 1)
-        self._write(self.drive, np.zeros(1), (self.state[None], self.orientation[None], self.border[None]), out.numbers)
+        now = self.state[None], self.orientation[None], self.body_state[None]
+        self._write(self.drive, np.zeros(1), now, out.numbers)
         return out
 
     def _write(self, drive: RingDrive, times, motion, rows: np.ndarray) -> None:
-        """Writes outputs at `times` [s] from the drive's instant: of states, orientations and borders, the `motion`."""
+        """Writes outputs at `times` [s] from the drive's instant: `motion` as of `room_for`."""
         write_outputs(self.parameters, self.bearing, self._bodies(), drive, times, *motion, rows)
 
     def advance(self, times: np.ndarray, duration: float) -> Rows:
@@ -316,7 +318,7 @@ class BearingMotion(CommandedBearing):
 
         A new goal speed is approached at the drive's acceleration; the scene's change of the drive comes at its time.
         """
-        if not math.isfinite(np.vdot(self.border, self.border)):  # as quick as can be, for every chunk
+        if not math.isfinite(np.vdot(self.body_state, self.body_state)):  # as quick as can be, for every chunk
             sentence = "the state of the inner ring or the cage is not finite; reset, and lower the load"
             raise IntegrationError(sentence, "not finite", self.elapsed, "inner ring")
         if not math.isfinite(np.vdot(self.state, self.state)):
@@ -364,7 +366,7 @@ class BearingMotion(CommandedBearing):
         self.goal_speed += change.speed
         before = self.first_outputs().elastic_energy[0]
         self.bearing = self.bearing._replace(offset=tuple(np.add(self.bearing.offset, change.offset).tolist()))
-        self.border[:3] += change.offset
+        self.body_state[:3] += change.offset
         after = self.first_outputs()
         work = after.elastic_energy[0] - before
         self.state[0, DRIVE_WORK] += work
@@ -403,9 +405,9 @@ class BearingMotion(CommandedBearing):
         return self.bodies._replace(load=load, load_rate=rate)
 
     def room_for(self, count: int) -> tuple[np.ndarray, ...]:
-        """Room for states (count, N, COLUMNS), orientations (count, N, 4) and borders (count, BORDER), all NaN."""
+        """Room for states (count, N, COLUMNS), orientations (count, N, 4), bodies (count, BODY_COLUMNS), all NaN."""
         balls = self.bearing.balls
-        return tuple(np.full((count, *shape), math.nan) for shape in ((balls, COLUMNS), (balls, 4), (BORDER,)))
+        return tuple(np.full((count, *shape), math.nan) for shape in ((balls, COLUMNS), (balls, 4), (BODY_COLUMNS,)))
 
     def _part(self, times, duration, rows):
         """Integrates over a part of constant acceleration and writes its outputs."""
@@ -439,7 +441,7 @@ class BearingMotion(CommandedBearing):
         self._check_speed(times, filled[2])
         self.elapsed += duration
         if bodies.shaft:
-            self.drive = RingDrive(*self.border[[SHAFT_ANGLE, SHAFT_SPEED]].tolist(), 0.0)
+            self.drive = RingDrive(*self.body_state[[SHAFT_ANGLE, SHAFT_SPEED]].tolist(), 0.0)
             self.goal_speed = self.drive.speed
             return
         # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
@@ -460,7 +462,7 @@ class BearingMotion(CommandedBearing):
             self._samples.append(found)
 
     def _integrate(self, bodies, drive, near, begin, times, duration, filled):
-        filled[2][:] = self.border
+        filled[2][:] = self.body_state
         moving = [getattr(self, name) for name in MOVING]
         chunk = Chunk(
             *(self.bearing, drive.later(begin), bodies, near, times, duration, self.step, self.scales, self.stop),
@@ -491,9 +493,9 @@ class BearingMotion(CommandedBearing):
                 return IntegrationError(f"at {seconds:.9g} s {limit}", OVERLOAD, seconds, "inner ring")
         return error
 
-    def _check_speed(self, times, borders) -> None:
+    def _check_speed(self, times, body_states) -> None:
         """Raises IntegrationError at the first of the `times` [s] from now at which the shaft turns too fast."""
-        limit, speeds = self.parameters.drive.greatest_speed, borders[:, SHAFT_SPEED]
+        limit, speeds = self.parameters.drive.greatest_speed, body_states[:, SHAFT_SPEED]
         beyond = ~(np.abs(speeds) <= limit)
         if self.bodies.shaft and beyond.any():
             seconds, speed = self.elapsed + float(times[beyond.argmax()]), float(speeds[beyond.argmax()])

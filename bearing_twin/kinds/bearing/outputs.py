@@ -155,11 +155,11 @@ _outputs = Function(
 )
 
 
-def write_outputs(parameters, bearing, bodies, drive, times, states, orientations, borders, rows) -> None:
+def write_outputs(parameters, bearing, bodies, drive, times, states, orientations, body_states, rows) -> None:
     """Fills `rows` of all channels with states (count, N, COLUMNS) and orientations (count, N, 4) of the balls.
 
-    They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `borders`
-    (count, BORDER) are those of ring, cage and shaft, the `bodies`. Every column of a row is written.
+    They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `body_states`
+    (count, BODY_COLUMNS) are those of ring, cage and shaft, the `bodies`. Every column of a row is written.
     """
     geometry = parameters.geometry
     rolling = 0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter)
@@ -167,7 +167,7 @@ def write_outputs(parameters, bearing, bodies, drive, times, states, orientation
     numbers = numbers_of_bodies(bearing, bodies) if coupled else NO_BODIES
     _outputs(
         *(*numbers_of(bearing), np.array(drive, float), len(times), geometry.balls, times, states, orientations),
-        *(coupled, numbers, bodies.load, bodies.load_rate, borders, rolling),
+        *(coupled, numbers, bodies.load, bodies.load_rate, body_states, rolling),
         *(_places(geometry.balls, has_films(parameters)), rows),
     )
 
@@ -299,6 +299,6 @@ def _neighbours(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarra
         rows["spin_rate"][one] = (spin[one] - spin[other]) @ across
         rows["major_axis"][one] = axis / np.linalg.norm(axis)
         rows["contact_angle"][one] = np.arctan2(-across[2], np.hypot(*across[:2]))
-        spot = ellipse(curvature, curvature, modulus, load[one])
-        rows["semi_major"][one], rows["semi_minor"][one], rows["peak_pressure"][one] = spot
+        patch = ellipse(curvature, curvature, modulus, load[one])
+        rows["semi_major"][one], rows["semi_minor"][one], rows["peak_pressure"][one] = patch
     return rows

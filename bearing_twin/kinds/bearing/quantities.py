@@ -75,22 +75,22 @@ FIGURES_OF = {
 }
 
 
-def missing(parameters, still: bool) -> frozenset[str]:
-    """Keys of figures whose part a scene does not have; `still`: the run is one of equilibria.
+def missing(parameters, in_equilibrium: bool) -> frozenset[str]:
+    """Keys of figures whose part a scene does not have; a run is one of equilibria or not.
 
     A ring that is held has its place and tilt from the scene; equilibria lose nothing, and their cage is no body.
     """
     free, moving = free_coordinates(parameters), moving_centre(parameters)
     there = {
         "lubricated": parameters.drive.kind != TORQUE,
-        "losses": not still or lubricated(parameters),
-        "friction": not still,
+        "losses": not in_equilibrium or lubricated(parameters),
+        "friction": not in_equilibrium,
         "run-up": parameters.drive.kind == TORQUE,
         "displacement": any(free[:3]),
         "tilt": any(free[3:]),
-        "cage": parameters.cage.kind != "none" and not still,
-        "centre": moving and not still,
-        "land": moving and not still and parameters.cage.guidance != BALLS,
+        "cage": parameters.cage.kind != "none" and not in_equilibrium,
+        "centre": moving and not in_equilibrium,
+        "land": moving and not in_equilibrium and parameters.cage.guidance != BALLS,
         "sensor": has_sensor(parameters),
     }
     return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)

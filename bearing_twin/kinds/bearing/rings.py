@@ -325,7 +325,7 @@ def idle_loads(parameters, load, moment, *names: str) -> list[str]:
     return _idle(parameters.rings.inner.free, free_coordinates(parameters), load, moment, *names)
 
 
-def _idle(asked: str, free, load, moment, *names: str) -> list[str]:
+def _idle(freedom: str, free, load, moment, *names: str) -> list[str]:
     idle = [
         f"{name}[{i}] = {value:g} {unit}"
         for name, unit, values, freedom in zip(names, ("N", "N m"), (load, moment), (free[:3], free[3:]), strict=True)
@@ -335,14 +335,17 @@ def _idle(asked: str, free, load, moment, *names: str) -> list[str]:
     if not idle:
         return []
     return [
-        f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {asked} holds; leave "
+        f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {freedom} holds; leave "
         "the load out or free the coordinate"
     ]
 
 
 def ring_problems(parameters) -> list[str]:
-    """Contradictions of loads, freedom and dimension, one sentence each."""
-    ring, free, problems = parameters.rings.inner, free_coordinates(parameters), []
+    """Contradictions of loads, freedom, cage and dimension, one sentence each."""
+    ring, free, drive, cage = parameters.rings.inner, free_coordinates(parameters), parameters.drive, parameters.cage
+    dimension, stepper = dimension_of(parameters), parameters.solver.stepper
+    prescribed, massive, moves = dimension == PRESCRIBED, dimension == FREE_RING, dimension != QUASI_STATIC
+    problems = []
     for name, load, moment in (
         ("", ring.load, ring.moment),
         ("change.", ring.change.load, ring.change.moment),
@@ -350,64 +353,73 @@ def ring_problems(parameters) -> list[str]:
     ):
         names = f"rings.inner.{name}load", f"rings.inner.{name}moment"
         problems = problems or _idle(ring.free, free, load, moment, *names)
-    dimension = dimension_of(parameters)
-    if dimension == PRESCRIBED and any(free):
-        problems.append(
-            "model.dimension = prescribed holds the inner ring, so that loads do not move it; use "
-            "model.dimension: free with rings.inner.mass, or quasi_static, or rings.inner.free: none without loads"
-        )
-    if dimension == FREE_RING:
-        problems += _free_problems(parameters, free)
-    elif any((*ring.change.load, *ring.change.moment, ring.unbalance, ring.table)) or _supported(ring.support):
-        problems.append(
-            "rings.inner.change.load, table, unbalance and support act on a ring with mass; use model.dimension: free "
-            "with rings.inner.mass"
-        )
-    return problems + _unmet(parameters, dimension) + _guidance_problems(parameters, dimension, free)
-
-
-def _supported(support) -> bool:
-    return any((*support.stiffness, *support.damping, support.tilt_stiffness, support.tilt_damping))
-
-
-def _free_problems(parameters, free) -> list[str]:
-    """Keys that a ring with mass lacks."""
-    ring, problems = parameters.rings.inner, []
-    if not any(free):
-        problems.append(
-            "model.dimension = free has no free coordinate; give rings.inner.load, or rings.inner.free: all"
-        )
-    if ring.mass == 0.0:
-        problems.append("model.dimension = free wants rings.inner.mass above 0 kg")
-    if any(free[3:]) and ring.inertia[0] == 0.0:
-        problems.append("a ring free to tilt wants rings.inner.inertia[0], about a diameter, above 0 kg m^2")
-    if any(parameters.drive.change.offset):
-        problems.append(
-            "drive.change.offset moves a ring that is held; use rings.inner.change.load with model.dimension: free"
-        )
-    return problems
-
-
-def _unmet(parameters, dimension) -> list[str]:
-    """Methods that do not go with a ring that moves or with a cage, and pockets that are none."""
-    cage, stepper, problems = parameters.cage, parameters.solver.stepper, []
+    support = ring.support
+    held = *support.stiffness, *support.damping, support.tilt_stiffness, support.tilt_damping
+    dynamic = any((*ring.change.load, *ring.change.moment, ring.unbalance, ring.table)) or any(held)
     moving = [words for words, is_so in (
-        ("a ring with mass", dimension == FREE_RING),
-        ("a shaft by a torque", parameters.drive.kind == TORQUE and dimension != QUASI_STATIC),
-        ("a cage", cage.kind not in (AUTO, "none") and dimension != QUASI_STATIC),
+        ("a ring with mass", massive),
+        ("a shaft by a torque", drive.kind == TORQUE and moves),
+        ("a cage", cage.kind not in (AUTO, "none") and moves),
     ) if is_so]  # fmt: skip
-    if moving and stepper not in COMMON_STEPS:
-        problems.append(f"solver.stepper = {stepper} does not move {' or '.join(moving)}; use rodas4")
-    if cage.kind == POCKETS and dimension != QUASI_STATIC:
-        room = pocket_pitch(parameters.geometry)
-        if cage.mass == 0.0 and cage.inertia == 0.0:
-            problems.append("cage.kind = pockets wants cage.mass or cage.inertia above 0; a cage without is even")
-        if cage.pocket_clearance >= 0.5 * room:
-            problems.append(
-                f"cage.pocket_clearance = {cage.pocket_clearance:g} m reaches into the next pocket; at most "
-                f"{0.5 * room:.4g} m"
-            )
-    return problems
+    pockets, room = cage.kind == POCKETS and moves, pocket_pitch(parameters.geometry)
+    guided, named = cage.guidance != CENTRED, f"cage.guidance = {cage.guidance}"
+    half, inside = 0.5 * parameters.geometry.pitch_diameter, cage.guidance == INNER_LAND
+    on_land = cage.guidance in (INNER_LAND, OUTER_LAND) and cage.land_radius
+    in_pockets = guided and cage.kind == POCKETS
+    rows = (
+        (
+            prescribed and any(free),
+            "model.dimension = prescribed holds the inner ring, so that loads do not move it; use "
+            "model.dimension: free with rings.inner.mass, or quasi_static, or rings.inner.free: none without loads",
+        ),
+        (
+            massive and not any(free),
+            "model.dimension = free has no free coordinate; give rings.inner.load, or rings.inner.free: all",
+        ),
+        (massive and ring.mass == 0.0, "model.dimension = free wants rings.inner.mass above 0 kg"),
+        (
+            massive and any(free[3:]) and ring.inertia[0] == 0.0,
+            "a ring free to tilt wants rings.inner.inertia[0], about a diameter, above 0 kg m^2",
+        ),
+        (
+            massive and any(drive.change.offset),
+            "drive.change.offset moves a ring that is held; use rings.inner.change.load with model.dimension: free",
+        ),
+        (
+            not massive and dynamic,
+            "rings.inner.change.load, table, unbalance and support act on a ring with mass; use model.dimension: free "
+            "with rings.inner.mass",
+        ),
+        (
+            moving and stepper not in COMMON_STEPS,
+            f"solver.stepper = {stepper} does not move {' or '.join(moving)}; use rodas4",
+        ),
+        (
+            pockets and cage.mass == 0.0 and cage.inertia == 0.0,
+            "cage.kind = pockets wants cage.mass or cage.inertia above 0; a cage without is even",
+        ),
+        (
+            pockets and cage.pocket_clearance >= 0.5 * room,
+            f"cage.pocket_clearance = {cage.pocket_clearance:g} m reaches into the next pocket; at most "
+            f"{0.5 * room:.4g} m",
+        ),
+        (guided and not in_pockets, f"{named} guides a cage of kind pockets; set cage.kind: pockets"),
+        (
+            in_pockets and prescribed,
+            f"{named} is built for a ring with mass; set model.dimension: free with rings.inner.mass",
+        ),
+        (
+            in_pockets and (any(free[3:]) or any(drive.tilt)),
+            f"{named} is not built for a ring that tilts; use rings.inner.free: displacement",
+        ),
+        (in_pockets and cage.mass == 0.0, f"{named} moves the cage's mass; give cage.mass above 0 kg"),
+        (
+            in_pockets and on_land and ((cage.land_radius >= half) if inside else (cage.land_radius <= half)),
+            f"cage.land_radius = {cage.land_radius:g} m: the land of the {cage.guidance} ring lies "
+            f"{'inside' if inside else 'outside'} the pitch circle, whose radius is {half:.4g} m",
+        ),
+    )
+    return problems + [sentence for wrong, sentence in rows if wrong]
 
 
 def keeps_apart(cage, geometry, reach: float) -> bool:
@@ -420,27 +432,3 @@ def keeps_apart(cage, geometry, reach: float) -> bool:
 def pocket_pitch(geometry) -> float:
     """From the middle of a pocket to that of the next along the pitch circle [m]."""
     return math.pi / geometry.balls * geometry.pitch_diameter
-
-
-def _guidance_problems(parameters, dimension, free) -> list[str]:
-    """Contradictions of a cage whose centre moves."""
-    cage, half = parameters.cage, 0.5 * parameters.geometry.pitch_diameter
-    if cage.guidance == CENTRED:
-        return []
-    if cage.kind != POCKETS:
-        return [f"cage.guidance = {cage.guidance} guides a cage of kind pockets; set cage.kind: pockets"]
-    problems, named = [], f"cage.guidance = {cage.guidance}"
-    if dimension == PRESCRIBED:
-        problems.append(f"{named} is built for a ring with mass; set model.dimension: free with rings.inner.mass")
-    if any(free[3:]) or any(parameters.drive.tilt):
-        problems.append(f"{named} is not built for a ring that tilts; use rings.inner.free: displacement")
-    if cage.mass == 0.0:
-        problems.append(f"{named} moves the cage's mass; give cage.mass above 0 kg")
-    if cage.guidance in (INNER_LAND, OUTER_LAND) and cage.land_radius:
-        inside = cage.guidance == INNER_LAND
-        if (cage.land_radius >= half) if inside else (cage.land_radius <= half):
-            problems.append(
-                f"cage.land_radius = {cage.land_radius:g} m: the land of the {cage.guidance} ring lies "
-                f"{'inside' if inside else 'outside'} the pitch circle, whose radius is {half:.4g} m"
-            )
-    return problems

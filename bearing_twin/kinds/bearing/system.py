@@ -56,7 +56,7 @@ PLACES = 6
 CAGE_X, CAGE_Y, CAGE = 3, 4, 5  # in the place of tilts: a ring does not tilt where the cage's centre moves
 CAGE_SPEED = PLACES + CAGE
 LAND_WORK, SHAFT_ANGLE, SHAFT_SPEED = 14, 15, 16  # then the work of a torque that turns the shaft
-BORDER = 18
+BODY_COLUMNS = 18
 
 
 # Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
@@ -250,8 +250,8 @@ def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
     groove_radius = conformity * geometry.ball_diameter
     bottom = 0.5 * geometry.pitch_diameter + side * (ball_radius + 0.25 * geometry.radial_clearance)
     locus_radius = bottom - side * groove_radius
-    still = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
-    found = law(still.curvature_small, still.curvature_large)
+    nominal = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
+    found = law(nominal.curvature_small, nominal.curvature_large)
     terms = tuple(terms_along(found, ball_radius, locus_radius, groove_radius, side).tolist())
     return Raceway(locus_radius, groove_radius, found, terms)
 
@@ -404,7 +404,7 @@ class RingLoading:
         return load, rate
 
 
-def border_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
+def body_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
     """Errors (2 PLACES + 1,) that a step of ring, cage and shaft may make, from those of a ball (MOTION,)."""
     pitch = 0.5 * parameters.geometry.pitch_diameter
     # Little stops a shaft that rings, so that errors of its motion add up for longer than those of balls and cage.
@@ -437,7 +437,7 @@ def land_of(parameters: BearingScene) -> Land | tuple:
 
 
 def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
-    """Ring and cage without loads, and without scales: those are `border_scales`."""
+    """Ring and cage without loads, and without scales: those are `body_scales`."""
     ring, cage, support = parameters.rings.inner, parameters.cage, parameters.rings.inner.support
     moving, caged = dimension_of(parameters) == FREE_RING, cage.kind != "none"
     free = np.array([*(free_coordinates(parameters) if moving else (False,) * 5), caged], float)
