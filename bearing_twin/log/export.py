@@ -36,17 +36,6 @@ class Group(NamedTuple):
     axes: tuple[ChannelAxis, ...]
     columns: tuple[tuple[str, str, str], ...]
 
-    @property
-    def is_table(self) -> bool:
-        """True for a table of records."""
-        return self.stem.startswith(RECORD)
-
-    @property
-    def header(self) -> list[str]:
-        """The names of all columns of the file."""
-        names = [name for name, _, _ in self.columns]
-        return names if self.is_table or self.stem == SAMPLES else [*TIMES, *(axis.name for axis in self.axes), *names]
-
 
 class Exported(NamedTuple):
     """Files written, the numbers of outputs or realisations and of runs in them, and what the log lacks."""
@@ -119,24 +108,28 @@ def groups_of(stream) -> list[Group]:
     return sorted(groups, key=lambda group: len(group.axes)) + tables
 
 
-def _columns(group: Group, block) -> list[np.ndarray | list] | None:
-    """The columns that a block adds to the file of a group: times, labels, values; None where there are none."""
-    if group.is_table:
-        rows = block.records.get(group.stem.removeprefix(RECORD), ())
-        return list(np.asarray(rows).T) if len(rows) else None
-    count, labels = len(block), list(itertools.product(*(axis.labels for axis in group.axes)))
-    times = np.arange(block.first_sequence, block.first_sequence + count), block.time_ns, 1e-9 * block.time_ns
-    columns = [np.repeat(one, len(labels)) for one in times]
-    columns += [[label[place] for label in labels] * count for place in range(len(group.axes))]
-    return columns + [np.reshape(block.values[name], -1) for name, _, _ in group.columns]
+def _columns(group: Group, block) -> dict[str, np.ndarray]:
+    """The columns that a block adds to the file of a group, by name: times, labels, values."""
+    names = [name for name, _, _ in group.columns]
+    if group.stem.startswith(RECORD):
+        rows = block.records.get(group.stem.removeprefix(RECORD), np.zeros((0, len(names))))
+        return dict(zip(names, np.asarray(rows).T, strict=True))
+    sequence = np.arange(block.first_sequence, block.first_sequence + len(block))
+    labels = list(zip(*itertools.product(*(axis.labels for axis in group.axes)), strict=True))
+    places = len(labels[0]) if labels else 1
+    found = {
+        name: np.repeat(one, places)
+        for name, one in zip(TIMES, (sequence, block.time_ns, 1e-9 * block.time_ns), strict=True)
+    }
+    found |= {axis.name: np.tile(one, len(block)) for axis, one in zip(group.axes, labels, strict=True)}
+    return found | {name: np.reshape(block.values[name], -1) for name in names}
 
 
 def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffix: str) -> Exported:
     """One file a group in a folder, or the only one at a path that ends with `suffix`."""
     if hasattr(stream, "study"):
-        columns = tuple(one[:3] for one in stream.table())
-        groups, source = [Group(SAMPLES, (), columns)], {}
-        pieces = iter([(len(stream.status), [list(stream.columns().values())])])
+        groups, source = [Group(SAMPLES, (), tuple(one[:3] for one in stream.table()))], {}
+        pieces = iter([(len(stream.status), [stream.columns()])])
     else:
         groups, source = groups_of(stream), source_of(stream)
         pieces = ((len(one), [_columns(group, one) for group in groups]) for one in watch(stream.blocks(), stream))
@@ -149,17 +142,16 @@ def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffi
         begun.append(target)
     paths = [target if alone else target / f"{group.stem}{suffix}" for group in groups]
     begun += paths
+    rows = 0
     with contextlib.ExitStack() as stack:
         adders = [
-            stack.enter_context(writer(path, group.header, {name: unit for name, unit, _ in group.columns}, source))
+            stack.enter_context(writer(path, {name: unit for name, unit, _ in group.columns}, source))
             for path, group in zip(paths, groups, strict=True)
         ]
-        rows = 0
         for count, columns in pieces:
             rows += count
             for add, found in zip(adders, columns, strict=True):
-                if found is not None:
-                    add(found)
+                add(found)
     files = paths if alone else [*paths, _about(target / CHANNELS, groups, suffix, begun)]
     return Exported(tuple(map(str, files)), rows)
 
@@ -178,46 +170,37 @@ def _about(path: Path, groups: Iterable[Group], suffix: str, begun: list[Path]) 
 
 
 @contextlib.contextmanager
-def _csv_file(path: Path, header: list[str], units: Mapping, source: Mapping) -> Iterator[Callable]:
+def _csv_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Callable]:
     """Numbers as the shortest text that reads back as the same double; NaN as an empty cell."""
     with open(path, "x", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
-        table.writerow(header)
 
-        def add(columns) -> None:
-            table.writerows(zip(*(_texts(column) for column in columns), strict=True))
+        def add(columns: Mapping) -> None:
+            if not file.tell():
+                table.writerow(columns)
+            cells = (["" if one != one else one for one in np.asarray(column).tolist()] for column in columns.values())
+            table.writerows(zip(*cells, strict=True))
 
         yield add
 
 
-def _texts(column) -> list:
-    values = column.tolist() if isinstance(column, np.ndarray) else column
-    return ["" if value != value else value for value in values]
-
-
 @contextlib.contextmanager
-def _parquet_file(path: Path, header: list[str], units: Mapping, source: Mapping) -> Iterator[Callable]:
+def _parquet_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Callable]:
     """Units in the metadata of each field, where the numbers come from in that of the file."""
     arrow, parquet = wanted("pyarrow", "export"), wanted("pyarrow.parquet", "export")
     with contextlib.ExitStack() as stack:
         file = None
 
-        def add(columns) -> None:
+        def add(columns: Mapping) -> None:
             nonlocal file
-            arrays = [arrow.array(column) for column in columns]
+            table = arrow.table({name: np.asarray(column) for name, column in columns.items()})
             if file is None:
-                fields = [
-                    arrow.field(name, array.type, metadata={"units": units.get(name, "")})
-                    for name, array in zip(header, arrays, strict=True)
-                ]
-                file = stack.enter_context(parquet.ParquetWriter(path, arrow.schema(fields, metadata=dict(source))))
-            file.write_table(arrow.Table.from_arrays(arrays, schema=file.schema))
+                fields = [one.with_metadata({"units": units.get(one.name, "")}) for one in table.schema]
+                schema = arrow.schema(fields, metadata=dict(source))
+                file = stack.enter_context(parquet.ParquetWriter(path, schema))
+            file.write_table(table.cast(file.schema))
 
         yield add
-        if file is None:
-            fields = [arrow.field(name, arrow.float64(), metadata={"units": units.get(name, "")}) for name in header]
-            empty = arrow.schema(fields, metadata=dict(source))
-            stack.enter_context(parquet.ParquetWriter(path, empty)).write_table(empty.empty_table())
 
 
 def _netcdf(stream, target, begun, watch) -> Exported:

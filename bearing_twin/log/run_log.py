@@ -291,7 +291,7 @@ class LogStream:
         for table in tables_of(self.scene):
             if table.rate and table.name in found:  # earlier versions wrote samples with more digits
                 found[table.name][:, 1:] = found[table.name][:, 1:].astype(np.float32)
-        return {name: rows[np.argsort(rows[:, 0], kind="stable")] for name, rows in found.items()}
+        return {name: _by_time(rows) for name, rows in found.items()}
 
     def _described(self) -> dict[str, str]:
         """The content of the topic `scene` of a recording, as texts; empty where there is nothing usable.
@@ -361,6 +361,12 @@ class LogStream:
                 block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
                 check_block(self.path, block)
                 yield block
+
+
+def _by_time(rows: np.ndarray) -> np.ndarray:
+    """Records in order of time, which they are in but for recorders that got them out of order."""
+    times = rows[:, 0]
+    return rows if np.all(times[1:] >= times[:-1]) else rows[np.argsort(times, kind="stable")]
 
 
 @dataclasses.dataclass
