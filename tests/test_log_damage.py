@@ -19,6 +19,7 @@ from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
+from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RawLogWriter, Safety
 from bearing_twin.log.recover import recover, survey
@@ -78,6 +79,20 @@ def test_blocks_that_contradict_themselves_are_refused_by_all_who_read(
     reported = capsys.readouterr().err
     assert said in reported
     assert "Traceback" not in reported
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"rate": 0.0}, {"rate": float("nan")}, {"first_sequence": 1 << 60}, {"samples": np.zeros(0)}]
+)
+def test_a_waveform_that_says_no_times_is_refused(wrong, tmp_path, capsys):
+    said = {"first_sequence": 0, "rate": 1000.0, "unit": "m/s^2", "samples": np.ones(3)} | wrong
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        block = samples_message((Channel("a", "m", (), ""),), 0, np.arange(3) * 10**6, np.ones((3, 1)))
+        log.write(log.add_topic("/bearing/samples", cdr.SAMPLE_BLOCK), 0, 0, block)
+        wave = encoded(cdr.WAVEFORM, said, 0, "")
+        log.write(log.add_topic("/bearing/records/acceleration", cdr.WAVEFORM), 0, 0, wave)
+    assert main(["report", str(tmp_path / "run.mcap")]) == BAD_INPUT
+    assert "the Waveform at sample" in capsys.readouterr().err
 
 
 def test_what_a_channel_is_called_leads_out_of_no_folder(tmp_path, monkeypatch, capsys):

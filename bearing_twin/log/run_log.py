@@ -40,6 +40,7 @@ from bearing_twin.log.sample_block import (
     block_of,
     channels_of,
     check_block,
+    checked_waveform,
     records_of,
     refuse_misfits,
     sample_range,
@@ -262,36 +263,23 @@ class LogStream:
             expected = self._reached = message.first_sequence + message.count
             block = block_of(self.channels, message)
             if held is not None:
-                yield self._with_records(held, records, int(held.time_ns[-1]))
+                until = int(held.time_ns[-1])
+                yield dataclasses.replace(held, records={name: rows.until(until) for name, rows in records.items()})
             held = block
         if held is not None:
-            yield self._with_records(held, records, np.inf)
+            yield dataclasses.replace(held, records={name: rows.until(np.inf) for name, rows in records.items()})
 
-    @staticmethod
-    def _with_records(block: Block, records: dict[str, np.ndarray], until: float) -> Block:
-        """The block with the records up to `until` [ns], which are taken out of `records`."""
-        found = {}
-        for name, rows in records.items():
-            found[name] = between(rows, -np.inf, until)
-            records[name] = between(rows, until, np.inf)
-        return dataclasses.replace(block, records=found)
-
-    def _records(self) -> dict[str, np.ndarray]:
-        """Every record of the log in order of time, by the name of its table."""
-        parts: dict[str, list[np.ndarray]] = {}
+    def _records(self) -> dict[str, "_Records"]:
+        """The records of the log by the name of their table."""
+        found: dict[str, list[LoggedMessage]] = {}
         for message in itertools.chain.from_iterable(one.others for one in self._read):
-            name, ros_type = message.topic.name, message.topic.ros_type
-            if name not in self._tables or ros_type not in NUMBERED:
-                continue
-            rows, before = records_of(self.path, ros_type, message.data), parts.setdefault(name.rpartition("/")[2], [])
-            if not rows.shape[1] or any(one.shape[1] != rows.shape[1] for one in before[:1]):
-                raise LogError(f"{self.path}: records on {name} have {rows.shape[1]} columns; record it again")
-            before.append(rows)
-        found = {name: np.concatenate(parts.pop(name)) for name in list(parts)}
-        for table in tables_of(self.scene):
-            if table.rate and table.name in found:  # earlier versions wrote samples with more digits
-                found[table.name][:, 1:] = found[table.name][:, 1:].astype(np.float32)
-        return {name: _by_time(rows) for name, rows in found.items()}
+            if message.topic.name in self._tables and message.topic.ros_type in NUMBERED:
+                found.setdefault(message.topic.name, []).append(message)
+        rates = {table.name: table.rate for table in tables_of(self.scene)}
+        return {
+            (name := topic.rpartition("/")[2]): _Records(self.path, messages, bool(rates.get(name)))
+            for topic, messages in found.items()
+        }
 
     def _described(self) -> dict[str, str]:
         """The content of the topic `scene` of a recording, as texts; empty where there is nothing usable.
@@ -363,10 +351,36 @@ class LogStream:
                 yield block
 
 
-def _by_time(rows: np.ndarray) -> np.ndarray:
-    """Records in order of time, which they are in but for recorders that got them out of order."""
-    times = rows[:, 0]
-    return rows if np.all(times[1:] >= times[:-1]) else rows[np.argsort(times, kind="stable")]
+class _Records:
+    """The records of one table in order of time, which are taken as outputs go on.
+
+    Events are sorted all together; waveforms are evenly `sampled`, and unpacked one by one, for they may be long.
+    """
+
+    def __init__(self, path, messages: list[LoggedMessage], sampled: bool):
+        if all(one.topic.ros_type == cdr.WAVEFORM for one in messages):
+            messages = sorted(messages, key=lambda one: checked_waveform(path, one.data).first_sequence)
+            self._parts = (records_of(path, one.topic.ros_type, one.data) for one in messages)
+        else:
+            parts = [records_of(path, one.topic.ros_type, one.data) for one in messages]
+            if len(widths := {one.shape[1] for one in parts}) != 1 or 0 in widths:
+                said = f"records on {messages[0].topic.name} have {parts[-1].shape[1]} columns"
+                raise LogError(f"{path}: {said}; record it again")
+            rows = np.concatenate(parts)
+            rows = rows[np.argsort(rows[:, 0], kind="stable")]
+            if sampled:  # earlier versions wrote samples with more digits
+                rows[:, 1:] = rows[:, 1:].astype(np.float32)
+            self._parts = iter([rows])
+        self._rest = next(self._parts)
+
+    def until(self, time_ns: float) -> np.ndarray:
+        """The records up to `time_ns` that were not taken before."""
+        taken = [between(self._rest, -np.inf, time_ns)]
+        while len(taken[-1]) == len(self._rest) and (following := next(self._parts, None)) is not None:
+            self._rest = following
+            taken.append(between(following, -np.inf, time_ns))
+        self._rest = self._rest[len(taken[-1]) :]
+        return taken[0] if len(taken) == 1 else np.concatenate(taken)
 
 
 @dataclasses.dataclass

@@ -13,6 +13,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.encoding import Encoder, encoded
 from bearing_twin.run.scene import Scene, parse_scene
 
+MOST_SAMPLES = 1 << 20  # of a Waveform
 NUMBERED = (cdr.SAMPLE_BLOCK, cdr.WAVEFORM)  # types of messages whose outputs or records have numbers
 
 
@@ -80,6 +81,8 @@ def checked_waveform(place, data: bytes):
     end = message.first_sequence + len(message.samples)
     if not (0.0 < message.rate < math.inf and message.first_sequence < end < 1 << 53):
         raise LogError(f"{place}: the Waveform at sample {message.first_sequence} contradicts itself; record again")
+    if (count := len(message.samples)) > MOST_SAMPLES:
+        raise LogError(f"{place}: a Waveform of {count} samples is longer than is read, {MOST_SAMPLES} samples")
     return message
 
 
