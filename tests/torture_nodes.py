@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 from domains import own_domain
@@ -41,8 +42,8 @@ WARM_UP = 0.5  # of a soak: buffers, pools of threads and the results of goals, 
 @contextlib.contextmanager
 def running(name: str, executor, parameters: dict, folder: Path) -> Iterator[subprocess.Popen]:
     """A node as a process in the executor's domain, its output in `folder`; ended at the end if it still is there."""
-    os.environ["ROS_DOMAIN_ID"] = str(executor.context.get_domain_id())
-    with started(name, node_command(name, parameters), folder) as node:
+    domain = {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())}
+    with patch.dict(os.environ, domain), started(name, node_command(name, parameters), folder) as node:
         yield node.process
 
 
