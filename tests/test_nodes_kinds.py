@@ -1,6 +1,7 @@
 """Every kind of scene on the wire: played by sim_node, logged by recorder_node, played again by replay_node."""
 
 import sys
+import time
 from itertools import pairwise
 
 import pytest
@@ -90,13 +91,15 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         more = {"log": str(own)} if brief else {"duration": end}
         node, scene = sim_node(executor, kind, start_paused=True, **more)
         recorder = started(executor, RecorderNode, log=str(path))
-        services = plain_node(executor)
+        services, began = plain_node(executor), time.time_ns()
+        other = services.create_publisher(interface(cdr.STRING, "msg"), "/elsewhere", 10)
         spin_until(executor, lambda: node.ready.is_set() or node.failure, "preparation")
         names = names_of(scene)
         spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in names), "discovery")
         assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
         obeyed = {name for name in COMMANDS if node.count_subscribers(f"/{kind}/{name}")}
         assert obeyed == {"bearing": COMMANDS, "shaft": COMMANDS - {"command/torque"}}.get(kind, set())
+        other.publish(interface(cdr.STRING, "msg")())
         call(executor, services, SetBool, f"/{kind}/sim_node/pause", SetBool.Request(data=False))
         spin_until(executor, node.done.is_set, "end of the run")
         came = lambda: recorder.recording.status()["samples_received"]  # noqa: E731
@@ -114,6 +117,9 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     assert found.figures == run.report.figures
     assert (found.law, found.stepper, found.choice_reason) == (run.choice.law, run.choice.stepper, run.choice.reason)
     assert verify(log).greatest == 0.0
+    for message in raw_messages(path):
+        assert message.topic.metadata["topic_type_hash"] == cdr.type_hash(dict(names)[message.topic.name])
+        assert began <= message.publish_time <= message.log_time <= time.time_ns()  # when it was sent, when it came
     recorded, written, logged = ({name: [] for name, _ in names} for _ in range(3))
     for place, messages in ((path, recorded), (direct, written), *(((own, logged),) if brief else ())):
         for message in raw_messages(place):
@@ -170,7 +176,7 @@ def test_an_impact_repeats_at_a_pace_and_on_request():
         ]
         before = node.loop.run
         assert call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request()).success
-        assert node.loop.run > before
+        spin_until(executor, lambda: node.loop.run > before, "another run")
         assert {(block.first_sequence, block.count) for block in blocks} == {(0, scene.outputs)}
         assert all(first.values == second.values for first, second in pairwise(blocks))
 

@@ -8,6 +8,7 @@ from functools import cache
 
 import pytest
 from ros import (
+    PATIENCE,
     BearingState,
     Clock,
     Contacts,
@@ -54,6 +55,12 @@ SHIFTED = ["model.dimension=quasi_static", "drive.change={time: 0.01, offset: [0
 NAMES = [(topic.full_name, topic.ros_type) for topic in topics(SCENE)]
 PAUSE, RESET, STEP = "/bearing/sim_node/pause", "/bearing/sim_node/reset", "/bearing/sim_node/step"
 STIFFNESS = "/bearing/sim_node/stiffness"
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch):
+    """Services answer when they have done what was asked, however busy the machine is."""
+    monkeypatch.setattr("bearing_twin.nodes.sim_node.ANSWER_TIME", PATIENCE)
 
 
 @cache
