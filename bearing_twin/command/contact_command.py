@@ -224,13 +224,11 @@ def _damping(restitution, speed):
 
 
 def _show(result):
-    """The result as two tables."""
+    """The result as tables."""
     from bearing_twin.command.results import show_quantities
 
     show_quantities({key: value for key, value in result.items() if isinstance(value, (float, str))})
-    show_text()
-    rows = ((name, f"{law['normal_load_n']:.6g}", f"{100 * law['error']:+.3g}") for name, law in result["laws"].items())
-    show_rows(("law", "load at this approach [N]", "error [%]"), rows)
+    _show_laws(result["laws"])
     if "damping" in result:
         rows = ((name, *(f"{one:.6g}" for one in row.values())) for name, row in result["damping"].items())
         show_rows(("formula", "damping [s/m]", "restitution at this speed"), rows)
@@ -241,6 +239,15 @@ def _show(result):
     )
 
 
+def _show_laws(laws):
+    rows = []
+    for name, row in laws.items():
+        error = "-" if row["error"] is None else f"{100 * row['error']:+.3g}"
+        rows.append((name, f"{row['normal_load_n']:.6g}", error))
+    show_text()
+    show_rows(("law", "load at this approach [N]", "error [%]"), rows)
+
+
 def _show_shapes(result):
     """A pair of bodies as tables."""
     from bearing_twin.command.results import show_quantities
@@ -249,21 +256,13 @@ def _show_shapes(result):
     show_quantities({key: result[key] for key in shown})
     if result["curvature_small_per_m"] is not None and result["major_axis"] is None:
         show_text("major axis: none, as the contact is circular")
+    off = {name: row and row["error_m"] for name, row in result["tracking"].items()}
+    unit, factor = shown_unit("m", max(filter(None, off.values()), default=0.0))
+    rows = ((name, "none here" if one is None else f"{factor * one:.3g}") for name, one in off.items())
     show_text()
-    off = [row["error_m"] for row in result["tracking"].values() if row is not None]
-    unit, factor = shown_unit("m", max(off, default=0.0))
-    rows = (
-        (name, "none here" if row is None else f"{factor * row['error_m']:.3g}")
-        for name, row in result["tracking"].items()
-    )
     show_rows(("opposing points", f"off equations (1) by [{unit}]"), rows)
     if result["overlap"]:
         show_text()
         show_quantities(result["overlap"])
     if result["laws"]:
-        show_text()
-        rows = (
-            (name, f"{row['normal_load_n']:.6g}", "-" if row["error"] is None else f"{100 * row['error']:+.3g}")
-            for name, row in result["laws"].items()
-        )
-        show_rows(("law", "load at this approach [N]", "error [%]"), rows)
+        _show_laws(result["laws"])
