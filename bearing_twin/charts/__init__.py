@@ -22,7 +22,7 @@ CHARTS = {
         "laws", "friction over a contact patch that slides and spins: error of each model, and cost", 40
     ),
     "steppers": Listed("bearings", "integration methods on a 6203: error of load and friction against cost", 500),
-    "newcomers": Listed("newcomers", "what one tries first (SciPy's defaults, Euler, 0.1 ms) against the product", 60),
+    "newcomers": Listed("bearings", "what one tries first (SciPy's defaults, Euler, 0.1 ms) against the product", 60),
     "dimensions": Listed("bearings", "equilibria against moving balls, over speed: loads, contact angles, cost", 200),
     "tolerance": Listed("shipped", "error found against tolerance requested, in every shipped scene", 90),
     "choice": Listed("shipped", "what the rules choose in every shipped scene, against all other models", 220),
@@ -35,7 +35,7 @@ CHARTS = {
     "samplers": Listed("uncertainty", "samplers: error of mean and deviation against realisations and cost", 60),
     "coverage": Listed("uncertainty", "how often 95 % intervals of a study hold the truth", 300),
     "cost": Listed("cost", "where the CPU time of a run goes, from the motion to a log", 60),
-    "paper1": Listed("paper1", "Kosenko and Aleksandrov: contact frame, laws in a bearing, bounces, cost", 90),
+    "paper1": Listed("paper1", "Kosenko and Aleksandrov: contact frame, laws in a bearing, bounces, cost", 10),
     "paper2": Listed("paper2", "Opritescu, Tirdea, Toader: a sphere falls on a beam, by two beam theories", 20),
     "paper3": Listed("paper3", "Buezas, Rosales, Sampaio: impacts with uncertain inputs, figures 1 to 24", 300),
 }

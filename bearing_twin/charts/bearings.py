@@ -1,14 +1,29 @@
-"""Charts of a bearing's run: integration methods, and how much of the bearing has to move by itself."""
+"""Charts of a bearing's run: integration methods, what one tries first, and how much of the bearing has to move.
+
+What one tries first are SciPy with its defaults, a fixed step of 0.1 ms and explicit Euler on the product's equations,
+whose right-hand side is compiled: what differs is the method and its setting. `rodas4` and `rk4` beside them are runs
+of the product, which refuses steps that are too long.
+"""
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Callable
 
 import numpy as np
+from scipy.integrate import solve_ivp
 
+from bearing_twin.base.errors import IntegrationError
+from bearing_twin.base.report import Choice
 from bearing_twin.charts.contest import best_of, of_methods, of_problem, over_across
 from bearing_twin.charts.panels import Axis
 from bearing_twin.charts.rows import DONE
-from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, steps, tolerances
+from bearing_twin.charts.scenes import Found, Method, Problem, Scenes, load_and_friction, spread, steps, tolerances
+from bearing_twin.kinds.bearing import BearingMotion, rates
 from bearing_twin.numerics.methods import STEPPER_FACTS
 from bearing_twin.numerics.steppers import ROSENBROCK
 
+LOADS = ("normal_load", "friction_force")
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
 LADDER, FINER, SCIPYS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6), (1e-1, 1e-3, 1e-5), (1e-3,)
 STEPS = (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
@@ -34,7 +49,7 @@ def moving(title: str, scene: str, period: float, count: int, *keys: str) -> Pro
         reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
         methods=methods(),
         norm=load_and_friction,
-        channels=("normal_load", "friction_force"),
+        channels=LOADS,
         a_second=True,
     )
 
@@ -110,6 +125,80 @@ def _dimension_reading(contest, rows):
     yield from best_of(contest, rows)
 
 
+COARSE, DEFAULT = 1e-4, 1e-3  # s, the step that is often tried first; SciPy's default tolerance
+
+
+def naive(motion: BearingMotion, times: np.ndarray, method: str, setting: float) -> tuple[np.ndarray, int]:
+    """A run as a user writes it: a right-hand side of time and a flat state; Euler's steps or `solve_ivp`.
+
+    States at `times` [s], and evaluations of a ball.
+    """
+    shape, near = motion.state.shape, np.zeros(motion.bearing.balls, np.bool_)
+    count = 0
+
+    def right_hand_side(time, flat):
+        nonlocal count
+        count += motion.bearing.balls
+        speed = motion.drive.speed + motion.drive.acceleration * time
+        return rates(motion.bearing, speed, near, flat.reshape(shape)).ravel()
+
+    state = motion.state.ravel().copy()
+    if method == "Euler":
+        states = [state]
+        for begin, end in itertools.pairwise(times):
+            for time in np.linspace(begin, end, max(1, round((end - begin) / setting)), endpoint=False):
+                state = state + min(setting, end - begin) * right_hand_side(time, state)
+                if not np.isfinite(state).all():
+                    raise IntegrationError("not finite", "not finite", float(time), "")
+            states.append(state)
+        return np.array(states), count
+    found = solve_ivp(right_hand_side, (0.0, times[-1]), state, method, times, rtol=setting, atol=1e-3 * setting)
+    if not found.success:
+        raise IntegrationError(found.message, "failed", float(found.t[-1]), "")
+    return found.y.T, count
+
+
+def solved(method: str, exact: Found, setting: float) -> tuple[Callable, Callable]:
+    """A run by `naive` as work, and what turns its states into outputs."""
+    motion = BearingMotion(exact.scene.parameters, Choice("hertz", "rodas4", 0.0, "", ()))
+    first = motion.state.copy()
+
+    def work():
+        motion.state[:] = first
+        return naive(motion, exact.time, method, setting)
+
+    def found_of(ended) -> Found:
+        rows = []
+        for state in ended[0]:
+            motion.state[:] = state.reshape(first.shape)
+            rows.append(motion.first_outputs())
+        values = {channel: np.concatenate([row[channel] for row in rows]) for channel in LOADS}
+        return Found(exact.time, values, {}, float(ended[1]), exact.scene)
+
+    return work, found_of
+
+
+TRIED_METHODS = {
+    "rodas4": tolerances(DEFAULT, 1e-1, 1e-2, 1e-4, 1e-5, 1e-6, keys=("solver.stepper=rodas4",)),
+    "rk4": steps(COARSE, 1e-6, 1e-5, 3e-7, keys=("solver.stepper=rk4",)),
+    "explicit Euler": Method(ladder=(COARSE, 1e-6, 1e-5, 1e-7), solved=functools.partial(solved, "Euler")),
+    "solve_ivp RK45": Method(ladder=(DEFAULT, 1e-6, 1e-9), solved=functools.partial(solved, "RK45")),
+    "solve_ivp LSODA": Method(ladder=(DEFAULT, 1e-6, 1e-9), solved=functools.partial(solved, "LSODA")),
+}  # each setting that is tried first at the head
+TRIED = {name: dataclasses.replace(MOVING[name], methods=TRIED_METHODS) for name in ("settled", "sliding", "lift-off")}
+
+
+def _tried_reading(contest, rows):
+    """Error of each method as it is first tried, and the cost of the requested error."""
+    first = {name: method.ladder[0] for name, method in TRIED_METHODS.items()}
+    for method, setting in first.items():
+        mine = [row for row in rows if (row.method, row.setting) == (method, setting)]
+        words = (f"{row.problem} {f'{row.error:.1g}' if row.status == DONE else row.status}" for row in mine)
+        if mine:
+            yield f"{method} as first tried, at {setting:g}: error {', '.join(words)}."
+    yield from best_of(contest, rows)
+
+
 CHARTS = {
     "steppers": Scenes(table=MOVING).contest(
         title="Integration methods on a 6203: error against cost, one core",
@@ -123,5 +212,12 @@ CHARTS = {
         wanted=1e-2,
         panels=_dimension_panels,
         read=_dimension_reading,
+    ),
+    "newcomers": Scenes(table=TRIED).contest(
+        title="What one tries first, against the product's rodas4",
+        read=_tried_reading,
+        error="greatest error of load or friction",
+        cost="CPU time of a simulated second",
+        own=("rodas4",),
     ),
 }
