@@ -36,7 +36,7 @@ CHARTS = {
     "coverage": Listed("uncertainty", "how often 95 % intervals of a study hold the truth", 300),
     "cost": Listed("cost", "where the CPU time of a run goes, from the motion to a log", 60),
     "paper1": Listed("paper1", "Kosenko and Aleksandrov: contact frame, laws in a bearing, bounces, cost", 10),
-    "paper2": Listed("paper2", "Opritescu, Tirdea, Toader: a sphere falls on a beam, by two beam theories", 20),
+    "paper2": Listed("paper2", "Opritescu, Tirdea, Toader: a sphere falls on a beam, by two beam theories", 6),
     "paper3": Listed("paper3", "Buezas, Rosales, Sampaio: impacts with uncertain inputs, figures 1 to 24", 300),
 }
 RENAMED = {
