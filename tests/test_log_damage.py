@@ -22,7 +22,7 @@ from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.encoding import encoded
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RawLogWriter, Safety
-from bearing_twin.log.recover import recover, survey
+from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.sample_block import samples_message
 from bearing_twin.run.scene import load_scene
@@ -44,7 +44,7 @@ def test_records_are_no_samples_that_can_be_recovered(tmp_path):
     run = simulate(load_scene("two_spheres"))
     write_log(run, tmp_path / "run.mcap")
     assert read_log(tmp_path / "run.mcap").has_records
-    assert survey(tmp_path / "run.mcap").samples == run.scene.outputs
+    assert recover(tmp_path / "run.mcap", tmp_path / "saved.mcap").samples == run.scene.outputs
 
 
 def hostile(path, channels, records=()):
@@ -116,7 +116,6 @@ def test_cut_log_tells_what_can_be_recovered_and_gives_it(log_path, tmp_path):
     with pytest.raises(LogError) as error:
         read_log(log_path)
     found = recover(log_path, tmp_path / "saved.mcap")
-    assert f"{found.samples} samples ({found.messages} messages) can be recovered" in str(error.value)
     assert "bearing_twin recover" in str(error.value)
     saved = read_log(tmp_path / "saved.mcap")
     assert bits(saved) == whole[: found.samples]
@@ -126,8 +125,6 @@ def test_cut_log_tells_what_can_be_recovered_and_gives_it(log_path, tmp_path):
 
 def test_cut_before_the_first_chunk_cannot_be_recovered(log_path, tmp_path):
     log_path.write_bytes(log_path.read_bytes()[:100])
-    with pytest.raises(LogError, match="nothing in it can be recovered, so run the scene again"):
-        read_log(log_path)
     with pytest.raises(LogError, match=r"nothing in .*run.mcap can be recovered"):
         recover(log_path, tmp_path / "saved.mcap")
     assert not (tmp_path / "saved.mcap").exists()
@@ -140,7 +137,7 @@ def test_damaged_chunk_is_left_out_and_the_rest_saved(log_path, tmp_path):
     data = bytearray(log_path.read_bytes())
     data[second.chunk_start_offset + second.chunk_length // 2] ^= 1
     log_path.write_bytes(data)
-    with pytest.raises(LogError, match=f"damaged at byte {second.chunk_start_offset}: .*samples .* can be recovered"):
+    with pytest.raises(LogError, match=f"damaged at byte {second.chunk_start_offset}: .*bearing_twin recover"):
         list(read_log(log_path))
     found = recover(log_path, tmp_path / "saved.mcap")
     saved = bits(read_log(tmp_path / "saved.mcap", allow_gaps=True))
@@ -276,7 +273,6 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import Safety
 from bearing_twin.log.raw_log import RawLogWriter
-from bearing_twin.log.recover import survey
 log = RawLogWriter(sys.argv[1], safety=Safety(max_loss=0.05))
 number = log.add_topic("/clock", cdr.CLOCK)
 for k in range(1000):

@@ -72,7 +72,7 @@ class UnreadableLog(LogError):
 class DamagedLog(UnreadableLog):
     """The file is cut or altered."""
 
-    said = "{} is damaged at byte {}: {}; `bearing_twin recover` saves what is whole"
+    said = "{0} is damaged at byte {1}: {2}; `bearing_twin recover {0} NEW_LOG` saves what is whole"
 
 
 class LogLimit(UnreadableLog):
@@ -118,7 +118,7 @@ class McapReader:
         self._wanted: Container[str] | None = None
         self._packed = self._unpacked = self._records = 0
         self._contents: Contents | None = None
-        self._stretches = array("Q")  # start and end time, place and length of chunks and of runs of messages
+        self._stretches = array("Q")  # start and end time and place of chunks, and of messages outside of them
         self._starts: list[int] = []  # of chunks, where they are known
         self._read_to = len(MAGIC)  # behind the last whole record
         self._whole = False  # whether the end of the data was read
@@ -200,7 +200,7 @@ class McapReader:
             for _ in self._raw(len(MAGIC), (), True):
                 pass
         self._want(wanted)
-        rows = np.frombuffer(self._stretches, np.uint64).reshape(-1, 4)
+        rows = np.frombuffer(self._stretches, np.uint64).reshape(-1, 3)
         rows = rows[(rows[:, 1] >= max(from_ns, 0)) & (rows[:, 0] <= min(until_ns - 1, LAST_NS))]
         found = self._merged(rows[np.lexsort((rows[:, 2], rows[:, 0]))].tolist())
         yield from (one for one in found if from_ns <= one.log_time < until_ns)
@@ -230,7 +230,7 @@ class McapReader:
                     (indexed,) = struct.unpack_from("<Q", content, _CHUNK_INDEX.size + channels)
                 except struct.error:
                     raise DamagedLog(self.path, offset, "the index of a chunk is too short") from None
-                self._stretches.extend(row)
+                self._stretches.extend(row[:3])
                 covered += row[3] + indexed
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
                 self._learn(offset, opcode, content)
@@ -241,7 +241,7 @@ class McapReader:
                 index = self._parse(offset, kind, content)
                 covered += index.length
                 metadata += [index.offset] if kind is MetadataIndex else []
-        self._starts = sorted(self._stretches[2::4])
+        self._starts = sorted(self._stretches[2::3])
         if (
             statistics is None
             or covered != start
@@ -281,23 +281,18 @@ class McapReader:
         """The contents of a file without a usable summary, read through."""
         self._want(())
         del self._stretches[:]
-        counts, metadata, rows, end, run_end = Counter(), [], self._stretches, len(MAGIC), 0
+        counts, metadata, rows, end = Counter(), [], self._stretches, len(MAGIC)
         for offset, opcode, content in self._raw(len(MAGIC), _USED, True):
             end = offset + _HEAD.size + len(content)
             if opcode in _DATA:
                 numbers, times, _ = self._walked(offset, self._data_of(offset, opcode, content))
                 counts.update(numbers)
-                row = array("Q", (min(times, default=0), max(times, default=0), offset, end - offset))
-                if opcode == Opcode.MESSAGE and offset == run_end and rows[-1] < _PIECE:
-                    row = array("Q", (min(rows[-4], row[0]), max(rows[-3], row[1]), rows[-2], end - rows[-2]))
-                    del rows[-4:]
-                rows.extend(row)
-                run_end = end if opcode == Opcode.MESSAGE else 0
+                rows.extend((min(times, default=0), max(times, default=0), offset))
             elif opcode == Opcode.METADATA:
                 metadata.append(self._parse(offset, Metadata, content))
             else:
                 self._learn(offset, opcode, content)
-        times = min(rows[::4], default=0), max(rows[1::4], default=0)
+        times = min(rows[::3], default=0), max(rows[1::3], default=0)
         end = max(end, self._read_to)
         return Contents(self._topics_of(counts), dict(counts), *times, metadata, end, self._whole)
 
@@ -319,9 +314,9 @@ class McapReader:
                 held -= len(pending[0][3].data)
                 yield heappop(pending)[3]
             if not pending and (following is None or row[1] < following[0]):
-                yield from self._stretch(*row[2:])
+                yield from self._stretch(row[2])
                 continue
-            for number, message in enumerate(self._stretch(*row[2:])):
+            for number, message in enumerate(self._stretch(row[2])):
                 heappush(pending, (message.log_time, row[2], number, message))
                 held += len(message.data)
             if held > MOST_PENDING:
@@ -330,18 +325,12 @@ class McapReader:
         while pending:
             yield heappop(pending)[3]
 
-    def _stretch(self, begin: int, length: int) -> Iterator[LoggedMessage]:
-        """The messages of a chunk, or of a run of messages outside chunks, in the order of time."""
-        data = b""
-        for offset, opcode, content in self._raw(begin, _USED, False):
-            if offset >= begin + length:
-                break
-            if opcode not in _DATA:
-                raise DamagedLog(self.path, begin, "the index points to something else than a chunk")
-            data += self._data_of(offset, opcode, content)
-            if opcode == Opcode.CHUNK:
-                break
-        yield from self._messages(begin, data, by_time=True)
+    def _stretch(self, begin: int) -> Iterator[LoggedMessage]:
+        """The messages of a chunk in the order of time, or the one outside of chunks that stands there."""
+        offset, opcode, content = next(self._raw(begin, _DATA, False), (0, 0, b""))
+        if offset != begin or opcode not in _DATA:
+            raise DamagedLog(self.path, begin, "the index points to something else than a chunk")
+        yield from self._messages(begin, self._data_of(begin, opcode, content), by_time=True)
 
     def _raw(self, position: int, used: Container[int], check: bool) -> Iterator[tuple[int, int, bytes]]:
         """Offset, opcode and content of the records of the kinds `used`, from byte `position` to the end of a section.

@@ -34,7 +34,6 @@ from bearing_twin.log.raw_log import (
     Safety,
     kept_rate,
 )
-from bearing_twin.log.recover import advised
 from bearing_twin.log.sample_block import (
     NUMBERED,
     block_of,
@@ -123,8 +122,7 @@ class LogStream:
         self.path: Path = path_of(path)
         self.missing, self._reached = 0, 0
         self._allow_gaps = allow_gaps
-        with advised(path):
-            self._reader = LogReader(path, unfinished=allow_gaps)
+        self._reader = LogReader(path, unfinished=allow_gaps)
         self.metadata: dict[str, dict[str, str]] = self._reader.metadata
         stored = [one for one in self._reader.topics if one.ros_type in NUMBERED and not one.foreign]
         kept = {one.name: kept_rate(one.metadata) for one in stored if one.ros_type == cdr.SAMPLE_BLOCK}
@@ -320,10 +318,9 @@ class LogStream:
         runs overlap in time, and follow each other in the file.
         """
         found: list[tuple[int, tuple[int, int], LoggedMessage | None]] = []
-        with advised(self.path):
-            for one in self._reader.in_file_order({self.topic, f"{self.namespace}/scene", *self._tables}):
-                sampled = one.topic.name == self.topic and one.topic.ros_type == cdr.SAMPLE_BLOCK
-                found.append((one.log_time, sample_range(one.data) if sampled else (0, 0), None if sampled else one))
+        for one in self._reader.in_file_order({self.topic, f"{self.namespace}/scene", *self._tables}):
+            sampled = one.topic.name == self.topic and one.topic.ros_type == cdr.SAMPLE_BLOCK
+            found.append((one.log_time, sample_range(one.data) if sampled else (0, 0), None if sampled else one))
         by_time = sorted(found, key=lambda row: row[0])
         self._by_time = _breaks(by_time) < _breaks(found)
         runs, waiting, blocks = [_Run()], [], 0
@@ -342,13 +339,12 @@ class LogStream:
 
     def _samples(self) -> Iterator[Any]:
         """The SampleBlocks of the topic of the samples, checked."""
-        with advised(self.path):
-            messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({self.topic})
-            found = (one.data for one in messages if one.topic.ros_type == cdr.SAMPLE_BLOCK)
-            for data in itertools.islice(found, self._read[0].start, self._read[-1].stop):
-                block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-                check_block(self.path, block)
-                yield block
+        messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({self.topic})
+        found = (one.data for one in messages if one.topic.ros_type == cdr.SAMPLE_BLOCK)
+        for data in itertools.islice(found, self._read[0].start, self._read[-1].stop):
+            block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+            check_block(self.path, block)
+            yield block
 
 
 class _Records:

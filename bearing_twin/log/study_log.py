@@ -21,10 +21,9 @@ from bearing_twin.base.errors import LogError, shortened
 from bearing_twin.base.report import parsed_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
+from bearing_twin.log.bag import LogReader, Qos
 from bearing_twin.log.encoding import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
-from bearing_twin.log.recover import logged, records_in
 from bearing_twin.log.sample_block import check_block, samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK
 from bearing_twin.uq.inputs import numeric_keys
@@ -168,7 +167,8 @@ def read_study(path: str | PathLike, unfinished: bool = False) -> StudyResult:
 
 
 def _study_in(path, unfinished: bool) -> StudyResult:
-    records, summary = records_in(path), None
+    reader, summary = LogReader(path), None
+    records = reader.metadata
     if STUDY_RECORD not in records:
         raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
     record = records[STUDY_RECORD]
@@ -176,11 +176,11 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     given = {key: work[key] for key in WORK if key in work}
     study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
     layout, numbers = [], array("d")
-    for topic, data in logged(path, (SUMMARY_TOPIC, SAMPLES_TOPIC)):
-        if topic == SUMMARY_TOPIC:
-            summary = parsed_json(cdr.deserialise(cdr.STRING, data).data)
+    for one in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):
+        if one.topic.name == SUMMARY_TOPIC:
+            summary = parsed_json(cdr.deserialise(cdr.STRING, one.data).data)
             continue
-        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        message = cdr.deserialise(cdr.SAMPLE_BLOCK, one.data)
         check_block(path, message)
         layout = layout or list(zip(message.channel_name, message.channel_width.tolist(), strict=True))
         if layout != list(zip(message.channel_name, message.channel_width.tolist(), strict=True)):
@@ -231,13 +231,13 @@ def _study_in(path, unfinished: bool) -> StudyResult:
 
 def is_study(path) -> bool:
     """True for the log of a study; raises LogError for a file that is no log."""
-    return STUDY_RECORD in records_in(path)
+    return STUDY_RECORD in LogReader(path).metadata
 
 
 def first_realisation(path):
     """The first Realisation of a log of a study; raises LogError where there is none."""
-    for _, data in logged(path, (REALISATIONS_TOPIC,)):
-        return cdr.deserialise(cdr.REALISATION, data)
+    for message in LogReader(path).messages((REALISATIONS_TOPIC,)):
+        return cdr.deserialise(cdr.REALISATION, message.data)
     raise LogError(f"{path} holds no single realisations, as an earlier version wrote it: run the study again")
 
 

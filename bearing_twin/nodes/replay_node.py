@@ -15,7 +15,6 @@ from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, Qos, offered_qos, raw_messages
 from bearing_twin.log.mcap_read import LoggedMessage, StoredTopic
-from bearing_twin.log.recover import advised
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     BaseNode,
@@ -107,9 +106,7 @@ class ReplayTopic(NamedTuple):
 def logged_topics(path) -> dict[str, ReplayTopic]:
     """Every CDR topic of a log, by name; raises LogError."""
     topics: dict[str, ReplayTopic] = {}
-    with advised(path):
-        stored = LogReader(path, unfinished=True).topics
-    for one in stored:
+    for one in LogReader(path, unfinished=True).topics:
         known, ros_type, said = topics.get(one.name), one.ros_type, one.metadata
         if one.foreign or (known and known.ros_type == ros_type):
             continue
@@ -151,8 +148,7 @@ class ReplayLoop(PacedStream):
         frame_prefix: str = "",
     ):
         super().__init__(deliver, rate)
-        with advised(path):
-            self.notes = LogReader(path, unfinished=True).notes
+        self.notes = LogReader(path, unfinished=True).notes
         self._played = {}
         for name, topic in logged_topics(path).items():
             if topic.changed:

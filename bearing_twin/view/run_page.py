@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from bearing_twin.base.errors import IntegrationError, LogError
+from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Report
 from bearing_twin.base.units import sentence_for_people
 from bearing_twin.kinds import KINDS
@@ -151,10 +151,8 @@ def document_of_log(path, topic: str | None = None, run: int | None = None) -> d
     """
     try:
         return _document(path, (), topic, run)
-    except LogError as error:
-        if not isinstance(error.__cause__, DamagedLog):
-            raise
-        return _of_damaged(path, error.__cause__, topic, run)
+    except DamagedLog as error:
+        return _of_damaged(path, error, topic, run)
 
 
 def _of_damaged(path, damage: DamagedLog, *which) -> dict[str, Any]:
