@@ -1,59 +1,33 @@
-"""Vectors as tuples of three floats, and unit quaternions (x, y, z, w)."""
-
-import math
+"""Unit quaternions (..., 4) of x, y, z, w."""
 
 import numpy as np
 
 
-def dot(a, b):
-    """Scalar product."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def quaternion_product(p, q) -> np.ndarray:
+    """p q (..., 4): first the rotation q, then p."""
+    p, q = np.asarray(p, float), np.asarray(q, float)
+    a, b, w, v = p[..., :3], q[..., :3], p[..., 3:], q[..., 3:]
+    vector = w * b + v * a + np.cross(a, b)
+    return np.concatenate([vector, w * v - (a * b).sum(axis=-1, keepdims=True)], axis=-1)
 
 
-def cross(a, b):
-    """Vector product a x b."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-def add(a, b):
-    """a + b."""
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
-
-
-def scaled(factor, a):
-    """factor * a."""
-    return (factor * a[0], factor * a[1], factor * a[2])
-
-
-def quaternion_product(p, q):
-    """p q: first the rotation q, then p."""
-    return (
-        p[3] * q[0] + p[0] * q[3] + p[1] * q[2] - p[2] * q[1],
-        p[3] * q[1] - p[0] * q[2] + p[1] * q[3] + p[2] * q[0],
-        p[3] * q[2] + p[0] * q[1] - p[1] * q[0] + p[2] * q[3],
-        p[3] * q[3] - p[0] * q[0] - p[1] * q[1] - p[2] * q[2],
-    )
-
-
-def quaternion_from_vector(vector):
-    """Quaternion of the rotation by |vector| [rad] about `vector`."""
+def quaternion_from_vector(vector) -> np.ndarray:
+    """Quaternions (..., 4) of the rotations by |vector| [rad] about `vector` (..., 3)."""
+    vector = np.asarray(vector, float)
     # The tiny number spares a branch for no rotation at all, where the quotient is 1/2.
-    angle = math.sqrt(dot(vector, vector) + 1e-200)
-    return (*scaled(math.sin(0.5 * angle) / angle, vector), math.cos(0.5 * angle))
+    angle = np.sqrt((vector * vector).sum(axis=-1, keepdims=True) + 1e-200)
+    return np.concatenate([np.sin(0.5 * angle) / angle * vector, np.cos(0.5 * angle)], axis=-1)
 
 
-def turned(quaternion, omega_start, omega_middle, omega_end, step):
-    """The orientation after `step` [s] at an angular velocity [rad/s] known at start, middle and end, in fixed axes.
+def turned(quaternion, omega_start, omega_middle, omega_end, step) -> np.ndarray:
+    """Orientations (..., 4) after `step` [s] at angular velocities (..., 3) [rad/s] at start, middle and end.
 
-    Fourth-order Magnus step; the result has unit norm, so nothing drifts.
+    In fixed axes. Fourth-order Magnus step; the result has unit norm, so nothing drifts.
     """
-    mean = scaled(step / 6.0, add(add(omega_start, omega_end), scaled(4.0, omega_middle)))
-    vector = add(mean, scaled(step * step / 12.0, cross(omega_end, omega_start)))
+    start, middle, end = (np.asarray(one, float) for one in (omega_start, omega_middle, omega_end))
+    vector = step / 6.0 * (start + 4.0 * middle + end) + step * step / 12.0 * np.cross(end, start)
     product = quaternion_product(quaternion_from_vector(vector), quaternion)
-    norm = math.sqrt(
-        product[0] * product[0] + product[1] * product[1] + product[2] * product[2] + product[3] * product[3]
-    )
-    return (product[0] / norm, product[1] / norm, product[2] / norm, product[3] / norm)
+    return product / np.linalg.norm(product, axis=-1, keepdims=True)
 
 
 def rotation_rows(quaternion):

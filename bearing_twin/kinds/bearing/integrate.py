@@ -356,11 +356,10 @@ def _by_scipy(name: str, chunk: Chunk) -> int:
 
 def _turn_all(dense, begin, end, start, orientation, out):
     middle, last = (dense(t).reshape(start.shape) for t in (0.5 * (begin + end), end))
-    for k in range(len(start)):
-        spins = _spin_in_frame(start[k]), _spin_in_frame(middle[k]), _spin_in_frame(last[k])
-        out[k] = turned(tuple(orientation[k]), *spins, end - begin)
+    out[:] = turned(orientation, *map(_spin_in_frame, (start, middle, last)), end - begin)
 
 
-def _spin_in_frame(row):
-    """Angular velocity [rad/s] of a ball (COLUMNS,) against the frame that turns with it about the axis."""
-    return row[RADIAL_SPIN], row[TANGENTIAL_SPIN], row[AXIAL_SPIN] - row[TANGENTIAL_VELOCITY] / row[AXIS_DISTANCE]
+def _spin_in_frame(state):
+    """Angular velocities (N, 3) [rad/s] of balls (N, COLUMNS) against the frame that turns with each about the axis."""
+    axial = state[:, AXIAL_SPIN] - state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
+    return np.stack([state[:, RADIAL_SPIN], state[:, TANGENTIAL_SPIN], axial], axis=1)
