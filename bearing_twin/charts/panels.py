@@ -228,7 +228,7 @@ def write_curves(sheet: Sheet, path: Path) -> None:
 
 
 def _draw_panel(figure, axis, panel: Panel) -> None:
-    heading(axis, panel.title[:1].upper() + panel.title[1:])
+    heading(axis, panel.title if panel.title[1:2] == "/" else panel.title[:1].upper() + panel.title[1:])
     frame(axis)
     axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear")
     for part in panel.parts:
