@@ -1,156 +1,188 @@
 // Newton's and Euler's equations of a ball between two raceways, and their derivatives by its motion.
 #pragma once
-#include "ball_raceway.hpp"
-#include "tilted_ring.hpp"
+#include "../math/dense_solve.hpp"
+#include "../methods/rosenbrock.hpp"
+#include "elements.hpp"
 
 namespace core {
 
-template <class O, class V, class S, class P, class L>
-struct BallRates { O orbit_rate; V acceleration; S angular_acceleration; P power; L loss; };
-template <class O, class V, class S, class P, class L> BallRates(O, V, S, P, L) -> BallRates<O, V, S, P, L>;
+// In the frame that turns with the ball at its orbit rate about z, velocity and angular velocity gain the terms
+// -orbit_rate z x (.): the centrifugal, Coriolis and gyroscopic effects.
 
-// Rates of a ball whose neighbours are apart. In the frame that turns with it at `orbit_rate` about z, velocity and
-// angular velocity gain the terms -orbit_rate z x (.): the centrifugal, Coriolis and gyroscopic effects.
-template <bool PATCH, bool TILTED, class R, class A, class H, class V, class S>
-CORE_INLINE auto ball_rates(const Bearing &bearing, const Pack &ring_speed, const CarriedBalls *carried, const Heights &heights, const R &radius, const A &angle,
-                            const H &height, const V &velocity, const S &spin) {
-  auto [cosine, sine] = cosine_sine(angle);
-  auto minus_sine = -sine;
-  auto in_ball_frame = [&](const double (&fixed)[3]) {
-    return about_z(cosine, minus_sine, Vector3{fixed[0], fixed[1], fixed[2]});
-  };
-  Vector3 position{radius, Zero{}, height};
-  Pack height_work{};
-  auto action = [&](const Raceway &raceway, const CarriedContact *states, FilmBegin *film, const Height &height, const auto &offset, const auto &moves, const auto &spins,
-                    const auto &speed) __attribute__((always_inline)) {
-    auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed, states, height);
-    auto relative = (moves + cross(spins, at.arm)) - at.surface_velocity;
-    auto about_normal = dot(spins, at.normal) - speed * at.normal.z;
-    auto found = staged_action<PATCH>(bearing, raceway, at, normal_radial, relative, about_normal, moves, film);
-    height_work += height_power(found.force, at.normal, height.rate);
-    return found;
-  };
-  auto inner = [&]() __attribute__((always_inline)) {
-    auto offset = position - in_ball_frame(bearing.offset);
-    const CarriedContact *states = carried ? carried->inner : nullptr;
-    FilmBegin *film = carried ? &carried->film[0] : nullptr;
-    if constexpr (!TILTED) return action(bearing.inner, states, film, heights.inner, offset, velocity, spin, ring_speed);
-    else {
-      auto tilt = about_z(cosine, minus_sine, Vector3{bearing.tilt[0], bearing.tilt[1], Zero{}});
-      auto axes = ring_axes(tilt.x, tilt.y);
-      auto found = action(bearing.inner, states, film, heights.inner, into_ring(axes, offset), into_ring(axes, velocity), into_ring(axes, spin), ring_speed);
-      return BallAction{out_of_ring(axes, found.force), out_of_ring(axes, found.torque), found.power, found.loss};
-    }
-  }();
-  FilmBegin *film = carried ? &carried->film[1] : nullptr;
-  auto outer = action(bearing.outer, carried ? carried->outer : nullptr, film, heights.outer, position, velocity, spin, Zero{});
-  auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
-  auto gravity = in_ball_frame(bearing.gravity);
-  auto orbit_rate = velocity.y / radius;
-  double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
-  Vector3 acceleration{over_mass * force.x + gravity.x + orbit_rate * velocity.y,
-                       over_mass * force.y + gravity.y - orbit_rate * velocity.x, over_mass * force.z + gravity.z};
-  Vector3 angular_acceleration{over_inertia * torque.x + orbit_rate * spin.y, over_inertia * torque.y - orbit_rate * spin.x,
-                               over_inertia * torque.z};
-  return BallRates{orbit_rate, acceleration, angular_acceleration, (inner.power + outer.power) + height_work, inner.loss + outer.loss};
-}
-
-using BallState = std::array<Pack, COLUMNS>;
+// A ball between rings whose motion is prescribed, with its tangential velocity as a variable.
+template <bool DERIVATIVES>
+struct BallInput {
+  const Bearing &bearing;
+  const BallState &ball;
+  const Pack &ring_speed;
+  const CarriedBalls *carried;
+  const Heights &heights;
+  template <int C> CORE_INLINE auto own(Index<C>) const { return input<DERIVATIVES, C>(ball[C]); }
+  CORE_INLINE double place(int c) const { return c < TILT_X ? bearing.offset[c] : bearing.tilt[c - TILT_X]; }
+  CORE_INLINE Pack speed(int) const { return ring_speed; }
+  CORE_INLINE auto orbit_rate() const { return own(index<VELOCITY + 1>) / own(index<RADIUS>); }
+  CORE_INLINE auto velocity() const { return Vector3{own(index<VELOCITY>), own(index<VELOCITY + 1>), own(index<VELOCITY + 2>)}; }
+  template <class F, class R>
+  CORE_INLINE auto along_orbit(const Bearing &, const F &force, const R &rate) const {
+    return (1.0 / bearing.ball_mass) * force - rate * own(index<VELOCITY>);
+  }
+};
 
 // Angular velocity [rad/s] against the frame that turns with the ball.
 CORE_INLINE Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN + 1], y[SPIN + 2] - y[VELOCITY + 1] / y[RADIUS]}; }
 
-// Partial derivatives of a ball's rates; `power` and `loss` by position, velocity and spin.
-struct BallJacobian {
-  Pack orbit_by_radius, orbit_by_velocity, power_sign;
-  Matrix3 velocity_by_position, velocity_by_velocity, velocity_by_spin;
-  Matrix3 spin_by_position, spin_by_velocity, spin_by_spin;
-  Triple power[3], loss[3];
-};
+// Partial derivatives of a ball's rates by its motion: rows are those of elements.
+struct BallJacobian { Pack orbit_by_radius, orbit_by_velocity, power_sign, row[ON_BODY][MOTION]; };
 
-template <class R>
-CORE_INLINE void store_rates(const BallState &state, const R &rates, BallState &out) {
-  const auto &a = rates.acceleration, &w = rates.angular_acceleration;
-  out = {state[VELOCITY],   value_of(rates.orbit_rate), state[VELOCITY + 2],   value_of(a.x), value_of(a.y), value_of(a.z),
-         value_of(w.x),     value_of(w.y),              value_of(w.z),         value_of(rates.power),
-         value_of(rates.loss), absolute(value_of(rates.power))};
+// `carried` is null where the law carries nothing; `j` is filled where DERIVATIVES.
+template <bool PATCH, bool TILTED, bool DERIVATIVES>
+CORE_INLINE void evaluate_ball(const Bearing &bearing, const Pack &ring_speed, const CarriedBalls *carried, const Heights &heights,
+                               const BallState &y, BallState &rates, BallJacobian *j) {
+  auto give = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
+    if constexpr (ROW < ON_BODY) {
+      rates[VELOCITY + ROW] = value_of(x);
+      if constexpr (DERIVATIVES) [&]<int... C>(std::integer_sequence<int, C...>) __attribute__((always_inline)) {
+        ((j->row[ROW][C] = full_slope<C>(x)), ...);
+      }(std::make_integer_sequence<int, MOTION>{});
+    }
+  };
+  between_raceways<TILTED ? RingMotion::tilted : RingMotion::held, PATCH>(
+      bearing, BallInput<DERIVATIVES>{bearing, y, ring_speed, carried, heights}, give);
+  Pack over = 1.0 / y[RADIUS], orbit_rate = y[VELOCITY + 1] * over, power = rates[DRIVE_WORK];
+  rates[RADIUS] = y[VELOCITY], rates[ANGLE] = orbit_rate, rates[HEIGHT] = y[VELOCITY + 2], rates[GROSS_WORK] = absolute(power);
+  if constexpr (DERIVATIVES) {
+    j->orbit_by_radius = -orbit_rate * over, j->orbit_by_velocity = over;
+    j->power_sign = select(power >= 0.0, broadcast<Pack>(1.0), broadcast<Pack>(-1.0));
+  }
 }
-
-// `carried` is null where the law carries nothing.
 template <bool PATCH, bool TILTED>
 [[gnu::noinline]] inline void evaluate_rates(const Bearing &bearing, const Pack &ring_speed, const CarriedBalls *carried,
                                              const Heights &heights, const BallState &y, BallState &rates) {
-  auto found = ball_rates<PATCH, TILTED>(bearing, ring_speed, carried, heights, y[RADIUS], y[ANGLE], y[HEIGHT],
-                                 Vector3{y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]},
-                                 Vector3{y[SPIN], y[SPIN + 1], y[SPIN + 2]});
-  store_rates(y, found, rates);
+  evaluate_ball<PATCH, TILTED, false>(bearing, ring_speed, carried, heights, y, rates, nullptr);
 }
-
 template <bool PATCH, bool TILTED>
-[[gnu::noinline]] inline void evaluate_rates_and_jacobian(const Bearing &bearing, const Pack &ring_speed,
-                                                          const CarriedBalls *carried, const Heights &heights, const BallState &y,
-                                                          BallState &rates, BallJacobian &j) {
-  Vector3 velocity{variable<3>(y[VELOCITY]), variable<4>(y[VELOCITY + 1]), variable<5>(y[VELOCITY + 2])};
-  Vector3 spin{variable<6>(y[SPIN]), variable<7>(y[SPIN + 1]), variable<8>(y[SPIN + 2])};
-  auto found = ball_rates<PATCH, TILTED>(bearing, ring_speed, carried, heights, variable<0>(y[RADIUS]), variable<1>(y[ANGLE]),
-                                 variable<2>(y[HEIGHT]), velocity, spin);
-  store_rates(y, found, rates);
-  auto triple = []<int C>(const auto &x) __attribute__((always_inline)) {
-    return Triple{full_slope<C>(x), full_slope<C + 1>(x), full_slope<C + 2>(x)};
-  };
-  auto matrix = [&]<int C>(const auto &v) __attribute__((always_inline)) {
-    return Matrix3{triple.template operator()<C>(v.x), triple.template operator()<C>(v.y),
-                   triple.template operator()<C>(v.z)};
-  };
-  const auto &a = found.acceleration, &w = found.angular_acceleration;
-  j.velocity_by_position = matrix.template operator()<0>(a), j.spin_by_position = matrix.template operator()<0>(w);
-  j.velocity_by_velocity = matrix.template operator()<3>(a), j.spin_by_velocity = matrix.template operator()<3>(w);
-  j.velocity_by_spin = matrix.template operator()<6>(a), j.spin_by_spin = matrix.template operator()<6>(w);
-  j.power[0] = triple.template operator()<0>(found.power), j.loss[0] = triple.template operator()<0>(found.loss);
-  j.power[1] = triple.template operator()<3>(found.power), j.loss[1] = triple.template operator()<3>(found.loss);
-  j.power[2] = triple.template operator()<6>(found.power), j.loss[2] = triple.template operator()<6>(found.loss);
-  j.orbit_by_radius = full_slope<0>(found.orbit_rate), j.orbit_by_velocity = full_slope<4>(found.orbit_rate);
-  j.power_sign = select(value_of(found.power) >= 0.0, broadcast<Pack>(1.0), broadcast<Pack>(-1.0));
+[[gnu::noinline]] inline void evaluate_rates_and_jacobian(const Bearing &bearing, const Pack &ring_speed, const CarriedBalls *carried,
+                                                          const Heights &heights, const BallState &y, BallState &rates, BallJacobian &j) {
+  evaluate_ball<PATCH, TILTED, true>(bearing, ring_speed, carried, heights, y, rates, &j);
 }
 
-// Factors of W = I/g - J of a ball whose positions are eliminated first (position_i = g (right_i + ...)), then its
-// velocities, by the Schur complement of the spins.
-struct BallFactors { Pack by_radius, by_velocity; Matrix3 inverse, coupling, below, schur; };
-
-CORE_INLINE Matrix3 through_positions(const Matrix3 &by_position, const BallFactors &f, const Pack &g) {
-  Matrix3 result;
-  for (int i = 0; i < 3; i++) {
-    const Triple &row = by_position[i];
-    result[i] = {row[0] * g + row[1] * f.by_radius, row[1] * f.by_velocity, row[2] * g};
-  }
-  return result;
-}
+// W = I/g - J of a ball whose positions are eliminated first, position_i = g (right_i + ...): the inverse of what is left.
+struct BallFactors { Pack by_radius, by_velocity, inverse[6][6]; };
 
 [[gnu::noinline]] inline void factorise(const BallJacobian &j, const Pack &g, BallFactors &f) {
   f.by_radius = g * g * j.orbit_by_radius, f.by_velocity = g * j.orbit_by_velocity;
-  f.below = j.spin_by_velocity + through_positions(j.spin_by_position, f, g);
   Pack over = 1.0 / g;
-  f.inverse = inverse_of(shifted_negative(over, j.velocity_by_velocity + through_positions(j.velocity_by_position, f, g)));
-  f.coupling = f.inverse * j.velocity_by_spin;
-  f.schur = inverse_of(shifted_negative(over, j.spin_by_spin + f.below * f.coupling));
+  for (int i = 0; i < 6; i++) {
+    const Pack *row = j.row[i];
+    Pack folded[6] = {row[3] + (row[0] * g + row[1] * f.by_radius), row[4] + row[1] * f.by_velocity, row[5] + row[2] * g, row[6], row[7], row[8]};
+    for (int c = 0; c < 6; c++) f.inverse[i][c] = i == c ? over - folded[c] : -folded[c];
+  }
+  invert_in_lanes<6>(f.inverse);
 }
 
 // Solves W x = right.
 [[gnu::noinline]] inline void solve(const BallJacobian &j, const BallFactors &f, const Pack &g, const BallState &right,
                                     BallState &x) {
-  Pack radius = g * right[RADIUS];
-  Triple known{radius, g * (right[ANGLE] + j.orbit_by_radius * radius), g * right[HEIGHT]};
-  Triple push = f.inverse * (Triple{right[3], right[4], right[5]} + j.velocity_by_position * known);
-  Triple spin = f.schur * (Triple{right[6], right[7], right[8]} + j.spin_by_position * known + f.below * push);
-  Triple velocity = push + f.coupling * spin;
-  Triple position{known[0] + g * velocity[0], known[1] + f.by_radius * velocity[0] + f.by_velocity * velocity[1],
-                  known[2] + g * velocity[2]};
-  for (int i = 0; i < 3; i++) x[i] = position[i], x[VELOCITY + i] = velocity[i], x[SPIN + i] = spin[i];
-  Pack power = dot(j.power[0], position) + dot(j.power[1], velocity) + dot(j.power[2], spin);
-  Pack loss = dot(j.loss[0], position) + dot(j.loss[1], velocity) + dot(j.loss[2], spin);
-  x[DRIVE_WORK] = g * (right[DRIVE_WORK] + power);
-  x[DISSIPATED] = g * (right[DISSIPATED] + loss);
-  x[GROSS_WORK] = g * (right[GROSS_WORK] + j.power_sign * power);
+  Pack radius = g * right[RADIUS], known[3] = {radius, g * (right[ANGLE] + j.orbit_by_radius * radius), g * right[HEIGHT]}, left[6], v[6];
+  for (int i = 0; i < 6; i++) left[i] = right[VELOCITY + i] + (j.row[i][0] * known[0] + j.row[i][1] * known[1] + j.row[i][2] * known[2]);
+  multiply_in_lanes<6>(f.inverse, left, v);
+  x[RADIUS] = known[0] + g * v[0], x[ANGLE] = known[1] + f.by_radius * v[0] + f.by_velocity * v[1], x[HEIGHT] = known[2] + g * v[2];
+  for (int i = 0; i < 6; i++) x[VELOCITY + i] = v[i];
+  Pack found[2]{};
+  for (int n = 0; n < 2; n++)
+    for (int c = 0; c < MOTION; c++) found[n] += j.row[POWER_ROW + n][c] * x[c];
+  x[DRIVE_WORK] = g * (right[DRIVE_WORK] + found[0]), x[DISSIPATED] = g * (right[DISSIPATED] + found[1]);
+  x[GROSS_WORK] = g * (right[GROSS_WORK] + j.power_sign * found[0]);
+}
+
+// Approaches of a ball to the raceways [m], and whether its state can be right.
+
+
+constexpr double DEEPEST = 0.1;  // approach over ball radius beyond which bodies have run through each other
+
+template <class T>
+CORE_INLINE T approach_at(const Bearing &bearing, const Raceway &raceway, const T &axis_distance, const T &height) {
+  T outwards = axis_distance - raceway.locus_radius;
+  return root_and_inverse(outwards * outwards + height * height + 1e-300).first + bearing.ball_radius - raceway.groove_radius;
+}
+template <class State>
+CORE_INLINE auto outer_approach(const Bearing &bearing, const State &y) {
+  return approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]);
+}
+// Distance of a ball's centre from the inner ring's axis and its height above that ring's plane [m].
+struct RingPlace { double axis_distance, height; };
+inline RingPlace inner_place(const double *centre, const double *tilt, double radius, double angle, double height) {
+  double c = std::cos(angle), s = std::sin(angle);
+  Vector3 offset{radius - (c * centre[0] + s * centre[1]), s * centre[0] - c * centre[1], height - centre[2]};
+  if (tilt[0] != 0.0 || tilt[1] != 0.0) offset = into_ring(ring_axes(c * tilt[0] + s * tilt[1], c * tilt[1] - s * tilt[0]), offset);
+  return {std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z};
+}
+inline RingPlace inner_place(const Bearing &bearing, double radius, double angle, double height) {
+  return inner_place(bearing.offset, bearing.tilt, radius, angle, height);
+}
+inline double inner_approach(const Bearing &bearing, double radius, double angle, double height) {
+  auto [distance, above] = inner_place(bearing, radius, angle, height);
+  return approach_at(bearing, bearing.inner, distance, above);
+}
+
+constexpr double TOUCHING = 1e-11;  // m: approaches below are neither contact nor gap
+using Approaches = std::array<double, 2>;  // at the inner and at the outer raceway [m]
+
+inline Approaches approaches_at(const Bearing &bearing, double radius, double angle, double height) {
+  return {inner_approach(bearing, radius, angle, height), approach_at(bearing, bearing.outer, radius, height)};
+}
+// Whether a contact with a raceway begins or ends between two places, other than by a hair.
+inline bool changes_contact(const Approaches &before, const Approaches &after) {
+  for (int i = 0; i < 2; i++)
+    if (before[i] * after[i] < 0.0 && std::min(std::fabs(before[i]), std::fabs(after[i])) > TOUCHING) return true;
+  return false;
+}
+// The share of a step after which a contact has just begun or ended; `at(share)` are the approaches inside it.
+template <class At>
+inline double share_of_change(const Approaches &before, At at) {
+  double low = 0.0, high = 1.0;
+  while (high - low > 1e-6) {
+    double middle = 0.5 * (low + high);
+    (changes_contact(before, at(middle)) ? high : low) = middle;
+  }
+  return high;
+}
+
+// Ends a step of the ball in a lane, whose centre is there in the axes of either ring.
+inline void carry_on(const Bearing &bearing, const RingPlace &inner, const RingPlace &outer, int lane, CarriedBalls &carried) {
+  auto end = [&](const Raceway &raceway, const RingPlace &at, CarriedContact &contact) {
+    double outwards = at.axis_distance - raceway.locus_radius;
+    double radial = outwards / std::sqrt(outwards * outwards + at.height * at.height + 1e-300);
+    contact.carry_on(bearing.carried, bearing.curvature_across(raceway) / bearing.curvature_along(raceway, radial));
+  };
+  end(bearing.inner, inner, carried.inner.contact[lane]), end(bearing.outer, outer, carried.outer.contact[lane]);
+}
+template <class State>
+inline void carry_on(const Bearing &bearing, const State &y, int lane, CarriedBalls &carried) {
+  double radius = y[RADIUS][lane], height = y[HEIGHT][lane];
+  carry_on(bearing, inner_place(bearing, radius, y[ANGLE][lane], height), {radius, height}, lane, carried);
+}
+
+// What is carried of a ball between chunks (CARRIED,): of the inner and the outer contact P/Q, m, K and E.
+constexpr int CARRIED = 8;
+inline void load_carried(const double *numbers, int lane, CarriedBalls &carried) {
+  carried.inner.contact[lane] = {numbers[0], {numbers[1], numbers[2], numbers[3]}};
+  carried.outer.contact[lane] = {numbers[4], {numbers[5], numbers[6], numbers[7]}};
+}
+inline void store_carried(const CarriedBalls &carried, int lane, double *numbers) {
+  for (const CarriedContact &one : {carried.inner.contact[lane], carried.outer.contact[lane]}) {
+    *numbers++ = one.ratio;
+    *numbers++ = one.shape.parameter, *numbers++ = one.shape.first_kind, *numbers++ = one.shape.second_kind;
+  }
+}
+
+// Whether a ball's state (COLUMNS,) can be right.
+inline Status check_ball(const Bearing &bearing, const double *y) {
+  double sum = 0.0, deepest = DEEPEST * bearing.ball_radius;
+  for (int c = 0; c < COLUMNS; c++) sum += std::fabs(y[c]);
+  if (!(sum < HUGE_VAL)) return NOT_FINITE;
+  bool deep = inner_approach(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]) > deepest || outer_approach(bearing, y) > deepest;
+  return deep ? TOO_DEEP : OK;
 }
 
 }  // namespace core

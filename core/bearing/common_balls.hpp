@@ -1,12 +1,8 @@
 // All balls between rings whose motion is prescribed, stepped together by explicit or implicit-explicit methods, with what
 // neighbours do to each other.
 #pragma once
-#include <cstdint>
-#include <vector>
-#include "../methods/rosenbrock.hpp"
-#include "approaches.hpp"
-#include "ball_ball.hpp"
 #include "ball_rates.hpp"
+#include "neighbours.hpp"
 
 namespace core {
 
@@ -18,18 +14,6 @@ inline Blocks blocks_of(const double *state, int balls) {
     for (int c = 0; c < COLUMNS; c++)
       blocks[place / LANES][c][place % LANES] = state[std::min(place, balls - 1) * COLUMNS + c];
   return blocks;
-}
-
-// The contact of ball k with the next ahead, in the frame of ball k, and cosine and sine of the angle between both.
-template <class Get>
-CORE_INLINE auto contact_with_next(const Bearing &bearing, int own, int next, Get get) {
-  auto vector = [&](int k, int first) { return Vector3{get(k, first), get(k, first + 1), get(k, first + 2)}; };
-  auto place = [&](int k) { return Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)}; };
-  double angle = get(next, ANGLE) - get(own, ANGLE), c = std::cos(angle), s = std::sin(angle);
-  auto contact = pair_contact(bearing, about_z(c, s, place(next)) - place(own),
-                              vector(own, VELOCITY) - about_z(c, s, vector(next, VELOCITY)),
-                              vector(own, SPIN) + about_z(c, s, vector(next, SPIN)));
-  return std::tuple{contact, c, s};
 }
 
 // Rates of all balls. near[k] says whether ball k may touch the next ahead. Damping never pulls, and what elastic energy is
@@ -279,8 +263,7 @@ class ImexBalls : public CommonBalls {
   // The midpoint rule at fixed places: W = I/(h/2) - dF/dv, right-hand side 2 F.
   static void kick(double h, const BallState &rate, BallJacobian &j, BallState &ball) {
     j.orbit_by_radius = j.orbit_by_velocity = Pack{};
-    j.velocity_by_position = j.spin_by_position = Matrix3{};
-    j.power[0] = j.loss[0] = Triple{};
+    for (auto &row : j.row) row[RADIUS] = row[ANGLE] = row[HEIGHT] = Pack{};
     Pack g = broadcast<Pack>(0.5 * h);
     BallFactors factors;
     BallState right, change;

@@ -7,10 +7,14 @@ using namespace core;
 
 namespace {
 
-template <bool PATCH, class Function>
+// Calls a function with what is made for friction at a point or over the patch.
+template <class Function>
 auto integrate(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results, Function function) {
-  coupled_balls::Integration<PATCH> integration(chunk, bodies, results, body_results);
-  return function(integration);
+  auto made = [&]<bool PATCH>() {
+    coupled_balls::Integration<PATCH> integration(chunk, bodies, results, body_results);
+    return function(integration);
+  };
+  return chunk.bearing.over_patch() ? made.template operator()<true>() : made.template operator()<false>();
 }
 
 }  // namespace
@@ -31,9 +35,7 @@ CORE_EXPORT int core_coupled_balls(
   BodyState body_state = state_of(bearing, bodies, border);
   std::vector<double> body_states(instants * BODY_NUMBERS);
   BodyResults body_results{body_state.data(), body_states.data()};
-  auto run = [&](auto &integration) { return integration.run(numbers, int(count), near); };
-  Status status = bearing.over_patch() ? integrate<true>(chunk, bodies, results, body_results, run)
-                                       : integrate<false>(chunk, bodies, results, body_results, run);
+  Status status = integrate(chunk, bodies, results, body_results, [&](auto &integration) { return integration.run(numbers, int(count), near); });
   if (status != OK) return status;
   auto write = [&](const double *from, double *to) {
     for_each_number(bodies, true, [&](int number, int place) { to[place] = from[number]; });
@@ -43,23 +45,23 @@ CORE_EXPORT int core_coupled_balls(
   return status;
 }
 
-// Rates and Jacobian of all balls, their tangential velocities in `state`, and the bodies, for tests.
-CORE_EXPORT void core_coupled_rates(
+// For tests, of all balls, their tangential velocities in `state`, and the bodies: see `linear_answers`.
+CORE_EXPORT void core_linear_answers(
     const double *bearing_numbers, const double *points, const double *method_numbers, const double *body_numbers,
     const double *load, const double *load_rate, const double *drive, std::int64_t balls, const std::uint8_t *near,
-    double *state, const double *border, double *rates, double *jacobian) {
+    double *state, const double *border, double gain, std::int64_t sides, const double *right, double *rates, double *answers) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   RosenbrockMethod method = method_of(method_numbers);
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
   std::uint8_t stop = 0;
-  Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration, bodies.shaft_angle}, 1.0, {}, 0, nullptr, &stop};
+  Chunk chunk{bearing, method, {}, 1.0, {}, 0, nullptr, &stop};
   std::vector<double> orientations(4 * balls), steps(balls, 1.0), carried(CARRIED * balls, 0.0);
   std::vector<std::int64_t> numbers(balls);
   for (int ball = 0; ball < balls; ball++) numbers[ball] = ball;
   Results results{int(balls), state, orientations.data(), steps.data(), carried.data(), nullptr, nullptr, nullptr, nullptr};
   BodyState body_state = state_of(bearing, bodies, border);
   BodyResults body_results{body_state.data(), nullptr};
-  auto run = [&](auto &integration) { integration.differentiate(numbers.data(), int(balls), near, rates, jacobian); };
-  if (bearing.over_patch()) integrate<true>(chunk, bodies, results, body_results, run);
-  else integrate<false>(chunk, bodies, results, body_results, run);
+  integrate(chunk, bodies, results, body_results, [&](auto &integration) {
+    integration.linear_answers(numbers.data(), int(balls), near, gain, int(sides), right, rates, answers);
+  });
 }

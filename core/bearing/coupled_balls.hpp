@@ -57,53 +57,26 @@ class Integration {
     }
   }
 
-  // For tests: rates (count COLUMNS + BODY_NUMBERS,), and their Jacobian by the balls' motion, an orbit rate in place of
-  // the tangential velocity, and by the bodies' places and velocities (.., count MOTION + 2 COORDINATES).
-  void differentiate(const std::int64_t *numbers, int count, const std::uint8_t *near, double *rates, double *jacobian) {
+  // For tests: the rates of balls and bodies (count COLUMNS + BODY_NUMBERS,), and the solutions x (sides, as the rates) of
+  // x/gain - J x = right, an orbit rate in place of the tangential velocity.
+  void linear_answers(const std::int64_t *numbers, int count, const std::uint8_t *near, double its_gain, int sides, const double *right,
+                      double *rates, double *answers) {
     begin(numbers, count);
     touching.begin(near, out.balls, numbers, count);
     linearise();
-    int width = count * MOTION + 2 * COORDINATES, bodies_row = count * COLUMNS, bodies_column = count * MOTION;
-    std::fill(jacobian, jacobian + (bodies_row + BODY_NUMBERS) * width, 0.0);
-    auto entry = [&](int row, int column) -> double & { return jacobian[row * width + column]; };
-    for (int place = 0; place < count; place++) {
-      const BallBlock &k = blocks[place / LANES];
-      int lane = place % LANES, first = place * COLUMNS, own = place * MOTION;
-      for (int c = 0; c < COLUMNS; c++) rates[first + c] = k.first[c][lane];
-      for (int c = 0; c < VELOCITY; c++)
-        if (!layout.even || c != ANGLE) entry(first + c, own + VELOCITY + c) = 1.0;
-      for (int row = 0; row < ON_BODY; row++) {
-        if (layout.even && row == ORBIT_ROW) continue;
-        const Pack *tile = k.tile[layout.row[row]];
-        for (int c = 0; c < MOTION; c++)
-          if (!layout.even || (c != ANGLE && c != ORBIT_RATE)) entry(first + VELOCITY + row, own + c) = tile[layout.column[c]][lane];
-        for (int n = 0; n < layout.unknowns; n++) {
-          entry(first + VELOCITY + row, bodies_column + layout.coordinate[n]) = tile[BODY_PLACES + n][lane];
-          entry(first + VELOCITY + row, bodies_column + COORDINATES + layout.coordinate[n]) = tile[BODY_SPEEDS + n][lane];
-        }
-      }
-      for (int n = 0; n < layout.unknowns; n++)
-        for (int c = 0; c < MOTION; c++)
-          if (!layout.even || (c != ANGLE && c != ORBIT_RATE))
-            entry(bodies_row + COORDINATES + layout.coordinate[n], own + c) = e.over_inertia[n] * k.tile[BODY_ROWS + n][layout.column[c]][lane];
-      touching.differentiate(place, [&](int row, int ball, int column, double slope) { entry(row, ball * MOTION + column) += slope; });
-      double sign = k.first[DRIVE_WORK][lane] >= 0.0 ? 1.0 : -1.0;
-      for (int c = 0; c < width; c++) entry(first + GROSS_WORK, c) = sign * entry(first + DRIVE_WORK, c);
-    }
-    for (int c = 0; c < BODY_NUMBERS; c++) rates[bodies_row + c] = e.first[c];
-    for (int i = 0; i < layout.unknowns; i++) {
-      int column = bodies_column + layout.coordinate[i];
-      entry(bodies_row + layout.coordinate[i], column + COORDINATES) = 1.0;
-      for (int n = 0; n < layout.unknowns; n++) {
-        double place = e.by_place[n][i], speed = e.by_speed[n][i];
-        for (const BallBlock &k : blocks) place += total(k.tile[BODY_ROWS + n][BODY_PLACES + i]), speed += total(k.tile[BODY_ROWS + n][BODY_SPEEDS + i]);
-        entry(bodies_row + COORDINATES + layout.coordinate[n], column) = e.over_inertia[n] * place;
-        entry(bodies_row + COORDINATES + layout.coordinate[n], column + COORDINATES) = e.over_inertia[n] * speed;
-      }
-      for (int n = 0; n < INTEGRALS; n++) {
-        entry(bodies_row + 2 * COORDINATES + n, column) = e.by_place[MOST_FREE + n][i];
-        entry(bodies_row + 2 * COORDINATES + n, column + COORDINATES) = e.by_speed[MOST_FREE + n][i];
-      }
+    factorise_system(its_gain);
+    auto each_number = [&](auto function) {
+      for (int place = 0; place < count; place++)
+        for (int c = 0; c < COLUMNS; c++) function(blocks[place / LANES], place % LANES, c, place * COLUMNS + c);
+    };
+    each_number([&](BallBlock &k, int lane, int c, int number) { rates[number] = k.first[c][lane]; });
+    std::copy(e.first.begin(), e.first.end(), rates + count * COLUMNS);
+    for (int n = count * COLUMNS + BODY_NUMBERS; sides-- > 0; right += n, answers += n) {
+      each_number([&](BallBlock &k, int lane, int c, int number) { k.right[c][lane] = right[number]; });
+      std::copy(right + count * COLUMNS, right + n, e.right.begin());
+      sized(layout, [&]<bool EVEN, int M>() { solve_stage<EVEN, M>(0); });
+      each_number([&](BallBlock &k, int lane, int c, int number) { answers[number] = k.stage[0][c][lane]; });
+      std::copy(e.stage[0].begin(), e.stage[0].end(), answers + count * COLUMNS);
     }
   }
 
@@ -246,15 +219,19 @@ class Integration {
     }
   }
 
+  void factorise_system(double its_gain) {
+    gain = its_gain;
+    if (touching.active()) touching.choose_members(blocks);
+    factorise(layout, blocks, e, gain);
+    if (touching.meets()) touching.factorise(layout, blocks, e, gain);
+  }
+
   void make_step() {
-    gain = method.gamma * step;
     bool later = varies || meets_defects;
     if (later) evaluate_later();
     if (!again) linearise();
     if (later) take_slope();
-    if (touching.active()) touching.choose_members(blocks);
-    factorise(layout, blocks, e, gain);
-    if (touching.meets()) touching.factorise(layout, blocks, e, gain);
+    factorise_system(method.gamma * step);
     make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
     if (method.stages > 4) make_stage<4>(), make_stage<5>();
     end_step();
@@ -453,14 +430,7 @@ class Integration {
   template <class Y>
   RingPlace inner_place(const Y &y) const {
     if (bodies.ring == RingMotion::held) return core::inner_place(bearing, y[RADIUS], y[ANGLE], y[HEIGHT]);
-    double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]);
-    Vector3 centre = about_z(c, -s, Vector3{e.start[RING_X], e.start[RING_Y], e.start[RING_Z]});
-    Vector3 offset = Vector3{y[RADIUS], 0.0, y[HEIGHT]} - centre;
-    if (bodies.ring != RingMotion::level) {
-      Vector3 tilt = about_z(c, -s, Vector3{e.start[TILT_X], e.start[TILT_Y], 0.0});
-      offset = into_ring(ring_axes(tilt.x, tilt.y), offset);
-    }
-    return {std::sqrt(offset.x * offset.x + offset.y * offset.y), offset.z};
+    return core::inner_place(&e.start[RING_X], &e.start[TILT_X], y[RADIUS], y[ANGLE], y[HEIGHT]);
   }
   template <class Y>
   double inner_approach(const Y &y) const {

@@ -3,7 +3,7 @@
 // velocities; then each ball is eliminated, a small system of the bodies is left, and its solution goes back to the balls.
 #pragma once
 #include <vector>
-#include "cage_pockets.hpp"
+#include "elements.hpp"
 #include "../methods/rosenbrock.hpp"
 
 namespace core {
@@ -54,8 +54,7 @@ struct BallBlock : StepStates<BallState> {
   Heights heights{};
   bool meets_defects = false;  // in a step
   Pack tile[TILE_ROWS][TILE_COLUMNS]{};
-  Pack inverse[3][3]{}, coupling[3][3]{}, below[3][3]{};
-  Matrix3 schur{};
+  Pack inverse[6][6]{};
   Pack to_bodies[MOST_FREE][6]{}, answer[6][MOST_FREE]{}, known[6]{}, eliminated[6]{};
 };
 
@@ -84,28 +83,20 @@ struct ElementStore {
   Pushes &push;
 
   template <int ROW, class X>
-  CORE_INLINE void operator()(const X &x) const {
+  CORE_INLINE void operator()(Index<ROW>, const X &x) const {
     int row = layout.row[ROW];
     if constexpr (ROW >= ON_BODY) push[row - BODY_ROWS] += masked(k.live, value_of(x));
     else if constexpr (ADD) k.f[VELOCITY + ROW] += value_of(x);
     else k.f[VELOCITY + ROW] = value_of(x);
     if constexpr (DERIVATIVES) {
       Mask counts = ROW >= ON_BODY || (ROW == ORBIT_ROW && layout.even) ? k.live : ~Mask{};
-      each_slope(x, [&](int variable, const Pack &slope) __attribute__((always_inline)) {
+      for_each_slope(x, [&](int variable, const Pack &slope) __attribute__((always_inline)) {
         Pack &to = k.tile[row][layout.column[variable]];
         Pack counted = ROW >= ON_BODY || ROW == ORBIT_ROW ? masked(counts, slope) : slope;
         if constexpr (ADD) to += counted;
         else to = counted;
       });
     }
-  }
-
- private:
-  template <class X, class Function>
-  CORE_INLINE static void each_slope(const X &x, Function function) {
-    if constexpr (IsDual<X>) [&]<int... C>(std::integer_sequence<int, C...>) __attribute__((always_inline)) {
-      (function(C, slope_of<C>(x)), ...);
-    }(column_numbers<columns_of<X>>());
   }
 };
 
@@ -165,19 +156,14 @@ inline void body_rates(const CoupledBodies &bodies, const Layout &layout, double
   if constexpr (DERIVATIVES)
     for (int i = 0; i < MOST_FREE + INTEGRALS; i++)
       for (int j = 0; j < MOST_FREE; j++) e.by_place[i][j] = e.by_speed[i][j] = 0.0;
-  auto add = [&]<int ROW>(const auto &x) {
+  auto add = [&]<int ROW>(Index<ROW>, const auto &x) {
     force[ROW] += value_of(x);
     if constexpr (DERIVATIVES) {
       int row = ROW < COORDINATES ? layout.slot[ROW < COORDINATES ? ROW : 0] : MOST_FREE + ROW - COORDINATES;
-      [&]<int... C>(std::integer_sequence<int, C...>) {
-        auto one = [&]<int D>() {
-          if constexpr (!IsZero<decltype(slope_of<D>(x))>) {
-            int column = layout.slot[D % COORDINATES];
-            if (column < MOST_FREE) (D < COORDINATES ? e.by_place : e.by_speed)[row][column] += slope_of<D>(x);
-          }
-        };
-        (one.template operator()<C>(), ...);
-      }(std::make_integer_sequence<int, 2 * COORDINATES>{});
+      for_each_slope(x, [&](int variable, double slope) {
+        int column = layout.slot[variable % COORDINATES];
+        if (column < MOST_FREE) (variable < COORDINATES ? e.by_place : e.by_speed)[row][column] += slope;
+      });
     }
   };
   body_forces<DERIVATIVES>(bodies, time, e.y, add);
@@ -202,59 +188,20 @@ CORE_INLINE T folded_own(const T *row, int j, double g) { return row[OWN_SPEEDS 
 template <class T>
 CORE_INLINE T folded_body(const T *row, int c, double g) { return row[BODY_SPEEDS + c] + g * row[BODY_PLACES + c]; }
 
-// Velocities and spin of balls by their own right-hand sides.
-template <int N>
-CORE_INLINE void solve_ball(const BallBlock &k, const Pack *right, Pack *x) {
-  Pack push[N];
-  Triple turn;
-  for (int i = 0; i < N; i++) {
-    push[i] = k.inverse[i][0] * right[0];
-    for (int j = 1; j < N; j++) push[i] += k.inverse[i][j] * right[j];
-  }
-  for (int i = 0; i < 3; i++) {
-    turn[i] = right[N + i];
-    for (int j = 0; j < N; j++) turn[i] += k.below[i][j] * push[j];
-  }
-  Triple spin = k.schur * turn;
-  for (int i = 0; i < N; i++)
-    x[i] = push[i] + (k.coupling[i][0] * spin[0] + k.coupling[i][1] * spin[1] + k.coupling[i][2] * spin[2]);
-  for (int i = 0; i < 3; i++) x[N + i] = spin[i];
-}
-
 using Corner = Pack[MOST_FREE][MOST_FREE];
 
 // Factors of a block, and what its balls leave of the bodies' system; M is the room for unknowns of the bodies.
 template <bool EVEN, int M>
 [[gnu::noinline]] inline void factorise_block(BallBlock &k, double g, Corner &corner, Corner &by_place) {
   constexpr int N = Unknown<EVEN>::count;
-  Pack over_g = broadcast<Pack>(1.0 / g);
   auto row_of = [&](int i) { return k.tile[i < N ? MOTION_ROWS + i : SPIN_ROWS + i - N]; };
-  Pack m[3][3];
-  for (int i = 0; i < N; i++)
-    for (int j = 0; j < N; j++) m[i][j] = (i == j ? over_g : Pack{}) - folded_own(k.tile[MOTION_ROWS + i], j, g);
-  if constexpr (EVEN) {
-    Pack over = 1.0 / (m[0][0] * m[1][1] - m[0][1] * m[1][0]);
-    k.inverse[0][0] = over * m[1][1], k.inverse[0][1] = -over * m[0][1];
-    k.inverse[1][0] = -over * m[1][0], k.inverse[1][1] = over * m[0][0];
-  } else {
-    Matrix3 inverse = inverse_of({Triple{m[0][0], m[0][1], m[0][2]}, {m[1][0], m[1][1], m[1][2]}, {m[2][0], m[2][1], m[2][2]}});
-    for (int i = 0; i < 3; i++)
-      for (int j = 0; j < 3; j++) k.inverse[i][j] = inverse[i][j];
+  for (int i = 0; i < N + 3; i++) {
+    const Pack *row = row_of(i);
+    for (int j = 0; j < N; j++) k.inverse[i][j] = -folded_own(row, j, g);
+    for (int j = 0; j < 3; j++) k.inverse[i][N + j] = -row[OWN_SPINS + j];
+    k.inverse[i][i] += broadcast<Pack>(1.0 / g);
   }
-  for (int i = 0; i < N; i++)
-    for (int j = 0; j < 3; j++) {
-      k.coupling[i][j] = k.inverse[i][0] * k.tile[MOTION_ROWS][OWN_SPINS + j];
-      for (int n = 1; n < N; n++) k.coupling[i][j] += k.inverse[i][n] * k.tile[MOTION_ROWS + n][OWN_SPINS + j];
-    }
-  Matrix3 schur;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < N; j++) k.below[i][j] = folded_own(k.tile[SPIN_ROWS + i], j, g);
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) {
-      schur[i][j] = (i == j ? over_g : Pack{}) - k.tile[SPIN_ROWS + i][OWN_SPINS + j];
-      for (int n = 0; n < N; n++) schur[i][j] -= k.below[i][n] * k.coupling[n][j];
-    }
-  k.schur = inverse_of(schur);
+  invert_in_lanes<N + 3>(k.inverse);
   for (int r = 0; r < M; r++) {
     const Pack *row = k.tile[BODY_ROWS + r];
     for (int j = 0; j < N; j++) k.to_bodies[r][j] = folded_own(row, j, g);
@@ -263,7 +210,7 @@ template <bool EVEN, int M>
   for (int c = 0; c < M; c++) {
     Pack right[N + 3], x[N + 3];
     for (int i = 0; i < N + 3; i++) right[i] = folded_body(row_of(i), c, g);
-    solve_ball<N>(k, right, x);
+    multiply_in_lanes<N + 3>(k.inverse, right, x);
     for (int i = 0; i < N + 3; i++) k.answer[i][c] = x[i];
     for (int r = 0; r < M; r++) {
       Pack sum = k.to_bodies[r][0] * x[0];
@@ -289,7 +236,7 @@ template <bool EVEN, int M>
     for (int c = 1; c < M; c++) more += row[BODY_PLACES + c] * there[c];
     k.known[i] = sum + more;
   }
-  solve_ball<N>(k, k.known, k.eliminated);
+  multiply_in_lanes<N + 3>(k.inverse, k.known, k.eliminated);
   for (int r = 0; r < M; r++) {
     const Pack *row = k.tile[BODY_ROWS + r];
     Pack sum = row[OWN_PLACES] * at[0], more = k.to_bodies[r][0] * k.eliminated[0];

@@ -3,7 +3,6 @@
 // reached the end of the chunk takes the next one.
 #pragma once
 #include "../methods/rosenbrock.hpp"
-#include "approaches.hpp"
 #include "ball_rates.hpp"
 
 namespace core {

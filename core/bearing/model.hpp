@@ -57,6 +57,7 @@ struct Drive {
 // axial), and the integrals of the drive's power, of the losses, and of the size of the drive's power.
 enum Column { RADIUS, ANGLE, HEIGHT, VELOCITY, SPIN = 6, DRIVE_WORK = 9, DISSIPATED, GROSS_WORK, COLUMNS };
 constexpr int MOTION = DRIVE_WORK;
+using BallState = std::array<Pack, COLUMNS>;
 
 // Calls what is made for friction at a point or over the patch, and for a ring that is level or tilted.
 template <class Function>
@@ -72,11 +73,14 @@ struct FilmBegin {
   bool known = false;
   Pack over_load{}, over_speed{}, value[2]{}, load[2][2]{}, speed[2][2]{};
 };
-// What a law with states carries at the contacts of the balls in lanes, and the films of both.
+// What a law with states carries at the contacts of balls in lanes with a raceway, and their films; then with both.
+struct CarriedContacts {
+  CarriedContact contact[LANES];
+  mutable FilmBegin film;
+};
 struct CarriedBalls {
-  CarriedContact inner[LANES], outer[LANES];
-  mutable FilmBegin film[2];
-  void forget_films() const { film[0].known = film[1].known = false; }
+  CarriedContacts inner, outer;
+  void forget_films() const { inner.film.known = outer.film.known = false; }
 };
 
 template <Number X>

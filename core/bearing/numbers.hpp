@@ -1,7 +1,7 @@
 // Reads the numbers that the doors of the bearing are handed.
 #pragma once
 #include "../methods/rosenbrock.hpp"
-#include "coupled_bodies.hpp"
+#include "elements.hpp"
 #include "model.hpp"
 
 namespace core {

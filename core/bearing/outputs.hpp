@@ -1,8 +1,7 @@
 // What a bearing gives out: one row of all channels an instant (kinds/bearing/outputs.py), filled from the states of the
 // balls and of ring, cage and shaft. Contacts are those of the equations of motion themselves.
 #pragma once
-#include "ball_ball.hpp"
-#include "cage_pockets.hpp"
+#include "elements.hpp"
 #include "neighbours.hpp"
 
 namespace core {
@@ -26,11 +25,6 @@ enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KIN
 
 using Vector = Vector3<Pack>;
 
-CORE_INLINE Pack filled(Zero) { return Pack{}; }
-CORE_INLINE Pack filled(const Pack &x) { return x; }
-template <class X, class Y, class Z>
-CORE_INLINE Vector filled(const Vector3<X, Y, Z> &v) { return {filled(v.x), filled(v.y), filled(v.z)}; }
-
 // The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion.
 struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Mask first; };  // first: lanes of the first ball
 
@@ -45,22 +39,17 @@ struct Contact {
 template <bool PATCH, class O, class W>
 CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
                                const Vector &velocity, const Vector &spin, const Height &height) {
-  auto [at, normal_radial] = contact_place(bearing, raceway, offset, speed, nullptr, height);
-  auto relative = (velocity + cross(spin, at.arm)) - at.surface_velocity;
-  auto spin_rate = dot(spin, at.normal) - speed * at.normal.z;
-  const bool films = bearing.lubricant.works();
-  Pack coefficient = broadcast<Pack>(PATCH ? bearing.patch.coefficient : bearing.friction_coefficient);
-  ContactFilm film{};
-  if (films) film = contact_film<false>(bearing, raceway, at, normal_radial, relative, velocity, nullptr), coefficient = film.friction;
-  auto action = contact_action<PATCH>(bearing, raceway, at, normal_radial, relative, spin_rate, coefficient);
+  auto found = raceway_contact<PATCH>(bearing, raceway, nullptr, height, offset, velocity, spin, speed);
+  const auto &at = found.at;
+  const auto &action = found.action;
   Contact contact;
-  contact.normal = filled(at.normal), contact.arm = filled(at.arm);
-  contact.friction = filled(action.friction), contact.slip = filled(action.slip);
-  contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = spin_rate;
+  contact.normal = as_packs(at.normal), contact.arm = as_packs(at.arm);
+  contact.friction = as_packs(action.friction), contact.slip = as_packs(action.slip);
+  contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = found.spin;
   contact.energy = elastic_energy(bearing.power, at.load, maximum(at.approach, 0.0));
-  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, normal_radial);
-  contact.drilling = filled(action.drilling);
-  if (films) {
+  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, at.radial);
+  contact.drilling = as_pack(action.drilling);
+  if (const auto &film = found.film; bearing.lubricant.works()) {
     Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
     contact.friction = contact.friction - along, contact.pressure = film.lead * along;
     contact.film_ratio = select(at.load > 0.0, exponential(film.log_ratio), Pack{});
@@ -183,15 +172,8 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
     double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
     approach[k] = 2.0 * bearing.ball_radius - std::sqrt(x * x + y * y + z * z);
     if (!(approach[k] > 0.0)) continue;
-    auto vector = [&](int ball, int column) {
-      const double *one = state + ball * COLUMNS + column;
-      return Vector3{one[0], one[1], one[2]};
-    };
-    auto place = [&](int ball) { return Vector3{state[ball * COLUMNS + RADIUS], 0.0, state[ball * COLUMNS + HEIGHT]}; };
-    double angle = all.angle_ahead(k), c = std::cos(angle), s = std::sin(angle);
-    auto contact = pair_contact(bearing, about_z(c, s, place(j)) - place(k),
-                                vector(k, VELOCITY) - about_z(c, s, vector(j, VELOCITY)),
-                                vector(k, SPIN) + about_z(c, s, vector(j, SPIN)));
+    auto get = [&](int ball, int column) { return state[ball * COLUMNS + column]; };
+    auto contact = std::get<0>(contact_with_next(bearing, k, j, get));
     double own = state[k * COLUMNS + ANGLE];
     auto store = [&](const Vector3<double> &local, int block) {
       auto v = about_z(std::cos(own), std::sin(own), local);
@@ -200,7 +182,7 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
     };
     row[places.shared + ELASTIC] += contact.energy;
     load[k] = contact.normal_load;
-    store(place(k) + contact.arm, 0), store(-1.0 * contact.normal, 1), store(contact.friction, 2);
+    store(Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)} + contact.arm, 0), store(-1.0 * contact.normal, 1), store(contact.friction, 2);
   }
 }
 
@@ -229,8 +211,8 @@ inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const 
     BallState y;
     for (int c = 0; c < COLUMNS; c++) y[c] = broadcast<Pack>(motion[c]);
     ElementInput<false> in{y, e};
-    auto give = [&]<int ROW>(const auto &part) {
-      if constexpr (ROW == ORBIT_ROW) moment += filled(part)[0];
+    auto give = [&]<int ROW>(Index<ROW>, const auto &part) {
+      if constexpr (ROW == ORBIT_ROW) moment += as_pack(part)[0];
     };
     if (b.guided) in_moving_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
     else in_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
@@ -245,7 +227,7 @@ inline void write_land(const CoupledBodies &b, const BodyState &state, int balls
   BodyState e = state;
   e[COORDINATES + SHAFT] = row[places.ring + RING_SPEED];  // prescribed perhaps
   double force[2] = {}, cage_torque = 0.0, inner = b.land.side < 0.0 ? 1.0 : 0.0;
-  land_forces(b, [&]<int C>() { return e[C]; }, [&]<int C>() { return e[COORDINATES + C]; }, [&]<int ROW>(double part) {
+  land_forces(b, [&](int c) { return e[c]; }, [&](int c) { return e[COORDINATES + c]; }, [&]<int ROW>(Index<ROW>, double part) {
     if constexpr (ROW == CAGE_X || ROW == CAGE_Y) force[ROW - CAGE_X] += part;
     if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
   });

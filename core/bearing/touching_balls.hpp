@@ -1,9 +1,9 @@
 // Balls that touch each other: the contact of a ball with the next ahead, and the linear system of those that touch. It is
 // dense, with the bodies' coordinates last, where elimination fills least; all other balls are eliminated before.
 #pragma once
-#include "ball_ball.hpp"
 #include "../math/dense_solve.hpp"
 #include "coupled_system.hpp"
+#include "neighbours.hpp"
 
 namespace core {
 
@@ -18,63 +18,57 @@ struct PairBlock {
   Pack by_next[PAIR_ROWS][MOTION]{}, next_by_own[6][MOTION]{}, next_by_next[6][MOTION]{};
 };
 
-// Gives <ROW, NEXT> rows of the ball or of the next, whose motions are columns 0 to 8 and 9 to 17; returns the approach.
+// Gives rows of the ball, and as those from NEXT on of the next, whose motions are columns 0 to 8 and 9 to 17; returns the approach.
+constexpr int NEXT = LOSS_ROW + 1;
 template <bool DERIVATIVES, class Give>
 CORE_INLINE Pack ball_and_next(const Bearing &bearing, const BallState &ball, const BallState &next, const Pack &around, Give give) {
-  auto own = [&]<int C>() __attribute__((always_inline)) { return input<DERIVATIVES, C>(ball[C]); };
-  auto other = [&]<int C>() __attribute__((always_inline)) { return input<DERIVATIVES, MOTION + C>(next[C]); };
-  auto motion = [&](const auto &get) __attribute__((always_inline)) {
-    auto radius = get.template operator()<RADIUS>();
-    return std::tuple{Vector3{radius, Zero{}, get.template operator()<HEIGHT>()},
-                      Vector3{get.template operator()<VELOCITY>(), radius * get.template operator()<ORBIT_RATE>(), get.template operator()<VELOCITY + 2>()},
-                      Vector3{get.template operator()<SPIN>(), get.template operator()<SPIN + 1>(), get.template operator()<SPIN + 2>()}};
+  auto motion = [&]<int FIRST>(Index<FIRST>, const BallState &y) __attribute__((always_inline)) {
+    auto number = [&]<int C>(Index<C>) __attribute__((always_inline)) { return input<DERIVATIVES, FIRST + C>(y[C]); };
+    auto radius = number(index<RADIUS>);
+    return std::tuple{Vector3{radius, Zero{}, number(index<HEIGHT>)},
+                      Vector3{number(index<VELOCITY>), radius * number(index<ORBIT_RATE>), number(index<VELOCITY + 2>)},
+                      Vector3{number(index<SPIN>), number(index<SPIN + 1>), number(index<SPIN + 2>)}, number(index<ANGLE>)};
   };
-  auto [cosine, sine] = cosine_sine((other.template operator()<ANGLE>() - own.template operator()<ANGLE>()) + around);
+  auto [place, velocity, spin, angle] = motion(index<0>, ball);
+  auto [next_place, next_velocity, next_spin, next_angle] = motion(index<MOTION>, next);
+  auto [cosine, sine] = cosine_sine((next_angle - angle) + around);
   auto c = cosine, s = sine, minus_s = -sine;
   auto ahead = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, s, v); };
   auto back = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, minus_s, v); };
-  auto [place, velocity, spin] = motion(own);
-  auto [next_place, next_velocity, next_spin] = motion(other);
   auto between = ahead(next_place) - place, against = velocity - ahead(next_velocity), both = spin + ahead(next_spin);
-  auto local = [&]<int C>(const auto &v) __attribute__((always_inline)) {
-    return Vector3{input<DERIVATIVES, C>(value_of(v.x)), input<DERIVATIVES, C + 1>(value_of(v.y)), input<DERIVATIVES, C + 2>(value_of(v.z))};
-  };
-  auto contact = pair_contact(bearing, local.template operator()<0>(between), local.template operator()<3>(against), local.template operator()<6>(both));
+  auto contact = pair_contact(bearing, local<0>(between), local<3>(against), local<6>(both));
   auto through = [&](const auto &x) __attribute__((always_inline)) {
     return composed(x, between.x, between.y, between.z, against.x, against.y, against.z, both.x, both.y, both.z);
   };
-  auto vector = [&](const auto &v) __attribute__((always_inline)) { return Vector3{through(v.x), through(v.y), through(v.z)}; };
-  auto force = vector(contact.force), torque = vector(contact.torque);
+  auto force = through(contact.force), torque = through(contact.torque);
   double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
-  auto rows = [&]<bool NEXT>(double sign, const auto &radius, const auto &f, const auto &t) __attribute__((always_inline)) {
-    give.template operator()<RADIAL_ROW, NEXT>((sign * over_mass) * f.x), give.template operator()<ORBIT_ROW, NEXT>(sign * (radius * f.y));
-    give.template operator()<AXIAL_ROW, NEXT>((sign * over_mass) * f.z), give.template operator()<SPIN_ROW, NEXT>(over_inertia * t.x);
-    give.template operator()<SPIN_ROW + 1, NEXT>(over_inertia * t.y), give.template operator()<SPIN_ROW + 2, NEXT>(over_inertia * t.z);
+  auto rows = [&]<int FIRST>(Index<FIRST>, double sign, const auto &radius, const auto &f, const auto &t) __attribute__((always_inline)) {
+    give(index<FIRST + RADIAL_ROW>, (sign * over_mass) * f.x), give(index<FIRST + ORBIT_ROW>, sign * (radius * f.y));
+    give(index<FIRST + AXIAL_ROW>, (sign * over_mass) * f.z), give(index<FIRST + SPIN_ROW>, over_inertia * t.x);
+    give(index<FIRST + SPIN_ROW + 1>, over_inertia * t.y), give(index<FIRST + SPIN_ROW + 2>, over_inertia * t.z);
   };
-  rows.template operator()<false>(1.0, place.x, force, torque);
-  rows.template operator()<true>(-1.0, next_place.x, back(force), back(torque));
+  rows(index<0>, 1.0, place.x, force, torque);
+  rows(index<NEXT>, -1.0, next_place.x, back(force), back(torque));
   // Elastic energy counts as lost while balls touch: damping that would pull loses what is left of it.
-  give.template operator()<LOSS_ROW, false>(through(contact.loss + contact.stored));
+  give(index<LOSS_ROW>, through(contact.loss + contact.stored));
   return value_of(contact.approach);
 }
 
 // Adds the contacts of a block to its rates; with DERIVATIVES to its tile, too. What they do to the next balls stays in `p`.
 template <bool DERIVATIVES>
 [[gnu::noinline]] inline void pairs_of_block(const Bearing &bearing, BallBlock &k, PairBlock &p) {
-  auto give = [&]<int ROW, bool NEXT>(const auto &x) __attribute__((always_inline)) {
-    constexpr int row = ROW == LOSS_ROW ? PAIR_ROWS - 1 : ROW;
-    if constexpr (NEXT) p.on_next[row] = masked(p.may_touch, value_of(x));
+  if constexpr (DERIVATIVES) p = {p.next, p.around, p.may_touch};
+  auto give = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
+    constexpr int row = ROW == LOSS_ROW ? PAIR_ROWS - 1 : ROW % NEXT;
+    if constexpr (ROW >= NEXT) p.on_next[row] = masked(p.may_touch, value_of(x));
     else k.f[VELOCITY + ROW] += masked(p.may_touch, value_of(x));
-    if constexpr (DERIVATIVES) [&]<int... C>(std::integer_sequence<int, C...>) __attribute__((always_inline)) {
-      auto store = [&]<int D>() __attribute__((always_inline)) {
-        Pack slope = masked(p.may_touch, full_slope<D>(x));
-        if constexpr (!NEXT && D < MOTION) k.tile[ROW][D] += slope;  // rows and columns of balls with an orbit of their own
-        else if constexpr (!NEXT) p.by_next[row][D - MOTION] = slope;
-        else if constexpr (D < MOTION) p.next_by_own[row][D] = slope;
-        else p.next_by_next[row][D - MOTION] = slope;
-      };
-      (store.template operator()<C>(), ...);
-    }(std::make_integer_sequence<int, 2 * MOTION>{});
+    if constexpr (DERIVATIVES) for_each_slope(x, [&](int variable, const Pack &any) __attribute__((always_inline)) {
+      Pack slope = masked(p.may_touch, any);
+      int column = variable % MOTION;
+      if (ROW >= NEXT) (variable < MOTION ? p.next_by_own : p.next_by_next)[row][column] = slope;
+      else if (variable < MOTION) k.tile[ROW][column] += slope;  // rows and columns of balls with an orbit of their own
+      else p.by_next[row][column] = slope;
+    });
   };
   Pack approach = ball_and_next<DERIVATIVES>(bearing, k.y, p.next, p.around, give);
   if (DERIVATIVES) p.meets = (approach > 0.0) & p.may_touch;
@@ -197,21 +191,6 @@ class TouchingBalls {
       double loss = 0.0;
       for (int c = 0; c < MOTION; c++) loss += pairs[place / LANES].by_next[PAIR_ROWS - 1][c][place % LANES] * there[c][next(place) % LANES];
       blocks[place / LANES].stage[stage][DISSIPATED][place % LANES] += g * loss;
-    }
-  }
-
-  // Hands (row of the rates, ball, column, slope) of the contact of a ball with the next to a function, those between both.
-  template <class Function>
-  void differentiate(int place, Function function) const {
-    if (!active() || !meets(place)) return;
-    const PairBlock &p = pairs[place / LANES];
-    int lane = place % LANES, other = next(place);
-    for (int c = 0; c < MOTION; c++) {
-      for (int row = 0; row < 6; row++) {
-        function(place * COLUMNS + VELOCITY + row, other, c, p.by_next[row][c][lane]);
-        function(other * COLUMNS + VELOCITY + row, place, c, p.next_by_own[row][c][lane]);
-      }
-      function(place * COLUMNS + DISSIPATED, other, c, p.by_next[PAIR_ROWS - 1][c][lane]);
     }
   }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <utility>
+#include "dual.hpp"
 
 namespace core {
 
@@ -52,6 +53,33 @@ bool solve(SquareMatrix<N> &matrix, std::array<double, N> &right) {
   if (!factorise_dense(int(N), at, pivot)) return false;
   substitute_dense(int(N), at, pivot, right);
   return true;
+}
+
+// Inverts the first N rows and columns in lanes, in place, by Gauss and Jordan; without pivots, for heavy diagonals.
+template <int N, int M>
+CORE_INLINE void invert_in_lanes(Pack (&a)[M][M]) {
+#pragma GCC unroll 8
+  for (int k = 0; k < N; k++) {
+    Pack over = 1.0 / a[k][k];
+    a[k][k] = broadcast<Pack>(1.0);
+#pragma GCC unroll 8
+    for (int j = 0; j < N; j++) a[k][j] *= over;
+#pragma GCC unroll 8
+    for (int i = 0; i < N; i++) {
+      if (i == k) continue;
+      Pack factor = a[i][k];
+      a[i][k] = Pack{};
+#pragma GCC unroll 8
+      for (int j = 0; j < N; j++) a[i][j] -= factor * a[k][j];
+    }
+  }
+}
+template <int N, int M>
+CORE_INLINE void multiply_in_lanes(const Pack (&a)[M][M], const Pack *x, Pack *product) {
+  for (int i = 0; i < N; i++) {
+    product[i] = a[i][0] * x[0];
+    for (int j = 1; j < N; j++) product[i] += a[i][j] * x[j];
+  }
 }
 
 }  // namespace core

@@ -249,11 +249,24 @@ CORE_INLINE auto composed(const Y &y, const X &...x) {
     }(std::make_integer_sequence<int, sizeof...(X)>{});
   }
 }
+// A number that functions know when they are compiled: index<C> is handed over for the template argument C.
+template <int C>
+using Index = std::integral_constant<int, C>;
+template <int C>
+constexpr Index<C> index{};
+
 // The independent variable C where derivatives are wanted, else the value.
 template <bool DERIVATIVES, int C, class T>
 CORE_INLINE auto input(const T &value) {
   if constexpr (DERIVATIVES) return variable<C>(value);
   else return value;
+}
+
+// The independent variable C at the value of a number with derivatives; others stay what they are.
+template <int C, class X>
+CORE_INLINE auto local(const X &x) {
+  if constexpr (IsDual<X>) return variable<C>(x.value);
+  else return x;
 }
 
 // The derivative by the independent variables, of which x carries some at most: zero where it carries none.
@@ -262,6 +275,21 @@ CORE_INLINE auto full_slope(const X &x) {
   auto slope = slope_of<C>(x);
   if constexpr (IsZero<decltype(slope)>) return Pack{};
   else return slope;
+}
+
+// Calls function(number of the variable, partial derivative) for those that x carries.
+template <class X, class Function>
+CORE_INLINE void for_each_slope(const X &x, Function function) {
+  if constexpr (IsDual<X>) [&]<int... C>(std::integer_sequence<int, C...>) __attribute__((always_inline)) {
+    (function(C, slope_of<C>(x)), ...);
+  }(column_numbers<columns_of<X>>());
+}
+
+// The value in lanes, zero where there is none.
+template <class X>
+CORE_INLINE Pack as_pack(const X &x) {
+  if constexpr (IsZero<X>) return Pack{};
+  else return value_of(x);
 }
 
 // Exponential and natural logarithm in lanes, without a branch: the first within 3e-10 of its value, for models of no more

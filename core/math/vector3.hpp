@@ -35,13 +35,22 @@ CORE_INLINE auto about_z(const C &cosine, const S &sine, const Vector3<X, Y, Z> 
   return Vector3{cosine * a.x - sine * a.y, sine * a.x + cosine * a.y, a.z};
 }
 
+// The independent variables C to C + 2 where numbers have derivatives; a vector differentiated by what x depend on.
+template <int C, class X, class Y, class Z>
+CORE_INLINE auto local(const Vector3<X, Y, Z> &a) { return Vector3{local<C>(a.x), local<C + 1>(a.y), local<C + 2>(a.z)}; }
+template <class A, class B, class C, class... X>
+CORE_INLINE auto composed(const Vector3<A, B, C> &a, const X &...x) {
+  return Vector3{composed(a.x, x...), composed(a.y, x...), composed(a.z, x...)};
+}
+template <class X, class Y, class Z>
+CORE_INLINE Vector3<Pack> as_packs(const Vector3<X, Y, Z> &a) { return {as_pack(a.x), as_pack(a.y), as_pack(a.z)}; }
+
 // Three numbers of one type and 3 x 3 matrices of their rows; a sum of matrices is that of their rows.
 template <class T>
 using TripleOf = std::array<T, 3>;
 template <class T>
 using Matrix3Of = TripleOf<TripleOf<T>>;
 using Triple = TripleOf<Pack>;
-using Matrix3 = Matrix3Of<Pack>;
 
 template <class T>
 CORE_INLINE TripleOf<T> operator+(const TripleOf<T> &a, const TripleOf<T> &b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
@@ -68,21 +77,6 @@ template <class T>
 CORE_INLINE Matrix3Of<T> transposed(const Matrix3Of<T> &m) {
   return {{{m[0][0], m[1][0], m[2][0]}, {m[0][1], m[1][1], m[2][1]}, {m[0][2], m[1][2], m[2][2]}}};
 }
-// diagonal * I - m
-CORE_INLINE Matrix3 shifted_negative(const Pack &diagonal, const Matrix3 &m) {
-  Matrix3 result;
-  for (int i = 0; i < 3; i++)
-    for (int j = 0; j < 3; j++) result[i][j] = i == j ? diagonal - m[i][j] : -m[i][j];
-  return result;
-}
-CORE_INLINE Matrix3 inverse_of(const Matrix3 &m) {
-  Triple a = cross(m[1], m[2]), b = cross(m[2], m[0]), c = cross(m[0], m[1]);
-  Pack over = 1.0 / dot(m[0], a);
-  Matrix3 result;
-  for (int i = 0; i < 3; i++) result[i] = {over * a[i], over * b[i], over * c[i]};
-  return result;
-}
-
 // Vectors of fixed or of a body's axes, and matrices that turn one into the other.
 using Real3 = TripleOf<double>;
 using RealMatrix3 = Matrix3Of<double>;

@@ -28,8 +28,10 @@ from bearing_twin.kinds.bearing.system import (
 
 BODY_NUMBERS = 2 * COORDINATES + 4  # with their integrals
 _ball_rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS, REALS_OUT, REALS_OUT))
-_system_rates = Function(
-    "core_coupled_rates", None, (*(REALS,) * 7, INTEGER, FLAG, REALS_OUT, REALS, REALS_OUT, REALS_OUT)
+_linear_answers = Function(
+    "core_linear_answers",
+    None,
+    (*(REALS,) * 7, INTEGER, FLAG, REALS_OUT, REALS, REAL, INTEGER, REALS, REALS_OUT, REALS_OUT),
 )
 
 
@@ -44,22 +46,51 @@ def ball_rates_and_jacobian(bearing, ring_speed, state, carried=None):
     return found, jacobian
 
 
-def system_rates_and_jacobian(bearing, drive, bodies, near, state, body_state):
-    """Rates of balls in a state (N, COLUMNS) with ring, cage and shaft (BODY_COLUMNS,), and their Jacobian.
+def linear_answers(bearing, drive, bodies, near, state, body_state, right):
+    """Rates of balls in a state (N, COLUMNS) with ring, cage and shaft (BODY_COLUMNS,), and solutions x (sides, rates).
 
-    Rates are those of N COLUMNS numbers of balls and BODY_NUMBERS of the bodies, derivatives by N 9 of the balls'
-    motion and by places and velocities of the bodies; velocities along the orbit are orbit rates.
+    Rates are those of N COLUMNS numbers of balls, orbit rates in place of velocities along the orbit, and BODY_NUMBERS
+    of the bodies; x/GAIN - J x = right is what a step solves.
     """
-    balls, rows = len(state), state.size + BODY_NUMBERS
-    rates, jacobian = np.empty(rows), np.empty((rows, 9 * balls + 2 * COORDINATES))
-    _system_rates(
+    rates, answers = np.empty(state.size + BODY_NUMBERS), np.empty_like(right)
+    _linear_answers(
         *(*numbers_of(bearing), method_numbers("rodas4"), numbers_of_bodies(bearing, bodies)),
-        *(bodies.load, bodies.load_rate, np.array(drive, float)),
-        *(balls, near.view(np.uint8), state.copy(), body_state, rates, jacobian),
+        *(bodies.load, bodies.load_rate, np.array(drive, float), len(state), near.view(np.uint8), state.copy()),
+        *(body_state, GAIN, len(right), right, rates, answers),
     )
-    return rates, jacobian
+    return rates, answers
 
 
+def system_rates(*system):
+    """Rates of balls and bodies, as `linear_answers`."""
+    return linear_answers(*system, np.empty((0, 0)))[0]
+
+
+def system_jacobian(*system):
+    """The Jacobian (rates, N 9 + 2 COORDINATES) that steps work with, by their solutions of unit right-hand sides.
+
+    By the balls' motion and by places and velocities of the bodies; what has no motion of its own has zeros.
+    """
+    balls = len(system[4])
+    sizes = np.array([*(*OF_BALL, *(1e-6,) * 3) * balls, *OF_BODIES, *(1e-6,) * 4])
+    solutions = linear_answers(*system, np.diag(sizes))[1].T / sizes[:, None]
+    moves = np.flatnonzero(np.abs(solutions).max(axis=0))
+    there = np.ix_(moves, moves)
+    jacobian = np.zeros_like(solutions)
+    jacobian[there] = np.eye(len(moves)) / GAIN - np.linalg.inv(solutions[there])
+    jacobian[np.abs(jacobian) < 1e-9 * np.abs(jacobian).max(axis=1, keepdims=True)] = 0.0  # rounding
+    jacobian *= sizes[:, None] / sizes
+    of_balls = (np.arange(balls)[:, None] * COLUMNS + np.arange(MOTION)).ravel()
+    return jacobian[:, np.append(of_balls, balls * COLUMNS + np.arange(2 * COORDINATES))]
+
+
+GAIN = 1e-6  # s
+# Changes that are small beside what contacts and friction follow from: of a ball's motion, and of the bodies'.
+OF_BALL = (1e-10, 1e-9, 1e-10, 1e-5, 1e-3, 1e-5, 3e-3, 3e-3, 3e-3)
+OF_BODIES = (
+    *(*(1e-10,) * 3, *(1e-9,) * 2, *(1e-10,) * 2, 1e-9, 1e-7),
+    *(*(1e-6,) * 3, *(1e-4,) * 2, *(1e-6,) * 2, 1e-4, 1e-3),
+)
 SHAFT = (*FREE, "rings.inner.inertia=[1.0e-4,1.0e-4]")
 SUPPORT = "rings.inner.support={stiffness: [1e5,2e5,3e5], damping: [1,2,3], tilt_stiffness: 4, tilt_damping: 0.1}"
 BALL = np.array([1e-6, 1e-4, 1e-6, *(1e-2,) * 3, *(3.0,) * 3])
@@ -104,13 +135,14 @@ class System:
         if self.bodies.land:
             self.ring[[CAGE_X, CAGE_Y]], self.ring[[PLACES + CAGE_X, PLACES + CAGE_Y]] = CENTRE_SCALE
 
-    def evaluated(self, state, body_state):
+    def system(self, state, body_state):
+        """The arguments of `linear_answers`."""
         bodies = self.bodies._replace(mass=self.bodies.mass.copy())  # another one: the core keeps what it knows
-        return system_rates_and_jacobian(self.bearing, self.drive, bodies, self.near, state, body_state)
+        return self.bearing, self.drive, bodies, self.near, state, body_state
 
     def rates(self, state, body_state):
         """Rates of balls (N, COLUMNS) and of the body_state (BODY_COLUMNS,)."""
-        rates, _ = self.evaluated(state, body_state)
+        rates = system_rates(*self.system(state, body_state))
         balls, own = rates[: state.size].reshape(-1, COLUMNS).copy(), np.zeros(BODY_COLUMNS)
         orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
         balls[:, TANGENTIAL_VELOCITY] *= state[:, AXIS_DISTANCE]  # from that of the orbit rate
@@ -122,7 +154,7 @@ class System:
 
     def jacobian(self):
         """The Jacobian of all motions in one matrix, balls first (9 each), then the bodies' places and velocities."""
-        _, jacobian = self.evaluated(self.state, self.body_state)
+        jacobian = system_jacobian(*self.system(self.state, self.body_state))
         balls = len(self.state)
         own = (np.arange(balls)[:, None] * COLUMNS + np.arange(MOTION)).ravel()
         return jacobian[np.append(own, balls * COLUMNS + np.arange(2 * COORDINATES))]

@@ -1,6 +1,6 @@
 """Equilibria of balls and inner ring (Jones 1960; Harris, Rolling Bearing Analysis): five coordinates, held or free.
 
-The equations are those of `core/bearing/ball_equilibrium.hpp` and `equilibrium.hpp`, which solve them; here are their
+The equations are those of `core/bearing/equilibrium.hpp`, which solves them; here are their
 numbers from a scene, the raceway control of the balls, why there is no equilibrium, and which loads are carried.
 """
 

@@ -6,7 +6,7 @@ radial velocity is wrong by m w v in load; nothing stops it, so that the errors 
 carries little feels them most: without a share of its own, lift-off missed its tolerance in friction 4 to 19 times, and
 with it 0.4 to 0.7 times. The lightest contact that errors of friction are judged by carries LIGHT of the greatest load.
 Slip of a ball that carries less counts as much less (`light_approach`). Every impact on a pocket changes a ball's speed
-along its orbit: there such errors count by the load (`weight_of_light` of `core/bearing/cage_pockets.hpp`), else balls
+along its orbit: there such errors count by the load (`weight_of_light` of `core/bearing/elements.hpp`), else balls
 that carry next to nothing determine all steps.
 
 Fixed steps. Two motions of a ball are fast. It rings between its contacts, x'' + c x' + w^2 x = 0, and its slip decays,

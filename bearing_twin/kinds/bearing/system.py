@@ -118,7 +118,7 @@ def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float)
     return np.linalg.solve(np.vander(FILM_PLACES, increasing=True), found).T
 
 
-HELD, TILTED, LEVEL, TILTING = range(4)  # RingMotion of coupled_bodies.hpp: held, moving, tilted
+HELD, TILTED, LEVEL, TILTING = range(4)  # RingMotion of elements.hpp: held, moving, tilted
 NO_LAND = math.inf  # the clearance of a cage that balls alone guide
 
 

@@ -1,0 +1,426 @@
+// What the bodies of a bearing do to each other, written once over the type of the numbers: balls, and what all of them meet, the
+// inner ring, the cage and the shaft.
+#pragma once
+#include "raceway_contact.hpp"
+
+namespace core {
+
+// The bodies that all balls of a bearing meet: inner ring, cage and shaft. Each coordinate is free, where it follows from
+// the forces on it, or held; the shaft's angle that is not free is prescribed.
+//
+// Ring: M dv/dt = load + weight + unbalance + what the balls do - D v - K (q - rest), and about its diameters, at the
+// speed W of the shaft, I_t d2(theta_x) + I_p W d(theta_y) = M_x, I_t d2(theta_y) - I_p W d(theta_x) = M_y (small tilts).
+// Shaft: J dw/dt = torque - damping w + what balls and land do.
+
+// Places [m], [rad] in bearing_link; a state holds them, their velocities, and integrals that only listen.
+enum Coordinate { RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE_X, CAGE_Y, CAGE_ANGLE, SHAFT };
+constexpr int COORDINATES = SHAFT + 1;
+// Work of the loads on the ring, what support and land lose, work of the drive through the land, work of the torque [J].
+enum Integral { LOAD_WORK, LOST, LAND_WORK, TORQUE_WORK };
+constexpr int INTEGRALS = TORQUE_WORK + 1, BODY_NUMBERS = 2 * COORDINATES + INTEGRALS;
+using BodyState = std::array<double, BODY_NUMBERS>;
+
+// What balls meet: a ring that is held, held and tilted, that moves and does not tilt, or moves and tilts.
+enum class RingMotion { held, tilted, level, tilting };
+enum class CageKind { none, even, pockets };
+
+// A wall of the cage: a spring and a damper side by side, whose viscous part sets in over the roughness of the wall.
+struct Wall { double stiffness, relaxation_time, friction; };
+constexpr double ONSET = 1e-6;  // m
+
+struct Pockets { double radius, half_clearance; Wall wall; };  // on a circle of this radius [m]
+// The land of the outer ring (side 1) or the inner (-1) that guides a cage; 0 without one.
+struct Land { double side, radius, clearance, smoothing; Wall wall; };
+
+struct CoupledBodies {
+  RingMotion ring;
+  CageKind cage;
+  bool free[COORDINATES], guided;  // a guided cage's centre moves
+  double inertia[COORDINATES], stiffness[COORDINATES], damping[COORDINATES], rest[COORDINATES], weight[COORDINATES];
+  double load[COORDINATES], load_rate[COORDINATES];  // at the chunk's begin [N], [N m], and its growth a second
+  double place_scale[COORDINATES], speed_scale[COORDINATES];  // errors that a step may make; 0: not judged
+  double polar_inertia, unbalance, phase;  // [kg m^2]; mass times radius [kg m], its angle ahead of the shaft's [rad]
+  Pockets pockets;
+  double light;  // approach [m] at the outer raceway below which errors along the orbit count less
+  Land land;
+  double shaft_angle, shaft_speed, shaft_acceleration;  // prescribed, at the chunk's begin
+  bool torque_driven() const { return free[SHAFT]; }
+};
+
+// Elastic load of a wall, and that of spring and damper together, which do not pull [N].
+template <Number A, class R>
+CORE_INLINE auto wall_load(const Wall &wall, const A &approach, const R &rate) {
+  auto depth = maximum(approach, 0.0);
+  auto elastic = wall.stiffness * depth;
+  auto viscous = (wall.stiffness * wall.relaxation_time) * (rate * (depth / (depth + ONSET)));
+  return std::pair{elastic, maximum(elastic + viscous, 0.0)};
+}
+
+// The land of a ring that guides a cage, two round surfaces in the plane across the axis; `add` as for `body_forces`.
+template <class P, class V, class Add>
+inline void land_forces(const CoupledBodies &b, P place, V velocity, Add add) {
+  bool inner = b.land.side < 0.0;
+  double moves = inner ? 1.0 : 0.0;
+  auto x = place(index<CAGE_X>) - moves * place(index<RING_X>), y = place(index<CAGE_Y>) - moves * place(index<RING_Y>);
+  auto u = velocity(index<CAGE_X>) - moves * velocity(index<RING_X>), v = velocity(index<CAGE_Y>) - moves * velocity(index<RING_Y>);
+  auto square = x * x + y * y;
+  if (!(std::sqrt(value_of(square)) > b.land.clearance)) return;
+  auto [distance, inverse] = root_and_inverse(square);
+  auto along = x * inverse, across = y * inverse;
+  auto rate = along * u + across * v;
+  auto [elastic, load] = wall_load(b.land.wall, distance - b.land.clearance, rate);
+  auto lever = b.land.side * b.land.radius - distance;  // from the cage's centre to where they touch
+  auto ring_speed = moves * velocity(index<SHAFT>);
+  auto slip = along * v - across * u + velocity(index<CAGE_ANGLE>) * lever - b.land.side * b.land.radius * ring_speed;
+  auto drag = -(b.land.wall.friction * load) * slip * root_and_inverse(slip * slip + b.land.smoothing * b.land.smoothing).second;
+  auto force_x = -(load * along) - drag * across, force_y = drag * along - load * across;
+  auto ring_torque = -(b.land.side * b.land.radius) * drag;
+  add(index<CAGE_X>, force_x), add(index<CAGE_Y>, force_y), add(index<CAGE_ANGLE>, lever * drag);
+  add(index<COORDINATES + LOST>, (load - elastic) * rate - drag * slip);
+  if (!inner) return;
+  if (b.free[RING_X]) add(index<RING_X>, -force_x);
+  if (b.free[RING_Y]) add(index<RING_Y>, -force_y);
+  add(index<SHAFT>, ring_torque);
+  add(index<COORDINATES + LAND_WORK>, -(ring_speed * ring_torque));
+}
+
+// Forces on the coordinates but for those of the balls, and powers of the integrals. `add`<ROW> takes a part of the force
+// on coordinate ROW, or of the power of integral ROW - COORDINATES. Where DERIVATIVES, its columns are those of `y`.
+template <bool DERIVATIVES, class Add>
+inline void body_forces(const CoupledBodies &b, double time, const BodyState &y, Add add) {
+  auto place = [&]<int C>(Index<C>) { return input<DERIVATIVES, C>(y[C]); };
+  auto velocity = [&]<int C>(Index<C>) { return input<DERIVATIVES, COORDINATES + C>(y[COORDINATES + C]); };
+  auto shaft_speed = velocity(index<SHAFT>);
+  auto on_ring = [&]<int C>(Index<C>) {
+    if (!b.free[C]) return;
+    auto speed = velocity(index<C>);
+    double load = b.load[C] + time * b.load_rate[C];
+    auto drag = b.damping[C] * speed;
+    add(index<C>, load + b.weight[C] - drag - b.stiffness[C] * (place(index<C>) - b.rest[C]));
+    add(index<COORDINATES + LOAD_WORK>, load * speed);
+    add(index<COORDINATES + LOST>, drag * speed);
+  };
+  on_ring(index<RING_X>), on_ring(index<RING_Y>), on_ring(index<RING_Z>);
+  on_ring(index<TILT_X>), on_ring(index<TILT_Y>);
+  if (b.polar_inertia != 0.0) {
+    auto spin = b.polar_inertia * shaft_speed;
+    if (b.free[TILT_X]) add(index<TILT_X>, -(spin * velocity(index<TILT_Y>)));
+    if (b.free[TILT_Y]) add(index<TILT_Y>, spin * velocity(index<TILT_X>));
+  }
+  if (b.unbalance != 0.0) {
+    auto [cosine, sine] = cosine_sine(place(index<SHAFT>) + b.phase);
+    auto size = b.unbalance * (shaft_speed * shaft_speed);
+    auto turning = [&]<int C>(Index<C>, const auto &part) {
+      if (!b.free[C]) return;
+      auto force = size * part;
+      add(index<C>, force);
+      add(index<COORDINATES + LOAD_WORK>, force * velocity(index<C>));
+    };
+    turning(index<RING_X>, cosine), turning(index<RING_Y>, sine);
+  }
+  if (b.guided) {
+    add(index<CAGE_X>, b.weight[CAGE_X]), add(index<CAGE_Y>, b.weight[CAGE_Y]);
+    land_forces(b, place, velocity, add);
+  }
+  if (b.free[SHAFT]) {
+    double torque = b.load[SHAFT] + time * b.load_rate[SHAFT];
+    auto drag = b.damping[SHAFT] * shaft_speed;
+    add(index<SHAFT>, torque - drag);
+    add(index<COORDINATES + TORQUE_WORK>, torque * shaft_speed);
+    add(index<COORDINATES + LOST>, drag * shaft_speed);
+  }
+}
+
+// What a ball and the bodies it meets do to each other, written once over the type of the numbers.
+//
+// The independent variables are the ball's place, its velocity and spin, and places and velocities of the bodies. A
+// ball's velocity along its orbit is its orbit rate, so that the rate of every place is a variable: of an even cage the
+// ball's angle and orbit rate are the cage's, and all else stays as it is.
+
+
+// Variables: the columns of a ball's motion, then places and velocities of the bodies.
+constexpr int ORBIT_RATE = VELOCITY + 1, BODY_PLACE = MOTION, BODY_SPEED = BODY_PLACE + COORDINATES;
+constexpr int VARIABLES = BODY_SPEED + COORDINATES;
+// What elements give: accelerations of the ball, but along the orbit the moment on it about the axis [N m], less 2 m r v_r
+// times the orbit rate; its angular acceleration; power of the drive and loss [W]; then forces on the coordinates.
+enum ElementRow { RADIAL_ROW, ORBIT_ROW, AXIAL_ROW, SPIN_ROW, POWER_ROW = 6, LOSS_ROW };
+constexpr int ON_BODY = LOSS_ROW + 1, ELEMENT_ROWS = ON_BODY + COORDINATES;
+
+inline const Heights NO_HEIGHTS{};
+
+// The motion of a ball and of the bodies, as variables or as values.
+template <bool DERIVATIVES>
+struct ElementInput {
+  const BallState &ball;  // its VELOCITY + 1 is the orbit rate
+  const BodyState &bodies;
+  const CarriedBalls *carried = nullptr;
+  const Heights &heights = NO_HEIGHTS;
+  template <int C> CORE_INLINE auto own(Index<C>) const { return input<DERIVATIVES, C>(ball[C]); }
+  template <int C> CORE_INLINE auto place(Index<C>) const { return input<DERIVATIVES, BODY_PLACE + C>(broadcast<Pack>(bodies[C])); }
+  template <int C> CORE_INLINE auto speed(Index<C>) const {
+    return input<DERIVATIVES, BODY_SPEED + C>(broadcast<Pack>(bodies[COORDINATES + C]));
+  }
+  CORE_INLINE auto orbit_rate() const { return own(index<ORBIT_RATE>); }
+  CORE_INLINE auto velocity() const {
+    return Vector3{own(index<VELOCITY>), own(index<RADIUS>) * own(index<ORBIT_RATE>), own(index<VELOCITY + 2>)};
+  }
+  // The row of the orbit from the force [N] along it: the moment [N m] that makes the orbit rate grow.
+  template <class F, class R>
+  CORE_INLINE auto along_orbit(const Bearing &bearing, const F &force, const R &rate) const {
+    return own(index<RADIUS>) * (force - (2.0 * bearing.ball_mass) * (rate * own(index<VELOCITY>)));
+  }
+};
+
+// The inner raceway, all in the ring's axes: differentiated by the ball's offset, velocity and spin against the ring and
+// by the ring's speed, and then by what these depend on.
+template <bool PATCH, class O, class V, class S, class W>
+CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity,
+                              const S &spin, const W &speed) {
+  auto action = raceway_action<PATCH>(bearing, bearing.inner, carried ? &carried->inner : nullptr, height, local<0>(offset),
+                                      local<3>(velocity), local<6>(spin), local<9>(speed));
+  auto through = [&](const auto &x) __attribute__((always_inline)) {
+    return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed);
+  };
+  return BallAction{through(action.force), through(action.torque), through(action.moment), through(action.loss), action.height_power};
+}
+
+// The same for a ring of any motion, all in the ball's frame: `offset` of the ball's centre and its `velocity` against the
+// ring's centre, its spin, the ring's tilt (x, y) and the rate of that, and its speed.
+template <class A, class X, class Y>
+struct TiltedAction { A action; X moment_x; Y moment_y; };  // moments about the ring's centre as its tilts work
+template <class A, class X, class Y> TiltedAction(A, X, Y) -> TiltedAction<A, X, Y>;
+template <bool PATCH, class O, class V, class S, class T, class R, class W>
+CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity,
+                               const S &spin, const T &tilt, const R &turning, const W &speed) {
+  auto t = local<10>(tilt), r = local<13>(turning);
+  auto axes = ring_axes(t.x, t.y);
+  auto from_centre = into_ring(axes, local<0>(offset));
+  auto found = inner_action<PATCH>(bearing, carried, height, from_centre, into_ring(axes, local<3>(velocity) - cross(r, from_centre)),
+                                   into_ring(axes, local<6>(spin) - r), local<9>(speed));
+  auto through = [&](const auto &x) __attribute__((always_inline)) {
+    return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed,
+                    tilt.x, tilt.y, tilt.z, turning.x, turning.y, turning.z);
+  };
+  auto force = out_of_ring(axes, found.force), torque = out_of_ring(axes, found.torque);
+  auto moment = cross(from_centre, force) + torque;
+  return TiltedAction{BallAction{through(force), through(torque), through(found.moment), through(found.loss), found.height_power},
+                      through(moment.x), through(moment.y)};
+}
+
+// A ball between its raceways: gives all rows but forces on the cage. `in` is an ElementInput, or a ball's alone.
+template <RingMotion RING, bool PATCH, class Input, class Give>
+CORE_INLINE void between_raceways(const Bearing &bearing, const Input &in, Give give) {
+  Vector3 position{in.own(index<RADIUS>), Zero{}, in.own(index<HEIGHT>)};
+  Vector3 spin{in.own(index<SPIN>), in.own(index<SPIN + 1>), in.own(index<SPIN + 2>)};
+  auto velocity = in.velocity();
+  auto orbit_rate = in.orbit_rate();
+  auto shaft_speed = in.speed(index<SHAFT>);
+  const CarriedBalls *carried = in.carried;
+  auto [cosine, sine] = cosine_sine(in.own(index<ANGLE>));
+  auto c = cosine, s = sine, minus_s = -sine;
+  auto in_ball_frame = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, minus_s, v); };
+
+  auto outer = raceway_action<PATCH>(bearing, bearing.outer, carried ? &carried->outer : nullptr, in.heights.outer, position, velocity, spin, Zero{});
+  auto finish = [&](const auto &inner) __attribute__((always_inline)) {
+    auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
+    auto gravity = in_ball_frame(Vector3{bearing.gravity[0], bearing.gravity[1], bearing.gravity[2]});
+    double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
+    give(index<RADIAL_ROW>, over_mass * force.x + gravity.x + orbit_rate * velocity.y);
+    give(index<ORBIT_ROW>, in.along_orbit(bearing, force.y + bearing.ball_mass * gravity.y, orbit_rate));
+    give(index<AXIAL_ROW>, over_mass * force.z + gravity.z);
+    give(index<SPIN_ROW>, over_inertia * torque.x + orbit_rate * spin.y);
+    give(index<SPIN_ROW + 1>, over_inertia * torque.y - orbit_rate * spin.x);
+    give(index<SPIN_ROW + 2>, over_inertia * torque.z);
+    give(index<POWER_ROW>, shaft_speed * inner.moment + (inner.height_power + outer.height_power));
+    give(index<LOSS_ROW>, inner.loss + outer.loss);
+    give(index<ON_BODY + SHAFT>, -inner.moment);
+    if constexpr (RING == RingMotion::level || RING == RingMotion::tilting) {
+      auto on_ring = about_z(c, s, inner.force);
+      give(index<ON_BODY + RING_X>, -on_ring.x), give(index<ON_BODY + RING_Y>, -on_ring.y);
+      give(index<ON_BODY + RING_Z>, -on_ring.z);
+    }
+  };
+  if constexpr (RING == RingMotion::held) {
+    auto offset = position - in_ball_frame(Vector3{bearing.offset[0], bearing.offset[1], bearing.offset[2]});
+    finish(inner_action<PATCH>(bearing, carried, in.heights.inner, offset, velocity, spin, shaft_speed));
+  } else {
+    constexpr bool MOVES = RING != RingMotion::tilted;
+    auto place = [&](auto coordinate) __attribute__((always_inline)) {
+      if constexpr (MOVES) return in.place(coordinate);
+      else return value_of(in.place(coordinate));
+    };
+    auto rate = [&](auto coordinate) __attribute__((always_inline)) {
+      if constexpr (MOVES) return in.speed(coordinate);
+      else return Zero{};
+    };
+    Vector3 centre{place(index<RING_X>), place(index<RING_Y>), place(index<RING_Z>)};
+    Vector3 drift{rate(index<RING_X>), rate(index<RING_Y>), rate(index<RING_Z>)};
+    auto offset = position - in_ball_frame(centre), against = velocity - in_ball_frame(drift);
+    if constexpr (RING == RingMotion::level) {
+      finish(inner_action<PATCH>(bearing, carried, in.heights.inner, offset, against, spin, shaft_speed));
+    } else {
+      auto tilt = in_ball_frame(Vector3{place(index<TILT_X>), place(index<TILT_Y>), Zero{}});
+      auto turning = in_ball_frame(Vector3{rate(index<TILT_X>), rate(index<TILT_Y>), Zero{}});
+      auto inner = tilted_action<PATCH>(bearing, carried, in.heights.inner, offset, against, spin, tilt, turning, shaft_speed);
+      finish(inner.action);
+      if constexpr (RING == RingMotion::tilting) {
+        auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});
+        give(index<ON_BODY + TILT_X>, -moment.x), give(index<ON_BODY + TILT_Y>, -moment.y);
+      }
+    }
+  }
+}
+
+// Balls in the pockets of a cage: a wall pushes a ball back that is further than half the clearance from the middle of
+// its pocket, and friction acts on the ball's surface there, a ball radius ahead or behind. Steps end where a ball meets
+// a wall or leaves it, and where a cage does so with its land, as forces have a bend there that no error estimate sees.
+
+
+// Load [N], loss [W], and friction on the ball along the pocket's radius and along the axis [N], from the slip there.
+template <class A, class R, class S, class T>
+CORE_INLINE auto wall_action(const Bearing &bearing, const Wall &wall, const A &approach, const R &rate, const S &radial, const T &axial) {
+  auto [elastic, load] = wall_load(wall, approach, rate);
+  auto square = radial * radial + axial * axial;
+  auto resistance = point_resistance(wall.friction * load, square, bearing.regularisation);
+  return std::tuple{load, resistance * square + (load - elastic) * rate, -(resistance * radial), -(resistance * axial)};
+}
+
+CORE_INLINE Pack side_of_pocket(const Pack &ahead) { return select(ahead >= 0.0, broadcast<Pack>(1.0), broadcast<Pack>(-1.0)); }
+
+// A cage whose centre stays: the ball leaves the middle of its pocket along the pitch circle.
+template <bool DERIVATIVES, class Give>
+CORE_INLINE void in_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Give give) {
+  auto ahead = (in.own(index<ANGLE>) - in.place(index<CAGE_ANGLE>)) - pocket;
+  auto cage_speed = in.speed(index<CAGE_ANGLE>);
+  Pack side = side_of_pocket(value_of(ahead)), arc = pockets.radius * side, lever = bearing.ball_radius * side;
+  auto rate = arc * (in.own(index<ORBIT_RATE>) - cage_speed);
+  auto [load, loss, radial, axial] = wall_action(
+      bearing, pockets.wall, arc * ahead - pockets.half_clearance, rate,
+      in.own(index<VELOCITY>) - lever * (in.own(index<SPIN + 2>) - cage_speed),
+      in.own(index<VELOCITY + 2>) + lever * in.own(index<SPIN>));
+  double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
+  auto push = arc * load;
+  give(index<RADIAL_ROW>, over_mass * radial), give(index<AXIAL_ROW>, over_mass * axial);
+  give(index<ORBIT_ROW>, -push), give(index<LOSS_ROW>, loss);
+  give(index<SPIN_ROW>, (over_inertia * lever) * axial);
+  give(index<SPIN_ROW + 2>, (-over_inertia * lever) * radial);
+  give(index<ON_BODY + CAGE_ANGLE>, push + lever * radial);
+}
+
+// A cage whose centre moves: the pocket's walls are flat, across its tangent, and open along its radius.
+template <bool DERIVATIVES, class Give>
+CORE_INLINE void in_moving_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Give give) {
+  auto radius = in.own(index<RADIUS>), angle = in.own(index<ANGLE>);
+  auto cage_speed = in.speed(index<CAGE_ANGLE>);
+  auto [cosine, sine] = cosine_sine(angle);
+  auto [c, s] = cosine_sine((angle - in.place(index<CAGE_ANGLE>)) - pocket);
+  auto orbit_cosine = cosine, orbit_sine = sine, minus_sine = -sine, across_c = c, across_s = s;
+  auto centre = about_z(orbit_cosine, minus_sine, Vector3{in.place(index<CAGE_X>), in.place(index<CAGE_Y>), Zero{}});
+  auto drift = about_z(orbit_cosine, minus_sine, Vector3{in.speed(index<CAGE_X>), in.speed(index<CAGE_Y>), Zero{}});
+  auto x = radius - centre.x, y = -centre.y;
+  auto along = x * across_s + y * across_c, out = x * across_c - y * across_s;
+  auto u = in.own(index<VELOCITY>) - drift.x, v = radius * in.own(index<ORBIT_RATE>) - drift.y;
+  auto spin_x = in.own(index<SPIN>), spin_y = in.own(index<SPIN + 1>), spin_z = in.own(index<SPIN + 2>);
+  Pack side = side_of_pocket(value_of(along)), lever = bearing.ball_radius * side;
+  auto rate = side * (u * across_s + v * across_c - cage_speed * out);
+  auto [load, loss, radial, axial] = wall_action(
+      bearing, pockets.wall, side * along - pockets.half_clearance, rate,
+      u * across_c - v * across_s - lever * spin_z + cage_speed * (along + lever),
+      in.own(index<VELOCITY + 2>) + lever * (spin_x * across_c - spin_y * across_s));
+  auto push = -side * load;
+  auto force_x = push * across_s + radial * across_c, force_y = push * across_c - radial * across_s;
+  double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
+  auto turned = (over_inertia * lever) * axial;
+  give(index<RADIAL_ROW>, over_mass * force_x), give(index<ORBIT_ROW>, radius * force_y);
+  give(index<AXIAL_ROW>, over_mass * axial), give(index<LOSS_ROW>, loss);
+  give(index<SPIN_ROW>, turned * across_c), give(index<SPIN_ROW + 1>, -(turned * across_s));
+  give(index<SPIN_ROW + 2>, (-over_inertia * lever) * radial);
+  give(index<ON_BODY + CAGE_X>, orbit_sine * force_y - orbit_cosine * force_x);
+  give(index<ON_BODY + CAGE_Y>, -(orbit_sine * force_x) - orbit_cosine * force_y);
+  give(index<ON_BODY + CAGE_ANGLE>, (along + lever) * radial - out * push);
+}
+
+namespace walls {
+
+constexpr double NEVER = 1e30, NOWHERE = 1e-30;  // s, m
+constexpr double BEHIND = 0.5;  // of the approach that makes a ball err by all its scale where the stiffness is not known of
+constexpr double FIRST = 0.2;  // of ONSET: what a ball may go into a wall in the first step there
+
+struct Gap { double approach, rate, side; };  // to a wall [m], [m/s]; the wall ahead (1) or behind (-1)
+
+// Of a ball whose motion is `y`, its orbit rate in place of the tangential velocity.
+inline Gap gap_of(const CoupledBodies &bodies, const double *y, double pocket, const BodyState &e) {
+  double ahead = y[ANGLE] - e[CAGE_ANGLE] - pocket, speed = e[COORDINATES + CAGE_ANGLE];
+  if (!bodies.guided) {
+    double side = ahead >= 0.0 ? 1.0 : -1.0;
+    return {bodies.pockets.radius * std::fabs(ahead) - bodies.pockets.half_clearance, side * bodies.pockets.radius * (y[ORBIT_RATE] - speed), side};
+  }
+  double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]), cosine = std::cos(ahead), sine = std::sin(ahead);
+  const double *drift = e.data() + COORDINATES;
+  double x = y[RADIUS] - (c * e[CAGE_X] + s * e[CAGE_Y]), across = s * e[CAGE_X] - c * e[CAGE_Y];
+  double u = y[VELOCITY] - (c * drift[CAGE_X] + s * drift[CAGE_Y]);
+  double v = y[RADIUS] * y[ORBIT_RATE] - (c * drift[CAGE_Y] - s * drift[CAGE_X]);
+  double along = x * sine + across * cosine, side = along >= 0.0 ? 1.0 : -1.0;
+  double rate = side * (u * sine + v * cosine - speed * (x * cosine - across * sine));
+  return {side * along - bodies.pockets.half_clearance, rate, side};
+}
+
+// Seconds until a wall is met or left behind; where the approach is below 0, `growth` [m/s^2] is that of the rate. The
+// push of a wall falls off about evenly.
+inline double next_bend(const Wall &wall, double mass, double blur, const Gap &gap, double growth) {
+  double margin = BEHIND * std::sqrt(blur * std::fabs(gap.rate));
+  if (gap.approach < 0.0) {
+    double far = margin - gap.approach, square = gap.rate * gap.rate + 2.0 * growth * far;
+    double speed = gap.rate + std::sqrt(std::max(square, 0.0));
+    return square >= 0.0 && speed > 0.0 ? 2.0 * far / speed : NEVER;
+  }
+  double share = wall.relaxation_time * gap.rate * gap.approach / (gap.approach + ONSET);
+  if (gap.rate >= 0.0 || gap.approach + share <= 0.0) return NEVER;
+  // The viscous part draws back as much as the spring pushes where the approach is T |rate| - ONSET.
+  double far = gap.approach - std::max(-wall.relaxation_time * gap.rate - ONSET, 0.0) + margin;
+  double push = wall.stiffness * (gap.approach + share) / (3.0 * mass);
+  return 2.0 * far / (std::sqrt(gap.rate * gap.rate + 4.0 * push * far) - gap.rate);
+}
+
+// A coming step, and the least one to go on with after it [s].
+struct Cut { double step, resume; };
+
+// The mass [kg] by which a ball and the cage are pushed apart.
+inline double mass_between(const Bearing &bearing, const CoupledBodies &b) {
+  double inverse = 1.0 / bearing.ball_mass + b.pockets.radius * b.pockets.radius / b.inertia[CAGE_ANGLE];
+  return 1.0 / (b.guided ? inverse + 1.0 / b.inertia[CAGE_X] : inverse);
+}
+
+inline Cut cut_at_land(const CoupledBodies &b, const BodyState &e, double closing, double wanted, const Cut &cut) {
+  double inner = b.land.side < 0.0 ? 1.0 : 0.0;
+  auto off = [&](int first) { return std::pair{e[first + CAGE_X] - inner * e[first + RING_X], e[first + CAGE_Y] - inner * e[first + RING_Y]}; };
+  auto [x, y] = off(0);
+  auto [u, v] = off(COORDINATES);
+  double distance = std::sqrt(x * x + y * y) + NOWHERE, rate = (x * u + y * v) / distance, turn = (x * v - y * u) / distance;
+  double inverse = 1.0 / b.inertia[CAGE_X] + inner * b.free[RING_X] / b.inertia[RING_X];
+  double blur = b.speed_scale[CAGE_X] / (inverse * b.land.wall.stiffness);
+  Gap gap{distance - b.land.clearance, rate, 1.0};
+  double until = next_bend(b.land.wall, 1.0 / inverse, blur, gap, turn * turn / distance + closing);
+  if (!(until < cut.step)) return cut;
+  return {until, std::min(wanted, gap.approach < 0.0 ? FIRST * ONSET / rate : NEVER)};
+}
+
+// How fast the cage's centre comes to move towards its land [m/s^2], its way round it left out.
+inline double land_closing(const CoupledBodies &b, const BodyState &e, const BodyState &rates) {
+  double inner = b.land.side < 0.0 ? 1.0 : 0.0, x = e[CAGE_X] - inner * e[RING_X], y = e[CAGE_Y] - inner * e[RING_Y];
+  const double *growth = rates.data() + COORDINATES;
+  double along = growth[CAGE_X] - inner * growth[RING_X], across = growth[CAGE_Y] - inner * growth[RING_Y];
+  return (x * along + y * across) / (std::sqrt(x * x + y * y) + NOWHERE);
+}
+
+constexpr double LEAST_WEIGHT = 0.1;  // of errors along the groove of a ball that carries next to nothing
+
+// How much errors along the groove count of a ball with these approaches at the outer raceway: nearly as its load.
+CORE_INLINE Pack weight_of_light(const Pack &begin, const Pack &end, double light) {
+  Pack share = minimum(maximum(maximum(begin, end) * (1.0 / light), 0.0), 1.0);
+  return maximum(share * square_root(share), LEAST_WEIGHT);
+}
+
+}  // namespace walls
+
+}  // namespace core

@@ -1,0 +1,330 @@
+// The contact of a ball with a raceway (paper 1, section 5), written once over the type of its numbers: where, how fast,
+// how hard. `normal` points from the ball's centre to the raceway, so the load on the ball is -normal_load * normal;
+// `slip` is the velocity of the ball's surface relative to the raceway. All vectors are in the ball's frame, forces act
+// on the ball, half the approach inside its surface. A gap gives zero loads.
+#pragma once
+#include "../math/vector3.hpp"
+#include "model.hpp"
+
+namespace core {
+
+// A ring whose tilt is taken to first order: a point at p of it goes to p + theta x p.
+
+// The axes of a tilted ring, as rows in the frame in which its tilt is x, y: the inverse of 1 + tilt x.
+template <class X, class Y, class Z>
+struct RingAxes { X x; Y y; Z z; };
+template <class X, class Y, class Z> RingAxes(X, Y, Z) -> RingAxes<X, Y, Z>;
+template <class X, class Y>
+CORE_INLINE auto ring_axes(const X &x, const Y &y) {
+  auto xx = x * x, yy = y * y;
+  auto share = 1.0 / (1.0 + (xx + yy));
+  auto xy = share * (x * y), sx = share * x, sy = share * y;
+  return RingAxes{Vector3{share * (1.0 + xx), xy, -sy}, Vector3{xy, share * (1.0 + yy), sx}, Vector3{sy, -sx, share}};
+}
+template <class A, class V>
+CORE_INLINE auto into_ring(const A &axes, const V &v) { return Vector3{dot(axes.x, v), dot(axes.y, v), dot(axes.z, v)}; }
+template <class A, class V>
+CORE_INLINE auto out_of_ring(const A &axes, const V &v) { return (v.x * axes.x + v.y * axes.y) + v.z * axes.z; }
+
+struct NoHeight { Zero value, rate; };
+
+// Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
+template <class O, class N, class Q, class A, class D, class R, class T, class W, class L, class S, class H>
+struct ContactPlace {
+  O offset;  // of the ball's centre from the ring's [m]
+  N normal;
+  Q radial;  // the normal's part in the plane of the ring
+  A approach;  // [m]; above zero in contact
+  D axis_distance;  // of the ball's centre from the ring's axis [m]
+  R arm;  // from the ball's centre to the contact point [m]
+  T surface_velocity;  // of the raceway at the contact point [m/s]
+  W ring_speed;  // about the axis [rad/s]
+  L load;  // elastic [N]
+  S stiffness;  // [N/m]
+  H height_rate;  // by which heights that come by close the contact [m/s]
+};
+template <class O, class N, class Q, class A, class D, class R, class T, class W, class L, class S, class H>
+ContactPlace(O, N, Q, A, D, R, T, W, L, S, H) -> ContactPlace<O, N, Q, A, D, R, T, W, L, S, H>;
+
+// The coefficient of the elastic law where the normal has this radial part, from what is `carried` (LANES,) if anything is.
+[[gnu::noinline]] inline std::pair<Pack, Pack> carried_coefficient(const Bearing &bearing, const Raceway &raceway, const Pack &radial,
+                                                                   const CarriedContact *carried) {
+  Pack value{}, slope{};
+  for (int lane = 0; lane < LANES; lane++) {
+    double over = 1.0 / (raceway.locus_radius + raceway.groove_radius * radial[lane]);
+    double small = bearing.curvature_across(raceway), large = bearing.curvature_along(raceway, double(radial[lane]));
+    auto [coefficient, by_large] = coefficient_and_slope(carried[lane], small, large, raceway.modulus);
+    value[lane] = coefficient, slope[lane] = by_large * -0.5 * raceway.locus_radius * over * over;
+  }
+  return {value, slope};
+}
+template <Number N>
+CORE_INLINE auto coefficient_at(const Bearing &bearing, const Raceway &raceway, const N &radial, const CarriedContact *carried) {
+  if constexpr (std::is_same_v<ValueOf<N>, Pack>)
+    if (carried && bearing.carried != CarriedLaw::none) {
+      std::pair<Pack, Pack> found = carried_coefficient(bearing, raceway, value_of(radial), carried);
+      return with_slope(radial, found.first, [&] { return found.second; });
+    }
+  return along_groove(raceway.coefficient, radial);
+}
+
+template <class O, class W, class H = NoHeight>
+CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed,
+                               const CarriedContact *carried = nullptr, const H &height = {}) {
+  auto [axis_distance, over_distance] = [&] {
+    if constexpr (IsZero<decltype(offset.y)>) return std::pair{offset.x, 1.0 / offset.x};
+    else return root_and_inverse(offset.x * offset.x + offset.y * offset.y);
+  }();
+  auto outwards = axis_distance - raceway.locus_radius;
+  auto [distance, inverse] = root_and_inverse(outwards * outwards + offset.z * offset.z + 1e-300);
+  auto radial = outwards * inverse;
+  auto in_plane = radial * over_distance;
+  Vector3 normal{in_plane * offset.x, in_plane * offset.y, offset.z * inverse};
+  auto approach = distance + (bearing.ball_radius - raceway.groove_radius) + height.value;
+  auto arm = (bearing.ball_radius - 0.5 * approach) * normal;
+  auto point = offset + arm;
+  Vector3 surface_velocity{-(ring_speed * point.y), ring_speed * point.x, Zero{}};
+
+  auto coefficient = coefficient_at(bearing, raceway, radial, carried);
+  auto spring = elastic(coefficient, bearing.power, approach);
+  return ContactPlace{offset, normal, radial, approach, axis_distance, arm, surface_velocity, ring_speed, spring.load,
+                      spring.stiffness, height.rate};
+}
+
+// What a contact does to the ball: force [N], torque about the ball's centre [N m] and power lost [W]; and what these consist
+// of: normal load [N], slip [m/s], friction force [N], and the friction torque about the normal [N m] (drilling), which
+// friction at a point has not.
+template <class F, class T, class L, class N, class S, class R, class D>
+struct ContactAction { F force; T torque; L loss; N normal_load; S slip; R friction; D drilling; };
+template <class F, class T, class L, class N, class S, class R, class D>
+ContactAction(F, T, L, N, S, R, D) -> ContactAction<F, T, L, N, S, R, D>;
+
+// How hard, for `relative`, the velocity of the ball's surface against the raceway at the contact point, the spin of the
+// ball against it about the normal, and a coefficient of friction.
+template <bool PATCH, class P, class U, class W>
+CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, const P &at, const U &relative, const W &spin,
+                                const Pack &coefficient) {
+  auto approach_rate = dot(relative, at.normal);
+  auto slip = relative - approach_rate * at.normal;
+  auto closing = approach_rate + at.height_rate;
+  auto normal_load = maximum(proportional_load(at.load, at.stiffness, closing, bearing.damping, bearing.relaxation_time), 0.0);
+  auto damping_loss = (normal_load - at.load) * closing;
+  if constexpr (!PATCH) {
+    auto square = dot(slip, slip);
+    auto resistance = point_resistance(coefficient * normal_load, square, bearing.regularisation);
+    auto friction = (-resistance) * slip;
+    auto force = friction - normal_load * at.normal;
+    return ContactAction{force, cross(at.arm, friction), resistance * square + damping_loss, normal_load, slip, friction, Zero{}};
+  } else {
+    // The patch's axes: major across the groove, minor (x, y, 0) along the ring's circumference.
+    auto over = 1.0 / at.axis_distance;
+    auto x = -(over * at.offset.y);
+    auto y = over * at.offset.x;
+    auto root = root_of_depth(maximum(at.approach, LEAST_DEPTH));
+    auto major = root * along_groove(raceway.semi_major, at.radial);
+    auto minor = root * along_groove(raceway.semi_minor, at.radial);
+    auto slip_major = at.normal.z * (y * slip.x - x * slip.y) - at.radial * slip.z;
+    auto slip_minor = x * slip.x + y * slip.y;
+    auto means = patch_means(bearing.patch, bearing.regularisation, major, minor, slip_major, slip_minor, spin);
+    auto in_ball_frame = [&](const auto &along_major, const auto &along_minor, const auto &along_normal) {
+      auto outwards = along_major * at.normal.z + along_normal * at.radial;
+      return Vector3{outwards * y + along_minor * x, along_minor * y - outwards * x,
+                     along_normal * at.normal.z - along_major * at.radial};
+    };
+    auto limit = coefficient * normal_load, lever = bearing.ball_radius - 0.5 * at.approach;
+    auto along = limit * means.along, across = limit * means.across, moment = limit * means.moment;
+    auto friction = in_ball_frame(-along, -across, Zero{});
+    auto force = friction - normal_load * at.normal;
+    auto torque = in_ball_frame(lever * across, -(lever * along), -moment);
+    auto loss = along * slip_major + across * slip_minor + moment * spin + damping_loss;
+    return ContactAction{force, torque, loss, normal_load, slip, friction, -moment};
+  }
+}
+
+// What heights that come by do to a contact [W], of the force on the ball.
+template <class F, class N>
+CORE_INLINE Pack height_power(const F &force, const N &normal, const Pack &rate) {
+  Pack load = -(value_of(force.x) * value_of(normal.x) + value_of(force.z) * value_of(normal.z));
+  if constexpr (!IsZero<decltype(normal.y)>) load -= value_of(force.y) * value_of(normal.y);
+  return load * rate;
+}
+
+// The lubricant's film in the contact of a ball with a raceway: what it, hysteresis and differential slip resist rolling
+// with, and its coefficient of friction (`core/contact/film.hpp`).
+//
+// The film drags both surfaces by F against their motion, and its pressure, whose centre lies ahead of the contact's, pushes
+// the ball by 2 F R_x/r and the ring by 2 F R_x/R the other way, through their centres, without moment or loss (R_x is the
+// radius of the gap along rolling; R that of the race, below zero for the outer one). These four add up to nothing, and so do
+// their moments: what the ring gets is what the ball gets, reversed. With t along the groove, in the direction in which both
+// surfaces move against the contact at their mean speed u, the ball gets the force (2 R_x/r - 1) F t and about its centre
+// the torque -F arm x t, and 2 F u is lost, where R_x/r is the contact point's distance from the axis over the ball's. A moment M about the ball's axis is taken as F = M/(2 r).
+
+constexpr double LIGHT = 1e-6;  // N: resistance sets in smoothly with the load  # tuned: far below what a ball weighs
+constexpr double SLOW = 1e-4;  // m/s: and with the speed  # tuned: far below any that is looked at
+
+// F [N] and the coefficient of friction, where derivatives are wanted with those by load and speed, the logarithm of thickness
+// over roughness; u [m/s], the x and y of t, 2 R_x/r, and -arm x t [m].
+template <class X>
+struct ContactFilm { X resistance, friction; Pack log_ratio, speed, x, y, lead; Vector3<Pack> turning; };
+
+template <class X>
+struct FilmValues { X resistance, friction, log_ratio; };
+
+inline std::array<Pack, FILM_NUMBERS> film_numbers_at(const Raceway &raceway, const Pack &radial) {
+  std::array<Pack, FILM_NUMBERS> found;
+  Pack x = absolute(radial) - 1.0;
+  for (int i = 0; i < FILM_NUMBERS; i++) found[i] = raceway.film[i][0] + x * (raceway.film[i][1] + x * raceway.film[i][2]);
+  return found;
+}
+
+// Resistance at a load [N] and a speed [m/s] of any sign, coefficient of friction and logarithm of thickness over roughness, where
+// the normal has this radial part; slopes by that, which are next to nothing, are left out.
+template <class Q, class U>
+[[gnu::noinline]] inline FilmValues<decltype(Q{} * U{})> film_values(const Bearing &bearing, const Raceway &raceway, const Pack &radial, const Q &load,
+                                                            const U &speed) {
+  const Lubricant &lubricant = bearing.lubricant;
+  auto numbers = film_numbers_at(raceway, radial);
+  auto [size, over_size] = root_and_inverse(speed * speed + SLOW * SLOW);
+  auto pressed = load + LIGHT;
+  auto log_load = logarithm(pressed);
+  auto log_speed = logarithm(size);
+  auto log_ratio = film_thickness(numbers, log_load, log_speed) - lubricant.log_roughness;
+  auto friction = mixed_friction(lubricant, log_ratio);
+  auto moments = hysteresis_moment(numbers, log_load) + friction * slip_moment(numbers, log_load);
+  auto resistance = film_resistance(lubricant, numbers, log_load, log_speed, size) + 0.5 / bearing.ball_radius * moments;
+  return {(load / pressed) * (speed * over_size) * resistance, friction, log_ratio};
+}
+
+// Fills what holds within the step.
+[[gnu::noinline]] inline void begin_film(const FilmValues<Dual<3, Pack>> &found, const Pack &load, const Pack &speed, FilmBegin &begin) {
+  auto inverse = [](const Pack &x) { return select(absolute(x) > 1e-12, 1.0 / x, Pack{}); };
+  begin.over_load = inverse(load), begin.over_speed = inverse(speed), begin.known = true;
+  int i = 0;
+  for (const auto *one : {&found.resistance, &found.friction}) {
+    Pack over = inverse(one->value), by_load = one->slope[0] * load * over, by_speed = one->slope[1] * speed * over;
+    begin.value[i] = one->value;
+    begin.load[i][0] = 1.0 + by_load, begin.load[i][1] = 1.0 - by_load;
+    begin.speed[i][0] = 1.0 + by_speed, begin.speed[i][1] = 1.0 - by_speed, i++;
+  }
+}
+// Within the step: a power x^e by (2 + (1 + e) p)/(2 + (1 - e) p), p = x - 1, which has its value and two derivatives.
+CORE_INLINE FilmValues<Pack> film_within(const FilmBegin &begin, const Pack &load, const Pack &speed) {
+  constexpr double MOST = 8.0;  // times the load or the speed, where a power grows on no more
+  Pack p = minimum(load * begin.over_load, MOST) - 1.0, w = minimum(maximum(speed * begin.over_speed, 0.0), MOST) - 1.0;
+  Pack over[2], under[2];
+  for (int i = 0; i < 2; i++) {
+    over[i] = begin.value[i] * ((2.0 + begin.load[i][0] * p) * (2.0 + begin.speed[i][0] * w));
+    under[i] = (2.0 + begin.load[i][1] * p) * (2.0 + begin.speed[i][1] * w);
+  }
+  Pack inverse = 1.0 / (under[0] * under[1]);
+  return {select(load > 0.0, over[0] * (under[1] * inverse), Pack{}), over[1] * (under[0] * inverse), Pack{}};
+}
+
+// `velocity` of the ball's centre against the ring's. Where derivatives are wanted, values and slopes go into `begin`, for what
+// is evaluated within the step.
+template <bool DERIVATIVES, class P, class R, class V>
+CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, const P &at, const R &relative, const V &velocity,
+                              FilmBegin *begin) {
+  using X = std::conditional_t<DERIVATIVES, Dual<3, Pack>, Pack>;
+  ContactFilm<X> film;
+  Pack over = 1.0 / as_pack(at.axis_distance), load = as_pack(at.load);
+  film.x = -over * as_pack(at.offset.y), film.y = over * as_pack(at.offset.x);
+  Vector3<Pack> arm = as_packs(at.arm);
+  film.turning = {arm.z * film.y, -arm.z * film.x, arm.y * film.x - arm.x * film.y};
+  film.lead = 2.0 - 2.0 * over * film.turning.z;  // twice the contact point's distance from the axis over that of the ball
+  auto along = [&](const auto &v) __attribute__((always_inline)) { return film.x * as_pack(v.x) + film.y * as_pack(v.y); };
+  film.speed = 0.5 * along(relative) + along(at.surface_velocity) - 0.5 * film.lead * along(velocity);
+  auto take = [&](const FilmValues<X> &found) {
+    film.resistance = found.resistance, film.friction = found.friction, film.log_ratio = value_of(found.log_ratio);
+  };
+  if constexpr (DERIVATIVES) {
+    auto found = film_values(bearing, raceway, as_pack(at.radial), variable<0>(load), variable<1>(film.speed));
+    if (begin) begin_film(found, load, film.speed, *begin);
+    take(found);
+  } else if (begin && begin->known) take(film_within(*begin, load, film.speed));
+  else take(film_values(bearing, raceway, as_pack(at.radial), load, film.speed));
+  return film;
+}
+
+// What the equations of motion take of a contact: `moment` [N m] about the ring's axis, power of heights that come by [W].
+template <class F, class T, class L>
+struct BallLoads { F force; T torque; L loss; };
+template <class F, class T, class L> BallLoads(F, T, L) -> BallLoads<F, T, L>;
+template <class F, class T, class M, class L>
+struct BallAction { F force; T torque; M moment; L loss; Pack height_power; };
+template <class F, class T, class M, class L> BallAction(F, T, M, L, Pack) -> BallAction<F, T, M, L>;
+
+// Loads on the ball with what the film does to it, beside friction by its coefficient, whose slopes come in here.
+template <class C, class V, class A>
+CORE_INLINE A with_film(const C &contact, const V &velocity, const A &loads) {
+  const auto &at = contact.at;
+  const auto &film = contact.film;
+  // for its slopes; t is next to tangential
+  auto speed = film.y * (0.5 * contact.relative.y + at.surface_velocity.y - (0.5 * film.lead) * velocity.y);
+  auto resistance = composed(film.resistance, at.load, speed), pull = (film.lead - 1.0) * resistance;
+  auto force = loads.force + Vector3{pull * film.x, pull * film.y, Zero{}};
+  auto torque = loads.torque + resistance * film.turning;
+  auto loss = loads.loss + 2.0 * film.speed * resistance;
+  if constexpr (!IsDual<decltype(film.resistance)>) return {force, torque, loss};
+  else {
+    const auto &mu = film.friction;
+    auto change = (1.0 / mu.value) * composed(Dual<3, Pack>{Pack{}, {mu.slope[0], mu.slope[1]}}, at.load, speed);
+    Vector3<Pack> friction = as_packs(contact.action.friction);
+    Pack rubbing = dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.drilling) * as_pack(contact.spin);
+    return {force + change * friction, torque + change * as_packs(contact.action.torque), loss - rubbing * change};
+  }
+}
+
+// A contact with all that it consists of. Where derivatives are wanted, `action` is differentiated by the place, and by the
+// relative velocity and the spin about the normal as columns FREE to FREE + 3: fewer columns through the friction.
+constexpr int FREE = 10;
+template <class P, class U, class W, class M, class C>
+struct RacewayContact { P at; U relative; W spin; M film; C action; };
+template <class P, class U, class W, class M, class C> RacewayContact(P, U, W, M, C) -> RacewayContact<P, U, W, M, C>;
+
+// `offset` and `velocity` of the ball's centre against the ring's, its spin and the ring's speed; `carried` may be null.
+template <bool PATCH, class O, class V, class S, class W>
+CORE_INLINE auto raceway_contact(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
+                                 const O &offset, const V &velocity, const S &spin, const W &speed) {
+  auto at = contact_place(bearing, raceway, offset, speed, carried ? carried->contact : nullptr, height);
+  auto relative = (velocity + cross(spin, at.arm)) - at.surface_velocity;
+  auto about_normal = dot(spin, at.normal) - speed * at.normal.z;
+  constexpr bool DERIVATIVES = IsDual<decltype(relative.x)>;
+  Pack coefficient = broadcast<Pack>(PATCH ? bearing.patch.coefficient : bearing.friction_coefficient);
+  decltype(contact_film<DERIVATIVES>(bearing, raceway, at, relative, velocity, nullptr)) film{};
+  if (bearing.lubricant.works()) {
+    film = contact_film<DERIVATIVES>(bearing, raceway, at, relative, velocity, carried ? &carried->film : nullptr);
+    coefficient = value_of(film.friction);
+  }
+  auto action = contact_action<PATCH>(bearing, raceway, at, local<FREE>(relative), local<FREE + 3>(about_normal), coefficient);
+  return RacewayContact{at, relative, about_normal, film, action};
+}
+
+// What a raceway does to a ball, differentiated by what its motion depends on.
+template <bool PATCH, class O, class V, class S, class W>
+CORE_INLINE auto raceway_action(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
+                                const O &offset, const V &velocity, const S &spin, const W &speed) {
+  auto contact = raceway_contact<PATCH>(bearing, raceway, carried, height, offset, velocity, spin, speed);
+  const auto &relative = contact.relative;
+  auto through = [&]<class Y>(const Y &y) __attribute__((always_inline)) {
+    if constexpr (!IsDual<Y>) return y;
+    else {
+      constexpr unsigned found = columns_of<Y>, own = found & ((1u << FREE) - 1);
+      constexpr unsigned by_spin = found >> (FREE + 3) & 1 ? columns_of<decltype(contact.spin)> : 0u;
+      constexpr unsigned columns = own | columns_of<decltype(relative.x)> | columns_of<decltype(relative.y)> |
+                                   columns_of<decltype(relative.z)> | by_spin;
+      return dual<columns>(value_of(y), [&]<int C>() __attribute__((always_inline)) {
+        return ((slope_of<C>(y) + slope_of<FREE>(y) * slope_of<C>(relative.x)) +
+                (slope_of<FREE + 1>(y) * slope_of<C>(relative.y) + slope_of<FREE + 2>(y) * slope_of<C>(relative.z))) +
+               slope_of<FREE + 3>(y) * slope_of<C>(contact.spin);
+      });
+    }
+  };
+  auto vector = [&](const auto &v) __attribute__((always_inline)) { return Vector3{through(v.x), through(v.y), through(v.z)}; };
+  BallLoads dry{vector(contact.action.force), vector(contact.action.torque), through(contact.action.loss)};
+  auto [force, torque, loss] = bearing.lubricant.works() ? with_film(contact, velocity, dry) : dry;
+  auto moment = (offset.x * force.y - offset.y * force.x) + torque.z;
+  return BallAction{force, torque, moment, loss, height_power(force, contact.at.normal, height.rate)};
+}
+
+}  // namespace core
