@@ -48,22 +48,14 @@ def test_without_git_the_core_is_run(graph, monkeypatch, capsys):
     assert "the core tests only" in capsys.readouterr().err
 
 
-def test_the_core_exists():
-    assert all((Path(__file__).parent / f"{name}.py").exists() for name in wanted.CORE)
-
-
-@pytest.mark.parametrize(
-    ("limit", "passed", "left_out"),
-    [("within=0.4", 3, 1), ("until=0", 2, 2), ("until=1e9", 4, 0)],
-)
-def test_what_does_not_fit_is_left_out_and_said(tmp_path, limit, passed, left_out):
+def test_what_does_not_fit_is_left_out_and_said(tmp_path):
     for name in ("conftest.py", "domains.py", "forks.py", "starts.py"):
         shutil.copy(Path(__file__).parent / name, tmp_path)
     for name in ("always", "other"):
         (tmp_path / f"test_{name}.py").write_text("def test_a():\n    pass\n\n\ndef test_b():\n    pass\n")
-    words = ["-m", "pytest", f"--{limit}", "--always=test_always", str(tmp_path)]
+    words = ["-m", "pytest", "--within=0.4", "--always=test_always", str(tmp_path)]
     bare = {**os.environ, "PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # other plugins take a second to load
     done = subprocess.run([sys.executable, *words], cwd=tmp_path, env=bare, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert f"{passed} passed" in done.stdout
-    assert (f"{left_out} tests near the change were left out" in done.stdout) == bool(left_out)
+    assert "3 passed" in done.stdout
+    assert "1 tests near the change were left out" in done.stdout

@@ -14,19 +14,17 @@ from typing import NamedTuple
 
 from bearing_twin.base.errors import SceneError, unknown
 from bearing_twin.base.parameters import LONGEST_TEXT, choice, echo, quantity, raise_problems, read, text
+from bearing_twin.base.units import suffix_of
 from bearing_twin.base.yaml_files import BEARINGS
 
 RULE = "rule"
 FOUND = {  # how a ball set was found: what that means
-    "frequencies": "number and diameter from the frequency coefficients FTF, BSF and BPFO that a maker publishes "
-    "(Timken, housed unit catalogue, table A-9), on a pitch circle in the middle; published ratings, which had no part "
-    "in it, check the set: it meets them",
-    "factors": "number and diameter from the factor f0 of ISO 76, which tells diameter over pitch circle, and the "
-    "static rating that NSK and JTEKT publish (6305: SKF); their dynamic ratings and both ratings of four more makers, "
-    "which had no part in it, check the set: it meets them",
-    "ratings": "estimated: the number and the ball size sold (steps of 1/64 inch, and some of whole millimetres) whose "
-    "ratings by ISO 281 and ISO 76 are nearest to those published by FBJ and NKE; the doubts reach to other sets that "
-    "come near; the ratings by SKF, which had no part in it, check the set: it meets them within 4 %",
+    "frequencies": "from the coefficients FTF, BSF and BPFO of Timken (housed unit catalogue, table A-9), on a pitch "
+    "circle in the middle; it meets the published ratings",
+    "factors": "from the factor f0 of ISO 76 and the static rating by NSK and JTEKT (6305: SKF); it meets their "
+    "dynamic ratings and both ratings of four more makers",
+    "ratings": "estimated: the set of balls as sold whose ratings are nearest to those by FBJ and NKE; doubts reach to "
+    "other sets that come near; it meets the ratings by SKF within 4 %",
     "published": "number, ball and pitch diameter as they are published; see its source",
     "literature": "the example of Harris, Rolling Bearing Analysis; it rates 6 % below those published for 7218 today",
     RULE: "estimated by a rule from the boundary dimensions",
@@ -323,24 +321,19 @@ def _with_balls(entry: Entry) -> Entry:
 def row_of(name: str) -> dict:
     """The row of a designation with SI-suffixed keys; ranges are (least, greatest), None where nothing is published."""
     entry = entries()[name]
-    return {
-        "designation": name,
-        "bore_m": entry.bore,
-        "outside_diameter_m": entry.outside_diameter,
-        "width_m": entry.width or None,
-        "balls": entry.balls,
-        "balls_doubt": entry.balls_doubt,
-        "ball_diameter_m": entry.ball_diameter,
-        "ball_diameter_doubt_m": entry.ball_diameter_doubt,
-        "pitch_diameter_m": entry.pitch_diameter,
-        "pitch_diameter_doubt_m": entry.pitch_diameter_doubt,
-        "contact_angle_rad": entry.contact_angle,
-        "inner_conformity": entry.inner_conformity,
-        "outer_conformity": entry.outer_conformity,
-        "radial_clearance_m": None if entry.contact_angle else list(clearance_of(entry)),
-        "found": entry.found,
-        "found_means": FOUND[entry.found],
-        "source": entry.source,
-        "published_dynamic_rating_n": list(entry.dynamic) if entry.dynamic[1] else None,
-        "published_static_rating_n": list(entry.static) if entry.static[1] else None,
+    row = {
+        f"{field.name}{suffix_of(field.metadata.get('unit', ''))}": getattr(entry, field.name)
+        for field in dataclasses.fields(entry)
+        if field.name not in ("dynamic", "static")
     }
+    return (
+        {"designation": name}
+        | row
+        | {
+            "width_m": entry.width or None,
+            "radial_clearance_m": None if entry.contact_angle else list(clearance_of(entry)),
+            "found_means": FOUND[entry.found],
+            "published_dynamic_rating_n": list(entry.dynamic) if entry.dynamic[1] else None,
+            "published_static_rating_n": list(entry.static) if entry.static[1] else None,
+        }
+    )

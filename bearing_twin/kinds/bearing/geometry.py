@@ -67,29 +67,19 @@ def clearance_at_angle(geometry) -> float:
     return 2.0 * between * (1.0 - math.cos(geometry.contact_angle))
 
 
-def _shaft_fit(seat: Seat, ring: Material, raceway: float) -> float:
-    """Growth [m] of the inner raceway's diameter: two thick-walled rings (Lame) pressed on each other."""
+def _fit(seat: Seat, ring: Material, raceway: float, side: float) -> float:
+    """Change [m] of a raceway's diameter by its fit, from the shaft (side 1) or the housing (-1).
+
+    Two thick-walled rings (Lame) pressed on each other; a solid shaft, and a housing without end, are such rings, too.
+    """
     if seat.interference == 0.0:
         return 0.0
-    bore, shaft = seat.diameter, seat.material
-    own = (raceway**2 + bore**2) / (raceway**2 - bore**2) + ring.poisson_ratio
-    other = (bore**2 + seat.other_diameter**2) / (bore**2 - seat.other_diameter**2) - shaft.poisson_ratio
-    pressure = seat.interference / bore / (own / ring.young_modulus + other / shaft.young_modulus)
-    return 2.0 * pressure * bore**2 * raceway / (ring.young_modulus * (raceway**2 - bore**2))
-
-
-def _housing_fit(seat: Seat, ring: Material, raceway: float) -> float:
-    """Decrease [m] of the outer raceway's diameter; as `_shaft_fit`."""
-    if seat.interference == 0.0:
-        return 0.0
-    outside, housing = seat.diameter, seat.material
-    own = (outside**2 + raceway**2) / (outside**2 - raceway**2) - ring.poisson_ratio
-    wall = 1.0
-    if seat.other_diameter > 0.0:
-        wall = (seat.other_diameter**2 + outside**2) / (seat.other_diameter**2 - outside**2)
-    other = wall + housing.poisson_ratio
-    pressure = seat.interference / outside / (own / ring.young_modulus + other / housing.young_modulus)
-    return 2.0 * pressure * outside**2 * raceway / (ring.young_modulus * (outside**2 - raceway**2))
+    at, other = seat.diameter**2, seat.other_diameter**2
+    own = side * (raceway**2 + at) / (raceway**2 - at) + side * ring.poisson_ratio
+    wall = side * (at + other) / (at - other) if side > 0.0 or other > 0.0 else 1.0
+    seated = wall - side * seat.material.poisson_ratio
+    pressure = seat.interference / seat.diameter / (own / ring.young_modulus + seated / seat.material.young_modulus)
+    return 2.0 * pressure * at * raceway / (ring.young_modulus * (raceway**2 - at))
 
 
 def clearance_of(parameters) -> Clearance:
@@ -101,8 +91,8 @@ def clearance_of(parameters) -> Clearance:
     geometry, materials, heat = parameters.geometry, parameters.materials, parameters.temperatures
     inner, outer = (geometry.pitch_diameter + side * geometry.ball_diameter for side in (-1.0, 1.0))
     initial = clearance_at_angle(geometry) if geometry.contact_angle > 0.0 else geometry.radial_clearance
-    shaft = 0.0 - _shaft_fit(parameters.fits.shaft, materials.inner_ring, inner)
-    housing = 0.0 - _housing_fit(parameters.fits.housing, materials.outer_ring, outer)
+    shaft = 0.0 - _fit(parameters.fits.shaft, materials.inner_ring, inner, 1.0)
+    housing = 0.0 + _fit(parameters.fits.housing, materials.outer_ring, outer, -1.0)
     balls = heat.balls or 0.5 * (heat.inner_ring + heat.outer_ring)
     warmer = [one - heat.reference for one in (heat.inner_ring, balls, heat.outer_ring)]
     warm = (
@@ -120,26 +110,27 @@ def operating_geometry(parameters):
 
 def clearance_problems(parameters) -> list[str]:
     """Contradictions of contact angle and fits, one sentence each."""
-    geometry, fits, problems = parameters.geometry, parameters.fits, []
-    if geometry.contact_angle > 0.0 and geometry.radial_clearance != type(geometry).radial_clearance:
-        problems.append(
+    geometry, shaft, housing = parameters.geometry, parameters.fits.shaft, parameters.fits.housing
+    inner, outer = (geometry.pitch_diameter + side * geometry.ball_diameter for side in (-1.0, 1.0))
+    far, given = housing.other_diameter or math.inf, geometry.radial_clearance != type(geometry).radial_clearance
+    rows = (
+        (
+            geometry.contact_angle > 0.0 and given,
             f"geometry.contact_angle = {geometry.contact_angle:g} rad and geometry.radial_clearance = "
-            f"{geometry.radial_clearance:g} m say the same thing; keep one of them"
-        )
-    bore, outside = (geometry.pitch_diameter + side * geometry.ball_diameter for side in (-1.0, 1.0))
-    shaft, housing = fits.shaft, fits.housing
-    if shaft.interference > 0.0 and not shaft.other_diameter < shaft.diameter < bore:
-        problems.append(
+            f"{geometry.radial_clearance:g} m say the same thing; keep one of them",
+        ),
+        (
+            shaft.interference > 0.0 and not shaft.other_diameter < shaft.diameter < inner,
             f"fits.shaft.diameter = {shaft.diameter:g} m must lie between fits.shaft.other_diameter = "
-            f"{shaft.other_diameter:g} m and the inner raceway's {bore:g} m: give the ring's bore"
-        )
-    far = housing.other_diameter or math.inf
-    if housing.interference > 0.0 and not outside < housing.diameter < far:
-        problems.append(
-            f"fits.housing.diameter = {housing.diameter:g} m must lie between the outer raceway's {outside:g} m and "
-            f"fits.housing.other_diameter = {far:g} m: give the ring's outside"
-        )
-    return problems
+            f"{shaft.other_diameter:g} m and the inner raceway's {inner:g} m: give the ring's bore",
+        ),
+        (
+            housing.interference > 0.0 and not outer < housing.diameter < far,
+            f"fits.housing.diameter = {housing.diameter:g} m must lie between the outer raceway's {outer:g} m and "
+            f"fits.housing.other_diameter = {far:g} m: give the ring's outside",
+        ),
+    )
+    return [sentence for wrong, sentence in rows if wrong]
 
 
 def squeezes(parameters) -> list[tuple[float, float]]:

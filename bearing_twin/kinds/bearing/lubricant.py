@@ -166,38 +166,37 @@ def films(lubricant: "np.ndarray", numbers: "np.ndarray", load, speed) -> "np.nd
 
 def lubricant_problems(parameters) -> list[str]:
     """What is impossible about the lubricant, one sentence each."""
-    lubricant, problems = parameters.lubricant, []
+    lubricant = parameters.lubricant
     if not lubricated(parameters):
         given = lubricant.name != "auto" or lubricant.viscosity_40 or lubricant.viscosity_100
         return ["lubricant.kind = none leaves the oil unused; give lubricant.kind: grease or oil"] if given else []
     cold, warm, temperature = lubricant.viscosity_40, lubricant.viscosity_100, parameters.temperature
-    if lubricant.name != "auto" and (cold or warm):
-        problems.append("lubricant.name and lubricant.viscosity_40, viscosity_100 say the same thing; keep one of them")
-    elif warm and not warm < cold:
-        problems.append(
+    named, speed = lubricant.name != "auto" and (cold or warm), parameters.drive.speed
+    rows = (
+        (named, "lubricant.name and lubricant.viscosity_40, viscosity_100 say the same thing; keep one of them"),
+        (
+            not named and warm and not warm < cold,
             f"lubricant.viscosity_100 = {warm:g} m^2/s must be below lubricant.viscosity_40 = {cold:g} m^2/s: oils "
-            "thin as they warm"
-        )
-    elif cold and not warm and abs(temperature - FORTY) > 0.5:
-        problems.append(
-            f"temperature = {temperature:g} K wants lubricant.viscosity_100, too: one viscosity holds at 40 °C alone"
-        )
-    if not COLDEST <= temperature <= HOTTEST:
-        problems.append(
+            "thin as they warm",
+        ),
+        (
+            not named and cold and not warm and abs(temperature - FORTY) > 0.5,
+            f"temperature = {temperature:g} K wants lubricant.viscosity_100, too: one viscosity holds at 40 °C alone",
+        ),
+        (
+            not COLDEST <= temperature <= HOTTEST,
             f"temperature = {temperature:g} K is outside the oil's, {COLDEST:g} to {HOTTEST:g} K (-20 to 120 °C), "
-            "where its viscosity is known"
-        )
-    speed = parameters.drive.speed
-    if problems or not speed:
+            "where its viscosity is known",
+        ),
+    )
+    problems = [sentence for wrong, sentence in rows if wrong]
+    if problems or not speed or (ratio := ordinary_film(parameters, speed)) >= LEAST_FILM:
         return problems
-    ratio = ordinary_film(parameters, speed)
-    if ratio < LEAST_FILM:
-        problems.append(
-            f"the film is {ratio:.2g} of surface.roughness = {parameters.surface.roughness:g} m at {speed:g} rad/s: "
-            f"below {LEAST_FILM:g} contacts are dry and no formula of films holds; raise the viscosity or the speed, "
-            "lower temperature, or leave lubricant out"
-        )
-    return problems
+    return [
+        f"the film is {ratio:.2g} of surface.roughness = {parameters.surface.roughness:g} m at {speed:g} rad/s: "
+        f"below {LEAST_FILM:g} contacts are dry and no formula of films holds; raise the viscosity or the speed, "
+        "lower temperature, or leave lubricant out"
+    ]
 
 
 def ordinary_film(parameters, speed: float) -> float:

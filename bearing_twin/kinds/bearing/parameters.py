@@ -316,51 +316,50 @@ class BearingScene(SceneParameters):
 
     def check(self) -> list[str]:
         """Contradictions between numbers that are legal alone, one sentence each that names keys, values and limits."""
-        problems = clearance_problems(self)
-        if problems:
+        if problems := clearance_problems(self):
             return problems
-        geometry, run = operating_geometry(self), self.run
-        ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
-        if pitch <= ball:
-            problems.append(
-                f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; "
-                f"it must exceed geometry.ball_diameter = {ball:g} m"
-            )
-        elif geometry.balls >= 2 and ball > pitch * math.sin(math.pi / geometry.balls):
-            fitting = math.floor(math.pi / math.asin(ball / pitch))
-            widest = pitch * math.sin(math.pi / geometry.balls)
-            problems.append(
-                f"geometry.balls = {geometry.balls} balls of {ball:g} m do not fit on a circle of {pitch:g} m; "
-                f"at most {fitting} do, or geometry.ball_diameter at most {widest:.6g} m"
-            )
+        geometry, run, drive = operating_geometry(self), self.run, self.drive
+        ball, pitch, clearance = geometry.ball_diameter, geometry.pitch_diameter, geometry.radial_clearance
+        crowded = geometry.balls >= 2 and pitch > ball > pitch * math.sin(math.pi / geometry.balls)
+        fitting = math.floor(math.pi / math.asin(min(ball / pitch, 1.0)))
         widest = 0.5 * (pitch / ball + 1.0)
-        if geometry.outer_conformity >= widest:
-            problems.append(
+        least, most = -GREATEST_INTERFERENCE * ball, GREATEST_CLEARANCE * ball
+        rows = (
+            (
+                pitch <= ball,
+                f"geometry.pitch_diameter = {pitch:g} m leaves no inner raceway; it must exceed geometry.ball_diameter "
+                f"= {ball:g} m",
+            ),
+            (
+                crowded,
+                f"geometry.balls = {geometry.balls} balls of {ball:g} m do not fit on a circle of {pitch:g} m; at most "
+                f"{fitting} do, or geometry.ball_diameter at most {pitch * math.sin(math.pi / geometry.balls):.6g} m",
+            ),
+            (
+                geometry.outer_conformity >= widest,
                 f"geometry.outer_conformity = {geometry.outer_conformity:g} makes the groove wider than the outer "
-                f"ring; it must be below {widest:.6g} for this ball and pitch diameter"
-            )
-        legal = -GREATEST_INTERFERENCE * ball <= geometry.radial_clearance <= GREATEST_CLEARANCE * ball
-        if not legal:
-            problems.append(
-                f"geometry.radial_clearance = {geometry.radial_clearance:g} m is outside what a ball of {ball:g} m "
-                f"bears; it must be between {-GREATEST_INTERFERENCE * ball:.6g} and {GREATEST_CLEARANCE * ball:.6g} m"
-            )
-        drive = self.drive
-        for key, vector in (
-            ("drive.offset", drive.offset),
-            ("drive.offset + drive.change.offset", drive.changed_offset),
-        ):
-            found = _check_offset(key, vector, geometry)
-            if found and legal:
-                problems.append(found)
-                break
-        problems += ring_problems(self)
-        problems += defect_problems(self.defects, geometry)
-        problems += sensor_problems(self, geometry)
-        problems += torque_problems(self, dimension_of(self) == QUASI_STATIC)
-        problems += numbers_missing(self.contact)
-        problems += check_damping(self.contact, False, {"relaxation_time": RELAXATION_TIME})
-        problems += check_run(run) + ([] if problems else lubricant_problems(self))
+                f"ring; it must be below {widest:.6g} for this ball and pitch diameter",
+            ),
+            (
+                not least <= clearance <= most,
+                f"geometry.radial_clearance = {clearance:g} m is outside what a ball of {ball:g} m bears; it must be "
+                f"between {least:.6g} and {most:.6g} m",
+            ),
+        )
+        problems = [sentence for wrong, sentence in rows if wrong]
+        places = {"drive.offset": drive.offset, "drive.offset + drive.change.offset": drive.changed_offset}
+        if least <= clearance <= most:
+            problems += list(filter(None, (_check_offset(*one, geometry) for one in places.items())))[:1]
+        problems += [
+            *ring_problems(self),
+            *defect_problems(self.defects, geometry),
+            *sensor_problems(self, geometry),
+            *torque_problems(self, dimension_of(self) == QUASI_STATIC),
+            *numbers_missing(self.contact),
+            *check_damping(self.contact, False, {"relaxation_time": RELAXATION_TIME}),
+            *check_run(run),
+        ]
+        problems += [] if problems else lubricant_problems(self)
         if not (run.duration and run.output_rate):
             problems.append("run.duration and run.output_rate of a bearing must be above 0; give seconds and Hz")
         return problems
