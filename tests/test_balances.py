@@ -120,30 +120,6 @@ def test_a_ball_moves_and_turns_as_its_wrench_says(started):
     assert integral(out.raceway_torque) == pytest.approx(turning, abs=1e-4 * np.abs(turning).max())
 
 
-def about_the_centre(out):
-    """Forces and torques about the bearing's centre by the raceways on all balls, and by all balls on the rings."""
-    torque = out.raceway_torque + np.cross(out.position, out.raceway_force)
-    ring = np.cross(out.inner_ring_offset, out.inner_ring_force) + out.inner_ring_torque + out.outer_ring_torque
-    return out.raceway_force.sum(axis=1), torque.sum(axis=1), out.inner_ring_force + out.outer_ring_force, ring
-
-
-def test_what_touching_balls_do_to_each_other_cancels(full):
-    """The raceways' wrenches and the weights alone change the sums of momentum and of moment of momentum."""
-    bearing, out = full
-    gaps = np.linalg.norm(out.position - np.roll(out.position, 1, axis=1), axis=-1) - 2.0 * bearing.ball_radius
-    assert gaps.min() < -1e-8
-    weight = bearing.ball_mass * np.array(bearing.gravity)
-    force, torque, _, _ = about_the_centre(out)
-    momentum = bearing.ball_mass * out.velocity.sum(axis=1)
-    moment = (bearing.ball_mass * np.cross(out.position, out.velocity)).sum(axis=1)
-    moment += bearing.ball_inertia * out.angular_velocity.sum(axis=1)
-    size = bearing.ball_mass * np.abs(out.velocity).sum(axis=1).max()
-    assert integral(force + 13.0 * weight) == pytest.approx(momentum[-1] - momentum[0], abs=1e-4 * size)
-    torque = torque + np.cross(out.position, weight).sum(axis=1)
-    size = np.abs(moment).max()
-    assert integral(torque) == pytest.approx(moment[-1] - moment[0], abs=1e-4 * size)
-
-
 def test_a_ball_between_others_moves_and_turns_as_all_its_contacts_say(full):
     """Newton and Euler for each of thirteen balls: raceways, the ball ahead, and the reaction to the one behind."""
     bearing, out = full
