@@ -4,7 +4,6 @@ Imports are late, so that --help is quick.
 """
 
 import argparse
-import contextlib
 import math
 from pathlib import Path
 from typing import NamedTuple
@@ -128,7 +127,11 @@ def _verify(arguments) -> Outcome:
         raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
         log = read_log(arguments.log, True, arguments.topic, last_run=True, run=arguments.run)
-        verification = verify(log, lambda time: update(time / log.seconds), _before_the_log, arguments.before)
+        if log.begins_s:
+            say(
+                f"the log begins at {log.begins_s:.6g} s: the run up to there is simulated first, compared with nothing"
+            )
+        verification = verify(log, lambda time: update(time / log.seconds), arguments.before)
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
     off = verification.differences()
@@ -141,14 +144,6 @@ def _verify(arguments) -> Outcome:
 
 def _run_noted(log) -> list[str]:
     return [log.run_note] if log.run_note else []
-
-
-@contextlib.contextmanager
-def _before_the_log(seconds: float):
-
-    say(f"the log begins at {seconds:.6g} s: the run up to there is simulated first, and compared with nothing")
-    with progress(f"simulating the {seconds:.6g} s before the log") as update:
-        yield update
 
 
 def _report_arguments(parser):

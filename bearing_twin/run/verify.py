@@ -3,7 +3,6 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -88,25 +87,18 @@ def _shown(unit: str) -> str:
     return UNITS[unit].shown if unit in UNITS else unit
 
 
-Told = Callable[[float], None]
 LONGEST_BEFORE = 1000.0  # s of simulated time that are not compared
 
 
-def verify(
-    log,
-    progress: Told | None = None,
-    before: Callable[[float], AbstractContextManager[Told]] | None = None,
-    longest: float | None = None,
-) -> Verification:
+def verify(log, progress: Callable[[float], None] = lambda seconds: None, longest: float | None = None) -> Verification:
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels, or no records; what it has is
     compared, and so are those outputs alone that a log holds which is thinned, begins late, or was read with
-    `allow_gaps`: the others are simulated without comparing. `before(seconds)`, with the seconds simulated so, gives
-    the function that takes the share of that; `progress` takes the time [s] reached. A log that needs more than
-    `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two blocks, raises LogError:
-    a log may say it begins after years.
+    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached. A log that needs
+    more than `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two blocks, raises
+    LogError: a log may say it begins after years.
     """
     if log.scene is None:
         raise LogError(
@@ -126,7 +118,7 @@ def verify(
         _refuse_far(simulation, block.first_sequence, LONGEST_BEFORE if longest is None else longest)
         apart = block.first_sequence - simulation.sequence - 1
         missing += apart if samples and not log.kept_rate else 0
-        again = _again(simulation, block, before or (lambda seconds: nullcontext(lambda share: None)))
+        again = _again(simulation, block, progress)
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
                 f"outputs of this log from number {block.first_sequence} on stand at other times than its scene's"
@@ -152,8 +144,7 @@ def verify(
             deviations[name] = max(deviations.get(name, 0.0), difference)
             recounted.update(() if same else (name,))
         samples += len(block)
-        if progress:
-            progress(1e-9 * block.time_ns[-1])
+        progress(1e-9 * block.time_ns[-1])
     lacks = () if log.has_records else tuple(sorted(made))
     return Verification(samples, deviations, missing, lacks, log.cut_short, units, tuple(sorted(recounted)))
 
@@ -167,21 +158,15 @@ def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
         )
 
 
-def _again(simulation: Simulation, block: Block, before) -> Block:
+def _again(simulation: Simulation, block: Block, progress: Callable[[float], None]) -> Block:
     """The outputs of `block` from the simulation, with the records since its last ones.
 
     Those before it that the log does not hold are passed over.
     """
     parts, last = [], block.first_sequence - 1
-    late = simulation.sequence < 0 <= last
-    ahead = (
-        before(1e-9 * block.first_sequence * simulation.output_period_ns) if late else nullcontext(lambda share: None)
-    )
-    with ahead as update:
-        while simulation.sequence < last:
-            passed = min(simulation.chunk_outputs, last - simulation.sequence)
-            parts.append(simulation.advance(passed).records)
-            update((simulation.sequence + 1) / block.first_sequence)
+    while simulation.sequence < last:
+        parts.append(simulation.advance(min(simulation.chunk_outputs, last - simulation.sequence)).records)
+        progress(1e-9 * simulation.time_ns)
     again = simulation.advance(len(block))
     parts.append(again.records)
     names = dict.fromkeys(name for records in parts for name in records)
