@@ -12,7 +12,7 @@ from torture_inputs import ROWS as INPUTS
 from torture_logs import ROWS as LOGS
 from torture_rows import until
 
-SHARES = {"kill": 0.04, "cut": 0.005, "flip": 0.01, "mutant": 0.03, "bomb": 0.03}
+SHARES = {"kill": 0.04, "cut": 0.01, "flip": 0.01, "mutant": 0.03, "bomb": 0.03}
 TIMED = ("bomb",)  # where survival is a matter of seconds: measured by `make torture` alone
 SLOW = ("kill", "bomb")  # processes that are killed, or have little memory: tests/test_log_damage.py has one of each
 
@@ -34,11 +34,11 @@ def test_a_short_torture_is_survived(row, tmp_path):
 
 def test_a_row_takes_the_place_of_its_older_self_in_the_table(tmp_path):
     page = torture.PAGE.read_text(encoding="utf-8")
-    cells = ("`torn`", "x", "1", "2", "3", "4", "", "1", "5", "now")
-    once = torture.written(page, {"torn": cells})
-    other = torture.written(once, {"kill": ("`kill`", *cells[1:]), "torn": (*cells[:-1], "later")})
-    rows = [line for line in other.splitlines() if line.startswith(("|`torn`", "|`kill`"))]
-    assert [row.split("|")[1] for row in rows] == ["`kill`", "`torn`"]
+    cells = ("`full`", "x", "1", "2", "3", "4", "", "1", "5", "now")
+    once = torture.written(page, {"full": cells})
+    other = torture.written(once, {"kill": ("`kill`", *cells[1:]), "full": (*cells[:-1], "later")})
+    rows = [line for line in other.splitlines() if line.startswith(("|`full`", "|`kill`"))]
+    assert [row.split("|")[1] for row in rows] == ["`kill`", "`full`"]
     assert "later" in rows[1]
     assert "now" not in rows[1]
     assert torture.written(other, {}, 12.0).count("All rows took 12 minutes") == 1
