@@ -15,25 +15,23 @@ import zlib
 import pytest
 import yaml
 import zstandard
+from foreign_writers import by_mcap, by_rosbags
 from made_up_run import bits, made_up_block, made_up_run, made_up_scene
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema, Statistics
 from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType, IndexType, Writer
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
-from rosbags.rosbag2 import Writer as BagWriter
+from mcap.writer import CompressionType, IndexType
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from torture_rows import in_a_process
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import read_log, write_log
 
 SCENE = made_up_scene(balls=1)
 BLOCK = made_up_block(SCENE, 400)
-RAW = [("raw", 10_000_000 * k, bytes([k, 255, 0])) for k in range(7)]  # on channels of other programs
 
 
 @pytest.fixture(scope="module")
@@ -42,24 +40,6 @@ def source(tmp_path_factory):
     path = tmp_path_factory.mktemp("source") / "run.mcap"
     write_log(made_up_run(SCENE, [BLOCK]), path, run_record=False)
     return [(one.topic.name, one.topic.ros_type, one.log_time, one.data) for one in raw_messages(path)]
-
-
-def by_mcap(path, messages, raw=None, more=lambda writer: None, **options):
-    """The messages by the library of the format's authors, then some on a channel that `raw(writer)` registers."""
-    with path.open("wb") as file:
-        writer, channels = Writer(file, **options), {}
-        writer.start("ros2", "another program")
-        if raw is not None:
-            channels["raw"] = raw(writer)
-        for name, ros_type, time_ns, data in messages:
-            if name not in channels:
-                schema = writer.register_schema(ros_type, "ros2msg", cdr.schema_text(ros_type).encode())
-                channels[name] = writer.register_channel(name, "cdr", schema)
-            writer.add_message(channels[name], time_ns, data, time_ns)
-        for name, time_ns, data in RAW if raw is not None else ():
-            writer.add_message(channels[name], time_ns, data, time_ns)
-        more(writer)
-        writer.finish()
 
 
 def channel(schema=None, topic="/other", encoding="json"):
@@ -234,26 +214,13 @@ def test_what_another_program_put_behind_the_end_costs_nothing(source, tmp_path)
     assert bits(read_log(tmp_path / "run.mcap")) == bits(BLOCK)
 
 
-def bag(path, messages, storage=StoragePlugin.SQLITE3, mode=None):
-    writer = BagWriter(path, version=9, storage_plugin=storage)
-    if mode is not None:
-        writer.set_compression(mode, CompressionFormat.ZSTD)
-    with writer:
-        connections = {}
-        for name, ros_type, time_ns, data in messages:
-            if name not in connections:
-                given = {"msgdef": cdr.schema_text(ros_type), "rihs01": cdr.type_hash(ros_type)}
-                connections[name] = writer.add_connection(name, ros_type, typestore=cdr._typestore(), **given)
-            writer.write(connections[name], time_ns, data)
-
-
 def without_description(path, messages):
-    bag(path, messages)
+    by_rosbags(path, messages)
     (path / "metadata.yaml").unlink()
 
 
 def one_file(path, messages):
-    bag(path, messages)
+    by_rosbags(path, messages)
     [file] = path.glob("*.db3")
     held = file.read_bytes()
     (path / "metadata.yaml").unlink()
@@ -264,7 +231,7 @@ def one_file(path, messages):
 
 def in_files(path, messages):
     """In forty files, message by message in turn, so that all overlap in time but for their ends."""
-    bag(path, messages[:1], StoragePlugin.MCAP)
+    by_rosbags(path, messages[:1], StoragePlugin.MCAP)
     names = [f"part_{k}.mcap" for k in range(40)]
     for k, name in enumerate(names):
         by_mcap(path / name, messages[k::40])
@@ -275,11 +242,11 @@ def in_files(path, messages):
 
 BAGS = {
     "MCAP in forty files": (in_files, "run"),
-    "sqlite3": (bag, "run"),
-    "sqlite3, shuffled": (lambda path, messages: bag(path, shuffled(messages)), "run"),
+    "sqlite3": (by_rosbags, "run"),
+    "sqlite3, shuffled": (lambda path, messages: by_rosbags(path, shuffled(messages)), "run"),
     "sqlite3 without metadata.yaml": (without_description, "run"),
     "a file of sqlite3": (one_file, "run.db3"),
-    "MCAP": (lambda path, messages: bag(path, messages, StoragePlugin.MCAP), "run"),
+    "MCAP": (lambda path, messages: by_rosbags(path, messages, StoragePlugin.MCAP), "run"),
 }
 
 
@@ -297,7 +264,7 @@ def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, capsys)
 
 def test_a_compressed_bag_is_named_with_the_command_that_converts_it(source, tmp_path):
     path, fresh = tmp_path / "bag", tmp_path / "new"
-    bag(path, source, mode=CompressionMode.MESSAGE)
+    by_rosbags(path, source, mode=CompressionMode.MESSAGE)
     with pytest.raises(LogError, match="compressed by zstd") as error:
         read_log(path)
     command = str(error.value).partition("`")[2].partition("`")[0].replace("NEW_BAG", str(fresh)).split()

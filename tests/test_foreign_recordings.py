@@ -4,11 +4,11 @@
 """
 
 import json
+from functools import partial
 
 import pytest
-from mcap.writer import Writer as McapWriter
+from foreign_writers import by_mcap, by_rosbags
 from rosbags.rosbag2 import StoragePlugin
-from rosbags.rosbag2 import Writer as BagWriter
 
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
@@ -32,38 +32,15 @@ def wire(scene, namespaces):
             yield name, topic.ros_type, ARRIVAL + stamp_ns, data
 
 
-def by_rosbags(path, messages):
-    """Written by rosbags, as a bag folder."""
-    with BagWriter(path, version=9, storage_plugin=StoragePlugin.MCAP) as bag:
-        connections = {}
-        for name, ros_type, time_ns, data in messages:
-            if name not in connections:
-                definition = cdr.schema_text(ros_type)
-                given = {"msgdef": definition, "rihs01": cdr.type_hash(ros_type)}
-                connections[name] = bag.add_connection(name, ros_type, typestore=cdr._typestore(), **given)
-            bag.write(connections[name], time_ns, data)
-
-
-def by_mcap(path, messages):
-    """Written by the library of the format's authors, as one file."""
-    with path.open("wb") as file:
-        writer, channels = McapWriter(file), {}
-        writer.start(profile="ros2", library="another program")
-        for name, ros_type, time_ns, data in messages:
-            if name not in channels:
-                schema = writer.register_schema(ros_type, "ros2msg", cdr.schema_text(ros_type).encode())
-                channels[name] = writer.register_channel(name, "cdr", schema)
-            writer.add_message(channels[name], time_ns, data, time_ns)
-        writer.finish()
-
-
 def said(capsys, *words):
     """The result of a command as its JSON."""
     assert main([*words, "--json"]) == 0
     return json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize(("write", "name"), [(by_rosbags, "bag"), (by_mcap, "run.mcap")])
+@pytest.mark.parametrize(
+    ("write", "name"), [(partial(by_rosbags, storage=StoragePlugin.MCAP), "bag"), (by_mcap, "run.mcap")]
+)
 def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_path, capsys):
     write(tmp_path / name, wire(SCENE, ["/left/bearing"]))
     log = read_log(tmp_path / name)
