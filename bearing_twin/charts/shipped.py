@@ -13,6 +13,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from bearing_twin.base.yaml_files import SCENES
 from bearing_twin.charts.contest import Contest, curves, in_rows, of_methods, of_problem
 from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, dashed
 from bearing_twin.charts.rows import DONE, Row
@@ -89,8 +90,9 @@ def _requested(name: str) -> Problem:
 
 def _by_kind(rows: list[Row]) -> Iterator[tuple[str, list[Row]]]:
     """Rows of each kind of scenes that has some."""
+    kinds = {head["name"]: head["kind"] for head in SCENES.heads()}
     for kind in SHIPPED:
-        if mine := [row for row in rows if scenes()[row.problem] == kind]:
+        if mine := [row for row in rows if kinds.get(row.problem) == kind]:
             yield kind.replace("_", " "), mine
 
 
