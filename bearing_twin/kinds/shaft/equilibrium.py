@@ -252,23 +252,19 @@ class ShaftSolver(EquilibriumSolver):
 
     body = "the shaft"
     remedy = "load it, or give less clearance, or preload by offsets of the outer rings"
+    speed = 0.0  # rad/s, at which the shaft turns
 
     def __init__(self, rotor: Rotor, speed: float):
-        self.rotor, self._speed = rotor, speed
+        self.rotor, self.speed = rotor, speed
         self.balls = tuple(seat.balls for seat in rotor.seats)
         self.azimuths = np.concatenate([azimuths_of(seat.balls, seat.first) for seat in rotor.seats])
         lever = lever_of(rotor)
         self.scales = np.array([1.0, 1.0, 1.0, lever, lever])
         self.longest = longest_of(rotor)
 
-    @property
-    def speed(self) -> float:
-        """At which the shaft turns [rad/s]."""
-        return self._speed
-
     def seats(self) -> np.ndarray:
         """The numbers of both rings (2, SEAT) for the core."""
-        return self._seats_at(self._speed)
+        return self._seats_at(self.speed)
 
     def _seats_at(self, speed: float) -> np.ndarray:
         seats = self.rotor.seat_numbers()
@@ -281,18 +277,18 @@ class ShaftSolver(EquilibriumSolver):
     def refuse_thrown_out(self, support: Support) -> None:
         """Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest."""
         loose, still = loose_directions(self, support, self.scales), self._at_rest()
-        if loose and self._speed:
+        if loose and self.speed:
             still.settle(support)
             if not loose_directions(still, support, self.scales):
                 raise SceneError(
-                    f"at {self._speed:g} rad/s the balls are thrown outwards so far that nothing holds the shaft along "
+                    f"at {self.speed:g} rad/s the balls are thrown outwards so far that nothing holds the shaft along "
                     f"{', '.join(loose)}; lower the speed, or preload the bearings more"
                 )
 
     def both_contacts(self) -> list[Contacts]:
         """The contacts of both bearings where the shaft stands."""
         # Orbits are shares of the ring's speed, that of 1 rad/s where it is at rest.
-        seats = self._seats_at(self._speed or 1.0)
+        seats = self._seats_at(self.speed or 1.0)
         found = contacts_at(seats, self.balls, self.azimuths, self.q, self.place[:, :2])
         first = self.balls[0]
         return [Contacts(*(one[:first] for one in found)), Contacts(*(one[first:] for one in found))]
