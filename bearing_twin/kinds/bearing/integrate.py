@@ -192,11 +192,16 @@ def _with_losses(stepper: str, chunk: Chunk) -> int:
     if stepper in SCIPY:
         return _by_scipy(SCIPY[stepper], chunk)
     # Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
-    groups = [list(range(len(chunk.near)))] if chunk.bodies.active else groups_of(chunk.near)
-    alone = [] if chunk.bodies.active else [group[0] for group in groups if len(group) == 1]
+    every = range(len(chunk.near))
+    if chunk.bodies.active:
+        return _coupled(stepper, chunk, every)
+    if not np.count_nonzero(chunk.near):
+        return _free(stepper, chunk, every)
+    groups = groups_of(chunk.near)
+    alone = [group[0] for group in groups if len(group) == 1]
     status = _free(stepper, chunk, alone) if alone else OK
     for group in groups:
-        if status == OK and (chunk.bodies.active or len(group) > 1):
+        if status == OK and len(group) > 1:
             status = _coupled(stepper, chunk, group)
     return status
 

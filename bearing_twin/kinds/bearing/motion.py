@@ -241,7 +241,7 @@ class BearingMotion(CommandedBearing):
 
     def _keep(self) -> None:
         """Keeps what `take_back` needs."""
-        self._before = {name: value for name, value in vars(self).items() if name in KEPT}
+        self._before = {name: getattr(self, name) for name in KEPT}
         self._before |= {name: self._before[name].copy() for name in ARRAYS}
 
     def take_back(self) -> None:
@@ -306,12 +306,12 @@ class BearingMotion(CommandedBearing):
         """The outputs at the present instant."""
         out = empty_outputs(self.parameters, 1)
         now = self.state[None], self.orientation[None], self.body_state[None]
-        self._write(self.drive, np.zeros(1), now, out.numbers)
+        self._write(self._bodies(), self.drive, np.zeros(1), now, out.numbers)
         return out
 
-    def _write(self, drive: RingDrive, times, motion, rows: np.ndarray) -> None:
+    def _write(self, bodies: CoupledBodies, drive: RingDrive, times, motion, rows: np.ndarray) -> None:
         """Writes outputs at `times` [s] from the drive's instant: `motion` as of `room_for`."""
-        write_outputs(self.parameters, self.bearing, self._bodies(), drive, times, *motion, rows)
+        write_outputs(self.parameters, self.bearing, bodies, drive, times, *motion, rows)
 
     def advance(self, times: np.ndarray, duration: float) -> Rows:
         """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError.
@@ -417,10 +417,11 @@ class BearingMotion(CommandedBearing):
         # Slip answers within microseconds: a step carried over from before would pass over the bend.
         bend = abs(drive.acceleration - self._acceleration) > SAME * self.parameters.drive.acceleration
         self._acceleration = drive.acceleration if bend else self._acceleration
-        if bodies.active:
+        if bodies.active and bodies.load is not self._load:  # as it is where it never jumps
             bend |= bool(np.any(np.abs(bodies.load - self._load) > SAME * np.abs(bodies.load)))
             bend |= bool(np.any(bodies.load_rate != self._load_rate))
-            self._load, self._load_rate = bodies.load + duration * bodies.load_rate, bodies.load_rate
+            grows, self._load_rate = bodies.load_rate.any(), bodies.load_rate
+            self._load = bodies.load + duration * bodies.load_rate if grows else bodies.load
         if bend:
             self.steps = np.minimum(self.steps, FIRST_STEP)
         every, sampled = times, np.zeros(0)
@@ -434,10 +435,10 @@ class BearingMotion(CommandedBearing):
         else:
             integrate_alone(*given)
         if self.accelerometer:
-            self._listen(drive, every, filled, sampled)
+            self._listen(bodies, drive, every, filled, sampled)
             wanted = np.searchsorted(every, times)
             filled = tuple(one[wanted] for one in filled)
-        self._write(drive, times, filled, rows)
+        self._write(bodies, drive, times, filled, rows)
         self._check_speed(times, filled[2])
         self.elapsed += duration
         if bodies.shaft:
@@ -449,13 +450,13 @@ class BearingMotion(CommandedBearing):
         speed = goal if reached else self.drive.speed + change
         self.drive = drive.later(duration)._replace(speed=speed, acceleration=0.0)
 
-    def _listen(self, drive, times, filled, sampled) -> None:
+    def _listen(self, bodies, drive, times, filled, sampled) -> None:
         """Takes the samples of the sensor at `sampled` [s] of the run, from the states at `times` of a part."""
         rows, forces = np.searchsorted(times, np.clip(sampled - self.elapsed, 0.0, None)), []
         rows = np.minimum(rows, len(times) - 1)
         for part in (rows[begin : begin + ROOM] for begin in range(0, len(rows), ROOM)):
             out = empty_outputs(self.parameters, len(part))
-            self._write(drive, times[part], tuple(one[part] for one in filled), out.numbers)
+            self._write(bodies, drive, times[part], tuple(one[part] for one in filled), out.numbers)
             forces.append(out.outer_ring_force.copy())
         if forces:
             self.heard, found = self.accelerometer.heard(self.heard, sampled, np.concatenate(forces))
@@ -495,9 +496,11 @@ class BearingMotion(CommandedBearing):
 
     def _check_speed(self, times, body_states) -> None:
         """Raises IntegrationError at the first of the `times` [s] from now at which the shaft turns too fast."""
+        if not self.bodies.shaft:
+            return
         limit, speeds = self.parameters.drive.greatest_speed, body_states[:, SHAFT_SPEED]
         beyond = ~(np.abs(speeds) <= limit)
-        if self.bodies.shaft and beyond.any():
+        if beyond.any():
             seconds, speed = self.elapsed + float(times[beyond.argmax()]), float(speeds[beyond.argmax()])
             sentence = (
                 f"at {seconds:.9g} s the inner ring turns at {speed:.6g} rad/s, beyond drive.greatest_speed = "

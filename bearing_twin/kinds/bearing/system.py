@@ -278,8 +278,8 @@ class Course:
 
     def until_next(self, elapsed: float) -> float:
         """Seconds from `elapsed` [s] until the next of `times`, NEVER after the last."""
-        row = int(np.searchsorted(self.times, elapsed * (1.0 + SAME), side="right"))
-        return float(self.times[row]) - elapsed if row < len(self.times) else NEVER
+        later = self.times[self.times > elapsed * (1.0 + SAME)] if len(self.times) else ()
+        return float(later[0]) - elapsed if len(later) else NEVER
 
     def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
         """The numbers at `elapsed` [s] and their rates, which hold until the next of `times`."""
@@ -381,17 +381,17 @@ class RingLoading:
     def __init__(self, parameters: BearingScene):
         self._ring, drive = parameters.rings.inner, parameters.drive
         self.load, self.torque = Loading(self._ring), Course((drive.torque,), drive.torque_table)
-        self.torque_commanded = False
+        self.torque_commanded, self._steady = False, None
 
     def set(self, force, moment) -> None:
         """From now on force [N] (3,) and moment [N m] (2 or 3,) act, or the scene's own where both are None."""
-        self.load = Loading(self._ring)
+        self.load, self._steady = Loading(self._ring), None
         if force is not None:
             self.load.set(force, moment)
 
     def set_torque(self, torque: float) -> None:
         """From now on `torque` [N m] turns the shaft in place of the scene's."""
-        self.torque, self.torque_commanded = Course((torque,)), True
+        self.torque, self.torque_commanded, self._steady = Course((torque,)), True, None
 
     def until_next(self, elapsed: float) -> float:
         """Seconds until the load or the torque jumps, or grows otherwise."""
@@ -399,9 +399,12 @@ class RingLoading:
 
     def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
         """Loads [N], [N m] and the torque on a shaft (6,) at `elapsed` [s], and their rates, until the next jump."""
-        both = zip(self.load.at(elapsed), self.torque.at(elapsed), strict=True)
-        load, rate = (np.concatenate(one) for one in both)
-        return load, rate
+        if self._steady:
+            return self._steady
+        (load, load_rate), (torque, torque_rate) = self.load.at(elapsed), self.torque.at(elapsed)
+        found = np.concatenate([load, torque]), np.concatenate([load_rate, torque_rate])
+        self._steady = None if len(self.load.times) or len(self.torque.times) else found
+        return found
 
 
 def body_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
