@@ -14,7 +14,7 @@ from bearing_twin.base.errors import Interrupted, Stopped
 from bearing_twin.base.stopping import LOST, SIGNALLED, Halt, heeding_signals
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.log.mcap_write import IndexFile, McapWriter
+from bearing_twin.log.mcap_write import McapWriter, Reserve
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.scene import load_scene
@@ -84,7 +84,7 @@ def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, co
 
 
 @pytest.mark.parametrize(
-    ("writer", "within"), [(McapWriter, "_append"), (McapWriter, "_put"), (IndexFile, "keep"), (McapWriter, "_tail")]
+    ("writer", "within"), [(McapWriter, "_append"), (McapWriter, "_put"), (Reserve, "grow"), (McapWriter, "_tail")]
 )
 def test_a_signal_splits_nothing_that_is_written(writer, within, monkeypatch, tmp_path):
     """It comes within an append, at any of its parts; its handler runs after, and is the old one in the end."""
