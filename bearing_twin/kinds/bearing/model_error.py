@@ -335,17 +335,17 @@ class BearingComparison(Comparison):
             torques = _lengths(own["raceway_torque"] - second["raceway_torque"])
             radius = 0.5 * self.parameters.geometry.ball_diameter
             apart = np.maximum(
-                (forces / np.maximum(exact, least[:, :, None])).max(axis=2),
-                torques / radius / np.maximum(exact.sum(axis=2), least),
+                (forces / np.maximum(exact, least[:, :, None])).max(axis=(1, 2)),
+                (torques / radius / np.maximum(exact[:, :, 0] + exact[:, :, 1], least)).max(axis=1),
             )
-            coefficient = self.parameters.contact.friction_coefficient
-            found["friction"] = apart.max(axis=1) / coefficient, np.ones(len(sizes))
+            found["friction"] = apart / self.parameters.contact.friction_coefficient, np.ones(len(sizes))
         return found
 
 
 def _lengths(vectors: np.ndarray) -> np.ndarray:
     """Lengths of vectors (..., 3)."""
-    return np.sqrt(np.square(vectors).sum(axis=-1))
+    x, y, z = np.moveaxis(vectors, -1, 0)
+    return np.sqrt(x * x + y * y + z * z)  # a sum along an axis of three takes four times as long
 
 
 class BearingErrors:
