@@ -77,17 +77,6 @@ CORE_EXPORT void core_ball_contacts(std::int64_t count, const std::int64_t *ball
   system.write_contacts(contacts);
 }
 
-// What changes of place and opening do to balls of one ring at the places of `memory`: derivatives of what is left (radial,
-// axial), of the force on the ring (radial, axial) and of the friction's moment by the place and by the opening, each
-// (radial, axial): (N, 5, 2, 2); and of the opening (radial, axial) by the ring's coordinates: (N, 2, 5).
-CORE_EXPORT void core_ball_balances(const std::int64_t *balls, const double *seats, const double *azimuth, const double *q,
-                                    const double *memory, double *balances, double *openings) {
-  System &system = system_of(seats, 1, balls);
-  system.place(azimuth);
-  system.remember(memory);
-  system.rings[0].write_balances(five(q), balances, openings);
-}
-
 // Heights (N, 2) [m] of the inner and the outer raceway under balls at these azimuths, the ring turned by an angle [rad]: as
 // in `core_equilibria`; a ball's own are those of its start. `defect_numbers` are those of a bearing.
 CORE_EXPORT void core_surface_heights(const double *defect_numbers, std::int64_t balls, const double *azimuth, double ring_angle, double *heights) {

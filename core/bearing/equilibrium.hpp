@@ -477,24 +477,6 @@ class Ring {
     }
   }
 
-  // Derivatives of the balances (N, 5, 2, 2) and of the openings (N, 2, 5): see `core_ball_balances`.
-  void write_balances(const Five &q, double *balances, double *openings) const {
-    for (int ball = 0; ball < count; ball++, balances += 20, openings += 10) {
-      const Balls &b = balls[ball / LANES];
-      const int lane = ball % LANES;
-      auto seen = opening_and_slopes(b, q);
-      Balance<Number> here = balance_at(*seat, {seen.radial.value, seen.axial.value}, b.place, b.weight);
-      double *row = balances;
-      for (const Number *one : {&here.left_r, &here.left_z, &here.force_r, &here.force_z, &here.moment})
-        for (Plane<Pack> by : {by_place(*one), by_opening(*one)}) *row++ = by.r[lane], *row++ = by.z[lane];
-      auto slopes = [&]<int... C>(const auto &one, double *out, std::integer_sequence<int, C...>) {
-        ((out[C] = full_slope<C>(one)[lane]), ...);
-      };
-      slopes(seen.radial, openings, std::make_integer_sequence<int, COORDINATES>());
-      slopes(seen.axial, openings + COORDINATES, std::make_integer_sequence<int, COORDINATES>());
-    }
-  }
-
   // The scale of the load of two springs in line, of half the approach each, at contact angle zero [N/m^power].
   double spring() const {
     double one[2];
