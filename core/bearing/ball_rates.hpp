@@ -97,7 +97,6 @@ struct BallFactors { Pack by_radius, by_velocity, inverse[6][6]; };
 
 // Approaches of a ball to the raceways [m], and whether its state can be right.
 
-
 constexpr double DEEPEST = 0.1;  // approach over ball radius beyond which bodies have run through each other
 
 template <class T>

@@ -55,8 +55,7 @@ RungeKuttaMethod runge_kutta_of(const double *numbers) {
   RungeKuttaMethod m{};
   Reader read(numbers);
   m.stages = read.integer(), m.order = read.integer();
-  for (auto &row : m.a) read(row);
-  read(m.node), read(m.weight), read(m.error);
+  read(m.a, m.node, m.weight, m.error);
   return m;
 }
 

@@ -137,7 +137,6 @@ inline void body_forces(const CoupledBodies &b, double time, const BodyState &y,
 // ball's velocity along its orbit is its orbit rate, so that the rate of every place is a variable: of an even cage the
 // ball's angle and orbit rate are the cage's, and all else stays as it is.
 
-
 // Variables: the columns of a ball's motion, then places and velocities of the bodies.
 constexpr int ORBIT_RATE = VELOCITY + 1, BODY_PLACE = MOTION, BODY_SPEED = BODY_PLACE + COORDINATES;
 constexpr int VARIABLES = BODY_SPEED + COORDINATES;
@@ -274,7 +273,6 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const Input &in, Give 
 // Balls in the pockets of a cage: a wall pushes a ball back that is further than half the clearance from the middle of
 // its pocket, and friction acts on the ball's surface there, a ball radius ahead or behind. Steps end where a ball meets
 // a wall or leaves it, and where a cage does so with its land, as forces have a bend there that no error estimate sees.
-
 
 // Load [N], loss [W], and friction on the ball along the pocket's radius and along the axis [N], from the slip there.
 template <class A, class R, class S, class T>

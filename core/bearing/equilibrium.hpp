@@ -31,7 +31,6 @@ namespace core::equilibria {
 // and tan(beta) = sin(a_o)/(cos(a_o) + gamma), gamma = D/d_m; `inner` (2, 0) and sin(a_i)/(cos(a_i) - gamma); `shared`
 // (1, 1) and the pitch of outer control.
 
-
 using core::select;
 
 struct Groove {
@@ -308,7 +307,6 @@ inline Settled settled(const Seat &seat, const Plane<Pack> &opening, Plane<Pack>
 
 // The ring on its balls.
 
-
 constexpr int COORDINATES = 5;
 constexpr int BALL_MEMORY = 8;  // of a ball: place, opening, d(place)/d(opening); NaN where nothing is known
 constexpr int CONTACT_NUMBERS = 16;  // of a ball: see `System::contacts`
@@ -384,8 +382,11 @@ class Ring {
     }
   }
 
-  template <class A, class B, class C, class D, class E>
-  CORE_INLINE auto opening_of(const Balls &b, const A &x, const B &y, const C &z, const D &tilt_x, const E &tilt_y) const {
+  // The opening with its slopes by the five coordinates, or its values alone.
+  template <bool DERIVATIVES>
+  CORE_INLINE auto opening(const Balls &b, const Five &q) const {
+    auto at = [&]<int C>(Index<C>) __attribute__((always_inline)) { return input<DERIVATIVES, C>(broadcast<Pack>(q[C])); };
+    auto x = at(index<0>), y = at(index<1>), z = at(index<2>), tilt_x = at(index<3>), tilt_y = at(index<4>);
     auto outwards = b.cosine * x + b.sine * y, aside = b.cosine * y - b.sine * x;
     auto along = b.sine * tilt_x - b.cosine * tilt_y, across = b.cosine * tilt_x + b.sine * tilt_y;
     auto side = (2.0 / seat->pitch_diameter) * aside;
@@ -393,13 +394,8 @@ class Ring {
     auto axial = z + seat->arm * along - aside * across;
     return Opening{radial, axial, aside, side, across};
   }
-  CORE_INLINE auto opening_and_slopes(const Balls &b, const Five &q) const {
-    auto at = [&](int i) { return broadcast<Pack>(q[i]); };
-    return opening_of(b, variable<0>(at(0)), variable<1>(at(1)), variable<2>(at(2)), variable<3>(at(3)), variable<4>(at(4)));
-  }
   CORE_INLINE Plane<Pack> opening_at(const Balls &b, const Five &q) const {
-    auto at = [&](int i) { return broadcast<Pack>(q[i]); };
-    auto found = opening_of(b, at(0), at(1), at(2), at(3), at(4));
+    auto found = opening<false>(b, q);
     return {found.radial, found.axial};
   }
 
@@ -409,7 +405,7 @@ class Ring {
     Dual<ALL, Pack> total[COORDINATES]{};
     Pack scale{};
     for (Balls &b : balls) {
-      auto seen = opening_and_slopes(b, q);
+      auto seen = opening<true>(b, q);
       Plane<Pack> opening{seen.radial.value, seen.axial.value};
       Plane<Pack> change{opening.r - b.seen.r, opening.z - b.seen.z};
       Plane<Pack> begin{b.place.r + dot(b.by_radial, change), b.place.z + dot(b.by_axial, change)};

@@ -10,43 +10,42 @@ namespace core {
 class Reader {
  public:
   explicit Reader(const double *numbers) : next(numbers) {}
-  void operator()(double &number) { number = *next++; }
-  template <std::size_t N> void operator()(double (&numbers)[N]) { for (double &one : numbers) one = *next++; }
-  void operator()(GroovePolynomial &p) { (*this)(p.term), (*this)(p.least); }
-  void operator()(Raceway &r) {
-    (*this)(r.locus_radius), (*this)(r.groove_radius), (*this)(r.given), (*this)(r.modulus);
-    (*this)(r.coefficient), (*this)(r.semi_major), (*this)(r.semi_minor);
-  }
+  template <class... X> void operator()(X &...x) { (take(x), ...); }
   int integer() { return int(*next++); }
   const double *rest() const { return next; }
 
  private:
   const double *next;
+  void take(double &number) { number = *next++; }
+  template <class X, std::size_t N> void take(X (&numbers)[N]) { for (X &one : numbers) take(one); }
+  void take(GroovePolynomial &p) { take(p.term), take(p.least); }
+  void take(Raceway &r) { (*this)(r.locus_radius, r.groove_radius, r.given, r.modulus, r.coefficient, r.semi_major, r.semi_minor); }
+  void take(Wall &w) { (*this)(w.stiffness, w.relaxation_time, w.friction); }
 };
 
 inline Lubricant lubricant_of(Reader &read) {
   Lubricant l{LubricantKind(read.integer())};
-  read(l.viscosity), read(l.pressure_coefficient), read(l.log_roughness), read(l.boundary_friction), read(l.film_friction);
-  read(l.heating), read(l.starvation);
+  read(l.viscosity, l.pressure_coefficient, l.log_roughness, l.boundary_friction, l.film_friction);
+  read(l.heating, l.starvation);
   return l;
 }
 
 inline Bearing bearing_of(const double *numbers, const double *points) {
   Bearing b{};
   Reader read(numbers);
-  read(b.ball_radius), read(b.ball_mass), read(b.ball_inertia), read(b.offset), read(b.tilt), read(b.gravity);
-  read(b.damping), read(b.relaxation_time), read(b.friction_coefficient), read(b.regularisation), read(b.power);
-  read(b.pair_coefficient), read(b.pair_friction);
-  read(b.inner), read(b.outer);
+  read(b.ball_radius, b.ball_mass, b.ball_inertia, b.offset, b.tilt, b.gravity);
+  read(b.damping, b.relaxation_time, b.friction_coefficient, b.regularisation, b.power);
+  read(b.pair_coefficient, b.pair_friction);
+  read(b.inner, b.outer);
   b.patch.model = FrictionModel(read.integer());
-  read(b.patch.coefficient), read(b.patch.easy), read(b.patch.hard);
+  read(b.patch.coefficient, b.patch.easy, b.patch.hard);
   b.patch.points = read.integer();
   b.patch.point = points;
   b.carried = CarriedLaw(read.integer());
   b.lubricant = lubricant_of(read);
   if (b.lubricant.works())
     for (Raceway *raceway : {&b.inner, &b.outer})
-      for (auto &terms : raceway->film) read(terms);
+      read(raceway->film);
   b.defects = defects_of(read.rest());
   return b;
 }
@@ -55,11 +54,7 @@ inline RosenbrockMethod method_of(const double *numbers) {
   RosenbrockMethod m{};
   Reader read(numbers);
   m.stages = read.integer(), m.order = read.integer(), m.ends_steps_at_contacts = read.integer() != 0;
-  read(m.gamma);
-  for (auto &row : m.a) read(row);
-  for (auto &row : m.c) read(row);
-  read(m.alpha), read(m.d);
-  for (auto &row : m.dense) read(row);
+  read(m.gamma, m.a, m.c, m.alpha, m.d, m.dense);
   return m;
 }
 
@@ -103,11 +98,10 @@ inline CoupledBodies bodies_of(const double *numbers, const double *load, const 
   Reader read(numbers);
   b.ring = RingMotion(read.integer()), b.cage = CageKind(read.integer()), b.guided = read.integer() != 0;
   for (bool &one : b.free) one = read.integer() != 0;
-  for (auto *of_each : {&b.inertia, &b.stiffness, &b.damping, &b.rest, &b.weight, &b.place_scale, &b.speed_scale}) read(*of_each);
-  read(b.polar_inertia), read(b.unbalance), read(b.phase), read(b.light);
-  auto read_wall = [&](Wall &wall) { read(wall.stiffness), read(wall.relaxation_time), read(wall.friction); };
-  read(b.pockets.radius), read(b.pockets.half_clearance), read_wall(b.pockets.wall);
-  read(b.land.side), read(b.land.radius), read(b.land.clearance), read_wall(b.land.wall), read(b.land.smoothing);
+  read(b.inertia, b.stiffness, b.damping, b.rest, b.weight, b.place_scale, b.speed_scale);
+  read(b.polar_inertia, b.unbalance, b.phase, b.light);
+  read(b.pockets.radius, b.pockets.half_clearance, b.pockets.wall);
+  read(b.land.side, b.land.radius, b.land.clearance, b.land.wall, b.land.smoothing);
   for (int c = 0; c < COORDINATES; c++) {
     int place = c == SHAFT ? BORDER_CAGE : place_in_border(b, c);  // the torque on the shaft stands in the cage's place
     if (c == CAGE_ANGLE || place < 0) continue;

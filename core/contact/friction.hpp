@@ -152,18 +152,13 @@ inline auto means_of(const PatchFriction &friction, double smooth, const A &majo
 template <class A, class B, class U, class V, class W>
 CORE_INLINE auto patch_means(const PatchFriction &friction, double regularisation, const A &major, const B &minor,
                              const U &u, const V &v, const W &spin) {
-  constexpr unsigned columns = columns_of<A> | columns_of<B> | columns_of<U> | columns_of<V> | columns_of<W>;
   double smooth = regularisation * regularisation;
-  if constexpr (columns == 0) return patch::means_of(friction, smooth, major, minor, u, v, spin);
+  if constexpr ((columns_of<A> | columns_of<B> | columns_of<U> | columns_of<V> | columns_of<W>) == 0)
+    return patch::means_of(friction, smooth, major, minor, u, v, spin);
   else {
     auto found = patch::means_of(friction, smooth, variable<0>(value_of(major)), variable<1>(value_of(minor)),
                                  variable<2>(value_of(u)), variable<3>(value_of(v)), variable<4>(value_of(spin)));
-    auto through = [&](const auto &y) __attribute__((always_inline)) {
-      return dual<columns>(y.value, [&]<int C>() __attribute__((always_inline)) {
-        return y.slope[0] * slope_of<C>(major) + y.slope[1] * slope_of<C>(minor) + y.slope[2] * slope_of<C>(u) +
-               y.slope[3] * slope_of<C>(v) + y.slope[4] * slope_of<C>(spin);
-      });
-    };
+    auto through = [&](const auto &y) __attribute__((always_inline)) { return composed(y, major, minor, u, v, spin); };
     return PatchMeans{through(found.along), through(found.across), through(found.moment)};
   }
 }

@@ -57,7 +57,7 @@ bool solve(SquareMatrix<N> &matrix, std::array<double, N> &right) {
 
 // Inverts the first N rows and columns in lanes, in place, by Gauss and Jordan; without pivots, for heavy diagonals.
 template <int N, int M>
-CORE_INLINE void invert_in_lanes(Pack (&a)[M][M]) {
+[[gnu::noinline]] inline void invert_in_lanes(Pack (&a)[M][M]) {
 #pragma GCC unroll 8
   for (int k = 0; k < N; k++) {
     Pack over = 1.0 / a[k][k];

@@ -225,16 +225,6 @@ CORE_INLINE auto root_and_inverse(const X &square) {
   return std::pair{with_slope(square, root, [&] { return 0.5 * inverse; }),
                    with_slope(square, inverse, [&] { return -0.5 * inverse * (inverse * inverse); })};
 }
-// A function of one number, differentiated by that number and then by what the number depends on.
-template <class Function, Number X>
-CORE_INLINE auto chained(Function function, const X &x) {
-  if constexpr (!IsDual<X>) return function(x);
-  else {
-    auto found = function(variable<0>(x.value));
-    return with_slope(x, found.value, [&] { return found.slope[0]; });
-  }
-}
-
 // y, whose columns 0, 1, ... are derivatives by the numbers x, with derivatives by what these depend on.
 template <class Y, class... X>
 CORE_INLINE auto composed(const Y &y, const X &...x) {
@@ -269,13 +259,9 @@ CORE_INLINE auto local(const X &x) {
   else return x;
 }
 
-// The derivative by the independent variables, of which x carries some at most: zero where it carries none.
-template <int C, class X>
-CORE_INLINE auto full_slope(const X &x) {
-  auto slope = slope_of<C>(x);
-  if constexpr (IsZero<decltype(slope)>) return Pack{};
-  else return slope;
-}
+// A function of one number, differentiated by that number and then by what the number depends on.
+template <class Function, Number X>
+CORE_INLINE auto chained(Function function, const X &x) { return composed(function(local<0>(x)), x); }
 
 // Calls function(number of the variable, partial derivative) for those that x carries.
 template <class X, class Function>
@@ -285,12 +271,14 @@ CORE_INLINE void for_each_slope(const X &x, Function function) {
   }(column_numbers<columns_of<X>>());
 }
 
-// The value in lanes, zero where there is none.
+// The value in lanes, zero where there is none; then the derivative by an independent variable, zero where x carries none.
 template <class X>
 CORE_INLINE Pack as_pack(const X &x) {
   if constexpr (IsZero<X>) return Pack{};
   else return value_of(x);
 }
+template <int C, class X>
+CORE_INLINE Pack full_slope(const X &x) { return as_pack(slope_of<C>(x)); }
 
 // Exponential and natural logarithm in lanes, without a branch: the first within 3e-10 of its value, for models of no more
 // digits; the second within 1e-11, and 1e-15 where slopes are taken.
