@@ -32,7 +32,7 @@ BY_WORKERS = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20
 KEEPS_ALL = {"goal_service_qos_profile": SERVICE, "result_service_qos_profile": SERVICE}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
 FROZEN = 6.0  # s
-STARTED = 60.0  # s after which what does not begin is given up
+STARTED, KILLED = 60.0, 60.0  # s after which what does not begin, or does not end, is given up
 SOAK = 120.0  # s
 SLOPE = 60.0  # MB/h: what 120 s can tell from the rounding of pages
 BEGUN = 20_000  # bytes of a log of a node that is at work
@@ -345,13 +345,13 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
             process = subprocess.Popen(words, stdout=output, stderr=output, env=environment)
             try:
                 until(lambda said=said, process=process: said.stat().st_size > 0 or process.poll() is not None, STARTED)
-                time.sleep(chance.uniform(0.0, 2.0))
+                time.sleep(chance.uniform(0.0, 1.0))
                 if process.poll() is not None:
                     raise RuntimeError(f"{' '.join(words)} has ended by itself: {said.read_text()[-500:]}")
                 before = waited = held_up(process.pid)
                 began = time.monotonic()
                 process.send_signal(number)
-                while process.poll() is None and time.monotonic() < began + 20.0:
+                while process.poll() is None and time.monotonic() < began + KILLED:
                     waited = max(waited, held_up(process.pid))
                     time.sleep(0.005)
                 took = time.monotonic() - began
