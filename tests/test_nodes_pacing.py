@@ -142,13 +142,13 @@ def test_commands_run_between_turns_and_answer():
     turns = []
     worker = Worker(turns.append)
     worker.start()
-    assert worker.post(lambda now, value: (value, threading.current_thread().name), 7).result(300.0) == (7, "worker")
+    assert worker.post(lambda now, value: (value, threading.current_thread().name), 7).result(30.0) == (7, "worker")
     with pytest.raises(ZeroDivisionError):
-        worker.post(lambda now: 1 / 0).result(300.0)
+        worker.post(lambda now: 1 / 0).result(30.0)
     assert worker.stop(300.0)
     assert len(turns) >= 2
     with pytest.raises(RuntimeError, match="ended its work"):
-        worker.post(lambda now: None).result(300.0)
+        worker.post(lambda now: None).result(30.0)
 
 
 def test_the_error_that_ends_the_thread_is_told_once_and_a_command_meanwhile_is_refused():
