@@ -59,7 +59,7 @@ def test_the_deviation_has_the_published_standard_error(count, share):
     kurtosis = 3.0 + 6.0 / (1.138 / 0.6) ** 2
     assert kurtosis == pytest.approx(4.668, abs=5e-4)
     assert math.sqrt((kurtosis - 1.0) / (4.0 * count)) == pytest.approx(share, abs=5e-5)
-    found = [estimate(samples("random", seed, count), "std") for seed in range(200)]
+    found = [estimate(samples("random", seed, count), "std") for seed in range(120)]
     assert np.std([one.value for one in found]) / TAU.std == pytest.approx(share, rel=0.15)
     errors = [one.half_width / stats.t.ppf(0.975, count - 1) / TAU.std for one in found]
     assert np.mean(errors) == pytest.approx(share, rel=0.05)
@@ -69,7 +69,7 @@ def test_the_deviation_has_the_published_standard_error(count, share):
 @pytest.mark.parametrize("statistic", ["mean", "std", 0.05, 0.5])
 def test_intervals_from_replicates_cover_and_are_narrow(statistic, method):
     """512 points: each replicate has 3 beyond the 5 % quantile. Independent points would leave twice as much open."""
-    found = [estimate(samples(method, seed, 512), statistic, replicates=REPLICATES) for seed in range(80)]
+    found = [estimate(samples(method, seed, 512), statistic, replicates=REPLICATES) for seed in range(50)]
     assert np.mean([one.low <= TRUTH[statistic] <= one.high for one in found]) >= 0.88
     own = np.mean([estimate(samples(method, seed, 512), statistic).half_width for seed in range(10)])
     assert np.median([one.half_width for one in found]) < 0.6 * own
@@ -184,7 +184,7 @@ def test_the_density_of_the_contact_time_is_that_of_the_change_of_variable():
 def test_densities_at_values_know_how_well_they_are_known():
     at = np.array([2e-5, 4e-5, 6e-5, 1e-4, 1.5e-4])
     hits = []
-    for seed in range(60):
+    for seed in range(30):
         found = densities_at(samples("random", seed, 4000), at)
         hits.append([one.low <= truth <= one.high for one, truth in zip(found, TAU.pdf(at), strict=True)])
     assert 0.85 < np.mean(hits) < 0.995  # the bias of the kernel is not in the interval
