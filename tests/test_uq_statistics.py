@@ -59,7 +59,7 @@ def test_the_deviation_has_the_published_standard_error(count, share):
     kurtosis = 3.0 + 6.0 / (1.138 / 0.6) ** 2
     assert kurtosis == pytest.approx(4.668, abs=5e-4)
     assert math.sqrt((kurtosis - 1.0) / (4.0 * count)) == pytest.approx(share, abs=5e-5)
-    found = [estimate(samples("random", seed, count), "std") for seed in range(120)]
+    found = [estimate(samples("random", seed, count), "std") for seed in range(200)]
     assert np.std([one.value for one in found]) / TAU.std == pytest.approx(share, rel=0.15)
     errors = [one.half_width / stats.t.ppf(0.975, count - 1) / TAU.std for one in found]
     assert np.mean(errors) == pytest.approx(share, rel=0.05)
