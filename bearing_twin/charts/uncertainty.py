@@ -134,7 +134,7 @@ def sampler_reading(contest, rows):
 
 
 STATISTICS = {"mean": "mean", "deviation": "std", **{f"quantile {p}": p for p in ("0.05", "0.50", "0.95")}}
-STUDIES, CLOSE = 600.0, 0.93  # studies of a cell; coverage below which a cell is called too low
+STUDIES, CLOSE, WIDE = 600.0, 0.93, 0.97  # studies of a cell; coverage between which an interval is what it says
 COUNTS = (128.0, 512.0, 2048.0)
 
 
@@ -162,7 +162,7 @@ def coverage_panels(contest, rows):
     across = Axis("samples", log=True, limits=(0.7 * ends[0], 1.4 * ends[1]))
     up = Axis("share of studies that hold the true value", limits=(0.1 * int(10.0 * least), 1.0))
     for statistic in STATISTICS:
-        parts = [Band("93 to 97 %", ends, [0.93] * 2, [0.97] * 2, {"color": "#71808c", "alpha": 0.25})]
+        parts = [Band("93 to 97 %", ends, [CLOSE] * 2, [WIDE] * 2, {"color": "#71808c", "alpha": 0.25})]
         for dashes, problem in zip(("-", "--", ":"), contest.problems, strict=True):
             for number, (method, mine) in enumerate(of_methods(of_problem(good, problem)).items()):
                 look = {**colour(number), "linestyle": dashes, "marker": "o", "markersize": 5, "clip_on": False}
@@ -185,10 +185,11 @@ def coverage_reading(contest, rows):
         words = ", ".join(
             f"{name} by {row.setting:.0f} {row.method} samples ({share:.1%})" for row, name, share in bare
         )
+        wide = sum(share > WIDE for share in shares)
         yield (
             f"{title}: intervals hold the true value in {min(shares):.0%} to {max(shares):.0%} of the studies; "
             f"{len(low)} of {len(cells)} cells hold less than {CLOSE:.0%}, {len(low) - len(bare)} of them marked unsafe"
-            f"{'; not marked: ' + words if words else ''}."
+            f"{', not marked: ' + words if words else ''}; {wide} hold more than {WIDE:.0%}."
         )
 
 
