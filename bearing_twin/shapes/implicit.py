@@ -121,7 +121,6 @@ REFUSALS = {
     NO_ELLIPSE: "is no contact in an ellipse: the surfaces conform, cross or are flat there",
 }
 
-_closed_form_known = Function("core_closed_form_known", INTEGER, (INTEGER, INTEGER))
 _nearest_pair = Function("core_nearest_pair", None, (REALS, REALS, REALS_OUT))
 _residual = Function("core_opposing_residual", None, (REALS, REALS, REALS, REALS_OUT))
 _settle = Function("core_settle", INTEGER, (REALS, REALS, REALS_OUT))
@@ -190,7 +189,8 @@ def body(surface: Surface, position=(0, 0, 0), rotation=None, velocity=(0, 0, 0)
 
 def closed_form_known(kind_a: int, kind_b: int) -> bool:
     """True if `nearest_pair` knows the opposing points of these kinds of `implicit.Surface`."""
-    return bool(_closed_form_known(kind_a, kind_b))
+    kinds = {kind_a, kind_b}
+    return (PLANE in kinds and bool(kinds & {*CONVEX})) or (SPHERE in kinds and kinds <= {SPHERE, TORUS})
 
 
 def nearest_pair(a: Body, b: Body) -> np.ndarray:

@@ -5,6 +5,18 @@
 
 namespace core {
 
+// Two unit vectors that complete a unit vector to a right-handed frame (x, y, normal).
+struct TangentAxes { Real3 x, y; };
+inline TangentAxes tangent_axes(const Real3 &normal) {
+  int least = 0;
+  for (int i = 1; i < 3; i++)
+    if (std::fabs(normal[i]) < std::fabs(normal[least])) least = i;
+  Real3 x = -normal[least] * normal;
+  x[least] += 1.0;
+  x = (1.0 / length_of(x)) * x;
+  return {x, cross(normal, x)};
+}
+
 // A ball in a toroidal groove (paper 1, section 5): the curvatures of the gap, halves of the relative principal ones.
 
 // Of the gap across the groove [1/m], and along it where the contact's normal has this radial part. Radii [m] of the ball, of
@@ -34,23 +46,18 @@ inline Reach ellipsoid_reach(const Real3 &axes, const Real3 &direction) {
 // (a b c)^2/|A d|^4. `excess` = sqrt(shape^2 - 1) with shape = (P + Q)/(2 sqrt(PQ)), 0 where the gap is round.
 struct PlaneGap {
   double small, large, excess;
-  Real3 first, second;     // directions across
+  TangentAxes axes;        // across the direction
   double apart, together;  // (r_xx - r_yy)/2 and r_xy along them
 
   // Direction of the greater radius, along which the contact ellipse is longer.
   Real3 major_axis() const {
     double angle = apart == 0.0 && together == 0.0 ? 0.0 : 0.5 * std::atan2(together, apart);
-    return std::cos(angle) * first + std::sin(angle) * second;
+    return std::cos(angle) * axes.x + std::sin(angle) * axes.y;
   }
 };
 inline PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const Reach &reach) {
-  int least = 0;
-  for (int i = 1; i < 3; i++)
-    if (std::fabs(direction[i]) < std::fabs(direction[least])) least = i;
-  Real3 first = -direction[least] * direction;
-  first[least] += 1.0;
-  first = (1.0 / length_of(first)) * first;
-  Real3 second = cross(direction, first);
+  TangentAxes across_axes = tangent_axes(direction);
+  const auto &[first, second] = across_axes;
   double xx = 0.0, xy = 0.0, yy = 0.0, along = dot(first, reach.point), across = dot(second, reach.point);
   for (int i = 0; i < 3; i++) {
     double square = axes[i] * axes[i];
@@ -60,7 +67,7 @@ inline PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const R
   xx = (xx - along * along) * over, xy = (xy - along * across) * over, yy = (yy - across * across) * over;
   double apart = 0.5 * (xx - yy), half = std::sqrt(apart * apart + xy * xy), great = 0.5 * (xx + yy) + half;
   double root = axes[0] * axes[1] * axes[2] * over * over;
-  return {0.5 / great, std::max(0.5 * great / (root * root), 0.5 / great), half / root, first, second, apart, xy};
+  return {0.5 / great, std::max(0.5 * great / (root * root), 0.5 / great), half / root, across_axes, apart, xy};
 }
 
 // How the gap changes with the direction, per radian: gradients of -ln(PQ)/4 and of the shape, across the direction. With p the

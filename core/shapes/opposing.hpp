@@ -6,6 +6,7 @@
 // many more roots (far sides, saddles of the distance); `kind_of_root` recognises them.
 #pragma once
 #include "../math/dense_solve.hpp"
+#include "gaps.hpp"
 #include "implicit.hpp"
 
 namespace core {
@@ -150,18 +151,6 @@ inline double approach_of(const MovingSurface &b, const OpposingPoints &points) 
 struct Tensor2 { double xx, xy, yy; };
 inline Tensor2 operator+(const Tensor2 &a, const Tensor2 &b) { return {a.xx + b.xx, a.xy + b.xy, a.yy + b.yy}; }
 
-// Two unit vectors that complete a unit vector to a right-handed frame (x, y, normal).
-struct TangentAxes { Real3 x, y; };
-inline TangentAxes tangent_axes(const Real3 &normal) {
-  int least = 0;
-  for (int i = 1; i < 3; i++)
-    if (std::fabs(normal[i]) < std::fabs(normal[least])) least = i;
-  Real3 x = -normal[least] * normal;
-  x[least] += 1.0;
-  x = (1.0 / length_of(x)) * x;
-  return {x, cross(normal, x)};
-}
-
 // Curvature tensor [1/m] of a surface in tangent axes, positive where the body bulges: Hess g/|grad g|. The surface is
 // z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2)/2 along its outward normal (paper 1, eq. 4).
 inline Tensor2 curvature_tensor(const Level &level, const TangentAxes &axes) {
@@ -225,16 +214,6 @@ struct Opposition {
 };
 
 // In closed form: of a plane and a convex body, of a sphere and what has a nearest point.
-
-// True if `nearest_pair` knows the opposing points of surfaces of these kinds.
-inline bool is_convex(SurfaceKind kind) { return kind != SurfaceKind::plane && kind != SurfaceKind::torus; }
-inline bool closed_form_known(SurfaceKind a, SurfaceKind b) {
-  auto of = [](SurfaceKind one, SurfaceKind other) {
-    return (one == SurfaceKind::plane && is_convex(other)) ||
-           (one == SurfaceKind::sphere && (other == SurfaceKind::sphere || other == SurfaceKind::torus));
-  };
-  return of(a, b) || of(b, a);
-}
 
 // The farthest point [m] of a sphere, ellipsoid or superquadric along a direction, in the body's axes: the gradient of the
 // dual norm, whose exponents are n/(n - 1) and m/(m - 1).

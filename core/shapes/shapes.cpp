@@ -34,7 +34,6 @@ CORE_EXPORT double core_level(const double *surface, const double *point, double
 CORE_EXPORT void core_support(const double *surface, std::int64_t count, const double *directions, double *points) {
   for (std::int64_t i = 0; i < count; i++) points = write(support(surface_of(surface), real3_of(directions + 3 * i)), points);
 }
-CORE_EXPORT std::int64_t core_closed_form_known(std::int64_t a, std::int64_t b) { return closed_form_known(SurfaceKind(a), SurfaceKind(b)); }
 CORE_EXPORT void core_nearest_pair(const double *a, const double *b, double *unknowns) { write(nearest_pair(body_of(a), body_of(b)), unknowns); }
 
 // Residual (8,) of the equations (1); Newton's method on them from opposing points nearby, or one step; from a point near the
