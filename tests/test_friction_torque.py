@@ -366,3 +366,15 @@ def test_lubricated_equilibria_that_turn_backwards_or_rest():
     torques = [report_of(*scene, f"drive.speed={speed}")["drive_torque_nm"] for speed in (183.26, -183.26, 0.0)]
     assert torques == [pytest.approx(-torques[1], rel=1e-3), pytest.approx(-torques[0], rel=1e-3), 0.0]
     assert torques[0] > 1e-3
+
+
+def test_friction_in_oil_is_smoothed_over_half_a_per_cent_of_rolling():
+    def smoothing(*keys, scene="bearing_6203_greased"):
+        return load_scene(scene, keys).parameters.contact.friction_regularisation
+
+    geometry = load_scene("bearing_6203_greased").parameters.geometry
+    ratio = geometry.ball_diameter / geometry.pitch_diameter
+    rolling = 0.25 * 50.0 * geometry.pitch_diameter * (1.0 - ratio**2)
+    assert smoothing("drive.speed=-50") == pytest.approx(5e-3 * rolling)
+    assert smoothing("drive.speed=5000") == smoothing(scene="bearing_6203") == 0.01
+    assert smoothing("contact.friction_regularisation=0.02") == 0.02

@@ -214,6 +214,8 @@ def test_a_torque_is_commanded_where_it_turns_the_shaft_and_a_speed_where_it_is_
         ((*TORQUE, "rings.inner.load=[0,-100,0]"), "wants rings.inner.mass"),
         ((*TORQUE, "solver.stepper=rk4"), "does not move a shaft by a torque"),
         ((*TORQUE, "drive.speed=2e4"), "must be below drive.greatest_speed"),
+        ((*TORQUE, "drive.torque=-9900"), "between two outputs"),
+        ((*TORQUE, "drive.torque_table=[[0,0],[1,9900]]"), "between two outputs"),
     ],
 )
 def test_what_contradicts_itself_is_refused(keys, words):
