@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.ratings import (
     limiting_speeds,
     lives_of,
     ratings_of,
-    speed_doubt,
+    speed_warning,
 )
 from bearing_twin.vibration.fault_frequencies import fault_frequencies
 
@@ -146,7 +146,7 @@ def flags_of(
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
-        speed_doubt(parameters.geometry, parameters.drive.speed),
+        speed_warning(parameters.geometry, parameters.drive.speed),
         f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
         f"a ball carries {greatest:.3g} N, where the load alone would press it with about {usual:.2g} N: the rings "

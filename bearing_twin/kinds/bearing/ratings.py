@@ -179,7 +179,7 @@ def hours_of(turns: float, speed: float) -> float:
     return 1e6 * turns * 2.0 * math.pi / abs(speed) / 3600.0 if speed else math.inf
 
 
-def speed_doubt(geometry, speed: float) -> str | None:
+def speed_warning(geometry, speed: float) -> str | None:
     """A sentence on a speed [rad/s] that no such bearing runs at, by n d_m [mm/min]; None for others."""
     rpm = abs(speed) * 30.0 / math.pi
     product, fastest = 1e3 * geometry.pitch_diameter * rpm, FASTEST if geometry.contact_angle else FASTEST_GROOVE
@@ -306,5 +306,5 @@ def catalogue_sheet(name: str, parameters) -> dict:
         "limiting_speed_rad_s": limiting_speeds(parameters.geometry),
         "fault_frequencies_hz": rolling_frequencies(parameters.geometry, speed),
         "fault_frequencies_hz_error": frequency_errors(name, parameters),
-        "flags": [doubt] if (doubt := speed_doubt(parameters.geometry, speed)) else [],
+        "flags": [warning] if (warning := speed_warning(parameters.geometry, speed)) else [],
     }
