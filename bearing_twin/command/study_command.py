@@ -219,9 +219,9 @@ def _remarks(found, unit: str, factor: float):
     if found["unsafe"]:
         are = ("interval of {} is", "intervals of {} are")[len(found["unsafe"]) > 1].format(in_words(found["unsafe"]))
         yield f"the {are} unsafe: few samples far out decide; take more samples"
-    for key, one in found.get("sobol", {}).items():
-        if key != "refused" and any(share.get("unsafe") for share in one.values()):
-            yield f"the interval of its share from {key} is unsafe: few rows far out decide; raise sensitivity"
+    shares = {key: one for key, one in found.get("sobol", {}).items() if key != "refused"}
+    if few := [key for key, one in shares.items() if any(share.get("unsafe") for share in one.values())]:
+        yield f"intervals of its shares from {in_words(few)} are unsafe: few rows far out decide; raise sensitivity"
     for one in found["densities"]:
         height = _interval(one["density"], (one["low"], one["high"]), 1.0 / factor)
         yield f"density {height} 1/{unit} at {factor * one['value']:.6g} {unit}"
