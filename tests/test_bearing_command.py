@@ -118,6 +118,14 @@ def test_the_arm_of_a_tilt_and_the_place_of_ball_0(capsys):
     assert answered(capsys, *DOWN, "--ball-angle", "-72067.5")["ring_displacement_m"] == between["ring_displacement_m"]
     assert between["normal_load_inner_n"][0] == pytest.approx(between["normal_load_inner_n"][7], rel=1e-6)
     assert between["ball_azimuth_rad"][0] == pytest.approx(math.radians(-67.5))
+    # Without an angle ball 0 stands on the line of the load, also along +x, else on that of what is held.
+    for words, azimuth in (
+        (("--load", "1000,0,0", "--misalignment", "0,1e-4"), 0.0),
+        (("--load", "0,1000,0", "--misalignment", "1e-4,0"), 90.0),
+        (("--load", "0,0,1000", "--misalignment", "0,1e-4"), 90.0),
+        (("--load", "-,-,500", "--displacement", "-1e-5,0,-", "--misalignment", "0,1e-4"), 180.0),
+    ):
+        assert math.degrees(answered(capsys, "bearing", "bearing_6203", *words)["ball_azimuth_rad"][0]) == azimuth
 
 
 def printed(capsys, *words):

@@ -169,7 +169,11 @@ def test_a_motion_goes_on_from_a_snapshot_to_the_bit():
     one.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
     one.goal_speed = 340.0
     one.advance(times, times[-1])
-    other.resume(json.loads(json.dumps(one.snapshot(), allow_nan=False)))
+    kept = json.loads(json.dumps(one.snapshot(), allow_nan=False))
+    for of_nobody in ({"told": -1.0}, {"now": -1.0}, {"goal": math.inf}):
+        with pytest.raises(ValueError, match="clock"):
+            other.resume(kept | of_nobody)
+    other.resume(kept)
     assert other.goal_speed == 340.0
     found, expected = (it.advance(times, times[-1]) for it in (other, one))
     for name, values in expected.items():

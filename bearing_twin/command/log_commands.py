@@ -131,7 +131,7 @@ def _verify(arguments) -> Outcome:
             say(
                 f"the log begins at {log.begins_s:.6g} s: the run up to there is simulated first, compared with nothing"
             )
-        verification = verify(log, lambda time: update(time / log.seconds), arguments.before)
+        verification = verify(log, lambda time: update(time / log.seconds), longest=arguments.before)
     kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
     result = {"log": str(arguments.log)} | verification.as_dict() | kept
     off = verification.differences()

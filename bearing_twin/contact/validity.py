@@ -16,9 +16,9 @@ static rating, a 218 under thrust at a static safety of 6 (`tests/test_calculato
 """
 
 FELT = 0.21  # tuned: against half-spaces across the true gap
-"""What a contact's load at an approach errs by, over the error of the gap at the edge of its spot.
+"""Relative error of a contact's load at an approach, over that of the gap at the edge of the contact ellipse.
 
-Against `reference.half_space`, of spots up to half the ball's radius in grooves of 0.52 to 0.5232
+Against `reference.half_space`, of contact ellipses up to half the ball's radius in grooves of 0.52 to 0.5232
 (`tests/test_calculator.py`).
 """
 
@@ -72,7 +72,7 @@ def gap_error(semi_axis: float, ball_radius: float, groove_radius: float) -> flo
 
 
 def groove_warning(semi_axes, ball_radius: float, conformities) -> str | None:
-    """Warning of spots with these semi-axes [m] along grooves of these conformities, groove radius / ball diameter."""
+    """Warning of semi-axes [m] along grooves of these conformities, groove radius / ball diameter."""
     axes = zip(map(float, semi_axes), conformities, strict=True)
     error, axis = max((gap_error(axis, ball_radius, 2.0 * one * ball_radius), axis) for axis, one in axes)
     if error <= OFF_IN_GROOVE:

@@ -101,7 +101,7 @@ def _pose(prefix: str, output: Output) -> dict:
 
 
 def turning_commands(body: str, link: str) -> tuple[Command, Command]:
-    """The topics that tell a `body` its speed about z, with a header in the frame `link` or without one."""
+    """The topics that command the speed of a `body` about z, with a header in the frame `link` or without one."""
     return (
         Command("command/speed", FLOAT, lambda message: ("set_speed", message.data), f"speed of {body} [rad/s]"),
         Command(

@@ -27,11 +27,10 @@ from bearing_twin.kinds.error_estimates import (
     UnknownErrors,
 )
 from bearing_twin.run.failure import failure_in
-from bearing_twin.run.second_run import Estimate, OutputError, estimate_of
+from bearing_twin.run.second_run import NO_SECOND_RUN, Estimate, OutputError, estimate_of
 
 WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
 THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
-NO_ESTIMATE = "this kind of scene has no second run"
 FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
@@ -233,7 +232,7 @@ class Gathering:
 
     def __init__(self, figures: Figures, choice: Choice, model_errors: ModelErrors, estimate: Estimate | None = None):
         self.choice, self.outputs, self.missing = choice, 0, 0
-        self._writers = figures, model_errors, estimate or Estimate(unknown=NO_ESTIMATE)
+        self._writers = figures, model_errors, estimate or Estimate(unknown=NO_SECOND_RUN)
         self._length, self._aligned = 0, Aligned(0)
         self._last_ns, self._following = 0, None
 
@@ -311,14 +310,12 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     if kind is None or (needed and not log.has_records):
         taken = kind.meanings_of() if kind else ()
         figures, model = ChannelFigures(None, log.choice, log.channels, taken), UnknownErrors(None, log.choice)
-        estimate = Estimate(unknown=NO_ESTIMATE)
+        estimate = Estimate(unknown=NO_SECOND_RUN)
     else:
         made_of = log.scene.parameters, log.choice
         figures, model, estimate = kind.figures_of(*made_of), kind.model_errors(*made_of), estimate_of(kind, *made_of)
         if log.kept_rate:
-            estimate = Estimate(
-                unknown="the log is thinned: its figures are of the outputs kept, whose error is not known"
-            )
+            estimate = Estimate(unknown=THINNED)
     gathering = Gathering(figures, log.choice, model, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)

@@ -24,6 +24,7 @@ OFTEN = 4.0  # times the time of the last comparison of figures, when they are c
 LAST = 1.0 - 1e-6  # of an output period before the end of a run: where its last output lies at the earliest
 LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
 SEVERAL = 4  # outputs or contacts at least that lie beyond one
+NO_SECOND_RUN = "this kind of scene has no second run"
 ROUNDING = 1e-12  # of a figure: no difference is said to be smaller
 UNKNOWN = -1.0  # in a row: there is none
 HEAD = (
@@ -399,7 +400,7 @@ class Estimate:
 def estimate_of(kind: Kind, parameters, choice: Choice) -> Estimate:
     """An empty estimate of a scene of this kind."""
     if kind.comparison is None:
-        return Estimate(unknown="this kind of scene has no second run")
+        return Estimate(unknown=NO_SECOND_RUN)
     comparison, unknown = kind.comparison(parameters, choice), ""
     if not is_checked(parameters):
         unknown = "solver.check: none, so the error of the method is not known"

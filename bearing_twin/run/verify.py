@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -90,15 +91,24 @@ def _shown(unit: str) -> str:
 LONGEST_BEFORE = 1000.0  # s of simulated time that are not compared
 
 
-def verify(log, progress: Callable[[float], None] = lambda seconds: None, longest: float | None = None) -> Verification:
+Progress = Callable[[float], None]
+
+
+def verify(
+    log,
+    progress: Progress | None = None,
+    before: Callable[[float], AbstractContextManager[Progress]] | None = None,
+    longest: float | None = None,
+) -> Verification:
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels, or no records; what it has is
     compared, and so are those outputs alone that a log holds which is thinned, begins late, or was read with
-    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached. A log that needs
-    more than `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two blocks, raises
-    LogError: a log may say it begins after years.
+    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached; `before(seconds)`,
+    for the seconds simulated before a log that begins late, gives a context with a function for the share of them. A
+    log that needs more than `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two
+    blocks, raises LogError: a log may say it begins after years.
     """
     if log.scene is None:
         raise LogError(
@@ -118,7 +128,7 @@ def verify(log, progress: Callable[[float], None] = lambda seconds: None, longes
         _refuse_far(simulation, block.first_sequence, LONGEST_BEFORE if longest is None else longest)
         apart = block.first_sequence - simulation.sequence - 1
         missing += apart if samples and not log.kept_rate else 0
-        again = _again(simulation, block, progress)
+        again = _again(simulation, block, progress, before if simulation.sequence < 0 else None)
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
                 f"outputs of this log from number {block.first_sequence} on stand at other times than its scene's"
@@ -144,7 +154,8 @@ def verify(log, progress: Callable[[float], None] = lambda seconds: None, longes
             deviations[name] = max(deviations.get(name, 0.0), difference)
             recounted.update(() if same else (name,))
         samples += len(block)
-        progress(1e-9 * block.time_ns[-1])
+        if progress:
+            progress(1e-9 * block.time_ns[-1])
     lacks = () if log.has_records else tuple(sorted(made))
     return Verification(samples, deviations, missing, lacks, log.cut_short, units, tuple(sorted(recounted)))
 
@@ -158,15 +169,20 @@ def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
         )
 
 
-def _again(simulation: Simulation, block: Block, progress: Callable[[float], None]) -> Block:
+def _again(simulation: Simulation, block: Block, progress: Progress | None, before) -> Block:
     """The outputs of `block` from the simulation, with the records since its last ones.
 
     Those before it that the log does not hold are passed over.
     """
     parts, last = [], block.first_sequence - 1
-    while simulation.sequence < last:
-        parts.append(simulation.advance(min(simulation.chunk_outputs, last - simulation.sequence)).records)
-        progress(1e-9 * simulation.time_ns)
+    seconds = 1e-9 * block.first_sequence * simulation.output_period_ns
+    with before(seconds) if before and last >= 0 else nullcontext() as update:
+        while simulation.sequence < last:
+            parts.append(simulation.advance(min(simulation.chunk_outputs, last - simulation.sequence)).records)
+            if progress:
+                progress(1e-9 * simulation.time_ns)
+            if update:
+                update((simulation.sequence + 1) / block.first_sequence)
     again = simulation.advance(len(block))
     parts.append(again.records)
     names = dict.fromkeys(name for records in parts for name in records)

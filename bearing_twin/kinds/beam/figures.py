@@ -20,7 +20,7 @@ from bearing_twin.kinds.beam.motion import (
     theory_of,
 )
 from bearing_twin.kinds.beam.parameters import EULER, SphereOnBeamScene
-from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, body_doubts
+from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, contact_warnings
 from bearing_twin.kinds.bodies.figures import MEANINGS as IMPACT_MEANINGS
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison
 from bearing_twin.kinds.error_estimates import COARSER, LAW, SMALLER, ModelErrors, is_checked
@@ -108,7 +108,7 @@ class BeamFigures(ImpactFigures):
         pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
         size, body = min((sphere.radius, "radius"), (beam.height, "height"))
         shortest = float(self.contacts[:, DURATION].min(initial=math.inf))
-        found = body_doubts((sphere, beam), pressure, shortest, [(half_width, size, body)])
+        found = contact_warnings((sphere, beam), pressure, shortest, [(half_width, size, body)])
         return [*found, *self._beam_flags(), *super().flags()]
 
     def _beam_flags(self) -> list[str]:

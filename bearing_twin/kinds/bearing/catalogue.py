@@ -1,4 +1,4 @@
-"""Bearings by designation: boundary dimensions of ISO 15, ball sets with their doubts, published ratings to judge by.
+"""Bearings by designation: boundary dimensions of ISO 15, ball sets and their uncertainty, ratings to judge by.
 
 A row that names no ball set gets one by a rule. Rows come from `config/bearings/`, then from the user's own folder, and
 from files that are added; a later row of a designation takes the place of an earlier one.
@@ -23,8 +23,8 @@ FOUND = {  # how a ball set was found: what that means
     "circle in the middle; it meets the published ratings",
     "factors": "from the factor f0 of ISO 76 and the static rating by NSK and JTEKT (6305: SKF); it meets their "
     "dynamic ratings and both ratings of four more makers",
-    "ratings": "estimated: the set of balls as sold whose ratings are nearest to those by FBJ and NKE; doubts reach to "
-    "other sets that come near; it meets the ratings by SKF within 4 %",
+    "ratings": "estimated: the set of balls as sold whose ratings are nearest to those by FBJ and NKE; the "
+    "uncertainty spans other sets that come near; it meets the ratings by SKF within 4 %",
     "published": "number, ball and pitch diameter as they are published; see its source",
     "literature": "the example of Harris, Rolling Bearing Analysis; it rates 6 % below those published for 7218 today",
     RULE: "estimated by a rule from the boundary dimensions",
@@ -33,9 +33,9 @@ FOUND = {  # how a ball set was found: what that means
 
 
 class BallRule(NamedTuple):
-    """Ball diameter over (outside - bore), part of the pitch circle that the balls fill, doubts of number and diameter.
+    """Ball diameter over (outside - bore), share of the pitch circle that balls fill, uncertainty of both.
 
-    Fitted to the rows of the package, which it meets within its doubts but for the 6200, whose balls are 18 % smaller
+    Fitted to the rows of the package, which it meets within it but for the 6200, whose balls are 18 % smaller
     than by the rule (tests/test_catalogue.py).
     """
 
@@ -305,7 +305,7 @@ def _pitch(entry: Entry) -> float:
 
 
 def _with_balls(entry: Entry) -> Entry:
-    """The row with pitch circle and ball set; what it leaves out is found by the rule, with its doubts."""
+    """The row with pitch circle and ball set; what it leaves out is found by the rule, with its uncertainty."""
     found = {}
     if not entry.pitch_diameter:
         found = {"pitch_diameter": _pitch(entry), "pitch_diameter_doubt": PITCH_DOUBT * _pitch(entry)}

@@ -232,7 +232,9 @@ def weighed_support(parameters, loads=None) -> Support:
 
 def load_line(support: Support) -> float:
     """Azimuth [rad] of what pushes the ring sideways: load, else displacement, else tilting, else 0."""
-    return next((one for one in azimuths_on(np.array([support.loads, support.held])).tolist() if one), 0.0)
+    across = [0, 1, 3, 4]
+    acting = support.loads if np.any(np.take(support.loads, across)) else support.held
+    return float(azimuths_on(np.array([acting]))[0])
 
 
 def azimuths_of(balls: int, first: float) -> np.ndarray:
@@ -328,8 +330,7 @@ class EquilibriumSolver:
             leans = f" and leans a contact to {reached}, beyond the {most}" if angle > max(1.0, squeeze) else " too far"
             return (
                 f"{_what_acts(support)} is carried at rest; a speed of {self.speed:g} rad/s throws the balls outwards"
-                f"{leans}; lower the speed, or load the bearing more "
-                "along its axis"
+                f"{leans}; lower the speed, or load the bearing more along its axis"
             )
         share, (squeeze, angle) = self._greatest(support)
         if share == 0.0:

@@ -211,10 +211,7 @@ class RunUp:
         return float(np.interp(DONE * abs(change), changes, times))
 
 
-NO_SPIN, FREE_OF_SMOOTHING = (
-    1e-3,
-    10.0,
-)  # spin over smoothing speed: hardly any friction; 4 % below its limit
+NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: hardly any friction; 4 % below its limit
 STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
 ROUNDING = 1e-14  # of a ball's loads times its radius: a torque that is less is none
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed

@@ -98,7 +98,8 @@ class BearingPicture:
         push = -last["inner_ring_force"][:2]
         _draw_balls(figure, grid[1], last["orbit_angle"], push, found, f" at {last.time_ns * 1e-9:.6g} s")
         speed = float(last["inner_ring_speed"]) * 30.0 / np.pi
-        title = f"{scene.name if scene else 'Bearing'}: {len(balls)} balls, inner ring at {speed:.5g} rpm"
+        counted = f"{len(balls)} ball{'s' * (len(balls) != 1)}"
+        title = f"{scene.name if scene else 'Bearing'}: {counted}, inner ring at {speed:.5g} rpm"
         facts, kept = self._facts, self._kept
         words = (
             f"law {facts.law}" if facts.law else "",
@@ -212,7 +213,7 @@ def draw_sweep(result: dict, path) -> Path:
         curves[solved] = found
         for k in range(max(len(names), 1)):
             axis.plot(values, curves[:, k], lw=2.0, **ball_line(k), **({"label": names[k]} if names else {}))
-        if key == "reference_life_mrev" and found.max() > 20.0 * found.min():
+        if key == "reference_life_mrev" and np.nanmax(found, initial=0.0) > 20.0 * np.nanmin(found, initial=np.inf):
             axis.set_yscale("log")
         heading(axis, words, label, up)
         key_above(axis)

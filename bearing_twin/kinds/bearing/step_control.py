@@ -1,13 +1,13 @@
 """Errors and lengths of steps: error scales of adaptive methods, stability limits of methods with fixed steps.
 
-Error scales. A load errs with its approach. Friction errs, over mu N, with the slip over the speed of its
-regularisation, and with the load N. A ball that rings between its contacts at the rate w with an amplitude v of its
-radial velocity is wrong by m w v in load; nothing stops it, so that the errors of many steps add up, and a contact that
-carries little feels them most: without a share of its own, lift-off missed its tolerance in friction 4 to 19 times, and
-with it 0.4 to 0.7 times. The lightest contact that errors of friction are judged by carries LIGHT of the greatest load.
-Slip of a ball that carries less counts as much less (`light_approach`). Every impact on a pocket changes a ball's speed
-along its orbit: there such errors count by the load (`weight_of_light` of `core/bearing/elements.hpp`), else balls
-that carry next to nothing determine all steps.
+Error scales. The error of a load follows from that of its approach; that of friction, over mu N, from those of the
+slip, over the speed of its regularisation, and of the load N. A ball that rings between its contacts at the rate w with
+an amplitude v of its radial velocity is wrong by m w v in load; nothing stops it, so that the errors of many steps add
+up, and a contact that carries little feels them most: without a share of its own, lift-off missed its tolerance in
+friction 4 to 19 times, and with it 0.4 to 0.7 times. The lightest contact that errors of friction are judged by carries
+LIGHT of the greatest load. Slip of a ball that carries less counts as much less (`light_approach`). Every impact on a
+pocket changes a ball's speed along its orbit: there such errors count by the load (`weight_of_light` of
+`core/bearing/elements.hpp`), else balls that carry next to nothing determine all steps.
 
 Fixed steps. Two motions of a ball are fast. It rings between its contacts, x'' + c x' + w^2 x = 0, and its slip decays,
 at the rate 5 mu N / (m v_s) between two contacts with the load N each. A method is stable where it damps both. `imex`

@@ -480,7 +480,8 @@ _latest_bearing: tuple = (None, None)  # the last bearing and its numbers: it is
 def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
     """The numbers of a bearing as `bearing_of` of the core reads them, and the points of its friction's quadrature."""
     global _latest_bearing
-    if _latest_bearing[0] is not bearing:
+    latest = _latest_bearing  # once, as the thread of a second run may put another in its place
+    if latest[0] is not bearing:
         coefficient, model, *axes = bearing.patch or (0.0, POINT, NO_AXES, NO_AXES)
         friction, points = patch_by(model, coefficient)
         raceways = [
@@ -496,8 +497,8 @@ def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
             *(np.ravel(one) for one in bearing.film or (NO_FILM,)),
             bearing.defects or (0.0,),
         )
-        _latest_bearing = bearing, (np.concatenate(parts), points)
-    return _latest_bearing[1]
+        latest = _latest_bearing = bearing, (np.concatenate(parts), points)
+    return latest[1]
 
 
 COORDINATES, SHAFT = 9, 8  # ring x, y, z, its tilt about x and y, cage x, y, its angle, shaft
@@ -508,10 +509,11 @@ _latest_bodies: tuple = (None, None)  # the last bearing, masses and scales of i
 def numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
     """The numbers of CoupledBodies as the core reads them, but for those that change from part to part."""
     global _latest_bodies
-    key = id(bearing), id(bodies.mass), id(bodies.scales)
-    if _latest_bodies[0] != key:
-        _latest_bodies = key, _numbers_of_bodies(bearing, bodies), (bearing, bodies)  # which keeps their ids
-    return _latest_bodies[1]
+    latest, key = _latest_bodies, (id(bearing), id(bodies.mass), id(bodies.scales))
+    if latest[0] != key:
+        latest = key, _numbers_of_bodies(bearing, bodies), (bearing, bodies)  # which keeps their ids
+        _latest_bodies = latest
+    return latest[1]
 
 
 def _numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:

@@ -141,7 +141,7 @@ def contact_rows(contacts, deepest, leaving: float, gained: float) -> np.ndarray
     return rows
 
 
-def body_doubts(bodies, pressure: float, shortest: float, widths) -> list[str]:
+def contact_warnings(bodies, pressure: float, shortest: float, widths) -> list[str]:
     """What lies outside Hertz's theory in contacts of these bodies, one sentence each.
 
     `pressure` [Pa] is the greatest, `shortest` [s] the least duration; `widths` are semi-axes [m], what they must be
@@ -229,7 +229,7 @@ class PairFigures(ImpactFigures):
             return []
         bodies, (_, half_width, pressure) = self.parameters.bodies, patch_of(self.parameters, self.peak_force)
         shortest, size = float(self.contacts[:, DURATION].min()), min(one.radius for one in bodies)
-        found = body_doubts(bodies, pressure, shortest, [(half_width, size, "smaller radius")])
+        found = contact_warnings(bodies, pressure, shortest, [(half_width, size, "smaller radius")])
         thickness = getattr(bodies[0], "thickness", math.inf)
         # A law that is specified has a range of thicknesses, which says so.
         if thickness < size and self.parameters.contact.normal == "auto":
@@ -378,7 +378,7 @@ class BouncingFigures:
         widths = [(deepest[axis], 0.5 / deepest[one]) for axis, one in curvatures if deepest[one] > 0.0]
         heavy = (load > NOTABLE * load.max()) & np.isfinite(loaded["impulse"])
         shortest = float(duration[heavy].min(initial=math.inf))
-        found = body_doubts(self.parameters.bodies, float(loaded["peak_pressure"].max()), shortest, widths)
+        found = contact_warnings(self.parameters.bodies, float(loaded["peak_pressure"].max()), shortest, widths)
         if self.law in LAWS and not LAWS[self.law].measured:
             worst = np.argmax(np.abs(loaded["law_error"]))
             ratio = loaded["semi_minor"][worst] / loaded["semi_major"][worst]

@@ -263,7 +263,7 @@ class BouncingErrors(ModelErrors):
             found[LAW] = f"the error of the law {self.choice.law} is not known"
         if contact.friction_coefficient and not FRICTIONS[contact.friction].over_spot:
             found[FRICTION_MODEL] = (
-                "contact.friction: point holds no drilling: spin about the normal meets no resistance; set "
+                "contact.friction: point has no friction of spin about the normal; set "
                 "contact.friction: spot, which computes it"
             )
         return found | {"vibration": "bodies are rigid outside their contact: waves are not modelled"}

@@ -197,7 +197,8 @@ class ShaftMotion:
             array[...] = given
         now, since, goal, angle, speed = map(float, (kept["now"], kept["told"], kept["goal"], *kept["turned"]))
         began, time, step = self.clock[[BEGAN, TIME, STEP]]
-        if not (np.isfinite([angle, speed, goal]).all() and since <= now and began <= now <= time and step > 0.0):
+        moments = 0.0 <= since <= now and began <= now <= time
+        if not (np.isfinite([angle, speed, goal]).all() and moments and step > 0.0):
             raise ValueError("clock")
         loading = Loading(self.parameters.shaft)
         if commanded := list(map(float, kept["commanded"])):

@@ -87,7 +87,7 @@ class SoftDiscFigures:
         return {key: found[key] for key in MEANINGS}
 
     def flags(self) -> list[str]:
-        """What in this impact lies outside the theory or is to be doubted, one sentence each."""
+        """Warnings of what in this impact lies outside the theory or is uncertain, one sentence each."""
         parameters, known, flags = self.parameters, self._known, []
         if any(one.disc.material.poisson_ratio > GREATEST_RATIO for one in bodies_of(parameters).values()):
             flags.append(f"Poisson's ratio is capped at {GREATEST_RATIO} in Lame's first parameter")
