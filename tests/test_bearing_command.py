@@ -126,6 +126,7 @@ def test_the_arm_of_a_tilt_and_the_place_of_ball_0(capsys):
         (("--load", "-,-,500", "--displacement", "-1e-5,0,-", "--misalignment", "0,1e-4"), 180.0),
     ):
         assert math.degrees(answered(capsys, "bearing", "bearing_6203", *words)["ball_azimuth_rad"][0]) == azimuth
+    assert answered(capsys, *DOWN, "--ball-angle", "-67.5deg") == between
 
 
 def printed(capsys, *words):
@@ -202,6 +203,7 @@ def test_sweeps_are_curves(capsys, tmp_path, quick_pictures):
         (("--load", "0,-1e5,0"), "pushes the ring through the balls.*the greatest in this direction is a load of"),
         (("--load", "0,0,0", "--set", "geometry.radial_clearance=1e-5"), "no ball touches both rings"),
         (("--ball-angle", "up"), "--ball-angle 'up' must be a number"),
+        (("--load", "0,-1,0", "--csv", "--json"), "give one of them"),
         (("--sweep", "load=1:2"), "must look like load=100:2000:20"),
         (("--sweep", "load=1:2:3"), "give its direction by --load"),
         (("--sweep", "lod=1:2:3"), "is no number of a bearing"),

@@ -126,6 +126,7 @@ def test_scenes_and_keys_are_listed(capsys):
         (["simulate"], "required: scene"),
         (["simulate", "bearing_6203", "--jsn"], "did you mean --json?"),
         (["scenes", "all"], "one word too many"),
+        (["simulate", "6308", "--speed", "3000rpm"], "--set drive.speed=3000rpm"),
         (["simulate", "baering_6203"], "did you mean bearing_6203?"),
         (["simulate", "bearing_6203", "--set", "contact.norml=hertz"], "did you mean normal?"),
         (["simulate", "bearing_6203", "--set"], "expected one argument"),

@@ -124,6 +124,7 @@ def test_what_has_no_equilibrium_says_why_and_leaves_the_others():
     [
         (RIG, [1.0, 2.0], {}, r"\(\.\.\., 3\)"),
         (RIG, [0.0, math.nan, 0.0], {}, "finite"),
+        (RIG, "0,-2kN,0", {}, r"\(\.\.\., 3\)"),
         (RIG, [0.0, 1.0, 0.0], {"drive__sped": 1.0}, r"drive\.sped is not a key"),
         (RIG, [0.0, 1.0, 0.0], {"drive__speed": math.inf}, "drive.speed"),
         (RIG, np.ones((4, 3)), {"drive__speed": [1.0, 2.0]}, "broadcast"),

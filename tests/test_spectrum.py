@@ -133,6 +133,8 @@ def test_kurtosis_and_band_and_picture(capsys, tmp_path):
     found = spectrum(capsys, path, *BEARING, *wanted)
     assert found["band_hz"] == [2000.0, 5900.0]
     assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
+    assert cli.main(["spectrum", str(path), *BEARING]) == 0
+    assert capsys.readouterr().out.split("\n")[0].split(maxsplit=1) == ["verdict", "nothing stands out"]
 
 
 def with_gap(samples):

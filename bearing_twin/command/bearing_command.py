@@ -34,7 +34,8 @@ VECTORS = {  # option: names of its numbers, unit, an example
     "misalignment": (("TX", "TY"), "rad", "1e-3,0"),
 }
 WORDS = {
-    "load": "force on the inner ring [N, or with units, as 0,-2kN,0]; - leaves a coordinate to --displacement",
+    "load": "force on the inner ring [N, or with units, as 0,-2kN,500N]; x and y are radial, z is the axis; - leaves a "
+    "coordinate to --displacement",
     "moment": "moment on the inner ring about x and y [N m]",
     "displacement": "hold the ring's centre there [m, or as 0,-10um,0]; - leaves a coordinate to --load",
     "misalignment": "hold the ring's tilt about x and y there [rad]; without it and --moment: 0",
@@ -91,6 +92,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
     if arguments.catalogue is not None:
         add_file(arguments.catalogue)
+    if arguments.csv and arguments.json:
+        raise SceneError("--csv and --json are two forms of one result; give one of them")
     if arguments.list:
         return bearing_table.listed_catalogue()
     if arguments.scene is None:
@@ -100,7 +103,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     table = out if out and out.suffix.lower() == ".csv" else None
     sheet = out if out != table else None
     given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
-    turned = None if arguments.ball_angle is None else number("--ball-angle", arguments.ball_angle)
+    text = arguments.ball_angle
+    turned = None if text is None else number("--ball-angle", text.removesuffix("deg").removesuffix("°"))
     angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
     sweeps = [_sweep(one) for one in arguments.sweep or ()]
     if len(sweeps) > 2 or (len(sweeps) == 2 and (picture or sheet)):
@@ -108,7 +112,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
             "--sweep can be given twice at most, and a picture shows one of them; write two by --csv or --out NAME.csv"
         )
 
-    bearing_table.note_bare_speed(_bearing_scene(arguments), overrides_of(arguments, **SHORT_KEYS))
+    swept = (f"{SHORT_KEYS.get(key, key)}={last}" for key, _, last, _ in sweeps)
+    bearing_table.note_bare_speed(_bearing_scene(arguments), [*overrides_of(arguments, **SHORT_KEYS), *swept])
     result, show = None, bearing_table.show_row
     if not (sweeps or picture or sheet or arguments.mass):
         result = _row_alone(arguments, given)
@@ -142,7 +147,8 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != len(names):
         raise SceneError(
-            f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}, such as {such}"
+            f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}, such as {such}; "
+            "x and y are radial, z is the bearing's axis"
         )
     return [None if part == "-" else number(f"--{name}", part, unit) for part in parts]
 

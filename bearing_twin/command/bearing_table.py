@@ -93,7 +93,7 @@ def show_row(result: dict) -> None:
             "limiting speed": limiting(result["limiting_speed_rad_s"]) if result["limiting_speed_rad_s"] else "",
             "fault frequencies": f"{_frequencies(result)} Hz at {_rpm(result)}",
             "ball set": result["source"] or result["found_means"],
-            "loads": "none given; add --load FX,FY,FZ [N]",
+            "loads": "none; add --load FX,FY,FZ [N], x and y radial, z along the axis",
         }
     )
 
@@ -105,7 +105,13 @@ def show_equilibrium(result: dict) -> None:
     turned, moments = result["misalignment_rad"], result["ring_moment_nm"]
     moved = [1e6 * one for one in result["ring_displacement_m"]] + [DEGREE * one for one in turned]
     loads = [0.0 - one for one in result["ring_force_n"]] + [0.0 - MOMENT * one for one in moments]
-    rows = [("displacement [µm, °]", *map(short, moved)), ("load [N, N mm]", *map(short, loads))]
+    errors = [
+        factor * error
+        for factor, key in ((1e6, "ring_displacement_m"), (DEGREE, "misalignment_rad"))
+        for error in map(sum, zip(*(one[key] for one in result["model_errors"].values()), strict=True))
+    ] or [0.0] * len(moved)
+    places = (_known(one, error) for one, error in zip(moved, errors, strict=True))
+    rows = [("displacement [µm, °]", *places), ("load [N, N mm]", *map(short, loads))]
     rows.append(("stiffness [N, N mm]", *("",) * len(AXES)))
     for axis, column in zip(AXES, zip(*result["stiffness"], strict=True), strict=True):
         name, step = (f"  per 0.01° {axis}", STEP) if "about" in axis else (f"  per 1 µm along {axis}", 1e-6)
@@ -123,12 +129,20 @@ def show_equilibrium(result: dict) -> None:
     )
 
 
+def _known(value: float, error: float) -> str:
+    """A value to the second digit of its error; what is smaller than that keeps two digits, and rounding is 0."""
+    if not error or abs(value) < error:
+        return short(float(f"{value:.2g}") if error else value, 7)
+    return known_digits(value, error, 5)
+
+
 def _show_balls(result: dict) -> None:
     show_text()
+    off = sum(one["normal_load_n"] for one in result["model_errors"].values())
     header, columns = ["ball", "azimuth\n\n[°]"], [range(len(result["ball_azimuth_rad"]))]
     columns.append([f"{180.0 - (180.0 - math.degrees(one)) % 360.0:.2f}" for one in result["ball_azimuth_rad"]])
     for words, unit, key, show in (
-        ("load", "N", "normal_load_{}_n", lambda one: short(one, 7)),
+        ("load", "N", "normal_load_{}_n", lambda one: _known(one, off)),
         ("angle", "°", "contact_angle_{}_rad", lambda one: f"{math.degrees(one):.3f}"),
         ("p max", "MPa", "peak_pressure_{}_pa", lambda one: f"{PRESSURE * one:.1f}"),
     ):
@@ -265,7 +279,7 @@ def _ball_set(row: dict) -> str:
     """A row's ball set and how sure it is."""
     size, doubt = (_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt"))
     shown = f"{size} ± {doubt}" if float(doubt) else size
-    return f"{row['designation']}: {_balls_of(row)} balls of {shown} mm ({row['found']})"
+    return f"{row['designation']}: {_balls_of(row)} balls of {shown} mm"
 
 
 def _balls_of(row: dict) -> str:
@@ -307,7 +321,7 @@ def note_bare_speed(scene, overrides: Iterable[str]) -> None:
         return
     from bearing_twin.kinds.bearing import limiting_speeds
 
-    speed, limits = abs(scene.parameters.drive.speed), limiting_speeds(scene.parameters.geometry)
+    speed, limits = abs(float(given[-1])), limiting_speeds(scene.parameters.geometry)
     if limits and speed > max(limits.values()):
         say(
             f"drive.speed = {given[-1]} is in rad/s, {math.degrees(speed) / 6.0:.6g} rpm, above the limiting speeds "

@@ -31,6 +31,11 @@ from bearing_twin.base.process import (
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
 DONE, BAD_INPUT, DOUBTFUL, INTERRUPTED = 0, 2, 3, 130
+KEYS_OF_OPTIONS = {  # options of other commands: what sets the same in a scene
+    "--load": "rings.inner.load=0,-2kN,0",
+    "--speed": "drive.speed=3000rpm",
+    "--clearance": "geometry.radial_clearance=10um",
+}
 WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose
 WRITING = {"chart", "layouts", "recover"}  # commands that keep what they have written; others write whole or nothing
 LOGGING = {"simulate", "explain", "study"}  # ... with --out; what else they write is whole or nothing, too
@@ -233,4 +238,9 @@ def _refuse(rest, subparser):
     option = rest[0].partition("=")[0]  # without the value, which `_joined` tied to it
     if option in options:
         raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {option}")
+    if option in KEYS_OF_OPTIONS and "--set" in options:
+        raise BearingTwinError(
+            f"{echo(option)} is not an option of {subparser.prog}; set a key of the scene "
+            f"instead, as --set {KEYS_OF_OPTIONS[option]}"
+        )
     raise BearingTwinError(f"{echo(option)} is not an option of {subparser.prog}; {unknown(option, options)}")

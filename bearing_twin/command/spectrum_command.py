@@ -7,7 +7,7 @@ from pathlib import Path
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import RUN, Outcome, number, picture_path
-from bearing_twin.command.terminal import progress, say
+from bearing_twin.command.terminal import progress, say, show_columns, show_named, show_text
 
 HELP = "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict"
 EXAMPLES = (
@@ -46,8 +46,10 @@ def run(arguments: argparse.Namespace) -> Outcome:
     band = None if arguments.band is None else _band(arguments.band)
     geometry = None if arguments.bearing is None else _geometry(arguments.bearing)
 
+    import numpy as np
+
     from bearing_twin.log.acceleration_record import read_record
-    from bearing_twin.vibration.envelope import spectrum_of
+    from bearing_twin.vibration.envelope import SPEED_DOUBT, spectrum_of
 
     if speed and arguments.speed.strip()[-1] in "0123456789.":
         rpm = 30.0 / math.pi * speed
@@ -66,7 +68,47 @@ def run(arguments: argparse.Namespace) -> Outcome:
         from bearing_twin.vibration.picture import draw_spectrum
 
         result["plot"] = str(draw_spectrum(found, Path(arguments.file).name, picture))
-    return Outcome(result, list(found.warnings))
+    warnings = list(found.warnings)
+    if arguments.speed is not None and record.speed is not None:
+        own = abs(float(np.mean(record.speed[1] if isinstance(record.speed, tuple) else record.speed)))
+        if own and abs(abs(speed) / own - 1.0) > SPEED_DOUBT:
+            turns = f"{30.0 / math.pi * own:.5g} rpm"
+            warnings.append(f"{arguments.file} was recorded at {turns}, and --speed differs; leave it out to take that")
+    return Outcome(result, warnings, lambda: _show(result), True)
+
+
+def _show(result: dict) -> None:
+    """Prints verdict, levels and lines; levels to 0.1 dB, which noise alone changes by more."""
+    from bearing_twin.vibration.envelope import DAMAGE
+
+    low, high = result["band_hz"]
+    levels = ", ".join(f"{family} {level:.1f}" for family, level in result["level_db"].items())
+    speed = f"{result['shaft_rpm']:.5g} rpm ({result['shaft_hz']:.5g} Hz)"
+    course = "it varies: the envelope is resampled by angle" if result["by_order"] else "steady"
+    show_named(
+        {
+            "verdict": DAMAGE.get(result["verdict"], result["verdict"]),
+            "level over noise [dB]": f"{levels}; means of three harmonics",
+            "shaft speed": f"{speed}, {course}",
+            "acceleration": f"RMS {result['rms']:.4g} m/s², kurtosis {result['kurtosis']:.3g}",
+            "envelope of band": f"{low:.5g} to {high:.5g} Hz",
+            "record": f"{result['file']}, {result['seconds']:.4g} s at {result['rate_hz']:.6g} Hz",
+            "plot": result.get("plot", ""),
+        }
+    )
+    show_text()
+    rows = (
+        (
+            one["name"],
+            f"{one['expected_hz']:.2f}",
+            f"{one['found_hz']:.2f}",
+            f"{100.0 * one['off']:+.2f}",
+            f"{one['amplitude']:.3g}",
+            f"{one['over_noise_db']:.1f}",
+        )
+        for one in result["lines"]
+    )
+    show_columns(("line", "expected\n[Hz]", "found\n[Hz]", "off\n[%]", "amplitude\n[m/s²]", "over noise\n[dB]"), rows)
 
 
 def _band(text: str) -> tuple[float, float]:

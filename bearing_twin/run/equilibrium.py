@@ -62,7 +62,10 @@ def equilibrium(
     >>> np.round(1e6 * found.displacement[:, 1], 1)
     array([-19.9, -33.1])
     """
-    given = np.asarray(loads, float)
+    try:
+        given = np.asarray(loads, float)
+    except (TypeError, ValueError):
+        given = np.asarray(np.nan)
     if given.ndim == 0 or given.shape[-1] not in (3, 5) or not np.isfinite(given).all():
         raise SceneError(
             f"loads must be finite numbers, (..., 3) in N or (..., 5) with moments in N m, not {echo(loads)}"

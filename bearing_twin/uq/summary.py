@@ -14,6 +14,7 @@ import numpy as np
 from bearing_twin.base.errors import StatisticError, Stopped
 from bearing_twin.base.stopping import heeding, look
 from bearing_twin.base.units import two_digits, unit_for_people, with_unit
+from bearing_twin.run.report import WORDS
 from bearing_twin.uq.histories import history_statistics, narrowing
 from bearing_twin.uq.modality import modality, mode_numbers
 from bearing_twin.uq.propagation import Chaos, Derived, Interpolated
@@ -275,7 +276,7 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for
             unit, factor = shown(found["unit"], size_of(found) or found["error"])
             known = ((source, error) for source, error in found["errors_by_source"].items() if error is not None)
             parts = sorted(known, key=lambda one: -one[1])
-            sources = ", ".join(f"{source.replace('_', ' ')} {two_digits(factor * error)}" for source, error in parts)
+            sources = ", ".join(f"{_words_of(source)} {two_digits(factor * error)}" for source, error in parts)
             value = f"{two_digits(factor * found['error'])}{with_unit(unit)}"
             yield f"{name}: error of the model \u00b1 {value} ({sources})"
     if checks["realisations"]:
@@ -283,8 +284,13 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for
         where = f"the greatest in {checks['realisations']} realisations{failed}, {checks['where']}"
         yield f"errors of the model are apart from the intervals of sampling: {where}"
     if checks["errors_unknown"]:
-        words = ", ".join(source.replace("_", " ") for source in checks["errors_unknown"])
-        yield f"not in the errors of the model, as --json says one by one: {words}"
+        words = ", ".join(map(_words_of, checks["errors_unknown"]))
+        yield f"errors that are not known and not included, with reasons in --json: {words}"
+
+
+def _words_of(source: str) -> str:
+    """A source of errors in words."""
+    return WORDS.get(source, source.replace("_", " "))
 
 
 # The check of a summary from a log, whose shape is written as its values are: `str` for a text, `float` for a finite

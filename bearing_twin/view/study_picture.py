@@ -41,8 +41,9 @@ def plot_study(result: StudyResult, png_path) -> Path:
         frame(axis)
         draw(axis)
         key_above(axis)
-    title = study.description or study.name
-    return finish(figure, title[:1].upper() + title[1:], _footer(result), png_path, size=16)
+    words = study.description
+    title = words[:1].upper() + words[1:] or study.name
+    return finish(figure, title, _footer(result), png_path, size=16)
 
 
 def _draw_chart(axis, one) -> None:

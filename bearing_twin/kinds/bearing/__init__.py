@@ -152,7 +152,6 @@ FACE = {
     "limits_used": "equilibrium: approach and contact angle over their limits",
     "shared": "equilibrium: mean over balls by their load, as of their orbit speeds",
     "ellipses_of": "equilibrium: contact ellipses of an equilibrium",
-    "centrifugal_ratio": "equilibrium: centrifugal load over that on the inner raceway",
     "half_space_error": "model_error: relative error of a contact's load, since bodies are no half-spaces",
     "nominal_law_error": "models: error of a law's load at the nominal contacts",
     "command_warning": "ratings: a warning of a speed above the limiting one",

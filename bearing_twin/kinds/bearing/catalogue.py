@@ -289,7 +289,10 @@ def _contradictions(entry: Entry) -> list[str]:
         if low > high:
             problems.append(f"{key} = {[low, high]} must be the least and the greatest, in this order")
     if not problems and entry.contact_angle == 0.0 and clearance_of(entry) == (0.0, 0.0):
-        problems.append("radial_clearance is not given, and ISO 5753-1 is known here for bores up to 200 mm; give it")
+        problems.append(
+            f"radial_clearance is not given, and ISO 5753-1 is known here for bores up to 200 mm, not {entry.bore:g} "
+            "m: give it, or dimensions with their unit, as 40mm"
+        )
     return problems
 
 

@@ -44,6 +44,7 @@ from bearing_twin.kinds.contract import OperatingPoint
 
 IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
 FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # statuses of an equilibrium in the core
+BOUNCE = 3.0  # times the centrifugal load: what loads of light balls in motion differ by
 COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
 OF_BALL = 8  # numbers kept of a ball's equilibrium: place, opening, d(place)/d(opening); NaN to begin from nothing
 OF_CONTACTS = 16  # numbers of the `Contacts` of a ball
@@ -438,12 +439,17 @@ def centrifugal_ratio(contacts: Contacts, least: float = 1e-3) -> float:
     return float((contacts.centrifugal[carry] / load[carry]).max()) if carry.any() and load.max() > 0.0 else 0.0
 
 
-def equilibrium_error(ratio: float) -> float:
-    """Difference of loads between equilibria and balls that move, over the greatest load, at this `centrifugal_ratio`.
+def equilibrium_error(contacts: Contacts) -> float:
+    """Difference of loads between equilibria and balls that move, over the greatest load.
 
-    A bound on what `bearing_twin chart dimensions` measures of a 6203 up to a ratio of 1.4.
+    A bound on what `bearing_twin chart dimensions` measures of a 6203 up to a `centrifugal_ratio` of 1.4. A ball with
+    less load than that bounces between its raceways: loads of moving balls differed by at most 2.9 times the
+    centrifugal load, up to a ratio of 9 (6203, 6205, 6308 under combined load, rings held and free).
     """
-    return min(max(1e-4, 0.04 * ratio * ratio), 1.0)
+    ratio, greatest = centrifugal_ratio(contacts), float(contacts.load.max())
+    if greatest <= 0.0:
+        return 1e-4
+    return max(1e-4, min(0.04 * ratio * ratio, BOUNCE * float(contacts.centrifugal.max()) / greatest, 1.0))
 
 
 def control_named(setting: Setting) -> str:

@@ -11,7 +11,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     Equilibrium,
     EquilibriumSolver,
     Support,
-    centrifugal_ratio,
     ellipses_of,
     equilibrium_error,
     loose_directions,
@@ -142,7 +141,7 @@ def flags_of(
     greatest, usual = contacts.load[:, 0].max(), STRIBECK * load / parameters.geometry.balls
     loose = loose_directions(found, support, solver.scales)
     friction = parameters.contact.friction_coefficient
-    transient = equilibrium_error(centrifugal_ratio(contacts))
+    transient = equilibrium_error(contacts)
     held = contacts.load > 0.0
     slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
     return gathered(
@@ -159,7 +158,8 @@ def flags_of(
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,
-        f"balls that move by themselves differ in load by up to {100.0 * transient:.2g} % of the greatest"
+        f"loads of balls in motion differ from this equilibrium by up to {100.0 * transient:.2g} % of the greatest "
+        "load; `bearing_twin simulate` computes them"
         if transient > FLAGGED
         else None,
     )

@@ -33,8 +33,9 @@ BE, AC = (4.33e-7, 2.02, 2.44e-12, 1.82e-2, 0.71), (3.58e-7, 3.64, 3.55e-12, 1.1
 STEEP = math.radians(32.5)  # between the angles of AC and BE, 25 and 40 degrees
 UNKNOWN_SERIES = "SKF's factors are known of series 60, 62, 63 and 72: give geometry.designation"
 WHY = (
-    "Contacts sum up films, hysteresis and slip of this load; SKF's formula is fitted to whole bearings, so that only "
-    "the sum compares; Palmgren's does not know how films starve and is high at light loads. None has seals."
+    "The torque is the sum over all contacts of rolling resistance of the films, hysteresis and slip. SKF's formula "
+    "was fitted to whole bearings: compare the sum alone. Palmgren's formula neglects the starvation of films and is "
+    "too high at light loads. Seals are in none of the three."
 )
 
 

@@ -186,7 +186,7 @@ def lubricant_problems(parameters) -> list[str]:
         (
             not COLDEST <= temperature <= HOTTEST,
             f"temperature = {temperature:g} K is outside the oil's, {COLDEST:g} to {HOTTEST:g} K (-20 to 120 °C), "
-            "where its viscosity is known",
+            "where its viscosity is known; without a unit it is in K, so give °C as 65°C",
         ),
     )
     problems = [sentence for wrong, sentence in rows if wrong]

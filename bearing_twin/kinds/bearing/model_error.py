@@ -27,7 +27,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     EquilibriumSolver,
     Support,
     azimuths_of,
-    centrifugal_ratio,
     controlled,
     ellipses_of,
     equilibrium_error,
@@ -411,8 +410,8 @@ class BearingErrors:
         off = 0.0 if law is None or not greatest else float(np.abs(law * self.load).max()) / greatest
         of_loads = [ModelError(LAW, off * (nearest.kept.get(LAW, 1.0) if alike else 1.0), HERTZ_MENDS)]
         if self.choice.stepper == QUASI_STATIC:
-            ratio = centrifugal_ratio(scene_equilibrium(self.parameters, self.choice.law).contacts)
-            of_loads.append(ModelError(LEFT_OUT, equilibrium_error(ratio), self._smaller_steps))
+            contacts = scene_equilibrium(self.parameters, self.choice.law).contacts
+            of_loads.append(ModelError(LEFT_OUT, equilibrium_error(contacts), self._smaller_steps))
         outputs = {"loads": tuple(of_loads)}
         return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, integral_of=SUMS, negligible=negligible)
 

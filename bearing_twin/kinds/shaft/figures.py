@@ -17,7 +17,6 @@ from bearing_twin.contact.validity import gathered
 from bearing_twin.kinds.bearing import (
     contact_flags,
     ellipses_of,
-    equilibrium_error,
     half_space_error,
     hours_of,
     lives_of,
@@ -27,7 +26,7 @@ from bearing_twin.kinds.bearing import (
 from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LEFT_OUT, Comparison, Errors, ModelErrors, with_tolerance
 from bearing_twin.kinds.shaft.equilibrium import loads_of, modes_of, rotor_of, solver_of, speeds_of, weighed_support
-from bearing_twin.kinds.shaft.motion import FINEST, SETTING, law_error, shares_of
+from bearing_twin.kinds.shaft.motion import FINEST, SETTING, balance_errors, law_error
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene
 from bearing_twin.shapes.closed_forms import groove_curvatures
 
@@ -318,10 +317,10 @@ class ShaftModelErrors(ModelErrors):
                     errors.figures[hours] = {source: slow * one for source, one in errors.figures[turns].items()}
         return errors
 
-    def _shares(self) -> dict[str, float]:
-        """As `shares_of`; none where the scene's own loads are not carried at the speed that was commanded."""
+    def _balance_errors(self) -> dict[str, float]:
+        """As `balance_errors`; none where the scene's own loads are not carried at the speed that was commanded."""
         try:
-            return shares_of(self.parameters, self.choice.law, self._fastest)
+            return balance_errors(self.parameters, self.choice.law, self._fastest)
         except SceneError:
             return {}
 
@@ -336,7 +335,7 @@ class ShaftModelErrors(ModelErrors):
         """At most what the coefficient of a contact is wrong by: as of rings that are held; places as they answer."""
         share = law_error(self.parameters, self.choice.law)
         loads = self._of_loads(figures, dict.fromkeys(SIDES, share))
-        return loads | self._of_motion(figures, (share, share), False) if self._shares() else loads
+        return loads | self._of_motion(figures, (share, share), False) if self._balance_errors() else loads
 
     def law_of(self, output: str) -> tuple[float, str]:
         """At most what the coefficient of a contact is wrong by."""
@@ -344,10 +343,9 @@ class ShaftModelErrors(ModelErrors):
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """What was measured of equilibria against the motion of balls, and what bodies are no half-spaces."""
-        shares = self._shares()
-        if not shares:
+        still = self._balance_errors()
+        if not still:
             return {}
-        still = {side: equilibrium_error(share) for side, share in shares.items()}
         found = self._of_loads(figures, still)
         for side in SIDES:
             load = f"{side}_greatest_ball_load_n"
@@ -387,7 +385,7 @@ class ShaftModelErrors(ModelErrors):
     def notes(self) -> dict[str, str]:
         """What is not in the errors."""
         speed = f"at {self._fastest:.4g} rad/s, as commanded, nothing carries the scene's own loads: what equilibria "
-        unknown = {} if self._shares() else {LEFT_OUT: f"{speed}leave out is not known"}
+        unknown = {} if self._balance_errors() else {LEFT_OUT: f"{speed}leave out is not known"}
         return unknown | {
             "balls": "skidding, friction, forces on the cages and the balls' own ringing, above about 1 kHz, are not "
             "computed",

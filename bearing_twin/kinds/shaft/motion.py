@@ -17,7 +17,6 @@ from bearing_twin.kinds.bearing import (
     STOP,
     Loading,
     Support,
-    centrifugal_ratio,
     check_goal,
     command_warning,
     equilibrium_error,
@@ -333,18 +332,18 @@ def law_error(parameters: ShaftScene, law: str) -> float:
     return max(nominal_law_error(law, bearing_scene(parameters, side)) for side in SIDES)
 
 
-def shares_of(parameters: ShaftScene, law: str, commanded: float = 0.0) -> dict[str, float]:
-    """The centrifugal load over that on the inner raceway by bearing, in balance at the greatest speed [rad/s].
+def balance_errors(parameters: ShaftScene, law: str, commanded: float = 0.0) -> dict[str, float]:
+    """Errors of loads in equilibrium, over the greatest load, by bearing, at the greatest speed [rad/s].
 
     That is the scene's, or a greater `commanded` one. Of the loads at the run's start and end those count under which
     it is greater. Raises SceneError where nothing carries them.
     """
-    speed, shares = max(speeds_of(parameters), key=abs), dict.fromkeys(SIDES, 0.0)
+    speed, errors = max(speeds_of(parameters), key=abs), dict.fromkeys(SIDES, 0.0)
     speed = commanded if commanded > abs(speed) * (1.0 + SAME) else speed
     for time in (0.0, float(parameters.run.duration)):
         for side, contacts in zip(SIDES, balance_of(parameters, law, float(speed), time).contacts, strict=True):
-            shares[side] = max(shares[side], centrifugal_ratio(contacts))
-    return shares
+            errors[side] = max(errors[side], equilibrium_error(contacts))
+    return errors
 
 
 def choose(parameters: ShaftScene) -> Choice:
@@ -358,22 +357,23 @@ def choose(parameters: ShaftScene) -> Choice:
     except SceneError as problem:
         raise SceneError(f"at {end:g} s, where the run ends, {problem}") from problem
     error = law_error(parameters, law)
-    share = max(shares_of(parameters, law).values())
-    if equilibrium_error(share) > parameters.wanted.tolerance:
+    off = max(balance_errors(parameters, law).values())
+    if off > parameters.wanted.tolerance:
         warnings.append(
-            f"the centrifugal load is {share:.2g} of a contact's, where balls in balance are wrong by up to "
-            f"{100.0 * equilibrium_error(share):.2g} % of the greatest load until the axes of their spin have settled"
+            f"loads of balls in equilibrium differ from those of moving balls by up to {100.0 * off:.2g} % of the "
+            "greatest load, until the axes of their spin have settled"
         )
     slow = [f"{one:.4g}" for one in modes_of(parameters, law)[0].frequencies if one > FAST]
     if slow:
         warnings.append(
-            f"motion at {' and '.join(slow)} Hz is near that of balls by themselves, which are taken to be in balance "
-            "at once; a scene of the kind bearing moves them, on one ring with mass"
+            f"natural frequencies of {', '.join(slow)} Hz are so high that real balls follow with a lag, while here "
+            "they are in equilibrium at every instant; a scene of the kind bearing, whose ring has mass, integrates "
+            "their motion"
         )
     if error > parameters.wanted.tolerance:
         warnings.append(f"the law {law} is {100.0 * error:.2g} % off exact Hertz here; contact.normal: hertz is exact")
     reason = (
-        f"{sentences(found)}; balls are in balance at every instant, in cages that orbit as loaded balls roll; the "
-        f"centrifugal load is at most {share:.2g} of a contact's"
+        f"{sentences(found)}; balls are in balance at every instant, in cages that orbit as loaded balls roll; "
+        f"loads of moving balls differ by up to {100.0 * off:.2g} % of the greatest"
     )
     return Choice(law, found["solver.stepper"].value, error, reason, tuple(warnings))
