@@ -211,7 +211,7 @@ def test_an_euler_beam_is_flagged_where_it_is_wrong():
     assert re.search(r"20.\d crossings.* 3.2 % too high; the sphere touches 2 times.*: give beam.theory", flag), flag
     assert not any("Euler" in flag or "shear" in flag for flag in reported(DROP).flags)
     assert reported("sphere_on_beam", "wanted.tolerance=0.01", "beam.span=0.3").flags == ()
-    assert "touches 3 times" in reported("sphere_on_beam_long", "wanted.tolerance=0.01").flags[0]
+    assert any("touches 3 times" in flag for flag in reported("sphere_on_beam_long", "wanted.tolerance=0.01").flags)
 
 
 def test_a_scene_of_an_earlier_version_keeps_its_beam():
@@ -254,7 +254,7 @@ def test_the_drop_of_50_mm_strikes_twice():
     assert (first.duration, second.duration) == pytest.approx((62.09069e-6, 47.73981e-6), rel=1e-7)
     assert second.start == pytest.approx(527.34e-6, abs=5e-9)
     assert found.restitution == pytest.approx(0.66818008, rel=2e-8)
-    assert "is beyond the yield pressure" in reported("sphere_on_beam_drop_50mm").flags[0]
+    assert any("is beyond the yield pressure" in flag for flag in reported("sphere_on_beam_drop_50mm").flags)
 
 
 @pytest.mark.parametrize("scene", SCENES)

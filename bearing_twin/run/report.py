@@ -52,9 +52,13 @@ MADE_OF = {
 
 
 class Judgement(NamedTuple):
-    """Consequences of errors: the status, sentences for the flags, and the keys that join the figures."""
+    """Consequences of errors: the status, sentences for the flags, and the keys that join the figures.
+
+    `exceeded` are the sentences of outputs that miss the tolerance, which come before all other flags.
+    """
 
     status: str
+    exceeded: tuple[str, ...]
     flags: tuple[str, ...]
     keys: dict[str, Any]
 
@@ -86,18 +90,18 @@ def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], statu
     if estimate.horizon is not None:
         keys["horizon_s"] = estimate.horizon
     exceeded = {name: said for name, one in outputs.items() if (said := _exceeded(name, *one, estimate))}
-    flags = list(exceeded.values())
+    flags = ()
     large = {figure: source for figure, source in large.items() if errors.integral_of.get(figure) not in large}
     if large:
         mends = {METHOD: estimate.smaller} | dict(errors.mends)
         cures = "; ".join(filter(None, (mends.get(source) for source in dict.fromkeys(large.values()))))
         said = "; ".join(_said(one, figures[one], known[one][source], source) for one, source in large.items())
         sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
-        flags.append(f"{sentence}; to mend it: {cures}" if cures else sentence)
+        flags = (f"{sentence}; to mend it: {cures}" if cures else sentence,)
     doubtful = [*(("model outside its range",) if choice.outside else ()), *exceeded]
     if doubtful and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(doubtful)}"
-    return Judgement(status, tuple(flags), keys)
+    return Judgement(status, tuple(exceeded.values()), flags, keys)
 
 
 def _when(output: OutputError, tolerance: float) -> str:
@@ -285,7 +289,7 @@ class Gathering:
             stepper=choice.stepper,
             choice_reason=choice.reason,
             warnings=self.choice.warnings,
-            flags=(*self.choice.outside, *figures.flags(), *judgement.flags),
+            flags=(*self.choice.outside, *judgement.exceeded, *figures.flags(), *judgement.flags),
             status=judgement.status,
             simulated_seconds=seconds,
             compute_seconds=compute_seconds,
