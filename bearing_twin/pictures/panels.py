@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import matplotlib
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
@@ -58,6 +59,12 @@ def draw_peaks(axis, span: float, begin: np.ndarray, end: np.ndarray, peak: np.n
     if not short.all():
         label = None if short.any() else LABEL  # one entry in the legend
         axis.hlines(peak[~short], begin[~short], end[~short], label=label, **look)
+
+
+def readable_on(colour):
+    """White or ink, whichever can be read on a colour."""
+    red, green, blue = matplotlib.colors.to_rgb(colour)
+    return "white" if 0.299 * red + 0.587 * green + 0.114 * blue < 0.6 else STYLE["ink"]
 
 
 LEAST, MOST, DOUBTFUL = 1e-14, 10.0, 0.1  # errors over their figure: the edges, and where a figure is doubtful

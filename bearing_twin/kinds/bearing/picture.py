@@ -1,16 +1,18 @@
-"""Pictures of a bearing: loads over a run and at its last output, an equilibrium, and curves over a sweep."""
+"""Pictures of a bearing: loads over a run and the bearing at its end, an equilibrium, and curves over a sweep."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
 from bearing_twin import __version__
-from bearing_twin.base.sample import Block, Thinned
+from bearing_twin.base.sample import Block, Sample, Thinned
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import FREE_RING, TORQUE, dimension_of, moving_centre
 from bearing_twin.kinds.contract import Facts
-from bearing_twin.pictures.panels import draw_loads_around, finish
+from bearing_twin.pictures.panels import draw_loads_around, finish, readable_on
 from bearing_twin.pictures.style import (
     GREATEST_LINES,
     LOAD_MAP,
@@ -40,8 +42,12 @@ OF_BALLS = {  # panels over the azimuth: title, axis, factor into its unit
 }
 
 
+GREATEST_NUMBERED = 40  # balls: more are too small for a number
+RING, ARROW = 0.55, 2.0  # thickness of a drawn ring, length of the longest arrow of a load, in ball radii
+
+
 class BearingPicture:
-    """Loads over time, and the balls' loads, angles and pressures at the last output; without a scene no pressures."""
+    """Loads over time, and the bearing with angles and pressures at the last output; without a scene no pressures."""
 
     def __init__(self, facts: Facts):
         self._facts, self._first, self._last, self._greatest = facts, None, None, np.zeros(2)
@@ -71,10 +77,10 @@ class BearingPicture:
             begin = time[-1] - (time[-1] - time[0]) * GREATEST_TURNS / turns
             shown = slice(int(np.searchsorted(time, begin)), None)
             part = f", last {time[-1] - begin:.3g} s of {time[-1]:.4g} s"
-        balls = [f"ball {k}" for k in range(values["normal_load"].shape[1])]
+        balls = values["normal_load"].shape[1]
         rows = [
             (f"Normal load of each ball on the {name} raceway{part}", "normal load [N]",
-             values["normal_load"][shown, :, k], balls, float(self._greatest[k]))
+             values["normal_load"][shown, :, k], [], float(self._greatest[k]))
             for k, name in enumerate(RACEWAYS)
         ]  # fmt: skip
         for name in self._moved:
@@ -83,23 +89,21 @@ class BearingPicture:
             curves = factor * (values[name][shown].reshape(len(time[shown]), -1) - begin)
             rows.append((words, up, curves, list("xyz"[: len(begin)]) if len(begin) > 1 else [], None))
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        edges = {"left": 0.06, "right": 0.975, "top": 0.84, "bottom": 0.095}
+        edges = {"left": 0.06, "right": 0.975, "top": 0.88, "bottom": 0.095}
         grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
         axes = grid[0].subgridspec(len(rows), 1, hspace=0.2 + 0.1 * len(rows)).subplots(squeeze=False)
         for k, (axis, row) in enumerate(zip(axes.ravel(), rows, strict=True)):
             _draw_over_time(axis, time[shown], *row)
             axis.tick_params(labelbottom=k + 1 == len(rows))
             axis.set_xlabel(axis.get_xlabel() if k + 1 == len(rows) else "")
-            if k != 1:  # one key for both panels of loads
+            if k > 1:  # the balls have their colours and numbers in the drawing beside
                 key_above(axis)
         found = {name: last[name] for name in ("normal_load", "contact_angle")}
         if scene:
             found["peak_pressure"] = contact_details(scene.parameters, last)["peak_pressure"]
-        push = -last["inner_ring_force"][:2]
-        _draw_balls(figure, grid[1], last["orbit_angle"], push, found, f" at {last.time_ns * 1e-9:.6g} s")
+        _draw_balls(figure, grid[1], last["orbit_angle"], found, lambda place: _draw_bearing(figure, place, last))
         speed = float(last["inner_ring_speed"]) * 30.0 / np.pi
-        counted = f"{len(balls)} ball{'s' * (len(balls) != 1)}"
-        title = f"{scene.name if scene else 'Bearing'}: {counted}, inner ring at {speed:.5g} rpm"
+        title = f"{scene.name if scene else 'Bearing'}: {balls} ball{'s' * (balls != 1)}, inner ring at {speed:.5g} rpm"
         facts, kept = self._facts, self._kept
         words = (
             f"law {facts.law}" if facts.law else "",
@@ -145,16 +149,51 @@ def _draw_over_time(axis, time, words, up, values, names, greatest) -> None:
         axis.set_ylim(0.0, 1.06 * max(high.max(), greatest) or 1.0)
 
 
-def _draw_balls(figure, grid, azimuth, push, values: dict, when: str = "") -> None:
-    """Loads around the bearing, and further `values` (N, 2) of OF_BALLS over the azimuth; `push` (2,) is the load."""
+def _draw_bearing(figure, place, sample: Sample) -> None:
+    """Rings, balls and their loads: arrows point the way a raceway pushes the ball, and are as long as the load."""
+    position, load = sample["position"][:, :2], sample["normal_load"]
+    radius = np.linalg.norm(sample["point"] - sample["position"][:, None, :], axis=-1).max()
+    pitch, greatest = np.linalg.norm(position, axis=1).mean(), load.max() or 1.0
+    reach = pitch + (ARROW + 1.3) * radius
+    axis = figure.add_subplot(place, aspect="equal", xlim=(-1.3 * reach, 1.3 * reach), ylim=(-reach, reach))
+    axis.set_axis_off()
+    for outside in (pitch - radius, pitch + (1.0 + RING) * radius):
+        axis.add_artist(Annulus((0, 0), outside, RING * radius, fc=STYLE["ring"], ec=STYLE["edge"], zorder=1))
+    room = ARROW * radius, min(ARROW * radius, 0.8 * (pitch - radius))
+    for ball, centre in enumerate(position):
+        colour = ball_line(ball)["color"] if len(position) <= GREATEST_LINES else STYLE["soft"]
+        loose = load[ball].max() <= 0.0
+        look = {"fc": "white", "ec": colour, "ls": "--"} if loose else {"fc": colour, "ec": "white"}
+        axis.add_artist(Circle(centre, radius, lw=1.6, zorder=3, **look))
+        if len(position) <= GREATEST_NUMBERED:
+            size = np.clip(234.0 * radius / reach, 6.0, 15.0)
+            ink = colour if loose else readable_on(colour)
+            axis.text(*centre, f"{ball}", ha="center", va="center", fontsize=size, color=ink, weight="bold", zorder=4)
+        outward = centre / np.linalg.norm(centre)
+        for raceway, (side, longest, fill) in enumerate(zip((-1.0, 1.0), room[::-1], RACEWAY_COLOURS, strict=True)):
+            if load[ball, raceway] > 0.0:
+                tip = centre + side * radius * outward
+                tail = tip + side * longest * load[ball, raceway] / greatest * outward
+                style = {"arrowstyle": "simple,head_length=6,head_width=8,tail_width=3", "fc": fill, "ec": "white"}
+                axis.add_artist(FancyArrowPatch(tail, tip, shrinkA=0, shrinkB=0, lw=0.6, zorder=5, **style))
+    heading(axis, f"The bearing at {sample.time_ns * 1e-9:.6g} s: load on each ball, up to {greatest:.4g} N")
+    for row, (name, colour) in enumerate(zip(RACEWAYS, RACEWAY_COLOURS, strict=True)):
+        words = {"transform": axis.transAxes, "va": "top", "fontsize": 11, "color": colour, "weight": "bold"}
+        axis.text(0.0, 0.97 - 0.06 * row, f"➤ by the {name} ring", **words)
+    corner = np.array([-1.22, -0.9]) * reach
+    for way, name in (((0.2, 0.0), "x"), ((0.0, 0.2), "y")):
+        end = corner + reach * np.array(way)
+        axis.add_artist(FancyArrowPatch(corner, end, arrowstyle="-|>", mutation_scale=11, color=STYLE["soft"], lw=1.2))
+        axis.text(*(corner + 1.3 * (end - corner)), name, ha="center", va="center", fontsize=11, color=STYLE["soft"])
+
+
+def _draw_balls(figure, grid, azimuth, values: dict, draw_first: Callable) -> None:
+    """What `draw_first` draws, and further `values` (N, 2) of OF_BALLS over the azimuth (N,) [rad] of the balls."""
     parts = grid.subgridspec(
         len(values), 1, height_ratios=(len(values) - 0.6, *(0.7,) * (len(values) - 1)), hspace=0.42
     )
     loads = values["normal_load"]
-    around = figure.add_subplot(parts[0], projection="polar")
-    draw_loads_around(around, azimuth, loads, push)
-    heading(around, f"Load on each ball{when} [N]; 0° is +x, 90° is +y", pad=24)
-    around.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.32, -0.1))
+    draw_first(parts[0])
     degrees = (np.degrees(azimuth) + 180.0) % 360.0 - 180.0
     for row, (name, (words, up, factor)) in enumerate(OF_BALLS.items(), 1):
         if name not in values:
@@ -167,7 +206,7 @@ def _draw_balls(figure, grid, azimuth, push, values: dict, when: str = "") -> No
         axis.set_xlim(-190.0, 190.0)
         axis.set_xticks(np.arange(-180, 181, 45))
         low, high = axis.get_ylim()
-        axis.set_ylim((0.0, 1.08 * high) if name == "peak_pressure" else (min(low, -1.0), max(high, 1.0)))
+        axis.set_ylim((0.0, 1.08 * high) if name == "peak_pressure" else (min(1.15 * low, -1.0), max(1.15 * high, 1.0)))
         heading(axis, words, "azimuth of the ball, from +x [°]" if row + 1 == len(values) else None, up)
 
 
@@ -177,7 +216,15 @@ def draw_equilibrium(result: dict, path) -> Path:
     units = {"normal_load": "n", "contact_angle": "rad", "peak_pressure": "pa"}
     values = {name: np.array([result[f"{name}_{race}_{unit}"] for race in RACEWAYS]).T for name, unit in units.items()}
     (grid,) = figure.add_gridspec(1, 1, left=0.1, right=0.96, top=0.87, bottom=0.08)
-    _draw_balls(figure, grid, np.array(result["ball_azimuth_rad"]), -np.array(result["ring_force_n"][:2]), values)
+    azimuth, push = np.array(result["ball_azimuth_rad"]), -np.array(result["ring_force_n"][:2])
+
+    def draw_loads(place):
+        around = figure.add_subplot(place, projection="polar")
+        draw_loads_around(around, azimuth, values["normal_load"], push)
+        heading(around, "Load on each ball [N]; 0° is +x, 90° is +y", pad=24)
+        around.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.32, -0.1))
+
+    _draw_balls(figure, grid, azimuth, values, draw_loads)
     moved = ", ".join(f"{round(1e6 * value, 6) + 0.0:.4g}" for value in result["ring_displacement_m"])
     load = ", ".join(f"{0.0 - round(value, 6):.4g}" for value in result["ring_force_n"])
     title = f"{result['scene']}: load ({load}) N moves the inner ring by ({moved}) µm"
