@@ -227,10 +227,10 @@ def draw_equilibrium(result: dict, path) -> Path:
     _draw_balls(figure, grid, azimuth, values, draw_loads)
     moved = ", ".join(f"{round(1e6 * value, 6) + 0.0:.4g}" for value in result["ring_displacement_m"])
     load = ", ".join(f"{0.0 - round(value, 6):.4g}" for value in result["ring_force_n"])
-    title = f"{result['scene']}: load ({load}) N moves the inner ring by ({moved}) µm"
+    title = f"{result['scene']}: load ({load}) N at {result['speed_rad_s'] * 30.0 / np.pi:.5g} rpm"
     words = (
+        f"inner ring moved by ({moved}) µm",
         f"law {result['law']}",
-        f"{result['speed_rad_s'] * 30.0 / np.pi:.5g} rpm",
         f"clearance {1e6 * result['clearance_m']['operating']:.4g} µm",
     )
     return finish(figure, title, _footer(*words), path, size=15)
