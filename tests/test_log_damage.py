@@ -91,8 +91,21 @@ def test_a_waveform_that_says_no_times_is_refused(wrong, tmp_path, capsys):
         log.write(log.add_topic("/bearing/samples", cdr.SAMPLE_BLOCK), 0, 0, block)
         wave = encoded(cdr.WAVEFORM, said, 0, "")
         log.write(log.add_topic("/bearing/records/acceleration", cdr.WAVEFORM), 0, 0, wave)
-    assert main(["report", str(tmp_path / "run.mcap")]) == BAD_INPUT
-    assert "the Waveform at sample" in capsys.readouterr().err
+    for words in (["report"], ["spectrum", "--topic", "/bearing/records/acceleration"]):
+        assert main([words[0], str(tmp_path / "run.mcap"), *words[1:]]) == BAD_INPUT
+        assert "the Waveform at sample" in capsys.readouterr().err
+
+
+def test_a_block_without_outputs_is_refused_behind_whole_ones_too(tmp_path, capsys):
+    block = samples_message((Channel("a", "m", (), ""),), 0, np.arange(3) * 10**6, np.ones((3, 1)))
+    empty = cdr.deserialise(cdr.SAMPLE_BLOCK, block)
+    empty.count, empty.time_ns, empty.values = 0, empty.time_ns[:0], empty.values[:0]
+    with RawLogWriter(tmp_path / "run.mcap") as log:
+        number = log.add_topic("/bearing/samples", cdr.SAMPLE_BLOCK)
+        log.write(number, 0, 0, block)
+        log.write(number, 1, 1, cdr.serialised(cdr.SAMPLE_BLOCK, empty))
+    assert main(["export", str(tmp_path / "run.mcap"), "--to", "csv", "--out", str(tmp_path / "tables")]) == BAD_INPUT
+    assert "contradicts itself" in capsys.readouterr().err
 
 
 def test_what_a_channel_is_called_leads_out_of_no_folder(tmp_path, monkeypatch, capsys):

@@ -179,10 +179,10 @@ def test_a_speed_that_may_be_meant_in_rpm_is_obeyed_and_said_once(scene, limit):
     """The limiting speed with oil, n·d_m of 6e5 mm/min; below it nothing is said."""
     it = obeying(scene)
     it.tell("command/speed", SimpleNamespace(data=0.99 * limit * math.pi / 30.0))
-    assert len(it.loop.commands.warnings) == 0
+    assert it.loop.commands.speed_warning == ""
     for speed in (3000.0, 2500.0):
         it.tell("command/speed", SimpleNamespace(data=speed))
-    [said] = it.loop.commands.warnings
+    said = it.loop.commands.speed_warning
     assert "3000 rad/s is 28648 rpm, above" in said
     assert said.endswith("314.16 rad/s is 3000 rpm")
     assert it.loop.commands.counts["refused"] == 0

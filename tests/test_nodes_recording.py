@@ -391,6 +391,7 @@ def test_quality_of_service_is_read_in_words_and_numbers():
         "- depth: [": Qos(),
         "- {reliability: best_effort, durability: transient_local, depth: 3}": Qos(3, "best_effort", "transient_local"),
         "- {reliability: 1, durability: 2, depth: 0}": Qos(),
+        "- {reliability: 2, durability: 2, depth: .inf}": Qos(),
         "- depth: 3\n  reliability: 2\n  durability: 2\n- depth: 9\n": Qos(3, "best_effort"),
         "- {reliability: 2, durability: 2, depth: 3, more: [" + "1, " * 5000 + "]}": Qos(),
     }.items():

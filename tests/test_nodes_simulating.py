@@ -212,7 +212,7 @@ def test_a_flood_of_commands_is_carried_out_once_in_a_period():
     loop.turn(START + 30 * MS)
     assert [value for _, value in loop.simulation.speeds] == [999.0, 1999.0]
     assert loop.commands.counts == {"taken": 2, "refused": 2, "superseded": 1996}
-    assert "nan" in loop.commands.warnings[-1]
+    assert "nan" in loop.commands.refusals[-1]
 
 
 def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):

@@ -131,6 +131,16 @@ def test_a_block_of_an_impact_is_kept_whole(period, count, kept):
     assert message.count == kept
 
 
+def test_a_block_whose_stamp_would_not_fit_is_kept_whole():
+    """A peer may stamp as it likes: that ends no recorder."""
+    thinning, row = Thinning(cdr.SAMPLE_BLOCK, KEPT_RATE), np.zeros((2, BLOCK.matrix().shape[1]))
+    assert thinning.kept(0, samples_message(SCENE.channels, 0, np.array([0, 19 * 10**7]), row)) is not None
+    late = cdr.deserialise(cdr.SAMPLE_BLOCK, samples_message(SCENE.channels, 0, np.array([0, 4 * 10**18]), row))
+    late.header.stamp.sec = 2**31 - 1
+    data = cdr.serialised(cdr.SAMPLE_BLOCK, late)
+    assert thinning.kept(0, data) == data
+
+
 def test_a_second_publisher_is_not_lost_among_the_messages_of_the_first(tmp_path):
     recording = Recording(tmp_path / "out.mcap", ["*"], safety=Safety(kept_rate=KEPT_RATE))
     brief = "/two_discs/disc_0/wrench"  # the same rule for all topics

@@ -81,7 +81,6 @@ def _reasons(arguments: argparse.Namespace) -> Outcome:
     ]
 
     def show():
-
         show_rows(
             ("key", "value", "because", "rule"),
             ((one["key"], str(one["value"]), one["why"], one["when"]) for one in rows),

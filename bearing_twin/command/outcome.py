@@ -107,7 +107,6 @@ def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
     rows = list(rows)
 
     def show():
-
         show_rows(header, ([row[name] for name in header] for row in rows))
 
     return Outcome({what: rows}, [], show)

@@ -12,6 +12,7 @@ from bearing_twin.base.errors import BearingTwinError, LogError, echo, unknown
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SQLITE, SUFFIX, LogReader
 from bearing_twin.log.run_log import read_log
+from bearing_twin.log.sample_block import checked_waveform
 from bearing_twin.run.dataset import tables_of
 
 TIMES = {"time_ns": 1e-9, "time": 1.0, "t": 1.0, "time_s": 1.0, "seconds": 1.0}
@@ -157,7 +158,9 @@ def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, 
     field = key or ("samples" if types[topic] == cdr.WAVEFORM else "data")
     parts, stamps = [], []
     for one in reader.messages({topic}):
-        message = cdr.deserialise(one.topic.ros_type, one.data)
+        ros_type = one.topic.ros_type
+        is_waveform = ros_type == cdr.WAVEFORM
+        message = checked_waveform(path, one.data) if is_waveform else cdr.deserialise(ros_type, one.data)
         parts.append(np.ravel(_field(message, topic, field)).astype(np.float32))
         header = getattr(message, "header", None)
         stamps.append(1e-9 * one.log_time if header is None else header.stamp.sec + 1e-9 * header.stamp.nanosec)
@@ -166,7 +169,7 @@ def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, 
         raise BearingTwinError(f"{topic} in {path} holds too few numbers for a record, {sum(map(len, parts))}")
     if len(lengths) == 1 and 0 not in lengths:
         rate = rate or _even_rate(np.array(stamps)) * lengths.pop()
-    elif types[topic] == cdr.WAVEFORM:
+    elif is_waveform:
         rate = rate or message.rate
     return Record(np.concatenate(parts), _known(rate, f"{topic} in {path}"))
 

@@ -94,7 +94,7 @@ def _offered(text: str) -> Qos:
         profile = yaml.safe_load(text)[0] if len(text) <= LONGEST_PROFILE else {}
         said = {key: NUMBERED[key].get(profile[key], profile[key]) for key in NUMBERED}
         depth = int(profile["depth"])
-    except (yaml.YAMLError, LookupError, TypeError, ValueError, RecursionError):
+    except (yaml.YAMLError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError):
         return Qos()
     return Qos(
         depth if 1 <= depth <= DEEPEST else Qos().depth,

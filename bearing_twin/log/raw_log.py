@@ -7,6 +7,7 @@ A log is one `.mcap` file, or a rosbag2 folder when its path has no suffix `.mca
 import datetime
 import math
 import platform
+import struct
 import threading
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext, suppress
@@ -65,17 +66,17 @@ class Thinning:
     def kept(self, log_time_ns: int, data: bytes) -> bytes | None:
         """The bytes to log of a message, None for nothing."""
         if self._outputs:
-            return self._thinned(data)
+            try:
+                return self._thinned(data)
+            except (LogError, struct.error):  # struct.error: a number of the first output kept does not fit
+                return data
         period, earlier = log_time_ns // self._period, self._last
         self._last = period
         return None if period == earlier else data
 
     def _thinned(self, data: bytes) -> bytes | None:
-        try:
-            block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-            check_block("", block)
-        except LogError:
-            return data
+        block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block("", block)
         times = block.time_ns
         if times[-1] - times[0] < WHOLE_SPAN:
             return data

@@ -327,13 +327,13 @@ class LogStream:
         for _, (first, count), message in by_time if self._by_time else found:
             if message is not None:
                 waiting.append(message)
-            elif count:
-                if first < runs[-1].end:
+            else:
+                if count and first < runs[-1].end:
                     runs.append(_Run(blocks))
+                blocks += 1
                 runs[-1].others += waiting
                 waiting = []
-                runs[-1].stop, runs[-1].end = blocks + 1, first + count
-            blocks += message is None
+                runs[-1].stop, runs[-1].end = blocks, first + count
         runs[-1].others += waiting
         return runs
 

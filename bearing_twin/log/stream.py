@@ -22,7 +22,7 @@ from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import DEEPEST, Qos
 from bearing_twin.log.encoding import Encoder, encoded
-from bearing_twin.log.sample_block import samples_message, waveform_message
+from bearing_twin.log.sample_block import MOST_SAMPLES, samples_message, waveform_message
 from bearing_twin.run.scene import choose
 from bearing_twin.run.second_run import tables_of
 
@@ -211,7 +211,8 @@ class MessageStream:
                 pass
             elif table.rate:
                 unit = table.columns[1].unit
-                yield topic, stamp_ns, waveform_message(unit, table.rate, rows, self._frame, self.start_time_ns)
+                for part in (rows[begin : begin + MOST_SAMPLES] for begin in range(0, len(rows), MOST_SAMPLES)):
+                    yield topic, stamp_ns, waveform_message(unit, table.rate, part, self._frame, self.start_time_ns)
             else:  # records are numbered from the start of the run
                 times_ns = np.rint(1e9 * rows[:, 0]).astype(np.int64)
                 yield topic, stamp_ns, self._sample_block(table.columns, self._recorded[name], times_ns, rows)

@@ -236,7 +236,7 @@ class Recording:
 LOSSES = {
     "samples_lost": f"{{}} solver outputs were lost on the way; {REMEDY}",
     "records_lost": f"{{}} rows of records were lost on the way; {REMEDY}",
-    "messages_unreadable": "{} messages are not logged: too large, or not the SampleBlock as which they were sent",
+    "messages_unreadable": "{} messages are not logged: too large, or not of the type as which they were sent",
     "messages_lost": f"{{}} messages were lost on the way; {REMEDY}",
     "messages_dropped": "{} messages were dropped while the disk was full",
 }

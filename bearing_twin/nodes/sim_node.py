@@ -276,8 +276,10 @@ class SimNode(BaseNode):
 
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
-        while self._commands.warnings:
-            self.get_logger().warning(self._commands.warnings.popleft(), throttle_duration_sec=LOG_PERIOD)
+        while self._commands.refusals:
+            self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=LOG_PERIOD)
+        if self._commands.speed_warning:  # apart from refusals, among which the throttle would drop it
+            self.get_logger().warning(self._commands.speed_warning, once=True)
         if self.loop.over and not self.done.is_set():
             wait_for_acknowledgement(self._outlet.publishers)
             self._report()
@@ -378,9 +380,9 @@ class SimNode(BaseNode):
                     names = [
                         [one.full_name for one in topics(scene)] for scene in (self._overridden(parameter), self._scene)
                     ]
-                    reason = "" if names[0] == names[1] else "that changes the topics: start a new node"
+                    reason = reason or ("" if names[0] == names[1] else "that changes the topics: start a new node")
                 except BearingTwinError as error:
-                    reason = str(error)
+                    reason = reason or str(error)
         return SetParametersResult(successful=not reason, reason=reason)
 
     @guarded

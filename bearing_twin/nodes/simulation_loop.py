@@ -31,7 +31,8 @@ class Commands:
 
     def __init__(self, load_timeout_ns: int = 0, frame_prefix: str = ""):
         self.counts = Counter(taken=0, refused=0, superseded=0)
-        self.warnings: deque[str] = deque(maxlen=WAITING)  # to be logged
+        self.refusals: deque[str] = deque(maxlen=WAITING)  # to be logged
+        self.speed_warning = ""  # the first, to be logged
         self.prefix = frame_prefix
         self._waiting: dict[Command, deque] = {}
         self._lock = threading.Lock()
@@ -60,7 +61,7 @@ class Commands:
                     obey(command, queue.pop())
                     break
                 except BearingTwinError as error:
-                    self.warnings.append(str(error))
+                    self.refusals.append(str(error))
             self.counts["superseded"] += len(queue)
 
     def refused(self, name: str, error: Exception) -> BearingTwinError:
@@ -138,7 +139,7 @@ class SimulationLoop(PacedStream):
         command_ns: int = 0,
     ):
         super().__init__(deliver, factor)
-        self.run, self.tells_time, self._doubted = 1, False, False
+        self.run, self.tells_time = 1, False
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
         self._duration_ns, self._open_log, self._repeat, self._subscribed = duration_ns, open_log, repeat_ns, subscribed
         self._computing: int | None = None  # since when the turn under way
@@ -258,10 +259,8 @@ class SimulationLoop(PacedStream):
     def set_speed(self, now: int, speed: float) -> None:
         """New goal for the speed of the inner ring [rad/s]; raises BearingTwinError when it is no possible speed."""
         check_speed(speed)
-        doubt = self.simulation.set_speed(speed)
-        if doubt and not self._doubted:
-            self._doubted = True
-            self.commands.warnings.append(doubt)
+        warning = self.simulation.set_speed(speed)
+        self.commands.speed_warning = self.commands.speed_warning or warning
 
     def set_torque(self, now: int, torque: float) -> None:
         """New torque on the inner ring [N m]; raises BearingTwinError where the drive takes none."""
