@@ -93,7 +93,8 @@ def test_sidebands_show_how_damage_goes_through_the_load(capsys, tmp_path):
 def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
     samples = record("outer", seconds=5.0, strength=2.0).astype(np.float32)
     times = np.arange(len(samples)) / RATE
-    np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header="time,acceleration", comments="")
+    header = 'time,"acceleration, along z"'
+    np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header=header, comments="")
     np.savetxt(tmp_path / "b.csv", samples)
     rows = (f"{1e3 * time:.9g};{one:.9g}".replace(".", ",") for time, one in zip(times, samples, strict=True))
     (tmp_path / "c.csv").write_text("\n".join(["Zeit [ms];Beschl. [m/s^2]", *rows]))

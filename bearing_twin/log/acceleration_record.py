@@ -1,5 +1,6 @@
 """Records of acceleration from files: logs of ours, other MCAP logs and bags, tables (.csv) and arrays (.npz, .mat)."""
 
+import csv
 import io
 import math
 import re
@@ -67,13 +68,13 @@ def _csv_columns(path: Path) -> dict[str, np.ndarray]:
     with open(path, encoding="utf-8") as file:
         first = file.readline(100_000)
     delimiter = next((one for one in ";\t," if one in first), None)
-    words = [word.strip(' "\n') for word in first.split(delimiter)]
+    words = next(csv.reader([first], delimiter=delimiter)) if delimiter else first.split()
     source = path
     if delimiter == ";":  # where a comma is the sign of decimals
         source = io.StringIO(path.read_text(encoding="utf-8").replace(",", "."))
     headed = re.search(r"[a-df-zA-DF-Z]", first.lower().replace("nan", "")) is not None  # e stands in numbers
     table = np.loadtxt(source, delimiter=delimiter, skiprows=int(headed), ndmin=2, comments=None if headed else "#")
-    names = words if headed else [str(number + 1) for number in range(table.shape[1])]
+    names = [word.strip() for word in words] if headed else [str(number + 1) for number in range(table.shape[1])]
     return dict(zip(names, table.T, strict=True))
 
 

@@ -192,7 +192,7 @@ class Study:
         }
 
 
-# Study files: strict YAML in, a checked `Study` out, with a problem of every key named at once and the nearest legal word.
+# Study files: strict YAML in, a checked `Study` out; a problem of each key is named, with the nearest legal word.
 
 IMPOSSIBLE = 1e-12  # probability of values outside what a scene allows that is neglected
 FREE_KEYS = (
