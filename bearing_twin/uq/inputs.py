@@ -78,7 +78,9 @@ def checked_key(kind: str, key) -> str:
     known, first = numeric_keys(kind), first_name(key)
     if isinstance(first, str) and first in known:
         return first
-    raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {unknown(key, known)}")
+    ends = [one for one in known if first in one.rpartition(".")[2].split("_")]
+    hint = f"did you mean {' or '.join(ends[:3])}?" if ends else unknown(key, known)
+    raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {hint}")
 
 
 def words_of(key: str) -> tuple[str | int, ...]:

@@ -66,8 +66,9 @@ class StudyResult:
     def __repr__(self) -> str:
         failed = int(np.count_nonzero(self.status))
         title = f"{self.study.name}: {len(self.quantities)} realisations, {failed} of them failed"
+        units = self.quantity_units
         medians = {
-            name: [float(one) for one in np.quantile(column, (0.05, 0.5, 0.95))]
+            f"{name} [{units[name]}]": [float(one) for one in np.quantile(column, (0.05, 0.5, 0.95))]
             for name, column in zip(self.study.quantities, self.quantities[self.status == 0].T, strict=True)
             if len(column)
         }
