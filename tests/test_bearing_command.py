@@ -299,3 +299,15 @@ def test_balls_that_the_rings_squeeze_are_warned_of(capsys):
         found = answered(capsys, "bearing", "6308", *words)
         assert any("squeeze" in flag for flag in found["flags"]) == squeezed
         assert (found["reference_life_mrev"] < 0.1 * found["basic_life_mrev"]) == squeezed
+
+
+def test_numbers_that_want_a_unit_are_noted_and_rounding_is_0(capsys):
+    for words, note in (
+        (("--set", "temperatures.inner_ring=80"), "give 80°C"),
+        (("--sweep", "speed=0:3000:3"), "give 3000rpm"),
+    ):
+        assert cli.main(["bearing", "6308", "--load", "0,-2kN,0", *words]) == cli.DONE
+        assert note in capsys.readouterr().err
+    assert "legal: C2, CN, C3, C4, C5" in refused(capsys, "bearing", "6308/C6")
+    out = printed(capsys, "simulate", "6308", "--duration", "10ms", "--set", "rings.inner.load=0,-2kN,500N")
+    assert re.search(r"^ring force +0, 2, -0.5 kN$", out, flags=re.MULTILINE)

@@ -113,7 +113,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         )
 
     swept = (f"{SHORT_KEYS.get(key, key)}={last}" for key, _, last, _ in sweeps)
-    bearing_table.note_bare_speed(_bearing_scene(arguments), [*overrides_of(arguments, **SHORT_KEYS), *swept])
+    bearing_table.note_bare_numbers(_bearing_scene(arguments), [*overrides_of(arguments, **SHORT_KEYS), *swept])
     result, show = None, bearing_table.show_row
     if not (sweeps or picture or sheet or arguments.mass):
         result = _row_alone(arguments, given)

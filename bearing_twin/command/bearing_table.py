@@ -33,6 +33,7 @@ SOURCES = {
     "half_space": "half-spaces",
     "first_order_tilt": "tilt of first order",
 }
+COLD = 173.15  # K: a temperature below it is noted
 ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals are taken to 1e-10
 
 
@@ -314,10 +315,17 @@ def limiting(speeds: dict[str, float]) -> str:
     return f"{shown} rpm ± {100.0 * LIMITING_SCATTER:.0f} %, estimated by n d_m = {products} mm/min (FBJ)"
 
 
-def note_bare_speed(scene, overrides: Iterable[str]) -> None:
-    """Says on standard error that a speed without a unit is in rad/s, where it is above a bearing's limiting speeds."""
-    given = [text for one in overrides for key, _, text in [one.partition("=")] if key.strip() == "drive.speed"]
-    if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1].strip()):
+def note_bare_numbers(scene, overrides: Iterable[str]) -> None:
+    """Says on standard error that a speed or temperature without a unit is in SI, where that is hardly meant.
+
+    That is a speed above a bearing's limiting speeds, and a temperature below -100 °C.
+    """
+    pairs = [(key.strip(), text.strip()) for one in overrides for key, _, text in [one.partition("=")]]
+    for key, text in pairs:
+        if key.startswith("temperature") and NUMBER.fullmatch(text) and 0.0 < float(text) < COLD:
+            say(f"{key} = {text} is in K, {float(text) - 273.15:.4g} °C; if it is meant in °C, give {text}°C")
+    given = [text for key, text in pairs if key == "drive.speed"]
+    if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1]):
         return
     from bearing_twin.kinds.bearing import limiting_speeds
 
@@ -325,7 +333,7 @@ def note_bare_speed(scene, overrides: Iterable[str]) -> None:
     if limits and speed > max(limits.values()):
         say(
             f"drive.speed = {given[-1]} is in rad/s, {math.degrees(speed) / 6.0:.6g} rpm, above the limiting speeds "
-            f"({limiting(limits)}); if it is meant in rpm, give {given[-1].strip()}rpm"
+            f"({limiting(limits)}); if it is meant in rpm, give {given[-1]}rpm"
         )
 
 

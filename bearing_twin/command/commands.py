@@ -19,7 +19,7 @@ from bearing_twin.command import (
     study_command,
     view_commands,
 )
-from bearing_twin.command.bearing_table import note_bare_speed
+from bearing_twin.command.bearing_table import note_bare_numbers
 from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
@@ -88,7 +88,7 @@ def _simulate(arguments) -> Outcome:
 
         begun = continued(read_log(arguments.scene), arguments.more, overrides)
         scene = begun.scene
-    note_bare_speed(scene, overrides)
+    note_bare_numbers(scene, overrides)
     picture = picture_path(arguments.plot, _is_animated(scene)) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 

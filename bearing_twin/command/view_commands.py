@@ -7,7 +7,7 @@ from typing import Any
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import file_name
-from bearing_twin.command.bearing_table import note_bare_speed
+from bearing_twin.command.bearing_table import note_bare_numbers
 from bearing_twin.command.outcome import (
     RUN,
     Outcome,
@@ -111,7 +111,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
 
     overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
-    note_bare_speed(scene, overrides)
+    note_bare_numbers(scene, overrides)
     own = scene.parameters.run.duration
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import simulate

@@ -55,6 +55,8 @@ def figures_for_people(
             unit = unit if any(map(_is_number, several)) else ""
         error = two_digits(factor * own) if value is not None and _in_digits(own, value) else ""
         doubtful = most is not None and value is not None and exceeds(value, most)
+        least = ROUNDING * _size(several) if 1 < len(several) <= AXES else 0.0  # of a vector's parts: rounding
+        several = [0.0 if isinstance(one, float) and abs(one) <= least else one for one in several]
         texts = [_residual(one) if key in RESIDUALS else value_text(one, factor, most) for one in several]
         found.append(Figure(key, words, unit, texts, error, doubtful, len(several) if _is_long(value) else 0))
     return found

@@ -98,7 +98,7 @@ class Designation(NamedTuple):
 def read_designation(word: str) -> Designation | None:
     """The bearing that a word such as 6205-2RS/C3 names; None for what is no designation of the catalogue.
 
-    Raises SceneError for bearings of other types, which are not modelled.
+    Raises SceneError for bearings of other types, which are not modelled, and for groups of clearance that are none.
     """
     text = str(word).strip()
     if text in entries():
@@ -119,6 +119,8 @@ def read_designation(word: str) -> Designation | None:
         if not rest:
             name = name + maker if name + maker in entries() else name
             return Designation(name, "" if clearance == "CN" else clearance)
+        if re.fullmatch(r"C\d", rest):
+            raise SceneError(f"{echo(word)}: {rest} is no group of radial clearance; legal: {', '.join(CLEARANCES)}")
     base = re.split(r"[-/ ]", text)[0]
     for words, pattern in OTHER_TYPES.items():
         if re.fullmatch(rf"(?:{pattern})[A-Z0-9]{{0,6}}" if not base.isdigit() else pattern, base):
