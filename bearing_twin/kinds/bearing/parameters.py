@@ -92,7 +92,8 @@ def sensor_problems(parameters, geometry) -> list[str]:
         return problems
     if dimension_of(parameters) == QUASI_STATIC:
         problems.append(
-            "sensor.on = housing hears what moves, which equilibria do not; use model.dimension: prescribed"
+            "sensor.on = housing measures vibration, of which runs of equilibria have none; set model.dimension: free, "
+            "with a ring that moves under its load, or prescribed, with one that is held"
         )
     if not any(sensor.direction):
         problems.append("sensor.direction must not be zero; give it along which axis it measures")
