@@ -173,7 +173,7 @@ def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figur
     reported, error = capsys.readouterr()
     logged = json.loads(reported)
     assert {key: logged.get(key) for key in ran} == ran
-    assert f"bearing_twin: doubtful: the run failed {ran['failure']}" in error
+    assert f"bearing_twin: warning: the run failed {ran['failure']}" in error
     assert main(["verify", "run.mcap", "--json", "--strict"]) == DONE
     assert json.loads(capsys.readouterr().out)["samples"] == 11
     assert main(["view", "run.mcap", "--json"]) == DONE

@@ -268,7 +268,7 @@ def test_a_study_by_a_node_tells_its_doubts_as_the_command_does(toy, capsys):
     answer = capsys.readouterr().err.splitlines()
     lines = ["3 of 4 realisations: it rings", "it yields at 2000 MPa"]
     assert [one for one in answer if one.startswith("bearing_twin: ")] == [
-        f"bearing_twin: doubtful: {one}" for one in lines
+        f"bearing_twin: warning: {one}" for one in lines
     ]
     assert cli.main(["node", "study", "a", "--strict", "--wait", "300"]) == cli.DONE
 

@@ -150,7 +150,7 @@ def _main(argv) -> int:
             else:
                 _show(outcome, arguments.si)
             sys.stdout.flush()
-        warnings = [f"bearing_twin: doubtful: {harmless(in_shown_units(one))}" for one in outcome.warnings]
+        warnings = [f"bearing_twin: warning: {harmless(in_shown_units(one))}" for one in outcome.warnings]
         complete = arguments.json or getattr(arguments, "verbose", True)  # commands without --verbose show all
         for line in warnings if complete else _shortened(warnings):
             print(line, file=sys.stderr)
