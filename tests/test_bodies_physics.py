@@ -58,9 +58,8 @@ def contact(number, report):
 
 def test_a_ball_strikes_like_two_bodies_in_the_closed_form():
     """Landau and Lifchitz, section 9, the plane as a body without end; no gravity."""
-    report, values = ran("ellipsoid_on_plane", "gravity=[0,0,0]", "start.velocity=[0,0,-2]", "contact.restitution=1.0",
-                    "start.height=0.02", "run.duration=0.011", "contact.normal=hertz_exact",
-                    "run.output_rate=1e6")  # fmt: skip
+    start = "start.velocity=[0,0,-2]", "start.height=0.02", "contact.restitution=1.0", "contact.normal=hertz_exact"
+    report, values = ran("ellipsoid_on_plane", "gravity=[0,0,0]", *start, "run.duration=0.011", "run.output_rate=1e6")
     found = contact(0, report)
     exact = impact.force_history(values["time"] - found["start_s"], BALL, MASS, 2.0)
     assert values["normal_load"] == pytest.approx(exact, abs=1e-8 * exact.max())

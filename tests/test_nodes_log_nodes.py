@@ -251,7 +251,10 @@ def test_a_replay_can_loop_start_later_pause_and_change_its_pace(log):
     with ros_executor() as executor:
         watcher, times = plain_node(executor), []
         states = heard(watcher, NAMES)["/bearing/state"]
-        pause = lambda on: call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=on))  # noqa: E731
+
+        def pause(on):
+            return call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=on))
+
         options = {"loop": True, "start": 0.25, "rate": 5.0, "start_paused": True, "publish_clock": True}
         node = started(executor, ReplayNode, log=str(log), **options)
         spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")

@@ -18,8 +18,9 @@ from bearing_twin.base.units import suffix_of
 from bearing_twin.kinds.error_estimates import Comparison, ModelErrors, UnknownErrors
 
 if TYPE_CHECKING:
-    from bearing_twin.base.report import Choice
-    from bearing_twin.base.sample import Block, Channel
+    import numpy as np
+
+    from bearing_twin.base.sample import Block, Channel, Sample, Table
 
 STORED = ("kinetic_energy", "elastic_energy", "potential_energy")  # channels of the energy that a scene stores
 ENERGY_GAIN = 0.01  # of the energy brought or the work moved; where less exactness is wanted, as much as that
@@ -79,11 +80,6 @@ class ChannelFigures:
         """Gives "done" while all numbers are finite."""
         return "done" if all(map(math.isfinite, self._last.values())) else "failed: not finite"
 
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from bearing_twin.base.sample import Block, Channel, Sample, Table
 
 PUBLISH, SAMPLES, MARKERS, ONCE, SECOND = "publish", "samples", "markers", "once", "second"
 """How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, at the start, 1 Hz."""
