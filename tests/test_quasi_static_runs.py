@@ -12,6 +12,7 @@ from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.command import cli
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import bearing_motion, cage_needed
+from bearing_twin.numerics.rotation import quaternion_product
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -315,6 +316,25 @@ def test_a_commanded_speed_is_followed():
     assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0 + 0.5 * 9.80665, rel=1e-9)
     simulation.reset()
     assert simulation.advance(1).values["inner_ring_speed"][0] == 157.0796
+
+
+def test_a_change_that_comes_while_the_ring_brakes_is_added_to_its_goal():
+    change = "drive.change={time: 2.0e-3, speed: 10.0}"
+    simulation = Simulation(load_scene("bearing_6203", [QUASI_STATIC, OUTSIDE, "drive.acceleration=1e4", change]))
+    begin = simulation.advance(1).values["inner_ring_speed"][0]
+    simulation.set_speed(begin - 50.0)
+    block = simulation.advance(20)
+    falls = np.maximum(begin - 1e4 * 1e-9 * block.time_ns, begin - 40.0)
+    assert block.values["inner_ring_speed"] == pytest.approx(falls, rel=1e-12)
+
+
+def test_balls_turn_as_fast_as_they_say():
+    moving = still_motion("drive.offset=[0,0,3e-5]")
+    moving.first_outputs()
+    out = moving.advance(1e-6 * np.arange(1, 3), 2e-6)
+    before, after = out.orientation[:, 3] * [[-1.0, -1.0, -1.0, 1.0], [1.0] * 4]  # the first one's conjugate
+    turn = quaternion_product(after, before)  # whose vector is half the rotation between both
+    assert 2.0 * turn[:3] / 1e-6 == pytest.approx(out.angular_velocity[0, 3], rel=1e-3, abs=1e-2)
 
 
 def test_the_greatest_contact_angle_is_the_same_for_a_thrust_the_other_way():
