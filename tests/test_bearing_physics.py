@@ -536,3 +536,13 @@ def test_balls_that_their_orbit_throws_through_the_raceway_are_refused():
     bearing, _, _ = start_of("bearing_6203")
     with pytest.raises(SceneError, match="find no rest"):
         start_state(bearing, 1e6, "rolling")
+
+
+def test_balls_that_centrifugal_loads_lift_off_the_inner_ring_are_warned_of():
+    fast = "drive.speed=2500", "geometry.radial_clearance=-1e-7", "drive.offset=[0,0,0]", "cage.kind=none"
+    run = simulate(load_scene("bearing_6203", ("run.duration=0.004", *fast)))
+    for _ in run.blocks():
+        pass
+    assert not any(run.report.figures["greatest_normal_load_inner_n"])
+    (flag,) = run.report.flags
+    assert "at 2500 rad/s centrifugal loads lift the balls off the inner ring" in flag

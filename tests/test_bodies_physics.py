@@ -508,3 +508,15 @@ def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
     exact = contacts(1e-10)
     for tolerance in (1e-2, 1e-5):
         assert np.abs(contacts(tolerance) / exact - 1.0).max() < 1e-6
+
+
+def test_a_contact_that_goes_on_at_the_end_has_no_duration_to_warn_of():
+    """It has lasted a twentieth of its time, a part of a transit of waves."""
+    words = "start.height=1.00165", "run.duration=0.452", "run.output_rate=1000", "solver.check=none"
+    run = simulate(load_scene("ellipsoid_on_plane", words))
+    for _ in run.blocks():
+        pass
+    (contact,) = run.report.figures["contacts"]
+    assert 0.0 < contact["duration_s"] < 4e-5
+    assert contact["impulse_ns"] is None is contact["restitution"]
+    assert not any("wave" in flag for flag in run.report.flags)

@@ -495,3 +495,15 @@ def test_the_numbers_that_say_what_line_contact_errs_by_have_their_study():
     assert forces == pytest.approx((0.034, 0.097, 0.184, 0.296, 0.418), abs=0.005)
     assert times == pytest.approx((0.031, -0.002, -0.048, -0.094, -0.143), abs=0.005)
     assert np.median(np.divide(forces, SHARES)) == pytest.approx(LARGE, rel=0.05)
+
+
+@pytest.mark.parametrize("velocity", [1.0, 2.0])
+def test_a_contact_shorter_than_five_transits_of_its_discs_is_warned_of(velocity):
+    run = simulate(load_scene("two_discs", [f"motion.first_velocity={velocity}", "motion.second_velocity=0"]))
+    for _ in run.blocks():
+        pass
+    disc = run.scene.parameters.disc
+    transit = 2.0 * disc.radius * math.sqrt(disc.material.density / disc.material.young_modulus)
+    short = run.report.figures["contact_duration_s"] < 5.0 * transit
+    assert short == (velocity == 2.0)
+    assert short == any(f"5 times the {transit:.3g} s a wave" in flag for flag in run.report.flags)

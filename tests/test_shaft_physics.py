@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from made_up_run import cut
 from scipy import linalg
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -15,6 +16,7 @@ from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import (
     EquilibriumSolver,
     Support,
@@ -447,3 +449,20 @@ def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
         bore, groove = (geometry.pitch_diameter + sign * geometry.ball_diameter for sign in (-1.0, 1.0))
         assert groove < ring["scale"][0] == ring["scale"][1] < 1.3 * groove
         assert markers["shaft", 0]["scale"][0] < bore
+
+
+def test_figures_are_those_of_the_second_half_however_the_run_is_cut():
+    scene = load_scene("shaft_two_6203", ("shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"))
+    kind, choice, found = KINDS["shaft"], choose(scene), []
+    whole = joined(list(simulate(scene).blocks()))
+    for rows in ((), (3, 9), (1, 10, 11, 17)):
+        figures = kind.figures_of(scene.parameters, choice)
+        for block in cut(whole, *rows):
+            figures.add(block)
+        found.append(figures.figures())
+    late = whole.time_ns >= 10_000_000
+    position, force = whole.values["position"][late], whole.values["bearing_force"][late]
+    assert found[0]["displacement_m"] == pytest.approx(position.mean(axis=0).tolist(), rel=1e-9, abs=1e-18)
+    assert found[0]["displacement_range_m"] == pytest.approx(np.ptp(position, axis=0).tolist(), rel=1e-9, abs=1e-18)
+    assert found[0]["left_force_n"] == pytest.approx(force[:, 0].mean(axis=0).tolist(), rel=1e-9, abs=1e-9)
+    assert found[1] == found[2] == found[0]
