@@ -267,8 +267,10 @@ def apart(*times) -> np.ndarray:
 
 
 class Course:
-    """Numbers (m,) over time: `steady`, and `jump` more from `jump_time` [s] on, and a table that is straight between
-    its rows (time, numbers); `times` are those at which they jump, or grow otherwise.
+    """Numbers (m,) over time: `steady`, `jump` more from `jump_time` [s] on, and a table.
+
+    The table's rows are time and numbers, which are straight between rows. `times` are those at which numbers jump or
+    begin to grow otherwise.
     """
 
     def __init__(self, steady, table=(), jump=0.0, jump_time=0.0):
