@@ -62,6 +62,7 @@ def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, 
     """Within what methods have changed since."""
     log = read_log(OF_A_SENSOR)
     samples = np.concatenate([one.records["acceleration"][:, 1] for one in log.blocks()])
+    assert np.array_equal(samples, samples.astype(np.float32))
     assert verify(log).deviations["acceleration"] < 1e-3 * np.abs(samples).max()
     write_log(simulate(log.scene), tmp_path / "now.mcap")
     for command, *same in (("spectrum", "rate_hz", "rms"), ("report", "acceleration_rms_m_s2", "bpfo_over_noise_db")):

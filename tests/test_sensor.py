@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from bearing_twin import SceneError, StudyError, load_scene, load_study, read_log, simulate
+from bearing_twin import SceneError, StudyError, load_scene, load_study, read_log, simulate, write_log
 from bearing_twin.command import cli
-from bearing_twin.log import cdr
+from bearing_twin.log import cdr, stream
 from bearing_twin.log.bag import LogReader
 
 SPALLS = {"outer": "BPFO", "inner": "BPFI"}
@@ -87,6 +87,16 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     assert np.array_equal(rest, whole[-len(rest) :])
     assert 1230 <= len(rest) < 6000
     capsys.readouterr()
+
+
+def test_a_waveform_is_no_longer_than_is_read(tmp_path, monkeypatch):
+    """As of a scene whose outputs lie many seconds apart."""
+    run = simulate(load_scene("bearing_6205_spall_outer", ["solver.check=none", "run.duration=0.05"]))
+    monkeypatch.setattr(stream, "MOST_SAMPLES", 100)
+    write_log(run, tmp_path / "run.mcap")
+    found = LogReader(tmp_path / "run.mcap").messages({"/bearing/records/acceleration"})
+    assert max(len(cdr.deserialise(cdr.WAVEFORM, one.data).samples) for one in found) == 100
+    assert np.array_equal(samples_of(read_log(tmp_path / "run.mcap")), samples_of(run))
 
 
 def test_spectrum_names_the_spalls_that_scenes_have(tmp_path, capsys):

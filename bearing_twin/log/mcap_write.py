@@ -104,7 +104,7 @@ class Reserve:
     def grow(self, index_bytes: int) -> None:
         """Holds back what an index of that size takes; where there is no room the next append to the log will tell."""
         with contextlib.suppress(OSError, ValueError):  # ValueError: it is closed
-            if index_bytes + RESERVE_BYTES // 2 > self._bytes:
+            while index_bytes + RESERVE_BYTES // 2 > self._bytes:
                 self._bytes += self._file.write(bytes(RESERVE_BYTES))
 
     def close(self) -> None:
