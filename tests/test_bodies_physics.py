@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,11 +17,12 @@ from bearing_twin.contact.damping import damping_number, restitution_of, steady_
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.laws import law_names
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bodies.derived import inertia_of, mass_of
 from bearing_twin.kinds.bodies.motion import EllipsoidMotion, start_state
 from bearing_twin.kinds.bodies.parameters import GIVES, Shaped
 from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product
-from bearing_twin.run.scene import load_scene, parse_scene
+from bearing_twin.run.scene import choose, load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
@@ -520,3 +522,19 @@ def test_a_contact_that_goes_on_at_the_end_has_no_duration_to_warn_of():
     assert 0.0 < contact["duration_s"] < 4e-5
     assert contact["impulse_ns"] is None is contact["restitution"]
     assert not any("wave" in flag for flag in run.report.flags)
+
+
+def test_contacts_of_two_runs_are_compared_in_their_order_and_the_least_that_one_lacks_count_whole():
+    scene = load_scene("two_bodies_ellipsoid")
+    comparison = KINDS["two_bodies"].comparison(scene.parameters, choose(scene))
+
+    def run(*contacts):
+        columns = zip(("start", "peak_load", "impulse"), np.array(contacts).reshape(-1, 3).T, strict=True)
+        return SimpleNamespace(contacts=lambda: dict(columns))
+
+    own = run((0.1, 5.0, 2.0), (0.2, 1.0, 0.5), (0.3, 10.0, np.nan))
+    times, apart, sizes = comparison.events(own, run((0.11, 5.5, 2.0), (0.31, 10.0, np.nan)))["contacts"]
+    assert times.tolist() == [0.1, 0.2, 0.3]
+    assert apart == pytest.approx([0.05, 0.25, 0.0], abs=1e-15)
+    assert sizes.tolist() == [1.0] * 3
+    assert len(comparison.events(run(), run())["contacts"][0]) == 0

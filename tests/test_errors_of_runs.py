@@ -66,6 +66,18 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
     (flag,) = judged(Errors({"torque_nm": {FRICTION_MODEL: 0.3}}), estimate(figures), FIGURES, "done", CHOICE).flags
     assert "torque 2 ± 0.3 N m, mostly friction model" in flag
     assert "load" not in flag
+    figures = {"torque_nm": 1.0, "load_n": [20.0, 9.0, 1.0]}
+    for kept, named in (
+        ({}, {"torque", "load"}),
+        ({"integral_of": {"torque_nm": "load_n"}}, {"load"}),
+        ({"negligible": {"torque_nm": 1.0}}, {"load"}),
+        ({"negligible": {"torque_nm": 0.9}}, {"torque", "load"}),
+    ):
+        (flag,) = judged(Errors(**kept), estimate(figures), FIGURES, "done", CHOICE).flags
+        assert {word for word in ("torque", "load") if word in flag} == named
+    for error, flags in ((1e-11, 0), (1e-9, 1)):  # beside loads of 100 N the first is rounding
+        found = judged(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": 0.0}, "done", CHOICE)
+        assert len(found.flags) == flags
     assert exceeds(0.0, 1e-12)
     assert not exceeds(0.0, 0.0)
     assert exceeds(1.0, math.nan)

@@ -336,6 +336,8 @@ def test_balls_turn_as_fast_as_they_say():
     before, after = out.orientation[:, 3] * [[-1.0, -1.0, -1.0, 1.0], [1.0] * 4]  # the first one's conjugate
     turn = quaternion_product(after, before)  # whose vector is half the rotation between both
     assert 2.0 * turn[:3] / 1e-6 == pytest.approx(out.angular_velocity[0, 3], rel=1e-3, abs=1e-2)
+    heights = -(out.position @ np.array(moving.parameters.gravity)).sum(axis=1)
+    assert out.potential_energy == pytest.approx(moving.setting.ball_mass * heights, rel=1e-9, abs=1e-15)
 
 
 def test_each_raceway_is_as_stiff_as_its_own_ring_makes_it():

@@ -170,8 +170,11 @@ def test_the_horizon_is_where_most_outputs_differ_to_the_end():
     ):
         found = Differences(1e-3)
         for part in np.array_split(np.arange(1001), 7):
-            found.add(times[part], {"loads": (1e-2 * differs[part], sizes[part])})
+            found.add(times[part], {"loads": (np.where(differs, 1e-2, 1e-5)[part], sizes[part])})
         assert found.horizon == pytest.approx(horizon, abs=2e-3)
+        assert found.worst["loads"].error == 1e-2
+        if horizon > 0.0:
+            assert found.worst["loads"].until == 1e-5
 
 
 def test_equilibria_have_no_second_run():
