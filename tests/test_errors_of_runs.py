@@ -42,7 +42,8 @@ def test_above_the_tolerance_a_run_is_doubtful_and_says_what_would_mend_it(error
     found = judged(Errors(), estimate(error=error), FIGURES, "done", CHOICE)
     assert found.status.partition(":")[0] == status
     assert found.status.partition(":")[0] in STATUSES
-    assert all("tighten it" in flag and "0.001" in flag for flag in found.flags)
+    assert len(found.exceeded) == (status == DOUBTFUL)
+    assert all("tighten it" in one and "0.001" in one for one in found.exceeded)
     failed = judged(Errors(), estimate(error=error), FIGURES, f"{FAILED}: energy", CHOICE)
     assert failed.status == f"{FAILED}: energy"
 
@@ -51,7 +52,7 @@ def test_so_it_is_by_an_error_of_the_model():
     model = Errors(outputs={"loads": (ModelError(LAW, 0.03, "hertz costs no more"),)})
     found = judged(model, estimate(), FIGURES, "done", CHOICE)
     assert found.status == "doubtful: loads"
-    assert "hertz costs no more" in found.flags[0]
+    assert "hertz costs no more" in found.exceeded[0]
     assert found.keys["wanted_errors"]["loads"]["model_errors"] == {LAW: 0.03}
 
 
