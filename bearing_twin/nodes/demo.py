@@ -84,11 +84,12 @@ class Stage(Node):
         self.create_subscription(interface(cdr.DIAGNOSTICS, "msg"), "/diagnostics", self._on_diagnostics, 10)
         self._spinner = SingleThreadedExecutor()
         self._spinner.add_node(self)
-        self._stack = contextlib.ExitStack()
-        self.processes = {
-            name: self._stack.enter_context(started(name, node_command(name, parameters), folder))
-            for name, parameters in nodes.items()
-        }
+        with contextlib.ExitStack() as stack:  # which ends the nodes that run where another one cannot be started
+            self.processes = {
+                name: stack.enter_context(started(name, node_command(name, parameters), folder))
+                for name, parameters in nodes.items()
+            }
+            self._stack = stack.pop_all()
 
     def __enter__(self) -> "Stage":
         return self
