@@ -5,20 +5,6 @@
 
 using namespace core;
 
-namespace {
-
-// Calls a function with what is made for friction at a point or over the patch.
-template <class Function>
-auto integrate(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results, Function function) {
-  auto made = [&]<bool PATCH>() {
-    coupled_balls::Integration<PATCH> integration(chunk, bodies, results, body_results);
-    return function(integration);
-  };
-  return chunk.bearing.over_patch() ? made.template operator()<true>() : made.template operator()<false>();
-}
-
-}  // namespace
-
 CORE_EXPORT int core_coupled_balls(
     const double *bearing_numbers, const double *points, const double *method_numbers, const double *body_numbers,
     const double *load, const double *load_rate, const double *drive, const double *scales, double duration, std::int64_t instants, const double *times,
@@ -35,7 +21,7 @@ CORE_EXPORT int core_coupled_balls(
   BodyState body_state = state_of(bearing, bodies, border);
   std::vector<double> body_states(instants * BODY_NUMBERS);
   BodyResults body_results{body_state.data(), body_states.data()};
-  Status status = integrate(chunk, bodies, results, body_results, [&](auto &integration) { return integration.run(numbers, int(count), near); });
+  Status status = coupled_balls::Integration(chunk, bodies, results, body_results).run(numbers, int(count), near);
   if (status != OK) return status;
   auto write = [&](const double *from, double *to) {
     for_each_number(bodies, true, [&](int number, int place) { to[place] = from[number]; });
@@ -61,7 +47,6 @@ CORE_EXPORT void core_linear_answers(
   Results results{int(balls), state, orientations.data(), steps.data(), carried.data(), nullptr, nullptr, nullptr, nullptr};
   BodyState body_state = state_of(bearing, bodies, border);
   BodyResults body_results{body_state.data(), nullptr};
-  integrate(chunk, bodies, results, body_results, [&](auto &integration) {
-    integration.linear_answers(numbers.data(), int(balls), near, gain, int(sides), right, rates, answers);
-  });
+  coupled_balls::Integration(chunk, bodies, results, body_results)
+      .linear_answers(numbers.data(), int(balls), near, gain, int(sides), right, rates, answers);
 }

@@ -10,7 +10,6 @@ struct BodyResults { double *state, *states; };
 
 namespace coupled_balls {
 
-template <bool PATCH>
 class Integration {
  public:
   Integration(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results)
@@ -142,7 +141,8 @@ class Integration {
       if (k.meets_defects) k.heights = heights_at(bearing.defects, k.places, broadcast<Pack>(moment - time));
       follow_cage(k.y, e.y, k);
       if (DERIVATIVES && touching.active()) std::fill(&k.tile[0][0], &k.tile[0][0] + TILE_ROWS * TILE_COLUMNS, Pack{});
-      forces_of_block<PATCH, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
+      if (bearing.over_patch()) forces_of_block<true, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
+      else forces_of_block<false, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
     }
     if (touching.active()) touching.add<DERIVATIVES>(bearing, blocks);
     for (BallBlock &k : blocks) finish_rates<DERIVATIVES>(bearing, layout, k, push, carried);
