@@ -78,13 +78,13 @@ def listed_catalogue() -> Outcome:
 def show_row(result: dict) -> None:
     """Prints one row of the catalogue with its ratings."""
     sizes = " x ".join(_millimetres(result[f"{key}_m"]) for key in ("bore", "outside_diameter", "width"))
-    doubt, clearance = result["pitch_diameter_doubt_m"], result["radial_clearance_m"]
+    error, clearance = result["pitch_diameter_doubt_m"], result["radial_clearance_m"]
     show_text(f"{_ball_set(result)}\n")
     show_named(
         {
             "bore, outside, width": f"{sizes} mm (ISO 15)",
             "pitch diameter": _millimetres(result["pitch_diameter_m"])
-            + (f" ± {_millimetres(doubt)}" if doubt else "")
+            + (f" ± {_millimetres(error)}" if error else "")
             + " mm",
             "groove radius / ball": f"inner {result['inner_conformity']:g}, outer {result['outer_conformity']:g}",
             "radial clearance": _clearance(clearance) if clearance else "",
@@ -278,8 +278,8 @@ def _frequencies(result: dict) -> str:
 
 def _ball_set(row: dict) -> str:
     """A row's ball set and how sure it is."""
-    size, doubt = (_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt"))
-    shown = f"{size} ± {doubt}" if float(doubt) else size
+    size, error = (_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt"))
+    shown = f"{size} ± {error}" if float(error) else size
     return f"{row['designation']}: {_balls_of(row)} balls of {shown} mm"
 
 
@@ -338,20 +338,20 @@ def note_bare_numbers(scene, overrides: Iterable[str]) -> None:
 
 
 def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Path:
-    """Writes a page with the table that `show` prints, the picture of `draw`, and what is doubtful; one new file."""
+    """Writes a page with the table that `show` prints, the picture of `draw`, and its warnings; one new file."""
     shown = io.StringIO()
     with contextlib.redirect_stdout(shown):
         show(result)
     with tempfile.TemporaryDirectory() as folder:
         picture = base64.b64encode(Path(draw(result, Path(folder) / "sheet.png")).read_bytes()).decode()
     title = html.escape(f"Bearing {result['scene']}")
-    doubts = "".join(f"<li>{html.escape(one)}</li>" for one in result.get("flags", []))
+    warnings = "".join(f"<li>{html.escape(one)}</li>" for one in result.get("flags", []))
     with path.open("w", encoding="utf-8") as stream:
         stream.write(
             f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title></head>'
             f'<body style="font-family: sans-serif; max-width: 62rem; margin: 2rem auto"><h1>{title}</h1>'
             f"<pre>{html.escape(shown.getvalue())}</pre>"
-            f"{f'<h2>Doubtful</h2><ul>{doubts}</ul>' if doubts else ''}"
+            f"{f'<h2>Warnings</h2><ul>{warnings}</ul>' if warnings else ''}"
             f'<img alt="{title}" style="width: 100%" src="data:image/png;base64,{picture}"></body></html>\n'
         )
     return path

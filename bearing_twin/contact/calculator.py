@@ -124,14 +124,14 @@ def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> LoadedCo
     """The contact under `normal_load` [N] > 0 by exact Hertz; `modulus` [Pa] is E*."""
     coefficient = hertz_coefficient(gap.curvature_small, gap.curvature_large, modulus)
     approach = approaches_of_loads(coefficient, HERTZIAN, normal_load)
-    spot = ellipse(gap.curvature_small, gap.curvature_large, modulus, normal_load)
+    patch = ellipse(gap.curvature_small, gap.curvature_large, modulus, normal_load)
     return LoadedContact(
         approach,
         normal_load,
-        spot.semi_major,
-        spot.semi_minor,
+        patch.semi_major,
+        patch.semi_minor,
         axis_ratio(gap.curvature_small, gap.curvature_large),
-        spot.peak_pressure,
+        patch.peak_pressure,
         elastic(coefficient, HERTZIAN, approach).stiffness,
     )
 
@@ -217,8 +217,8 @@ def answer(
     """
     modulus = effective_modulus(first, second)
     laws = laws_at(gap, modulus, contact.approach, frozen_at, stiffness)
-    spot = contact.semi_major, contact.semi_minor, contact.peak_pressure
-    shears = [greatest_shear(*spot, body.poisson_ratio) for body in (first, second)]
+    patch = contact.semi_major, contact.semi_minor, contact.peak_pressure
+    shears = [greatest_shear(*patch, body.poisson_ratio) for body in (first, second)]
     shear = max(shears, key=lambda one: one.stress)
     flags = validity.gathered(
         validity.pressure_warning(contact.peak_pressure, yield_strength and YIELD_ONSET * yield_strength),

@@ -169,7 +169,7 @@ def curvature_ratio(axis_ratio):
 def axis_ratio(curvature_small, curvature_large):
     """Semi-axis ratio b/a in (0, 1] of the contact ellipse, the unique root of paper 1, eq. (8) (Theorem 1).
 
-    NaN when the curvatures are not 0 < P <= Q; below b/a = 1e-6 the answer is still returned and `AXIS_RATIO_MIN` tells
+    NaN when the curvatures are not 0 < P <= Q; below b/a = 1e-6 the answer is still returned and `AXIS_RATIO_MIN` says
     whether to trust it.
     """
     return by_elements(_axis_ratios, 1, (), curvature_small, curvature_large)[0]

@@ -9,7 +9,7 @@ No source: the next term of a sphere's shape over its parabola is the square of 
 """
 
 OFF_IN_GROOVE = 0.05  # tuned: the load is then 1 % less
-"""Error of the gap at the edge of a spot in a groove, above which Hertz's parabolas are a rough picture.
+"""Error of the gap at the edge of a contact patch in a groove, above which Hertz's parabolas are a rough picture.
 
 No source: the load is then 1 % less, as much as where WIDEST_ELLIPSE stands. A 6203 passes it at an eighth of its
 static rating, a 218 under thrust at a static safety of 6 (`tests/test_calculator.py`).
@@ -36,8 +36,8 @@ LAW_TOLERANCE = 0.005
 """Relative error of a law's load that paper 1, section 4, claims for the volumetric law: more is named."""
 
 
-def spot_radius(load: float, radius: float, modulus: float) -> float:
-    """Radius [m] of the round spot between bodies of this relative radius [m] and effective modulus [Pa] (Hertz)."""
+def patch_radius(load: float, radius: float, modulus: float) -> float:
+    """Radius [m] of a round contact patch, by relative radius [m] and effective modulus [Pa] of the bodies (Hertz)."""
     return (0.75 * load * radius / modulus) ** (1.0 / 3.0)
 
 
@@ -62,7 +62,7 @@ def width_warning(semi_axis: float, size: float, body: str = "radius") -> str | 
 
 
 def gap_error(semi_axis: float, ball_radius: float, groove_radius: float) -> float:
-    """Relative error of the gap between ball and groove at the edge of a spot, taken for a parabola as by Hertz.
+    """Relative error of the gap between ball and groove at the edge of their contact, taken for a parabola (Hertz).
 
     Both circles go on by x^4 / 8 R^3: with 1/R the curvatures (radii in m), the next term over the first is
     x^2 (1/R_ball^2 + 1/(R_ball R_groove) + 1/R_groove^2) / 4 at the semi-axis x [m].

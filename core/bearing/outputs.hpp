@@ -30,7 +30,7 @@ struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Mask f
 
 // A contact in the axes in which it was computed.
 struct Contact {
-  Pack approach, normal_load, energy, contact_angle, spin_rate, small, large, drilling;
+  Pack approach, normal_load, energy, contact_angle, spin_rate, small, large, spin_moment;
   Vector arm, normal, friction, slip;
   Pack film{}, film_ratio{};
   Vector pressure{};  // of a film, on the ball's centre
@@ -48,7 +48,7 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
   contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = found.spin;
   contact.energy = elastic_energy(bearing.power, at.load, maximum(at.approach, 0.0));
   contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, at.radial);
-  contact.drilling = as_pack(action.drilling);
+  contact.spin_moment = as_pack(action.spin_moment);
   if (const auto &film = found.film; bearing.lubricant.works()) {
     Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
     contact.friction = contact.friction - along, contact.pressure = film.lead * along;
@@ -86,12 +86,12 @@ CORE_INLINE Pack contact_angle(const Contact &contact, double outwards) {
 }
 
 // A contact in bearing_link, the normal in the direction of the load; force and torque on the ball about its centre.
-struct Placed { Vector point, normal, friction, slip, drilling, force, torque, pressure; };
+struct Placed { Vector point, normal, friction, slip, spin_moment, force, torque, pressure; };
 CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pack &cosine, const Pack &sine) {
   auto turned = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, sine, v); };
-  Vector drilling = contact.drilling * contact.normal;
-  return {turned(local + contact.arm), turned(-1.0 * contact.normal), turned(contact.friction), turned(contact.slip), turned(drilling),
-          turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + drilling), turned(contact.pressure)};
+  Vector spin_moment = contact.spin_moment * contact.normal;
+  return {turned(local + contact.arm), turned(-1.0 * contact.normal), turned(contact.friction), turned(contact.slip), turned(spin_moment),
+          turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + spin_moment), turned(contact.pressure)};
 }
 
 // What a contact does to the inner ring about its centre: about x and y as the tilts work, about z about the ring's axis.
@@ -140,13 +140,13 @@ template <bool PATCH, RingMotion RING>
   for (auto number : {&Contact::approach, &Contact::normal_load, &Contact::contact_angle, &Contact::spin_rate, &Contact::small, &Contact::large})
     row.put(at_inner.*number), row.put(at_outer.*number);
   for (auto vector : {&Placed::point, &Placed::normal, &Placed::friction, &Placed::slip}) row.put(inner.*vector), row.put(outer.*vector);
-  row.put(at_inner.drilling), row.put(at_outer.drilling);
+  row.put(at_inner.spin_moment), row.put(at_outer.spin_moment);
   row.put(at_inner.film), row.put(at_outer.film), row.put(at_inner.film_ratio), row.put(at_outer.film_ratio);
 
-  Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.drilling);
+  Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.spin_moment);
   if constexpr (RING == RingMotion::tilted || RING == RingMotion::tilting)
     on_inner = moment_on_tilted(ring, position, inner.force, inner.torque);
-  else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.drilling);
+  else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.spin_moment);
   if (films) {  // the pressure acts through the ball's centre
     on_outer = on_outer + cross(outer.point - position, outer.pressure);
     if constexpr (RING == RingMotion::held || RING == RingMotion::level) on_inner = on_inner + cross(inner.point - position, inner.pressure);

@@ -92,10 +92,10 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
 }
 
 // What a contact does to the ball: force [N], torque about the ball's centre [N m] and power lost [W]; and what these consist
-// of: normal load [N], slip [m/s], friction force [N], and the friction torque about the normal [N m] (drilling), which
+// of: normal load [N], slip [m/s], friction force [N], and the friction moment of spin about the normal [N m], which
 // friction at a point has not.
 template <class F, class T, class L, class N, class S, class R, class D>
-struct ContactAction { F force; T torque; L loss; N normal_load; S slip; R friction; D drilling; };
+struct ContactAction { F force; T torque; L loss; N normal_load; S slip; R friction; D spin_moment; };
 template <class F, class T, class L, class N, class S, class R, class D>
 ContactAction(F, T, L, N, S, R, D) -> ContactAction<F, T, L, N, S, R, D>;
 
@@ -270,7 +270,7 @@ CORE_INLINE A with_film(const C &contact, const V &velocity, const A &loads) {
     const auto &mu = film.friction;
     auto change = (1.0 / mu.value) * composed(Dual<3, Pack>{Pack{}, {mu.slope[0], mu.slope[1]}}, at.load, speed);
     Vector3<Pack> friction = as_packs(contact.action.friction);
-    Pack rubbing = dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.drilling) * as_pack(contact.spin);
+    Pack rubbing = dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.spin_moment) * as_pack(contact.spin);
     return {force + change * friction, torque + change * as_packs(contact.action.torque), loss - rubbing * change};
   }
 }

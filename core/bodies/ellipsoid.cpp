@@ -31,7 +31,7 @@ void write_outputs(const Ellipsoid &body, EllipsoidState state, double *out) {
   put(state.motion.position), put(state.motion.orientation), put(state.motion.velocity), put(pose.spin), put(state.motion.momentum);
   *out++ = at.approach, *out++ = at.normal_load;
   put(at.friction);
-  *out++ = at.drilling;
+  *out++ = at.spin_moment;
   put(state.motion.position + at.arm), put(at.slip), put(pose.rotation * at.gap.major_axis());
   *out++ = patch.semi_major, *out++ = patch.semi_minor, *out++ = patch.peak_pressure;
   *out++ = at.approach > 0.0;

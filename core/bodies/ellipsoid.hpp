@@ -37,7 +37,7 @@ struct PlaneContact {
   PlaneGap gap;
   Ellipse patch;  // where friction or an output wants it
   Real3 arm, slip, friction;
-  double drilling, ratio_rate;
+  double spin_moment, ratio_rate;
 };
 
 struct Ellipsoid : RigidBody {
@@ -87,10 +87,10 @@ struct Ellipsoid : RigidBody {
     Real3 force = touch.friction, moment;
     force[2] = touch.normal_load;
     moment = cross(touch.arm, force);
-    moment[2] += touch.drilling;
+    moment[2] += touch.spin_moment;
     push(1.0, force, moment, state.motion, at.spin, rates.motion);
     rates.dissipated_viscous = (touch.normal_load - touch.spring.load) * touch.approach_rate;
-    rates.dissipated_friction = -(dot(touch.friction, touch.slip) + touch.drilling * at.spin[2]);
+    rates.dissipated_friction = -(dot(touch.friction, touch.slip) + touch.spin_moment * at.spin[2]);
     if (carries_states(law.law)) rates.shape = carried::plus({}, touch.ratio_rate, carried::slopes(state.shape));
     return rates;
   }
@@ -148,7 +148,7 @@ inline PlaneContact Ellipsoid::contact(const EllipsoidState &state, const Pose &
                                       dot(found.slip, along), dot(found.slip, across), at.spin[2]);
   found.friction = force.force_major * along + force.force_minor * across;
   found.friction[2] = 0.0;
-  found.drilling = force.torque;
+  found.spin_moment = force.torque;
   return found;
 }
 

@@ -45,7 +45,7 @@ void write_outputs(const TwoBodies &pair, const PairState &state, double *out) {
   PairContact at = pair.contact(state);
   *out++ = at.approach, *out++ = at.normal_load;
   put(at.friction);
-  *out++ = at.drilling, *out++ = at.spin_rate;
+  *out++ = at.spin_moment, *out++ = at.spin_rate;
   put(at.point), put(at.normal), put(at.slip), put(at.major_axis);
   *out++ = at.patch.semi_major, *out++ = at.patch.semi_minor, *out++ = at.patch.peak_pressure;
   *out++ = at.gap.small, *out++ = at.gap.large, *out++ = at.approach > 0.0;

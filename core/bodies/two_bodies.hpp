@@ -47,7 +47,7 @@ struct PairContact {
   GapForm gap;
   Ellipse patch;
   Real3 point, normal, major_axis, slip, friction;
-  double drilling, spin_rate, held;
+  double spin_moment, spin_rate, held;
 };
 
 struct TwoBodies {
@@ -144,7 +144,7 @@ inline PairContact TwoBodies::contact(const MovingSurface &one, const MovingSurf
     PatchForce force = contact_friction(friction, regularisation, found.normal_load, found.patch.semi_major, found.patch.semi_minor,
                                         dot(found.slip, at.axes.x), dot(found.slip, at.axes.y), found.spin_rate);
     found.friction = force.force_major * at.axes.x + force.force_minor * at.axes.y;
-    found.drilling = force.torque;
+    found.spin_moment = force.torque;
   }
   return found;
 }
@@ -164,11 +164,11 @@ inline PairState TwoBodies::rates(const PairState &state, bool loaded, bool &tra
   track(one, other, points);
   if (approach_of(other, points) <= 0.0) return rates;
   PairContact at = contact(one, other, points, state.carried, false);
-  Real3 force = at.friction - at.normal_load * at.normal, drill = at.drilling * at.normal;
-  double held = a.push(1.0, force, cross(at.point - one.position, force) + drill, state.a, one.spin, rates.a) +
-                b.push(-1.0, force, cross(at.point - other.position, force) + drill, state.b, other.spin, rates.b);
+  Real3 force = at.friction - at.normal_load * at.normal, twist = at.spin_moment * at.normal;
+  double held = a.push(1.0, force, cross(at.point - one.position, force) + twist, state.a, one.spin, rates.a) +
+                b.push(-1.0, force, cross(at.point - other.position, force) + twist, state.b, other.spin, rates.b);
   rates.dissipated_viscous = (at.normal_load - at.elastic_load) * at.approach_rate;
-  rates.dissipated_friction = -(dot(at.friction, at.slip) + at.drilling * at.spin_rate);
+  rates.dissipated_friction = -(dot(at.friction, at.slip) + at.spin_moment * at.spin_rate);
   rates.held_work = held, rates.gross_work = std::fabs(held);
   rates.load_impulse = at.normal_load, rates.friction_impulse = at.friction;
   return rates;

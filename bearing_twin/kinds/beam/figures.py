@@ -9,7 +9,7 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.contact.validity import spot_radius
+from bearing_twin.contact.validity import patch_radius
 from bearing_twin.kinds.beam.motion import (
     euler_errors,
     euler_errors_of_beam,
@@ -104,7 +104,7 @@ class BeamFigures(ImpactFigures):
     def flags(self) -> list[str]:
         """What in this impact lies outside the theory, one sentence each."""
         peak, (sphere, beam) = self.peak_force, self.parameters.bodies
-        half_width = spot_radius(peak, sphere.radius, self.parameters.modulus)
+        half_width = patch_radius(peak, sphere.radius, self.parameters.modulus)
         pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
         size, body = min((sphere.radius, "radius"), (beam.height, "height"))
         shortest = float(self.contacts[:, DURATION].min(initial=math.inf))
@@ -182,7 +182,7 @@ class BeamModelErrors(ModelErrors):
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""
         sphere, beam, peak = self.parameters.sphere, self.parameters.beam, figures["peak_force_n"]
-        width = spot_radius(peak, sphere.radius, self.parameters.modulus)
+        width = patch_radius(peak, sphere.radius, self.parameters.modulus)
         share = (width / min(sphere.radius, beam.height)) ** 2 / 2.5
         return {key: share * abs(figures[key]) for key in FIGURES[:3]}
 
