@@ -5,6 +5,7 @@
 
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
@@ -26,7 +27,7 @@ class Timed(NamedTuple):
     cdr: bytes
 
 
-class PacedStream:
+class PacedStream(ABC):
     """Timed messages, each delivered when it is due on the wall clock; the stream can be paused.
 
     A subclass has `next_batch()`, which gives messages in the order in which they go out, or None at the end.
@@ -51,9 +52,9 @@ class PacedStream:
         self._progress = 0, 0  # running and passed time at the last call
         self.restart()
 
+    @abstractmethod
     def next_batch(self) -> Iterable[Timed] | None:
         """The messages to follow, or None at the end."""
-        raise NotImplementedError
 
     def restart(self) -> None:
         """Forgets what was computed ahead; the next message starts the pace again, at whatever time it carries."""
