@@ -22,7 +22,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import beta
 
-from bearing_twin.contact.patch_friction import Rubbing
+from bearing_twin.contact.friction import Rubbing
 
 
 def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, gravity: float = 0.0):
@@ -83,7 +83,7 @@ ACROSS_RAYS = np.polynomial.legendre.leggauss(400)
 def spot_friction_exact(
     normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, rays: int = 4000
 ) -> Rubbing:
-    """Friction over the patch (`contact.patch_friction`) in the limit of no smoothing; `spin` [rad/s] must not be zero.
+    """Friction over the patch (`contact.friction`) in the limit of no smoothing; `spin` [rad/s] must not be zero.
 
     Relative error below 1e-9 for b/a >= 0.03 with the pole anywhere: twice and four times the rays change less.
     """

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.patch_friction import Rubbing, patch_by
-from bearing_twin.shapes.closed_forms import ball_in_groove
+from bearing_twin.contact.friction import Rubbing, patch_by
+from bearing_twin.shapes import ball_in_groove
 
 
 class RacewayContact(NamedTuple):

@@ -25,7 +25,7 @@ from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.ranges import RANGES
 from bearing_twin.kinds.rules import RULES
 from bearing_twin.log import topic_table
-from bearing_twin.numerics.methods import STEPPER_FACTS
+from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.entropy import FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS

@@ -16,7 +16,7 @@ import bearing_twin
 GROUND = ("base", "core")
 ROOMS = (
     *GROUND,
-    "numerics",
+    "methods",
     "shapes",
     "contact",
     "reference",
@@ -59,7 +59,7 @@ APART = {
     ),
 }
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
-PHYSICS = ("numerics", "shapes", "contact", "kinds")
+PHYSICS = ("methods", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "entropy", "inputs", "sampling", "propagation", "statistics", "modality", "histories"),
 }
@@ -84,7 +84,7 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
-    "shapes/implicit.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
+    "shapes.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
 }
 

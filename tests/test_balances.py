@@ -30,8 +30,8 @@ from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.shapes.implicit import body as body_of
-from bearing_twin.shapes.implicit import contact_of, find_opposing, sphere, torus
+from bearing_twin.shapes import body as body_of
+from bearing_twin.shapes import contact_of, find_opposing, sphere, torus
 
 PERIOD, COUNT = 4e-7, 401
 TIMES = PERIOD * np.arange(1, COUNT + 1)

@@ -11,9 +11,8 @@ from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact.damping import damping_number, restitution_of
 from bearing_twin.contact.friction import FRICTIONS
-from bearing_twin.contact.laws import LAWS, law_names
+from bearing_twin.contact.laws import LAWS, damping_number, law_names, restitution_of
 from bearing_twin.kinds.bearing import (
     AXIS_DISTANCE,
     GIVES,

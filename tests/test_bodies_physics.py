@@ -13,17 +13,16 @@ from bearing_twin import reference
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.sample import joined
 from bearing_twin.contact import hertz_impact as impact
-from bearing_twin.contact.damping import damping_number, restitution_of, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.contact.laws import law_names
+from bearing_twin.contact.laws import damping_number, law_names, restitution_of, steady_ratio
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bodies.derived import inertia_of, mass_of
 from bearing_twin.kinds.bodies.motion import EllipsoidMotion, start_state
 from bearing_twin.kinds.bodies.parameters import GIVES, Shaped
-from bearing_twin.numerics.rotation import quaternion_from_vector, quaternion_product
 from bearing_twin.run.scene import choose, load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
+from bearing_twin.shapes import quaternion_from_vector, quaternion_product
 
 pytestmark = pytest.mark.usefixtures("quick_pictures")
 

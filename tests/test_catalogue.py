@@ -21,7 +21,7 @@ from bearing_twin.kinds.bearing import (
     row_of,
 )
 from bearing_twin.run.scene import load_scene, parse_scene, read_logged
-from bearing_twin.vibration.fault_frequencies import rolling_frequencies
+from bearing_twin.vibration import rolling_frequencies
 
 SCATTER = 0.014  # by which a rating may leave the range that makers publish; most in the 6208, sold with two sets
 ENTRIES = entries()

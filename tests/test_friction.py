@@ -25,7 +25,7 @@ from bearing_twin.contact.elasticity import (
 )
 from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR
 from bearing_twin.kinds.bearing import MOTION, ORBIT_ANGLE, SPIN, VELOCITY, contact_details
-from bearing_twin.numerics.methods import STEPPER_FACTS
+from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
 
 

@@ -20,9 +20,8 @@ from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.command.log_commands import ShownStream
 from bearing_twin.contact import hertz_impact as impact
-from bearing_twin.contact import line_impact as disc_impact
-from bearing_twin.contact.damping import damping_for_restitution
-from bearing_twin.contact.laws import law_names
+from bearing_twin.contact import line as disc_impact
+from bearing_twin.contact.laws import damping_for_restitution, law_names
 from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.bearing import VELOCITY
 from bearing_twin.kinds.bodies import impact as impacts

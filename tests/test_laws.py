@@ -14,13 +14,6 @@ from scipy.special import beta, ellipe, ellipkm1, lambertw
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import line
-from bearing_twin.contact.damping import (
-    damping_for_restitution,
-    damping_number,
-    restitution_of,
-    shortcuts,
-    steady_damping,
-)
 from bearing_twin.contact.elasticity import (
     CURVATURE_RATIO_MAX,
     approaches_of_loads,
@@ -39,7 +32,16 @@ from bearing_twin.contact.elasticity import (
     loads_at,
     sphere_coefficient,
 )
-from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
+from bearing_twin.contact.laws import (
+    HERTZIAN,
+    LAWS,
+    damping_for_restitution,
+    damping_number,
+    law_names,
+    restitution_of,
+    shortcuts,
+    steady_damping,
+)
 from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.bodies.impact import NO_LINE, Spring
 

@@ -14,16 +14,16 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.parameters import describe
 from bearing_twin.kinds.bearing import VELOCITY, BearingScene, stability_limits
-from bearing_twin.numerics.methods import STEPPER_FACTS
-from bearing_twin.numerics.rotation import (
+from bearing_twin.methods import (
+    EXPLICIT,
+    ROSENBROCK,
+    STEPPER_FACTS,
+)
+from bearing_twin.shapes import (
     quaternion_from_vector,
     quaternion_product,
     rotation_matrix,
     turned,
-)
-from bearing_twin.numerics.steppers import (
-    EXPLICIT,
-    ROSENBROCK,
 )
 
 

@@ -16,7 +16,7 @@ from bearing_twin.base.units import (
     suffix_of,
 )
 from bearing_twin.kinds import KINDS, SHIPPED
-from bearing_twin.pictures.style import scaled
+from bearing_twin.pictures import scaled
 from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.uq.study import Settings
 

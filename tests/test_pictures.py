@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from bearing_twin import pictures
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block, Channel, cut, joined
 from bearing_twin.kinds.bearing import BearingPicture
 from bearing_twin.kinds.contract import Facts
-from bearing_twin.pictures import run as kept
-from bearing_twin.pictures.run import ChannelPicture
+from bearing_twin.pictures import ChannelPicture
 from bearing_twin.run.report import plot
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -117,8 +117,8 @@ def test_a_peak_of_a_long_run_that_is_thinned_is_drawn_or_named(tmp_path, monkey
 
 def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkeypatch):
     """Evenly, whatever the lengths of its blocks."""
-    monkeypatch.setattr(kept, "GREATEST_ROWS", 300)
-    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), kept.ChannelValues()
+    monkeypatch.setattr(pictures, "GREATEST_ROWS", 300)
+    run, history = simulate(load_scene("ellipsoid_rocking", ["run.duration=0.3"])), pictures.ChannelValues()
     loads, times = [], []
     for block in cut(joined(list(run.blocks())), 99):
         history.add(block)
@@ -131,4 +131,4 @@ def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkey
     assert np.array_equal(values["normal_load"], np.concatenate(loads)[::8])
     assert history.greatest["normal_load"] == np.concatenate(loads).max()
     with pytest.raises(LogError, match="no sample"):
-        kept.ChannelValues().arrays()
+        pictures.ChannelValues().arrays()

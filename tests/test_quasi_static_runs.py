@@ -13,9 +13,9 @@ from bearing_twin.command import cli
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import bearing_motion, cage_needed, contact_details
-from bearing_twin.numerics.rotation import quaternion_product
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.shapes import quaternion_product
 
 NO_GRAVITY = "gravity=[0,0,0]"
 QUASI_STATIC = "model.dimension=quasi_static"

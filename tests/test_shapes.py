@@ -8,13 +8,13 @@ from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
-from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.closed_forms import ball_in_groove, ellipsoid_on_plane
-from bearing_twin.shapes.implicit import (
+from bearing_twin.shapes import (
     SURFACES,
+    ball_in_groove,
     body,
     contact_of,
     ellipsoid,
+    ellipsoid_on_plane,
     find_opposing,
     level,
     opposing_error,
@@ -22,6 +22,8 @@ from bearing_twin.shapes.implicit import (
     overlap_of,
     plane,
     projected,
+    quaternion_from_vector,
+    rotation_matrix,
     sphere,
     superquadric,
     support,

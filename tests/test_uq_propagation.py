@@ -9,7 +9,7 @@ from scipy.special import gammaln
 
 from bearing_twin import run_study
 from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.contact import line_impact as disc_impact
+from bearing_twin.contact import line as disc_impact
 from bearing_twin.contact.line import line_law
 from bearing_twin.uq.inputs import Joint, read_input
 from bearing_twin.uq.propagation import LADDER, derive, expand, interpolate, tails

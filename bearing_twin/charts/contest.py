@@ -21,7 +21,7 @@ from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.units import prefixed, two_digits
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels, write_curves
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
-from bearing_twin.pictures.style import STYLE
+from bearing_twin.pictures import STYLE
 
 LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
 ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; beyond LONG it is done once more only

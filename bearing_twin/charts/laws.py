@@ -29,9 +29,8 @@ from bearing_twin.charts.rows import DONE
 from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.elasticity import carried_course, coefficient_of, curvature_ratio, hertz_coefficient
-from bearing_twin.contact.friction import FRICTIONS
+from bearing_twin.contact.friction import FRICTIONS, patch_by
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.reference import spot_friction_exact
 
 SHAPES = spread(1e-3, 1.0, 25)  # b/a

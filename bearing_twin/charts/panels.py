@@ -13,7 +13,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from bearing_twin.base.units import inverse, labelled
 from bearing_twin.charts.rows import made, write_rows
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, ball_line, frame, heading, save, scaled
+from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_line, frame, heading, save, scaled
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too

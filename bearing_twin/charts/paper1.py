@@ -15,10 +15,10 @@ from bearing_twin.charts.contest import Figures, Paper, seconds, timed
 from bearing_twin.charts.laws import law_cost
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, bars_of, colour
 from bearing_twin.charts.scenes import run, simulated
-from bearing_twin.contact.damping import steady_damping, steady_ratio
 from bearing_twin.contact.elasticity import coefficient_of
+from bearing_twin.contact.laws import steady_damping, steady_ratio
 from bearing_twin.kinds.bodies.derived import mass_of
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures import BALL_COLOURS, STYLE
 from bearing_twin.run.scene import load_scene
 
 TIME = Axis("time", "s")

@@ -15,7 +15,7 @@ from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet
 from bearing_twin.charts.scenes import Found, run
 from bearing_twin.kinds.beam.motion import beam_of
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures import BALL_COLOURS, STYLE
 from bearing_twin.reference import strike
 from bearing_twin.run.scene import load_scene
 

@@ -14,7 +14,7 @@ from scipy import stats
 from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import Axis, Band, Bars, Line, Map, Panel, Sheet, colour, dashed, shade
 from bearing_twin.charts.scenes import run
-from bearing_twin.pictures.style import STYLE
+from bearing_twin.pictures import STYLE
 from bearing_twin.uq.modality import modality
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of

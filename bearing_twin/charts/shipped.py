@@ -30,7 +30,7 @@ from bearing_twin.charts.scenes import (
 )
 from bearing_twin.kinds import SHIPPED, rules
 from bearing_twin.kinds.rules import SETTING, answers
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE
+from bearing_twin.pictures import BALL_COLOURS, STYLE
 from bearing_twin.run.scene import load_scene, scene_names
 
 TOLERANCES, MESHES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5), (1e-1, 3e-2, 1e-2)  # of soft discs, whose reference is a mesh

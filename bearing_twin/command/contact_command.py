@@ -91,7 +91,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     result["flags"] += flags
     result |= more
     if picture:
-        from bearing_twin.pictures.contact import plot_contact
+        from bearing_twin.pictures import plot_contact
 
         result["plot"] = str(plot_contact(result, first.poisson_ratio, picture))
     return Outcome(result, result["flags"], lambda: _show(result))
@@ -211,7 +211,7 @@ def _given(arguments):
 
 def _damping(restitution, speed):
     """Hunt and Crossley's damping for a restitution at this speed, exactly and by the usual formulas."""
-    from bearing_twin.contact.damping import shortcuts
+    from bearing_twin.contact.laws import shortcuts
 
     if restitution is None:
         return {}

@@ -65,7 +65,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         found = spectrum_of(record.samples, record.rate, geometry, speed, band)
     result = {"file": str(arguments.file), "rate_hz": record.rate} | found.as_dict()
     if picture:
-        from bearing_twin.vibration.picture import draw_spectrum
+        from bearing_twin.vibration.envelope import draw_spectrum
 
         result["plot"] = str(draw_spectrum(found, Path(arguments.file).name, picture))
     warnings = list(found.warnings)

@@ -27,7 +27,7 @@ from bearing_twin.contact.elasticity import (
 from bearing_twin.contact.hertz_impact import CONTACT_CONSTANT
 from bearing_twin.contact.laws import HERTZIAN, LAWS, law_names
 from bearing_twin.contact.materials import YIELD_ONSET, Material, effective_modulus
-from bearing_twin.shapes.closed_forms import ball_in_groove
+from bearing_twin.shapes import ball_in_groove
 
 COMPARED = law_names("point", ("curvatures", "frozen", "stiffness", "state"))
 """The laws that are put side by side."""

@@ -11,9 +11,8 @@ import math
 import numpy as np
 from scipy.special import betaincinv
 
-from bearing_twin.contact.damping import restitution_of
 from bearing_twin.contact.elasticity import greatest_approaches, loads_at
-from bearing_twin.contact.laws import HERTZIAN
+from bearing_twin.contact.laws import HERTZIAN, restitution_of
 
 
 def contact_constant(power):

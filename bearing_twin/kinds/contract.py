@@ -389,7 +389,7 @@ class Kind:
     brief: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
     topics: Callable[[Any], tuple[Topic, ...]] = nothing
-    picture: Callable[[Facts], Picture] = field(default=lazy_import("bearing_twin.pictures.run:ChannelPicture"))
+    picture: Callable[[Facts], Picture] = field(default=lazy_import("bearing_twin.pictures:ChannelPicture"))
     view: Callable[..., Any] = field(default=lazy_import("bearing_twin.kinds.views:plain_view"))
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")
 

@@ -345,7 +345,7 @@ def picture_of(stream) -> Picture:
     scene, choice = stream.scene, stream.choice
     facts = Facts(scene, choice.law, choice.stepper)
     if scene is None:
-        from bearing_twin.pictures.run import ChannelPicture
+        from bearing_twin.pictures import ChannelPicture
 
         return ChannelPicture(facts)
     return KINDS[scene.kind].picture(facts)
@@ -356,7 +356,7 @@ def figure_errors(report: Report) -> list:
 
     Values have their signs; of several the least and the greatest are given, with the greatest of their errors.
     """
-    from bearing_twin.pictures.panels import FigureError
+    from bearing_twin.pictures import FigureError
 
     rows = []
     for key, parts in report.errors.get("errors_by_source", {}).items():

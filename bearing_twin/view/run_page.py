@@ -17,7 +17,7 @@ from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import topics
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
-from bearing_twin.pictures.style import BALL_COLOURS
+from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.run.report import DONE, DOUBTFUL, report_of
 from bearing_twin.run.simulation import Run
 from bearing_twin.view.frames import Frames, packed, passed_on, prefixes

@@ -20,7 +20,7 @@ from bearing_twin.base.units import (
     two_digits,
     unit_for_people,
 )
-from bearing_twin.pictures.style import BALL_COLOURS
+from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.uq.propagation import Derived, derive, through
 from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain_inputs
 from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, size_of, sweep_of

@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from bearing_twin.base.units import with_unit
-from bearing_twin.pictures.panels import finish
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, key_above
+from bearing_twin.pictures import BALL_COLOURS, STYLE, finish, frame, heading, key_above
 from bearing_twin.uq.result import StudyResult, SweepInWords, sweep_of
 from bearing_twin.view.study_page import study_charts, study_shares, unit_of
 

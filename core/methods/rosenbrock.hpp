@@ -6,7 +6,7 @@
 
 namespace core {
 
-// How a stretch of an integration ended and what it cost (bearing_twin/numerics/methods.py), and the control of steps.
+// How a stretch of an integration ended and what it cost (bearing_twin/methods.py), and the control of steps.
 
 constexpr double LEAST_STEP = 1e-15;  // s; a shorter step is lost in the time
 constexpr double NEGLIGIBLE = 1e-12;  // share of a stretch that is too short for a step

@@ -6,7 +6,7 @@
 
 namespace core {
 
-enum class SurfaceKind { plane, sphere, ellipsoid, torus, superquadric };  // as in shapes/implicit.py
+enum class SurfaceKind { plane, sphere, ellipsoid, torus, superquadric };  // as in shapes.py
 
 // In its body's axes: kind, five sizes [m] or exponents, and side +1, or -1 where the body is outside.
 struct Surface {

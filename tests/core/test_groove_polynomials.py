@@ -12,7 +12,7 @@ from bearing_twin.contact.elasticity import (
 from bearing_twin.contact.laws import LAWS, law_names
 from bearing_twin.kinds.bearing import GIVES
 from bearing_twin.kinds.bearing.system import TERMS, axes_along, terms_along
-from bearing_twin.shapes.closed_forms import ball_in_groove
+from bearing_twin.shapes import ball_in_groove
 
 PITCH = 28.5e-3
 

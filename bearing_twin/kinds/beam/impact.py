@@ -16,7 +16,7 @@ from bearing_twin.contact.hertz_impact import contact_time
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.beam.parameters import BEAM, BODY
 from bearing_twin.kinds.bodies.impact import ContactPeriod
-from bearing_twin.numerics.methods import FULL, NO_END, NOT_FINITE, STALLED, TIME_UP, WORDS
+from bearing_twin.methods import FULL, NO_END, NOT_FINITE, STALLED, TIME_UP, WORDS
 
 NEGLIGIBLE = 1e-12  # a mode with a smaller shape at the force is never moved
 

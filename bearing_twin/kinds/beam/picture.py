@@ -5,8 +5,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.kinds.beam.display import ENERGIES, watched_points
 from bearing_twin.kinds.bodies.picture import ABOVE, PairPicture, draw_curves, draw_energies, draw_force
-from bearing_twin.pictures.run import scaled_time
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.pictures import BALL_COLOURS, STYLE, frame, heading, scaled_time
 
 
 class BeamPicture(PairPicture):

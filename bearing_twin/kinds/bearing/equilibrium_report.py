@@ -28,7 +28,7 @@ from bearing_twin.kinds.bearing.ratings import (
     ratings_of,
     speed_warning,
 )
-from bearing_twin.vibration.fault_frequencies import fault_frequencies
+from bearing_twin.vibration import fault_frequencies
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
 STRIBECK = 5.0  # greatest load of a ball over the mean load of all under a radial load (Stribeck 1901; Harris)

@@ -37,10 +37,12 @@ from bearing_twin.kinds.bearing.system import (
     numbers_of_bodies,
     runge_kutta_numbers,
 )
-from bearing_twin.numerics.methods import (
+from bearing_twin.methods import (
     EVALUATIONS,
+    EXPLICIT,
     JACOBIANS,
     NOT_FINITE,
+    NOTHING,
     OK,
     STALLED,
     STEPS,
@@ -48,8 +50,7 @@ from bearing_twin.numerics.methods import (
     TOO_DEEP,
     WORDS,
 )
-from bearing_twin.numerics.rotation import turned
-from bearing_twin.numerics.steppers import EXPLICIT, NOTHING
+from bearing_twin.shapes import turned
 
 REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
 SCIPY = {"dop853": "DOP853", "radau": "Radau"}

@@ -74,8 +74,7 @@ from bearing_twin.kinds.bearing.system import (
     coupled_bodies_of,
     numbers_of,
 )
-from bearing_twin.numerics.methods import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
-from bearing_twin.numerics.steppers import ROSENBROCK
+from bearing_twin.methods import EVALUATIONS, JACOBIANS, REJECTIONS, ROSENBROCK, STEPS
 
 MOVING = ("state", "orientation", "steps", "carried", "body_state")  # arrays that a chunk moves on
 ARRAYS = (*MOVING, "_load", "_load_rate", "counts")

@@ -53,7 +53,7 @@ from bearing_twin.kinds.sections import (
     point_laws,
     resolved_run,
 )
-from bearing_twin.numerics.methods import STEPPER_FACTS
+from bearing_twin.methods import STEPPER_FACTS
 
 NO_SENSOR, HOUSING = "none", "housing"
 FASTEST_SAMPLING = 50e3  # Hz
@@ -374,7 +374,7 @@ GREATEST_ANGLE = math.radians(60.0)  # contact angle: beyond it contacts lie on 
 
 def viscous_terms(contact: BearingContact) -> tuple[float, float]:
     """Hunt and Crossley's damping [s/m] and the relaxation time [s] of the contacts: given, or from a restitution."""
-    from bearing_twin.contact.damping import damping_for_restitution
+    from bearing_twin.contact.laws import damping_for_restitution
 
     if contact.restitution == 1.0:
         return contact.damping, contact.relaxation_time

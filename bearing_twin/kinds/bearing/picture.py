@@ -12,8 +12,7 @@ from bearing_twin.base.sample import Block, Sample, Thinned
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import FREE_RING, TORQUE, dimension_of, moving_centre
 from bearing_twin.kinds.contract import Facts
-from bearing_twin.pictures.panels import draw_loads_around, finish, readable_on
-from bearing_twin.pictures.style import (
+from bearing_twin.pictures import (
     GREATEST_LINES,
     LOAD_MAP,
     RACEWAY_COLOURS,
@@ -21,10 +20,13 @@ from bearing_twin.pictures.style import (
     SIZE,
     STYLE,
     ball_line,
+    draw_loads_around,
+    finish,
     frame,
     heading,
     key_above,
     marker_of,
+    readable_on,
     scaled,
 )
 

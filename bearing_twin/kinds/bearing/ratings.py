@@ -12,8 +12,8 @@ import numpy as np
 
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.bearing.catalogue import entries, row_of
-from bearing_twin.shapes.closed_forms import ball_in_groove
-from bearing_twin.vibration.fault_frequencies import rolling_frequencies
+from bearing_twin.shapes import ball_in_groove
+from bearing_twin.vibration import rolling_frequencies
 
 # ISO 76: pressure and steel of the static rating. With 207 GPa the formula meets the standard's table of f_0 (C_0 over
 # Z D^2 cos a) within its rounding; 206 GPa is 1 % high.

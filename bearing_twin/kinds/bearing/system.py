@@ -15,10 +15,9 @@ from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.chebyshev import chebinterpolate, chebpts1
 
 from bearing_twin.contact.elasticity import Elasticity, elasticity, fresh_coefficient, hertz_coefficient, semi_axes
-from bearing_twin.contact.friction import FRICTIONS, POINT
+from bearing_twin.contact.friction import FRICTIONS, POINT, patch_by
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.kinds.bearing.geometry import operating_geometry
 from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene, viscous_terms
@@ -39,8 +38,8 @@ from bearing_twin.kinds.bearing.rings import (
     shaft_inertia,
     tilts,
 )
-from bearing_twin.numerics.steppers import EXPLICIT, MOST_STAGES, ROSENBROCK
-from bearing_twin.shapes.closed_forms import ball_in_groove, groove_curvatures
+from bearing_twin.methods import EXPLICIT, MOST_STAGES, ROSENBROCK
+from bearing_twin.shapes import ball_in_groove, groove_curvatures
 
 # Velocity and angular velocity: radial, tangential, axial, in the frame that turns with the ball about the axis.
 AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT, RADIAL_VELOCITY, TANGENTIAL_VELOCITY, AXIAL_VELOCITY = np.arange(6)
@@ -60,7 +59,7 @@ BODY_COLUMNS = 18
 
 
 # Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
-# the contact's normal alone (`closed_forms.groove_curvatures`): so do the coefficient of a law that follows curvatures,
+# the contact's normal alone (`shapes.groove_curvatures`): so do the coefficient of a law that follows curvatures,
 # and the semi-axes of a contact over the root of its approach. They are interpolated at Chebyshev's points and kept as
 # polynomials in |n| - 1, so that all laws cost the same and slopes are exact. The points reach to a right angle, or to
 # where the groove's radius about the axis is FURTHEST times that at angle zero, or as small a part: at 0.52 of the

@@ -48,7 +48,7 @@ from bearing_twin.kinds.topics import (
     load_command,
     turning_commands,
 )
-from bearing_twin.numerics.rotation import rotation_rows
+from bearing_twin.shapes import rotation_rows
 
 LONGEST_ARROW = 1.0  # ball diameters
 OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn

@@ -9,7 +9,7 @@ from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coeff
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bodies.derived import DEEPEST, has_closed_form, size_of, start_points
 from bearing_twin.kinds.bodies.parameters import OVERLAP, TRACKINGS, TwoBodiesScene
-from bearing_twin.shapes.implicit import (
+from bearing_twin.shapes import (
     FOUND,
     opposing_error,
     opposing_rates,

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.contact import hertz_impact, line_impact
-from bearing_twin.contact.damping import damping_for_restitution, restitution_of
+from bearing_twin.contact import hertz_impact
+from bearing_twin.contact import line as line_contact
 from bearing_twin.contact.elasticity import axis_ratio as ratio_of
 from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coefficient, sphere_coefficient
-from bearing_twin.contact.laws import LAWS, law_names, numbers_missing
+from bearing_twin.contact.laws import LAWS, damping_for_restitution, law_names, numbers_missing, restitution_of
 from bearing_twin.contact.line import greatest_energy, line_law
 from bearing_twin.contact.validity import wave_transit
 from bearing_twin.kinds.bodies.parameters import (
@@ -39,9 +39,7 @@ from bearing_twin.kinds.bodies.parameters import (
     TwoSpheresScene,
 )
 from bearing_twin.kinds.sections import check_damping, check_run, resolved_run
-from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
-from bearing_twin.shapes.closed_forms import ellipsoid_on_plane
-from bearing_twin.shapes.implicit import (
+from bearing_twin.shapes import (
     CONVEX,
     FOUND,
     LAMBDA,
@@ -52,15 +50,18 @@ from bearing_twin.shapes.implicit import (
     closed_form_known,
     contact_of,
     ellipsoid,
+    ellipsoid_on_plane,
     find_opposing,
     nearest_pair,
     opposition_of,
     plane,
+    quaternion_from_vector,
+    rotation_matrix,
     sphere,
     superquadric,
     torus,
 )
-from bearing_twin.shapes.implicit import Body as MovingBody
+from bearing_twin.shapes import Body as MovingBody
 
 LEAST = 1e-300  # a restitution that only rounding makes 0
 OUTPUTS = 400  # of an impact whose output_rate is automatic
@@ -129,7 +130,7 @@ ROWS = {
         lambda one: (one.radius, one.ring_radius + one.radius),
     ),
 }  # fmt: skip
-"""THE table of shapes: another body is a surface in `shapes.implicit` and a row here."""
+"""THE table of shapes: another body is a surface in `shapes` and a row here."""
 
 
 # Bodies of all kinds
@@ -244,7 +245,7 @@ def impact_time(parameters) -> float:
 def disc_impact_time(parameters: TwoDiscsScene, law: str) -> float:
     """Contact time [s] of the discs by one law of line contact; NaN where it has no solution."""
     line, reduced = disc_law(parameters.disc, law), 0.5 * mass_of(parameters.disc)
-    return float(line_impact.contact_time(line, reduced, parameters.motion.speed))
+    return float(line_contact.contact_time(line, reduced, parameters.motion.speed))
 
 
 def is_steady(contact: SphereContact) -> bool:
@@ -359,7 +360,7 @@ def tracking_of(parameters: TwoBodiesScene) -> int:
 
 
 def start_points(parameters: TwoBodiesScene) -> tuple[MovingBody, MovingBody, np.ndarray]:
-    """Both bodies at the start and their opposing points, unknowns (8,) of `shapes.implicit`.
+    """Both bodies at the start and their opposing points, unknowns (8,) of `shapes`.
 
     Raises SceneError where there are none.
     """

@@ -36,8 +36,7 @@ from bearing_twin.kinds.views import (
     curves,
     picked,
 )
-from bearing_twin.numerics.rotation import rotation_matrix
-from bearing_twin.shapes.implicit import TORUS, Surface, support
+from bearing_twin.shapes import TORUS, Surface, rotation_matrix, support
 
 ROUND, RINGS = 48, 7  # sides of a ring; rings each way
 X, DOWN, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])

@@ -11,7 +11,7 @@ are quadratures. Or a term that loses the same share at every speed (`damping_la
 equation of motion.
 
 Equal discs in line contact (paper 3, section 5.1): (m / 2) x'' = -F(x), F from eq. (14) or from Johnson's law, both
-inverted by Lambert's function. The closed form is the quadrature of `contact.line_impact`, and histories are the same
+inverted by Lambert's function. The closed form is the quadrature of `contact.line`, and histories are the same
 quadrature run up to each instant. Thick discs answer nearly in plane strain, as Johnson's law assumes.
 
 Breaks: where the peak pressure exceeds yield or waves cannot cross the bodies several times in a contact; for discs
@@ -37,10 +37,10 @@ from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel, between
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.contact import hertz_impact, line_impact
-from bearing_twin.contact.damping import restitution_of, steady_damping
+from bearing_twin.contact import hertz_impact
+from bearing_twin.contact import line as line_contact
 from bearing_twin.contact.elasticity import energies_at
-from bearing_twin.contact.laws import HERTZIAN, LAWS
+from bearing_twin.contact.laws import HERTZIAN, LAWS, restitution_of, steady_damping
 from bearing_twin.contact.line import LineLaw, approach_of, load_of_energy
 from bearing_twin.contact.line import energy as energy_of
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
@@ -58,7 +58,7 @@ from bearing_twin.kinds.bodies.derived import (
 from bearing_twin.kinds.bodies.figures import contact_rows
 from bearing_twin.kinds.bodies.parameters import FIRST, FIXED_STEP, MOST_STEPS, SECOND, TwoDiscsScene, TwoSpheresScene
 from bearing_twin.kinds.contract import ClosedForm
-from bearing_twin.numerics.methods import EVALUATIONS, NO_END, NOT_FINITE, SEPARATED, STALLED, STEPS, STOPPED, WORDS
+from bearing_twin.methods import EVALUATIONS, NO_END, NOT_FINITE, SEPARATED, STALLED, STEPS, STOPPED, WORDS
 
 SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_doubt.py`)
 PIECES = 400  # of the history of discs by quadrature
@@ -323,7 +323,7 @@ def solve_discs(parameters: TwoDiscsScene, law: str = "johnson", stepper: str = 
     """The impact with the law `line` or `johnson`, by a stepper as in `solve_spheres`; raises IntegrationError."""
     mass, line = mass_of(parameters.disc), disc_law(parameters.disc, law)
     bodies = line, 0.5 * mass, parameters.motion.speed
-    duration = float(line_impact.contact_time(*bodies))
+    duration = float(line_contact.contact_time(*bodies))
     closed = partial(_disc_collision, *bodies, duration)
     return _solve(parameters, Spring(0.0, line, 0.0), (mass, mass), stepper, closed, duration)
 
@@ -390,7 +390,7 @@ def _sphere_collision(bodies, power: float, damping: float, wanted: float) -> Co
 
 
 def _disc_collision(line, reduced: float, speed: float, duration: float) -> Collision:
-    peak = float(line_impact.peak_force(line, reduced, speed))
+    peak = float(line_contact.peak_force(line, reduced, speed))
     times, approach, rates = _half_history(line, reduced, speed)
     times *= 0.5 * duration / times[-1]
     curve = CubicHermiteSpline(times, approach, rates)

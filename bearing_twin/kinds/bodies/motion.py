@@ -15,11 +15,10 @@ import numpy as np
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
-from bearing_twin.contact.damping import damping_for_restitution, steady_ratio
 from bearing_twin.contact.elasticity import elasticity, hertz_coefficient
-from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.friction import patch_by
+from bearing_twin.contact.laws import LAWS, damping_for_restitution, steady_ratio
 from bearing_twin.contact.materials import compliance
-from bearing_twin.contact.patch_friction import patch_by
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bodies.derived import (
     inertia_of,
@@ -35,8 +34,8 @@ from bearing_twin.kinds.bodies.derived import (
 )
 from bearing_twin.kinds.bodies.parameters import OVERLAP, EllipsoidOnPlaneScene, TwoBodiesScene
 from bearing_twin.kinds.error_estimates import TOLERANCE
-from bearing_twin.numerics.methods import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, UNTRACKED, WORDS
-from bearing_twin.numerics.rotation import quaternion_from_vector, rotation_matrix
+from bearing_twin.methods import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, UNTRACKED, WORDS
+from bearing_twin.shapes import quaternion_from_vector, rotation_matrix
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
 RECORDS = 256  # completed in one call of the core

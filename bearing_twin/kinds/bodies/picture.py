@@ -14,11 +14,18 @@ from bearing_twin.kinds.bodies.derived import surface_of
 from bearing_twin.kinds.bodies.display import ENERGIES, LOST, STORED
 from bearing_twin.kinds.bodies.figures import BOUNCE, CONTACT
 from bearing_twin.kinds.bodies.impact import peak_of
-from bearing_twin.numerics.rotation import rotation_matrix, rotation_rows
-from bearing_twin.pictures.panels import draw_peaks
-from bearing_twin.pictures.run import RunPicture, scaled_time
-from bearing_twin.pictures.style import BALL_COLOURS, STYLE, frame, heading, marker_of, scaled
-from bearing_twin.shapes.implicit import CONVEX, TORUS, support
+from bearing_twin.pictures import (
+    BALL_COLOURS,
+    STYLE,
+    RunPicture,
+    draw_peaks,
+    frame,
+    heading,
+    marker_of,
+    scaled,
+    scaled_time,
+)
+from bearing_twin.shapes import CONVEX, TORUS, rotation_matrix, rotation_rows, support
 
 MISSED = 10  # outputs in a contact: fewer may pass its peak by
 NONE = np.empty((3, 0))

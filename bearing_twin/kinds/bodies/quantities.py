@@ -27,7 +27,7 @@ def pair_quantities(forms: str) -> dict[str, Quantity]:
     )
 
 
-SPHERE_QUANTITIES, DISC_QUANTITIES = pair_quantities("hertz_impact"), pair_quantities("line_impact")
+SPHERE_QUANTITIES, DISC_QUANTITIES = pair_quantities("hertz_impact"), pair_quantities("line")
 ELLIPSOID_QUANTITIES = {
     **{name: row for name, row in impact_quantities().items() if name != "impulse"},
     "contacts": Quantity("1", "number of contacts", read_off("contact_count")),

@@ -28,7 +28,7 @@ from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LEFT_OUT, Comparison
 from bearing_twin.kinds.shaft.equilibrium import loads_of, modes_of, rotor_of, solver_of, speeds_of, weighed_support
 from bearing_twin.kinds.shaft.motion import FINEST, SETTING, balance_errors, law_error
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene
-from bearing_twin.shapes.closed_forms import groove_curvatures
+from bearing_twin.shapes import groove_curvatures
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"

@@ -41,7 +41,7 @@ from bearing_twin.kinds.shaft.equilibrium import (
     unbalance_response,
 )
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene, bearing_scene
-from bearing_twin.numerics.methods import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
+from bearing_twin.methods import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINEST = 1e-11  # least tolerance of a step

@@ -7,12 +7,12 @@ from matplotlib.figure import Figure
 
 from bearing_twin.kinds.shaft.equilibrium import last_matrices, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
-from bearing_twin.pictures.panels import draw_loads_around
-from bearing_twin.pictures.run import RunPicture
-from bearing_twin.pictures.style import (
+from bearing_twin.pictures import (
     BALL_COLOURS,
     STYLE,
+    RunPicture,
     ball_line,
+    draw_loads_around,
     frame,
     heading,
     key_above,

@@ -6,7 +6,8 @@ import math
 from scipy.special import beta
 
 from bearing_twin.base.report import Choice
-from bearing_twin.contact import hertz_impact, line_impact
+from bearing_twin.contact import hertz_impact
+from bearing_twin.contact.line import contact_time as line_contact_time
 from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.rules import SOFT, answers, sentences
 from bearing_twin.kinds.sections import check_run, resolved_run
@@ -90,7 +91,7 @@ def contact_time(parameters: SoftDiscsScene) -> float:
     """
     speed = wall_speed(parameters) / wave_speed(parameters)
     ratio = capped_ratio(parameters) if parameters.plane == "strain" else 0.0
-    disc = line_impact.contact_time(line_law("johnson", 1.0, 1.0, 1.0, ratio), 0.5 * math.pi, 2.0 * speed)
+    disc = line_contact_time(line_law("johnson", 1.0, 1.0, 1.0, ratio), 0.5 * math.pi, 2.0 * speed)
     power = parameters.contact.exponent
     bed = parameters.contact.stiffness_ratio * math.sqrt(2.0) * beta(0.5, power + 1.0)
     penalty = hertz_impact.contact_time(bed, math.pi, speed, power + 0.5)

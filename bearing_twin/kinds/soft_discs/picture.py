@@ -13,8 +13,7 @@ from bearing_twin.kinds.soft_discs.derived import bodies_of, wall_speed
 from bearing_twin.kinds.soft_discs.display import ENERGIES
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
-from bearing_twin.pictures.run import scaled_time
-from bearing_twin.pictures.style import STYLE, frame, heading, scaled, write_moving
+from bearing_twin.pictures import STYLE, frame, heading, scaled, scaled_time, write_moving
 
 COLOURS = "viridis"
 FRAMES = 40  # of an animation

@@ -1,7 +1,7 @@
-"""Surfaces as the zero set of a function f, negative inside the body, their opposing points and their overlap.
+"""Surfaces of bodies, where two of them touch, and rotations.
 
-Functions are scaled to be metres and to have gradients near 1 at the surface. `SURFACES` names the kinds; a `Surface`
-is made by the functions of those names. The core computes them (`core/shapes/implicit.hpp`, `opposing.hpp`).
+A surface is the zero set of a function f, negative inside the body, in metres and with a gradient near 1. `SURFACES`
+names the kinds; a `Surface` is made by the functions of those names. The core computes them (`core/shapes/`).
 
 Opposing points (paper 1, section 2): the eight unknowns are the point P_A on body A, P_B on body B (fixed axes), and
 the multipliers lambda and mu of
@@ -9,7 +9,10 @@ the multipliers lambda and mu of
     grad g_A(P_A) = lambda grad g_B(P_B),   P_A - P_B = mu grad g_B(P_B),   g_A(P_A) = 0,   g_B(P_B) = 0       (1)
 
 with gradients outward, so lambda < 0 where the surfaces face each other; mu > 0 is a gap, mu < 0 contact. The system
-has many more roots (far sides, saddles of the distance); `contact_of` recognises and refuses them.
+has many more roots (far sides, saddles of the distance); `contact_of` recognises and refuses them. For a ball in a
+toroidal groove (paper 1, section 5) and an ellipsoid on a plane the gap is known in closed form.
+
+Rotations are unit quaternions (..., 4) of x, y, z, w.
 """
 
 import math
@@ -18,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
+from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function, by_elements
 
 PLANE, SPHERE, ELLIPSOID, TORUS, SUPERQUADRIC = range(5)  # SurfaceKind of the core
 SURFACES = {"plane": PLANE, "sphere": SPHERE, "ellipsoid": ELLIPSOID, "torus": TORUS, "superquadric": SUPERQUADRIC}
@@ -188,7 +191,7 @@ def body(surface: Surface, position=(0, 0, 0), rotation=None, velocity=(0, 0, 0)
 
 
 def closed_form_known(kind_a: int, kind_b: int) -> bool:
-    """True if `nearest_pair` knows the opposing points of these kinds of `implicit.Surface`."""
+    """True if `nearest_pair` knows the opposing points of these kinds of `Surface`."""
     kinds = {kind_a, kind_b}
     return (PLANE in kinds and bool(kinds & {*CONVEX})) or (SPHERE in kinds and kinds <= {SPHERE, TORUS})
 
@@ -276,3 +279,113 @@ def overlap_of(a: Body, b: Body, origin, axes, normal, approach: float, size: fl
     places = (np.array(one, float) for one in (origin, axes, normal))
     _overlap(a.numbers(), b.numbers(), *places, approach, size, modulus, found)
     return Overlap(bool(found[0]), *found[1:].tolist())
+
+
+_curvatures = Function("core_groove_curvatures", None, (REAL, REAL, REAL, INTEGER, REALS, REALS_OUT, REALS_OUT))
+_gaps = Function("core_ellipsoid_gaps", None, (REALS, INTEGER, REALS, REALS_OUT))
+_PARTS = (1, 4, 5, 6, 9, 10, 13)  # where the fields of a LowestPoint begin, but the first
+
+
+class GrooveContact(NamedTuple):
+    """A ball against a toroidal groove, in the meridian plane of the ball (radial, axial)."""
+
+    approach: float
+    normal_radial: float
+    normal_axial: float
+    curvature_small: float
+    curvature_large: float
+
+
+def groove_curvatures(ball_radius, locus_radius, groove_radius, normal_radial):
+    """Curvatures (small, large) of the gap [1/m] where the normal has these radial parts, numbers or an array.
+
+    Halves of the relative principal curvatures: the small one along the meridian, the large one along the rolling
+    direction.
+    """
+    return tuple(by_elements(_curvatures, 2, (ball_radius, locus_radius, groove_radius), normal_radial))
+
+
+def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radius) -> GrooveContact:
+    """Approach [m], outward normal and gap curvatures [1/m] of a ball in a toroidal groove (paper 1, section 5).
+
+    `axis_distance` [m] is the ball centre's distance from the ring's axis, `axial` [m] its height above the ring's
+    plane; the groove's centre circle has radius `locus_radius`, its meridian `groove_radius` > ball radius. The
+    normal points from the ball's centre to the raceway: outwards on an outer ring (the ball is outside the centre
+    circle), inwards on an inner ring; one formula serves both. On the centre circle itself, where the approach is far
+    below zero, the normal is returned as zero.
+    """
+    radial = axis_distance - locus_radius
+    distance = math.hypot(radial, axial)
+    normal = (radial / distance, axial / distance) if distance else (0.0, 0.0)
+    curvatures = groove_curvatures(ball_radius, locus_radius, groove_radius, normal[0])
+    return GrooveContact(distance + ball_radius - groove_radius, *normal, *curvatures)
+
+
+class LowestPoint(NamedTuple):
+    """The farthest points of an ellipsoid along directions, in its own axes, and their gaps to a plane.
+
+    `reach` [m] is the extent along the direction; `point` [m] and `major_axis` (unit, along `curvature_small`) are
+    vectors (..., 3); the gap is z = P x^2 + Q y^2 with P = `curvature_small` <= Q = `curvature_large` [1/m]. `excess` =
+    sqrt(shape^2 - 1), shape = (P + Q)/(2 sqrt(PQ)), is 0 where the gap is round. `size_slope` and `shape_slope` are the
+    gradients of -ln(PQ)/4 and of the shape by the direction, per radian.
+    """
+
+    reach: np.ndarray
+    point: np.ndarray
+    curvature_small: np.ndarray
+    curvature_large: np.ndarray
+    major_axis: np.ndarray
+    excess: np.ndarray
+    size_slope: np.ndarray
+    shape_slope: np.ndarray
+
+
+def ellipsoid_on_plane(semi_axes, directions) -> LowestPoint:
+    """The farthest points along unit directions (..., 3) in the ellipsoid's axes; semi-axes (3,) in m."""
+    directions = np.ascontiguousarray(directions, float)
+    found = np.empty((*directions.shape[:-1], 16))
+    _gaps(np.array(semi_axes, float), directions.size // 3, directions, found)
+    parts = np.split(found, _PARTS, axis=-1)
+    return LowestPoint(*(part[..., 0] if part.shape[-1] == 1 else part for part in parts))
+
+
+def quaternion_product(p, q) -> np.ndarray:
+    """p q (..., 4): first the rotation q, then p."""
+    p, q = np.asarray(p, float), np.asarray(q, float)
+    a, b, w, v = p[..., :3], q[..., :3], p[..., 3:], q[..., 3:]
+    vector = w * b + v * a + np.cross(a, b)
+    return np.concatenate([vector, w * v - (a * b).sum(axis=-1, keepdims=True)], axis=-1)
+
+
+def quaternion_from_vector(vector) -> np.ndarray:
+    """Quaternions (..., 4) of the rotations by |vector| [rad] about `vector` (..., 3)."""
+    vector = np.asarray(vector, float)
+    # The tiny number spares a branch for no rotation at all, where the quotient is 1/2.
+    angle = np.sqrt((vector * vector).sum(axis=-1, keepdims=True) + 1e-200)
+    return np.concatenate([np.sin(0.5 * angle) / angle * vector, np.cos(0.5 * angle)], axis=-1)
+
+
+def turned(quaternion, omega_start, omega_middle, omega_end, step) -> np.ndarray:
+    """Orientations (..., 4) after `step` [s] at angular velocities (..., 3) [rad/s] at start, middle and end.
+
+    In fixed axes. Fourth-order Magnus step; the result has unit norm, so nothing drifts.
+    """
+    start, middle, end = (np.asarray(one, float) for one in (omega_start, omega_middle, omega_end))
+    vector = step / 6.0 * (start + 4.0 * middle + end) + step * step / 12.0 * np.cross(end, start)
+    product = quaternion_product(quaternion_from_vector(vector), quaternion)
+    return product / np.linalg.norm(product, axis=-1, keepdims=True)
+
+
+def rotation_rows(quaternion):
+    """Rows of the matrix of a unit quaternion (x, y, z, w), of numbers or of arrays: columns are the body's axes."""
+    x, y, z, w = quaternion
+    return (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)),
+        (2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)),
+        (2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)),
+    )
+
+
+def rotation_matrix(quaternion) -> np.ndarray:
+    """3 x 3 matrix of a unit quaternion (x, y, z, w): columns are the body's axes in the fixed frame."""
+    return np.array(rotation_rows(quaternion))

@@ -1,4 +1,4 @@
-"""Integration methods as data, which the core is handed.
+"""Integration methods as data, which the core is handed; their names; how a stretch of an integration ended.
 
 A Rosenbrock method is the set of coefficients of its transformed form
 (Hairer and Wanner, Solving ODE II, section IV.7): with W = I/(h gamma) - J the stages solve
@@ -7,6 +7,12 @@ A Rosenbrock method is the set of coefficients of its transformed form
 
 and each step costs one Jacobian and one factorisation. All shipped ones are stiffly accurate: the last stage is the
 error estimate, and added to the last stage's state it gives the new one.
+
+One table of statuses, so that a number means the same in every kind. OK: all of it is done; NOT_FINITE: a state is not
+a number any more; TOO_DEEP: bodies have run through each other; STALLED: an iteration or the step control makes no
+progress; FULL: the arrays handed over are full; SEPARATED: the bodies have come apart; TIME_UP: the time limit is
+reached and they have not; STOPPED: an interruption was requested; UNTRACKED: the opposing points found are no contact
+of two bodies.
 """
 
 from typing import NamedTuple
@@ -140,3 +146,56 @@ DOPRI5 = RungeKutta(
 )
 ROSENBROCK = {"rodas4": RODAS4, "rodas4_landing": RODAS4._replace(lands=True), "rodas3": RODAS3}
 EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}
+
+
+class StepperFacts(NamedTuple):
+    """What a stepper is: its order, whether its step adapts, how it treats stiffness, and where it comes from."""
+
+    order: int
+    adaptive: bool
+    treats: str
+    source: str
+
+
+STEPPER_FACTS = {
+    "rodas4": StepperFacts(
+        4,
+        True,
+        "contact and friction implicitly",
+        "Hairer and Wanner, Solving ODE II, 2nd ed. 1996, section IV.7: RODAS, order 4(3), L-stable",
+    ),
+    "rodas4_landing": StepperFacts(
+        4,
+        True,
+        "contact and friction implicitly",
+        "rodas4 whose steps end where a contact begins or ends, found on its interpolant",
+    ),
+    "rodas3": StepperFacts(
+        3,
+        True,
+        "contact and friction implicitly",
+        "Sandu et al., Atmospheric Environment 31 (1997) 3459: RODAS3, order 3(2), L-stable",
+    ),
+    "imex": StepperFacts(
+        2,
+        False,
+        "friction and damping implicitly",
+        "leapfrog (Stoermer, Verlet) in the positions, linearly implicit midpoint rule in the velocities",
+    ),
+    "rk4": StepperFacts(4, False, "nothing implicitly", "Kutta 1901, the classical method"),
+    "dopri5": StepperFacts(
+        5, True, "nothing implicitly", "Dormand and Prince, J. Comp. Appl. Math. 6 (1980) 19: order 5(4)"
+    ),
+    "dop853": StepperFacts(8, True, "nothing implicitly", "SciPy DOP853; a reference"),
+    "radau": StepperFacts(5, True, "everything implicitly", "SciPy Radau IIA; a reference"),
+}
+
+
+OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED, UNTRACKED = range(9)
+
+WORDS = {NOT_FINITE: "not finite", TOO_DEEP: "too deep", STALLED: "stalled", UNTRACKED: "untracked"}
+NO_END = "no end"
+"""The reason that an `IntegrationError` gives for such an end, and for a contact that does not end."""
+
+STEPS, REJECTIONS, EVALUATIONS, JACOBIANS = range(4)
+"""What a stretch cost: steps made, steps made again, right-hand sides, linearisations."""
