@@ -343,7 +343,7 @@ def test_bearings_that_face_one_way_are_taken_apart_by_a_load_the_other_way(push
 @pytest.mark.parametrize("reach", [0.15, 0.26, 0.5])
 def test_what_a_spot_along_its_groove_takes_of_the_load(name, side, reach):
     """The study of FELT: half-spaces pressed across the gap of ball and groove against the same across parabolas."""
-    geometry, count = load_scene(name).parameters.geometry, 96
+    geometry, count = load_scene(name).parameters.geometry, 64
     small, large = nominal_curvatures(geometry)[side]
     ball = 0.5 * geometry.ball_diameter
     groove = 2.0 * (geometry.inner_conformity, geometry.outer_conformity)[side] * ball

@@ -119,7 +119,7 @@ def by_scipy(moving, torque, damping, duration):
         return np.append(slopes.ravel(), moment / inertia)
 
     start = np.append(moving.state.ravel(), moving.body_state[SHAFT_SPEED])
-    found = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-10, atol=1e-14, first_step=1e-7)
+    found = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-9, atol=1e-13, first_step=1e-7)
     return found.y[:-1, -1].reshape(count, columns), found.y[-1, -1]
 
 

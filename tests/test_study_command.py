@@ -425,7 +425,7 @@ def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
     tracemalloc.stop()
     assert np.array_equal(found.histories.ravel(), numbers)
     assert (found.values.shape, found.quantities.shape) == tuple(one.shape for one in columns)
-    assert peak < 1.9 * numbers.nbytes
+    assert peak < 1.6 * numbers.nbytes
 
 
 def refused_report(path, capsys):

@@ -1,5 +1,6 @@
 """Statistics with intervals: coverage, published standard errors, quantiles, densities within their bounds."""
 
+import functools
 import itertools
 import math
 
@@ -24,6 +25,7 @@ TAU = derive(ALPHA, lambda alpha: alpha * 20.0**-0.2)
 TRUTH = {"mean": TAU.mean, "std": TAU.std, "skewness": TAU.skewness, **{p: TAU.quantile(p) for p in (0.05, 0.5, 0.95)}}
 
 
+@functools.cache
 def samples(method, seed, count):
     points = UnitPoints(method, 1, seed, count)
     return ALPHA.ppf(points.chunk(0, points.samples)[:, 0]) * 20.0**-0.2

@@ -185,7 +185,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
         layout = layout or list(zip(message.channel_name, message.channel_width.tolist(), strict=True))
         if layout != list(zip(message.channel_name, message.channel_width.tolist(), strict=True)):
             raise ValueError("its channels change")
-        numbers.frombytes(message.values.tobytes())
+        numbers.frombytes(memoryview(message.values).cast("B"))
     edges = np.cumsum([0, *(width for _, width in layout)]).tolist()
     table = np.frombuffer(numbers).reshape(-1, edges[-1]) if numbers else np.zeros((0, 0))
     count = len(table)

@@ -59,7 +59,8 @@ def _draw_chart(axis, one) -> None:
         else:  # of one instant a band has no width
             middle = ys[-1] if len(ys) < 3 else ys[2]
             look["ecolor"] = look.pop("color")
-            axis.errorbar(x, middle, yerr=[middle - low, high - middle], fmt="none", elinewidth=1.6, capsize=5, **look)
+            ends = [(middle - low).tolist(), (high - middle).tolist()]
+            axis.errorbar(x, middle, yerr=ends, fmt="none", elinewidth=1.6, capsize=5, **look)
     for place, (line, y) in enumerate(zip(one["lines"], ys, strict=True)):
         colour, width = BALL_COLOURS[line["colour"]], line.get("width", 1.8)
         if line.get("filled"):
