@@ -35,7 +35,7 @@ ROOMS = (
 
 CORE_ROOMS = (
     *(
-        "door.hpp",
+        "exports.hpp",
         "math",
         "contact",
         "shapes",
@@ -45,7 +45,6 @@ CORE_ROOMS = (
         "bodies",
         "beam",
         "soft_discs",
-        "run",
         "api.cpp",
     ),
 )  # in C++

@@ -1,8 +1,7 @@
-// The door to a sphere on a beam; arrays are C-contiguous doubles, complex numbers two of them.
-#include "../door.hpp"
-#include "collocation.hpp"
-#include "pieces.hpp"
-#include "volterra.hpp"
+// Exported functions of a sphere on a beam; arrays are C-contiguous doubles, complex numbers two of them.
+#include "../exports.hpp"
+#include "contact_force.hpp"
+#include "modes.hpp"
 
 using namespace core;
 using namespace core::beam;

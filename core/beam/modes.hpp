@@ -4,9 +4,13 @@
 //
 // bearing_twin/kinds/beam/modes.py says where the modes come from.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <vector>
+#include "../contact/laws.hpp"
 
 namespace core::beam {
 
@@ -130,5 +134,134 @@ struct ModeSteps {
     return sum;
   }
 };
+
+// The motion of a sphere and a beam in pieces of time: contacts, and free flight between them.
+
+// The motion of a sphere and a beam in pieces of time, within each of which the force between them is a cubic.
+
+// Shares of a piece at which work is summed and forces are found: the points of Gauss and Lobatto for four values.
+constexpr double ROOT5 = 2.23606797749978969641;
+constexpr double POINTS[TERMS] = {0.0, 0.5 - 0.1 * ROOT5, 0.5 + 0.1 * ROOT5, 1.0};
+constexpr double WEIGHTS[TERMS] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
+
+constexpr double NEAR_ZERO = 1e-13;  // of the approach at the start of a last step: as good as separated
+
+struct SphereMotion {
+  double position, velocity;  // along the motion before the impact
+};
+
+// How far [m] a force holds a sphere back over a span.
+inline double drop(double mass, double span, const Force &force) {
+  double sum = 0.0;
+  for (int k = 0; k < TERMS; k++) sum += force[k] / ((k + 1) * (k + 2));
+  return span * span * sum / mass;
+}
+
+struct Sphere {
+  double mass, coefficient, gravity;  // [kg], of Hertz's spring [N/m^1.5], along its motion [m/s^2]
+
+  auto spring(double approach) const { return elastic(coefficient, HERTZIAN, approach); }
+  double approach(double load) const { return approach_of_load(coefficient, HERTZIAN, std::max(load, 0.0)); }
+  double free_position(SphereMotion start, double span) const {
+    return start.position + span * (start.velocity + 0.5 * gravity * span);
+  }
+  SphereMotion moved(SphereMotion start, double span, const Force &force) const {
+    double impulse = 0.0;
+    for (int k = 0; k < TERMS; k++) impulse += force[k] * span / (k + 1);
+    return {free_position(start, span) - drop(mass, span, force), start.velocity + gravity * span - impulse / mass};
+  }
+};
+
+struct Impact {
+  Modes modes;
+  Sphere sphere;
+  double until;                       // [s]
+  const volatile std::uint8_t *stop;  // not 0 once somebody wants it to stop
+  int room;                           // pieces that the arrays hold
+  double *start, *length;
+  Force *force;
+  Complex *states;  // (room, modes)
+  SphereMotion *motion;
+  double *work;  // [J] on the beam
+
+  Complex *state(int piece) const { return states + std::int64_t(piece) * modes.count; }
+
+  // Closes a piece of that length and force, and begins the next.
+  void close(int piece, double span, const Force &given, const ModeSteps &steps) const {
+    length[piece] = span, force[piece] = given;
+    start[piece + 1] = start[piece] + span;
+    steps.move(modes, given, state(piece), state(piece + 1));
+    motion[piece + 1] = sphere.moved(motion[piece], span, given);
+    work[piece] = given.is_zero() ? 0.0 : work_of(motion[piece], span, given);
+  }
+  // Work [J] on the beam: [f w] less the integral of f' w, its deflection w being the sphere's travel less the approach.
+  double work_of(SphereMotion begin, double span, const Force &given) const {
+    double sum = 0.0;
+    for (int i = 0; i < TERMS; i++) {
+      double share = POINTS[i], load = given.at(share);
+      double travel = sphere.free_position(begin, share * span) - drop(sphere.mass, share * span, given.beginning(share));
+      double deflection = travel - sphere.approach(load);
+      double edge = i == 0 ? -load : i == TERMS - 1 ? load : 0.0;
+      sum += deflection * (edge - WEIGHTS[i] * given.slope(share));
+    }
+    return sum;
+  }
+  // d(approach) / dt at the start of a piece without a force.
+  double approach_rate(int piece) const {
+    double rate = motion[piece].velocity;
+    for (int n = 0; n < modes.count; n++) {
+      Complex z = state(piece)[n];
+      rate -= modes.shape[n] * (z.re + modes.rate[n].re * z.im / modes.rate[n].im);
+    }
+    return rate;
+  }
+};
+
+// Sphere and beam apart: both move in closed form, and the next touch is found without stepping over any.
+
+struct Approach {
+  double value, rate;  // [m], [m/s]
+};
+
+// The approach `time` [s] after the start of a piece of free flight.
+inline Approach approach_after(const Impact &impact, int piece, double time) {
+  SphereMotion start = impact.motion[piece];
+  Approach found{impact.sphere.free_position(start, time), start.velocity + impact.sphere.gravity * time};
+  for (int n = 0; n < impact.modes.count; n++) {
+    Complex rate = impact.modes.rate[n], z = exponential(time * rate) * impact.state(piece)[n];
+    found.value -= impact.modes.compliance[n] * z.im;
+    found.rate -= impact.modes.shape[n] * (z.re + rate.re * z.im / rate.im);
+  }
+  return found;
+}
+
+// Time [s] until sphere and freely swinging beam touch again, `limit` if not before, infinite if never.
+//
+// No touch is stepped over: the approach bends at most by  B = g + sum |shape lambda^2 z| / Im lambda, so from a gap it
+// stays one until alpha + alpha' t + B t^2 / 2 = 0, and so on from there; gaps that close for less than `shortest` [s]
+// are passed.
+inline double next_touch(const Impact &impact, int piece, double limit, double shortest) {
+  const Sphere &sphere = impact.sphere;
+  SphereMotion start = impact.motion[piece];
+  double bend = std::fabs(sphere.gravity), reach = 0.0, time = 0.0;
+  for (int n = 0; n < impact.modes.count; n++) {
+    Complex rate = impact.modes.rate[n], z = impact.state(piece)[n];
+    double size = std::fabs(impact.modes.compliance[n]) * std::hypot(z.re, z.im);
+    reach += size;
+    bend += size * (rate.re * rate.re + rate.im * rate.im);
+  }
+  for (int look = 0; look < 10'000'000; look++) {
+    Approach found = approach_after(impact, piece, time);
+    bool leaves = sphere.gravity <= 0.0 && start.velocity + sphere.gravity * time <= 0.0;
+    if (leaves && sphere.free_position(start, time) < -reach) return std::numeric_limits<double>::infinity();
+    if (time >= limit || !std::isfinite(found.value) || *impact.stop) return limit;
+    if (found.value >= 0.0 && found.rate > 0.0 && time > 0.0) return time;
+    double depth = std::max(-found.value, 0.0), root = std::sqrt(found.rate * found.rate + 2.0 * bend * depth);
+    // (root - rate) / bend without cancellation for a closing gap
+    double ahead = found.rate > 0.0 ? 2.0 * depth / (root + found.rate) : (root - found.rate) / bend;
+    time += std::max(ahead, shortest);
+  }
+  return limit;
+}
 
 }  // namespace core::beam

@@ -1,4 +1,4 @@
-// Reads the numbers that the doors of the bearing are handed.
+// Reads the numbers that the exported functions of the bearing are given.
 #pragma once
 #include "../methods/rosenbrock.hpp"
 #include "elements.hpp"

@@ -1,6 +1,6 @@
-// The door to an ellipsoid on a plane; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
-#include "../door.hpp"
-#include "ellipsoid_motion.hpp"
+// Exported functions of an ellipsoid on a plane; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
+#include "../exports.hpp"
+#include "ellipsoid.hpp"
 
 using namespace core;
 

@@ -1,6 +1,109 @@
-// The door to impacts on a line; arrays are C-contiguous, contacts and nodes those of impact.hpp.
-#include "../door.hpp"
-#include "impact.hpp"
+// Exported functions of impacts on a line; arrays are C-contiguous, contacts and nodes those below.
+#include "../contact/laws.hpp"
+#include "../methods/adaptive.hpp"
+#include "../exports.hpp"
+
+namespace core {
+
+// Two bodies that meet on a line: mu x'' = -load(x, x'), x = 0 and x' = v at the first touch, until x comes back to zero.
+
+// The contact of the two: a line contact where `line.scale` is above zero, else a load c h^power.
+struct ImpactContact {
+  double coefficient, power;
+  LineContact line;
+  Damping damping;
+  double reduced_mass;
+
+  Elastic<double, double, double> elastic_at(double approach) const {
+    return line.scale > 0.0 ? line_elastic(line, approach) : elastic(coefficient, power, approach);
+  }
+  // Normal load [N] with its viscous part, below zero where the bodies would have to pull.
+  double pulling_load(double approach, double rate) const {
+    auto [load, stiffness, energy] = elastic_at(approach);
+    return damping.pulling_load(coefficient, power, load, stiffness, reduced_mass, approach, rate);
+  }
+  double load(double approach, double rate) const {
+    auto [load, stiffness, energy] = elastic_at(approach);
+    return damping.load(coefficient, power, load, stiffness, reduced_mass, approach, rate);
+  }
+};
+
+// Approach [m], its rate [m/s] and the energy dissipated [J]; the same at a time [s] of the collision.
+using ImpactState = Numbers<3>;
+struct ImpactNode { double time; ImpactState state; };
+
+inline void impact_rates(const ImpactContact &contact, const ImpactState &state, Numbers<3> &slopes) {
+  double load = contact.load(state[0], state[1]);
+  slopes = {state[1], -load / contact.reduced_mass, (load - contact.elastic_at(state[0]).load) * state[1]};
+}
+
+// State `step` [s] after another by dop853.
+inline ImpactState impact_state_after(const ImpactContact &contact, const ImpactState &state, double step) {
+  ImpactState after;
+  explicit_step<3>(DOP853, [&](const ImpactState &at, Numbers<3> &slopes) { impact_rates(contact, at, slopes); },
+                   ImpactState{1.0, 1.0, 1.0}, state, step, after);
+  return after;
+}
+
+struct ImpactClock { double time, step, written; };
+
+// The contact followed from the touch to the parting by error-controlled steps, no shorter than `least` [s].
+class Collision : public AdaptiveMotion<Collision, 3, 3, ImpactClock> {
+ public:
+  Collision(const ImpactContact &contact, const State &scale, double least, State &state, ImpactClock &clock, Counts &counts)
+      : AdaptiveMotion(DOP853, state, clock, counts), contact(contact), least(least) {
+    scales = scale;
+  }
+  void rates(const State &at, bool, Slopes &slopes) const { impact_rates(contact, at, slopes); }
+  StepBegin begin() const { return {OK, clock.step, least, true}; }
+  StepEnd end(double step, bool) {
+    auto carried = [&](const State &at) {
+      // By steady damping elastic and viscous part cancel before the approach is zero again.
+      bool steady = contact.damping.law != DampingLaw::proportional;
+      return steady ? contact.pulling_load(std::max(at[0], 0.0), at[1]) : at[0];
+    };
+    parted = !(carried(after) > 0.0) && std::isfinite(after[0]);
+    return {OK, parted ? land(carried, step, 0.0) : step};
+  }
+  void put_right(State &) const {}
+  Accepted accept(double, double following, bool) {
+    state = after, clock.step = following;
+    return {parted ? SEPARATED : OK, true};
+  }
+  ImpactNode record() const { return {clock.time, state}; }
+
+ private:
+  const ImpactContact &contact;
+  double least;
+  bool parted = false;
+};
+
+enum class FixedStep { rk4, symplectic_euler };  // as in kinds/bodies/parameters.py
+
+// Steps of fixed length through a contact, from half a step before the touch to the first node after the parting. Returns how
+// many nodes (room,) are written, negative where bodies do not part or the load is not finite.
+inline std::int64_t follow_by_fixed_steps(const ImpactContact &contact, FixedStep method, double speed, double step, std::int64_t room,
+                                          ImpactNode *nodes) {
+  auto rates = [&](const ImpactState &at, Numbers<3> &slopes) { impact_rates(contact, at, slopes); };
+  ImpactState state{-0.5 * step * speed, speed, 0.0}, after;
+  nodes[0] = {-0.5 * step, state};
+  for (std::int64_t n = 1; n < room; n++) {
+    if (method == FixedStep::rk4) {
+      explicit_step<3>(RK4, rates, ImpactState{1.0, 1.0, 1.0}, state, step, after);
+      state = after;
+    } else {
+      Numbers<3> slopes;
+      rates(state, slopes);
+      state[1] += step * slopes[1], state[2] += step * slopes[2], state[0] += step * state[1];
+    }
+    nodes[n] = {(double(n) - 0.5) * step, state};
+    if (!std::isfinite(state[0] + state[1])) return -n;
+    if (state[0] <= 0.0 && state[1] < 0.0) return n + 1;
+  }
+  return -room;
+}
+
+}  // namespace core
 
 using namespace core;
 

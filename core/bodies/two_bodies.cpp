@@ -1,6 +1,6 @@
-// The door to two bodies; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
-#include "../door.hpp"
-#include "two_bodies_motion.hpp"
+// Exported functions of two bodies; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
+#include "../exports.hpp"
+#include "two_bodies.hpp"
 
 using namespace core;
 

@@ -1,7 +1,7 @@
-// The doors to contacts: what Python asks of arrays of them. Arrays are C-contiguous doubles.
+// Exported functions of contacts, on arrays of them, which are C-contiguous doubles.
 #include <cmath>
 #include <tuple>
-#include "../door.hpp"
+#include "../exports.hpp"
 #include "ellipse.hpp"
 #include "film.hpp"
 #include "friction.hpp"

@@ -74,4 +74,110 @@ inline Ellipse ellipse(double small, double large, double modulus, double load) 
   return {major, minor, 1.5 * load / (M_PI * major * minor)};
 }
 
+// Hertz's law whose elliptic integrals are carried along as states (paper 1, section 3). While the curvatures of a contact
+// change smoothly, K(m), E(m) and the root m = 1 - (b/a)^2 of equation (8) can be integrated instead of computed afresh. The
+// integration is only neutrally stable, so errors grow; `projected` puts them right with one Newton step on (8).
+
+enum class CarriedLaw { none, projected, left };  // left: as they are, errors and all
+
+struct EllipseShape { double parameter, first_kind, second_kind; };  // m, K(m), E(m)
+
+namespace carried {
+
+constexpr double SERIES_BELOW = 0.05;  // m: the differential equations of K and E are 0/0 at the circle
+constexpr int SERIES_TERMS = 16;
+constexpr double GREATEST_PARAMETER = 1.0 - 1e-15;
+constexpr double FRESH = 0.98;  // C = P/Q above which states are solved afresh: C turns back at 1 with a kink
+
+inline EllipseShape shape_at(double ratio) {
+  double k = axis_ratio(ratio, 1.0);
+  auto [b, d] = elliptic_b_d(k);
+  return {(1.0 - k) * (1.0 + k), b + d, b + k * k * d};
+}
+
+// dK/dm = (E - (1-m) K)/(2 m (1-m)), d2K/dm2 by Legendre's equation; near zero both by the power series.
+inline std::pair<double, double> first_kind_slopes(const EllipseShape &shape) {
+  double m = shape.parameter;
+  if (m >= SERIES_BELOW) {
+    double rest = m * (1.0 - m), first = (shape.second_kind - (1.0 - m) * shape.first_kind) / (2.0 * rest);
+    return {first, (0.25 * shape.first_kind - (1.0 - 2.0 * m) * first) / rest};
+  }
+  double first = 0.0, second = 0.0, factor = 0.5 * M_PI, power = 1.0, one_less = 0.0, two_less = 0.0;
+  for (int n = 0; n < SERIES_TERMS; n++) {
+    first += n * factor * one_less, second += n * (n - 1) * factor * two_less;
+    two_less = one_less, one_less = power, power *= m;
+    double next = (2.0 * n + 1.0) / (2.0 * n + 2.0);
+    factor *= next * next;
+  }
+  return {first, second};
+}
+
+// Derivatives of the states by C = P/Q (paper 1, after Theorem 1): (3/2 K'^2 - 1/2 K K'') dm/dC = K'^2, dK/dm = K',
+// dE/dm = (E - K)/(2m).
+inline EllipseShape slopes(const EllipseShape &shape) {
+  auto [first, second] = first_kind_slopes(shape);
+  double m = shape.parameter, rate = first * first / (1.5 * first * first - 0.5 * shape.first_kind * second);
+  double by_parameter = m < SERIES_BELOW ? (1.0 - m) * first - 0.5 * shape.first_kind : (shape.second_kind - shape.first_kind) / (2.0 * m);
+  return {rate, first * rate, by_parameter * rate};
+}
+
+inline EllipseShape plus(const EllipseShape &shape, double factor, const EllipseShape &slope) {
+  return {shape.parameter + factor * slope.parameter, shape.first_kind + factor * slope.first_kind,
+          shape.second_kind + factor * slope.second_kind};
+}
+
+// The states after C has changed, by one step of the classical Runge-Kutta method.
+inline EllipseShape moved(const EllipseShape &shape, double change) {
+  EllipseShape k1 = slopes(shape), k2 = slopes(plus(shape, 0.5 * change, k1));
+  EllipseShape k3 = slopes(plus(shape, 0.5 * change, k2)), k4 = slopes(plus(shape, change, k3));
+  double sixth = change / 6.0;
+  return plus(plus(plus(plus(shape, sixth, k1), 2.0 * sixth, k2), 2.0 * sixth, k3), sixth, k4);
+}
+
+// One Newton step on equation (8), K/(2K') - (1-m) = C, from the parameter carried; K and E anew at its end.
+inline EllipseShape projected(const EllipseShape &shape, double ratio) {
+  struct Found { EllipseShape shape; double b, d; };
+  auto at = [](double parameter) -> Found {
+    double m = std::fmin(std::fmax(parameter, 0.0), GREATEST_PARAMETER);
+    std::pair<double, double> bd = elliptic_b_d(std::sqrt(1.0 - m));
+    return {{m, bd.first + bd.second, bd.first + (1.0 - m) * bd.second}, bd.first, bd.second};
+  };
+  auto [here, b, d] = at(shape.parameter);
+  auto [first, second] = first_kind_slopes(here);
+  double slope = 1.5 - 0.5 * here.first_kind * second / (first * first), m = here.parameter;
+  return at(m - ((1.0 - m) * d / b - ratio) / slope).shape;
+}
+
+// D = (K - E)/m.
+inline double d_of(const EllipseShape &shape) {
+  double m = shape.parameter;
+  if (m < SERIES_BELOW) return shape.first_kind - 2.0 * (1.0 - m) * first_kind_slopes(shape).first;
+  return (shape.first_kind - shape.second_kind) / m;
+}
+
+}  // namespace carried
+
+// What is carried at a contact: C = P/Q where the step began, 0 for none yet, and the states there.
+struct CarriedContact {
+  double ratio;
+  EllipseShape shape;
+
+  EllipseShape at(double there) const { return ratio == 0.0 ? carried::shape_at(there) : carried::moved(shape, there - ratio); }
+
+  // Ends a step at this ratio.
+  void carry_on(CarriedLaw law, double there) {
+    shape = at(there);
+    if (law == CarriedLaw::projected) shape = there > carried::FRESH ? carried::shape_at(there) : carried::projected(shape, there);
+    ratio = there;
+  }
+};
+
+// c [N/m^1.5] and its derivative by Q at constant P, from d ln(c)/dQ = -(1 - D/K)/(2 Q).
+inline std::pair<double, double> coefficient_and_slope(const CarriedContact &contact, double small, double large, double modulus) {
+  EllipseShape shape = contact.at(small / large);
+  double k = shape.first_kind, d = carried::d_of(shape);
+  double coefficient = coefficient_of_integrals(k, d, small, modulus);
+  return {coefficient, coefficient * (-0.5 * (1.0 - d / k) / large)};
+}
+
 }  // namespace core

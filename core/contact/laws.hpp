@@ -2,7 +2,7 @@
 #pragma once
 #include <algorithm>
 #include "../math/dual.hpp"
-#include "carried_ellipse.hpp"
+#include "ellipse.hpp"
 
 namespace core {
 

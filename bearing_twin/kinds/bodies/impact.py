@@ -18,7 +18,7 @@ Breaks: where the peak pressure exceeds yield or waves cannot cross the bodies s
 where the kinetic energy exceeds what the law can store (soft discs: use finite elasticity), and where the half-width of
 the contact is no longer small against the radius.
 
-The equation of motion is followed by `dop853` (order 8, errors controlled; `core/bodies/impact.hpp`), the method for
+The equation of motion is followed by `dop853` (order 8, errors controlled; `core/bodies/impact.cpp`), the method for
 results, or by `rk4` and `symplectic_euler`, which show the effect of a fixed step on a stiff contact. Their steps do
 not end at the separation, and are refused above an eighth of the contact time. An explicit Euler method is not offered:
 it gains 40 % of speed with 16 steps a contact.

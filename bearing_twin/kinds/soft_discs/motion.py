@@ -48,7 +48,7 @@ COLUMNS = (
 )  # fmt: skip
 """What a row of the history holds: `balance` is the force less the integral of rho a dA, round-off alone."""
 
-STVK, NEO_HOOKEAN, NEO_HOOKEAN_PLANE_STRESS, LINEAR = range(4)  # `Law` of core/soft_discs/elasticity.hpp
+STVK, NEO_HOOKEAN, NEO_HOOKEAN_PLANE_STRESS, LINEAR = range(4)  # `Law` of core/soft_discs/half_disc.hpp
 FORMULATIONS = {"stvk": STVK, "neo_hookean": NEO_HOOKEAN, "linear": LINEAR}
 _COUNTS = "nodes", "blocks", "side", "full", "reduced", "edges", "rim_points", "axis_nodes"
 _ARRAYS = (
