@@ -1,7 +1,244 @@
-// Exported functions of a sphere on a beam; arrays are C-contiguous doubles, complex numbers two of them.
-#include "../exports.hpp"
-#include "contact_force.hpp"
+// A sphere on a beam, and its exported functions; arrays are C-contiguous doubles, complex numbers two of them.
+#include <functional>
+#include "../methods/events.hpp"
 #include "modes.hpp"
+#include "../exports.hpp"
+
+namespace core::beam {
+
+// The force while they touch, by two methods. Collocation: within a step the force is the cubic through its values at four points of Gauss and Lobatto, which obey  f = c alpha^1.5,  alpha = s - w - tail f  (paper 2, eqs. 1 and 5).
+//
+// Every mode answers such a force exactly, so that the step follows the duration of the contact, not the highest mode,
+// which would set that of an explicit method. The force starts and ends as (time)^1.5: steps double from a short first
+// one and halve again towards separation, where the last step is fitted to alpha = 0.
+
+// Coefficients of powers of u of the cubic that is 1 at one of the POINTS and 0 at the others.
+constexpr Force lagrange_cubic(int point) {
+  Force found{1.0};
+  for (int other = 0, degree = 0; other < TERMS; other++) {
+    if (other == point) continue;
+    double scale = 1.0 / (POINTS[point] - POINTS[other]);
+    for (int k = ++degree; k >= 0; k--) found[k] = scale * ((k ? found[k - 1] : 0.0) - POINTS[other] * found[k]);
+  }
+  return found;
+}
+constexpr Force CUBIC[TERMS] = {lagrange_cubic(0), lagrange_cubic(1), lagrange_cubic(2), lagrange_cubic(3)};
+
+class Collocation {
+ public:
+  Collocation(const Impact &impact, double shortest, double longest)
+      : impact(impact), modes(impact.modes), sphere(impact.sphere), shortest(shortest), longest(longest) {}
+
+  // One contact from piece `first`, whose start, states and motion are set: how it ended, and `first` as the next piece.
+  Status contact(int &first) {
+    int &piece = first;
+    double begun = impact.start[piece], alpha = 0.0, alpha_rate = impact.approach_rate(piece);
+    force[0] = 0.0;
+    for (; piece + 1 < impact.room; piece++) {
+      if (*impact.stop) return STOPPED;
+      double span = std::min(longest, std::max(shortest, impact.start[piece] - begun));
+      if (alpha_rate < 0.0) span = std::min(span, std::max(shortest, -0.5 * alpha / alpha_rate));
+      Status ended = step(piece, span, alpha, alpha_rate);
+      if (ended == NOT_FINITE || ended == STALLED) return ended;
+      impact.close(piece, length, cubic(), steps[LAST]);
+      alpha = approach[LAST], alpha_rate = (approach[LAST] - approach[LAST - 1]) / ((1.0 - POINTS[LAST]) * length);
+      force[0] = force[LAST + 1];
+      if (ended == SEPARATED) return piece++, ended;
+      if (impact.start[piece + 1] >= impact.until) return piece++, TIME_UP;
+    }
+    return FULL;
+  }
+
+ private:
+  static constexpr int UNKNOWN = TERMS - 1, LAST = UNKNOWN - 1;  // values at the points after the first
+  static constexpr int MOST_ITERATIONS = 50;
+  using Values = std::array<double, UNKNOWN>;
+
+  const Impact &impact;
+  const Modes &modes;
+  const Sphere &sphere;
+  double shortest, longest, length = 0.0;
+  ModeSteps steps[UNKNOWN];      // to each point
+  double gain[UNKNOWN][TERMS];   // approach by a unit force at each of the POINTS
+  Values approach;
+  std::array<double, TERMS> force;  // at POINTS
+
+  Force cubic() const {
+    Force found{};
+    for (int j = 0; j < TERMS; j++)
+      for (int k = 0; k < TERMS; k++) found[k] += CUBIC[j][k] * force[j];
+    return found;
+  }
+
+  void set_length(double whole) {
+    if (whole == length) return;
+    length = whole;
+    for (int i = 0; i < UNKNOWN; i++) {
+      double share = POINTS[i + 1], span = share * length;
+      steps[i].set(modes, span);
+      Force answer = steps[i].gain;
+      for (int k = 0; k < TERMS; k++) answer[k] += span * span / ((k + 1) * (k + 2) * sphere.mass);
+      for (int j = 0; j < TERMS; j++) {
+        Force part = CUBIC[j].beginning(share);
+        gain[i][j] = 0.0;
+        for (int k = 0; k < TERMS; k++) gain[i][j] -= answer[k] * part[k];
+      }
+    }
+  }
+
+  // Newton's method for the approaches, from one that goes on at its rate; true where it converged.
+  bool solve(int piece, double alpha, double alpha_rate) {
+    Values free, slope;
+    for (int i = 0; i < UNKNOWN; i++) {
+      double span = POINTS[i + 1] * length;
+      free[i] = sphere.free_position(impact.motion[piece], span) - steps[i].free_deflection(modes, impact.state(piece));
+      free[i] += gain[i][0] * force[0];
+      approach[i] = alpha + alpha_rate * span;
+    }
+    double change = 0.0, greatest = 0.0;
+    for (int iteration = 0; iteration < MOST_ITERATIONS; iteration++) {
+      for (int i = 0; i < UNKNOWN; i++) {
+        auto spring = sphere.spring(approach[i]);
+        force[i + 1] = spring.load, slope[i] = spring.stiffness;
+      }
+      double a[UNKNOWN][UNKNOWN];
+      Values b;
+      greatest = change = 0.0;
+      for (int i = 0; i < UNKNOWN; i++) {
+        b[i] = free[i] - approach[i] - modes.tail * force[i + 1];
+        for (int j = 0; j < UNKNOWN; j++) b[i] += gain[i][j + 1] * force[j + 1], a[i][j] = -gain[i][j + 1] * slope[j];
+        a[i][i] += 1.0 + modes.tail * slope[i];
+        greatest = std::max(greatest, std::fabs(approach[i]));
+      }
+      eliminate(a, b);
+      for (int i = 0; i < UNKNOWN; i++) approach[i] += b[i], change = std::max(change, std::fabs(b[i]));
+      if (!std::isfinite(b[0] + b[1] + b[2])) return false;
+      if (change <= 1e-15 * greatest) return true;
+    }
+    return change <= 1e-11 * greatest;
+  }
+
+  // Solves three linear equations in place, without pivots: the diagonal leads.
+  static void eliminate(double (&a)[UNKNOWN][UNKNOWN], Values &b) {
+    for (int i = 0; i < UNKNOWN; i++)
+      for (int row = i + 1; row < UNKNOWN; row++) {
+        double factor = a[row][i] / a[i][i];
+        for (int column = i; column < UNKNOWN; column++) a[row][column] -= factor * a[i][column];
+        b[row] -= factor * b[i];
+      }
+    for (int i = UNKNOWN - 1; i >= 0; i--) {
+      for (int column = i + 1; column < UNKNOWN; column++) b[i] -= a[i][column] * b[column];
+      b[i] /= a[i][i];
+    }
+  }
+
+  // One step of at most `span` in which the bodies press all along, or that ends where they separate.
+  Status step(int piece, double span, double alpha, double alpha_rate) {
+    for (;; span = std::max(shortest, 0.5 * span)) {
+      set_length(span);
+      bool solved = solve(piece, alpha, alpha_rate);
+      if (!std::isfinite(approach[0] + approach[LAST])) return NOT_FINITE;
+      int gap = 0;
+      while (gap < UNKNOWN && approach[gap] > 0.0) gap++;
+      if (solved && gap == UNKNOWN) return OK;
+      if (span > shortest) continue;
+      if (!solved) return STALLED;
+      separate(piece, alpha, alpha_rate, POINTS[gap + 1] * span);
+      force[TERMS - 1] = 0.0;
+      return SEPARATED;
+    }
+  }
+
+  // Makes the step, of at most `span`, at whose end the approach is zero.
+  void separate(int piece, double alpha, double alpha_rate, double span) {
+    double before = alpha > 0.0 ? alpha : std::fabs(alpha_rate) * span, after = 0.0;
+    auto make = [&](double tried) {
+      if (*impact.stop) return void(after = 0.0);
+      set_length(tried);
+      solve(piece, alpha, alpha_rate);
+      after = approach[LAST];
+    };
+    make(span);
+    if (after < 0.0) landing_step(std::identity{}, make, before, after, span, NEAR_ZERO * before);
+  }
+};
+
+// Paper 2, eq. (9): the contact force of a sphere on a beam as a Volterra integral equation, by product integration.
+//
+//     (f / c)^(2/3) = s_0(t) - w_0(t) - integral of f(u) [(t - u) / m + G(t - u)] du - tail f(t),
+//     G(t) = sum shape^2 / (modal mass * Im lambda) exp(Re lambda t) sin(Im lambda t),
+//
+// s_0 and w_0 being sphere and beam without the force. The force is piecewise linear on even steps and the kernel is
+// integrated exactly against it, so that the error falls as step^2. The kernel is a sum of exponentials and a power of
+// time: what the force has done so far is known from the modes and the sphere alone, and each step is one scalar
+// equation, solved by Newton's method; Picard's iteration diverges in steps longer than a fifth to a half of the contact.
+
+class Volterra {
+ public:
+  Volterra(const Impact &impact, double length) : impact(impact), length(length) {}
+
+  // One contact, as `Collocation::contact`.
+  Status contact(int &first) {
+    int &piece = first;
+    double low = 0.0;
+    steps.set(impact.modes, length);
+    double compliance = response(steps, 0.0, 1.0) + impact.modes.tail;
+    for (; piece + 1 < impact.room; piece++) {
+      if (*impact.stop) return STOPPED;
+      double high = load(free_approach(piece, steps, low), compliance);
+      if (!std::isfinite(high)) return NOT_FINITE;
+      if (high <= 0.0) {
+        ModeSteps last;
+        double before = impact.sphere.approach(low), after = 0.0;
+        auto make = [&](double span) {
+          last.set(impact.modes, span);
+          after = free_approach(piece, last, low);
+        };
+        make(length);
+        if (after < 0.0 && before > 0.0) landing_step(std::identity{}, make, before, after, length, NEAR_ZERO * before);
+        impact.close(piece++, last.span, line(low, 0.0), last);
+        return SEPARATED;
+      }
+      impact.close(piece, length, line(low, high), steps);
+      low = high;
+      if (impact.start[piece + 1] >= impact.until) return piece++, TIME_UP;
+    }
+    return FULL;
+  }
+
+ private:
+  const Impact &impact;
+  double length;
+  ModeSteps steps;
+
+  static Force line(double low, double high) { return {low, high - low, 0.0, 0.0}; }
+
+  // Approach [m] lost at the end of a step by a force that goes from `low` to `high` in it.
+  double response(const ModeSteps &step, double low, double high) const {
+    Force force = line(low, high);
+    return drop(impact.sphere.mass, step.span, force) + force[0] * step.gain[0] + force[1] * step.gain[1];
+  }
+
+  // Approach [m] at the end of a step over which the force falls from `low` to zero.
+  double free_approach(int piece, const ModeSteps &step, double low) const {
+    double travel = impact.sphere.free_position(impact.motion[piece], step.span);
+    return travel - step.free_deflection(impact.modes, impact.state(piece)) - response(step, low, 0.0);
+  }
+
+  // Force [N] with (f / c)^(2/3) + compliance f = approach, by Newton's method on y = f^(1/3); zero for a gap.
+  double load(double approach, double compliance) const {
+    if (approach <= 0.0) return 0.0;
+    double scale = impact.sphere.approach(1.0), y = std::sqrt(approach / scale);
+    for (int iteration = 0; iteration < 100; iteration++) {
+      double change = (y * y * (scale + compliance * y) - approach) / (y * (2.0 * scale + 3.0 * compliance * y));
+      y -= change;
+      if (std::fabs(change) <= 1e-15 * y) break;
+    }
+    return y * y * y;
+  }
+};
+
+}  // namespace core::beam
 
 using namespace core;
 using namespace core::beam;

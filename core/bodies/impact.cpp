@@ -1,4 +1,4 @@
-// Exported functions of impacts on a line; arrays are C-contiguous, contacts and nodes those below.
+// Impacts on a line, and their exported functions; arrays are C-contiguous.
 #include "../contact/laws.hpp"
 #include "../methods/adaptive.hpp"
 #include "../exports.hpp"

@@ -1,6 +1,390 @@
-// Exported functions of two bodies; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
+// The motion of two bodies, and its exported functions; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
+#include <bit>
+#include "../contact/laws.hpp"
+#include "../contact/friction.hpp"
+#include "../shapes/opposing.hpp"
+#include "../shapes/overlap.hpp"
+#include "rigid_body.hpp"
+#include "../methods/adaptive.hpp"
 #include "../exports.hpp"
-#include "two_bodies.hpp"
+
+namespace core {
+
+// The equations of two bodies on each other: paper 1, sections 2 to 4, for any two implicit surfaces.
+//
+// The opposing points and the curvatures of the gap follow paper 1, eqs. (1)-(6): in closed form, by Newton's method from the
+// last step's end, or as eight states by the differential equations (2)-(3), put right after each step. The load acts along A's
+// outward normal n at the height of the interface that the compliances give; by the law `overlap` at the centre of the overlap's
+// volume. What a load does by turning bodies whose curvatures change is left out: it makes or loses about a ten-thousandth of a
+// bounce's energy.
+
+enum class Tracking { closed, algebraic, differential };  // as in kinds/bodies/parameters.py
+
+// A body: its surface, and a distance [m] from its centre that no point exceeds.
+struct ShapedBody : RigidBody {
+  Surface surface;
+  double reach;
+
+  MovingSurface at(const RigidState &state) const {
+    RealMatrix3 rotation = rotation_matrix(state.orientation);
+    return {surface, state.position, rotation, state.velocity, spin(state, rotation)};
+  }
+};
+
+// Both bodies, energies dissipated, work done on held bodies, and that with each moment's work counted by its size [J]; impulses
+// on A [N s]; opposing points, and what a law carries. All but the last moves by its rates.
+struct PairState {
+  RigidState a, b;
+  double dissipated_viscous, dissipated_friction, held_work, gross_work, load_impulse;
+  Real3 friction_impulse;
+  OpposingPoints points;
+  CarriedContact carried;
+};
+constexpr std::size_t PAIR_NUMBERS = sizeof(PairState) / sizeof(double), PAIR_MOVING = PAIR_NUMBERS - 4;
+
+// The contact of one state: forces on A at `point`, in fixed axes. `approach_rate` and `slip` are A's velocity against B there,
+// along A's outward `normal` and across it; `held` [N] is the load, below zero where the bodies would have to pull, or are apart.
+struct PairContact {
+  RootKind kind;
+  double approach, approach_rate, normal_load, elastic_load, elastic_energy, coefficient, effective_mass;
+  GapForm gap;
+  Ellipse patch;
+  Real3 point, normal, major_axis, slip, friction;
+  double spin_moment, spin_rate, held;
+};
+
+struct TwoBodies {
+  ShapedBody a, b;
+  Real3 gravity;
+  double sink, size;  // A's share of the compliance; about the least radius [m]
+  Tracking tracking;
+  bool by_overlap;  // the load is that of the true overlap
+  Elasticity law;
+  Damping damping;
+  PatchFriction friction;
+  double regularisation;
+
+  // Brings opposing points up to the bodies' place; those of the differential form are taken.
+  void track(const MovingSurface &one, const MovingSurface &other, OpposingPoints &points) const {
+    if (tracking == Tracking::closed) points = nearest_pair(one, other);
+    else if (tracking == Tracking::algebraic) settle(one, other, points);
+  }
+  PairContact contact(const PairState &state) const { return contact(a.at(state.a), b.at(state.b), state.points, state.carried); }
+  // Without `complete` the patch is left out where nothing but outputs asks for it.
+  PairContact contact(const MovingSurface &one, const MovingSurface &other, const OpposingPoints &points, const CarriedContact &carried,
+                      bool complete = true) const;
+  PairState rates(const PairState &state, bool loaded, bool &tracked) const;
+
+ private:
+  // What presses: the elastic answer, and of an overlap its half-widths, the pressure under the elastic load, and where the load's
+  // centre is along the axes.
+  struct Pressing {
+    double coefficient;
+    Elastic<double, double, double> spring;
+    Ellipse patch;
+    double along_x, along_y;
+  };
+  Pressing by_law(const Opposition &at, const CarriedContact &carried) const {
+    double coefficient = law_coefficient(law, at.gap.small, at.gap.large,
+                                         carries_states(law.law) ? carried.at(at.gap.small / at.gap.large) : EllipseShape{});
+    return {coefficient, elastic(coefficient, law.power, at.approach), {}, 0.0, 0.0};
+  }
+  // The axes are exchanged where the second half-width is the longer one; `kind` is no ellipse where the overlap has no outline.
+  Pressing by_true_overlap(const MovingSurface &one, const MovingSurface &other, const Real3 &middle, Opposition &at) const {
+    Pressing none{4.0 / 3.0 * law.modulus * std::sqrt(size), {}, {}, 0.0, 0.0};  // a scale while nothing presses
+    if (at.approach <= 0.0 || at.kind != RootKind::found) return none;
+    Overlap found = overlap_of(one, other, middle, at.axes, at.normal, at.approach, size, law.modulus);
+    if (!found.found) {
+      at.kind = RootKind::no_ellipse;
+      return none;
+    }
+    double x = found.half_width_x, y = found.half_width_y, along_x = found.centre_x, along_y = found.centre_y;
+    if (y > x) {
+      at.axes = {at.axes.y, -1.0 * at.axes.x};
+      std::swap(x, y);
+      along_x = found.centre_y, along_y = -found.centre_x;
+    }
+    return {found.load / std::pow(at.approach, 1.5), {found.load, 1.5 * found.load / at.approach, found.energy},
+            {std::sqrt(0.5) * x, std::sqrt(0.5) * y, 3.0 * found.load / found.area}, along_x, along_y};
+  }
+};
+
+constexpr double FLAT = 1e-9;  // P/Q below which the gap has no ellipse that a law could take
+
+// The contact of two bodies with these opposing points, loaded or not.
+inline PairContact TwoBodies::contact(const MovingSurface &one, const MovingSurface &other, const OpposingPoints &points,
+                                      const CarriedContact &carried, bool complete) const {
+  Opposition at(one, other, points);
+  Pressing pressing{};
+  if (by_overlap) {
+    if (at.kind == RootKind::no_ellipse && at.gap.large >= 0.0 && points.lambda < 0.0) at.kind = RootKind::found;
+    pressing = by_true_overlap(one, other, 0.5 * (points.a + points.b), at);
+  } else {
+    if (at.kind == RootKind::found && !(at.gap.small > FLAT * at.gap.large)) at.kind = RootKind::no_ellipse;
+    if (at.kind == RootKind::found) pressing = by_law(at, carried);
+  }
+  Real3 point = points.a + sink * (points.b - points.a) + pressing.along_x * at.axes.x + pressing.along_y * at.axes.y;
+  Real3 relative = one.velocity_at(point) - other.velocity_at(point);
+  PairContact found{};
+  found.kind = at.kind, found.approach = at.approach, found.gap = at.gap, found.normal = at.normal, found.point = point;
+  found.major_axis = at.axes.x, found.coefficient = pressing.coefficient;
+  found.elastic_load = pressing.spring.load, found.elastic_energy = pressing.spring.energy;
+  found.approach_rate = dot(relative, at.normal), found.slip = relative - found.approach_rate * at.normal;
+  found.spin_rate = dot(one.spin - other.spin, at.normal);
+  found.effective_mass = 1.0 / (a.mobility(one.rotation, point - one.position, at.normal) +
+                                b.mobility(other.rotation, point - other.position, at.normal));
+  found.held = -pressing.coefficient * std::pow(std::fabs(at.approach), 1.5);
+  if (!(pressing.spring.load > 0.0)) return found;
+  found.held = damping.pulling_load(pressing.coefficient, law.power, pressing.spring.load, pressing.spring.stiffness,
+                                    found.effective_mass, at.approach, found.approach_rate);
+  found.normal_load = std::max(found.held, 0.0);
+  if (found.normal_load == 0.0) return found;
+  // Half-widths and pressure under the whole load, elastic and viscous, as in all other kinds.
+  found.patch = pressing.patch;
+  if (by_overlap) found.patch.peak_pressure *= found.normal_load / pressing.spring.load;
+  else if (complete || friction.model != FrictionModel::point) found.patch = ellipse(at.gap.small, at.gap.large, law.modulus, found.normal_load);
+  if (friction.coefficient > 0.0) {
+    PatchForce force = contact_friction(friction, regularisation, found.normal_load, found.patch.semi_major, found.patch.semi_minor,
+                                        dot(found.slip, at.axes.x), dot(found.slip, at.axes.y), found.spin_rate);
+    found.friction = force.force_major * at.axes.x + force.force_minor * at.axes.y;
+    found.spin_moment = force.torque;
+  }
+  return found;
+}
+
+// Time derivative of the state; without `loaded` the bodies do not press. Not `tracked` where the opposing points are lost.
+inline PairState TwoBodies::rates(const PairState &state, bool loaded, bool &tracked) const {
+  MovingSurface one = a.at(state.a), other = b.at(state.b);
+  PairState rates{};
+  rates.a = a.free_rates(state.a, one.spin, gravity), rates.b = b.free_rates(state.b, other.spin, gravity);
+  OpposingPoints points = state.points;
+  if (tracking == Tracking::differential) {
+    Unknowns slopes;
+    tracked &= opposing_rates(one, other, points, slopes);
+    rates.points = opposing_points(slopes);
+  }
+  if (!loaded) return rates;
+  track(one, other, points);
+  if (approach_of(other, points) <= 0.0) return rates;
+  PairContact at = contact(one, other, points, state.carried, false);
+  Real3 force = at.friction - at.normal_load * at.normal, twist = at.spin_moment * at.normal;
+  double held = a.push(1.0, force, cross(at.point - one.position, force) + twist, state.a, one.spin, rates.a) +
+                b.push(-1.0, force, cross(at.point - other.position, force) + twist, state.b, other.spin, rates.b);
+  rates.dissipated_viscous = (at.normal_load - at.elastic_load) * at.approach_rate;
+  rates.dissipated_friction = -(dot(at.friction, at.slip) + at.spin_moment * at.spin_rate);
+  rates.held_work = held, rates.gross_work = std::fabs(held);
+  rates.load_impulse = at.normal_load, rates.friction_impulse = at.friction;
+  return rates;
+}
+
+// The motion of two bodies: how far a step may go, what its error is measured by, where it ends, and the records of contacts.
+//
+// In flight no point comes nearer than the bodies' greatest speeds against each other allow, so a step ends at the touch or
+// before it. In contact a step is at most a sixth of 1/sqrt(k/m) at the greatest stiffness ahead, some 24 a bounce, and longer
+// where the contact lasts; the error control finds begin and end.
+
+// Tolerance of a contact, and the shortest step [s] of flight, which may end in a touch.
+struct PairPlan { double tolerance, floor; };
+
+// Seconds; the next step; whether in contact; greatest drift of a quaternion's norm; outputs written; greatest distance [m] of the
+// opposing points from meeting their equations at the end of a step.
+struct PairClock { double time, step, in_contact, drift, written, off; };
+
+class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion, PAIR_NUMBERS, PAIR_MOVING, PairClock> {
+ public:
+  // `record` is of the contact that goes on, `before` the state at the start of the last step.
+  TwoBodiesMotion(const TwoBodies &pair, const PairPlan &plan, State &state, PairClock &clock, ContactRecord &record, State &before,
+                  Counts &counts, std::int64_t &touch_count)
+      : AdaptiveMotion(DOP853, state, clock, counts), pair(pair), plan(plan), contact_record(record), before(before), touch_count(touch_count),
+        touch(contact_at(state)) {}
+
+  void rates(const State &at, bool loaded, Slopes &slopes) {
+    Numbers<PAIR_NUMBERS> found = std::bit_cast<State>(pair.rates(pair_state(at), loaded, tracked));
+    std::copy(found.begin(), found.begin() + PAIR_MOVING, slopes.begin());
+  }
+  // In flight never into a contact but by the shortest step, which may press.
+  StepBegin begin() {
+    bool loaded = touch.approach > 0.0;
+    double least = 1e-6 * plan.floor;
+    if (touch.kind != RootKind::found) return {UNTRACKED, 0.0, least, loaded};
+    double flight = flight_step();
+    if (!loaded && flight > plan.floor) {
+      set_flight_scales();
+      return {OK, flight, least, false};
+    }
+    double longest = set_contact_scales(clock.in_contact > 0.0 ? clock.time - contact_record.began : 0.0);
+    return {OK, loaded ? std::min(clock.step, longest) : plan.floor, least, true};
+  }
+  // A step in which the load ends, ends there: what follows is another motion, and no step is smooth across a corner.
+  StepEnd end(double step, bool loaded) {
+    constexpr double UNLOADED = 1e-6;  // of the load at the start: what is left of it where it ends
+    touch_after = finished(after);
+    if (loaded && touch.normal_load > 0.0 && touch_after.held < 0.0) {
+      step = land([&](State &at) { return finished(at).held; }, step, UNLOADED * touch.normal_load);
+      touch_after = finished(after);
+    }
+    return {OK, step};
+  }
+  void put_right(State &at) { finish(at); }
+  Accepted accept(double step, double following, bool loaded) {
+    constexpr double DEEPEST = 0.3;  // of the bodies' size
+    const State start = state;
+    const PairContact touch_before = touch;
+    PairState end = pair_state(after);
+    touch = touch_after;
+    if (carries_states(pair.law.law) && touch.gap.small > FLAT * touch.gap.large)
+      end.carried.carry_on(carried_law(pair.law.law), touch.gap.small / touch.gap.large);
+    state = std::bit_cast<State>(end);
+    if (touch.approach > DEEPEST * pair.size) return {TOO_DEEP, false};
+    clock.drift = std::max(clock.drift, drift), clock.off = std::max(clock.off, off);
+    clock.step = touch.approach > 0.0 && loaded ? following : HUGE_VAL;
+    bool ended = note(step, touch_before, pair_state(start), end);
+    if (clock.in_contact > 0.0) note_peak(step), note_depth(step, touch_before, start);
+    before = start;
+    return {OK, ended};
+  }
+  const ContactRecord &record() const { return contact_record; }
+  // True unless the equations of the opposing points were singular.
+  bool tracked = true;
+
+  // Opens the record of a contact in which the bodies are at the start.
+  void note_start() {
+    if (touch.approach > 0.0) note(0.0, touch, pair_state(state), pair_state(state));
+  }
+
+ private:
+  const TwoBodies &pair;
+  const PairPlan &plan;
+  ContactRecord &contact_record;
+  State &before;
+  std::int64_t &touch_count;
+  PairContact touch, touch_after{};
+  double drift = 0.0, off = 0.0;  // found by `finish` last
+
+  static PairState pair_state(const State &at) { return std::bit_cast<PairState>(at); }
+  PairContact contact_at(const State &at) const { return pair.contact(pair_state(at)); }
+  // Puts right at the end of a step what it leaves open: quaternions, opposing points.
+  void finish(State &at) {
+    PairState state = pair_state(at);
+    drift = std::max(normalise(state.a.orientation), normalise(state.b.orientation));
+    MovingSurface a = pair.a.at(state.a), b = pair.b.at(state.b);
+    off = 0.0;
+    if (pair.tracking == Tracking::differential) {
+      off = OpposingEquations(a, b, state.points).distance();
+      tracked &= project(a, b, state.points);
+    } else {
+      pair.track(a, b, state.points);
+      if (pair.tracking == Tracking::algebraic) off = OpposingEquations(a, b, state.points).distance();
+    }
+    at = std::bit_cast<State>(state);
+  }
+  PairContact finished(State &at) {
+    finish(at);
+    return contact_at(at);
+  }
+
+  // Time [s] to step in flight: nothing touches before, but for the shortest step. No point of a body is faster than its centre
+  // and its turning together, seen as far out as the other one reaches.
+  double flight_step() const {
+    constexpr double LONGEST = 0.05, TURN = 0.1;  // s and rad a step in flight
+    PairState now = pair_state(state);
+    MovingSurface a = pair.a.at(now.a), b = pair.b.at(now.b);
+    double distance = length_of(a.position - b.position), spin_a = length_of(a.spin), spin_b = length_of(b.spin);
+    double speed = length_of(a.velocity - b.velocity) + spin_a * std::min(pair.a.reach, distance + pair.b.reach) +
+                   spin_b * std::min(pair.b.reach, distance + pair.a.reach);
+    double fall = pair.a.held() != pair.b.held() ? length_of(pair.gravity) : 0.0, gap = std::max(-touch.approach, 0.0);
+    double root = std::sqrt(speed * speed + 2.0 * fall * gap), safe = root + speed > 0.0 ? 2.0 * gap / (root + speed) : HUGE_VAL;
+    return std::min(std::max(safe, plan.floor), std::min(LONGEST, TURN / std::max({spin_a, spin_b, 1e-9})));
+  }
+  // In flight only orientations and points followed have an error.
+  void set_flight_scales() {
+    scales.fill(1e300);
+    PairState s = pair_state(scales);
+    s.a.orientation.fill(plan.tolerance), s.b.orientation.fill(plan.tolerance);
+    if (pair.tracking == Tracking::differential) {
+      double place = plan.tolerance * pair.size;
+      s.points = {{place, place, place}, {place, place, place}, plan.tolerance, place};
+    }
+    scales = std::bit_cast<State>(s);
+  }
+  // From the contact ahead; returns the longest step [s] for one that has `lasted` [s].
+  double set_contact_scales(double lasted) {
+    constexpr double ROUNDING = 1e-15;
+    double power = pair.law.power, weight = length_of(pair.gravity) * touch.effective_mass;
+    double spent = greatest_approach(touch.coefficient, power, touch.effective_mass, touch.approach_rate);
+    double ahead = std::max({std::max(touch.approach, 0.0) + spent, approach_of_load(touch.coefficient, power, weight), ROUNDING * pair.size});
+    double rate = std::sqrt(elastic(touch.coefficient, power, ahead).stiffness / touch.effective_mass), speed = ahead * rate;
+    double place = std::max(plan.tolerance * ahead, ROUNDING * pair.size);
+    double swift = std::max(plan.tolerance * speed, ROUNDING * pair.size * rate);
+    double energy = swift * touch.effective_mass * speed, impulse = swift * touch.effective_mass;
+    scales.fill(1e300);
+    PairState s = pair_state(scales);
+    for (auto [body, of] : {std::pair{&pair.a, &s.a}, std::pair{&pair.b, &s.b}}) {
+      if (body->held()) continue;
+      of->position.fill(place), of->orientation.fill(place / pair.size);
+      of->velocity.fill(swift), of->momentum.fill(swift * body->mass * pair.size);
+    }
+    s.dissipated_viscous = s.dissipated_friction = s.held_work = s.gross_work = energy;
+    s.load_impulse = impulse, s.friction_impulse.fill(impulse);
+    if (pair.tracking == Tracking::differential) s.points = {{place, place, place}, {place, place, place}, place / pair.size, place};
+    scales = std::bit_cast<State>(s);
+    return longest_contact_step(lasted, rate);
+  }
+
+  // Opens or closes the record of a contact where the step did; returns whether one has ended. `start` and `end` are the states at
+  // both ends of the step, `touch` the contact at its end: what the step in which bodies touch brings is of the contact, too, where
+  // damping answers at once.
+  bool note(double step, const PairContact &at_start, const PairState &start, const PairState &end) {
+    bool touches = touch.approach > 0.0;
+    auto moment = [&] {
+      return clock.time - (1.0 - crossing(step, {at_start.approach, at_start.approach_rate}, {touch.approach, touch.approach_rate})) * step;
+    };
+    if (touches && clock.in_contact == 0.0) {
+      clock.in_contact = 1.0, touch_count++;
+      contact_record = {};
+      contact_record.began = at_start.approach <= 0.0 && 0.0 < step ? moment() : clock.time - step;
+      contact_record.speed_in = at_start.approach_rate;
+      contact_record.impulse = start.load_impulse, contact_record.friction_impulse = start.friction_impulse;
+    }
+    if (touches) contact_record.keep_peak(touch);
+    if (touches || clock.in_contact == 0.0) return false;
+    clock.in_contact = 0.0;
+    contact_record.ended = moment(), contact_record.speed_out = -touch.approach_rate;
+    contact_record.impulse = end.load_impulse - contact_record.impulse;
+    contact_record.friction_impulse = end.friction_impulse - contact_record.friction_impulse;
+    return true;
+  }
+  // The contact `length` [s] after a state, by a step of its own.
+  PairContact contact_after(const State &from, double length) {
+    State at;
+    look(from, length, at);
+    double drift_of_step = drift, off_of_step = off;
+    PairContact found = finished(at);
+    drift = drift_of_step, off = off_of_step;
+    return found;
+  }
+  // Where the loads at the ends of the last two steps and between them show a peak, the load at its top.
+  void note_peak(double step) {
+    constexpr int ROUNDS = 3;  // parabolas through the greatest load, each about the top of the one before
+    auto load = [&](double back, double place) {
+      PairContact at = contact_after(before, back + place);
+      contact_record.keep_peak(at);
+      return at.normal_load;
+    };
+    look_at_top(load, contact_record.trail, step, touch.normal_load, contact_record.peak_load, ROUNDS);
+  }
+  // The greatest approach over the step: damping puts it after the load's.
+  void note_depth(double step, const PairContact &at_start, const State &start) {
+    auto approach = [&](double place) -> ValueAndRate {
+      PairContact at = contact_after(start, place);
+      return {at.approach, at.approach_rate};
+    };
+    contact_record.deepest = greatest_within(approach, step, {at_start.approach, at_start.approach_rate},
+                                             {touch.approach, touch.approach_rate}, contact_record.deepest);
+  }
+};
+
+}  // namespace core
 
 using namespace core;
 

@@ -1,7 +1,7 @@
 """Impact of a sphere on a beam: contacts by either method, exact free flight between them, any number of contacts.
 
 The compiled core (`core/beam`) moves sphere and modes: `modes` solves the modal equations with the Hertz spring by
-collocation, `volterra` eq. (9) of paper 2 by product integration (both in `contact_force.hpp`).
+collocation, `volterra` eq. (9) of paper 2 by product integration (`core/beam/impact.cpp`).
 """
 
 import math

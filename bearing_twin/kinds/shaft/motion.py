@@ -58,7 +58,7 @@ POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
 SNAPPED = ("clock", "kept")  # arrays that a motion goes on from
 
 RATE, LOAD_WORK, BEARING_WORK, STATE = COORDINATES, 2 * COORDINATES, 2 * COORDINATES + 1, 2 * COORDINATES + 4
-"""Where a state has rates, works of loads and of the bearings, and its length: `StateIndex` of core/shaft/rotor.hpp."""
+"""Where a state has rates, works of loads and of the bearings, and its length: `StateIndex` of core/shaft/shaft.cpp."""
 BEGAN, TIME, STEP, CLOCK = 0, 1, 2, 5  # of the clock: begin and end [s] of the step kept, next step [s]; its length
 START, END, KEPT = 0, 1, 4  # of the step kept: states at its ends; rows
 _advance = Function(

@@ -48,7 +48,7 @@ COLUMNS = (
 )  # fmt: skip
 """What a row of the history holds: `balance` is the force less the integral of rho a dA, round-off alone."""
 
-STVK, NEO_HOOKEAN, NEO_HOOKEAN_PLANE_STRESS, LINEAR = range(4)  # `Law` of core/soft_discs/half_disc.hpp
+STVK, NEO_HOOKEAN, NEO_HOOKEAN_PLANE_STRESS, LINEAR = range(4)  # `Law` of core/soft_discs/soft_discs.cpp
 FORMULATIONS = {"stvk": STVK, "neo_hookean": NEO_HOOKEAN, "linear": LINEAR}
 _COUNTS = "nodes", "blocks", "side", "full", "reduced", "edges", "rim_points", "axis_nodes"
 _ARRAYS = (
@@ -59,7 +59,7 @@ _REALS = "mu", "lame", "stiffness", "exponent"  # of a DiscBody, in its order
 
 
 class _HalfDisc(ctypes.Structure):
-    """`HalfDisc` of core/soft_discs/half_disc.hpp."""
+    """`HalfDisc` of core/soft_discs/soft_discs.cpp."""
 
     _fields_ = (
         *((f"number_of_{name}", ctypes.c_int64) for name in _COUNTS),
