@@ -240,6 +240,7 @@ def test_services_are_called(answer):
             "has no field 'date'; did you mean data?",
         ),
         (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data:true}"), "write a space behind the colon"),
+        (("service", "call", "/toy/pause", "std_srvs/Trigger"), "takes std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
         (("service", "call", "/toy/pause", "no_such/srv/Type"), "the type no_such/srv/Type cannot be imported"),
         (
             ("service", "call", "/toy/pause", "std_srvs/srv/SetBol"),

@@ -64,6 +64,8 @@ MISTAKES = (
     ("sim_node", "-p duration=2", "-p 'duration=2' sets nothing; write -p duration:=2"),
     ("sim_node", "-p scene:6308", "-p 'scene:6308' sets nothing; write -p scene:=6308"),
     ("sim_node", "-p log", "-p 'log' sets nothing; write -p log:=VALUE"),
+    ("sim_node", "-p log:=", "-p 'log:=' has no value"),
+    ("sim_node", "--log-level loud", "the levels are debug, info"),
     ("sim_node", "scene:=bearing_6203 x:=", "x:=", "write -p NAME:=VALUE"),
     ("recorder_node", "-p log:=run.mcap:=2 -p :=x", "write -p NAME:=VALUE"),
     ("sim_node", "-r __ns:=a", "-r __ns:=/NAMESPACE"),

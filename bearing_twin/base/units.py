@@ -279,12 +279,6 @@ def _canonical(word: str) -> str:
     return _WRITTEN.get(word, word)
 
 
-def in_si(text: str, unit: str) -> str:
-    """A hint at the SI value of a text such as `1750 rpm` where a number is due, as the tail of a message, or ""."""
-    value = si_value(text, unit)
-    return "" if value is None else f"; {text.strip()} is {value:.7g}"
-
-
 def sentence_for_people(text: str) -> str:
     """A sentence with its SI numbers in the units that people read, to as many digits; one on `a.key = 1` as it is.
 

@@ -180,9 +180,12 @@ class Graph:
     def call(self, service: str, ros_type: str | None, data: Any) -> dict[str, Any]:
         """The answer of a service; its type is looked up where none is given."""
         known = lambda: dict(self._node.get_service_names_and_types())  # noqa: E731
-        types = [ros_type] if ros_type else self._await(lambda: known().get(service), "service", service, known)
-        kind = interface(types[0], "srv")
-        client, request = self._node.create_client(kind, service), filled(kind.Request, data)
+        first, *others = self._await(lambda: known().get(service), "service", service, known)
+        kind = interface(ros_type or first, "srv")
+        request, full = filled(kind.Request, data), f"{kind.__module__.partition('.')[0]}/srv/{kind.__name__}"
+        if full not in (first, *others):
+            raise GraphError(f"{service} takes {' or '.join(map(name_of_peer, (first, *others)))}, not {full}")
+        client = self._node.create_client(kind, service)
         self._await(client.service_is_ready, "service", service, known)
         return plain(self._answer(client.call_async(request), service))
 

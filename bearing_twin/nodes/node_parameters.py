@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import yaml
 
 from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo
-from bearing_twin.base.parameters import unknown
-from bearing_twin.base.units import in_si, labelled, with_unit
+from bearing_twin.base.parameters import read_number, unknown
+from bearing_twin.base.units import labelled, with_unit
 from bearing_twin.log.raw_log import KEPT_RATE, Safety
 
 ALLOW_INVALID = "allow_invalid"
@@ -75,11 +75,16 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
 
 
 def converted(parameter: NodeParameter, value: Any) -> Any:
-    """The value as the parameter holds it: ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None."""
-    if value is None and type(parameter.default) is list:
+    """The value as the parameter holds it: ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None.
+
+    YAML, and with it `ros2 param set`, takes 1e-5 for a text; a number may have its unit, as 20 ms.
+    """
+    kind = type(parameter.default)
+    if value is None and kind is list:
         return []
-    if type(value) is int and type(parameter.default) is float:
-        return float(value)
+    if kind is float and type(value) in (int, str) and value not in parameter.words:
+        number, problem = read_number(value, parameter.unit)
+        return value if problem else float(number)
     return str(value) if type(value) is int and parameter.digits else value
 
 
@@ -120,9 +125,7 @@ def problem_of(parameter: NodeParameter, value: Any) -> str | None:
     else:
         fits = type(value) is kind
     if not fits:
-        meant = ""
-        if isinstance(value, str) and kind in (float, list):
-            meant = in_si(value, parameter.unit) if kind is float else f'; write {parameter.name}:="[{value!r}]"'
+        meant = f'; write {parameter.name}:="[{value!r}]"' if isinstance(value, str) and kind is list else ""
         shown = value if isinstance(value, str) or not isinstance(value, Sequence) else list(value)
         must = f"{KINDS[kind]}{unit and f' in{unit}'}{words}{meant}"
         return f"parameter {parameter.name} = {echo(shown)} must be {must}"
@@ -170,12 +173,17 @@ def check_arguments(words: Sequence[str]) -> None:
             if ":=" not in word:
                 name, _, value = word.replace(":", "=").partition("=")
                 raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
+            if word.endswith(":="):
+                said = f"-p {echo(word)} has no value"
+                raise BearingTwinError(f"{said}; omit it, or write -p \"{word}''\" for an empty text")
         if option == "--params-file" and not Path(word).is_file():
             raise BearingTwinError(f"{word} is not a file of parameters; give the path of a YAML file")
 
 
 def advice(error: str) -> str:
     """The next step where ROS cannot be initialised, by the text of its error."""
+    if "log level" in error:
+        return "the levels are debug, info, warn, error and fatal"
     if "logging" in error:
         return "give a ROS_LOG_DIR"
     if "params file" in error:
