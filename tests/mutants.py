@@ -6,8 +6,8 @@ Exit code 1 if more than SURVIVORS are not noticed, or a row fits the sources no
 """
 
 import argparse
+import functools
 import os
-import re
 import shutil
 import subprocess
 import sys
@@ -40,13 +40,19 @@ def read_rows() -> list[dict]:
     return rows
 
 
+@functools.cache
+def texts_below(folder: str) -> dict[Path, str]:
+    """The sources below a folder of the checkout, as they are."""
+    paths = sorted(path for path in (ROOT / folder).rglob("*") if path.suffix in SOURCES)
+    return {path: path.read_text(encoding="utf-8") for path in paths}
+
+
 def places_of(names: list[str]) -> list[str]:
     """Paths of pytest, as tests/test_x.py::test_name, of tests by their names; raises ValueError for one not there."""
-    texts = {path: path.read_text(encoding="utf-8") for path in sorted((ROOT / "tests").rglob("test_*.py"))}
-    places = []
+    texts, places = texts_below("tests"), []
     for name in names:
         bare = name.partition("[")[0]
-        found = [path for path, text in texts.items() if re.search(rf"^def {bare}\(", text, flags=re.MULTILINE)]
+        found = [path for path, text in texts.items() if f"\ndef {bare}(" in text]
         if len(found) != 1:
             raise ValueError(f"{bare} is the name of {len(found)} tests; give that of one")
         places.append(f"{found[0].relative_to(ROOT).as_posix()}::{name}")
@@ -55,8 +61,7 @@ def places_of(names: list[str]) -> list[str]:
 
 def seed_of(row: dict) -> Path:
     """The file, below the checkout, that holds a row's text; raises ValueError unless it stands there once, in one."""
-    paths = sorted(path for path in (ROOT / row["where"]).rglob("*") if path.suffix in SOURCES)
-    counts = {path: path.read_text(encoding="utf-8").count(row["find"]) for path in paths}
+    counts = {path: text.count(row["find"]) for path, text in texts_below(row["where"]).items()}
     if sum(counts.values()) != 1:
         raise ValueError(f"{row['where']} holds its text {sum(counts.values())} times: seed it where the code is now")
     return max(counts, key=counts.get).relative_to(ROOT)

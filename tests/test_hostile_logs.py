@@ -140,7 +140,7 @@ def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_t
     summary = result.as_dict()
     check_summary(summary, result.study, len(result.status))
     refused, shown, others = 0, 0, (None, [], {}, ESCAPE, -1, 0, 1e308, math.nan, True, [1.0], {"a": 1})
-    for at in chance.sample([*places(summary)][1:], 40):
+    for at in chance.sample([*places(summary)][1:], 20):
         changed = copy.deepcopy(summary)
         functools.reduce(operator.getitem, at[:-1], changed)[at[-1]] = chance.choice(others)
         try:
@@ -153,7 +153,7 @@ def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_t
         assert document_of_study(again)["kind"] == "study"
         assert again.doubts is not None
         shown += 1
-    assert min(refused, shown) > 8
+    assert min(refused, shown) > 4
 
 
 @pytest.mark.parametrize(

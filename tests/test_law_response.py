@@ -8,6 +8,7 @@ import pytest
 from bearing_twin.command import cli
 from bearing_twin.kinds.bearing import Support, response_of, solver_of
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 SMALL = 1e-5
 PUSHED = Support((True, True, True, False, False), (30.0, -1000.0, 100.0, 0.0, 0.0), (0.0,) * 5)
@@ -74,3 +75,30 @@ def test_what_a_law_is_off_by_is_told_as_the_other_law_finds_it(capsys):
     off = abs(rough["ring_force_n"][1] - exact["ring_force_n"][1])
     assert off > 1.0
     assert rough["model_errors"]["law"]["ring_force_n"][1] == pytest.approx(off, rel=0.2)
+
+
+def half_space_errors(scene, *overrides):
+    """Figures and azimuths of a run, its errors by half-spaces, and their shares of loads at the same approach."""
+    run = simulate(load_scene(scene, (*overrides, "solver.check=none")))
+    places, *_ = [np.array(block.values["position"][0]) for block in run.blocks()]
+    figures, errors = run.report.figures, run.report.errors["errors_by_source"]
+    diameter = run.scene.parameters.geometry.ball_diameter
+    shares = (2.0 * np.array(figures["semi_major_inner_m"]) / diameter) ** 2
+    found = {key: np.array(errors[key]["left_out"]) for key in ("normal_load_inner_n", "ring_force_n")}
+    return figures, np.arctan2(places[:, 1], places[:, 0]), found, shares
+
+
+def test_runs_tell_what_contacts_keep_of_their_errors_and_what_a_held_ring_bears():
+    """A load that is given stays on the balls; a preload is wrong as a whole, unevenly where its contacts differ."""
+    offset = "run.duration=0.001", "geometry.radial_clearance=-1e-5", "drive.offset=[0,-2e-6,0]"
+    figures, azimuths, errors, shares = half_space_errors("bearing_6203", *offset)
+    loads = np.array(figures["normal_load_inner_n"])
+    assert errors["normal_load_inner_n"] == pytest.approx(shares * loads, rel=1e-9)
+    off = abs((shares * loads) @ np.sin(azimuths))
+    assert off > 1.1 * shares.max() * figures["ring_force_n"][1]  # more than any contact's share of the whole
+    assert off < errors["ring_force_n"][1] < 5.0 * off
+    figures, _, errors, shares = half_space_errors("bearing_6203_rig_400N", "run.duration=0.005")
+    loads = np.array(figures["normal_load_inner_n"])
+    assert np.all(errors["normal_load_inner_n"] <= 0.3 * shares * loads)
+    assert errors["normal_load_inner_n"].max() > 0.1 * (shares * loads).max()
+    assert errors["ring_force_n"].tolist() == [0.0, 0.0, 0.0]

@@ -24,7 +24,7 @@ from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_t
 from bearing_twin.pictures import STYLE
 
 LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
-ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; beyond LONG it is done once more only
+ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; what takes LONG is done once
 UNSURE = 0.1  # spread of a cost beyond which it is reported
 LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 MOST = 10  # entries of a common legend
@@ -168,9 +168,13 @@ def limited(seconds: float) -> Iterator[None]:
 def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, float]]:
     """The result of `work`; its CPU `seconds` over `times`, the median of repeats, and their `spread`.
 
-    The first run is not timed: it may import.
+    The first run may import, so that it counts only where it takes long.
     """
+    start = time.process_time()
     found = work()
+    first = time.process_time() - start
+    if first > LONG:
+        return found, {"seconds": first / times, "spread": math.nan}
     spans, count = [_span(work, 1)], 1
     if spans[0] < ENOUGH:
         count = math.ceil(0.2 * ENOUGH / max(spans[0], 1e-4))  # a busy machine may measure nothing

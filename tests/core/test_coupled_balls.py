@@ -55,11 +55,37 @@ COUPLED = (
 )
 
 
+def differences(*system):
+    """Columns that matter of a system (`linear_answers`), and by small changes in each those of all rates: by central
+    differences of the rates, and by the Jacobian.
+    """
+    bearing, drive, bodies, near, state, body_state = system
+    balls = len(state)
+
+    def rates(column, change):
+        there, places = state.copy(), body_state.copy()
+        ball, of = divmod(column, MOTION)
+        if ball >= balls:
+            places[places_in_state(bool(bodies.land))[column - balls * MOTION]] += change
+        else:
+            orbit = there[ball, TANGENTIAL_VELOCITY] / there[ball, AXIS_DISTANCE]
+            there[ball, of] += change * (of != TANGENTIAL_VELOCITY)
+            orbit += change * (of == TANGENTIAL_VELOCITY)
+            there[ball, TANGENTIAL_VELOCITY] = orbit * there[ball, AXIS_DISTANCE]
+        return system_rates(bearing, drive, bodies, near, there, places)
+
+    jacobian = system_jacobian(*system)
+    assert jacobian.shape == (balls * COLUMNS + BODY_NUMBERS, balls * MOTION + 2 * COORDINATES)
+    changes = np.array([*OF_BALL * balls, *OF_BODIES])
+    columns = np.flatnonzero(np.abs(jacobian).sum(axis=0))  # of an even cage balls have no orbit of their own
+    found = np.column_stack([rates(c, changes[c]) - rates(c, -changes[c]) for c in columns]) / 2.0
+    return columns, found, jacobian[:, columns] * changes[columns]
+
+
 def test_derivatives_of_every_element_are_those_of_the_rates():
     patch = motion("contact.friction=spot").bearing.patch
     for scene, overrides, instant, touching in COUPLED:
         moving = motion(*overrides, scene=scene)
-        drive = moving.drive
         moving.advance(np.array([instant]), instant)
         bodies, balls = moving.bodies, len(moving.state)
         state, body_state, near = moving.state.copy(), moving.body_state.copy(), np.full(balls, touching)
@@ -70,39 +96,27 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
             for k in (1, 2, 6):
                 state[k, ORBIT_ANGLE] = state[k - 1, ORBIT_ANGLE] + pitch - 2e-5
         for bearing in (moving.bearing, moving.bearing._replace(patch=patch, raceway_friction=0.0)):
-
-            def rates(
-                column,
-                change,
-                drive=drive,
-                bearing=bearing,
-                bodies=bodies,
-                state=state,
-                body_state=body_state,
-                near=near,
-            ):
-                there, places = state.copy(), body_state.copy()
-                ball, of = divmod(column, MOTION)
-                if ball >= len(state):
-                    places[places_in_state(bool(bodies.land))[column - len(state) * MOTION]] += change
-                else:
-                    orbit = there[ball, TANGENTIAL_VELOCITY] / there[ball, AXIS_DISTANCE]
-                    there[ball, of] += change * (of != TANGENTIAL_VELOCITY)
-                    orbit += change * (of == TANGENTIAL_VELOCITY)
-                    there[ball, TANGENTIAL_VELOCITY] = orbit * there[ball, AXIS_DISTANCE]
-                return system_rates(bearing, drive, bodies, near, there, places)
-
-            jacobian = system_jacobian(bearing, drive, bodies, near, state, body_state)
-            changes = np.array([*OF_BALL * balls, *OF_BODIES])
-            columns = np.flatnonzero(np.abs(jacobian).sum(axis=0))  # of an even cage balls have no orbit of their own
-            found = np.column_stack([rates(c, changes[c]) - rates(c, -changes[c]) for c in columns]) / 2.0
-            expected = jacobian[:, columns] * changes[columns]
-            rows = np.flatnonzero(np.abs(jacobian).sum(axis=1))
+            _, found, expected = differences(bearing, moving.drive, bodies, near, state, body_state)
+            rows = np.flatnonzero(np.abs(expected).sum(axis=1))
             rows = rows[(rows >= balls * COLUMNS) | (rows % COLUMNS != GROSS_WORK)]  # which has a bend at no power
             size = np.abs(expected[rows]).max(axis=1, keepdims=True)
             errors = np.abs(found[rows] - expected[rows]) / (size + 1e-9 * size.max())
             assert errors.max() < 1e-3, (scene, overrides, *np.unravel_index(errors.argmax(), errors.shape))
-            assert jacobian.shape == (balls * COLUMNS + BODY_NUMBERS, balls * MOTION + 2 * COORDINATES)
+
+
+def test_derivatives_know_that_friction_falls_as_films_grow():
+    """Of spins by the balls' distances from the axis, where a film carries a part of the load."""
+    moving = motion("lubricant={kind: oil, name: VG32}", "drive.speed=20", scene="bearing_6203_loose")
+    moving.advance(np.array([0.005]), 0.005)
+    near = np.zeros(len(moving.state), np.bool_)
+    columns, found, expected = differences(
+        moving.bearing, moving.drive, moving.bodies, near, moving.state, moving.body_state
+    )
+    spins = np.add.outer(COLUMNS * np.arange(len(near)), np.arange(SPIN, SPIN + 3)).ravel()
+    places = (columns < len(near) * MOTION) & (columns % MOTION == AXIS_DISTANCE)
+    size = np.abs(expected[spins]).max(axis=1, keepdims=True)
+    assert (size > 0.0).sum() > 10
+    assert (np.abs(found - expected)[np.ix_(spins, places)] <= 0.02 * size).all()
 
 
 def test_oil_takes_few_more_evaluations_than_dry_contacts():
