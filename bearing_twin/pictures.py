@@ -13,10 +13,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import matplotlib
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from bearing_twin import __version__
 from bearing_twin.base.paths import write_whole, written_whole
@@ -126,6 +123,8 @@ def draw_loads_around(axis, azimuth, loads, push) -> None:
 
     `axis` is polar, 0 is +x. A push below a thousandth of the greatest load has no arrow.
     """
+    from matplotlib.ticker import MaxNLocator
+
     width, greatest = 2.0 * np.pi / len(azimuth), float(loads.max()) or 1.0
     for race, (name, colour, shift) in enumerate(zip(RACEWAYS, RACEWAY_COLOURS, (-0.18, 0.18), strict=True)):
         axis.bar(azimuth + shift * width, loads[:, race], 0.34 * width, color=colour, label=f"{name} raceway")
@@ -169,7 +168,9 @@ def draw_peaks(axis, span: float, begin: np.ndarray, end: np.ndarray, peak: np.n
 
 def readable_on(colour):
     """White or ink, whichever can be read on a colour."""
-    red, green, blue = matplotlib.colors.to_rgb(colour)
+    from matplotlib.colors import to_rgb
+
+    red, green, blue = to_rgb(colour)
     return "white" if 0.299 * red + 0.587 * green + 0.114 * blue < 0.6 else STYLE["ink"]
 
 
@@ -299,11 +300,13 @@ class RunPicture(ABC):
         return np.concatenate([np.empty((0, len(wanted))), *(rows[:, wanted] for rows in self._records)]).T
 
     @abstractmethod
-    def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
+    def draw(self, figure, values: dict[str, np.ndarray]) -> None:
         """Fills the figure with panels."""
 
     def write(self, path, errors=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
+        from matplotlib.figure import Figure
+
         values, scene = self._values.arrays(), self._facts.scene
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
         self.draw(figure, values)
@@ -352,6 +355,8 @@ LEAST_SHOWN = 1e-12  # of the laws' errors
 
 def plot_contact(result: dict, poisson_ratio: float, png_path) -> Path:
     """Write the picture of a `calculator.answer`; stresses are those in a body of that Poisson's ratio."""
+    from matplotlib.figure import Figure
+
     figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
     grid = figure.add_gridspec(2, 2, left=0.07, right=0.97, top=0.87, bottom=0.09, wspace=0.17, hspace=0.34)
     axes = [figure.add_subplot(grid[row, column]) for row in (0, 1) for column in (0, 1)]

@@ -24,7 +24,7 @@ from bearing_twin.contact.laws import LAWS, MEASURED
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.ranges import RANGES
 from bearing_twin.kinds.rules import RULES
-from bearing_twin.log import topic_table
+from bearing_twin.log import stream
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.entropy import FACTS, FORMS
@@ -264,7 +264,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "keys": _keys,
     "figures": _figures,
     "node_parameters": _node_parameters,
-    "topics": lambda: f"\n{topic_table.markdown(SHIPPED_KINDS)}\n",
+    "topics": lambda: f"\n{stream.markdown(SHIPPED_KINDS)}\n",
 }
 
 

@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encoded
 
 COMMON_HASHES = {  # from the type descriptions in the Jazzy packages
     cdr.WRENCH: "RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77",

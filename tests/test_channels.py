@@ -12,7 +12,7 @@ from bearing_twin.kinds.bearing import contact_details, origins, wrenches
 from bearing_twin.kinds.bearing import contacts as contacts_of
 from bearing_twin.kinds.contract import Output
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.sample_block import block_of
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene

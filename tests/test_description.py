@@ -8,7 +8,7 @@ from made_up_run import made_up_block, made_up_scene
 
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.contract import ONCE, Output
-from bearing_twin.kinds.markers import box, sphere, urdf
+from bearing_twin.kinds.topics import box, sphere, urdf
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene

@@ -12,7 +12,7 @@ from rosbags.rosbag2 import StoragePlugin
 
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import encoded
+from bearing_twin.log.cdr import encoded
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene

@@ -19,7 +19,7 @@ from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import BAD_INPUT, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
-from bearing_twin.log.encoding import encoded
+from bearing_twin.log.cdr import encoded
 from bearing_twin.log.mcap_read import McapReader
 from bearing_twin.log.raw_log import RawLogWriter, Safety
 from bearing_twin.log.recover import recover

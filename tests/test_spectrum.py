@@ -10,7 +10,7 @@ from acceleration_records import frequencies, record
 from bearing_twin.command import cli
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
-from bearing_twin.log.encoding import encoded
+from bearing_twin.log.cdr import encoded
 from bearing_twin.log.raw_log import RawLogWriter
 
 SHAFT, RATE = 29.5, 12_000.0

@@ -26,10 +26,9 @@ from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
-from bearing_twin.view import frames
 from bearing_twin.view import page as film
-from bearing_twin.view.frames import STEPS, Frames, packed
-from bearing_twin.view.page import SCRIPTS, html
+from bearing_twin.view import page as pages
+from bearing_twin.view.page import SCRIPTS, STEPS, Frames, html, packed
 from bearing_twin.view.run_page import described_view, document_of_log, document_of_run
 from bearing_twin.view.study_page import document_of_study
 from bearing_twin.view.tables import tables_of_page
@@ -85,7 +84,7 @@ def test_numbers_come_back_within_a_step():
 @pytest.mark.parametrize("length", [1, 37, 400])
 def test_a_run_of_any_length_fits_and_keeps_its_start(monkeypatch, outputs, length):
     """However the stream is cut, every 2^n-th output is kept, from the first on."""
-    monkeypatch.setattr(frames, "GREATEST_NUMBERS", 200)
+    monkeypatch.setattr(pages, "GREATEST_NUMBERS", 200)
     channel = Channel("number", "1", (2,), "")
     view = View((channel,), lambda sample: {"number": sample["number"]}, ())
     kept = Frames(view)

@@ -91,20 +91,20 @@ def _topics(arguments) -> Outcome:
     """The table, as text, JSON or Markdown; raises SceneError."""
     from bearing_twin.base.errors import BearingTwinError
     from bearing_twin.kinds import KINDS
-    from bearing_twin.log import topic_table
+    from bearing_twin.log import stream
     from bearing_twin.run.scene import load_scene
 
     if arguments.markdown:
         if arguments.scene:
             raise BearingTwinError("--markdown writes the table of every kind; leave out the scene")
 
-        text = topic_table.markdown()
+        text = stream.markdown()
         return Outcome({"markdown": text}, [], lambda: show_text(text.rstrip("\n")))
     if arguments.scene:
-        rows = [row._asdict() for row in topic_table.scene_rows(load_scene(arguments.scene))]
-        return listed("topics", topic_table.TopicRow._fields, rows)
-    rows = [{"kind": kind, **row._asdict()} for kind in KINDS for row in topic_table.kind_rows(kind)]
-    return listed("topics", ("kind", *topic_table.TopicRow._fields), rows)
+        rows = [row._asdict() for row in stream.scene_rows(load_scene(arguments.scene))]
+        return listed("topics", stream.TopicRow._fields, rows)
+    rows = [{"kind": kind, **row._asdict()} for kind in KINDS for row in stream.kind_rows(kind)]
+    return listed("topics", ("kind", *stream.TopicRow._fields), rows)
 
 
 TOPICS = Subcommand(

@@ -1,18 +1,128 @@
-"""What the topics of several kinds have in common: wrenches, transforms and contacts as fields of messages.
+"""Fields of messages that several kinds publish: wrenches, transforms, contacts; markers, and bodies as URDF.
 
 Frames of bodies have their origin at the point a wrench on the body is taken about, and axes parallel to the scene's
-own frame, however the body turns: a wrench stamped in one keeps its fixed axes.
+own frame, however the body turns: a wrench stamped in one keeps its fixed axes. Markers are shapes as RViz and Foxglove
+draw them, few of them with many points each, as fields of visualization_msgs/Marker. Links of the URDF are named as the
+frames in tf. `ContactPair` holds two bodies in one contact, as all kinds but bearings have them.
 """
 
+import xml.etree.ElementTree as ElementTree
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import Any
+from typing import Any, NamedTuple
+
+import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command, Output, Topic
-from bearing_twin.kinds.markers import LinkShape, urdf
 from bearing_twin.kinds.ranges import OUTSIDE
+
+CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, SPHERE_LIST, TEXT = 1, 2, 3, 4, 5, 7, 9
+
+STEEL = (0.75, 0.77, 0.80, 1.0)
+BRASS = (0.72, 0.55, 0.20, 1.0)
+BLUE = (0.15, 0.25, 0.45, 1.0)
+ORANGE = (0.90, 0.55, 0.15, 1.0)
+GLASS = (0.35, 0.35, 0.40, 0.2)
+RED = (0.85, 0.15, 0.15, 0.9)
+GREEN = (0.10, 0.60, 0.25, 1.0)
+
+ELLIPSE_SCALE = 10.0  # contact ellipses are drawn this many times as large
+_ORIGIN = (0.0, 0.0, 0.0)
+_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+OUTLINE_SIDES = 8
+_ANGLES = np.repeat(np.linspace(0.0, 2.0 * np.pi, OUTLINE_SIDES + 1), 2)[1:-1, None]  # both ends of each side
+_COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
+
+
+def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=_UPRIGHT, *, points=None, text=""):
+    """One marker: `kind` as CUBE ... TEXT, `scale` and `points` [m], `color` red, green, blue, opacity."""
+    pose = {"position": position, "orientation": orientation}
+    points = () if points is None else np.reshape(points, (-1, 3))
+    return {
+        "ns": namespace, "id": number, "type": kind, "pose": pose, "scale": scale, "color": color, "points": points,
+        "text": text,
+    }  # fmt: skip
+
+
+def crossed(a, b) -> np.ndarray:
+    """The vector products of (..., 3) and (..., 3): as `numpy.cross`, which takes five times as long for a few rows."""
+    found = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for axis in range(3):
+        one, other = (axis + 1) % 3, (axis + 2) % 3
+        found[..., axis] = a[..., one] * b[..., other] - a[..., other] * b[..., one]
+    return found
+
+
+def outlines(centres, major, minor) -> np.ndarray:
+    """Both ends of every side of polygons around the ellipses with these centres and semi-axes (..., 3) [m]."""
+    return centres[..., None, :] + _COSINES * major[..., None, :] + _SINES * minor[..., None, :]
+
+
+Color = tuple[float, float, float, float]
+
+
+class LinkShape(NamedTuple):
+    """One shape of a body, in the frame of the body: URDF's name of the shape, its sizes [m], colour.
+
+    `center` [m] is that of the shape; a cylinder's axis is z.
+    """
+
+    shape: str
+    sizes: Mapping[str, float | tuple[float, float, float]]
+    color: Color
+    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+def sphere(radius: float, color: Color) -> LinkShape:
+    """A sphere of `radius` [m]."""
+    return LinkShape("sphere", {"radius": radius}, color)
+
+
+def cylinder(radius: float, length: float, color: Color) -> LinkShape:
+    """A cylinder about z, of `radius` and `length` [m]."""
+    return LinkShape("cylinder", {"radius": radius, "length": length}, color)
+
+
+def box(
+    size: tuple[float, float, float], color: Color, center: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> LinkShape:
+    """A box with these edges [m]."""
+    return LinkShape("box", {"size": size}, color, center)
+
+
+def urdf(link: str, bodies: Iterable[str], solids: Mapping[str, Iterable[LinkShape]], prefix: str = "") -> str:
+    """URDF text: `link` with one floating link for each body, which `/tf` places; `prefix` stands before every name.
+
+    Floating joints are published by no robot_state_publisher, so that nothing contradicts `/tf`.
+    """
+    robot = ElementTree.Element("robot", name=f"{prefix}{link}")
+    ElementTree.SubElement(robot, "link", name=f"{prefix}{link}")
+    for body in bodies:
+        _add_link(robot, f"{prefix}{body}", solids.get(body, ()))
+        joint = ElementTree.SubElement(robot, "joint", name=f"{prefix}{body}_floating", type="floating")
+        ElementTree.SubElement(joint, "parent", link=f"{prefix}{link}")
+        ElementTree.SubElement(joint, "child", link=f"{prefix}{body}")
+    ElementTree.indent(robot)
+    return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
+
+
+def _add_link(robot: ElementTree.Element, name: str, solids: Iterable[LinkShape]) -> None:
+    link = ElementTree.SubElement(robot, "link", name=name)
+    for number, solid in enumerate(solids):
+        visual = ElementTree.SubElement(link, "visual")
+        ElementTree.SubElement(visual, "origin", xyz=_text(solid.center))
+        geometry = ElementTree.SubElement(visual, "geometry")
+        ElementTree.SubElement(geometry, solid.shape, {key: _text(size) for key, size in solid.sizes.items()})
+        material = ElementTree.SubElement(visual, "material", name=f"{name}_{number}")
+        ElementTree.SubElement(material, "color", rgba=_text(solid.color))
+
+
+def _text(value) -> str:
+    numbers = value if isinstance(value, tuple) else (value,)
+    return " ".join(f"{float(number):.9g}" for number in numbers)
+
 
 CONTACTS = "bearing_twin_msgs/msg/Contacts"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
@@ -139,3 +249,81 @@ def outside_topic(sentences: tuple[str, ...]) -> Topic:
     said = [{"level": 1, "name": OUTSIDE, "message": one, "hardware_id": "bearing_twin"} for one in sentences]
     text = "only where a model runs outside its range: which, as warnings, at each stamp of the topics at this rate"
     return Topic(OUTSIDE, DIAGNOSTICS, PUBLISH, lambda output: {"status": said}, text, together=True)
+
+
+ZERO = np.zeros(3)
+
+
+class ContactPair(NamedTuple):
+    """One contact at one output, in SI and the axes of the scene.
+
+    Wrenches are taken about `position` of the first body and `second_position`; `normal` is outward of the first body.
+    Friction force and spin friction moment (`drilling_torque`, about the normal) act on the first body; `slip` and
+    `spin_rate` are those of the first body against the second.
+    """
+
+    position: np.ndarray
+    second_position: np.ndarray
+    contact_point: np.ndarray
+    normal: np.ndarray
+    approach: float
+    normal_load: float
+    semi_major: float
+    semi_minor: float
+    peak_pressure: float
+    major_axis: np.ndarray
+    friction_force: np.ndarray = ZERO
+    slip: np.ndarray = ZERO
+    drilling_torque: float = 0.0
+    spin_rate: float = 0.0
+
+    def wrenches(self, one: str, other: str) -> list[Wrench]:
+        """On each body by the other, of load, friction and spin friction."""
+        force, spun = self.friction_force - self.normal_load * self.normal, self.drilling_torque * self.normal
+        torque = crossed(self.contact_point - self.position, force) + spun
+        back = crossed(self.contact_point - self.second_position, -force) - spun
+        return [Wrench(one, other, "centre", one, force, torque), Wrench(other, one, "centre", other, -force, back)]
+
+    def contacts(self, one: str, other: str) -> dict:
+        """The fields of Contacts: the second body acts on the first; normal and what turns about it point into it."""
+        known = self._asdict() | {"point": self.contact_point, "normal": 0.0 - self.normal}
+        known |= {name: 0.0 - known[name] for name in ("drilling_torque", "spin_rate")}
+        rows = {name: np.full(1, known.get(name, 0.0), float) for name in NUMBERS}
+        rows |= {name: np.array([known[name]], float) for name in VECTORS}
+        return {"bodies": [one, other], "body": [0], "by": [1], "in_contact": rows["approach"] > 0.0, **rows}
+
+    def markers(self, size: float, place) -> list[dict]:
+        """The contact ellipse, ELLIPSE_SCALE times as large, while it is loaded; the load as text at `place`."""
+        axes = (self.semi_major * self.major_axis, self.semi_minor * np.cross(self.normal, self.major_axis))
+        sides = outlines(self.contact_point[None], *(ELLIPSE_SCALE * axis[None] for axis in axes))
+        width, text = (0.02 * size, 0.0, 0.0), f"{self.normal_load:.4g} N, ellipse x {ELLIPSE_SCALE:g}"
+        return [
+            marker("contact_ellipses", 0, LINE_LIST, width, RED, points=sides if self.normal_load > 0.0 else None),
+            load_marker(text, size, place),
+        ]
+
+
+def load_marker(text: str, size: float, place) -> dict:
+    """A text at a place, for a scene of about that size [m]."""
+    return marker("load", 0, TEXT, (0.0, 0.0, 0.3 * size), GREEN, place, text=text)
+
+
+def pair_topics(
+    link: str, pair_of: Callable[[Any, Sample], ContactPair], texts: Mapping[str, str], solids: SolidsOf
+) -> tuple[Topic, ...]:
+    """Topics of two bodies and their contact; `texts` say by body what its wrench is, the first body first."""
+    names = tuple(texts)
+    return (
+        *body_topics(
+            link,
+            lambda parameters, sample: pair_of(parameters, sample).wrenches(*names),
+            lambda parameters, sample: dict(zip(names, pair_of(parameters, sample)[:2], strict=True)),
+            texts,
+            solids,
+        ),
+        contacts_topic(
+            link,
+            lambda parameters, sample: pair_of(parameters, sample).contacts(*names),
+            "the contact, as arrays of one row",
+        ),
+    )

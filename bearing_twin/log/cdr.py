@@ -1,13 +1,19 @@
-"""The types of messages used here: their fields, definitions as text and hashes, and how their bytes are read.
+"""Messages as little-endian CDR: types of messages, their definitions as text and hashes, bytes written and read.
 
-Everything comes from the .msg files and `rosbags`; no ROS is needed. `encoding` writes what is read here.
+Everything comes from the .msg files and `rosbags`; no ROS is needed. Kinds of scenes describe their messages by
+mappings of fields without knowing any message class; a field without a value is zero or empty. Messages are encoded one
+at a time, or many of one topic at once, whose differences are columns. The bytes are those that rclpy sends and rosbag2
+stores.
 """
 
 import functools
 import re
-from collections.abc import Callable, Iterable
+import struct
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
+import numpy as np
 from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -139,3 +145,289 @@ def _typestore():
         types.update(get_types_from_msg(text, name))
     store.register(types)
     return store
+
+
+BASE, NAME, ARRAY, SEQUENCE = 1, 2, 3, 4  # kinds of fields, as the definitions number them
+HEADER = "std_msgs/msg/Header"
+_REPRESENTATION = b"\x00\x01\x00\x00"  # plain CDR, little-endian: four bytes in front that alignment does not count
+_FORMATS = {
+    "bool": "?", "byte": "B", "char": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
+    "int32": "i", "uint64": "Q", "int64": "q", "float32": "f", "float64": "d",
+}  # fmt: skip
+_DTYPES = {name: np.dtype(f"<{letter}") for name, letter in _FORMATS.items()}
+_TEXTS = ("string", "wstring")
+SECOND = 1_000_000_000  # ns
+
+
+def encoded(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str) -> bytes:
+    """A message of that type with these fields; each header not given holds `stamp_ns` and `frame`.
+
+    A nested message may be a mapping or the sequence of its fields; of one with a header, the key `frame_id` names
+    another frame. Sequences of messages may be arrays with one row each. Raises LogError for a field it has not.
+    Filled up to whole words of four bytes, as the middleware does before it hands a message over.
+    """
+    return bytes(laid_out(ros_type, values, Draft(stamp_ns, frame, None)).data)
+
+
+class Draft:
+    """A message while it is laid out; of many (`count`), the first, with the places of what differs."""
+
+    __slots__ = ("count", "data", "frame", "places", "stamp_ns")
+
+    def __init__(self, stamp_ns, frame: str, count: int | None):
+        self.stamp_ns, self.frame, self.count = stamp_ns, frame, count
+        self.data = bytearray(_REPRESENTATION)
+        self.places: list[tuple[int, Any, Any]] = []
+
+    def align(self, size: int) -> None:
+        """Fills up to a multiple of `size`, counted behind the representation."""
+        self.data += bytes(-(len(self.data) - 4) % size)
+
+    def text(self, value: str) -> None:
+        """A string: its length with the closing zero, then both."""
+        self.align(4)
+        if isinstance(value, np.ndarray):
+            self.places.append((len(self.data) + 4, (value.dtype, (1,)), value))
+            content = bytes(value.flat[0])
+        else:
+            content = value.encode()
+        self.data += struct.pack("<I", len(content) + 1) + content + b"\0"
+
+    def number(self, value, letter: str, kind: np.dtype) -> None:
+        """One number."""
+        self.align(kind.itemsize)
+        if isinstance(value, np.ndarray) and self.count is not None:
+            self.places.append((len(self.data), (kind, (1,)), value))
+            value = value.flat[0]
+        self.data += struct.pack("<" + letter, value)
+
+    def numbers(self, value, kind: np.dtype, each: int | None) -> None:
+        """Several numbers: a sequence with its length in `each`s before it, or, with `each` None, exactly as many."""
+        many = self.count is not None and isinstance(value, np.ndarray)
+        array = np.ascontiguousarray(value[0] if many else value, dtype=kind).reshape(-1)
+        if each is not None:
+            self.align(4)
+            self.data += struct.pack("<I", array.size // each)
+        if array.size:
+            self.align(kind.itemsize)
+        if many and array.size:
+            self.places.append((len(self.data), (kind, (array.size,)), value))
+        self.data += array.tobytes()
+
+    def header(self, frame: str) -> None:
+        """std_msgs/Header with the stamp of the message."""
+        self.align(4)
+        stamp_ns = self.stamp_ns
+        if self.count is not None:
+            self.places.append((len(self.data), np.dtype("<i8"), None))
+            stamp_ns = int(stamp_ns[0])
+        self.data += struct.pack("<iI", *divmod(stamp_ns, SECOND))
+        self.text(frame)
+
+
+def laid_out(ros_type: str, values, draft: Draft) -> Draft:
+    """The draft with a whole message of that type in it."""
+    _writer(ros_type)(values, draft)
+    draft.data += bytes(-len(draft.data) % 4)
+    return draft
+
+
+@functools.cache
+def _writer(ros_type: str) -> Callable:
+    """The function (values, draft) that writes a message of a type."""
+    fields = {name: (_field(what), _blank(what)) for name, what in fields_of(ros_type)}
+
+    def write(values, draft):
+        if not isinstance(values, dict):
+            values = dict(zip(fields, values, strict=True))
+        if unknown := values.keys() - fields.keys() - {"frame_id"}:
+            raise LogError(f"{ros_type} has no field {min(unknown)!r}; it has {', '.join(fields)}")
+        for name, (put, blank) in fields.items():
+            if name in values:
+                put(values[name], draft)
+            elif name == "header":
+                draft.header(values.get("frame_id", draft.frame))
+            else:
+                draft.data += blank[len(draft.data) % 8]
+
+    return write
+
+
+def _blank(description) -> list[bytes]:
+    """The bytes of a field that is left out, zero or empty, behind any number of bytes modulo eight."""
+    found = []
+    for before in range(8):
+        draft = Draft(0, "", None)
+        draft.data = bytearray(8 + before)
+        _field(description)(_default(description), draft)
+        found.append(bytes(draft.data[8 + before :]))
+    return found
+
+
+@functools.cache
+def _flat(ros_type: str) -> tuple[str, int] | None:
+    """The one type of number that a message consists of and how many, as of a vector; None for any other message."""
+    kinds, count = set(), 0
+    for _, (node, what) in fields_of(ros_type):
+        inner = _flat(what) if node == NAME else (what[0], 1) if node == BASE and what[0] not in _TEXTS else None
+        if inner is None:
+            return None
+        kinds.add(inner[0])
+        count += inner[1]
+    return (kinds.pop(), count) if len(kinds) == 1 else None
+
+
+def _field(description) -> Callable:
+    """The function (value, draft) that writes a field."""
+    node, what = description
+    if node == NAME:
+        return _nested(what)
+    if node == BASE:
+        if what[0] in _TEXTS:
+            return lambda value, draft: draft.text(value)
+        letter, kind = _FORMATS[what[0]], _DTYPES[what[0]]
+        return lambda value, draft: draft.number(value, letter, kind)
+    (inner, inner_what), _ = what
+    counted = node == SEQUENCE
+    if inner == BASE and inner_what[0] not in _TEXTS:
+        kind = _DTYPES[inner_what[0]]
+        return lambda value, draft: draft.numbers(value, kind, 1 if counted else None)
+    return _listed(_field((inner, inner_what)), counted, _flat(inner_what) if inner == NAME else None)
+
+
+def _nested(ros_type: str) -> Callable:
+    write, flat = _writer(ros_type), _flat(ros_type)
+    if flat is None:
+        return write
+    kind, packed = _DTYPES[flat[0]], struct.Struct(f"<{flat[1]}{_FORMATS[flat[0]]}")
+
+    def write_flat(value, draft):
+        if isinstance(value, np.ndarray):
+            draft.numbers(value, kind, None)
+        elif isinstance(value, dict):
+            write(value, draft)
+        else:
+            draft.align(kind.itemsize)
+            draft.data += packed.pack(*value)
+
+    return write_flat
+
+
+def _listed(put: Callable, counted: bool, flat: tuple[str, int] | None) -> Callable:
+    """The function that writes texts or messages one after the other; an array of those of one type of number whole."""
+
+    def write(values, draft):
+        if flat is not None and isinstance(values, np.ndarray):
+            draft.numbers(values, _DTYPES[flat[0]], flat[1] if counted else None)
+            return
+        if counted:
+            draft.align(4)
+            draft.data += struct.pack("<I", len(values))
+        for value in values:
+            put(value, draft)
+
+    return write
+
+
+def _default(description):
+    """The value of a field that is left out."""
+    node, what = description
+    if node == NAME:
+        flat = _flat(what)
+        return {} if flat is None else (0,) * flat[1]
+    if node == BASE:
+        return "" if what[0] in _TEXTS else 0
+    (inner, inner_what), length = what
+    if node == SEQUENCE:
+        return ()
+    return [_default((inner, inner_what))] * length
+
+
+MOST_LAYOUTS = 200  # of a topic's messages that are kept
+
+
+class Encoder:
+    """All messages of one topic, many at once: how they are laid out is found with the first of a size and kept.
+
+    Fields are those of `encoded`, but an array has one row a message in front, and texts of one length may be an array
+    of bytes; what is no array is the same in all messages that this encoder ever makes.
+    """
+
+    def __init__(self, ros_type: str, frame: str):
+        self._type, self._frame = ros_type, frame
+        self._layouts: dict[tuple, _Layout] = {}
+
+    def encoded(self, values: Mapping | list, stamps_ns: np.ndarray) -> list[bytes]:
+        """One message a stamp [ns], in order; `values` are fields, or (rows, fields) for each group of one size."""
+        if isinstance(values, list):
+            found: list = [b""] * len(stamps_ns)
+            for rows, fields in values:
+                for row, data in zip(rows.tolist(), self.encoded(fields, stamps_ns[rows]), strict=True):
+                    found[row] = data
+            return found
+        arrays = list(_arrays(values))
+        sizes = tuple((array.shape[1:], array.itemsize) for array in arrays)
+        layout = self._layouts.get(sizes)
+        if layout is None:
+            if len(self._layouts) >= MOST_LAYOUTS:
+                self._layouts.clear()
+            layout = self._layouts[sizes] = self._laid_out(values, stamps_ns, arrays)
+        if len(stamps_ns) == 1:
+            return [layout.alone(arrays, stamps_ns)]
+        size = layout.record.itemsize
+        records = np.empty(len(stamps_ns), layout.record)
+        records.view((np.uint8, size))[...] = layout.template
+        for name, place in layout.filled:
+            records[name] = _stamps(stamps_ns) if place is None else arrays[place].reshape(len(stamps_ns), -1)
+        data = records.tobytes()
+        return [data[low : low + size] for low in range(0, len(data), size)]
+
+    def _laid_out(self, values, stamps_ns, arrays) -> "_Layout":
+        for array in arrays:
+            if len(array) != len(stamps_ns):
+                raise LogError(f"a field of {self._type} has {len(array)} rows for {len(stamps_ns)} messages")
+        draft = laid_out(self._type, values, Draft(stamps_ns, self._frame, len(stamps_ns)))
+        numbers = {id(array): place for place, array in enumerate(arrays)}
+        filled = [
+            (f"f{i}", None if array is None else numbers[id(array)]) for i, (_, _, array) in enumerate(draft.places)
+        ]
+        record = {
+            "names": [name for name, _ in filled],
+            "formats": [what for _, what, _ in draft.places],
+            "offsets": [offset for offset, _, _ in draft.places],
+            "itemsize": len(draft.data),
+        }
+        return _Layout(np.frombuffer(bytes(draft.data), np.uint8), filled, np.dtype(record))
+
+
+class _Layout(NamedTuple):
+    """Messages of one size: the first of them, (field, number of its array; None: the stamp), the record to fill."""
+
+    template: np.ndarray
+    filled: list[tuple[str, int | None]]
+    record: np.dtype
+
+    def alone(self, arrays: list[np.ndarray], stamps_ns: np.ndarray) -> bytes:
+        """One message: its numbers, which may be many, are copied once."""
+        parts, done, fixed = [], 0, memoryview(self.template)
+        for name, place in self.filled:
+            kind, begin = self.record.fields[name]
+            numbers = _stamps(stamps_ns) if place is None else arrays[place]
+            parts += fixed[done:begin], np.ascontiguousarray(numbers, kind.base)
+            done = begin + kind.itemsize
+        return b"".join((*parts, fixed[done:]))
+
+
+def _stamps(stamps_ns: np.ndarray) -> np.ndarray:
+    """Stamps as they stand in a header: eight bytes, seconds first, then nanoseconds."""
+    seconds, nanoseconds = np.divmod(stamps_ns, SECOND)
+    return seconds + (nanoseconds << 32)
+
+
+def _arrays(values) -> Iterator[np.ndarray]:
+    """Every array in nested mappings and sequences, in order."""
+    for value in values.values() if isinstance(values, dict) else values:
+        if isinstance(value, np.ndarray):
+            yield value
+        elif isinstance(value, dict) or (isinstance(value, (list, tuple)) and value and isinstance(value[0], dict)):
+            yield from _arrays(value)

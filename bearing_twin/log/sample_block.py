@@ -10,7 +10,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Block, Channel
 from bearing_twin.kinds.bearing import renewed
 from bearing_twin.log import cdr
-from bearing_twin.log.encoding import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.run.scene import Scene, parse_scene
 
 MOST_SAMPLES = 1 << 20  # of a Waveform

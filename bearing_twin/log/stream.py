@@ -1,13 +1,15 @@
 """Solver outputs as messages: every topic of a scene, its type, quality of service, and the bytes due at each output.
 
 What a kind publishes stands in its `topics`; here stand the topics of every scene: its samples, its records and the
-scene itself. Nodes and logs take their bytes from `MessageStream`, so what is on the wire is what is in the log.
+scene itself; and the table of topics, of one scene or of every kind. Nodes and logs take their bytes from
+`MessageStream`, so what is on the wire is what is in the log.
 """
 
 import functools
 import json
 import math
-from collections.abc import Container, Iterator
+import re
+from collections.abc import Container, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -21,9 +23,9 @@ from bearing_twin.kinds.ranges import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import DEEPEST, Qos
-from bearing_twin.log.encoding import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.sample_block import MOST_SAMPLES, samples_message, waveform_message
-from bearing_twin.run.scene import choose
+from bearing_twin.run.scene import Scene, choose, load_scene, scene_names
 from bearing_twin.run.second_run import tables_of
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
@@ -271,3 +273,111 @@ class MessageStream:
     def _output(self, sample: Sample) -> Output:
         law = f"{self._choice.law} ({OUTSIDE})" if self._scene.marked else self._choice.law
         return Output(self._scene.parameters, law, sample, self._frame_prefix)
+
+
+RATES = {
+    PUBLISH: "run.publish_rate",
+    MARKERS: f"{SLOW_RATE:g} Hz",
+    SAMPLES: f"in blocks, up to {SLOW_RATE:g} a second",
+    ONCE: "once, latched",
+    SECOND: "1 Hz",
+}
+
+
+class TopicRow(NamedTuple):
+    """One row of the table, as texts."""
+
+    topic: str
+    type: str
+    rate: str
+    qos: str
+    frame: str
+    meaning: str
+
+
+def scene_rows(scene: Scene) -> list[TopicRow]:
+    """The topics of a scene by their full names, with their rates in Hz."""
+    rates = RATES | {PUBLISH: f"{scene.parameters.run.publish_rate:g} Hz"}
+    return [_row(topic, topic.full_name, rates) for topic in topics(scene)]
+
+
+def kind_rows(kind: str) -> list[TopicRow]:
+    """The topics of a kind by default and those that other shipped scenes of it have.
+
+    Those that differ in a number alone, as of several balls, are one row.
+    """
+    default = Scene(kind, kind, "", KINDS[kind].parameters())
+    tables = [_numberless_rows(scene) for scene in (default, *_shipped().get(kind, ()))]
+    found = dict(max(tables, key=len))
+    for table in tables[::-1]:
+        found |= table  # the text is that of the first
+    return list(found.values())
+
+
+@functools.cache
+def _shipped() -> dict[str, list[Scene]]:
+    """The shipped scenes of each kind."""
+    found: dict[str, list[Scene]] = {}
+    for name in scene_names():
+        scene = load_scene(name)
+        found.setdefault(scene.kind, []).append(scene)
+    return found
+
+
+def _numberless_rows(scene: Scene) -> dict[str, TopicRow]:
+    rows = (TopicRow(*map(_numberless, _row(topic, topic.name, RATES))) for topic in topics(scene))
+    return {row.topic: row for row in rows}
+
+
+class CommandRow(NamedTuple):
+    """One row of the table of topics that a node subscribes to, as texts."""
+
+    command: str
+    type: str
+    frame: str
+    meaning: str
+
+
+def command_rows(kind: str) -> list[CommandRow]:
+    """The topics that `sim_node` subscribes to with a scene of this kind."""
+    return [
+        CommandRow(one.name, one.ros_type.replace("/msg/", "/"), one.frame or "-", one.meaning)
+        for one in KINDS[kind].commands()
+    ]
+
+
+def markdown(kinds: Iterable[str] | None = None) -> str:
+    """The table of every kind, or of these, as it stands in docs/topics.md."""
+    parts = []
+    for name in KINDS if kinds is None else kinds:
+        kind = KINDS[name]
+        parts.append(f"## {name}: {kind.help}\n\nNamespace `{kind.namespace}`, frame `{kind.frame}`.\n\n")
+        parts.append(_table(kind_rows(name)))
+        if kind.commands():
+            parts.append("\nSubscribed by `sim_node`:\n\n" + _table(command_rows(name)))
+        parts.append("\n")
+    return "".join(parts).rstrip("\n") + "\n"
+
+
+def _row(topic: Channelled, name: str, rates: dict[str, str]) -> TopicRow:
+    frame = topic.row.frame or "-"
+    return TopicRow(
+        name, topic.ros_type.replace("/msg/", "/"), rates[topic.rate], _words(topic.qos), frame, topic.row.meaning
+    )
+
+
+def _numberless(text: str) -> str:
+    return re.sub(r"\bball \d+", "ball k", re.sub(r"\bball_\d+", "ball_<k>", text))
+
+
+def _words(qos: Qos) -> str:
+    return f"{qos.reliability.replace('_', ' ')}, {qos.durability.replace('_', ' ')}, depth {qos.depth}"
+
+
+def _table(rows: Sequence[NamedTuple]) -> str:
+    code, names = ("topic", "command", "type", "frame"), rows[0]._fields
+    lines = [f"| {' | '.join(names)} |", f"|{'---|' * len(names)}"]
+    for row in rows:
+        cells = (f"`{text}`" if name in code and text != "-" else text for name, text in row._asdict().items())
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"

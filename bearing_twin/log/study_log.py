@@ -22,7 +22,7 @@ from bearing_twin.base.report import parsed_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, Qos
-from bearing_twin.log.encoding import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.sample_block import check_block, samples_message
 from bearing_twin.log.stream import LARGEST_BLOCK

@@ -1,6 +1,7 @@
 """The page of a run, a log or a study for the browser: one file that needs no network.
 
-* `run_page`: `document_of_run`, `document_of_log`; `study_page`: `document_of_study`; `study_picture`: its PNG.
-* `page`: `write_page` puts a document into the page, `write_films` films it; `live`: the page of a run that goes on.
-* `frames`: outputs thinned and packed; `tables`: figures as rows in the units that people read.
+* `run_page`: `document_of_run`, `document_of_log`, `live_page` of a run that goes on.
+* `study_page`: `document_of_study`, and its picture by `plot_study`.
+* `page`: `write_page` puts a document into the page, `write_films` films it; outputs thinned and packed.
+* `tables`: figures as rows in the units that people read.
 """

@@ -145,7 +145,7 @@ async function unpacked(packed) {
   return store;
 }
 
-// A column is kept as differences, low bytes apart from high ones; see frames.py.
+// A column is kept as differences, low bytes apart from high ones; see page.py.
 function decoded(lowBytes, highBytes, one, count) {
   const values = new Float32Array(count * one.width);
   for (let column = 0, k = 0; column < one.width; column++) {

@@ -7,7 +7,7 @@ const TURNING = ["inner_ring_speed", "shaft_speed"]; // series [rad/s] by which 
 const FEWEST_SHOWN = 10; // outputs, however fast the shaft turns
 const liveToken = location.hash.slice(1);
 
-// An event as {time: [s, ...], values: {series: [[numbers of one output], ...]}}; see live.py.
+// An event as {time: [s, ...], values: {series: [[numbers of one output], ...]}}; see run_page.py.
 function liveFrames(text, series) {
   const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
   const count = new Float64Array(bytes.buffer.slice(0, 8))[0];

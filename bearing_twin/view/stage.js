@@ -1,4 +1,411 @@
 "use strict";
+// The picture in space: solids, the marks of forces and contacts, and the stage they stand on.
+
+// Solids: their shapes as triangles, and the bodies of a scene where each output has them.
+
+// Sides enough that a rim 300 pixels from its middle deviates by less than half of one: without a graphics processor
+// corners cost more than pixels.
+const ROUND = 64; // sides of a full turn
+const MARKS = 3, DARK = 6; // dark parts of the rim of a turned body that is marked; how wide, in sides by MARKS
+
+const SHAPES = {
+  ellipsoid(axes, solid) {
+    const fine = solid.count > 60 ? 8 : solid.count > 4 ? 12 : 32;
+    const geometry = new THREE.SphereGeometry(1.0, 2 * fine, fine);
+    return geometry.scale(axes[0], axes[1], axes[2]);
+  },
+  turned(turned, solid, factor) {
+    return turnedGeometry(turned.strokes, (turned.grow || 0.0) * factor, solid.marked);
+  },
+  extruded({ outlines, low, high }) {
+    const parts = outlines.map((outline) => {
+      const shape = new THREE.Shape(outline.map(([x, y]) => new THREE.Vector2(x, y)));
+      return new THREE.ExtrudeGeometry(shape, { depth: high - low, bevelEnabled: false }).translate(0, 0, low);
+    });
+    return THREE.mergeGeometries(parts);
+  },
+  cylinder({ radius, length }) {
+    return new THREE.CylinderGeometry(radius, radius, length, ROUND).rotateX(0.5 * Math.PI);
+  },
+  // A plate whose upper face is y = 0.
+  slab({ width, height }) {
+    return new THREE.BoxGeometry(width, height, 0.25 * width).translate(0.0, -0.5 * height, 0.0);
+  },
+  // The plane z = 0 under all that is seen.
+  ground(_, solid, factor, look) {
+    return new THREE.CircleGeometry(2.2 * look.radius, ROUND).translate(look.middle[0], look.middle[1], 0.0);
+  },
+  mesh({ vertices, normals, triangles }) {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(vertices.flat(), 3));
+    geometry.setAttribute("normal", new THREE.Float32BufferAttribute(normals.flat(), 3));
+    return geometry.setIndex(triangles.flat());
+  },
+};
+
+function shapeGeometry(solid, factor, look) {
+  const [[sort, numbers]] = Object.entries(solid.shape);
+  return SHAPES[sort](numbers, solid, factor, look);
+}
+
+// Strokes of (radius, z) turned about z; a stroke is smooth, its ends are edges; radii grow by `grow`.
+function turnedGeometry(strokes, grow, marked) {
+  const places = [], normals = [], colours = [], index = [], out = outward(strokes);
+  for (const stroke of strokes) {
+    const first = places.length / 3;
+    stroke.forEach(([radius, z], i) => {
+      const [before, after] = [stroke[Math.max(i - 1, 0)], stroke[Math.min(i + 1, stroke.length - 1)]];
+      const along = [after[0] - before[0], after[1] - before[1]], length = Math.hypot(...along) || 1.0;
+      for (let j = 0; j <= ROUND; j++) {
+        const angle = (2.0 * Math.PI * j) / ROUND, cosine = Math.cos(angle), sine = Math.sin(angle);
+        places.push((radius + grow) * cosine, (radius + grow) * sine, z);
+        normals.push((-out * along[1] * cosine) / length, (-out * along[1] * sine) / length, (out * along[0]) / length);
+        const dark = marked && (j * MARKS) % ROUND < DARK;
+        colours.push(...(dark ? [0.16, 0.42, 0.72] : [1.0, 1.0, 1.0]));
+      }
+    });
+    for (let i = 0; i + 1 < stroke.length; i++) {
+      for (let j = 0; j < ROUND; j++) {
+        const a = first + i * (ROUND + 1) + j, b = a + ROUND + 1;
+        if (out > 0.0) index.push(a, b, a + 1, b, b + 1, a + 1);
+        else index.push(a, a + 1, b, b, a + 1, b + 1);
+      }
+    }
+  }
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(places, 3));
+  geometry.setAttribute("normal", new THREE.Float32BufferAttribute(normals, 3));
+  geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours, 3));
+  return geometry.setIndex(index);
+}
+
+// 1 where a section's strokes run so that the body is on their right, as (radius, z), else -1.
+function outward(strokes) {
+  const corners = strokes.flat();
+  const area = corners.reduce((sum, [r, z], k) => {
+    const [nextR, nextZ] = corners[(k + 1) % corners.length];
+    return sum + r * nextZ - nextR * z;
+  }, 0.0);
+  return area > 0.0 ? -1.0 : 1.0;
+}
+
+// Two belts round an ellipsoid, by which its turning is seen.
+function beltGeometry(axes) {
+  const half = 0.13, belt = () => new THREE.SphereGeometry(1.008, 32, 2, 0.0, 2.0 * Math.PI, 0.5 * Math.PI - half, 2.0 * half);
+  return THREE.mergeGeometries([belt(), belt().rotateX(0.5 * Math.PI)]).scale(axes[0], axes[1], axes[2]);
+}
+
+// An arrow of length 1 along +y, as thick as one of that length is.
+function arrowGeometry() {
+  const shaft = new THREE.CylinderGeometry(0.05, 0.05, 0.66, 8, 1, true).translate(0.0, 0.33, 0.0);
+  const head = new THREE.ConeGeometry(0.14, 0.36, 12).translate(0.0, 0.82, 0.0);
+  return THREE.mergeGeometries([shaft, head]);
+}
+
+const turnOf = new THREE.Quaternion(), tiltOf = new THREE.Quaternion(), nextTurn = new THREE.Quaternion();
+const placeOf = new THREE.Vector3(), ones = new THREE.Vector3(1.0, 1.0, 1.0), matrixOf = new THREE.Matrix4();
+
+class Bodies {
+  constructor(solid, store, palette, look) {
+    Object.assign(this, { solid, store, look, group: new THREE.Group(), places: [], turns: [] });
+    this.manyColours = typeof solid.colour !== "string";
+    for (let k = 0; k < solid.count; k++) {
+      this.places.push(new THREE.Vector3());
+      this.turns.push(new THREE.Quaternion());
+    }
+    this.build(1.0, palette);
+  }
+
+  build(factor, palette) {
+    this.group.children.forEach((mesh) => mesh.geometry.dispose());
+    this.group.clear();
+    const { solid } = this, turned = "turned" in solid.shape;
+    const look = { vertexColors: turned, opacity: solid.opacity, transparent: solid.opacity < 1.0 };
+    const shade = this.manyColours ? "steel" : solid.colour;
+    this.body = this.mesh(shapeGeometry(solid, factor, this.look), shaded(shade, look));
+    if (solid.opacity < 1.0) this.body.renderOrder = 2;
+    if (solid.marked && "ellipsoid" in solid.shape) {
+      const belts = this.mesh(beltGeometry(solid.shape.ellipsoid), shaded(this.manyColours ? "glass" : "blue"));
+      if (this.manyColours) {
+        for (let k = 0; k < solid.count; k++) belts.setColorAt(k, new THREE.Color(curveColour(k, palette)));
+      }
+    }
+    this.palette = palette;
+  }
+
+  mesh(geometry, material) {
+    const mesh = new THREE.InstancedMesh(geometry, material, this.solid.count);
+    mesh.frustumCulled = false;
+    mesh.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
+    this.group.add(mesh);
+    return mesh;
+  }
+
+  enlarge(factor) {
+    const { turned } = this.solid.shape;
+    if (turned && turned.grow) this.build(factor, this.palette);
+  }
+
+  update(place, factor) {
+    for (let k = 0; k < this.solid.count; k++) {
+      this.placed(k, place, factor);
+      matrixOf.compose(this.places[k], this.turns[k], ones);
+      for (const mesh of this.group.children) mesh.setMatrixAt(k, matrixOf);
+    }
+    for (const mesh of this.group.children) mesh.instanceMatrix.needsUpdate = true;
+  }
+
+  placed(k, place, factor) {
+    const { solid, store } = this, where = this.places[k].set(0.0, 0.0, 0.0), turn = this.turns[k].identity();
+    const row = solid.place + k;
+    if (solid.position) addVector(where, store, solid.position, place, 3 * row, 1.0);
+    if (solid.deviation) addVector(where, store, solid.deviation, place, 3 * row, factor);
+    if (solid.orientation) {
+      quaternionAt(turn, store, solid.orientation, Math.floor(place), 4 * row);
+      quaternionAt(nextTurn, store, solid.orientation, Math.min(Math.floor(place) + 1, store.count - 1), 4 * row);
+      turn.slerp(nextTurn, place - Math.floor(place));
+    } else if (solid.turn) {
+      const angle = Math.atan2(store.between(solid.turn, place, 1), store.between(solid.turn, place, 0));
+      turn.set(0.0, 0.0, Math.sin(0.5 * angle), Math.cos(0.5 * angle));
+    }
+    if (solid.tilt) {
+      placeOf.set(factor * store.between(solid.tilt, place, 0), factor * store.between(solid.tilt, place, 1), 0.0);
+      const angle = placeOf.length();
+      if (angle > 0.0) turn.premultiply(tiltOf.setFromAxisAngle(placeOf.divideScalar(angle), angle));
+    }
+  }
+}
+
+function addVector(vector, store, name, place, column, factor) {
+  vector.x += factor * store.between(name, place, column);
+  vector.y += factor * store.between(name, place, column + 1);
+  vector.z += factor * store.between(name, place, column + 2);
+}
+
+function quaternionAt(quaternion, store, name, frame, column) {
+  quaternion.set(
+    store.at(name, frame, column), store.at(name, frame, column + 1), store.at(name, frame, column + 2),
+    store.at(name, frame, column + 3),
+  ).normalize();
+}
+
+// What stands for forces and contacts: arrows, ellipses, surfaces coloured by a number, bent bars, ways of points.
+
+const up = new THREE.Vector3(0.0, 1.0, 0.0), ahead = new THREE.Vector3(0.0, 0.0, 1.0), hidden = new THREE.Matrix4().makeScale(0, 0, 0);
+const normalOf = new THREE.Vector3(), majorOf = new THREE.Vector3(), minorOf = new THREE.Vector3(), sizeOf = new THREE.Vector3();
+
+// How many rows of `length` numbers a series has.
+const rowsOf = (store, name, length) => store.get(name).width / length;
+
+// Where a mark stands: on the surface of a body against `normal`, at a point, or in the origin.
+function markPlace(mark, stage, store, place, row, rows) {
+  placeOf.set(0.0, 0.0, 0.0);
+  if (mark.on) {
+    const bodies = stage.bodies(mark.on), body = Math.floor((row * bodies.solid.count) / rows);
+    placeOf.copy(bodies.places[body]);
+    if (mark.radius) placeOf.addScaledVector(normalOf, -mark.radius);
+  } else if (mark.point) {
+    addVector(placeOf, store, mark.point, Math.floor(place), 3 * row, 1.0);
+  }
+  return placeOf;
+}
+
+// What marks share: their description, the numbers they show, and a group in the scene.
+class Mark {
+  constructor(mark, store) {
+    Object.assign(this, { mark, store, group: new THREE.Group() });
+    this.build(mark, store);
+    this.measure();
+  }
+
+  add(...parts) {
+    for (const one of parts) one.frustumCulled = false;
+    this.group.add(...parts);
+  }
+
+  // The vector of a row at a place among the outputs, of length 1, in `normalOf`; its length before, 0 for none.
+  aim(name, place, row) {
+    addVector(normalOf.set(0.0, 0.0, 0.0), this.store, name, place, 3 * row, 1.0);
+    const length = normalOf.length();
+    if (length > 0.0) normalOf.divideScalar(length);
+    return length || 0.0;
+  }
+
+  measure() {}
+
+  update() {}
+
+  legend() {
+    return [];
+  }
+}
+
+class ArrowMarks extends Mark {
+  build(mark, store) {
+    this.rows = rowsOf(store, mark.vector, 3);
+    this.meshes = mark.colours.map((colour) => new THREE.InstancedMesh(arrowGeometry(), shaded(colour), this.rows));
+    this.add(...this.meshes);
+  }
+
+  measure() {
+    const { mark, store } = this;
+    this.greatest = (mark.size ? store.greatest(mark.size) : store.greatest(mark.vector, 3)) || 1.0;
+  }
+
+  update(place, factor, stage) {
+    const { mark, store, rows } = this, frame = Math.floor(place);
+    this.meshes.forEach((mesh, kind) => {
+      for (let row = 0; row < rows; row++) {
+        const strength = this.aim(mark.vector, place, row);
+        const size = (mark.size ? store.at(mark.size, frame, row) : strength) / this.greatest;
+        if (!(size > 2e-3) || row % this.meshes.length !== kind || !strength) {
+          mesh.setMatrixAt(row, hidden);
+          continue;
+        }
+        const length = mark.longest * size, where = markPlace(mark, stage, store, place, row, rows);
+        if (!mark.from_point) where.addScaledVector(normalOf, -length);
+        const thick = mark.longest * (0.35 + 0.65 * Math.min(size, 1.0));
+        mesh.setMatrixAt(row, matrixOf.compose(where, turnOf.setFromUnitVectors(up, normalOf), sizeOf.set(thick, length, thick)));
+      }
+      mesh.instanceMatrix.needsUpdate = true;
+    });
+  }
+
+  legend() {
+    const { mark } = this;
+    return [{ swatches: mark.colours, words: mark.words, scale: `longest ${withUnit(this.greatest, mark, 3)}` }];
+  }
+}
+
+class SpotMarks extends Mark {
+  build(mark, store) {
+    this.rows = rowsOf(store, mark.normal, 3);
+    const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, depthTest: false, transparent: true, opacity: 0.92 });
+    this.mesh = new THREE.InstancedMesh(new THREE.CircleGeometry(1.0, 28), material, this.rows);
+    this.mesh.renderOrder = 5;
+    this.add(this.mesh);
+  }
+
+  measure() {
+    const { mark, store } = this;
+    this.greatest = store.greatest(mark.pressure) || 1.0;
+    this.factor = roundedDown(mark.reach / store.greatest(mark.semi_major));
+  }
+
+  update(place, factor, stage) {
+    const { mark, store, rows, mesh } = this, frame = Math.floor(place), colour = new THREE.Color();
+    for (let row = 0; row < rows; row++) {
+      const major = store.at(mark.semi_major, frame, row);
+      if (!this.aim(mark.normal, place, row) || !(major > 0.0)) {
+        mesh.setMatrixAt(row, hidden);
+        continue;
+      }
+      majorOf.set(...mark.along);
+      if (mark.major_axis) addVector(majorOf.set(0.0, 0.0, 0.0), store, mark.major_axis, frame, 3 * row, 1.0);
+      majorOf.addScaledVector(normalOf, -majorOf.dot(normalOf));
+      if (majorOf.length() < 1e-9) majorOf.set(normalOf.y, -normalOf.x, 0.0);
+      majorOf.normalize();
+      minorOf.crossVectors(normalOf, majorOf);
+      const where = markPlace(mark, stage, store, place, row, rows);
+      majorOf.multiplyScalar(this.factor * major);
+      minorOf.multiplyScalar(this.factor * store.at(mark.semi_minor, frame, row));
+      mesh.setMatrixAt(row, matrixOf.makeBasis(majorOf, minorOf, normalOf).setPosition(where));
+      mesh.setColorAt(row, colour.setRGB(...scaleColour(store.at(mark.pressure, frame, row) / this.greatest)));
+    }
+    mesh.instanceMatrix.needsUpdate = true;
+    if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
+  }
+
+  legend() {
+    const series = this.store.get(this.mark.pressure);
+    return [{ scaleTo: withUnit(this.greatest, series, 3), words: `${this.mark.words}, by pressure`, scale: `×${this.factor}` }];
+  }
+}
+
+class MovingMeshMarks extends Mark {
+  build(mark, store) {
+    const nodes = store.get(mark.nodes).width / 2;
+    this.copies = mark.signs.map((signs) => {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.Float32BufferAttribute(new Float32Array(3 * nodes), 3));
+      geometry.setAttribute("color", new THREE.Float32BufferAttribute(new Float32Array(3 * nodes), 3));
+      geometry.setIndex(mark.triangles.flat());
+      const material = new THREE.MeshBasicMaterial({ vertexColors: true, side: THREE.DoubleSide });
+      const lines = new THREE.BufferGeometry();
+      lines.setAttribute("position", geometry.getAttribute("position"));
+      lines.setIndex(mark.edges.flat());
+      const ink = new THREE.LineBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.28 });
+      this.add(new THREE.Mesh(geometry, material), new THREE.LineSegments(lines, ink));
+      return { signs, geometry };
+    });
+  }
+
+  measure() {
+    this.greatest = Math.max(...this.mark.scale.map((name) => this.store.greatest(name))) || 1.0;
+  }
+
+  update(place) {
+    const { mark, store } = this, frame = Math.round(place), { values, width } = store.get(mark.nodes);
+    for (const { signs, geometry } of this.copies) {
+      const position = geometry.getAttribute("position"), colour = geometry.getAttribute("color"), shade = new THREE.Color();
+      for (let k = 0; k < width / 2; k++) {
+        position.setXYZ(k, signs[0] * values[frame * width + 2 * k], signs[1] * values[frame * width + 2 * k + 1], 0.0);
+        // the root shows the many small energies beside the few great ones; the legend says so
+        const share = Math.sqrt(store.at(mark.values, frame, k) / this.greatest);
+        shade.setRGB(...scaleColour(share));
+        colour.setXYZ(k, shade.r, shade.g, shade.b);
+      }
+      position.needsUpdate = colour.needsUpdate = true;
+    }
+  }
+
+  legend() {
+    const { mark } = this;
+    if (mark.values !== mark.scale[0]) return [];
+    return [{ scaleTo: withUnit(this.greatest, this.store.get(mark.values), 3), words: mark.words, scale: "root scale" }];
+  }
+}
+
+class BarMarks extends Mark {
+  build(mark, store) {
+    const stations = store.get(mark.deflection).width;
+    const geometry = new THREE.BoxGeometry(mark.length, mark.height, mark.width, stations - 1, 1, 1);
+    this.rest = Float32Array.from(geometry.getAttribute("position").array);
+    this.mesh = new THREE.Mesh(geometry, shaded(mark.colour));
+    this.add(this.mesh);
+  }
+
+  update(place, factor) {
+    const { mark, store, rest } = this, position = this.mesh.geometry.getAttribute("position");
+    const last = store.get(mark.deflection).width - 1;
+    for (let k = 0; k < position.count; k++) {
+      const station = Math.round((rest[3 * k] / mark.length + 0.5) * last);
+      position.setY(k, rest[3 * k + 1] - 0.5 * mark.height - factor * store.between(mark.deflection, place, station));
+    }
+    position.needsUpdate = true;
+    this.mesh.geometry.computeVertexNormals();
+  }
+}
+
+class TrailMarks extends Mark {
+  build(mark) {
+    const geometry = new THREE.BufferGeometry();
+    this.line = new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: `rgb(${SHADES[mark.colour].join(",")})` }));
+    this.add(this.line);
+  }
+
+  measure() {
+    const { values } = this.store.get(this.mark.position);
+    this.line.geometry.setAttribute("position", new THREE.Float32BufferAttribute(values.slice(0, 3 * this.store.count), 3));
+  }
+
+  legend() {
+    return [{ swatches: [this.mark.colour], words: this.mark.words, scale: "" }];
+  }
+}
+
+const MARK_VIEWS = { arrows: ArrowMarks, spots: SpotMarks, movingmesh: MovingMeshMarks, bar: BarMarks, trail: TrailMarks };
+
 // The picture in space: camera, bodies and marks, what is chosen in it, and the words that say its scales.
 
 const MOST_NUMBERS = 40; // bodies with a number: more would cover each other

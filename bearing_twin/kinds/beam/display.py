@@ -10,10 +10,21 @@ from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.beam import SPHERE_ON_BEAM
 from bearing_twin.kinds.beam.parameters import BEAM, BODY, SphereOnBeamScene
-from bearing_twin.kinds.contact_pair import ContactPair, load_marker, pair_topics
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import BLUE, LINE_STRIP, SPHERE, STEEL, LinkShape, box, marker, sphere
-from bearing_twin.kinds.topics import MARKER_ARRAY
+from bearing_twin.kinds.topics import (
+    BLUE,
+    LINE_STRIP,
+    MARKER_ARRAY,
+    SPHERE,
+    STEEL,
+    ContactPair,
+    LinkShape,
+    box,
+    load_marker,
+    marker,
+    pair_topics,
+    sphere,
+)
 from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, picked
 
 FRAME = SPHERE_ON_BEAM.frame

@@ -18,34 +18,32 @@ from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import moving_centre
 from bearing_twin.kinds.bearing.row import BEARING
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, SECOND, Command, Output, Topic
-from bearing_twin.kinds.markers import (
+from bearing_twin.kinds.topics import (
     BLUE,
     BRASS,
     CYLINDER,
+    DIAGNOSTICS,
     ELLIPSE_SCALE,
+    FLOAT,
     GLASS,
     GREEN,
     LINE_LIST,
+    MARKER_ARRAY,
     ORANGE,
+    POSE,
     RED,
     SPHERE_LIST,
     STEEL,
     TEXT,
     LinkShape,
+    body_topics,
+    contacts_topic,
     crossed,
     cylinder,
+    load_command,
     marker,
     outlines,
     sphere,
-)
-from bearing_twin.kinds.topics import (
-    DIAGNOSTICS,
-    FLOAT,
-    MARKER_ARRAY,
-    POSE,
-    body_topics,
-    contacts_topic,
-    load_command,
     turning_commands,
 )
 from bearing_twin.shapes import rotation_rows

@@ -13,13 +13,26 @@ import math
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Sample
-from bearing_twin.kinds import markers
+from bearing_twin.kinds import topics as markers
 from bearing_twin.kinds.bodies.derived import ROWS, patch_of, reach_of, surface_of
 from bearing_twin.kinds.bodies.parameters import BODY, FIRST, PLANE, Body, EllipsoidOnPlaneScene, Shaped
-from bearing_twin.kinds.contact_pair import ContactPair, load_marker, pair_topics
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import CUBE, CYLINDER, LINE_LIST, SPHERE, LinkShape, box, cylinder, marker, sphere
-from bearing_twin.kinds.topics import MARKER_ARRAY, pose_topic
+from bearing_twin.kinds.topics import (
+    CUBE,
+    CYLINDER,
+    LINE_LIST,
+    MARKER_ARRAY,
+    SPHERE,
+    ContactPair,
+    LinkShape,
+    box,
+    cylinder,
+    load_marker,
+    marker,
+    pair_topics,
+    pose_topic,
+    sphere,
+)
 from bearing_twin.kinds.views import (
     BLUE,
     GLASS,

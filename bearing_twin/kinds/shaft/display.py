@@ -11,11 +11,25 @@ from bearing_twin.base.sample import Channel, Sample, Wrench
 from bearing_twin.kinds import views
 from bearing_twin.kinds.bearing import ring_attitude
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
-from bearing_twin.kinds.markers import BLUE, CYLINDER, GLASS, LINE_LIST, RED, STEEL, LinkShape, cylinder, marker
 from bearing_twin.kinds.shaft import SHAFT
 from bearing_twin.kinds.shaft.equilibrium import constant_loads
 from bearing_twin.kinds.shaft.parameters import SIDES, Mounted, ShaftScene
-from bearing_twin.kinds.topics import MARKER_ARRAY, POSE, body_topics, load_command, turning_commands
+from bearing_twin.kinds.topics import (
+    BLUE,
+    CYLINDER,
+    GLASS,
+    LINE_LIST,
+    MARKER_ARRAY,
+    POSE,
+    RED,
+    STEEL,
+    LinkShape,
+    body_topics,
+    cylinder,
+    load_command,
+    marker,
+    turning_commands,
+)
 from bearing_twin.kinds.views import (
     DARK,
     ORANGE,

@@ -7,15 +7,26 @@ along the axis of the disc. Of two discs the other is below the plane y = 0, of 
 import numpy as np
 
 from bearing_twin.base.sample import Channel, Sample
-from bearing_twin.kinds.contact_pair import ContactPair, load_marker, pair_topics
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
-from bearing_twin.kinds.markers import BLUE, GLASS, LINE_STRIP, ORANGE, STEEL, LinkShape, cylinder, marker
 from bearing_twin.kinds.soft_discs import SOFT_DISCS
 from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
 from bearing_twin.kinds.soft_discs.motion import bodies_in_units
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
-from bearing_twin.kinds.topics import MARKER_ARRAY
+from bearing_twin.kinds.topics import (
+    BLUE,
+    GLASS,
+    LINE_STRIP,
+    MARKER_ARRAY,
+    ORANGE,
+    STEEL,
+    ContactPair,
+    LinkShape,
+    cylinder,
+    load_marker,
+    marker,
+    pair_topics,
+)
 from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, picked
 
 FRAME = SOFT_DISCS.frame
