@@ -8,8 +8,12 @@ namespace core {
 
 constexpr int OWN_CHANNELS = 21, SUMS = 18;  // the last two are those of films, of width 0 where there are none
 // Where the numbers of a row stand: those of ball k in own channel i at first[i] + k width[i]; then the first of the
-// ring's, of the sums over the balls and of the contacts between neighbours; positions, forces of the raceways.
-struct RowPlaces { int first[OWN_CHANNELS], width[OWN_CHANNELS], ring, shared, neighbours, position, force, columns; };
+// ring's, of the sums over the balls and of the contacts between neighbours; positions, forces of the raceways. Rows
+// without contacts, whose `neighbours` are negative, begin with the ring's numbers and end with the sums.
+struct RowPlaces {
+  int first[OWN_CHANNELS], width[OWN_CHANNELS], ring, shared, neighbours, position, force, columns;
+  bool contacts() const { return neighbours >= 0; }
+};
 
 struct DriveNow { double angle, speed, acceleration; };
 
@@ -277,8 +281,8 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
     double rolls = rolling * ring[RING_SPEED];
     ring[CAGE_TURN] = e[CAGE_ANGLE], ring[CAGE_SPEED] = speed[CAGE_ANGLE];
     ring[CAGE_SLIP] = std::fabs(rolls) > STANDING ? 1.0 - speed[CAGE_ANGLE] / rolls : 0.0;
-    if (b.cage == CageKind::even) write_even_cage(bearing, b, e, state, balls, places, row);
-    else write_pockets(bearing, b, e, state, balls, places, row);
+    if (places.contacts() && b.cage == CageKind::even) write_even_cage(bearing, b, e, state, balls, places, row);
+    else if (places.contacts()) write_pockets(bearing, b, e, state, balls, places, row);
     if (b.guided) write_land(b, e, balls, places, row);
     ring[DRIVE_TORQUE] = -sum[INNER_TORQUE + 2];
   }
@@ -364,7 +368,7 @@ void write(const Source &from, const RowPlaces &places, double *out) {
     std::copy(from.bearing.offset, from.bearing.offset + 3, ring + RING_OFFSET);
     std::fill(ring + RING_TILT, row + places.shared, 0.0);
     ring[DRIVE_TORQUE] = -row[places.shared + INNER_TORQUE + 2];
-    write_neighbours(from.bearing, state, from.balls, places, row);
+    if (places.contacts()) write_neighbours(from.bearing, state, from.balls, places, row);
     if (from.bodies)
       write_bodies(from.bearing, *from.bodies, from.body_states[instant], time, from.rolling, state, from.balls, places, row);
   }

@@ -1,7 +1,8 @@
 """What an accelerometer on the housing hears: the housing as a mass on a spring and a damper, pushed by the outer ring.
 
 The force of balls on the outer ring, along the sensor's direction, moves the housing, m a = F - c v - k x. That does
-not act back on the balls: the housing moves by F/k, little against the approach of a contact.
+not act back on the balls: the housing moves by F/k, little against the approach of a contact. As in the converter of a
+sensor, the acceleration is sampled several times as fast as it is given out, and filtered against aliasing before.
 """
 
 import math
@@ -13,7 +14,11 @@ from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.kinds.bearing.parameters import has_sensor
 
 NOISE_BLOCK = 1024  # samples whose noise is drawn at once
-ROOM = 500  # instants of which outputs are made at once
+CONVERTER_RATE = 2e5  # Hz, at least, of samples before the filter: balls ring on their raceways at some 50 kHz
+LEAST_DECIMATED, MOST_DECIMATED = 4, 1000  # samples before the filter for each that is given out
+# An elliptic low-pass: order, ripple [dB] of the pass band up to EDGE of the rate, attenuation [dB] from 0.56 of it on.
+ORDER, RIPPLE, ATTENUATION, EDGE = 8, 0.1, 80.0, 0.4
+ROOM = 500  # instants of which forces are computed at once
 WINDOW = 10.0  # s, of samples at the end of a run, which figures and the health of a bearing are made of
 OK, WARN, STALE = 0, 1, 3  # levels of diagnostic_msgs/DiagnosticStatus
 LINES = {"BPFO": "bpfo", "BPFI": "bpfi", "2BSF": "bsf"}  # of damage: in spectra, in figures
@@ -32,36 +37,52 @@ def tables(parameters) -> tuple[Table, ...]:
 
 
 class Accelerometer:
-    """Samples of a scene's sensor; what it was before is `state`: samples so far, filter (2,), or () at the start."""
+    """Samples of a scene's sensor, which come by the delay of its filter late, two of their periods at low frequencies.
+
+    What was before is `state`: the number of the last instant before the filter, the force at rest [N], and the states
+    of the filter's sections; () at the start.
+    """
 
     def __init__(self, parameters):
-        from scipy.signal import cont2discrete
+        from scipy.signal import cont2discrete, ellip
 
         sensor, housing = parameters.sensor, parameters.housing
-        self._sensor, self.rate = sensor, sensor.rate
+        self._sensor = sensor
         self._along = np.array(sensor.direction) / math.hypot(*sensor.direction)
+        self._every = min(max(math.ceil(CONVERTER_RATE / sensor.rate), LEAST_DECIMATED), MOST_DECIMATED)
+        self._rate = self._every * sensor.rate
         system = [1.0, 0.0, 0.0], [housing.mass, housing.damping, housing.stiffness]
-        up, down, _ = cont2discrete(system, 1.0 / sensor.rate, "foh")  # forces straight between samples: exact
-        self._up, self._down = np.ravel(up), down
+        up, down, _ = cont2discrete(system, 1.0 / self._rate, "foh")  # forces straight between samples: exact
+        low_pass = ellip(ORDER, RIPPLE, ATTENUATION, EDGE, output="sos", fs=self._every)
+        self._sections = np.vstack([np.append(up, down), low_pass])
+
+    def restored(self, numbers, elapsed: float) -> tuple:
+        """The state of a snapshot at `elapsed` [s]; () where that is of another filter."""
+        count, *kept = map(float, numbers)
+        fits = len(kept) == 1 + 2 * len(self._sections) and abs(count - elapsed * self._rate) <= 1.0
+        return (int(count), *kept) if fits and np.isfinite(kept).all() else ()
 
     def times(self, state: tuple, begin: float, end: float) -> np.ndarray:
-        """The times [s] of the samples up to `end` that were not taken before."""
-        first = int(state[0]) + 1 if state else max(0, math.ceil(begin * self.rate - 1e-6))
-        return np.arange(first, math.floor(end * self.rate + 1e-6) + 1) / self.rate
+        """The instants [s] up to `end` at which forces are taken and were not before."""
+        first = state[0] + 1 if state else max(0, math.ceil(begin * self._rate - 1e-6))
+        return np.arange(first, math.floor(end * self._rate + 1e-6) + 1) / self._rate
 
     def heard(self, state: tuple, times: np.ndarray, forces: np.ndarray) -> tuple[tuple, np.ndarray]:
-        """The state after samples at `times` [s] of forces (n, 3) [N] on the outer ring, and their rows (n, 2)."""
-        from scipy.signal import lfilter, lfilter_zi
+        """The state after forces (n, 3) [N] on the outer ring at `times` [s], and rows (m, 2) of the samples then."""
+        from scipy.signal import sosfilt
 
         if not len(times):
             return state, np.zeros((0, 2))
         pushed = forces @ self._along
-        kept = np.array(state[1:]) if state else lfilter_zi(self._up, self._down) * pushed[0]  # at rest under it
-        found, kept = lfilter(self._up, self._down, pushed, zi=kept)
-        numbers = np.rint(times * self.rate).astype(int)
-        if self._sensor.noise:
+        _, rest, *kept = state or (0, pushed[0], *np.zeros(2 * len(self._sections)))
+        found, kept = sosfilt(self._sections, pushed - rest, zi=np.reshape(kept, (-1, 2)))
+        numbers = np.rint(times * self._rate).astype(int)
+        state = int(numbers[-1]), float(rest), *kept.ravel().tolist()
+        given = numbers % self._every == 0
+        found, numbers = found[given], numbers[given] // self._every
+        if self._sensor.noise and len(found):
             found = found + self._sensor.noise * self._noise(numbers)
-        return (int(numbers[-1]), *kept.tolist()), np.stack([times, found.astype(np.float32)], axis=1)
+        return state, np.stack([numbers / self._sensor.rate, found.astype(np.float32)], axis=1)
 
     def _noise(self, numbers: np.ndarray) -> np.ndarray:
         """Standard normal numbers, the same for a sample however a run is cut."""

@@ -34,7 +34,7 @@ from bearing_twin.kinds.bearing.integrate import (
     integrated,
     time_apart,
 )
-from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, write_outputs
+from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, outer_ring_forces, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_sensor
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, keeps_apart
 from bearing_twin.kinds.bearing.step_control import (
@@ -182,7 +182,8 @@ class BearingMotion(CommandedBearing):
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.bodies = bodies = coupled_bodies_of(parameters)
         self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
-        self.longest_chunk = LONGEST if not bodies.active or (self._apart and bodies.ring) else None
+        quick = not has_sensor(parameters) and (not bodies.active or (self._apart and bodies.ring))
+        self.longest_chunk = LONGEST if quick else None
         if self.bearing.ring:
             start, body_state = start_in_equilibrium(parameters, choice.law, bodies)
         else:
@@ -284,8 +285,7 @@ class BearingMotion(CommandedBearing):
         if not (self.steps > 0.0).all():
             raise ValueError("steps")
         if self.accelerometer and kept.get("heard"):
-            count, *filtered = map(float, kept["heard"])
-            self.heard = (int(count), *filtered[:2])
+            self.heard = self.accelerometer.restored(kept["heard"], float(kept["elapsed"]))
         self.drive = RingDrive(*map(float, kept["drive"]))
         self.goal_speed, self.elapsed = float(kept["goal_speed"]), float(kept["elapsed"])
         self._changed, self._acceleration = kept["changed"], float(kept["acceleration"])
@@ -450,16 +450,17 @@ class BearingMotion(CommandedBearing):
         self.drive = drive.later(duration)._replace(speed=speed, acceleration=0.0)
 
     def _listen(self, bodies, drive, times, filled, sampled) -> None:
-        """Takes the samples of the sensor at `sampled` [s] of the run, from the states at `times` of a part."""
-        rows, forces = np.searchsorted(times, np.clip(sampled - self.elapsed, 0.0, None)), []
+        """Takes the forces that the sensor hears at `sampled` [s] of the run, from the states at `times` of a part."""
+        rows, forces = np.searchsorted(times, np.clip(sampled - self.elapsed, 0.0, None)), np.zeros((len(sampled), 3))
         rows = np.minimum(rows, len(times) - 1)
-        for part in (rows[begin : begin + ROOM] for begin in range(0, len(rows), ROOM)):
-            out = empty_outputs(self.parameters, len(part))
-            self._write(bodies, drive, times[part], tuple(one[part] for one in filled), out.numbers)
-            forces.append(out.outer_ring_force.copy())
-        if forces:
-            self.heard, found = self.accelerometer.heard(self.heard, sampled, np.concatenate(forces))
-            self._samples.append(found)
+        for begin in range(0, len(rows), ROOM):
+            part = rows[begin : begin + ROOM]
+            moved = (one[part] for one in filled)
+            found = outer_ring_forces(self.parameters, self.bearing, bodies, drive, times[part], *moved)
+            forces[begin : begin + ROOM] = found
+        self.heard, samples = self.accelerometer.heard(self.heard, sampled, forces)
+        if len(samples):
+            self._samples.append(samples)
 
     def _integrate(self, bodies, drive, near, begin, times, duration, filled):
         filled[2][:] = self.body_state

@@ -136,6 +136,15 @@ def _places(n: int, films: bool) -> np.ndarray:
 
 
 @functools.cache
+def _places_of_sums(n: int) -> tuple[np.ndarray, int]:
+    """As `_places`, in rows without contacts; and the first number of the force on the outer ring."""
+    first = {name: columns.start for name, (columns, _) in _layout(n, False).places.items()}
+    named = "inner_ring_angle", "inner_ring_force", "outer_ring_force", "neighbour_approach"
+    ring, sums, force, end = (first[name] - first["inner_ring_angle"] for name in named)
+    return np.array([*(0,) * 2 * (OWN + FILMS), ring, sums, -1, 0, 0, end]), force
+
+
+@functools.cache
 def _layout(n: int, films: bool) -> Layout:
     """`layout_of` a bearing with n balls, which looks at all channels each time."""
     return layout_of(_channels(n, films))
@@ -161,14 +170,27 @@ def write_outputs(parameters, bearing, bodies, drive, times, states, orientation
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `body_states`
     (count, BODY_COLUMNS) are those of ring, cage and shaft, the `bodies`. Every column of a row is written.
     """
+    places = _places(parameters.geometry.balls, has_films(parameters))
+    _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), places, rows)
+
+
+def outer_ring_forces(parameters, bearing, bodies, drive, times, states, orientations, body_states) -> np.ndarray:
+    """Forces (count, 3) [N] of the balls on the outer ring, a channel of `write_outputs`, without the others."""
+    places, first = _places_of_sums(parameters.geometry.balls)
+    rows = np.empty((len(times), places[-1]))
+    _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), places, rows)
+    return rows[:, first : first + 3]
+
+
+def _write(parameters, bearing, bodies, drive, times, motion, places, rows):
     geometry = parameters.geometry
+    states, orientations, body_states = motion
     rolling = 0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter)
     coupled = bool(bodies.active or bearing.ring)
     numbers = numbers_of_bodies(bearing, bodies) if coupled else NO_BODIES
     _outputs(
         *(*numbers_of(bearing), np.array(drive, float), len(times), geometry.balls, times, states, orientations),
-        *(coupled, numbers, bodies.load, bodies.load_rate, body_states, rolling),
-        *(_places(geometry.balls, has_films(parameters)), rows),
+        *(coupled, numbers, bodies.load, bodies.load_rate, body_states, rolling, places, rows),
     )
 
 
