@@ -27,6 +27,7 @@ from torture_rows import in_a_process
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import read_log, write_log
@@ -193,6 +194,14 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
     assert reported(saved) == reported(path)
 
 
+def test_a_page_names_a_few_of_the_topics_that_it_does_not_show(source, tmp_path, capsys):
+    others = [(f"/other/{k}", cdr.STRING, 0, b"\0\1\0\0\2\0\0\0x\0") for k in range(50)]
+    by_mcap(tmp_path / "run.mcap", source + others)
+    assert main(["view", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "run.html")]) == DONE
+    assert "/other/0 (std_msgs/msg/String), /other/1 (std_msgs/msg/String)" in (said := capsys.readouterr().err)
+    assert "and 47 others" in said
+
+
 def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, capsys):
     path = tmp_path / "run.mcap"
     growing(path, source)
@@ -263,11 +272,12 @@ def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, capsys)
     assert bits(read_log(tmp_path / "saved.mcap")) == bits(BLOCK)
 
 
-def test_a_compressed_bag_is_named_with_the_command_that_converts_it(source, tmp_path):
+@pytest.mark.parametrize(("mode", "name"), [("MESSAGE", "bag"), ("FILE", "bag/bag.db3.zstd")])
+def test_a_compressed_bag_is_named_with_the_command_that_converts_it(mode, name, source, tmp_path):
     path, fresh = tmp_path / "bag", tmp_path / "new"
-    by_rosbags(path, source, mode=CompressionMode.MESSAGE)
-    with pytest.raises(LogError, match="compressed by zstd") as error:
-        read_log(path)
+    by_rosbags(path, source, mode=CompressionMode[mode])
+    with pytest.raises(LogError, match="compressed") as error:
+        read_log(tmp_path / name)
     command = str(error.value).partition("`")[2].partition("`")[0].replace("NEW_BAG", str(fresh)).split()
     assert command[0] == "rosbags-convert"
     assert in_a_process(lambda: convert(command)).well

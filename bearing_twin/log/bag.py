@@ -3,7 +3,7 @@
 import functools
 import heapq
 import re
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePath
 from textwrap import indent
@@ -158,6 +158,12 @@ class _PlainDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
         return True
 
 
+def some_of(names: Sequence[str]) -> str:
+    """The first MOST_NAMED of these names, and the number of the others: a log may have thousands of channels."""
+    more = f" and {len(names) - MOST_NAMED} others" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + more
+
+
 class LogReader:
     """A log as its messages: an .mcap file, or a bag folder of files by MCAP or sqlite3. Raises LogError.
 
@@ -206,10 +212,8 @@ class LogReader:
         """Parts of the log that are not read, a sentence each: files without an end, messages that are passed over."""
         if not (foreign := self.foreign):
             return list(self.ends)
-        names = sorted(foreign)
-        more = f" and {len(names) - MOST_NAMED} others" if len(names) > MOST_NAMED else ""
         said = f"{sum(foreign.values())} messages are passed over, for they have no schema or are not in CDR: on "
-        return [*self.ends, said + ", ".join(names[:MOST_NAMED]) + more]
+        return [*self.ends, said + some_of(sorted(foreign))]
 
     def messages(
         self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
@@ -326,8 +330,10 @@ def log_files(path) -> list[Path]:
     if not path.is_dir():
         if not path.is_file():
             raise LogError(f"{path} is a pipe or a device, no log; give the path of an .mcap file or of a bag folder")
-        if path.suffix in (".zstd", ".bag"):
-            raise _to_convert(path, "a bag of ROS 1" if path.suffix == ".bag" else "a file of a compressed bag")
+        if path.suffix == ".bag":
+            raise _to_convert(path, "a bag of ROS 1")
+        if path.suffix == ".zstd":
+            raise _to_convert(path, "a file of a compressed bag", path.absolute().parent)
         return [path]
     found = _information(path / "metadata.yaml")
     storage, mode = found.get("storage_identifier") or "mcap", str(found.get("compression_mode") or "none").lower()
@@ -355,8 +361,8 @@ def path_of(given, what: str = "a log") -> Path:
         raise LogError(f"{echo(given)} is no path of {what}; give one as text or as a pathlib.Path") from None
 
 
-def _to_convert(path: Path, what: str) -> LogError:
-    command = f"rosbags-convert --src {path} --dst NEW_BAG --dst-storage mcap"
+def _to_convert(path: Path, what: str, bag: Path | None = None) -> LogError:
+    command = f"rosbags-convert --src {bag or path} --dst NEW_BAG --dst-storage mcap"
     return LogError(f"{path} is {what}, which is not read; convert it by `{command}` and give NEW_BAG")
 
 

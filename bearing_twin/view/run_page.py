@@ -21,7 +21,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import LogReader
+from bearing_twin.log.bag import LogReader, some_of
 from bearing_twin.log.mcap_read import DamagedLog
 from bearing_twin.log.recover import recover
 from bearing_twin.log.run_log import choice_in, read_log, scene_record
@@ -184,7 +184,7 @@ def _document(
     stream = read_log(path, True, topic, last_run=True, run=run)
     if STUDY_RECORD in stream.metadata:
         return document_of_study(read_study(path))
-    left_out = ", ".join(_left_out(path, stream))
+    left_out = some_of(_left_out(path, stream))
     said = [f"Left out, because no kind of scene has such topics: {left_out}."] if left_out else []
     said += [f"{note[:1].upper()}{note[1:]}." for note in (*stream.notes, stream.run_note) if note]
     if stream.kept_rate:
