@@ -46,6 +46,7 @@ def made(tmp_path_factory):
     def make(name):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(engine, "LONG", 0.0)  # costs are not asserted: once is enough
+            patch.setattr("bearing_twin.charts.uncertainty.SEEDS", 9)
             return once(name)
 
     def once(name):

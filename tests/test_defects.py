@@ -167,7 +167,7 @@ def test_lines_of_spalls_and_none_of_a_sound_bearing_under_axial_load():
         "geometry.radial_clearance": -6e-6,
         "drive": {"speed": speed, "offset": [0.0, 0.0, 1e-5]},
         "model.dimension": "prescribed",
-        "run": {"duration": 2.0, "output_rate": rate},
+        "run": {"duration": 1.0, "output_rate": rate},
         "solver": {"check": "none"},
     }
     per_turn = {"outer": 3.0538, "inner": 4.9462}  # of balls that roll at the contact angle of this load

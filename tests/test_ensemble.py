@@ -108,7 +108,7 @@ def test_every_realisation_takes_the_stepper_of_the_median_inputs():
 
 
 def test_one_input_and_closed_forms_need_no_samples():
-    result = run(SPHERES, ["sweep={motion.first_velocity: [1.0, 20.0, 100.0]}"])
+    result = run(SPHERES, ["sweep={motion.first_velocity: [1.0, 100.0]}"])
     found = result.as_dict()
     assert found["samples"] == 0
     assert {one["method"] for one in found["quantities"].values()} == {"change_of_variable"}

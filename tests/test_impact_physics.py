@@ -133,7 +133,7 @@ def test_steady_damping_keeps_its_restitution_at_every_speed(restitution):
     assert impulse == pytest.approx(found.contacts[0].impulse, rel=1e-3)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=12, deadline=None)
 @given(st.floats(0.1, 5.0), st.floats(-3.0, 3.0), st.floats(0.1, 10.0), st.sampled_from([1.0, 0.8]))
 def test_momentum_is_kept_and_velocities_part_as_restitution_says(heavier, second, speed, restitution):
     overrides = (

@@ -105,7 +105,10 @@ def test_keys_that_follow_an_input_take_its_value():
 @pytest.mark.parametrize("more", [[], ["contact.restitution=0.9"]])
 def test_a_number_that_the_scene_wants_may_be_uncertain(more, quick_workers):
     """The law asks for a measured alpha, which the scene alone has not; by closed forms, and by simulating."""
-    scene, words = {"kind": "two_spheres", "contact": {"normal": "measured"}}, [*more, "samples=12", "workers=1"]
+    scene, words = (
+        {"kind": "two_spheres", "contact": {"normal": "measured"}},
+        [*more, "samples=12", "workers=1", "modality=no", "checks=0"],
+    )
     left_open = run_study(parse_study(PLAIN, "s", words)).as_dict()["quantities"]["contact_duration"]
     for changes, law in (({}, ["contact.normal=measured"]), ({"scene": scene}, [])):
         study = parse_study({**PLAIN, **changes}, "s", [*words, *law])
