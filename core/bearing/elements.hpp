@@ -180,7 +180,8 @@ CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carrie
   auto through = [&](const auto &x) __attribute__((always_inline)) {
     return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed);
   };
-  return BallAction{through(action.force), through(action.torque), through(action.moment), through(action.loss), action.height_power};
+  auto heights = where_heights_move(height.rate, [&]() __attribute__((always_inline)) { return through(action.height_power); });
+  return BallAction{through(action.force), through(action.torque), through(action.moment), through(action.loss), heights};
 }
 
 // The same for a ring of any motion, all in the ball's frame: `offset` of the ball's centre and its `velocity` against the
@@ -202,7 +203,8 @@ CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carri
   };
   auto force = out_of_ring(axes, found.force), torque = out_of_ring(axes, found.torque);
   auto moment = cross(from_centre, force) + torque;
-  return TiltedAction{BallAction{through(force), through(torque), through(found.moment), through(found.loss), found.height_power},
+  auto heights = where_heights_move(height.rate, [&]() __attribute__((always_inline)) { return through(found.height_power); });
+  return TiltedAction{BallAction{through(force), through(torque), through(found.moment), through(found.loss), heights},
                       through(moment.x), through(moment.y)};
 }
 

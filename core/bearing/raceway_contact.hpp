@@ -28,6 +28,14 @@ CORE_INLINE auto out_of_ring(const A &axes, const V &v) { return (v.x * axes.x +
 
 struct NoHeight { Zero value, rate; };
 
+// A number that is 0 where no height comes by, which is seldom worth its slopes.
+template <class Function>
+CORE_INLINE auto where_heights_move(const Pack &rate, Function function) {
+  decltype(function()) found{};
+  if (any(rate != 0.0)) found = function();
+  return found;
+}
+
 // Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
 template <class O, class N, class Q, class A, class D, class R, class T, class W, class L, class S, class H>
 struct ContactPlace {
@@ -141,12 +149,10 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
   }
 }
 
-// What heights that come by do to a contact [W], of the force on the ball.
+// What heights that come by do to a contact [W], of the force on the ball: with its slopes, without which a step loses its order.
 template <class F, class N>
-CORE_INLINE Pack height_power(const F &force, const N &normal, const Pack &rate) {
-  Pack load = -(value_of(force.x) * value_of(normal.x) + value_of(force.z) * value_of(normal.z));
-  if constexpr (!IsZero<decltype(normal.y)>) load -= value_of(force.y) * value_of(normal.y);
-  return load * rate;
+CORE_INLINE auto height_power(const F &force, const N &normal, const Pack &rate) {
+  return where_heights_move(rate, [&]() __attribute__((always_inline)) { return -rate * dot(force, normal); });
 }
 
 // The lubricant's film in the contact of a ball with a raceway: what it, hysteresis and differential slip resist rolling
@@ -250,9 +256,9 @@ CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, co
 template <class F, class T, class L>
 struct BallLoads { F force; T torque; L loss; };
 template <class F, class T, class L> BallLoads(F, T, L) -> BallLoads<F, T, L>;
-template <class F, class T, class M, class L>
-struct BallAction { F force; T torque; M moment; L loss; Pack height_power; };
-template <class F, class T, class M, class L> BallAction(F, T, M, L, Pack) -> BallAction<F, T, M, L>;
+template <class F, class T, class M, class L, class H>
+struct BallAction { F force; T torque; M moment; L loss; H height_power; };
+template <class F, class T, class M, class L, class H> BallAction(F, T, M, L, H) -> BallAction<F, T, M, L, H>;
 
 // Loads on the ball with what the film does to it, beside friction by its coefficient, whose slopes come in here.
 template <class C, class V, class A>
