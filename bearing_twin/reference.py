@@ -1,6 +1,6 @@
 """Independent solutions that charts and tests compare with: a bounce, friction over a contact ellipse, a struck beam.
 
-`spot_friction_exact`: Coulomb's law on a body in plane motion. The slip at every point is spin x (r - pole), so its
+`patch_friction_exact`: Coulomb's law on a body in plane motion. The slip at every point is spin x (r - pole), so its
 direction is the same along each ray from the pole (the instantaneous centre of rotation). In polar coordinates about
 the pole, the ellipse scaled to a unit disc, what is left of the integrals over Hertz's pressure is smooth.
 
@@ -22,7 +22,7 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 from scipy.special import beta
 
-from bearing_twin.contact.friction import Rubbing
+from bearing_twin.contact.friction import FrictionLoads
 
 
 def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, gravity: float = 0.0):
@@ -80,9 +80,9 @@ ALONG_RAY = np.polynomial.legendre.leggauss(40)
 ACROSS_RAYS = np.polynomial.legendre.leggauss(400)
 
 
-def spot_friction_exact(
+def patch_friction_exact(
     normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, rays: int = 4000
-) -> Rubbing:
+) -> FrictionLoads:
     """Friction over the patch (`contact.friction`) in the limit of no smoothing; `spin` [rad/s] must not be zero.
 
     Relative error below 1e-9 for b/a >= 0.03 with the pole anywhere: twice and four times the rays change less.
@@ -119,7 +119,7 @@ def spot_friction_exact(
     moment = (x * direction[:, 1] - y * direction[:, 0]) @ first + math.copysign(1.0, spin) * length @ second
     limit = -coefficient * normal_load * 1.5 / math.pi
     force = limit * direction.T @ first
-    return Rubbing(float(force[0]), float(force[1]), float(limit * moment))
+    return FrictionLoads(float(force[0]), float(force[1]), float(limit * moment))
 
 
 COURANT = 0.9  # of the longest stable step

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.contact.friction import Rubbing, patch_by
+from bearing_twin.contact.friction import FrictionLoads, patch_by
 from bearing_twin.shapes import ball_in_groove
 
 
 class RacewayContact(NamedTuple):
-    """A contact; `drilling` [N m] is the friction torque on the ball about `normal`, from the ball to the raceway."""
+    """A contact; `spin_moment` [N m] is that of friction on the ball about `normal`, from the ball to the raceway."""
 
     approach: float
     approach_rate: float
@@ -26,7 +26,7 @@ class RacewayContact(NamedTuple):
     slip: np.ndarray
     spin_rate: float
     friction: np.ndarray
-    drilling: float
+    spin_moment: float
     force: np.ndarray
     torque: np.ndarray
     drive_power: float
@@ -36,7 +36,7 @@ class RacewayContact(NamedTuple):
 
 def friction_by(
     name, normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, coefficient, regularisation
-) -> Rubbing:
+) -> FrictionLoads:
     """Friction by the model of that name, as `Patch.friction`."""
     motion = slip_major, slip_minor, spin
     return patch_by(name, coefficient).friction(normal_load, semi_major, semi_minor, *motion, regularisation)
@@ -113,7 +113,7 @@ def with_patch(bearing, side, centre, ring_speed, position, contact):
     loss = -(found.force_major * slip[0] + found.force_minor * slip[1] + found.torque * contact.spin_rate)
     return contact._replace(
         friction=friction,
-        drilling=found.torque,
+        spin_moment=found.torque,
         force=contact.force + friction,
         torque=np.cross(contact.arm, friction) + found.torque * normal,
         drive_power=contact.drive_power + power,

@@ -116,13 +116,13 @@ def test_ball_sets_give_the_frequency_coefficients_of_their_maker():
         assert ENTRIES[name].balls == round(outer / cage)
 
 
-def test_the_rule_meets_its_doubts_but_for_one_bearing():
+def test_the_rule_meets_its_errors_but_for_one_bearing():
     beyond = set()
     for name, entry in ENTRIES.items():
         rule = ANGULAR_CONTACT if entry.contact_angle else DEEP_GROOVE
         bare = Entry(bore=entry.bore, outside_diameter=entry.outside_diameter, contact_angle=entry.contact_angle)
         balls, ball = by_rule(bare)
-        if abs(balls - entry.balls) > rule.balls_doubt or abs(entry.ball_diameter / ball - 1.0) > rule.diameter_doubt:
+        if abs(balls - entry.balls) > rule.balls_error or abs(entry.ball_diameter / ball - 1.0) > rule.diameter_error:
             beyond.add(name)
     assert beyond == {"6200"}
 

@@ -11,7 +11,7 @@ from bearing_twin import IntegrationError, SceneError
 from bearing_twin.base.errors import CoreError
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
-from bearing_twin.charts.contest import Asked, Contest, timed
+from bearing_twin.charts.contest import Contest, Options, timed
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, read_table
 from bearing_twin.command.cli import main
 
@@ -51,7 +51,7 @@ def made(tmp_path_factory):
 
     def once(name):
         if name not in found:
-            found[name] = chart_of(name).make(folder, name, Asked((PART[name],), quick=True))
+            found[name] = chart_of(name).make(folder, name, Options((PART[name],), quick=True))
         return found[name]
 
     return make
@@ -201,7 +201,7 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
             raise IntegrationError("at 1 s")
         return {"error": math.nan if setting == 2.0 else 0.1, "seconds": 1.0, "of my own": 2.0}
 
-    rows = contest(judge, 4).measure(Asked())
+    rows = contest(judge, 4).measure(Options())
     assert [row.status for row in rows] == [REFUSED, FAILED, FAILED, DONE]
     assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
     assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
@@ -213,7 +213,7 @@ def test_an_installation_that_cannot_run_makes_no_chart():
         raise CoreError("of other sources")
 
     with pytest.raises(CoreError, match="of other sources"):
-        contest(judge).measure(Asked())
+        contest(judge).measure(Options())
 
 
 def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
@@ -222,7 +222,7 @@ def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
             pass
         return {"error": 0.5}
 
-    rows = contest(judge).measure(Asked(limit=0.2))
+    rows = contest(judge).measure(Options(limit=0.2))
     assert [row.status for row in rows] == [DONE, STOPPED, DONE]
     assert "0.2 CPU seconds" in rows[1].reason
 

@@ -29,7 +29,7 @@ from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
 
 
-@pytest.mark.parametrize("name", [name for name, row in FRICTIONS.items() if row.over_spot])
+@pytest.mark.parametrize("name", [name for name, row in FRICTIONS.items() if row.over_patch])
 def test_the_error_a_row_tells_is_the_greatest_there_is(name):
     """Looked for among all motions, without smoothing, at b/a = 0.1: not too low, and not much too high."""
     row = FRICTIONS[name]
@@ -125,14 +125,14 @@ def test_pure_spinning_and_pure_sliding_in_closed_form():
     spinning = contact._replace(slip=MIDDLE, spin_rate=-3e3)
     found = with_patch(bearing, 0, centre, 0.0, position, spinning)
     torque = 0.375 * limit * major * ellipe(1.0 - (minor / major) ** 2)
-    assert found.drilling == pytest.approx(torque, rel=1e-2)
+    assert found.spin_moment == pytest.approx(torque, rel=1e-2)
     assert np.linalg.norm(found.friction) < 1e-9 * limit
     assert found.dissipation == pytest.approx(3e3 * torque, rel=1e-2)
     sliding = contact._replace(spin_rate=0.0)
     found = with_patch(bearing, 0, centre, 0.0, position, sliding)
     along = np.array(contact.slip) / np.linalg.norm(contact.slip)
     assert np.array(found.friction) == pytest.approx(-limit * along, rel=1e-9, abs=1e-9 * limit)
-    assert abs(found.drilling) < 1e-12 * limit
+    assert abs(found.spin_moment) < 1e-12 * limit
 
 
 def test_far_below_the_smoothing_speed_friction_is_that_at_a_point_and_drilling_linear():

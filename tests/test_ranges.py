@@ -232,7 +232,7 @@ def test_the_volumetric_law_leaves_its_half_per_cent_where_its_range_says():
     assert small < 0.005 < large
 
 
-@pytest.mark.parametrize("name", [row.name for row in FRICTIONS.values() if row.over_spot])
+@pytest.mark.parametrize("name", [row.name for row in FRICTIONS.values() if row.over_patch])
 def test_friction_over_narrow_spots_errs_little_more_than_over_those_of_bearings(name):
     [row] = [one for one in RANGES if one.key == "contact.friction"]
     worst = max(error for _, error in hardest(name, row.least, 8))

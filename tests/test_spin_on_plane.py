@@ -28,7 +28,7 @@ def spinning(friction):
     return run.report.as_dict()
 
 
-@pytest.mark.parametrize("friction", [name for name, one in FRICTIONS.items() if one.over_spot])
+@pytest.mark.parametrize("friction", [name for name, one in FRICTIONS.items() if one.over_patch])
 def test_what_drilling_takes_is_within_the_error_told(friction):
     """3/16 pi mu N a of a round spot that turns about its middle (Johnson, Contact Mechanics, section 3.9)."""
     exact = -3.0 / 16.0 * math.pi * FRICTION * WEIGHT * SPOT * SECONDS

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bearing_twin.base.errors import Interrupted, Stopped
-from bearing_twin.base.stopping import LOST, SIGNALLED, Halt, heeding_signals
+from bearing_twin.base.stopping import LOST, SIGNALLED, Halt, signal_flag
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_write import McapWriter, Reserve
@@ -164,7 +164,7 @@ def test_the_signals_of_a_forked_worker_are_its_own():
     child = os.fork()
     if not child:
         before = int(SIGNALLED[0])
-        with heeding_signals():
+        with signal_flag():
             signal.signal(signal.SIGUSR1, lambda *_: None)
             signal.raise_signal(signal.SIGUSR1)
             os.write(writer, bytes([before, int(SIGNALLED[0])]))

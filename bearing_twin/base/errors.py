@@ -136,12 +136,12 @@ def nearest(word: Any, legal: Iterable[str]) -> list[str]:
     Too many are more than half of the letters of the longer word. Case does not count; where one of two words goes on
     where the other ends, they are nearer than others.
     """
-    asked = str(word).lower()[:LONGEST]
+    given = str(word).lower()[:LONGEST]
     counted = []
     for place, one in enumerate(legal):
         other = one.lower()[:LONGEST]
-        if (number := slips(asked, other)) <= 0.5 * max(len(asked), len(other)):
-            begun = len(asked) > 1 and (other.startswith(asked) or asked.startswith(other))
+        if (number := slips(given, other)) <= 0.5 * max(len(given), len(other)):
+            begun = len(given) > 1 and (other.startswith(given) or given.startswith(other))
             counted.append((min(number, SWAP) if begun else number, number, place, one))
     counted.sort()
     return [one for key, _, _, one in counted if key == counted[0][0]][:MOST_NEAR]

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.base.errors import LONGEST_ECHO, SceneError, echo, unknown
-from bearing_twin.base.paths import ROOM
+from bearing_twin.base.paths import READABLE
 from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, si_value, units_taken, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
@@ -381,7 +381,7 @@ def _misnamed(header, columns) -> str:
 
 def _rows_of(name: str) -> tuple[list, str]:
     """(rows of text of a CSV file, "") or ([], what is wrong); nothing is read on behalf of somebody else."""
-    if ROOM.get() is not None:
+    if READABLE.get() is not None:
         return [], "files are not read for this; give the rows"
     try:
         found = os.stat(name)

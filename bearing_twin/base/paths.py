@@ -95,7 +95,7 @@ def drafted(path: Path, mode: int = 0o666) -> Iterator[Path]:
 
 
 # Folders in which files may be read now, and what they are called; None = wherever the user may read.
-ROOM: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("room", default=None)
+READABLE: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("readable", default=None)
 
 
 @contextlib.contextmanager
@@ -106,8 +106,8 @@ def only_below(folders: Iterable, called: str) -> Iterator[None]:
     is refused in the same words whether it exists or not: who asks may be anybody on the network. `called` is what
     the folders are called in these words.
     """
-    token = ROOM.set((tuple(Path(os.path.realpath(folder)) for folder in folders), called))
+    token = READABLE.set((tuple(Path(os.path.realpath(folder)) for folder in folders), called))
     try:
         yield
     finally:
-        ROOM.reset(token)
+        READABLE.reset(token)

@@ -2,7 +2,7 @@
 
 While a compiled loop runs on the main thread no handler of a signal runs. So the system itself notes signals in a byte
 of memory (`signal.set_wakeup_fd` with a file that lives in memory alone) at which the loops look: they end, and then
-the handlers run as ever. Loops of Python ask by `look`.
+the handlers run as ever. Loops of Python call `stop_if_requested`.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ from bearing_twin.base.process import PUT_OFF, RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
 MAP_FIXED = 0x10  # of Linux, where `_FILE` is; Python does not name it
-_ASKED: ContextVar[Callable[[], bool]] = ContextVar("asked", default=lambda: False)
+_STOP_REQUESTED: ContextVar[Callable[[], bool]] = ContextVar("stop_requested", default=lambda: False)
 LOST, SHARE = 1.0, 0.2  # s of computing that interruptions may cost before it is earned, and what it earns a second
 
 
@@ -51,14 +51,14 @@ def _made_own() -> None:
     replace(SIGNALLED.ctypes.data, 1, mmap.PROT_READ | mmap.PROT_WRITE, mmap.MAP_SHARED | MAP_FIXED, _FILE, 0)
 
 
-_FILE, SIGNALLED = _shared()  # SIGNALLED (1,): not 0 once a signal with a handler has come, within `heeding_signals`
+_FILE, SIGNALLED = _shared()  # SIGNALLED (1,): not 0 once a signal with a handler has come, within `signal_flag`
 if _FILE >= 0:
     os.register_at_fork(after_in_child=_made_own)
 
 
 @contextlib.contextmanager
-def heeding_signals() -> Iterator[None]:
-    """Within it SIGNALLED tells of signals; nothing outside the main thread, where handlers do not run either."""
+def signal_flag() -> Iterator[None]:
+    """Within it signals set SIGNALLED; without effect outside the main thread, where no handlers run either."""
     if _FILE < 0 or threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -78,18 +78,18 @@ def heeding_signals() -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def heeding(asked: Callable[[], bool]) -> Iterator[None]:
-    """Within it, in this thread, `look` raises Stopped once `asked()` is true."""
-    token = _ASKED.set(asked)
+def stop_condition(requested: Callable[[], bool]) -> Iterator[None]:
+    """Within it, in this thread, `look` raises Stopped once `requested()` is true."""
+    token = _STOP_REQUESTED.set(requested)
     try:
         yield
     finally:
-        _ASKED.reset(token)
+        _STOP_REQUESTED.reset(token)
 
 
-def look() -> None:
-    """Raises Stopped where `heeding` something that asks for it; long work in Python looks every tenth of a second."""
-    if _ASKED.get()():
+def stop_if_requested() -> None:
+    """Raises Stopped once the `stop_condition` is true; long work in Python calls it ten times a second."""
+    if _STOP_REQUESTED.get()():
         raise Stopped("the computation was stopped")
 
 

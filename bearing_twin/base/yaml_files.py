@@ -14,7 +14,7 @@ import yaml
 
 from bearing_twin.base.errors import SceneError, StudyError, did_you_mean, nearest, unknown
 from bearing_twin.base.parameters import echo
-from bearing_twin.base.paths import ROOM, own_folder, share_path
+from bearing_twin.base.paths import READABLE, own_folder, share_path
 
 GREATEST_FILE = 128_000  # bytes
 LONGEST_KEPT = 10_000  # characters of a text whose data are kept
@@ -63,13 +63,13 @@ class Shelf(NamedTuple):
             return Path(share_path("config", self.folder, f"{text}.yaml"))
         path = Path(text)
         looks_like_a_path = isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith(SUFFIXES)
-        if looks_like_a_path and ROOM.get() is not None:
+        if looks_like_a_path and READABLE.get() is not None:
             return self._permitted(text)
         known = ", ".join(self.names())
         try:
             if path.is_dir() and looks_like_a_path:
                 raise self.error(f"{echo(text)} is a directory; give a {self.noun} file in it, or a name: {known}")
-            if ROOM.get() is None and path.exists() and not path.is_dir():
+            if READABLE.get() is None and path.exists() and not path.is_dir():
                 return path
         except (OSError, ValueError):  # too long, or a null byte
             pass
@@ -89,7 +89,7 @@ class Shelf(NamedTuple):
 
     def _permitted(self, text: str) -> Path:
         """The file of that path if it may be read for somebody else; else raises `error`, always in the same words."""
-        folders, called = ROOM.get()
+        folders, called = READABLE.get()
         for folder in folders:
             with contextlib.suppress(OSError, ValueError):  # not there, too long, or a null byte
                 path = Path(os.path.realpath(folder / text))

@@ -35,7 +35,7 @@ WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
 Entry = tuple[str, str, float, float]  # problem, method, setting, across
 
 
-class Asked(NamedTuple):
+class Options(NamedTuple):
     """Options of a chart: problems by name (empty: all), progress, limit of CPU seconds of a run, size."""
 
     problems: tuple[str, ...] = ()
@@ -97,14 +97,14 @@ class Contest:
             own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
         return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
 
-    def measure(self, asked: Asked) -> list[Row]:
+    def measure(self, options: Options) -> list[Row]:
         """All runs, problem by problem and method by method."""
-        names = wanted_of(asked.problems, self.problems)
-        tasks = [(problem, *one) for problem in names for one in self.entries(problem, asked.quick)]
+        names = wanted_of(options.problems, self.problems)
+        tasks = [(problem, *one) for problem in names for one in self.entries(problem, options.quick)]
         rows = []
         for task in tasks:
-            rows.append(self.run(task, asked.limit))
-            asked.update(len(rows) / len(tasks))
+            rows.append(self.run(task, options.limit))
+            options.update(len(rows) / len(tasks))
         return rows
 
     def sheet(self, rows: list[Row]) -> Sheet:
@@ -118,9 +118,9 @@ class Contest:
         """Sentences that read the rows."""
         return [*self.read(self, rows), *found_again(rows, self.own), *without_result(rows), *unsure(rows)]
 
-    def make(self, folder: Path, name: str, asked: Asked) -> Made:
+    def make(self, folder: Path, name: str, options: Options) -> Made:
         """Runs the chart and writes picture and table."""
-        rows = self.measure(asked)
+        rows = self.measure(options)
         picture, table = folder / f"{name}.png", folder / f"{name}.csv"
         write_table(rows, table)
         draw(self.sheet(rows), picture)
@@ -337,19 +337,19 @@ class Paper:
         numbers = {str(figure): name for name, row in self.sheets.items() for figure in row.figures}
         return {name: name for name in self.sheets} | numbers
 
-    def make(self, folder: Path, name: str, asked: Asked) -> Made:
+    def make(self, folder: Path, name: str, options: Options) -> Made:
         """Draws the requested sheets: picture, table of curves and sentences of each."""
         made = Made([], [], [], [])
-        wanted = dict.fromkeys(self.problems[one] for one in wanted_of(asked.problems, self.problems))
+        wanted = dict.fromkeys(self.problems[one] for one in wanted_of(options.problems, self.problems))
         for place, part in enumerate(wanted, start=1):
-            sheet = self.sheets[part].make(asked.quick)
+            sheet = self.sheets[part].make(options.quick)
             picture, table, reading = (folder / f"{name}_{part}.{ending}" for ending in ("png", "csv", "txt"))
             write_curves(sheet, table)
             reading.write_text("\n".join(sheet.reading) + "\n", encoding="utf-8")
             made.pictures.append(str(draw(sheet, picture)))
             made.tables.append(str(table))
             made.reading.extend(sheet.reading)
-            asked.update(place / len(wanted))
+            options.update(place / len(wanted))
         return made
 
     def read_again(self, folder: Path, name: str) -> list[str]:

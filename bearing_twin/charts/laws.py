@@ -2,7 +2,7 @@
 
 Laws: the load as the contact calculator gives it, which is what every product of a law goes by, against exact Hertz;
 SciPy's integrals check that. Friction: Coulomb's law without smoothing, the hardest case, against
-`reference.spot`; each error is the worst of several directions of slip, of
+`reference.patch_friction_exact`; each error is the worst of several directions of slip, of
 the force over mu N, of the torque over pure spin's.
 """
 
@@ -31,7 +31,7 @@ from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.elasticity import carried_course, coefficient_of, curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, patch_by
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.reference import spot_friction_exact
+from bearing_twin.reference import patch_friction_exact
 
 SHAPES = spread(1e-3, 1.0, 25)  # b/a
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
@@ -186,7 +186,7 @@ DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 5)
 POLES = (0.03, 1.1), (0.0, 0.5 * math.pi)
 """Distance and angle of the poles of motions among which the greatest error is searched; the patch is a circle."""
 RAYS, NARROW = 250, 25.0  # of the exact solution, good to 1e-12; for b/a < 0.1 NARROW over b/a
-MODELS = tuple(row.name for row in FRICTIONS.values() if row.over_spot)
+MODELS = tuple(row.name for row in FRICTIONS.values() if row.over_patch)
 
 
 @functools.cache
@@ -197,7 +197,7 @@ def _friction_cost(name: str) -> dict[str, float]:
 
 @functools.lru_cache(maxsize=4096)
 def _exact(shape: float, along: float, across: float, spin: float):
-    return spot_friction_exact(1.0, 1.0, shape, along, across, spin, 1.0, rays=max(RAYS, round(NARROW / shape)))
+    return patch_friction_exact(1.0, 1.0, shape, along, across, spin, 1.0, rays=max(RAYS, round(NARROW / shape)))
 
 
 def errors(model: str, shape: float, motions) -> np.ndarray:

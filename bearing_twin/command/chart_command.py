@@ -73,11 +73,11 @@ def _list() -> Outcome:
 def _made(name: str, arguments, folder: Path) -> Outcome:
     """One chart: rows, pictures, tables, and the sentences that read it."""
     from bearing_twin.charts import chart_of
-    from bearing_twin.charts.contest import LIMIT, Asked
+    from bearing_twin.charts.contest import LIMIT, Options
 
     with progress(f"chart {name}") as update:
-        asked = Asked(tuple(arguments.problem or ()), update, arguments.limit or LIMIT, arguments.quick)
-        made = chart_of(name).make(folder, name, asked)
+        options = Options(tuple(arguments.problem or ()), update, arguments.limit or LIMIT, arguments.quick)
+        made = chart_of(name).make(folder, name, options)
 
     def show():
         show_text("\n".join([*made.reading, *(f"picture: {one}" for one in made.pictures)]))

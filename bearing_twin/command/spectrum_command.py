@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     import numpy as np
 
     from bearing_twin.log.acceleration_record import read_record
-    from bearing_twin.vibration.envelope import SPEED_DOUBT, spectrum_of
+    from bearing_twin.vibration.envelope import SPEED_ERROR, spectrum_of
 
     if speed and arguments.speed.strip()[-1] in "0123456789.":
         rpm = 30.0 / math.pi * speed
@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     warnings = list(found.warnings)
     if arguments.speed is not None and record.speed is not None:
         own = abs(float(np.mean(record.speed[1] if isinstance(record.speed, tuple) else record.speed)))
-        if own and abs(abs(speed) / own - 1.0) > SPEED_DOUBT:
+        if own and abs(abs(speed) / own - 1.0) > SPEED_ERROR:
             turns = f"{30.0 / math.pi * own:.5g} rpm"
             warnings.append(f"{arguments.file} was recorded at {turns}, and --speed differs; leave it out to take that")
     return Outcome(result, warnings, lambda: _show(result), True)

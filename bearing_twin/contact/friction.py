@@ -2,8 +2,8 @@
 
 On a patch with Hertz's pressure each point slides with v + omega x r, so spin weakens the friction force and sliding
 weakens the spin friction moment (Contensou, Erismann). The usual closed forms have the right limits and miss a third of
-the force or most of the torque in between; `bearing_twin chart friction` shows all against `reference.spot`. The
-formulas are the core's (`core/contact/friction.hpp`).
+the force or most of the torque in between; `bearing_twin chart friction` shows all against
+`reference.patch_friction_exact`. The formulas are the core's (`core/contact/friction.hpp`).
 
 A quadrature sums friction over points of the unit disc with their shares of the pressure. Where a patch's rim is slow
 by its spin against sqrt(slip^2 + regularisation^2), friction is nearly a polynomial of the place, and twelve points are
@@ -68,7 +68,7 @@ class FrictionModel:
     rule: Rule = NO_RULE
 
     @property
-    def over_spot(self) -> bool:
+    def over_patch(self) -> bool:
         """True if the patch and its spin matter."""
         return "ellipse" in self.needs
 
@@ -145,7 +145,7 @@ def roughness(friction: FrictionModel) -> list[str]:
 _friction = Function("core_friction", None, (REALS, REALS, INTEGER, REALS, REAL, REALS_OUT))
 
 
-class Rubbing(NamedTuple):
+class FrictionLoads(NamedTuple):
     """Friction on the slipping body, along the ellipse's axes [N], and about the patch's normal [N m]."""
 
     force_major: float
@@ -177,7 +177,7 @@ class Patch(NamedTuple):
 
     def friction(
         self, normal_load, semi_major, semi_minor, slip_major, slip_minor, spin, regularisation: float
-    ) -> Rubbing:
+    ) -> FrictionLoads:
         """Friction for slip [m/s] along the patch's axes and spin [rad/s] about its normal; arrays broadcast.
 
         -mu p u/sqrt(u^2 + v_s^2) over Hertz's pressure p, u = v + spin x r, v_s = `regularisation` [m/s].
@@ -186,7 +186,7 @@ class Patch(NamedTuple):
         rows = np.ascontiguousarray(np.stack(motion, axis=-1), float)
         found = np.empty((*motion[0].shape, 3))
         _friction(*self, motion[0].size, rows, float(regularisation), found)
-        return Rubbing(*(one[()] for one in np.moveaxis(found, -1, 0)))
+        return FrictionLoads(*(one[()] for one in np.moveaxis(found, -1, 0)))
 
 
 def patch_of(formula: str, coefficient: float, rule: Rule = NO_RULE) -> Patch:

@@ -276,14 +276,14 @@ class SqliteReader:
 
     def by_time(self, wanted: Container[str] | None, from_ns: int, until_ns: int) -> Iterator[LoggedMessage]:
         """Messages of the `wanted` topics (None: of all) from `from_ns` to before `until_ns`, by their time."""
-        asked = [
+        connections = [
             one
             for one in self._bag.connections
             if wanted is None or (one.topic in wanted and not self._topics[one.id].foreign)
         ]
         with self._said():
             for connection, given, data in (
-                self._bag.messages(asked, from_ns, min(until_ns, LAST_SQL_NS)) if asked else ()
+                self._bag.messages(connections, from_ns, min(until_ns, LAST_SQL_NS)) if connections else ()
             ):
                 if not 0 <= (time_ns := int(given)) <= LAST_SQL_NS:
                     raise ValueError(f"a message at {time_ns} ns")

@@ -138,7 +138,7 @@ class LogStream:
         if run is not None and run != -1 and run not in range(1, self.runs + 1):
             several = f"{self.runs} runs: give one from 1 to {self.runs}" if self.runs > 1 else "one run"
             raise LogError(f"run {echo(run)} is not in {path}, which holds {several}")
-        self._asked = run not in (None, -1)
+        self._run_selected = run not in (None, -1)
         self.run: int | None = self.runs if run == -1 else run
         self._read = self._runs if self.run is None else self._runs[self.run - 1 : self.run]
         self.end = self._read[-1].end
@@ -227,7 +227,7 @@ class LogStream:
                 "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "
                 "what came last, and hold for none of them; record each in a namespace of its own"
             )
-        if self._asked:
+        if self._run_selected:
             return ""
         return (
             f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of run "

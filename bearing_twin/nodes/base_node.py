@@ -348,13 +348,13 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
 
     A signal lets the node close while ROS still works, so that all it has logged is published.
     """
-    asked: list[int] = []
+    received: list[int] = []
     node = failure = None
 
     def noted(number: int, _) -> None:
-        if asked and node is None:  # it waits in its constructor
+        if received and node is None:  # it waits in its constructor
             os._exit(2)
-        asked.append(number)
+        received.append(number)
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, noted)
@@ -368,7 +368,7 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
             node.get_logger().warning(f"{said}: and ros__parameters:")
         executor = Executor()
         executor.add_node(node)
-        while not node.done.is_set() and not asked:
+        while not node.done.is_set() and not received:
             executor.turn(node)
     except BearingTwinError as error:
         failure = error

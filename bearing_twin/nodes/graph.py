@@ -93,11 +93,11 @@ class Graph:
         """Publishers and subscriptions of a topic: node, type and quality of service of each."""
         self._type_of(topic)
         publishers, subscriptions = self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic
-        asked = ("publisher", publishers), ("subscription", subscriptions)
+        ends = ("publisher", publishers), ("subscription", subscriptions)
         return [
             {"end": end, "node": full_name(one), "type": one.topic_type}
             | {key: getattr(one.qos_profile, key).name.lower() for key in ("reliability", "durability")}
-            for end, one in self._at_rest(lambda: [(end, one) for end, ask in asked for one in ask(topic)])
+            for end, one in self._at_rest(lambda: [(end, one) for end, ask in ends for one in ask(topic)])
         ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
@@ -151,7 +151,7 @@ class Graph:
 
     def parameters(self, node: str) -> dict[str, Any]:
         """All parameters of a node that have a value."""
-        names = sorted(self._asked(node, "list_parameters").result.names)
+        names = sorted(self._called(node, "list_parameters").result.names)
         return {name: value for name in names if (value := self._parameter(node, name)) is not None}
 
     def parameter(self, node: str, name: str) -> Any:
@@ -172,7 +172,7 @@ class Graph:
             value = [value]
         kind = Parameter.Type.STRING_ARRAY if value == [] else None  # an empty list has no type
         message = Parameter(name, kind, value).to_parameter_msg()
-        (result,) = self._asked(node, "set_parameters", [message]).results
+        (result,) = self._called(node, "set_parameters", [message]).results
         if not result.successful:
             raise GraphError(f"{node} refuses {name} = {echo(value)}: {result.reason or 'it gives no reason'}")
         return self.parameter(node, name)
@@ -225,10 +225,10 @@ class Graph:
 
     def _parameter(self, node: str, name: str) -> Any:
         # One by one: a node answers with nothing at all where it lacks one of several.
-        values = self._asked(node, "get_parameters", [name]).values
+        values = self._called(node, "get_parameters", [name]).values
         return plain(parameter_value_to_python(values[0])) if values else None
 
-    def _asked(self, node: str, method: str, *arguments) -> Any:
+    def _called(self, node: str, method: str, *arguments) -> Any:
         """The answer of one of a node's parameter services."""
         name = f"/{node.lstrip('/')}"
         if name not in self._clients:

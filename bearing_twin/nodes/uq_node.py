@@ -131,8 +131,8 @@ class UqNode(BaseNode):
         return GoalResponse.REJECT
 
     def _on_accepted(self, goal_handle) -> None:
-        asked, key = goal_handle.request, bytes(goal_handle.goal_id.uuid)
-        goal = Goal(asked.study, tuple(asked.overrides), asked.samples, asked.seed)
+        request, key = goal_handle.request, bytes(goal_handle.goal_id.uuid)
+        goal = Goal(request.study, tuple(request.overrides), request.samples, request.seed)
         with self._lock:
             self._waiting.append(goal_handle)  # before it is read, which one that comes later may do faster
         try:

@@ -92,7 +92,7 @@ class WatchNode(BaseNode):
         self._place = place = samples.removesuffix(SAMPLES)
         self._run: LiveRun | None = None
         self._described, self._refused = threading.Event(), ""
-        self._shown, self._asked = threading.Event(), -REQUESTED_FOR
+        self._shown, self._requested = threading.Event(), -REQUESTED_FOR
         self._aside, self._listening = PolledGroup(), []
         self._commands = MutuallyExclusiveCallbackGroup()
         clients = {"callback_group": self._commands}
@@ -151,15 +151,15 @@ class WatchNode(BaseNode):
 
     @guarded
     def _on_look(self):
-        watched = bool(self.feed.viewers) or time.monotonic() - self._asked < REQUESTED_FOR
+        watched = bool(self.feed.viewers) or time.monotonic() - self._requested < REQUESTED_FOR
         if watched and not self._listening:
-            asked = (
+            requests = (
                 (interface(cdr.SAMPLE_BLOCK, "msg"), f"{self._place}{SAMPLES}", self._on_samples),
                 (DiagnosticArray, "/diagnostics", self._on_diagnostics),
             )
             self._listening = [
                 self.create_subscription(*one, qos_profile(Qos(DEPTH)), raw=True, callback_group=self._aside)
-                for one in asked
+                for one in requests
             ]
         elif not watched and self._listening:
             for subscription in self._listening:
@@ -206,7 +206,7 @@ class WatchNode(BaseNode):
 
     def page(self) -> bytes:
         """The page of the run as it is now."""
-        self._asked = time.monotonic()
+        self._requested = time.monotonic()
         said = "has not published its scene yet; this page reloads until it has"
         if self._described.wait(COMING):
             if self._shown.wait(COMING):

@@ -11,7 +11,7 @@ import numpy as np
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError, no_progress
 from bearing_twin.base.report import Choice, Report
 from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, outputs_at_once, side_by_side
-from bearing_twin.base.stopping import SIGNALLED, Halt, heeding_signals
+from bearing_twin.base.stopping import SIGNALLED, Halt, signal_flag
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.run.failure import Broken, Failure, Health, failure_keys, placed, state_of, up_to_break, worst_contact
@@ -226,7 +226,7 @@ class Simulation:
         """The outputs computed and not given out; the first of a run are those at its start."""
         if self._pending is None:
             start = time.perf_counter()
-            with heeding_signals():
+            with signal_flag():
                 self._pending = self._block(0, self._motion.first_outputs())
             self._health.check(self._pending)
             self._good = self._pending[0]
@@ -260,7 +260,7 @@ class Simulation:
         self._compute_seconds += time.perf_counter() - start
 
     def _advanced(self, first: int, times: np.ndarray) -> Block:
-        with heeding_signals(), self._halt.interruptible(self._motion):
+        with signal_flag(), self._halt.interruptible(self._motion):
             arrays = self._motion.advance(times, times[-1])
         return self._block(first, arrays)
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bearing_twin.base.errors import StatisticError
-from bearing_twin.base.stopping import look
+from bearing_twin.base.stopping import stop_if_requested
 from bearing_twin.uq.modality import modality
 
 ROWS, COLUMNS = 1024, 8  # histories and instants taken together
@@ -23,7 +23,7 @@ MOST_FAILED = 0.05  # share of resamples without a result, beyond which there is
 
 def _blocks(count: int):
     for first in range(0, count, ROWS):
-        look()
+        stop_if_requested()
         yield slice(first, first + ROWS)
 
 
@@ -53,7 +53,7 @@ def history_statistics(histories: np.ndarray, inputs: np.ndarray, keys: Sequence
     of_inputs = np.where(np.ptp(inputs, axis=0) > 0.0, inputs.std(axis=0), np.nan)
     quantiles = []
     for first in range(0, size, COLUMNS):
-        look()
+        stop_if_requested()
         columns = np.ascontiguousarray(histories[:, first : first + COLUMNS].T)
         quantiles.append(np.quantile(columns, PROBABILITIES, axis=1, method="median_unbiased"))
 
@@ -98,7 +98,7 @@ def narrowing(times: np.ndarray, histories: np.ndarray, inputs: np.ndarray, keys
         raise StatisticError("no instant after the peak of the mean has a least deviation")
     signs = {}
     for key, of_input in zip(keys, covariances, strict=True):
-        look()
+        stop_if_requested()
         later = np.array([_zero(times, one, near) - near for one, near in zip(of_input, least, strict=True)])
         if (of_later := _interval(later)) is not None:
             time, later = float(least[0] + later[0]), float(later[0])
@@ -135,7 +135,7 @@ def _resampled(histories, inputs, seed):
     inputs = inputs - inputs.mean(axis=0)
     drawn = np.ones((1 + RESAMPLES, count), np.uint8)  # how often each row was drawn
     for row in drawn[1:]:
-        look()
+        stop_if_requested()
         row[:] = np.bincount(random.integers(count, size=count), minlength=count)
     means, squares = np.zeros((2, 1 + RESAMPLES, size))
     products, shifts = np.zeros((inputs.shape[1], 1 + RESAMPLES, size)), np.zeros((1 + RESAMPLES, inputs.shape[1]))

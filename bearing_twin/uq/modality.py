@@ -26,7 +26,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from bearing_twin.base.errors import StatisticError
-from bearing_twin.base.stopping import look
+from bearing_twin.base.stopping import stop_if_requested
 from bearing_twin.uq.statistics import BINS_PER_BANDWIDTH, MORE, TOO_FEW, binned, smoothed
 
 BINS = 4096
@@ -87,7 +87,7 @@ def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
     rng = np.random.default_rng(seed)
     p_values: list[float] = []
     for modes in range(1, MOST_MODES + 1):
-        look()
+        stop_if_requested()
         bandwidth = critical_bandwidth(counts, modes, window)
         p_value = _p_value(_silverman_test(counts, bandwidth, modes, window, rng), resamples)
         if modes == 1 and p_value <= LEVEL and outer > inner:
@@ -144,7 +144,7 @@ def _p_value(more: Callable[[int], np.ndarray], resamples: int) -> float:
     """
     enough, found = max(1, round(CLEAR * resamples)), np.zeros(0, bool)
     while len(found) < resamples:
-        look()
+        stop_if_requested()
         found = np.concatenate([found, more(min(enough, resamples - len(found)))])
         if found.sum() >= enough:
             return enough / (1.0 + int(np.flatnonzero(found)[enough - 1]))
@@ -188,7 +188,7 @@ def _second_excess(counts, levels):
     share = counts / counts.sum(axis=1, keepdims=True)
     gain = np.zeros(len(counts))
     for level in levels:
-        look()
+        stop_if_requested()
         above = np.cumsum(np.pad(share - level / share.shape[1], ((0, 0), (1, 0))), axis=1)
         ending = above - np.minimum.accumulate(above, axis=1)
         starting = np.maximum.accumulate(above[:, ::-1], axis=1)[:, ::-1] - above

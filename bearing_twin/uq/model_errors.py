@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.stopping import look
+from bearing_twin.base.stopping import stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
 from bearing_twin.run.report import LARGE, exceeds
@@ -51,7 +51,7 @@ def checked_rows(quantities: np.ndarray, first: int, count: int) -> list[int]:
     """
     rows: list[int] = []
     for column in [first, *(place for place in range(quantities.shape[1]) if place != first)]:
-        look()
+        stop_if_requested()
         good = np.flatnonzero(np.isfinite(quantities[:, column]))
         if last := len(good) - 1 if len(good) else 0:
             ranks = np.argpartition(quantities[good, column], (0, (last + 1) // 2, last))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import StatisticError, Stopped, StudyError, no_progress
-from bearing_twin.base.stopping import heeding
+from bearing_twin.base.stopping import stop_condition
 from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
 from bearing_twin.uq.model_errors import NOT_CHECKED, model_errors, no_model_errors
 from bearing_twin.uq.propagation import LADDER, MOST_RUNS, expand, interpolate
@@ -263,7 +263,7 @@ def run_study(
     drawn = Drawn(study, task, _part(report, 0, parts, began), ends, began, start, keep)
     model, at_mean, found, sobol = no_model_errors(NOT_CHECKED), empty(task, 0), exact, {}
     missing = {name: missing_moments(study, task, name) for name in sampled} if task.closed else {}
-    with heeding(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
+    with stop_condition(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
         evaluate = Evaluator(ensemble, study, drawn.report)
         try:
             found = exact | _propagate(study, ensemble, evaluate, drawn, len(sampled))

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import qmc
 
-from bearing_twin.base.stopping import look
+from bearing_twin.base.stopping import stop_if_requested
 from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT
 
 BLOCK = 1024  # points of `random` that share a seed
@@ -62,7 +62,7 @@ def _hypercubes(dimension, seed, samples):
     each = samples // REPLICATES
     cubes = []
     for part in range(REPLICATES):
-        look()
+        stop_if_requested()
         cubes.append(qmc.LatinHypercube(dimension, seed=_generator(seed, part)).random(each))
     return np.stack(cubes, axis=1).reshape(-1, dimension)
 

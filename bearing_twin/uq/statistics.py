@@ -24,7 +24,7 @@ from scipy.optimize import brentq
 from scipy.special import betainc
 
 from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.base.stopping import look
+from bearing_twin.base.stopping import stop_if_requested
 from bearing_twin.uq.inputs import Joint
 
 MOMENTS = ("mean", "std", "skewness")
@@ -78,7 +78,7 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
     StatisticError
         For too few samples, or the skewness of equal values.
     """
-    look()
+    stop_if_requested()
     every = np.ascontiguousarray(sample, float)
     good = np.isfinite(every)
     kept = every if good.all() else every[good]
@@ -118,7 +118,7 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1, least: fl
     T + g T^2/3 + g^2 T^3/27 + g/(6 n) is nearly Student's t. Unsafe below `least` effective points n / kurtosis and,
     for replicates, above a kurtosis of HEAVIEST. Raises StatisticError where all points of one replicate failed.
     """
-    look()
+    stop_if_requested()
     good = np.isfinite(influence)
     kept = influence if good.all() else influence[good]
     square = kept * kept
@@ -259,7 +259,7 @@ def smoothed(counts: np.ndarray, bandwidth: float, kind: str = "even") -> np.nda
 
 
 def _kept(sample, fewest: int) -> np.ndarray:
-    look()
+    stop_if_requested()
     sample = np.asarray(sample, float)
     kept = sample[np.isfinite(sample)]
     if len(kept) < fewest:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import StatisticError, Stopped
-from bearing_twin.base.stopping import heeding, look
+from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import two_digits, unit_for_people, with_unit
 from bearing_twin.run.report import WORDS
 from bearing_twin.uq.histories import history_statistics, narrowing
@@ -184,11 +184,11 @@ def summary_of(result: StudyResult, without_sampling: Mapping, missing: Mapping,
         return _summary(result, without_sampling, missing, drawn, at_mean, model, whole)
 
     try:
-        with heeding(ends):
-            look()
+        with stop_condition(ends):
+            stop_if_requested()
             return found(whole=True)
     except Stopped:
-        with heeding(lambda: False):
+        with stop_condition(lambda: False):
             return found(whole=False)
 
 

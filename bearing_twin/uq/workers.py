@@ -86,17 +86,17 @@ class Ensemble:
     def _by_workers(self, values, report, task):
         size = BRIEF_CHUNK if KINDS[self._task.scene["kind"]].brief else RUN_CHUNK
         waiting = deque(values[start : start + size] for start in range(0, len(values), size))
-        asked, pending, ready, done, handed = deque(), set(), [], 0, time.monotonic()
+        submitted, pending, ready, done, handed = deque(), set(), [], 0, time.monotonic()
         try:
-            while (waiting or asked) and not self._cancelled():
+            while (waiting or submitted) and not self._cancelled():
                 while waiting and len(pending) < self._room(len(waiting)):
-                    asked.append(self._started().submit(task, waiting.popleft()))
-                    pending.add(asked[-1])
+                    submitted.append(self._started().submit(task, waiting.popleft()))
+                    pending.add(submitted[-1])
                 come, pending = self._pool.wait(pending, POLL)
                 for future in come:
                     future.result()  # raises what went wrong, also with one that has others before it
-                while asked and asked[0] not in pending:
-                    ready.append(asked.popleft().result())
+                while submitted and submitted[0] not in pending:
+                    ready.append(submitted.popleft().result())
                 if ready and time.monotonic() - handed > HANDED_OVER:
                     yield (part := joined(ready, self._task))
                     done += len(part.quantities)
@@ -182,7 +182,7 @@ class Workers:
     def __init__(self, workers: int):
         self._pipes: list[Connection] = []
         self._processes: list[multiprocessing.process.BaseProcess] = []
-        self._asked = [deque[Future]() for _ in range(workers)]
+        self._pending = [deque[Future]() for _ in range(workers)]
         self._tasks: list[Task | None] = [None] * workers
         self._lock, self._over = threading.Lock(), False
 
@@ -192,7 +192,7 @@ class Workers:
         context = multiprocessing.get_context(start_method())
         atexit.register(self._end_with_interpreter)
         with _signals_kept_from_children():
-            for _ in self._asked:
+            for _ in self._pending:
                 here, there = context.Pipe()
                 self._pipes.append(here)
                 with there:  # closed here, so that the pipe of a worker that died is at its end
@@ -212,11 +212,11 @@ class Workers:
                     self._start(task, values[0])
             except OSError as error:
                 raise StudyError(f"worker processes cannot be started ({error.strerror})") from error
-        place = min(range(len(self._asked)), key=lambda one: len(self._asked[one]))
+        place = min(range(len(self._pending)), key=lambda one: len(self._pending[one]))
         with self._worker_died():
             self._pipes[place].send((task if self._tasks[place] is not task else None, values))
         self._tasks[place] = task
-        self._asked[place].append(future := Future())
+        self._pending[place].append(future := Future())
         return future
 
     def wait(self, pending: set[Future], timeout: float) -> tuple[set[Future], set[Future]]:
@@ -225,7 +225,7 @@ class Workers:
         for pipe in wait(self._pipes, timeout):
             with self._worker_died():
                 found, error, trace = pipe.recv()
-            come.add(future := self._asked[self._pipes.index(pipe)].popleft())
+            come.add(future := self._pending[self._pipes.index(pipe)].popleft())
             if error is None:
                 future.set_result(found)
             else:

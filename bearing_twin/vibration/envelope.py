@@ -21,7 +21,7 @@ OCTAVES = 4
 TOP = 0.95  # of the Nyquist frequency, where the highest octave ends: above it converters filter
 SLOWER = 0.02  # of the cage, against kinematics at the nominal contact angle  # tuned: slip
 FASTER = 0.016  # tuned: contact angle, 0.6 % of BPFO in print, and pitch circles that differ from the catalogue's
-SPEED_DOUBT = 0.02  # of a given speed, within which the shaft's line is looked for  # tuned: slip of induction motors
+SPEED_ERROR = 0.02  # of a given speed, within which the shaft's line is looked for  # tuned: slip of induction motors
 LEAST_SAMPLES = 16
 LEAST_TURNS = 20  # of the shaft in a record
 LENGTH = 256  # turns in a stretch of which a spectrum is made  # tuned: fine lines against slip, which smears them
@@ -250,7 +250,7 @@ def _refined(signals, shaft: float) -> float:
     found = []
     for values, rate in signals:
         lines = _Lines(values, rate / shaft, 4.5, turns=4 * LENGTH)
-        order, levels, mean = _best(lines, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False)
+        order, levels, mean = _best(lines, 1.0, SPEED_ERROR, SPEED_ERROR, SHAFT_HARMONICS, apart=False)
         if _of_shaft(levels) and mean > LEAST_LINE:
             by_each = [lines.peak(k * order)[0] / k for k in SHAFT_HARMONICS if levels[k - 1] > LEAST_LINE]
             found.append((mean, [one for one in by_each if abs(one - by_each[0]) < 0.7 * lines.step][-1]))
@@ -384,7 +384,7 @@ def _speed(bands: _Bands, envelope, shaft: float):
 
     def sharpest(resampled):
         lines = (_Lines(values, rate, 4.5) for values, rate in resampled)
-        found = (_best(one, 1.0, SPEED_DOUBT, SPEED_DOUBT, SHAFT_HARMONICS, apart=False) for one in lines)
+        found = (_best(one, 1.0, SPEED_ERROR, SPEED_ERROR, SHAFT_HARMONICS, apart=False) for one in lines)
         return max(found, key=lambda best: best[2])
 
     steady = sharpest((values, rate / refined) for values, rate in signals)

@@ -34,7 +34,7 @@ class Collocation {
     int &piece = first;
     double begun = impact.start[piece], alpha = 0.0, alpha_rate = impact.approach_rate(piece);
     force[0] = 0.0;
-    for (; piece + 1 < impact.room; piece++) {
+    for (; piece + 1 < impact.capacity; piece++) {
       if (*impact.stop) return STOPPED;
       double span = std::min(longest, std::max(shortest, impact.start[piece] - begun));
       if (alpha_rate < 0.0) span = std::min(span, std::max(shortest, -0.5 * alpha / alpha_rate));
@@ -183,7 +183,7 @@ class Volterra {
     double low = 0.0;
     steps.set(impact.modes, length);
     double compliance = response(steps, 0.0, 1.0) + impact.modes.tail;
-    for (; piece + 1 < impact.room; piece++) {
+    for (; piece + 1 < impact.capacity; piece++) {
       if (*impact.stop) return STOPPED;
       double high = load(free_approach(piece, steps, low), compliance);
       if (!std::isfinite(high)) return NOT_FINITE;
@@ -244,18 +244,18 @@ using namespace core;
 using namespace core::beam;
 
 // What all functions are given: `count` modes, their `rate` (count, 2) and `shape` (count,); `numbers`: modal mass, tail,
-// mass, Hertz's coefficient and gravity of the sphere, time to reach; arrays of `room` pieces as in Impact.
+// mass, Hertz's coefficient and gravity of the sphere, time to reach; arrays of `capacity` pieces as in Impact.
 #define IMPACT_ARGUMENTS                                                                                  \
   std::int64_t count, const double *rate, const double *shape, const double *numbers,                     \
-      const volatile std::uint8_t *stop, std::int64_t room, double *start, double *length, double *force, \
+      const volatile std::uint8_t *stop, std::int64_t capacity, double *start, double *length, double *force, \
       double *states, double *motion, double *work
-#define IMPACT impact_of(count, rate, shape, numbers, stop, room, start, length, force, states, motion, work)
+#define IMPACT impact_of(count, rate, shape, numbers, stop, capacity, start, length, force, states, motion, work)
 
 namespace {
 
 Impact impact_of(IMPACT_ARGUMENTS) {
   Modes modes(int(count), reinterpret_cast<const Complex *>(rate), shape, numbers[0], numbers[1]);
-  return {modes, {numbers[2], numbers[3], numbers[4]}, numbers[5], stop, int(room), start, length,
+  return {modes, {numbers[2], numbers[3], numbers[4]}, numbers[5], stop, int(capacity), start, length,
           reinterpret_cast<Force *>(force), reinterpret_cast<Complex *>(states), reinterpret_cast<SphereMotion *>(motion), work};
 }
 
@@ -295,7 +295,7 @@ CORE_EXPORT void core_beam_response(IMPACT_ARGUMENTS, std::int64_t instants, con
   Complex *moved = reinterpret_cast<Complex *>(state);
   int piece = 0;
   for (int i = 0; i < instants && !*stop; i++, moved += count, sphere += 3) {
-    while (piece + 1 < room && times[i] >= impact.start[piece + 1]) piece++;
+    while (piece + 1 < capacity && times[i] >= impact.start[piece + 1]) piece++;
     double span = times[i] - impact.start[piece], share = span / impact.length[piece];
     Force given = impact.force[piece], begun = given.beginning(share);
     propagate(impact.modes, span, begun, impact.state(piece), moved);

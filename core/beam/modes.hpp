@@ -177,10 +177,10 @@ struct Impact {
   Sphere sphere;
   double until;                       // [s]
   const volatile std::uint8_t *stop;  // not 0 once somebody wants it to stop
-  int room;                           // pieces that the arrays hold
+  int capacity;                           // pieces that the arrays hold
   double *start, *length;
   Force *force;
-  Complex *states;  // (room, modes)
+  Complex *states;  // (capacity, modes)
   SphereMotion *motion;
   double *work;  // [J] on the beam
 

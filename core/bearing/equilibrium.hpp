@@ -343,7 +343,7 @@ CORE_INLINE auto through_opening(const Pack &value, const Plane<Pack> &by, const
 
 // The inner groove's centre against the outer one's [m], and what its slopes are made of.
 template <class R, class Z, class S, class L>
-struct Opening { R radial; Z axial; S aside, side; L across; };
+struct Opening { R radial; Z axial; S tangential, side; L across; };
 template <class R, class Z, class S, class L> Opening(R, Z, S, S, L) -> Opening<R, Z, S, L>;
 
 class Ring {
@@ -387,12 +387,12 @@ class Ring {
   CORE_INLINE auto opening(const Balls &b, const Five &q) const {
     auto at = [&]<int C>(Index<C>) __attribute__((always_inline)) { return input<DERIVATIVES, C>(broadcast<Pack>(q[C])); };
     auto x = at(index<0>), y = at(index<1>), z = at(index<2>), tilt_x = at(index<3>), tilt_y = at(index<4>);
-    auto outwards = b.cosine * x + b.sine * y, aside = b.cosine * y - b.sine * x;
+    auto outwards = b.cosine * x + b.sine * y, tangential = b.cosine * y - b.sine * x;
     auto along = b.sine * tilt_x - b.cosine * tilt_y, across = b.cosine * tilt_x + b.sine * tilt_y;
-    auto side = (2.0 / seat->pitch_diameter) * aside;
-    auto radial = outwards + (seat->inner.locus_radius - seat->outer.locus_radius) - 0.5 * side * aside;
-    auto axial = z + seat->arm * along - aside * across;
-    return Opening{radial, axial, aside, side, across};
+    auto side = (2.0 / seat->pitch_diameter) * tangential;
+    auto radial = outwards + (seat->inner.locus_radius - seat->outer.locus_radius) - 0.5 * side * tangential;
+    auto axial = z + seat->arm * along - tangential * across;
+    return Opening{radial, axial, tangential, side, across};
   }
   CORE_INLINE Plane<Pack> opening_at(const Balls &b, const Five &q) const {
     auto found = opening<false>(b, q);
@@ -428,8 +428,8 @@ class Ring {
       add(0, radial * (b.cosine + seen.side * b.sine) + axial * (seen.across * b.sine));
       add(1, radial * (b.sine - seen.side * b.cosine) - axial * (seen.across * b.cosine));
       add(2, axial);
-      add(3, axial * (seat->arm * b.sine - seen.aside * b.cosine) + b.sine * moment);
-      add(4, -(axial * (seat->arm * b.cosine + seen.aside * b.sine)) - b.cosine * moment);
+      add(3, axial * (seat->arm * b.sine - seen.tangential * b.cosine) + b.sine * moment);
+      add(4, -(axial * (seat->arm * b.cosine + seen.tangential * b.sine)) - b.cosine * moment);
       scale += b.present * here.scale;
     }
     for (int i = 0; i < COORDINATES; i++) {
@@ -594,13 +594,13 @@ class System {
   // Moves the free coordinates to where `wanted` [N, N m] loads them, from where they are; `left` [N] is missing then.
   Status balance(const FreeOnes &free, const Five &wanted) {
     Five missing{}, step{}, trial{};
-    double scale = loads_at(q), asked = 0.0;
+    double scale = loads_at(q), greatest_load = 0.0;
     double size = missing_of(free, wanted, missing);
     for (int i = 0; i < COORDINATES; i++)
-      if (free[i]) asked = std::max(asked, std::fabs(wanted[i]) / scales[i]);
+      if (free[i]) greatest_load = std::max(greatest_load, std::fabs(wanted[i]) / scales[i]);
     const double cap = 0.05 * longest;
     for (int steps = 0, looks = 0; steps < MOST_STEPS; steps++) {
-      if (size <= RING_EXACT * std::max(asked, 1e-3 * scale) || size <= rounding * stiffest()) break;
+      if (size <= RING_EXACT * std::max(greatest_load, 1e-3 * scale) || size <= rounding * stiffest()) break;
       bool held = solve(missing, free, step);
       double length = size_of(step);
       if (work(step, missing) <= 0.0 || length == 0.0) {  // nothing resists: along what is missing
@@ -626,10 +626,10 @@ class System {
         factor = high == HUGE_VAL ? 2.0 * factor : 0.5 * (low + high);
       }
       q = trial;
-      if (looks >= MOST_RING_LOOKS || (size >= before && size <= RING_ENOUGH * std::max(asked, 1e-3 * scale))) break;
+      if (looks >= MOST_RING_LOOKS || (size >= before && size <= RING_ENOUGH * std::max(greatest_load, 1e-3 * scale))) break;
     }
     left = size;
-    if (!(size <= std::max(RING_LEFT * std::max(asked, 1e-3 * scale), rounding * stiffest()))) return TOO_MUCH;
+    if (!(size <= std::max(RING_LEFT * std::max(greatest_load, 1e-3 * scale), rounding * stiffest()))) return TOO_MUCH;
     bool carried = stiffness[0][0] != 0.0 || stiffness[2][2] != 0.0;
     for (double one : load) carried |= one != 0.0;
     return carried || std::find(free.begin(), free.end(), true) == free.end() ? FOUND : NOTHING_CARRIES;

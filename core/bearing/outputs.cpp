@@ -111,17 +111,17 @@ void add(const std::int64_t *column, const double *row, double seconds, bool beg
 
 }  // namespace
 
-// Adds outputs (count, width) to the greatest and to the stretches (room, stretch width) from row `done[1]` on, which is
-// 0; fills `done` with how many outputs found room and the row after the last. Every call begins a stretch.
+// Adds outputs (count, width) to the greatest and to the stretches (capacity, stretch width) from row `done[1]` on, which is
+// 0; fills `done` with how many outputs were written and the row after the last. Every call begins a stretch.
 CORE_EXPORT void core_sum_outputs(const std::int64_t *columns, const double *numbers, std::int64_t count, std::int64_t width,
                                   const std::int64_t *time_ns, std::int64_t first_sequence, std::int64_t stretch_length,
-                                  std::int64_t balls, double *greatest, double *stretches, std::int64_t room,
+                                  std::int64_t balls, double *greatest, double *stretches, std::int64_t capacity,
                                   std::int64_t stretch_width, std::int64_t *done) {
   std::int64_t stretch = done[1];
   for (std::int64_t n = 0; n < count; n++) {
     bool begins = n == 0 || (first_sequence + n) % stretch_length == 0;
     if (begins && n > 0) stretch++;
-    if (stretch == room) {
+    if (stretch == capacity) {
       done[0] = n, done[1] = stretch;
       return;
     }

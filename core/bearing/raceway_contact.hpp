@@ -276,8 +276,8 @@ CORE_INLINE A with_film(const C &contact, const V &velocity, const A &loads) {
     const auto &mu = film.friction;
     auto change = (1.0 / mu.value) * composed(Dual<3, Pack>{Pack{}, {mu.slope[0], mu.slope[1]}}, at.load, speed);
     Vector3<Pack> friction = as_packs(contact.action.friction);
-    Pack rubbing = dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.spin_moment) * as_pack(contact.spin);
-    return {force + change * friction, torque + change * as_packs(contact.action.torque), loss - rubbing * change};
+    Pack friction_power = dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.spin_moment) * as_pack(contact.spin);
+    return {force + change * friction, torque + change * as_packs(contact.action.torque), loss - friction_power * change};
   }
 }
 

@@ -57,10 +57,10 @@ inline SurfacePlaces surface_places(const Pack &angle, const Pack &orbit_rate, c
 
 inline double around(double angle) { return angle - 2.0 * M_PI * std::floor(angle / (2.0 * M_PI) + 0.5); }
 
-// Share of a contact's load on a strip of this half width, its middle moved by `aside` along the semi-major axis.
-inline double share_of_strip(double half_width, double semi_major, double aside) {
+// Share of a contact's load on a strip of this half width, its middle moved by `offset` along the semi-major axis.
+inline double share_of_strip(double half_width, double semi_major, double offset) {
   auto below = [](double s) { s = std::clamp(s, -1.0, 1.0); return 0.75 * (s - s * s * s / 3.0); };
-  return below((half_width - aside) / semi_major) - below((-half_width - aside) / semi_major);
+  return below((half_width - offset) / semi_major) - below((-half_width - offset) / semi_major);
 }
 
 // Height [m] and its rate [m/s] of one defect `later` [s] than a place, which moves on at a rate; `latitude` counts on balls.

@@ -129,9 +129,9 @@ inline PlaneContact Ellipsoid::contact(const EllipsoidState &state, const Pose &
   found.coefficient = coefficient;
   GapSlopes slopes = ellipsoid_slopes(semi_axes, at.down, at.low);
   double depth = std::max(found.approach, 0.0);
-  double aside = follows_curvatures(law.law) ? depth / (law.power + 1.0) : 0.0;  // energy over load
+  double shift = follows_curvatures(law.law) ? depth / (law.power + 1.0) : 0.0;  // energy over load
   Real3 point = at.low.point;
-  if (aside > 0.0) point = point + aside * (slopes.size + log_slope * slopes.shape);
+  if (shift > 0.0) point = point + shift * (slopes.size + log_slope * slopes.shape);
   found.arm = at.rotation * point;
   found.arm[2] = sink * depth - at.low.extent;
   Real3 velocity = state.motion.velocity + cross(at.spin, found.arm);
@@ -398,11 +398,11 @@ CORE_EXPORT void core_ellipsoid_start(const double *numbers, const double *point
   body.begin_shape(start);
   place = std::bit_cast<State>(start);
 }
-// Moves on from `clock` until `until` [s]; `states` are those at the `instants` (outputs,) [s], `records` (room,) the contacts that
+// Moves on from `clock` until `until` [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the contacts that
 // have ended, of which there are `completed`; `counts` (4,) ends with touches. Returns a status.
 CORE_EXPORT std::int64_t core_ellipsoid_advance(const double *numbers, const double *points, const double *plan, double *state, double *clock,
                                                 double *record, double *before, double until, std::int64_t outputs, const double *instants,
-                                                const volatile std::uint8_t *stop, double *states, std::int64_t room, double *records,
+                                                const volatile std::uint8_t *stop, double *states, std::int64_t capacity, double *records,
                                                 std::int64_t *completed, std::int64_t *counts) {
   Ellipsoid body = ellipsoid_of(numbers, points);
   EllipsoidMotion motion(body, *reinterpret_cast<const EllipsoidPlan *>(plan), *reinterpret_cast<State *>(state),
@@ -410,7 +410,7 @@ CORE_EXPORT std::int64_t core_ellipsoid_advance(const double *numbers, const dou
                          *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts), counts[3]);
   int count;
   Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<State *>(states),
-                                 reinterpret_cast<ContactRecord *>(records), int(room), count);
+                                 reinterpret_cast<ContactRecord *>(records), int(capacity), count);
   *completed = count;
   return status;
 }

@@ -81,13 +81,13 @@ class Collision : public AdaptiveMotion<Collision, 3, 3, ImpactClock> {
 enum class FixedStep { rk4, symplectic_euler };  // as in kinds/bodies/parameters.py
 
 // Steps of fixed length through a contact, from half a step before the touch to the first node after the parting. Returns how
-// many nodes (room,) are written, negative where bodies do not part or the load is not finite.
-inline std::int64_t follow_by_fixed_steps(const ImpactContact &contact, FixedStep method, double speed, double step, std::int64_t room,
+// many nodes (capacity,) are written, negative where bodies do not part or the load is not finite.
+inline std::int64_t follow_by_fixed_steps(const ImpactContact &contact, FixedStep method, double speed, double step, std::int64_t capacity,
                                           ImpactNode *nodes) {
   auto rates = [&](const ImpactState &at, Numbers<3> &slopes) { impact_rates(contact, at, slopes); };
   ImpactState state{-0.5 * step * speed, speed, 0.0}, after;
   nodes[0] = {-0.5 * step, state};
-  for (std::int64_t n = 1; n < room; n++) {
+  for (std::int64_t n = 1; n < capacity; n++) {
     if (method == FixedStep::rk4) {
       explicit_step<3>(RK4, rates, ImpactState{1.0, 1.0, 1.0}, state, step, after);
       state = after;
@@ -100,7 +100,7 @@ inline std::int64_t follow_by_fixed_steps(const ImpactContact &contact, FixedSte
     if (!std::isfinite(state[0] + state[1])) return -n;
     if (state[0] <= 0.0 && state[1] < 0.0) return n + 1;
   }
-  return -room;
+  return -capacity;
 }
 
 }  // namespace core
@@ -117,9 +117,9 @@ ImpactContact contact_of(const double *numbers) {
 }  // namespace
 
 // Follows a contact until `until` [s] with errors of a step below `scales` (3,); the first step is of `first` [s], none shorter
-// than `least` [s]. Nodes (room, 4) begin with the touch. Returns a status.
+// than `least` [s]. Nodes (capacity, 4) begin with the touch. Returns a status.
 CORE_EXPORT int core_follow_impact(const double *contact_numbers, double speed, const double *scales, double first, double least,
-                                   double until, std::int64_t room, const volatile std::uint8_t *stop, double *nodes,
+                                   double until, std::int64_t capacity, const volatile std::uint8_t *stop, double *nodes,
                                    std::int64_t *written, std::int64_t *counts) {
   ImpactContact contact = contact_of(contact_numbers);
   ImpactState state{0.0, speed, 0.0};
@@ -129,7 +129,7 @@ CORE_EXPORT int core_follow_impact(const double *contact_numbers, double speed, 
   auto *node = reinterpret_cast<ImpactNode *>(nodes);
   node[0] = {0.0, state};
   int found;
-  Status status = collision.advance({until, 0, nullptr, stop}, &state, node + 1, int(room) - 1, found);
+  Status status = collision.advance({until, 0, nullptr, stop}, &state, node + 1, int(capacity) - 1, found);
   *written = found + 1;
   counts[0] = counted.steps, counts[1] = counted.rejections, counts[2] = counted.evaluations;
   return status;
@@ -146,9 +146,9 @@ CORE_EXPORT void core_impact_states(const double *contact_numbers, std::int64_t 
   }
 }
 // See `follow_by_fixed_steps`.
-CORE_EXPORT std::int64_t core_step_impact(const double *contact_numbers, std::int64_t method, double speed, double step, std::int64_t room,
+CORE_EXPORT std::int64_t core_step_impact(const double *contact_numbers, std::int64_t method, double speed, double step, std::int64_t capacity,
                                           double *nodes) {
-  return follow_by_fixed_steps(contact_of(contact_numbers), FixedStep(method), speed, step, room, reinterpret_cast<ImpactNode *>(nodes));
+  return follow_by_fixed_steps(contact_of(contact_numbers), FixedStep(method), speed, step, capacity, reinterpret_cast<ImpactNode *>(nodes));
 }
 // Normal loads [N] and stored energies [J] (2, count) at approaches [m] and their rates [m/s].
 CORE_EXPORT void core_impact_loads(const double *contact_numbers, std::int64_t count, const double *approach, const double *rate,

@@ -450,11 +450,11 @@ CORE_EXPORT void core_two_bodies_start(const double *numbers, const double *poin
                   *reinterpret_cast<Counts *>(counts), counts[3])
       .note_start();
 }
-// Moves on from `clock` until `until` [s]; `states` are those at the `instants` (outputs,) [s], `records` (room,) the contacts that
+// Moves on from `clock` until `until` [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the contacts that
 // have ended, of which there are `completed`. Returns a status.
 CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const double *points, const double *plan, double *state, double *clock,
                                                  double *record, double *before, double until, std::int64_t outputs, const double *instants,
-                                                 const volatile std::uint8_t *stop, double *states, std::int64_t room, double *records,
+                                                 const volatile std::uint8_t *stop, double *states, std::int64_t capacity, double *records,
                                                  std::int64_t *completed, std::int64_t *counts) {
   TwoBodies pair = pair_of(numbers, points);
   PairPlan how{plan[0], plan[1]};
@@ -462,7 +462,7 @@ CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const do
                          *reinterpret_cast<ContactRecord *>(record), *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts), counts[3]);
   int count;
   Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<State *>(states),
-                                 reinterpret_cast<ContactRecord *>(records), int(room), count);
+                                 reinterpret_cast<ContactRecord *>(records), int(capacity), count);
   *completed = count;
   return !motion.tracked && (status == STALLED || status == NOT_FINITE) ? UNTRACKED : status;
 }

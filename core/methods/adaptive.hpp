@@ -133,10 +133,10 @@ class AdaptiveMotion {
   AdaptiveMotion(const ExplicitMethod &method, State &state, Clock &clock, Counts &counts)
       : method(method), state(state), clock(clock), counts(counts) {}
 
-  // Moves on until the next step would pass `until`; `states` (outputs,) are those at the instants, `records` (room,) those
+  // Moves on until the next step would pass `until`; `states` (outputs,) are those at the instants, `records` (capacity,) those
   // completed, of which there are `completed`. FULL once there is no room for more.
   template <class Record>
-  Status advance(const Stretch &stretch, State *states, Record *records, int room, int &completed) {
+  Status advance(const Stretch &stretch, State *states, Record *records, int capacity, int &completed) {
     completed = 0;
     for (;;) {
       if (*stretch.stop != 0) return STOPPED;
@@ -157,7 +157,7 @@ class AdaptiveMotion {
       Accepted accepted = own().accept(end.step, following, begin.loaded);
       if (accepted.complete) {
         records[completed++] = own().record();
-        if (completed == room) return FULL;
+        if (completed == capacity) return FULL;
       }
       if (accepted.status != OK) return accepted.status;
     }

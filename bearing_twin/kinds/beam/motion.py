@@ -23,7 +23,7 @@ import numpy as np
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel
-from bearing_twin.base.stopping import SIGNALLED, heeding_signals
+from bearing_twin.base.stopping import SIGNALLED, signal_flag
 from bearing_twin.contact.elasticity import approaches_of_loads, energies_at, sphere_coefficient
 from bearing_twin.contact.laws import HERTZIAN
 from bearing_twin.contact.validity import wave_transit
@@ -194,7 +194,7 @@ def impact_by_both_theories(parameters: SphereOnBeamScene) -> tuple[BeamImpact, 
         line = beam_of(parameters, theory)
         count = min(highest_mode(line, hertz_contact_time(sphere, speed), tolerance), MOST_MODES)
         modes = modes_of(line, parameters.blow.point * line.span, count)
-        with heeding_signals():
+        with signal_flag():
             found.append(solve_impact(line, modes, sphere, speed, until, TRIAL_STEPS))
     return tuple(found)
 

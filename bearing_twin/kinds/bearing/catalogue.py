@@ -41,12 +41,12 @@ class BallRule(NamedTuple):
 
     diameter: float
     filling: float
-    balls_doubt: int
-    diameter_doubt: float
+    balls_error: int
+    diameter_error: float
 
 
 DEEP_GROOVE, ANGULAR_CONTACT = BallRule(0.29, 0.57, 2, 0.11), BallRule(0.32, 0.90, 1, 0.05)
-PITCH_DOUBT = 0.015  # relative; makers place the pitch circle off the middle between bore and outside by up to this
+PITCH_ERROR = 0.015  # relative; makers place the pitch circle off the middle between bore and outside by up to this
 MAKER = re.compile(r"(SKF|FAG|INA|NSK|NTN|SNR|KOYO|NACHI|TIMKEN|NKE|FBJ)[ -]+")
 CLEARANCES = "C2", "CN", "C3", "C4", "C5"  # groups of ISO 5753-1; CN is the normal one
 # ISO 5753-1, deep groove bearings: up to this bore [mm], least and greatest radial clearance [um] of each group
@@ -313,13 +313,13 @@ def _with_balls(entry: Entry) -> Entry:
     """The row with pitch circle and ball set; what it leaves out is found by the rule, with its uncertainty."""
     found = {}
     if not entry.pitch_diameter:
-        found = {"pitch_diameter": _pitch(entry), "pitch_diameter_doubt": PITCH_DOUBT * _pitch(entry)}
+        found = {"pitch_diameter": _pitch(entry), "pitch_diameter_doubt": PITCH_ERROR * _pitch(entry)}
     rule = ANGULAR_CONTACT if entry.contact_angle else DEEP_GROOVE
     balls, ball = by_rule(entry)
     if not entry.ball_diameter:
-        found |= {"found": RULE, "ball_diameter": ball, "ball_diameter_doubt": rule.diameter_doubt * ball}
+        found |= {"found": RULE, "ball_diameter": ball, "ball_diameter_doubt": rule.diameter_error * ball}
     if not entry.balls:
-        found |= {"found": RULE, "balls": balls, "balls_doubt": rule.balls_doubt}
+        found |= {"found": RULE, "balls": balls, "balls_doubt": rule.balls_error}
     return dataclasses.replace(entry, **found)
 
 

@@ -224,18 +224,18 @@ def weighed_support(parameters, loads=None) -> Support:
     Those are its own, where it has mass, and that of a cage that rests on its land.
     """
     found, ring, cage = support_of(parameters), parameters.rings.inner, parameters.cage
-    acting, gravity = np.array(found.loads if loads is None else loads, float), np.array(parameters.gravity, float)
-    acting[:3] += ring.mass * gravity
+    applied, gravity = np.array(found.loads if loads is None else loads, float), np.array(parameters.gravity, float)
+    applied[:3] += ring.mass * gravity
     if dimension_of(parameters) == FREE_RING and moving_centre(parameters) and cage.guidance == INNER_LAND:
-        acting[:2] += cage.mass * gravity[:2]
-    return found._replace(loads=tuple(np.where(found.free, acting, 0.0).tolist()))
+        applied[:2] += cage.mass * gravity[:2]
+    return found._replace(loads=tuple(np.where(found.free, applied, 0.0).tolist()))
 
 
 def load_line(support: Support) -> float:
     """Azimuth [rad] of what pushes the ring sideways: load, else displacement, else tilting, else 0."""
     across = [0, 1, 3, 4]
-    acting = support.loads if np.any(np.take(support.loads, across)) else support.held
-    return float(azimuths_on(np.array([acting]))[0])
+    applied = support.loads if np.any(np.take(support.loads, across)) else support.held
+    return float(azimuths_on(np.array([applied]))[0])
 
 
 def azimuths_of(balls: int, first: float) -> np.ndarray:

@@ -330,7 +330,7 @@ class BearingFigures:
         contact = self.parameters.contact
         smoothing = contact.friction_regularisation
         hidden = NO_SPIN * smoothing < fastest < FREE_OF_SMOOTHING * smoothing
-        if not (hidden and FRICTIONS[contact.friction].over_spot):
+        if not (hidden and FRICTIONS[contact.friction].over_patch):
             return None
         return (
             f"contact patches spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} "

@@ -402,7 +402,7 @@ class BearingErrors:
         mends = {LAW: HERTZ_MENDS}
         if self.choice.stepper == QUASI_STATIC:
             mends[FRICTION_MODEL] = self._smaller_steps
-        elif not FRICTIONS[self.parameters.contact.friction].over_spot:
+        elif not FRICTIONS[self.parameters.contact.friction].over_patch:
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the friction of spin"
         # What is left for the ring is a difference of loads, each with an error of the tolerance.
         least = self.parameters.wanted.tolerance * greatest
@@ -476,7 +476,7 @@ class BearingErrors:
         if self.choice.stepper == QUASI_STATIC or not self.outputs:
             return {}
         contact, drive, lubricant = self.parameters.contact, self.parameters.drive, self.parameters.lubricant
-        over_patch, coefficient = FRICTIONS[contact.friction].over_spot, contact.friction_coefficient
+        over_patch, coefficient = FRICTIONS[contact.friction].over_patch, contact.friction_coefficient
         if lubricated(self.parameters):  # at most
             coefficient = max(lubricant.boundary_friction, lubricant.film_friction)
         most, power = np.zeros(len(self.load)), 0.0
@@ -514,7 +514,7 @@ class BearingErrors:
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
         model, beyond = FRICTIONS[self.parameters.contact.friction], "not what the motion makes of it, as in roll rates"
-        if not model.over_spot:
+        if not model.over_patch:
             notes[FRICTION_MODEL] = (
                 "contact.friction: point has no friction of spin: errors are the torque and loss that it would add, "
                 f"{beyond}; contact.friction: spot computes it"

@@ -283,7 +283,7 @@ def rule_error(contact, ratio: float, rim: float) -> float:
 
 def _coarse_points(parameters, friction: str) -> list[str]:
     """A warning of a rule of points over the contact patch that a scene fixes, and that its spin is too fast for."""
-    if parameters.contact.friction == AUTO or not FRICTIONS[friction].over_spot or without_friction(parameters):
+    if parameters.contact.friction == AUTO or not FRICTIONS[friction].over_patch or without_friction(parameters):
         return []
     error = rule_error(parameters.contact, axis_ratio(parameters), rim_speed(parameters))
     if error <= parameters.wanted.tolerance:

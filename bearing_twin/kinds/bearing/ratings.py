@@ -283,8 +283,8 @@ def frequency_errors(name: str, parameters) -> dict[str, float]:
     entry, geometry, speed = entries()[name], parameters.geometry, parameters.drive.speed
     sizes = {"pitch_diameter": entry.pitch_diameter_doubt, "ball_diameter": entry.ball_diameter_doubt}
     errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)
-    for key, doubt in sizes.items():
-        ends = [replace(geometry, **{key: getattr(geometry, key) + sign * doubt}) for sign in (-1.0, 1.0)]
+    for key, deviation in sizes.items():
+        ends = [replace(geometry, **{key: getattr(geometry, key) + sign * deviation}) for sign in (-1.0, 1.0)]
         low, high = (rolling_frequencies(one, speed) for one in ends)
         errors = {word: error + 0.5 * abs(high[word] - low[word]) for word, error in errors.items()}
     return errors

@@ -336,7 +336,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     if lubricated(parameters):
         oil, coefficient = film_lubricant(parameters), parameters.lubricant.boundary_friction
         film = oil, films_along(oil, inner, radius, -1.0), films_along(oil, outer, radius, 1.0)
-    if friction.over_spot:
+    if friction.over_patch:
         for one, side in ((inner, -1.0), (outer, 1.0)):
             axes = axes_along(radius, one.locus_radius, one.groove_radius, side)
             patch += (tuple(map(tuple, axes.tolist())),)
@@ -364,7 +364,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         friction_coefficient=contact.friction_coefficient,
         friction_regularisation=contact.friction_regularisation,
         pair_coefficient=hertz_coefficient(1.0 / radius, 1.0 / radius, pair),
-        raceway_friction=0.0 if friction.over_spot else coefficient,
+        raceway_friction=0.0 if friction.over_patch else coefficient,
         patch=patch,
         ring=ring,
         tilt=tuple(map(float, parameters.drive.tilt)) if ring in (TILTED, TILTING) else (0.0, 0.0),

@@ -60,7 +60,7 @@ from bearing_twin.kinds.bodies.parameters import FIRST, FIXED_STEP, MOST_STEPS, 
 from bearing_twin.kinds.contract import ClosedForm
 from bearing_twin.methods import EVALUATIONS, NO_END, NOT_FINITE, SEPARATED, STALLED, STEPS, STOPPED, WORDS
 
-SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_doubt.py`)
+SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_error.py`)
 PIECES = 400  # of the history of discs by quadrature
 SAMPLES = 2001  # of a contact, for its greatest load
 MOST_NODES = 20 * MOST_STEPS  # of fixed steps until a contact is given up: half a second

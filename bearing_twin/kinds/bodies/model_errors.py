@@ -239,7 +239,7 @@ class BouncingErrors(ModelErrors):
         On a plane friction alone changes what is along it and about its normal.
         """
         model = FRICTIONS[self.parameters.contact.friction]
-        if not model.over_spot:
+        if not model.over_patch:
             return {}
         lost, along = model.error * abs(figures["dissipated_friction_j"]), ()
         if not self._pair:
@@ -261,7 +261,7 @@ class BouncingErrors(ModelErrors):
         contact, found = self.parameters.contact, {}
         if self._unknown:
             found[LAW] = f"the error of the law {self.choice.law} is not known"
-        if contact.friction_coefficient and not FRICTIONS[contact.friction].over_spot:
+        if contact.friction_coefficient and not FRICTIONS[contact.friction].over_patch:
             found[FRICTION_MODEL] = (
                 "contact.friction: point has no friction of spin about the normal; set "
                 "contact.friction: spot, which computes it"

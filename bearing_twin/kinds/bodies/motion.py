@@ -51,10 +51,10 @@ COUNTED = ("steps", "rejections", "evaluations", "touches")
 PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/laws.hpp
 FINEST, COARSEST = 1e-12, 1e-10
 """The least tolerance of a step, and the greatest at which the tolerance, and not the contact's own time, sets it."""
-OF_ELLIPSOID = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_doubt.py`)
+OF_ELLIPSOID = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_error.py`)
 OF_PAIR, OF_SQUARE = 1e-2, 1e2
 """The same of two bodies, and over its square: where a load begins or ends, which no polynomial follows, errors go with
-the root of a step's tolerance (`tests/test_impact_doubt.py`)."""
+the root of a step's tolerance (`tests/test_impact_error.py`)."""
 NEAR = 1e-6  # of the height of the centre: a gap within which a contact may still end
 UNKNOWNS = slice(34, 42)  # of that state
 

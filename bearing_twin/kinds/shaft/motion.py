@@ -180,7 +180,7 @@ class ShaftMotion:
         arrays = {name: getattr(self, name).tolist() for name in SNAPPED}
         balls = [one.tolist() if np.isfinite(one).all() else [] for one in self.places]
         course, loading = self.course, self.course.loading
-        speeds = {"told": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
+        speeds = {"commanded_at": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
         commanded = loading.steady.tolist() if loading.commanded else []
         return arrays | speeds | {"balls": balls, "commanded": commanded, "now": self.seconds}
 
@@ -194,7 +194,8 @@ class ShaftMotion:
             if given.shape != array.shape or not np.isfinite(given).all():
                 raise ValueError(numbers)
             array[...] = given
-        now, since, goal, angle, speed = map(float, (kept["now"], kept["told"], kept["goal"], *kept["turned"]))
+        since = kept.get("commanded_at", kept.get("told"))  # as snapshots of earlier versions call it
+        now, since, goal, angle, speed = map(float, (kept["now"], since, kept["goal"], *kept["turned"]))
         began, time, step = self.clock[[BEGAN, TIME, STEP]]
         moments = 0.0 <= since <= now and began <= now <= time
         if not (np.isfinite([angle, speed, goal]).all() and moments and step > 0.0):
