@@ -213,15 +213,15 @@ def draw_errors(figure, rows: Sequence[FigureError]) -> None:
                 _drawn(error), place, mark, color=colour, markersize=7, markeredgecolor="white", zorder=3, clip_on=False
             )
     for source, (mark, colour) in looks.items():
-        axis.plot([], [], mark, color=colour, markersize=7, label=source.replace("_", " "))
+        axis.plot([], [], mark, color=colour, markersize=7, label=source)
     axis.axvline(DOUBTFUL, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(rows) - 0.5, -0.5), yticks=range(len(rows)))
     axis.set_yticklabels([f"{row.words}: {row.text}" for row in rows])
     longest = max(label.get_window_extent().width for label in axis.get_yticklabels()) / figure.dpi
     left = max(LEFT, (longest + GAP) / wide)
     axis.set_position((left, FOOT / tall, EDGE - left, ROW * len(rows) / tall))
-    words = "error over the figure, of several values greatest over greatest (dotted: beyond it a figure is doubtful)"
-    heading(axis, "Errors of the figures", words)
+    label = f"greatest error over greatest value (dotted: {100.0 * DOUBTFUL:g} %)"
+    heading(axis, "Errors of the figures", label)
     axis.legend(frameon=False, fontsize=11, ncol=len(looks), loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
@@ -303,6 +303,10 @@ class RunPicture(ABC):
     def draw(self, figure, values: dict[str, np.ndarray]) -> None:
         """Fills the figure with panels."""
 
+    def title_ends(self, values: dict[str, np.ndarray]) -> str:
+        """What stands in the title behind the description of the scene."""
+        return ""
+
     def write(self, path, errors=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         from matplotlib.figure import Figure
@@ -311,6 +315,7 @@ class RunPicture(ABC):
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
         self.draw(figure, values)
         title = scene.description or scene.name if scene is not None else "Recorded run"
+        title += self.title_ends(values)
         return finish(figure, title, footer(self._facts, self._values), path, size=17, errors=errors)
 
 
@@ -444,4 +449,4 @@ def _draw_laws(axis, result):
     axis.set_xlabel("b/a")
     axis.set_ylabel("|error| of the load")
     axis.legend(frameon=False, loc="center left")
-    heading(axis, f"Error of each law against exact Hertz (constant: frozen at {frozen:.3g})")
+    heading(axis, f"Error of each law against exact Hertz (constant: exact at b/a = {frozen:.3g})")

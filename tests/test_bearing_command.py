@@ -157,8 +157,8 @@ def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(capsys):
     out = printed(capsys, "bearing", "bearing_218_thrust", "--load", "0,-100000,170000")
     assert re.search(r"^load .* 0 +-100000 +170000 ", out, flags=re.MULTILINE)
     out = printed(capsys, "bearing", "6308", "--load", "0,-3000,0")
-    (life,) = re.findall(r"^basic life +2502.5 million turns, ([\d.]+) h ", out, flags=re.MULTILINE)
-    assert float(life) == pytest.approx(2502.5e6 / 1750.0 / 60.0, rel=1e-4)
+    (life,) = re.findall(r"^basic life +2500 million turns, (\d+) h ", out, flags=re.MULTILINE)
+    assert float(life) == pytest.approx(2502.5e6 / 1750.0 / 60.0, rel=5e-3)
     out = printed(capsys, "bearing", "6308", "--load", "0,-3000,0", "--si")
     assert re.search(r"^stiffness +7.8788e\+07, 0, 0, 0, 0$", out, flags=re.MULTILINE)
     for law, told in (("hertz", False), ("volumetric", True)):
@@ -310,4 +310,4 @@ def test_numbers_that_want_a_unit_are_noted_and_rounding_is_0(capsys):
         assert note in capsys.readouterr().err
     assert "legal: C2, CN, C3, C4, C5" in refused(capsys, "bearing", "6308/C6")
     out = printed(capsys, "simulate", "6308", "--duration", "10ms", "--set", "rings.inner.load=0,-2kN,500N")
-    assert re.search(r"^ring force +0, 2, -0.5 kN$", out, flags=re.MULTILINE)
+    assert re.search(r"^ring force +0, 2000, -500 N$", out, flags=re.MULTILINE)

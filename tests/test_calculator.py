@@ -29,7 +29,7 @@ from bearing_twin.contact.calculator import (
 from bearing_twin.contact.elasticity import axis_ratio, hertz_coefficient
 from bearing_twin.contact.hertz_impact import bar_speed, contact_time, restitution_lost_on_half_space
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus, yield_pressure
-from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, gap_error, wave_transit
+from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, WIDEST_ELLIPSE, gap_error, wave_transit
 from bearing_twin.kinds.bearing import nominal_curvatures
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -359,6 +359,18 @@ def test_what_a_spot_along_its_groove_takes_of_the_load(name, side, reach):
     alike, less = (load_across(gap, sides, approach, modulus) for gap in (parabola, circles))
     assert alike == pytest.approx(hertz, rel=1e-3)
     assert 1.0 - less / alike == pytest.approx(FELT * gap_error(major, ball, groove), rel=0.12)
+
+
+def test_a_sphere_at_the_widest_ellipse_carries_a_hundredth_less():
+    """WIDEST_ELLIPSE: half-spaces pressed across the gap below a sphere against the same below a paraboloid."""
+    radius, count = 0.01, 96
+    major = WIDEST_ELLIPSE * radius
+    side = 3.0 * major / count
+    squares = ((np.arange(count) + 0.5 - 0.5 * count) * side) ** 2
+    distances = squares[:, None] + squares
+    gaps = 0.5 * distances / radius, radius - np.sqrt(radius**2 - distances)
+    alike, less = (load_across(gap, (side, side), major**2 / radius, MODULUS) for gap in gaps)
+    assert 1.0 - less / alike == pytest.approx(0.01, rel=0.2)
 
 
 def test_a_contact_of_five_transits_leaves_a_quarter_of_its_energy_in_a_half_space():

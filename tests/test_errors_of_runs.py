@@ -76,9 +76,9 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
     ):
         (flag,) = judged(Errors(**kept), estimate(figures), FIGURES, "done", CHOICE).flags
         assert {word for word in ("torque", "load") if word in flag} == named
-    for error, flags in ((1e-11, 0), (1e-9, 1)):  # beside loads of 100 N the first is rounding
-        found = judged(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": 0.0}, "done", CHOICE)
-        assert len(found.flags) == flags
+    for thrust, error, flags in ((1e-11, 1e-11, 0), (1e-9, 1e-9, 1), (0.0, 1.0, 0)):  # rounding beside 100 N; nothing
+        found = judged(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": thrust}, "done", CHOICE)
+        assert (len(found.flags), len(found.keys["large_errors"])) == (flags, flags)
     assert exceeds(0.0, 1e-12)
     assert not exceeds(0.0, 0.0)
     assert exceeds(1.0, math.nan)

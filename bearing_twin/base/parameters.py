@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from bearing_twin.base.errors import LONGEST_ECHO, SceneError, echo, unknown
 from bearing_twin.base.paths import READABLE
-from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, si_value, units_taken, with_unit
+from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, in_another_case, si_value, units_taken, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
@@ -182,6 +182,8 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
         given = value
     if isinstance(given, bool) or not isinstance(given, (int, float)):
         units = units_taken(unit) if isinstance(given, str) else ()
+        meant = in_another_case(given, unit) if units else []
+        legal += f"; write {' or '.join(meant)}, as upper and lower case differ" if meant else ""
         return None, f"{legal}; units that are read: {', '.join(units)}" if units[1:] else legal
     try:
         value = float(given)

@@ -62,7 +62,7 @@ class Unit(NamedTuple):
     `people` is the unit that engineers read in its place, and the factor into it; without one, `shown` with a prefix;
     `zero` is the prefix where all values are 0. `least` and `greatest` are the sizes between which a declared parameter
     must lie if it names no bounds of its own: wider than any bearing, ball or beam, and far from where products of such
-    numbers leave double precision.
+    numbers leave double precision. `digits` are shown at most, however small the error of the method.
     """
 
     suffix: str
@@ -72,6 +72,7 @@ class Unit(NamedTuple):
     greatest: float = math.inf
     people: tuple[str, float] | None = None
     zero: str = ""
+    digits: int = 5
 
 
 UNITS = {  # by the symbol that declarations use
@@ -79,7 +80,7 @@ UNITS = {  # by the symbol that declarations use
     "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4, zero="µ"),
     "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
     "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
-    "rad": Unit("rad", "rad", greatest=1e6, people=("°", 180.0 / math.pi)),
+    "rad": Unit("rad", "rad", BELOW_ONE, greatest=1e6, people=("°", 180.0 / math.pi)),
     "K": Unit("k", "K", least=1.0, greatest=1e5),
     "1/K": Unit("per_k", "1/K", greatest=1.0),
     "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
@@ -88,10 +89,10 @@ UNITS = {  # by the symbol that declarations use
     "J": Unit("j", "J", ALL),
     "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
     "1/Pa": Unit("per_pa", "1/Pa", least=1e-12, greatest=1e-3),
-    "dB": Unit("db", "dB"),
+    "dB": Unit("db", "dB", digits=3),
     "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),
-    "Mrev": Unit("mrev", "Mrev"),
-    "h": Unit("h", "h"),
+    "Mrev": Unit("mrev", "Mrev", digits=3),
+    "h": Unit("h", "h", digits=3),
     "N m": Unit("nm", "N m", ALL, greatest=1e12, people=("N mm", 1e3)),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),
@@ -116,6 +117,9 @@ UNITS = {  # by the symbol that declarations use
     "N s/m^1.25": Unit("", "N s/m^1.25", greatest=1e15),
 }
 LONGEST = 64  # characters of a number with its unit: to look through longer texts would take long
+LEAST_FOR_PEOPLE = 1e-3  # in a unit that engineers read: smaller values have the SI unit with a prefix
+BEFORE_PREFIX = 10.0  # of kilo and above: 2000 N stay so, 20 000 N are 20 kN
+NOTHING = 0.05  # of its error: a figure below it is 0
 NEAR = 4  # places in a table: figures of one unit so near each other are read together
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.+-].{0,11}|1/\w{1,3})")
 _WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "min^-1": "rpm"}
@@ -148,6 +152,11 @@ def named(key: str) -> tuple[str, str]:
     return words, unit.shown
 
 
+def digits_of(key: str) -> int:
+    """Digits of an SI-suffixed key that are shown at most."""
+    return _DIGITS.get(key, _words_and_unit(key)[1].digits)
+
+
 def unit_suffix(key: str) -> str:
     """The end of an SI-suffixed key that says its unit, as `_rad_s`; empty where there is none."""
     _, unit = _words_and_unit(key)
@@ -162,7 +171,7 @@ def readable(key: str, size: float) -> tuple[str, str, float]:
 
 def for_people(size: float, unit: Unit) -> tuple[str, float]:
     """(unit that people read, factor into it) of values of up to `size` in a unit of the table."""
-    if unit.people is not None:
+    if unit.people and not (unit.prefixes and 0.0 < size * unit.people[1] < LEAST_FOR_PEOPLE):
         return unit.people
     factor, shown = prefixed(size or PREFIXES[unit.zero], unit.shown)
     return shown, factor
@@ -191,6 +200,7 @@ _WORDS = {  # of keys whose names do not say enough
     "friction_torque_nm": "dry-contact friction torque",
     "catalogue_drive_torque_nm": "drive torque (catalogue estimate, ± 50 %)",
 }
+_DIGITS = {"catalogue_drive_torque_nm": 2}  # of keys whose values are estimates
 
 
 @functools.lru_cache(maxsize=1024)
@@ -240,14 +250,27 @@ def si_value(text: str, unit: str) -> float | None:
     float or None
         None where the text has no unit, or one of another dimension.
     """
-    found = _WITH_UNIT.fullmatch(text.strip()) if len(text) <= LONGEST else None
-    if not found or unit not in UNITS:
+    number, word = _parted(text)
+    if unit not in UNITS or not word:
         return None
-    number, word = float(found[1]), _canonical(found[2])
     if unit == "K" and word in ("°C", "C"):
         return number + CELSIUS
-    factor = _factors(unit).get(word)
-    return None if factor is None else float(f"{number * factor:.15g}")
+    factors = _factors(unit)
+    if word not in factors and word[0] not in "mM":  # KN is kN, but mn may be mN or MN
+        word = next(iter(in_another_case(text, unit)), word)
+    return float(f"{number * factors[word]:.15g}") if word in factors else None
+
+
+def in_another_case(text: str, unit: str) -> list[str]:
+    """Units of this dimension that differ from the one in the text in the case of letters alone."""
+    word = _parted(text)[1].lower()
+    return [one for one in _factors(unit) if one.lower() == word] if unit in UNITS else []
+
+
+def _parted(text: str) -> tuple[float, str]:
+    """The number in a text and its unit, "" without one."""
+    found = _WITH_UNIT.fullmatch(text.strip()) if len(text) <= LONGEST else None
+    return (float(found[1]), _canonical(found[2])) if found else (math.nan, "")
 
 
 @functools.cache
@@ -274,7 +297,8 @@ def _factors(unit: str) -> dict[str, float]:
 
 def _canonical(word: str) -> str:
     """A unit as `UNITS` shows it: micro sign, powers, products."""
-    word = re.sub(r"\s*[·*]\s*", " ", word.strip().replace("μ", "µ").replace("^2", "²").replace("^3", "³"))
+    word = re.sub(r"\s*[·*]\s*", " ", word.strip().replace("μ", "µ"))
+    word = re.sub(r"(?<=[a-z])\^?([23])\b", lambda power: {"2": "²", "3": "³"}[power[1]], word)
     word = f"µ{word[1:]}" if re.match(r"u[a-zA-Z]", word) else word.replace("/um", "/µm")
     return _WRITTEN.get(word, word)
 
@@ -320,16 +344,19 @@ def prefixed(size: float, unit: str) -> tuple[float, str]:
     if known is None or not known.prefixes or not 0.0 < size < math.inf:
         return 1.0, unit
     scales = [(prefix, scale) for prefix, scale in PREFIXES.items() if prefix in known.prefixes or not prefix]
-    prefix, scale = next((row for row in scales if size >= row[1]), scales[-1])
+    from_size = {row: row[1] * (BEFORE_PREFIX if row[1] > 1.0 else 1.0) for row in scales}
+    prefix, scale = next((row for row, least in from_size.items() if size >= least), scales[-1])
     return 1.0 / scale, f"{prefix}{unit}"
 
 
 def known_digits(value: float, error: float | None, digits: int = 6) -> str:
     """A number for people: to the second digit of its error, and to `digits` digits of its own at most.
 
-    Value and error are in the same unit; an error of None, 0 or without bound leaves the digits alone. A value well
+    Value and error are in the same unit; an error of None, 0 or without bound leaves the digits alone. A value far
     below its error is 0.
     """
+    if is_nothing(abs(value), error):
+        return "0"
     plain = f"{float(f'{value:.{digits}g}') + 0.0:.{max(digits, 7)}g}"  # no -0, and no power of ten up to 1e7
     if not error or not math.isfinite(error) or not math.isfinite(value):
         return plain
@@ -338,6 +365,11 @@ def known_digits(value: float, error: float | None, digits: int = 6) -> str:
     if rounded and math.floor(math.log10(abs(rounded))) + decimals >= digits:
         return plain  # the error is finer than what is shown
     return f"{rounded:.{decimals}f}" if 0 <= decimals <= digits else f"{rounded:.{max(digits, 7)}g}"
+
+
+def is_nothing(size: float, error: float | None) -> bool:
+    """True for a figure of this size that is 0 within its error."""
+    return error is not None and math.isfinite(error) and size < NOTHING * abs(error)
 
 
 def greatest_error(error) -> float | None:

@@ -65,16 +65,16 @@ class Shelf(NamedTuple):
         looks_like_a_path = isinstance(name_or_path, Path) or "/" in text or "\\" in text or text.endswith(SUFFIXES)
         if looks_like_a_path and READABLE.get() is not None:
             return self._permitted(text)
-        known = ", ".join(self.names())
         try:
             if path.is_dir() and looks_like_a_path:
-                raise self.error(f"{echo(text)} is a directory; give a {self.noun} file in it, or a name: {known}")
+                raise self.error(f"{echo(text)} is a directory; give a {self.noun} file in it, or a name")
             if READABLE.get() is None and path.exists() and not path.is_dir():
                 return path
         except (OSError, ValueError):  # too long, or a null byte
             pass
         if looks_like_a_path:
-            raise self.error(f"there is no {self.noun} file {echo(text)}; give the path of one, or a name: {known}")
+            hint = did_you_mean(path.stem, self.names())
+            raise self.error(f"there is no {self.noun} file {echo(text)}; {hint}give the path of one, or a name")
         designation, near = text.rpartition("_")[2], nearest(text, self.names())
         if designation in (others := list(also())) and not any(designation in name for name in near):
             raise self.error(f"there is no {self.noun} {echo(text)}; did you mean {designation}, by its designation?")

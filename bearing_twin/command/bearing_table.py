@@ -37,12 +37,9 @@ COLD = 173.15  # K: a temperature below it is noted
 ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals are taken to 1e-10
 
 
-def short(value: float, room: int = 10) -> str:
-    """Five digits in at most `room` (7 or more) characters, without a power of ten up to 1e7."""
-    if 99999.5 <= abs(value) < 1e7:
-        return f"{value:.0f}"
-    shown = "0" if abs(value) < 1e-9 else f"{value:.5g}"
-    return next((one for one in (shown, f"{value:.4g}", f"{value:.2g}") if len(one) <= room), shown)
+def short(value: float, digits: int = 4) -> str:
+    """So many digits, without a power of ten up to 1e7; 0 where it is rounding."""
+    return "0" if abs(value) < 1e-9 else known_digits(value, None, digits)
 
 
 def listed_catalogue() -> Outcome:
@@ -83,9 +80,7 @@ def show_row(result: dict) -> None:
     show_named(
         {
             "bore, outside, width": f"{sizes} mm (ISO 15)",
-            "pitch diameter": _millimetres(result["pitch_diameter_m"])
-            + (f" ± {_millimetres(error)}" if error else "")
-            + " mm",
+            "pitch diameter": _millimetres(result["pitch_diameter_m"], error) + " mm",
             "groove radius / ball": f"inner {result['inner_conformity']:g}, outer {result['outer_conformity']:g}",
             "radial clearance": _clearance(clearance) if clearance else "",
             "contact angle": f"{math.degrees(result['contact_angle_rad']):.4g}°" if result["contact_angle_rad"] else "",
@@ -112,7 +107,7 @@ def show_equilibrium(result: dict) -> None:
         for error in map(sum, zip(*(one[key] for one in result["model_errors"].values()), strict=True))
     ] or [0.0] * len(moved)
     places = (_known(one, error) for one, error in zip(moved, errors, strict=True))
-    rows = [("displacement [µm, °]", *places), ("load [N, N mm]", *map(short, loads))]
+    rows = [("displacement [µm, °]", *places), ("load [N, N mm]", *(short(one, 5) for one in loads))]
     rows.append(("stiffness [N, N mm]", *("",) * len(AXES)))
     for axis, column in zip(AXES, zip(*result["stiffness"], strict=True), strict=True):
         name, step = (f"  per 0.01° {axis}", STEP) if "about" in axis else (f"  per 1 µm along {axis}", 1e-6)
@@ -133,8 +128,8 @@ def show_equilibrium(result: dict) -> None:
 def _known(value: float, error: float) -> str:
     """A value to the second digit of its error; what is smaller than that keeps two digits, and rounding is 0."""
     if not error or abs(value) < error:
-        return short(float(f"{value:.2g}") if error else value, 7)
-    return known_digits(value, error, 5)
+        return short(value, 2 if error else 4)
+    return known_digits(value, error, 4)
 
 
 def _show_balls(result: dict) -> None:
@@ -145,12 +140,12 @@ def _show_balls(result: dict) -> None:
     for words, unit, key, show in (
         ("load", "N", "normal_load_{}_n", lambda one: _known(one, off)),
         ("angle", "°", "contact_angle_{}_rad", lambda one: f"{math.degrees(one):.3f}"),
-        ("p max", "MPa", "peak_pressure_{}_pa", lambda one: f"{PRESSURE * one:.1f}"),
+        ("p max", "MPa", "peak_pressure_{}_pa", lambda one: f"{PRESSURE * one:.0f}"),
     ):
         header += [f"{words}\n{race}\n[{unit}]" for race in RACES]
         columns += [map(show, result[key.format(race)]) for race in RACES]
     header += [f"ellipse\n{axis} inner\n[mm]" for axis in ("a", "b")]
-    columns += [[f"{1e3 * one:.4f}" for one in result[f"semi_{axis}_inner_m"]] for axis in ("major", "minor")]
+    columns += [[f"{1e3 * one:.3f}" for one in result[f"semi_{axis}_inner_m"]] for axis in ("major", "minor")]
     show_columns(header, zip(*columns, strict=True))
 
 
@@ -161,26 +156,24 @@ def _model_errors(result: dict) -> str:
         off = result["model_errors"].get(source)
         if not off or (source == "law" and off["normal_load_n"] <= ROUNDING * max(result["normal_load_outer_n"])):
             continue
-        load, angle = _rounded(off["normal_load_n"]), _rounded(DEGREE * off["contact_angle_rad"])
-        moved = _rounded(1e6 * math.hypot(*off["ring_displacement_m"]))
+        load, angle = two_digits(off["normal_load_n"]), two_digits(DEGREE * off["contact_angle_rad"])
+        moved = two_digits(1e6 * math.hypot(*off["ring_displacement_m"]))
         lines.append(f"{words}: load of a ball ± {load} N, angle ± {angle}°, ring ± {moved} µm")
     return "\n".join(lines)
 
 
 def _show_lives(result: dict) -> None:
-    parts = result["clearance_m"]
-    shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key] or key == "initial"]
+    parts, safety = result["clearance_m"], result["static_safety"]
+    shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key]]
     dynamic, static = (f"{1e-3 * result[f'basic_{kind}_rating_n']:.4g} kN" for kind in ("dynamic", "static"))
     loads = (short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
     rows = {
-        "clearance": f"{1e6 * parts['operating']:.4g} µm ({', '.join(shown)})",
+        "clearance": f"{short(1e6 * parts['operating'])} µm" + (f" ({', '.join(shown)})" if shown[1:] else " as made"),
         "rating": f"C {dynamic}, C0 {static}",
         "equivalent load": "P {} N, P0 {} N".format(*loads),
         "basic life": f"{_life(result, 'basic')} (ISO 281)",
         "reference life": f"{_life(result, 'reference')} (ISO/TS 16281)\n{L10}",
-        "static safety": f"{result['static_safety']:.4g}"
-        if math.isfinite(result["static_safety"])
-        else "without limit",
+        "static safety": short(safety, 3) if math.isfinite(safety) else "without limit",
         "friction torque": _friction(result),
         "limiting speed": limiting(limits) if (limits := result["limiting_speed_rad_s"]) else "",
     }
@@ -194,24 +187,30 @@ def _show_lives(result: dict) -> None:
 
 def _friction(result: dict) -> str:
     """The friction torque by parts, or the catalogue's estimate, in words; "" where there is neither."""
-    from bearing_twin.kinds.bearing import BASE_VISCOSITY, TORQUE_SCATTER
+    from bearing_twin.kinds.bearing import BASE_VISCOSITY
 
     torques, estimate = result.get("friction_torque_nm"), result.get("catalogue_drive_torque_nm")
     if not torques:
-        shown = f"{_rounded(MOMENT * (estimate or 0.0))} ± {_rounded(MOMENT * TORQUE_SCATTER * (estimate or 0.0))} N mm"
         grease = f"by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals"
-        return "" if estimate is None else f"{shown}\n{grease}"
-    parts = {name: one and short(float(f"{MOMENT * one:.3g}")) for name, one in torques.items()}
+        return "" if estimate is None else f"{_scattered(estimate)}\n{grease}"
+    parts = {name: one and short(MOMENT * one, 2) for name, one in torques.items()}
     cells = ", ".join(f"{name} {parts[name]}" for name in ("film", "hysteresis", "slip"))
     shown = [f"{name} {parts[key]} N mm" for key, name in (("skf", "SKF"), ("palmgren", "Palmgren")) if parts[key]]
     return "\n".join(
         (
-            f"{parts['total']} ± {_rounded(MOMENT * TORQUE_SCATTER * torques['total'])} N mm ({cells})",
-            f"{result['friction_loss_w']:.3g} W lost; by {', by '.join(shown)}",
-            f"thinnest film {1e6 * result['film_m']:.3g} µm, {result['lambda']:.3g} of the roughness",
+            f"{_scattered(torques['total'])} ({cells})",
+            f"{short(result['friction_loss_w'], 2)} W lost; by {', by '.join(shown)}",
+            f"thinnest film {short(1e6 * result['film_m'], 2)} µm, film parameter Λ {short(result['lambda'], 2)}",
             result["friction_note"],
         )
     )
+
+
+def _scattered(torque: float) -> str:
+    """A friction torque [N m] with the scatter of measured ones."""
+    from bearing_twin.kinds.bearing import TORQUE_SCATTER
+
+    return f"{two_digits(MOMENT * torque)} ± {two_digits(MOMENT * TORQUE_SCATTER * torque)} N mm"
 
 
 def _life(result: dict, name: str) -> str:
@@ -220,7 +219,7 @@ def _life(result: dict, name: str) -> str:
     turns, speed = result[f"{name}_life_mrev"], result["speed_rad_s"]
     if not math.isfinite(turns):
         return "without limit"
-    return f"{short(turns)} million turns" + (f", {short(hours_of(turns, speed))} h" if speed else "")
+    return f"{short(turns, 3)} million turns" + (f", {short(hours_of(turns, speed), 3)} h" if speed else "")
 
 
 def show_sweep(result: dict) -> None:
@@ -254,12 +253,7 @@ def show_crossed(result: dict) -> None:
 def _tiny(value: float) -> str:
     if not math.isfinite(value):
         return "none"
-    return "0" if abs(value) < 1e-6 else short(float(f"{value:.4g}"))
-
-
-def _rounded(error: float) -> str:
-    """An error in two digits."""
-    return short(float(f"{error:.2g}"), 8)
+    return "0" if abs(value) < 1e-6 else short(value)
 
 
 def _rpm(result: dict) -> str:
@@ -270,7 +264,7 @@ def _frequencies(result: dict) -> str:
     """The fault frequencies of a result [Hz] in words, with their errors."""
     errors = result.get("fault_frequencies_hz_error", {})
     return ", ".join(
-        f"{name.replace('_', ' ')} {known_digits(value, errors.get(name), 5)}"
+        f"{name.upper() if len(name) <= 4 else name.replace('_', ' ')} {known_digits(value, errors.get(name), 5)}"
         + (f" ± {two_digits(errors[name])}" if errors.get(name) else "")
         for name, value in result["fault_frequencies_hz"].items()
     )
@@ -278,9 +272,8 @@ def _frequencies(result: dict) -> str:
 
 def _ball_set(row: dict) -> str:
     """A row's ball set and how sure it is."""
-    size, error = (_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt"))
-    shown = f"{size} ± {error}" if float(error) else size
-    return f"{row['designation']}: {_balls_of(row)} balls of {shown} mm"
+    size = _millimetres(row["ball_diameter_m"], row["ball_diameter_doubt_m"])
+    return f"{row['designation']}: {_balls_of(row)} balls of {size} mm"
 
 
 def _balls_of(row: dict) -> str:
@@ -292,8 +285,10 @@ def _clearance(pair) -> str:
     return f"{_range(pair, 1e6)} µm as made" + ("; the middle is taken" if pair[0] != pair[1] else "")
 
 
-def _millimetres(value) -> str:
-    return "-" if value is None else f"{1e3 * value:.5g}"
+def _millimetres(value, error: float = 0.0) -> str:
+    if value is None:
+        return "-"
+    return known_digits(1e3 * value, 1e3 * error, 5) + (f" ± {two_digits(1e3 * error)}" if error else "")
 
 
 def _range(pair, scale: float) -> str:

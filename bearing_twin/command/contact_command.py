@@ -47,6 +47,7 @@ OPTIONS = {
     "--stiffness": (OTHERS, "N/m", "K", "of the law linear [N/m] (default: the slope of exact Hertz here)"),
     "--plot": (OTHERS, None, "PNG", "draw ellipse, pressure, stress below and the laws' errors"),
 }  # fmt: skip
+ROUNDING = 1e-9  # of a load: exact Hertz is taken to 1e-10
 GIVEN = [name[2:].replace("-", "_") for name, (group, *_) in OPTIONS.items() if group == ONE_OF]
 
 
@@ -242,8 +243,8 @@ def _show(result):
 def _show_laws(laws):
     rows = []
     for name, row in laws.items():
-        error = "-" if row["error"] is None else f"{100 * row['error']:+.3g}"
-        rows.append((name, f"{row['normal_load_n']:.6g}", error))
+        error = "-" if row["error"] is None else f"{100 * row['error'] if abs(row['error']) > ROUNDING else 0.0:+.2g}"
+        rows.append((name, f"{row['normal_load_n']:.5g}", error))
     show_text()
     show_rows(("law", "load at this approach [N]", "error [%]"), rows)
 

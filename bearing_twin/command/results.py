@@ -133,7 +133,9 @@ def _readable(key: str, size: float) -> tuple[str, str, float]:
 def _errors_joined(result: Mapping) -> dict:
     """The result without the errors of its figures, which are shown beside them; parts stay in --json."""
     errors = {key for key in result if key.endswith(ERROR) and key.removesuffix(ERROR) in result}
-    hidden = errors | {"errors_by_source", "wanted_errors", "errors_unknown"}
+    hidden = errors | {"errors_by_source", "large_errors", "wanted_errors", "errors_unknown"}
+    hidden |= {"flags"} if "status" in result else set()  # printed as warnings
+    hidden |= set() if result.get("warnings") else {"warnings"}
     known, notes = errors_in_words(result)
     shown = {f"error of {output.replace('_', ' ')}": text for output, text in known.items()}
     if "errors_by_source" in result:  # of a run

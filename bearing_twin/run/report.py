@@ -11,7 +11,17 @@ import numpy as np
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import Choice, Report
 from bearing_twin.base.sample import Aligned, Block, cut, outputs_at_once
-from bearing_twin.base.units import greatest_error, known_digits, named, readable, two_digits, with_unit
+from bearing_twin.base.units import (
+    LUBRICATED,
+    greatest_error,
+    is_nothing,
+    known_digits,
+    named,
+    of_films,
+    readable,
+    two_digits,
+    with_unit,
+)
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import ChannelFigures, Facts, Figures, Picture
 from bearing_twin.kinds.error_estimates import (
@@ -41,6 +51,7 @@ STATUSES = {
 }
 """Meaning of the first word of a report's status."""
 
+NO_SHARE = 1e-6  # of a figure: a smaller error of the model is not printed
 ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nearly 0
 MADE_OF = {
     "N m": {"N": 1, "m": 1},
@@ -69,17 +80,23 @@ def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], statu
     The error of a figure is that of the method alone, None where it is not known; errors of the model stand beside.
     """
     keys, known, large = {}, {}, {}
-    method, sizes = estimate.of_figures(figures), _sizes(figures)
+    method, sizes = estimate.of_figures(figures), unit_sizes(figures)
     for figure in dict.fromkeys((*method, *errors.figures)):
         parts = ({METHOD: method[figure]} if figure in method else {}) | dict(errors.figures.get(figure, {}))
         if figures.get(figure) is None or not parts:
             continue
-        parts = {source: _beyond_rounding(one, figure, figures[figure], sizes) for source, one in parts.items()}
         keys[f"{figure}_error"] = parts.get(METHOD)
         known[figure] = {source: one for source, one in parts.items() if not _unknown(one)}
+        most = max(map(greatest, known[figure].values()), default=0.0)
+        if is_nothing(greatest(figures[figure]), most):
+            continue
+        unit = named(figure)[1]
+        share = estimate.tolerance if unit == "J" else ROUNDING  # works: beside what all loads would do over all ways
+        enough = max(errors.negligible.get(figure, 0.0), share * sizes.get(unit, 0.0))
         for source, one in known[figure].items():
-            if exceeds(figures[figure], one) and not greatest(one) <= errors.negligible.get(figure, 0.0):
+            if exceeds(figures[figure], one) and not greatest(one) <= enough:
                 large.setdefault(figure, source)
+    keys["large_errors"] = dict(large)
     keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
     keys["model_errors"] = {
         source: of for source in WORDS if (of := {key: one[source] for key, one in known.items() if source in one})
@@ -95,7 +112,8 @@ def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], statu
     if large:
         mends = {METHOD: estimate.smaller} | dict(errors.mends)
         cures = "; ".join(filter(None, (mends.get(source) for source in dict.fromkeys(large.values()))))
-        said = "; ".join(_said(one, figures[one], known[one][source], source) for one, source in large.items())
+        films = LUBRICATED in errors.notes
+        said = "; ".join(_said(one, figures[one], known[one][source], source, films) for one, source in large.items())
         sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
         flags = (f"{sentence}; to mend it: {cures}" if cures else sentence,)
     doubtful = [*(("model outside its range",) if choice.outside else ()), *exceeded]
@@ -138,15 +156,18 @@ def _exceeded(name: str, output: OutputError, model: tuple[ModelError, ...], est
     return "; ".join(said)
 
 
-def shown_errors(result: Mapping[str, Any], figure: str) -> tuple[float | None, float | None]:
-    """Of a figure in a table: the error that says how many digits it has, and that behind its ±, None for none.
+def shown_errors(result: Mapping[str, Any], figure: str, size: float) -> tuple[float | None, float | None]:
+    """Of a figure of this size in a table: the error that sets its digits, and that behind its ±, None for none.
 
-    The latter is the method's, and left out where that of the model is far greater: it would promise too much.
+    The latter is the method's, and left out where that of the model is far greater: it would promise too much. A figure
+    that is 0 within its greatest error has that.
     """
     method = greatest_error(result.get(f"{figure}_error"))
     models = (greatest_error(of.get(figure)) for of in result.get("model_errors", {}).values())
     known = [one for one in (method, *models) if one is not None]
     most = max(known, default=None)
+    if is_nothing(size, most):
+        return most, most
     return most, None if method is None or most > FAR * method else method
 
 
@@ -156,11 +177,12 @@ def model_errors_in_words(result: Mapping[str, Any]) -> list[str]:
     for source, of in result.get("model_errors", {}).items():
         sizes = {key: greatest(result[key]) for key in of if result.get(key) is not None}
         shares = {key: greatest(of[key]) / size for key, size in sizes.items() if size > 0.0}
-        if not max(shares.values(), default=0.0) > 0.0:
+        if not max(shares.values(), default=0.0) > NO_SHARE:
             continue
         figure = max(shares, key=shares.__getitem__)
-        most = f"{100.0 * shares[figure]:.2g} %" if shares[figure] < 1.0 else "more than all"
-        lines.append(f"{WORDS.get(source, source)}: up to {most} of a figure ({named(figure)[0]})")
+        words, unit = named(figure)
+        size, share = f"{two_digits(greatest(of[figure]))} {unit}", shares[figure]
+        lines.append(f"{WORDS[source]}: up to {f'{100.0 * share:.2g} %' if share < 1.0 else size} ({words})")
     return lines
 
 
@@ -179,16 +201,7 @@ def exceeds(value, error) -> bool:
     return not worst <= LARGE * scale
 
 
-def _beyond_rounding(error, figure: str, value, sizes: Mapping[str, float]):
-    """The error of a figure; 0 for one that is large beside the figure and rounding beside others of its unit."""
-    if _unknown(error) or not exceeds(value, error):
-        return error
-    if not greatest(error) <= ROUNDING * sizes.get(named(figure)[1], 0.0):  # nor is a NaN
-        return error
-    return [0.0] * len(error) if isinstance(error, list) else 0.0
-
-
-def _sizes(figures: Mapping[str, Any]) -> dict[str, float]:
+def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:
     """The greatest size of a run's figures by unit, also by MADE_OF; 1 rad at least."""
     sizes = {"rad": 1.0}
     for key, value in figures.items():
@@ -209,9 +222,10 @@ def greatest(value) -> float:
     return float(np.abs(value).max(initial=0.0))
 
 
-def _said(figure: str, value, error, source: str) -> str:
-    """One figure whose error is large, and its greatest source."""
+def _said(figure: str, value, error, source: str, films: bool) -> str:
+    """One figure whose error is large, and its greatest source; `films`: of contacts with them."""
     words, unit = named(figure)
+    words = of_films(words) if films else words
     off = greatest(error)
     size = known_digits(greatest(value), off, 2)
     return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
@@ -352,7 +366,7 @@ def picture_of(stream) -> Picture:
 
 
 def figure_errors(report: Report) -> list:
-    """Rows of the errors of a report's figures, for pictures: of figures that are not 0, lists by their greatest.
+    """Rows of the errors of a report's figures, for pictures: of those that have both, lists by their greatest.
 
     Values have their signs; of several the least and the greatest are given, with the greatest of their errors.
     """
@@ -372,9 +386,9 @@ def figure_errors(report: Report) -> list:
         ends = dict.fromkeys(_value_text(one, factor, whole) for one in (min(several), max(several)))
         text = f"{' to '.join(ends)} ± {two_digits(factor * whole)}{with_unit(unit)}"
         many = f" ({len(several)} values)" if len(several) > 1 else ""
-        shares = {source: error / size for source, error in errors.items() if error > 0.0}
+        shares = {WORDS.get(source, source): error / size for source, error in errors.items() if error > 0.0}
         rows.append(FigureError(words + many, text, shares))
-    return [row for row in rows if row.parts][:MOST]
+    return [row for row in rows if sum(row.parts.values()) > NO_SHARE][:MOST]
 
 
 def _value_text(value, factor: float, error: float) -> str:

@@ -5,20 +5,22 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
 from bearing_twin.base.units import (
+    digits_of,
     greatest_error,
     known_digits,
+    named,
     readable,
     sentence_for_people,
     sizes_for_units,
     two_digits,
+    unit_suffix,
 )
-from bearing_twin.run.report import exceeds, output_error_in_words, shown_errors
+from bearing_twin.run.report import output_error_in_words, shown_errors, unit_sizes
 
 AXES = 3  # lists of so many numbers at most are vectors
-BEYOND_DIGITS = 5e-6  # of a value: an error below it is beyond the digits shown
 DIGITS = 5
+NOISE = 1e-10  # of what is large in a unit: less is 0
 RESIDUALS = ("energy_closure", "greatest_energy_gain", "force_balance", "quaternion_drift")  # figures that are errors
-ROUNDING = 1e-12  # a residual below it is 0
 MOST_ROWS = 200
 Readable = Callable[[str, float], tuple[str, str, float]]  # words, unit and factor of a key with values up to a size
 
@@ -44,20 +46,28 @@ def figures_for_people(
     """The figures but lists of events and nested mappings; `result` holds their errors, as the result of `--json`."""
     found = []
     figures = {key: one for key, one in figures.items() if not isinstance(one, Mapping) and not is_events(one)}
-    for key, size in _sizes(figures, result).items():
-        value = figures[key]
+    units = {unit: NOISE * size for unit, size in unit_sizes(figures).items() if unit}
+    rounding = {key: units.get(named(key)[1], 0.0) for key in figures}
+    figures = {key: _without_rounding(one, rounding[key]) for key, one in figures.items()}
+    errors = {
+        key: _without_rounding(shown_errors(result, key, _size(one)), rounding[key]) for key, one in figures.items()
+    }
+    sizes = {key: max(_size(value), errors[key][1] or 0.0) for key, value in figures.items()}
+    long = {key: unit_suffix(key) for key, value in figures.items() if _is_long(value)}
+    for key, suffix in long.items():  # those of one unit in one
+        sizes[key] = max(_size(figures[other]) for other, one in long.items() if one == suffix)
+    for key, size in sizes_for_units(sizes).items():
+        value, (most, own), digits = figures[key], errors[key], digits_of(key)
         several = value if isinstance(value, (list, tuple)) else [value]
         words, unit, factor = unit_of(key, size)
-        if any(isinstance(one, (list, tuple, str)) for one in several) or not several:
-            unit, most, own = "", None, None
-        else:
-            most, own = shown_errors(result, key)
-            unit = unit if any(map(_is_number, several)) else ""
-        error = two_digits(factor * own) if value is not None and _in_digits(own, value) else ""
-        doubtful = most is not None and value is not None and exceeds(value, most)
-        least = ROUNDING * _size(several) if 1 < len(several) <= AXES else 0.0  # of a vector's parts: rounding
-        several = [0.0 if isinstance(one, float) and abs(one) <= least else one for one in several]
-        texts = [_residual(one) if key in RESIDUALS else value_text(one, factor, most) for one in several]
+        unit = unit if any(map(_is_number, several)) else ""
+        error = two_digits(factor * own) if own and _in_digits(own, _size(value), digits) else ""
+        if 1 < len(several) <= AXES and all(map(_is_number, several)) and _size(several):  # a vector: parts of one size
+            places = digits - 1 - math.floor(math.log10(factor * _size(several)))
+            several = [round(factor * one, places) / factor for one in several]
+            most = most and max(most, 10.0 ** (1 - places) / factor)
+        texts = [_residual(one) if key in RESIDUALS else value_text(one, factor, most, digits) for one in several]
+        doubtful = key in result.get("large_errors", ())
         found.append(Figure(key, words, unit, texts, error, doubtful, len(several) if _is_long(value) else 0))
     return found
 
@@ -97,9 +107,16 @@ def value_text(value, factor: float = 1.0, error=None, digits: int = DIGITS) -> 
     return known_digits(value * factor, None if error is None else factor * greatest_error(error), digits)
 
 
+def _without_rounding(value, least: float):
+    """A value or a list with 0 in the place of numbers up to `least`."""
+    if isinstance(value, (list, tuple)):
+        return [_without_rounding(one, least) for one in value]
+    return 0.0 if isinstance(value, float) and abs(value) <= least else value
+
+
 def _residual(value: float | None) -> str:
     """A relative error of a balance in two digits."""
-    return value_text(value) if value is None else two_digits(value if abs(value) > ROUNDING else 0.0)
+    return value_text(value) if value is None else two_digits(value if abs(value) > NOISE else 0.0)
 
 
 def is_events(value) -> bool:
@@ -112,15 +129,6 @@ def _is_long(value) -> bool:
     return isinstance(value, (list, tuple)) and len(value) > AXES and not isinstance(value[0], (list, tuple, str))
 
 
-def _sizes(figures: Mapping[str, Any], result: Mapping[str, Any]) -> dict[str, float]:
-    """The size by which the unit of each figure is chosen: of a vector its error counts too."""
-    sizes = {
-        key: max(_size(value), 0.0 if _is_long(value) else _size(result.get(f"{key}_error")))
-        for key, value in figures.items()
-    }
-    return sizes_for_units(sizes)
-
-
 def _size(value) -> float:
     """The greatest magnitude of a value or of the numbers in a list; 0 where there is none."""
     several = value if isinstance(value, (list, tuple)) else [value]
@@ -131,11 +139,9 @@ def _is_number(value) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool) and math.isfinite(value)
 
 
-def _in_digits(error: float | None, value) -> bool:
-    """True for an error that the digits shown of a value can tell, or one of 0."""
-    if error is None:
-        return False
-    return error > BEYOND_DIGITS * _size(value) if error else _size(value) > 0.0
+def _in_digits(error: float, size: float, digits: int) -> bool:
+    """True for an error of at least the last of so many digits of a value of this size."""
+    return not size or error >= 10.0 ** (math.floor(math.log10(size)) + 1 - digits)
 
 
 def tables_of_page(

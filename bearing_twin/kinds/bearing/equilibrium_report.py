@@ -152,9 +152,7 @@ def flags_of(
         "squeeze the balls, which basic life, static safety and the catalogue's torque ignore; reference life counts it"
         if greatest > 2.0 * usual
         else None,
-        *contact_flags(
-            parameters, ellipses[2].max(), ellipses[0].max(axis=0), contacts.angle[:, 1], contacts.load[:, 0]
-        ),
+        *contact_flags(parameters, ellipses[2].max(), contacts.angle[:, 1], contacts.load[:, 0]),
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,

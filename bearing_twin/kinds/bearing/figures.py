@@ -213,7 +213,6 @@ class RunUp:
 
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: hardly any friction; 4 % below its limit
 STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
-ROUNDING = 1e-14  # of a ball's loads times its radius: a torque that is less is none
 UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
 
 
@@ -333,8 +332,9 @@ class BearingFigures:
         if not (hidden and FRICTIONS[contact.friction].over_patch):
             return None
         return (
-            f"contact patches spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = {smoothing:g} "
-            f"m/s smooths: torques of spin are too small; set it to {fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
+            f"contact patches spin at {fastest:.2g} m/s at most, which contact.friction_regularisation = "
+            f"{smoothing:.3g} m/s smooths: torques of spin are too small; set it to "
+            f"{fastest / FREE_OF_SMOOTHING:.1g} m/s or less"
         )
 
     def _half_period(self) -> float:
@@ -383,12 +383,10 @@ class BearingFigures:
     def flags(self) -> list[str]:
         """Warnings of what lies outside the theory's validity, one sentence each."""
         peaks = self._peaks()
-        pressure, widths = peaks["peak_pressure"].max(), peaks["semi_major"].max(axis=0)
+        angles, loads = self.at_greatest["contact_angle"][:, 1], self.greatest_load[:, 0]
         ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter
         return gathered(
-            *contact_flags(
-                self.parameters, pressure, widths, self.at_greatest["contact_angle"][:, 1], self.greatest_load[:, 0]
-            ),
+            *contact_flags(self.parameters, peaks["peak_pressure"].max(), angles, loads),
             self._law_warning(),
             self._cage_warning(),
             self._touch_warning(),
@@ -443,14 +441,8 @@ class BearingFigures:
             "cage_eccentricity_m": distance,
             "cage_whirl_rad_s": turned / square if square > 0.0 else 0.0,
             "greatest_land_force_n": float(self._sums.greatest["land_force"]),
-            "friction_torque_nm": self._torques(late),
+            "friction_torque_nm": (late["torque"] / late["count"]).tolist(),
             **(self._listener.figures() if self._listener else {}),
         }
         absent = missing(self.parameters, self.choice.stepper == QUASI_STATIC)
         return {key: value for key, value in found.items() if key not in absent}
-
-    def _torques(self, late: dict) -> list[float]:
-        """Mean torques of the raceways on the balls [N m]; 0 where rounding alone is left of them."""
-        torque, load = (late[name].reshape(-1, width) / late["count"] for name, width in (("torque", 1), ("load", 2)))
-        least = ROUNDING * 0.5 * self.parameters.geometry.ball_diameter * load.sum(axis=1)
-        return [float(one) for one in np.where(torque[:, 0] > least, torque[:, 0], 0.0)]

@@ -21,6 +21,7 @@ from bearing_twin.base.units import LUBRICATED
 from bearing_twin.contact.elasticity import axis_ratio, elliptic_b_d
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.contact.validity import FELT, gap_error
 from bearing_twin.kinds.bearing.equilibrium import (
     FOUND,
     Equilibrium,
@@ -75,11 +76,10 @@ RING = ("ring_displacement_m", "misalignment_rad"), ("ring_force_n", "ring_momen
 
 
 def half_space_error(parameters, semi_major):
-    """Relative errors of loads where ellipses of these semi-axes [m] lie on bodies that Hertz takes for half-spaces.
-
-    The square of semi-axis over ball radius: the next term of the shape of a sphere against its parabola.
-    """
-    return (np.asarray(semi_major) / (0.5 * parameters.geometry.ball_diameter)) ** 2
+    """Relative errors of loads whose ellipses have these semi-axes (N, 2) [m], as Hertz takes bodies for parabolas."""
+    geometry = parameters.geometry
+    grooves = geometry.ball_diameter * np.array([geometry.inner_conformity, geometry.outer_conformity])
+    return FELT * gap_error(np.asarray(semi_major), 0.5 * geometry.ball_diameter, grooves)
 
 
 class Response(NamedTuple):
@@ -405,8 +405,10 @@ class BearingErrors:
         elif not FRICTIONS[self.parameters.contact.friction].over_patch:
             mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the friction of spin"
         # What is left for the ring is a difference of loads, each with an error of the tolerance.
-        least = self.parameters.wanted.tolerance * greatest
+        tolerance = self.parameters.wanted.tolerance
+        least, torque = tolerance * greatest, tolerance * (figures.get("catalogue_drive_torque_nm") or 0.0)
         negligible = {"ring_force_n": least, "ring_moment_nm": 0.5 * self.parameters.geometry.pitch_diameter * least}
+        negligible |= {"ring_force_range_n": least, "drive_torque_nm": torque, "friction_torque_nm": torque}
         off = 0.0 if law is None or not greatest else float(np.abs(law * self.load).max()) / greatest
         of_loads = [ModelError(LAW, off * (nearest.kept.get(LAW, 1.0) if alike else 1.0), HERTZ_MENDS)]
         if self.choice.stepper == QUASI_STATIC:

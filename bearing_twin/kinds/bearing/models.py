@@ -11,7 +11,7 @@ from bearing_twin.contact.elasticity import coefficient_of, ellipse, hertz_coeff
 from bearing_twin.contact.friction import AUTO, FRICTIONS, POINT, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
-from bearing_twin.contact.validity import groove_warning, pressure_warning, shoulder_warning
+from bearing_twin.contact.validity import pressure_warning, shoulder_warning
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, weighed_support
 from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
 from bearing_twin.kinds.bearing.lubricant import lubricated
@@ -329,16 +329,12 @@ def choose(parameters) -> Choice:
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters
 
 
-def contact_flags(parameters, pressure: float, widths, angles, loads) -> tuple[str | None, ...]:
-    """Warnings of contacts: their greatest pressure [Pa] and semi-axes (2,) [m] by raceway, angles and loads (N,).
-
-    Angles [rad] are those on the outer raceway, loads [N] those on the inner one.
-    """
-    materials, geometry = parameters.materials, parameters.geometry
+def contact_flags(parameters, pressure: float, angles, loads) -> tuple[str | None, ...]:
+    """Warnings of contacts: greatest pressure [Pa], outer angles (N,) [rad], inner loads (N,) [N]."""
+    materials = parameters.materials
     dents = f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
     return (
         pressure_warning(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
         dents if pressure > PERMANENT_PRESSURE else None,
-        groove_warning(widths, 0.5 * geometry.ball_diameter, (geometry.inner_conformity, geometry.outer_conformity)),
-        shoulder_warning(geometry.contact_angle, angles, loads),
+        shoulder_warning(parameters.geometry.contact_angle, angles, loads),
     )

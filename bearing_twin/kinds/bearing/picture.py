@@ -39,8 +39,8 @@ MOVED = {  # what moves by itself: title of its panel and axis, factor into its 
     "inner_ring_speed": ("Speed of the inner ring, turned by a torque", "speed [rpm]", 30.0 / np.pi),
 }
 OF_BALLS = {  # panels over the azimuth: title, axis, factor into its unit
-    "contact_angle": ("Contact angle of each ball", "contact angle [°]", np.degrees(1.0)),
-    "peak_pressure": ("Greatest Hertz pressure of each ball", "peak pressure [MPa]", 1e-6),
+    "contact_angle": ("Contact angle of each ball", "angle [°]", np.degrees(1.0)),
+    "peak_pressure": ("Greatest Hertz pressure of each ball", "p [MPa]", 1e-6),
 }
 
 

@@ -163,7 +163,7 @@ class BouncingPicture(RunPicture):
         scale = max(float(sum(values[name] for name, _ in STORED).max()), 1e-300)
         parts, shown = [np.maximum(values[name] / scale, 0.0) for name, _ in (*STORED, *LOST)], (*STORED, *LOST)
         _stack(energy, time, parts, shown, [BALL_COLOURS[k] for k in (0, 4, 5, 1, 7)], 5, 1.3)
-        heading(energy, "Energy: the books are closed where the sum stays at 1", "time [s]", "share")
+        heading(energy, "Energy balance: the shares add up to 1", "time [s]", "share")
         for axis in (upper, load):
             axis.tick_params(labelbottom=False)
 

@@ -198,9 +198,8 @@ class ShaftFigures:
         """What in this run lies outside the theory's validity, one sentence each."""
         found = []
         for side, (loads, angles) in self._greatest.items():
-            ellipses = self._ellipses(side)
-            pressure, widths = max(one.peak_pressure for one in ellipses), [one.semi_major for one in ellipses]
-            warnings = contact_flags(self._scenes[side], pressure, widths, angles[1:], loads[:1])
+            pressure = max(one.peak_pressure for one in self._ellipses(side))
+            warnings = contact_flags(self._scenes[side], pressure, angles[1:], loads[:1])
             found += [f"{side} bearing: {one}" for one in gathered(*warnings)]
         return found
 

@@ -41,6 +41,9 @@ class ShaftPicture(RunPicture):
         _draw_forces(figure.add_subplot(grid[1, 1]), values)
         _draw_frequencies(figure.add_subplot(grid[1, 2]), parameters, self._facts.law)
 
+    def title_ends(self, values: dict[str, np.ndarray]) -> str:
+        return f", {values['shaft_speed'][-1] * 30.0 / math.pi:.5g} rpm"
+
 
 def _draw_loads(axis, values, side, k):
     """Loads on both raceways of each ball at the last output; the arrow is the shaft's push on the bearing."""
@@ -52,7 +55,7 @@ def _draw_loads(axis, values, side, k):
     words = f"{side.capitalize()}: ball loads at the end [N]"
     heading(axis, words, pad=26)
     axis.text(
-        -0.12, -0.17, f"pushed by {size:.4g} N across, {push[2]:.4g} N along", transform=axis.transAxes, fontsize=10.5,
+        -0.12, -0.17, f"radial load {size:.4g} N, axial load {push[2]:.4g} N", transform=axis.transAxes, fontsize=10.5,
         color=STYLE["ink"],
     )  # fmt: skip
     if k == 0:
@@ -89,9 +92,9 @@ def _draw_forces(axis, values):
     force = values["bearing_force"]
     for k, side in enumerate(SIDES):
         across = np.hypot(force[:, k, 0], force[:, k, 1])
-        axis.plot(values["time"], across, lw=1.5, color=BALL_COLOURS[k], label=f"{side}, across")
+        axis.plot(values["time"], across, lw=1.5, color=BALL_COLOURS[k], label=f"{side}, radial")
         along = np.abs(force[:, k, 2])
-        axis.plot(values["time"], along, lw=1.5, ls="--", color=BALL_COLOURS[k], label=f"{side}, along")
+        axis.plot(values["time"], along, lw=1.5, ls="--", color=BALL_COLOURS[k], label=f"{side}, axial")
     axis.margins(x=0.0)
     axis.locator_params(axis="x", nbins=5)
     axis.tick_params(pad=6)  # its first numbers stand in one corner
@@ -101,7 +104,7 @@ def _draw_forces(axis, values):
 
 
 def _draw_frequencies(axis, parameters, law):
-    """Natural frequencies over speed, as stiff as in balance at the run's end, and the line of one swing a turn."""
+    """Natural frequencies over speed, as stiff as in balance at the run's end, and the line of one period a turn."""
     frame(axis)
     found, critical = modes_of(parameters, law)
     matrices, speed = last_matrices(parameters, law)
@@ -114,7 +117,7 @@ def _draw_frequencies(axis, parameters, law):
         curve = np.array([row.frequencies[k] for row in rows])
         for place, (words, which) in enumerate(_ways(shares)):
             axis.plot(rpm, np.where(which, curve, np.nan), lw=2.0, color=BALL_COLOURS[place], label=words)
-    axis.plot(rpm, speeds / (2.0 * math.pi), "--", lw=1.5, color=STYLE["ink"], label="one swing a turn")
+    axis.plot(rpm, speeds / (2.0 * math.pi), "--", lw=1.5, color=STYLE["ink"], label="once per turn")
     axis.axvline(abs(speed) * 30.0 / math.pi, color=STYLE["soft"], lw=1.2, label="speed at the end")
     for one in critical:
         if one <= speeds[-1]:
@@ -132,4 +135,4 @@ def _ways(shares):
     """(words, which of the speeds) of a mode that whirls forward, backward, or neither."""
     yield "forward", shares > FORWARD
     yield "backward", shares < BACKWARD
-    yield "in a line or axial", (shares >= BACKWARD) & (shares <= FORWARD)
+    yield "planar or axial", (shares >= BACKWARD) & (shares <= FORWARD)
