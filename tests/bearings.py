@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from contact_reference import about_z, ball_position, single_contact, with_patch
-from made_up_run import a_choice
+from runs import a_choice
 
 from bearing_twin.kinds.bearing import ORBIT_ANGLE, SPIN, VELOCITY, BearingMotion
 from bearing_twin.run.scene import load_scene

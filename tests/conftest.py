@@ -8,11 +8,11 @@ import subprocess
 import sys
 import time
 
-import forks  # noqa: F401 - what forks do not collect
+import processes  # noqa: F401 - what forks do not collect
 import pytest
 import starts
-from domains import own_domain
 from hypothesis import settings
+from processes import own_domain
 
 from bearing_twin.base.process import one_processor
 

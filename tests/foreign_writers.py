@@ -1,10 +1,22 @@
-"""Logs as other programs write them: by the library of the format's authors, and by rosbags as a bag folder."""
+"""Logs as others write them: messages and bag folders by rosbags, files by the library of the format's authors."""
 
 from mcap.writer import Writer
 from rosbags.rosbag2 import CompressionFormat, StoragePlugin
 from rosbags.rosbag2 import Writer as BagWriter
 
 from bearing_twin.log import cdr
+
+
+def message_class(ros_type):
+    """The dataclass of a message type, built with keywords; arrays are exactly of the field's type."""
+    return cdr._typestore().types[ros_type]
+
+
+def serialise(ros_type, message):
+    """Little-endian CDR behind the four-byte header, filled up to whole words."""
+    data = bytes(cdr._typestore().serialize_cdr(message, ros_type, little_endian=True))
+    return data + bytes(-len(data) % 4)
+
 
 RAW = [("raw", 10_000_000 * k, bytes([k, 255, 0])) for k in range(7)]  # on channels of other programs
 

@@ -4,7 +4,7 @@ from collections import defaultdict
 from types import SimpleNamespace
 
 import numpy as np
-from made_up_run import a_choice, cut, made_up_block, made_up_scene
+from runs import a_choice, cut, made_up_block, made_up_scene
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.run_log import LogWriter

@@ -7,7 +7,7 @@ import time
 from contextlib import contextmanager
 
 import pytest
-from domains import own_domain
+from processes import own_domain
 
 if os.environ.get("BEARING_TWIN_REQUIRE_ROS"):  # a missing ROS is an error there, not a skipped test
     import bearing_twin_msgs  # noqa: F401

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import TURNED_REST, motion
-from made_up_run import a_choice
+from runs import a_choice
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 

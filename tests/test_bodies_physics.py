@@ -6,8 +6,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_run import a_choice
 from reference.ellipsoid import contact_delay, rocking_rate
+from runs import a_choice
 
 from bearing_twin import reference
 from bearing_twin.base.errors import IntegrationError, SceneError

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from by_rosbags import serialise
+from foreign_writers import serialise
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bearing_twin.base.errors import LogError

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_run import a_choice, cut, made_up_block, made_up_scene
+from runs import a_choice, cut, made_up_block, made_up_scene
 
 from bearing_twin.base.sample import Columns
 from bearing_twin.kinds import KINDS

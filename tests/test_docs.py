@@ -1,19 +1,144 @@
-"""The documentation is built, whole and for use without a network; the law of the tutorial works in a checkout."""
+"""Documentation: tutorials run, examples draw, pages are built; lines that need nodes are run by the journeys."""
 
+import contextlib
 import importlib.util
+import io
 import json
 import os
 import re
+import runpy
 import shutil
 import subprocess
 import sys
 
+import matplotlib
+import matplotlib.pyplot as plt
+import numpy as np
 import pytest
-from pages import ROOT, TUTORIALS, blocks
+import starts
+from pages import ROOT, TUTORIALS, blocks, without_code, words_of
+from PIL import Image
 
-pytestmark = pytest.mark.environment
+from bearing_twin.command import cli, node_command
+
+ON_THE_MACHINE = ("make ", "source ", "python ")  # run by tests/test_journeys.py, as lines that need nodes
+FEWER = re.compile(r"\b(samples[:=] ?|sensitivity=)\d+")  # realisations, which take longer than what is done with them
+EDITS = "your_law"  # which the last test follows
 
 
+@pytest.mark.parametrize("page", [one for one in TUTORIALS if one.stem != EDITS], ids=lambda page: page.stem)
+def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, quick_workers, quick_pictures):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
+    ran = 0
+    for block in blocks(page):
+        text = FEWER.sub(r"\g<1>12", block.text)
+        if block.file:
+            (tmp_path / block.file).write_text(text, encoding="utf-8")
+            if block.language == "python":
+                compile(block.text, block.file, "exec")
+        elif block.language == "python":
+            said = io.StringIO()
+            with contextlib.redirect_stdout(said):
+                exec(compile(text, str(page), "exec"), {})
+            assert said.getvalue().strip()
+        elif block.language == "bash":
+            ran += sum(follow(line, capsys) for line in block.lines)
+    assert ran
+
+
+def follow(line, capsys) -> bool:
+    """Runs a line where no node is needed for it; one for the parser alone counts not."""
+    if line.startswith(ON_THE_MACHINE):
+        return False
+    assert line.startswith("bearing_twin "), line
+    words = words_of(FEWER.sub(r"\g<1>12", line))
+    cli._parsers(words[0])[0].parse_args(words)
+    if words[0] == "node":
+        return False
+    if words[0] == "study" and "--list" not in words:
+        words.append("--workers=1")  # starting another process takes longer than so few samples
+    assert cli.main(words) == cli.DONE, (line, capsys.readouterr().err)
+    assert capsys.readouterr().out.strip(), line
+    return True
+
+
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+def test_links_of_tutorials_lead_somewhere(page):
+    links = re.findall(r"\]\(([^)#]+)[^)]*\)", without_code(page))
+    assert all((page.parent / link).exists() for link in links if "://" not in link), links
+
+
+def test_every_tutorial_is_in_the_index():
+    index = (ROOT / "docs" / "tutorials" / "index.md").read_text(encoding="utf-8")
+    assert {page.stem for page in TUTORIALS} <= set(re.findall(r"^(\w+)$", index, flags=re.MULTILINE))
+
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
+MOST_LINES = 40
+NEEDS_ROS = {"live"}
+
+
+def answered(run):
+    """`subprocess.run`, but commands of this package are answered by this process: starting another takes seconds."""
+
+    def asked(words, **more):
+        if words[0] != "bearing_twin":
+            return run(words, **more)
+        said = io.StringIO()
+        with contextlib.redirect_stdout(said):
+            code = cli.main(words[1:])
+        assert code == cli.DONE or not more.get("check")
+        return subprocess.CompletedProcess(words, code, said.getvalue(), "")
+
+    return asked
+
+
+def node_at_once(words):
+    """`bearing_twin node start` as the process that it becomes, which has imported what it needs."""
+    assert words[:3] == ["bearing_twin", "node", "start"]
+    return starts.Forking([sys.executable, *node_command.words_of(words[3], words[4:])])
+
+
+def covers_a_curve(axes):
+    """True if the legend of these axes, drawn already, lies over a point of one of their lines."""
+    legend = axes.get_legend()
+    if legend is None:
+        return False
+    box = legend.get_window_extent()
+    points = [line.get_transform().transform(line.get_xydata()) for line in axes.get_lines()]
+    return bool(points) and box.count_contains(np.concatenate(points)) > 0
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick_workers):
+    if example.stem in NEEDS_ROS:
+        import ros  # noqa: F401  (skips where ROS is missing)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(subprocess, "run", answered(subprocess.run))
+    monkeypatch.setattr(subprocess, "Popen", node_at_once)
+    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
+    matplotlib.use("Agg")
+    runpy.run_path(str(example), run_name="__main__")
+    hidden = [axes for one in map(plt.figure, plt.get_fignums()) for axes in one.axes if covers_a_curve(axes)]
+    plt.close("all")
+    assert not hidden, "a legend lies over a curve"
+    assert capsys.readouterr().out.strip()
+    picture = np.asarray(Image.open(tmp_path / f"{example.stem}.png").convert("RGBA"))
+    assert 600 <= picture.shape[1] <= 1000
+    assert len(np.unique(picture.view("u4"))) > 20, "colours, four bytes each"
+
+
+@pytest.mark.parametrize("example", EXAMPLES, ids=lambda path: path.stem)
+def test_an_example_is_short_and_in_the_docs(example):
+    assert len(example.read_text(encoding="utf-8").splitlines()) <= MOST_LINES
+    page = (ROOT / "docs" / "examples.md").read_text(encoding="utf-8")
+    assert f"{{literalinclude}} ../examples/{example.name}" in page
+    assert f"](examples/{example.stem}.png)" in page
+    assert (ROOT / "docs" / "examples" / f"{example.stem}.png").stat().st_size < 120_000
+
+
+@pytest.mark.environment
 def test_the_pages_are_built_without_a_warning_and_without_a_network(tmp_path):
     if importlib.util.find_spec("sphinx") is None and not os.environ.get("CI"):
         pytest.skip("Sphinx is not installed: `make docs` installs it")
@@ -47,6 +172,7 @@ def placed(block, folder) -> bool:
     return True
 
 
+@pytest.mark.environment
 def test_the_law_of_the_tutorial_is_a_law_of_the_checkout(tmp_path):
     """Its blocks go where they say; an elastic impact is as long as c^(-2/5), and its force as c^(2/5)."""
     for folder in ("bearing_twin", "config", "core"):

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_up_run import content_digest
 from reference.impact import equation_14, power_load, strike
+from runs import content_digest
 from scipy import stats
 from starts import STEM
 

@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from made_up_run import made_up_run
+from runs import made_up_run
 
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
 from bearing_twin.base.errors import BearingTwinError, LogError

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
+from runs import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.sample import Block, joined
 from bearing_twin.base.units import suffix_of

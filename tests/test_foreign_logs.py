@@ -17,12 +17,12 @@ import pytest
 import yaml
 import zstandard
 from foreign_writers import by_mcap, by_rosbags
-from made_up_run import bits, made_up_block, made_up_run, made_up_scene
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema, Statistics
 from mcap.stream_reader import StreamReader
 from mcap.writer import CompressionType, IndexType
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
+from runs import bits, made_up_block, made_up_run, made_up_scene
 from torture_rows import in_a_process
 
 from bearing_twin.base.errors import LogError

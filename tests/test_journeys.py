@@ -19,8 +19,7 @@ import tempfile
 from pathlib import Path
 
 import pytest
-from pages import NODE, ROOT, TUTORIALS, blocks, copied_sources
-from shell import LASTING, Shell
+from pages import LASTING, NODE, ROOT, TUTORIALS, Shell, blocks, copied_sources
 
 pytestmark = pytest.mark.environment
 README = ROOT / "README.md"

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 import toy_kind  # noqa: F401 - a kind without topics of its own
 import yaml
-from made_up_run import made_up_block, made_up_run, made_up_scene
 from rosbags.interfaces import Nodetype
+from runs import made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.paths import share_path
 from bearing_twin.base.yaml_files import SCENES

@@ -6,8 +6,8 @@ import re
 
 import numpy as np
 import pytest
-from by_rosbags import message_class, serialise
-from made_up_run import a_choice, made_up_block, made_up_scene
+from foreign_writers import message_class, serialise
+from runs import a_choice, made_up_block, made_up_scene
 
 from bearing_twin.base.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 import yaml
 import zstandard
-from by_rosbags import message_class, serialise
-from made_up_run import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
+from foreign_writers import message_class, serialise
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Chunk, Message, MessageIndex
 from mcap.stream_reader import StreamReader, breakup_chunk
 from rosbags.highlevel import AnyReader
+from runs import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import IntegrationError, LogError
 from bearing_twin.base.sample import Block, joined

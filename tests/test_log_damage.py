@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from made_up_run import bits, made_up_block, made_up_run, made_up_scene
 from mcap.reader import make_reader
+from runs import bits, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Channel

@@ -5,8 +5,8 @@ import json
 import os
 
 import pytest
-from disks import full_after
-from forks import forked
+from processes import forked
+from runs import full_after
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.log.recover import recover

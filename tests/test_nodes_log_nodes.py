@@ -5,7 +5,6 @@ import signal
 from fractions import Fraction
 
 import pytest
-from made_up_run import a_choice, bits, made_up_block, made_up_run, made_up_scene
 from ros import (
     Clock,
     DiagnosticArray,
@@ -27,6 +26,7 @@ from ros import (
     spin_until,
     started,
 )
+from runs import a_choice, bits, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr

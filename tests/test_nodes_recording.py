@@ -6,9 +6,8 @@ import math
 import os
 
 import pytest
-from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
 from mcap.writer import Writer
-from runs import receive
+from runs import a_choice, made_up_block, made_up_run, made_up_scene, receive
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import DOUBTFUL, main

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import pytest
 from loops import BLOCK, MS, SCENE, START, Loop, made_up_simulation
-from made_up_run import a_choice, bits, cut, made_up_scene
+from runs import a_choice, bits, cut, made_up_scene
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError
 from bearing_twin.kinds.contract import PUBLISH, Command

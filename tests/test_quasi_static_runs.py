@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from bearings import motion
-from made_up_run import a_choice
+from runs import a_choice
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.command import cli

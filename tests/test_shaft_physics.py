@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from made_up_run import cut
+from runs import cut
 from scipy import linalg
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation

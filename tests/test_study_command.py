@@ -10,7 +10,7 @@ import tracemalloc
 import matplotlib.image
 import numpy as np
 import pytest
-from disks import full_after
+from runs import full_after
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.command import study_command

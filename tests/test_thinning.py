@@ -5,8 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from made_up_run import a_choice, bits, made_up_block, made_up_scene
-from runs import receive
+from runs import a_choice, bits, made_up_block, made_up_scene, receive
 
 from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import DONE, DOUBTFUL, main

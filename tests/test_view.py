@@ -10,7 +10,7 @@ import zlib
 import numpy as np
 import pytest
 import toy_kind  # noqa: F401  (a kind without a view of its own)
-from made_up_run import a_choice, made_up_block, made_up_run, made_up_scene
+from runs import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.report import json_text

@@ -13,7 +13,7 @@ from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
-from domains import own_domain
+from processes import own_domain
 from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, SetBool, plain_node, ros_executor
 from scipy.stats import theilslopes
 from torture_rows import Found, Row, memory_of, part_of, until

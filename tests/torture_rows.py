@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-import forks  # noqa: F401 - what forks do not collect
+import processes  # noqa: F401 - what forks do not collect
 
 ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP  # what ends the torture
 

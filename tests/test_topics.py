@@ -1,16 +1,19 @@
-"""robot_description: the URDF of every kind names the frames of its tf tree, and its shapes are the bodies'."""
+"""Topics: their tables in docs/topics.md and of a scene; robot_description, whose frames and shapes are the bodies'."""
 
+import json
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import numpy as np
 import pytest
-from made_up_run import made_up_block, made_up_scene
+from runs import made_up_block, made_up_scene
 
+from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.contract import ONCE, Output
 from bearing_twin.kinds.topics import box, sphere, urdf
 from bearing_twin.log import cdr
-from bearing_twin.log.stream import MessageStream
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene
 
 PREFIX = "left/"
@@ -78,3 +81,39 @@ def test_numbers_colours_and_places_are_written_in_full():
     assert float(visuals[0].find("geometry/sphere").get("radius")) == 1.25e-7
     assert visuals[0].find("material/color").get("rgba") == "0.1 0.2 0.3 1"
     assert np.array_equal(np.fromstring(visuals[1].find("geometry/box").get("size"), sep=" "), (1.0, 2.0, 3.0))
+
+
+DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "topics.md"
+
+
+def test_the_document_is_what_the_command_writes(capsys, monkeypatch):
+    for name in [name for name in KINDS if name not in SHIPPED]:
+        monkeypatch.delitem(KINDS, name)  # those of other tests
+    assert main(["topics", "--markdown"]) == 0
+    assert capsys.readouterr().out in DOCUMENT.read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["bearing_6203", "two_spheres", "sphere_on_beam", "ellipsoid_on_plane"])
+def test_every_topic_of_a_scene_is_listed_once(name, capsys):
+    assert main(["topics", name, "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["topics"]
+    scene = load_scene(name)
+    assert [row["topic"] for row in rows] == [topic.full_name for topic in topics(scene)]
+    rates = {row["topic"]: row["rate"] for row in rows}
+    assert rates["/tf"] == f"{scene.parameters.run.publish_rate:g} Hz"
+    assert {row["qos"] for row in rows if row["rate"] == "once, latched"} == {"reliable, transient local, depth 1"}
+
+
+def test_the_kinds_list_every_ball_in_one_row(capsys):
+    assert main(["topics", "--json"]) == 0
+    rows = json.loads(capsys.readouterr().out)["topics"]
+    assert {row["kind"] for row in rows} == set(KINDS)
+    balls = [row for row in rows if row["topic"].startswith("ball_")]
+    assert [(row["topic"], row["frame"]) for row in balls] == [("ball_<k>/wrench", "ball_<k>")]
+    assert main(["topics", "bearing_6203"]) == 0
+    assert "/bearing/ball_7/wrench" in capsys.readouterr().out
+
+
+def test_a_mistake_is_said(capsys):
+    assert main(["topics", "bearing_6203", "--markdown"]) == 2
+    assert "leave out the scene" in capsys.readouterr().err
