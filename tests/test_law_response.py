@@ -84,8 +84,9 @@ def half_space_errors(scene, *overrides):
     run = simulate(load_scene(scene, (*overrides, "solver.check=none")))
     places, *_ = [np.array(block.values["position"][0]) for block in run.blocks()]
     figures, errors = run.report.figures, run.report.errors["errors_by_source"]
-    diameter = run.scene.parameters.geometry.ball_diameter
-    shares = (2.0 * np.array(figures["semi_major_inner_m"]) / diameter) ** 2
+    geometry = run.scene.parameters.geometry
+    radius, groove = 0.5 * geometry.ball_diameter, geometry.inner_conformity * geometry.ball_diameter
+    shares = FELT * gap_error(np.array(figures["semi_major_inner_m"]), radius, groove)
     found = {key: np.array(errors[key]["left_out"]) for key in ("normal_load_inner_n", "ring_force_n")}
     return figures, np.arctan2(places[:, 1], places[:, 0]), found, shares
 
