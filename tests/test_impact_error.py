@@ -55,13 +55,13 @@ def ratios(scene, always, tolerances, exact, ignored=()):
 
 
 @pytest.mark.parametrize("cell", CELLS)
-def test_estimates_are_near_the_true_errors_and_never_far_below(cell):
-    """Of most figures within a factor of 3; a second run that is coarser says more than the error."""
+def test_estimates_are_near_the_true_errors(cell):
+    """Of nine in ten figures within a factor of 3, in the median within 2."""
     scene, always, tolerances, exact = CELLS[cell]
     found = ratios(scene, always, tolerances, exact, NOISE.get(cell, ()))
     assert len(found)
-    assert np.median(found) < 10.0
-    assert np.quantile(found, 0.1) > 1.0 / 3.0
+    assert 0.5 < np.median(found) < 2.0
+    assert np.mean((found > 1.0 / 3.0) & (found < 3.0)) >= 0.9
 
 
 def test_peaks_of_a_beam_take_fewer_modes_than_its_history_and_few_outputs():
@@ -119,7 +119,7 @@ def test_the_error_of_eulers_beam_is_what_timoshenkos_gives():
     euler, shear = (reported("sphere_on_beam", f"beam.theory={name}", *wanted) for name in ("euler", "timoshenko"))
     for key in ("peak_force_n", "contact_duration_s", "greatest_approach_m"):
         apart = abs(euler.figures[key] - shear.figures[key])
-        assert euler.errors["errors_by_source"][key]["law"] == pytest.approx(apart, rel=0.1)
+        assert euler.errors["errors_by_source"][key]["beam_theory"] == pytest.approx(apart, rel=0.1)
 
 
 @pytest.mark.parametrize(("scene", "touches"), [("sphere_on_beam", (1, 1)), ("sphere_on_beam_drop_600mm", (2, 3))])
@@ -130,9 +130,9 @@ def test_what_follows_a_blow_is_off_as_far_as_timoshenkos_beam_makes_it(scene, t
     for key in ("restitution", "sphere_velocity_after_m_s", "impulse_ns", "peak_deflection_m", "peak_stress_pa"):
         apart = abs(euler.figures[key] - shear.figures[key])
         assert apart > 1e-3 * abs(euler.figures[key])
-        assert euler.errors["errors_by_source"][key]["law"] == pytest.approx(apart, rel=0.05)
-    assert euler.errors["errors_by_source"]["contact_count"]["law"] == touches[1] - touches[0]
-    assert "law" not in shear.errors["errors_by_source"]["restitution"]
+        assert euler.errors["errors_by_source"][key]["beam_theory"] == pytest.approx(apart, rel=0.05)
+    assert euler.errors["errors_by_source"]["contact_count"]["beam_theory"] == touches[1] - touches[0]
+    assert "beam_theory" not in shear.errors["errors_by_source"]["restitution"]
 
 
 @pytest.mark.parametrize("speed", [0.1, 1.0])
@@ -148,7 +148,7 @@ def test_formulations_of_a_soft_material_differ_by_less_than_its_strain_which_is
 
 
 def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
-    assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 18, 36]
+    assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 12, 24]
 
 
 def test_the_force_of_eulers_beam_after_a_second_touch_is_told_as_far_off_as_timoshenkos_has_it():
@@ -160,7 +160,7 @@ def test_the_force_of_eulers_beam_after_a_second_touch_is_told_as_far_off_as_tim
         loads.append(np.concatenate([block.values["normal_load"] for block in run.blocks()]))
     off = np.abs(loads[0] - loads[1]).max() / loads[1].max()
     report = reported(DROP, *keys)
-    stated = {name: one["model_errors"]["law"] for name, one in report.errors["wanted_errors"].items()}
+    stated = {name: one["model_errors"]["beam_theory"] for name, one in report.errors["wanted_errors"].items()}
     assert off > 0.5
     assert 0.8 * off < stated["forces"] < 1.25 * off
     assert stated["peaks"] < 0.1

@@ -19,10 +19,10 @@ if TYPE_CHECKING:
     from bearing_twin.base.sample import Block
 
 HERTZ_MENDS = "contact.normal: hertz is exact at no more cost"
-METHOD, LAW, FRICTION_MODEL, LEFT_OUT = "method", "law", "friction_model", "left_out"
+METHOD, LAW, BEAM_THEORY, FRICTION_MODEL, LEFT_OUT = "method", "law", "beam_theory", "friction_model", "left_out"
 """Sources of errors: the integration method, by a second run; the elastic law, against exact Hertz at the geometry met;
-the friction model, against friction over the whole contact patch; what is not modelled, one sentence each, with a
-number where one can be computed."""
+the beam theory, against Timoshenko's; the friction model, against friction over the whole contact patch; what is not
+modelled, one sentence each, with a number where one can be computed."""
 LARGE = 0.1  # of a figure: a greater error is marked, and is outside what a model is for
 LATER = (
     "beyond the run's horizon errors grow by the motion itself; a tenth of wanted.tolerance moves that instant on, and "
@@ -67,7 +67,7 @@ class ModelErrors:
 
     in_stretches = False  # blocks may hold many outputs
     outputs: tuple[str, ...] = ()
-    law_mend = HERTZ_MENDS
+    law_source, law_mend = LAW, HERTZ_MENDS
 
     def __init__(self, parameters, choice: Choice):
         self.parameters, self.choice = parameters, choice
@@ -76,7 +76,7 @@ class ModelErrors:
         """Takes a block in, in the same pieces as the figures."""
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """Errors of the elastic law by figure."""
+        """Errors of the elastic law, or what `law_source` names, by figure."""
         return {}
 
     def law_of(self, output: str) -> tuple[float, str]:
@@ -98,12 +98,13 @@ class ModelErrors:
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The model errors of these figures so far."""
         found: dict[str, dict[str, Any]] = {}
-        by_source = {LAW: self.law(figures), FRICTION_MODEL: self.friction(figures), LEFT_OUT: self.left_out(figures)}
+        by_source = {self.law_source: self.law(figures), FRICTION_MODEL: self.friction(figures)}
+        by_source[LEFT_OUT] = self.left_out(figures)
         for source, errors in by_source.items():
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
-        outputs = {name: (ModelError(LAW, *self.law_of(name)),) for name in self.outputs}
-        return Errors(found, outputs=outputs, notes=self.notes(), mends={LAW: self.law_mend})
+        outputs = {name: (ModelError(self.law_source, *self.law_of(name)),) for name in self.outputs}
+        return Errors(found, outputs=outputs, notes=self.notes(), mends={self.law_source: self.law_mend})
 
 
 class UnknownErrors(ModelErrors):
@@ -117,10 +118,6 @@ class UnknownErrors(ModelErrors):
 
 SECOND_RUN, NO_CHECK = "second_run", "none"
 TOLERANCE = 0.1  # of the second run over that of the run (`python bench/second_run.py --factor 5` tries another)
-COARSER = 0.8
-"""Divisions, modes and steps of the second run of a mesh or a series over those of the run: 0.5 to 0.6 of its work.
-
-Errors of a mesh fall as divisions^-1.5 to -2.8, those of a series as the power -1 to -6 of modes and steps."""
 SMALLER = "set a tenth of wanted.tolerance"
 
 
@@ -165,6 +162,10 @@ class Comparison:
 
     exact: tuple[str, ...] = ("energy_closure",)
     grows = True  # errors may grow by the motion itself, which then has a horizon
+    coarser = 1.0
+    """Error of the second run over that of the run where its mesh or series is coarser, by their order, else 1.
+
+    The difference is then that of the second run; over this it is the run's (Richardson)."""
 
     def __init__(self, parameters, choice: Choice | None):
         self.parameters, self.choice = parameters, choice

@@ -265,7 +265,7 @@ RULES = (
     ),
     Rule(
         (BEAM,), "solver.steps", "by the order of the force", "",
-        "because the error falls with the fourth power of the steps, until the onset of the force limits it",
+        "because the error falls with the fourth power of the steps",
         value=lazy_import("bearing_twin.kinds.beam.motion:steps_of"), example=("sphere_on_beam",),
     ),
     Rule(

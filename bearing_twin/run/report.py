@@ -25,6 +25,7 @@ from bearing_twin.base.units import (
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import ChannelFigures, Facts, Figures, Picture
 from bearing_twin.kinds.error_estimates import (
+    BEAM_THEORY,
     FRICTION_MODEL,
     LARGE,
     LATER,
@@ -39,7 +40,8 @@ from bearing_twin.kinds.error_estimates import (
 from bearing_twin.run.failure import failure_in
 from bearing_twin.run.second_run import NO_SECOND_RUN, Estimate, OutputError, estimate_of
 
-WORDS = {LAW: "elastic law", FRICTION_MODEL: "friction model", LEFT_OUT: "what is not modelled"}
+WORDS = {LAW: "elastic law", BEAM_THEORY: "beam theory", FRICTION_MODEL: "friction model"}
+WORDS[LEFT_OUT] = "what is not modelled"
 THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
 FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
 

@@ -1,8 +1,9 @@
 """A run with a second, finer run beside it: the difference is the error estimate of the run that is given out.
 
-The second run has the same start, commands and outputs, and a fraction of the tolerance (`kinds.error_estimates`). Both
-advance chunk by chunk, the second in a thread of its own that ends with the chunk. The differences are rows of the
-table `second_run`, the last of which holds for the run so far; a log carries them, so that its report is the same.
+The second run has the same start, commands and outputs, and a fraction of the tolerance; or half the divisions of a
+mesh, by whose greater error the differences are divided (`kinds.error_estimates`). Both advance chunk by chunk, the
+second in a thread of its own that ends with the chunk. The differences are rows of the table `second_run`, the last of
+which holds for the run so far; a log carries them, so that its report is the same.
 """
 
 import copy
@@ -71,14 +72,14 @@ def _table(kind: Kind, parameters) -> Table:
     return Table(SECOND_RUN, tuple(columns), meaning, needed=False)
 
 
-def difference(value, second) -> float:
-    """The difference of a figure, the greatest of a list; UNKNOWN where either run has none."""
+def difference(value, second, coarser: float = 1.0) -> float:
+    """The difference of a figure over `coarser`, the greatest of a list; UNKNOWN where either run has none."""
     if isinstance(value, list) and isinstance(second, list):
-        found = [difference(*pair) for pair in zip(value, second, strict=True)]
+        found = [difference(*pair, coarser) for pair in zip(value, second, strict=True)]
         return UNKNOWN if UNKNOWN in found else max(found, default=0.0)
     if not all(isinstance(one, (int, float)) and math.isfinite(one) for one in (value, second)):
         return UNKNOWN
-    return float(max(abs(value - second), ROUNDING * abs(second)))
+    return float(max(abs(value - second) / coarser, ROUNDING * abs(second)))
 
 
 class Worst(NamedTuple):
@@ -159,7 +160,7 @@ class CheckedMotion:
     def _begin(self, now: float = 0.0) -> None:
         made_of = self._parameters, self._choice
         self._comparison = self._kind.comparison(*made_of)
-        self._keys = tuple(_compared(self._kind, self._comparison))
+        self._keys, self._coarser = tuple(_compared(self._kind, self._comparison)), self._comparison.coarser
         self._figures = [self._kind.figures_of(*made_of) for _ in range(2)]
         self._differences = self._of_events = Differences(self._parameters.wanted.tolerance)
         self._now_ns = round(1e9 * now)
@@ -271,7 +272,10 @@ class CheckedMotion:
     def _compare(self, times_ns: np.ndarray, *both) -> None:
         """Compares the outputs and records of `both` runs, and their figures when that is due."""
         self._blocks = [_block(layout, times_ns, *one) for layout, one in zip(self._layouts, both, strict=True)]
-        self._differences.add(1e-9 * times_ns, self._comparison.differences(*self._blocks))
+        found = self._comparison.differences(*self._blocks)
+        self._differences.add(
+            1e-9 * times_ns, {name: (one / self._coarser, size) for name, (one, size) in found.items()}
+        )
         self._compared = until = 1e-9 * float(times_ns[-1])
         run = self._parameters.run
         if until > 0.0 and until >= min(OFTEN * self._figures_until, run.duration - LAST / run.output_rate):
@@ -285,10 +289,11 @@ class CheckedMotion:
             writer.add(block)
         self._blocks = None
         own, second = (writer.figures() for writer in self._figures)
-        self._row = [difference(own.get(key), second.get(key)) for key in self._keys]
+        self._row = [difference(own.get(key), second.get(key), self._coarser) for key in self._keys]
         self._of_events = Differences(self._parameters.wanted.tolerance)
         for name, (when, *found) in self._comparison.events(*self._figures).items():
-            self._of_events.add(np.asarray(when, float), {name: tuple(np.asarray(one, float) for one in found)})
+            one, sizes = (np.asarray(each, float) for each in found)
+            self._of_events.add(np.asarray(when, float), {name: (one / self._coarser, sizes)})
 
     def _put_row(self, until: float) -> None:
         """Puts the row that holds for the run up to `until` [s] to the records."""

@@ -10,7 +10,10 @@ import numpy as np
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.validity import patch_radius
+from bearing_twin.kinds.beam.impact import MOST_MODES
 from bearing_twin.kinds.beam.motion import (
+    MODE_ORDERS,
+    STEP_ORDER,
     euler_errors,
     euler_errors_of_beam,
     impact_speed,
@@ -23,7 +26,7 @@ from bearing_twin.kinds.beam.parameters import EULER, SphereOnBeamScene
 from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, contact_warnings
 from bearing_twin.kinds.bodies.figures import MEANINGS as IMPACT_MEANINGS
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison
-from bearing_twin.kinds.error_estimates import COARSER, LAW, SMALLER, ModelErrors, is_checked
+from bearing_twin.kinds.error_estimates import BEAM_THEORY, SMALLER, TOLERANCE, ModelErrors, is_checked
 
 MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",
@@ -137,14 +140,25 @@ class BeamFigures(ImpactFigures):
 class BeamComparison(ImpactComparison):
     """As of two bodies on a line."""
 
+    @property
+    def coarser(self) -> float:
+        """Ten where a tenth of the error takes more modes than there may be: the second run then has fewer."""
+        return 1.0 / TOLERANCE if self._modes_and_steps(TOLERANCE)[0] > MOST_MODES else 1.0
+
+    def _modes_and_steps(self, share: float) -> tuple[int, int]:
+        """Those of a run with this share of the error."""
+        parameters = self.parameters.resolve()
+        order = MODE_ORDERS[theory_of(parameters), parameters.solver.static_tail]
+        modes = math.ceil(modes_for(parameters) * share ** (-1.0 / order)) | 1
+        return modes, math.ceil(steps_for(parameters, "modes") * share ** (-1.0 / STEP_ORDER))
+
     def refined(self):
-        """Fewer modes and steps; by modes where the first run is by another method."""
+        """As many modes and steps as a tenth of the error takes; by modes where the first run is by another method."""
         parameters = self.parameters.resolve()
         if self.choice.stepper != "modes":
             return parameters, self.choice._replace(stepper="modes")
-        modes, steps = modes_for(parameters), steps_for(parameters, self.choice.stepper)
-        fewer = [max(1, math.floor(COARSER * one)) for one in (modes, steps)]
-        solver = dataclasses.replace(parameters.solver, modes=fewer[0], steps=fewer[1])
+        modes, steps = self._modes_and_steps(self.coarser if self.coarser > 1.0 else TOLERANCE)
+        solver = dataclasses.replace(parameters.solver, modes=modes, steps=steps)
         return dataclasses.replace(parameters, solver=solver), self.choice
 
     @property
@@ -160,7 +174,7 @@ class BeamModelErrors(ModelErrors):
     """Euler's beam against Timoshenko's."""
 
     outputs = ("peaks", "forces")
-    law_mend = "beam.theory: timoshenko knows shear and rotary inertia"
+    law_source, law_mend = BEAM_THEORY, "beam.theory: timoshenko knows shear and rotary inertia"
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Of Euler's beam against Timoshenko's; that of Timoshenko's is not known."""
@@ -189,7 +203,9 @@ class BeamModelErrors(ModelErrors):
     def notes(self) -> dict[str, str]:
         found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
         if theory_of(self.parameters) != EULER:
-            found[LAW] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
+            found[BEAM_THEORY] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
         elif euler_errors(self.parameters).contacts > 1:
-            found[LAW] = "what follows a second touch needs shear: by Euler's beam what comes of it is another motion"
+            found[BEAM_THEORY] = (
+                "what follows a second touch needs shear: by Euler's beam what comes of it is another motion"
+            )
         return found

@@ -5,7 +5,7 @@ collocation, `volterra` eq. (9) of paper 2 by product integration (`core/beam/im
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.hertz_impact import contact_time
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.beam.parameters import BEAM, BODY
-from bearing_twin.kinds.bodies.impact import ContactPeriod
+from bearing_twin.kinds.bodies.impact import ContactPeriod, peak_of
 from bearing_twin.methods import FULL, NO_END, NOT_FINITE, STALLED, TIME_UP, WORDS
 
 NEGLIGIBLE = 1e-12  # a mode with a smaller shape at the force is never moved
@@ -155,11 +155,11 @@ def beam_energy(modes: BeamModes, state, force=0.0) -> np.ndarray:
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
 FEWEST_MODES, MOST_MODES = 5, 4000
-ONSET = 1e-5  # tolerance below which the onset of the force, as time^1.5, rules errors
 MOST_BYTES = 1e9  # of the modes' states that are held at once
 GREATEST_CONTACTS = 1000
 LONGEST_CONTACT = 200  # in Hertz contact times: a sphere 20 times as heavy as the beam stays for some 60
 TERMS = 4  # coefficients of a cubic force
+PEAK_INSTANTS = 17  # around the greatest force of a contact
 
 _IMPACT = (INTEGER, REALS, REALS, REALS, FLAG, INTEGER, *[REALS_OUT] * 6)
 _contact = Function("core_beam_contact", INTEGER, (*_IMPACT, INTEGER, REAL, REAL, INTEGERS_OUT))
@@ -230,7 +230,7 @@ class _Bodies(NamedTuple):
 class BeamImpact:
     """The whole motion in `pieces`, whose starts, states and motions have one row more, that of the end.
 
-    `gone` is true where no further contact can follow.
+    `gone` is true where no further contact can follow, `assumed` where the force is not that of the approach.
     """
 
     beam: Beam
@@ -240,6 +240,7 @@ class BeamImpact:
     contacts: tuple[ContactPeriod, ...]
     gone: bool
     stop: np.ndarray
+    assumed: bool = False
 
     @property
     def peak_force(self) -> float:
@@ -257,7 +258,11 @@ class BeamImpact:
         return float(self.pieces.starts[-1])
 
     def at(self, times):
-        """(states z (times, modes), force [N], sphere position [m], velocity [m/s]) at increasing times [s]."""
+        """(states z (times, modes), force [N], sphere position [m], velocity [m/s]) at increasing times [s].
+
+        The force is Hertz's at the approach of sphere and beam: where a contact begins or ends, as time^1.5, the cubic
+        of a step is less accurate by far.
+        """
         times = np.ascontiguousarray(times, float)
         states = np.empty((len(times), len(self.modes.rate)), np.complex128)
         sphere = np.empty((len(times), 3))
@@ -265,15 +270,10 @@ class BeamImpact:
             _response, self.pieces, len(times), times, states.view(float), sphere
         )
         force, position, velocity = sphere.T
+        if not self.assumed:
+            beam = self.coordinates(states) @ self.modes.shape + self.modes.tail * force
+            force = np.where(force > 0.0, self.sphere.coefficient * np.maximum(position - beam, 0.0) ** 1.5, 0.0)
         return states, np.maximum(force, 0.0), position, velocity
-
-    def force_at(self, times: np.ndarray) -> np.ndarray:
-        """The contact force [N] at increasing times [s], 0 beyond what is known."""
-        starts, lengths, forces = self.pieces[:3]
-        piece = np.clip(np.searchsorted(starts[:-1], times, side="right") - 1, 0, len(lengths) - 1)
-        share = (times - starts[piece]) / lengths[piece]
-        force = (forces[piece] * share[:, None] ** np.arange(TERMS)).sum(axis=1)
-        return np.where(times <= self.end, np.maximum(force, 0.0), 0.0)
 
     def coordinates(self, states) -> np.ndarray:
         """Modal coordinates q [m] of states z."""
@@ -295,15 +295,13 @@ def hertz_contact_time(sphere: ImpactingSphere, speed: float) -> float:
 def highest_mode(beam: Beam, contact_time: float, tolerance: float, with_tail: bool = True, peaks: bool = False) -> int:
     """The highest mode that a relative error of the force wants, for a Hertz contact time tau [s].
 
-    With the static tail in the contact the error of the force is below 14 (omega_N tau)^-2.5 and below
-    (omega_N tau / 20)^-3.5, omega_N being the highest slow mode's; that of its peak and of the contact's time (`peaks`)
-    is less than that. Without the tail it is below 150 (omega_N tau)^-1.5 by Euler, that is, modes^-3, and
-    10 / (omega_N tau) by Timoshenko. Measured on short, long, off-centre and repeated impacts, with a margin of 3.
+    With the static tail in the contact the error of the force is below 300 (omega_N tau)^-3, omega_N being the highest
+    slow mode's, as of a force that begins as time^1.5; that of its peak and of the contact's time (`peaks`) is below a
+    third of that. Without the tail it is below 150 (omega_N tau)^-1.5 by Euler, that is, modes^-3, and
+    10 / (omega_N tau) by Timoshenko. Measured on short, long, off-centre and repeated impacts.
     """
-    if with_tail and tolerance >= ONSET:
-        wanted = min(((10.0 if peaks else 14.0) / tolerance) ** 0.4, 20.0 * tolerance ** (-1.0 / 3.5))
-    elif with_tail:
-        wanted = 20.0 * tolerance ** (-1.0 / 3.5)
+    if with_tail:
+        wanted = ((100.0 if peaks else 300.0) / tolerance) ** (1.0 / 3.0)
     else:
         wanted = (150.0 / tolerance) ** (2.0 / 3.0) if math.isinf(beam.shear_rigidity) else 10.0 / tolerance
     return max(math.ceil(count_below(beam, wanted / contact_time)), FEWEST_MODES) | 1
@@ -338,9 +336,8 @@ def solve_impact(
         first, piece = piece, int(reached[0])
         time = float(pieces.starts[piece])
         _refuse(status, time)
-        contact = _contact_period(pieces, first, piece)
-        if contact.impulse > 0.0:
-            contacts.append(contact)
+        if _impulse(pieces, first, piece) > 0.0:
+            contacts.append((first, piece))
         if status == TIME_UP or time >= until:
             break
         if len(contacts) >= GREATEST_CONTACTS:
@@ -357,7 +354,8 @@ def solve_impact(
         pieces.lengths[piece], pieces.forces[piece] = min(flight, until - time), 0.0
         bodies.call(_move, pieces, piece, piece + 1)
         piece, time = piece + 1, time + flight
-    return BeamImpact(beam, modes, sphere, pieces.whole(piece), tuple(contacts), gone, stop)
+    found = BeamImpact(beam, modes, sphere, pieces.whole(piece), (), gone, stop)
+    return replace(found, contacts=tuple(_contact_period(found, *one) for one in contacts))
 
 
 def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpact:
@@ -375,36 +373,24 @@ def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpa
     pieces.lengths[:count], pieces.lengths[count] = duration / count, max(until - duration, 1e-9 * duration)
     pieces.forces[:count] = np.linalg.solve(np.vander(points, increasing=True), values.T).T
     _Bodies(modes, sphere, stop).call(_move, pieces, 0, count + 1)
-    contact = _contact_period(pieces, 0, count)._replace(peak_force=peak)
     pieces.works[:] = 0.0
-    return BeamImpact(beam, modes, sphere, pieces.whole(count + 1), (contact,), True, stop)
+    contact = ContactPeriod(0.0, duration, peak, _impulse(pieces, 0, count))
+    return BeamImpact(beam, modes, sphere, pieces.whole(count + 1), (contact,), True, stop, assumed=True)
 
 
-def _contact_period(pieces, first: int, end: int) -> ContactPeriod:
-    starts, lengths, forces = pieces.starts[first : end + 1], pieces.lengths[first:end], pieces.forces[first:end]
-    impulse = float((lengths[:, None] * forces / np.arange(1, TERMS + 1)).sum())
-    return ContactPeriod(float(starts[0]), float(starts[-1] - starts[0]), _peak(starts, forces), impulse)
+def _impulse(pieces: Pieces, first: int, end: int) -> float:
+    """Impulse [N s] of the force over the pieces from `first` to before `end`."""
+    return float((pieces.lengths[first:end, None] * pieces.forces[first:end] / np.arange(1, TERMS + 1)).sum())
 
 
-def _peak(starts, forces) -> float:
-    """Greatest force: of the cubics, or of the parabola through three values where pieces are linear."""
-    if not len(forces):
-        return 0.0
-    if not forces[:, 2:].any():
-        top = int(np.argmax(forces[:, 0]))
-        if not 0 < top < len(forces) - 1:
-            return float(forces[top, 0])
-        time, value = starts[top - 1 : top + 2] - starts[top], forces[top - 1 : top + 2, 0]
-        bend, slope, level = np.polyfit(time / time[2], value, 2)
-        return float(level - 0.25 * slope**2 / bend)
-    u = np.linspace(0.0, 1.0, 9)
-    values = forces @ np.vander(u, TERMS, increasing=True).T
-    best = float(values.max())
-    for cubic in forces[np.argsort(values.max(axis=1))[-3:]]:
-        roots = np.roots([3.0 * cubic[3], 2.0 * cubic[2], cubic[1]])
-        inside = [float(r.real) for r in roots if abs(r.imag) < 1e-12 and 0.0 < r.real < 1.0]
-        best = max([best, *(float(np.polyval(cubic[::-1], r)) for r in inside)])
-    return best
+def _contact_period(found: BeamImpact, first: int, end: int) -> ContactPeriod:
+    starts = found.pieces.starts
+    top = first + int(np.argmax(found.pieces.forces[first:end, 0]))
+    near = np.linspace(starts[max(top - 1, first)], starts[top + 1], PEAK_INSTANTS)
+    peak = peak_of(found.at(near)[1])
+    return ContactPeriod(
+        float(starts[first]), float(starts[end] - starts[first]), peak, _impulse(found.pieces, first, end)
+    )
 
 
 def _refuse(status, time):

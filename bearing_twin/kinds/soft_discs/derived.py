@@ -19,7 +19,6 @@ LONGER = 1.35  # of a run against the estimate of its contact, which is 7 % shor
 LONG = 60.0  # s of a run that says how long it takes
 BRIEFEST = 4.5  # contact time in r sqrt(rho/E) where Johnson's law cannot store the energy
 
-MARGIN = 7.0 / 6.0  # tuned: a mesh coarser by a third differs by about twice the error of the finer one
 ERRORS = {1: (6.7e-3, 1.55), 2: (4.9e-3, 2.6), 3: (4.2e-3, 2.3), 4: (3.4e-3, 2.2)}
 """By order: relative error of the force, root mean square on [0, 0.07 s], with 16 divisions, and its rate; measured on
 the mean problem of paper 3, section 5.2, against 64 divisions of order 4 (`bearing_twin chart discs`)."""
@@ -121,10 +120,9 @@ def divisions_for(order: int, tolerance: float, stiffness_ratio: float = STIFF) 
 
 
 def divisions_of(parameters: SoftDiscsScene) -> int:
-    """The divisions that a scene's tolerance asks for, with a margin, at most GREATEST_DIVISIONS."""
+    """The divisions that a scene's tolerance asks for, at most GREATEST_DIVISIONS."""
     order, ratio = parameters.mesh.order, parameters.contact.stiffness_ratio
-    divisions = math.ceil(MARGIN * divisions_for(order, parameters.wanted.tolerance, ratio))
-    return fitting(min(divisions, GREATEST_DIVISIONS), order)
+    return fitting(min(divisions_for(order, parameters.wanted.tolerance, ratio), GREATEST_DIVISIONS), order)
 
 
 def fitting(divisions: int, order: int) -> int:

@@ -1,7 +1,6 @@
 """The figures of soft discs, a function of outputs and records alone."""
 
 import dataclasses
-import math
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,8 @@ from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.base.units import suffix_of
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison
 from bearing_twin.kinds.contract import adds_up
-from bearing_twin.kinds.error_estimates import COARSER, LAW, ModelErrors
-from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, wall_speed
+from bearing_twin.kinds.error_estimates import LAW, ModelErrors
+from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, predicted_error, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 SOFT = 3.0**-0.5  # stretch at which St. Venant-Kirchhoff has no stiffness left in compression
@@ -120,10 +119,10 @@ class SoftDiscFigures:
 
 
 def second_divisions(divisions: int, order: int) -> int:
-    """Divisions of the second mesh: coarser where there is one, else finer: of the fewest a run takes no time."""
+    """Divisions of the second mesh: at most half where elements of that order can have so few, else twice as many."""
     step = 2 * order
-    coarser = math.floor(COARSER * divisions / step) * step
-    return coarser if coarser >= max(step, 4) else divisions + step
+    half = divisions // 2 // step * step
+    return half if half >= max(step, 4) else 2 * divisions
 
 
 class SoftDiscComparison(ImpactComparison):
@@ -136,6 +135,13 @@ class SoftDiscComparison(ImpactComparison):
         if parameters.wanted.outputs != "peaks":
             self.outputs = {"forces": "root mean square over the contact, over that of the force"}
         self._squares = np.zeros(2)
+
+    @property
+    def coarser(self) -> float:
+        """By the order of convergence of the elements."""
+        own, second = (one.mesh for one in (self.parameters.resolve(), self.refined()[0]))
+        ratio = predicted_error(own.order, second.divisions) / predicted_error(own.order, own.divisions)
+        return max(ratio, 1.0)
 
     def refined(self):
         """On another mesh."""
