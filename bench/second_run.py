@@ -23,7 +23,7 @@ from bearing_twin.run.simulation import Simulation
 
 SPAN, KNOWABLE, TIMES = 0.05, 1e-8, 3
 DRAWN_FROM = ("bearing_6203", "bearing_6203_loose", "bearing_6203_tilted", "bearing_6205", "bearing_6203_rig_400N")
-DRAWN_FROM += ("bearing_6203_sudden", "ellipsoid_rocking", "two_spheres", "shaft_7206")
+DRAWN_FROM += ("bearing_6203_sudden", "ellipsoid_rocking", "two_spheres", "shaft_angular_pair", "sphere_on_beam_long")
 OF_KIND = {
     "bearing": (
         ("drive.speed", 50.0, 1500.0),
@@ -145,11 +145,11 @@ def main() -> None:
     error_estimates.TOLERANCE = 1.0 / given.factor
     seed = given.seed or subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
     rows = [(name, ()) for name in given.scene or ([] if given.drawn else scene_names())]
-    good, held = [], []
+    ratios, held = {}, {}  # by kind: estimates over true errors, and whether figures are within a factor of 3
     head = (
         "checked run [CPU s] | both alone | ratio" if given.cost else "output | estimated | true | ratio | horizon [s]"
     )
-    print(f"| scene | {head} |\n|---|{'---|' * head.count('|')}---|")
+    print(f"| scene | {head} |\n|---|{'---|' * (head.count('|') + 1)}")
     for name, words in [*rows, *drawn(seed, given.drawn)]:
         try:
             scene = load_scene(name, words)
@@ -168,15 +168,22 @@ def main() -> None:
             continue
         for output, (estimate, true) in outputs.items():
             ratio = estimate / true if true and estimate is not None else float("nan")
-            good += [0.5 <= ratio <= 2.0] if true > KNOWABLE else []
+            ratios.setdefault(scene.kind, []).extend([ratio] if true > KNOWABLE else [])
             until = "" if horizon is None else f"{horizon:.3g}"
             print(f"| {label} | {output} | {estimate:.2g} | {true:.2g} | {ratio:.2f} | {until} |", flush=True)
         known = [(one, true) for one, true in figures.values() if true > 0.0 and one > 0.0]
-        held += [1.0 / 3.0 <= one / true <= 3.0 for one, true in known]
-    if not given.cost:
-        print(
-            f"\n{sum(good)} of {len(good)} within 0.5 to 2; figures within 3: {sum(held)} of {len(held)}. Seed: {seed}."
-        )
+        held.setdefault(scene.kind, []).extend(1.0 / 3.0 <= one / true <= 3.0 for one, true in known)
+    if given.cost:
+        return
+    print(
+        "\n|kind|outputs|estimate over true error|within 0.5 to 2|figures within a factor of 3|\n|---|---|---|---|---|"
+    )
+    for one in (ratios, held):
+        one["all"] = [each for found in one.values() for each in found]
+    for kind, found in ratios.items():
+        near, span = sum(0.5 <= one <= 2.0 for one in found), f"{min(found):.2f} to {max(found):.2f}" if found else ""
+        print(f"|{kind}|{len(found)}|{span}|{near}|{sum(held[kind])} of {len(held[kind])}|")
+    print(f"\nSeed: {seed}.")
 
 
 if __name__ == "__main__":
