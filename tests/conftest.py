@@ -34,7 +34,7 @@ TOOK = "bearing_twin/seconds"  # where the cache of pytest keeps how long each t
 UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
 # Files that fork most: first, while there is little to copy.
-FORKING = "test_workers", "test_ensemble", "test_model_error"
+FORKING = "test_workers", "test_ensemble", "test_model_error", "test_study", "test_kinds"
 LEFT_OUT: list[str] = []
 BEGAN: list[float] = []
 

@@ -30,7 +30,7 @@ CASES = {
     ),
     "two_spheres": Case("two_spheres", (), "normal_load", "motion.first_velocity", "peak_force"),
     "two_discs": Case("two_discs", (), "normal_load", *RUBBER),
-    "sphere_on_beam": Case("sphere_on_beam", (), "normal_load", "blow.speed", "peak_force"),
+    "sphere_on_beam": Case("sphere_on_beam", ("run.output_rate=1e5",), "normal_load", "blow.speed", "peak_force"),
     "soft_discs": Case("soft_discs_mean", ("mesh.divisions=8", "mesh.order=2"), "normal_load", *RUBBER),
     "ellipsoid_on_plane": Case(
         "ellipsoid_rocking", ("run.duration=0.05", "start.height=1e-3"), "normal_load", "start.height", "peak_force"
