@@ -82,7 +82,7 @@ class Function:
 
 
 def by_elements(function: Function, results: int, before: tuple, *numbers) -> list:
-    """What a function of the core, elements in and elements out, makes of numbers and arrays that broadcast.
+    """Results of an elementwise function of the core for numbers and arrays that broadcast.
 
     It takes `before`, the number of elements, the arrays and so many arrays of results, which are floats where all
     `numbers` are.

@@ -149,7 +149,7 @@ EXPLICIT = {"rk4": RK4, "dopri5": DOPRI5}
 
 
 class StepperFacts(NamedTuple):
-    """What a stepper is: its order, whether its step adapts, how it treats stiffness, and where it comes from."""
+    """A stepper: its order, whether its step adapts, its treatment of stiffness, and its source."""
 
     order: int
     adaptive: bool

@@ -149,7 +149,7 @@ class Body(NamedTuple):
 
 
 class Opposition(NamedTuple):
-    """Where two bodies face each other: points [m], normal outward of A, approach [m] > 0 in contact, the gap's form.
+    """Opposing points of two bodies [m], normal outward of A, approach [m] > 0 in contact, the gap's form.
 
     The gap is z = P x^2 + Q y^2 (paper 1, eq. 6), P = `curvature_small` <= Q [1/m], x along `major_axis` (3,);
     `circular` is true where P = Q and the axis is arbitrary. `kind` is FOUND, or a key of REFUSALS.
@@ -244,7 +244,7 @@ def opposing_rates(a: Body, b: Body, unknowns) -> tuple[np.ndarray, np.ndarray] 
 
 
 def opposition_of(a: Body, b: Body, unknowns) -> Opposition:
-    """What a root of (1) is: points, normal, approach, gap curvatures (eqs. 4-6), and its kind."""
+    """Properties of a root of (1): points, normal, approach, gap curvatures (eqs. 4-6), and its kind."""
     found, unknowns = np.empty(12), np.array(unknowns, float)
     kind = _opposition(a.numbers(), b.numbers(), unknowns, found)
     approach, small, large = map(float, found[3:6])

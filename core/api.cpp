@@ -4,7 +4,7 @@
 #include "exports.hpp"
 #include "math/dual.hpp"
 
-// How many doubles stand side by side.
+// Number of doubles in a SIMD pack.
 CORE_EXPORT int core_lanes() { return LANES; }
 
 // Replaces the `count` numbers by their squares, and returns the sum of these, added up lane by lane.
@@ -22,7 +22,7 @@ CORE_EXPORT double core_self_check(double *numbers, std::int64_t count) {
 // Checks of outputs (run/failure.py): numbers of a size that a scene may have, unit quaternions, no more energy than there was
 // and was brought.
 
-// Whether all numbers (rows, columns) lie within their limits (columns,), and quaternions are unit within a tolerance.
+// True if all numbers (rows, columns) lie within their limits (columns,), and quaternions are unit within a tolerance.
 CORE_EXPORT std::int64_t core_within_limits(const double *numbers, std::int64_t rows, std::int64_t columns, const double *limits,
                                             const std::int64_t *rotations, std::int64_t rotation_count, double tolerance) {
   std::int64_t beyond = 0;

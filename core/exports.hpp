@@ -1,4 +1,4 @@
-// What other programs may call: plain C functions on C-contiguous arrays, declared in bearing_twin by core.Function.
+// Exported functions: plain C functions on C-contiguous arrays, declared in bearing_twin by core.Function.
 #pragma once
 #include <cstdint>
 

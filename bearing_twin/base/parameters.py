@@ -96,7 +96,7 @@ def read_strict(cls, mapping, where):
 
 
 def read(cls, mapping, explain=lambda path: None) -> tuple[Any, list[str]]:
-    """As `read_strict`, but returns (instance, problems): where there are problems the defaults stand in.
+    """An instance as by `read_strict`, and its problems: where there are problems the defaults stand in.
 
     `explain(path)` may give a better sentence for a key that is not there than that it is not there.
     """

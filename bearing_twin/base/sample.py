@@ -116,7 +116,7 @@ class Columns(Mapping):
         return part if len(shape) == 1 else part.reshape(numbers.shape[:-1] + shape)
 
     def get(self, name: str, default=None):
-        """That channel, or `default`; without the search for a name that is meant."""
+        """The channel of that name, or `default`, without a search for similar names."""
         return self[name] if name in self.layout.places else default
 
     def __iter__(self) -> Iterator[str]:

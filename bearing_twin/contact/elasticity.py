@@ -40,7 +40,7 @@ class Elasticity(NamedTuple):
 
     @property
     def carried(self) -> int:
-        """What becomes of the states that the law carries: CarriedLaw of the core, 0 where it carries none."""
+        """Number of the law in CarriedLaw of the core, 0 of a law without states."""
         return {"carried": 1, "carried_left": 2}.get(FORMULAS[self.number], 0)
 
 

@@ -159,7 +159,7 @@ def law_names(fits: str, given: Collection[str]) -> tuple[str, ...]:
 
 
 def numbers_missing(contact) -> list[str]:
-    """What is wrong with the measured numbers of a scene's section `contact`: one its law needs, or one for no law."""
+    """Problems of measured numbers in a scene's section `contact`: one that the law needs, or one that no law takes."""
     problems, needs = [], LAWS[contact.normal].needs if contact.normal in LAWS else ()
     for need, (key, unit) in MEASURED.items():
         value = getattr(contact, key, 0.0)
@@ -175,7 +175,7 @@ SERIES_BELOW = 0.05  # chi v: the logarithms cancel to its square, so their seri
 
 
 class Shortcut(NamedTuple):
-    """What a usual formula gives: `damping` [s/m] for the wanted restitution, and the restitution it really yields."""
+    """Result of an approximate formula: `damping` [s/m] for a restitution, and the restitution that it yields."""
 
     damping: float
     restitution: float

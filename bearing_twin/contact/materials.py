@@ -44,7 +44,7 @@ def yield_pressure(*materials: Material) -> float | None:
 
 
 def compliance(material: Material) -> float:
-    """What a body in contact gives way by, (1 - nu^2)/E [1/Pa]."""
+    """Compliance of a body in contact, (1 - nu^2)/E [1/Pa]."""
     return (1.0 - material.poisson_ratio**2) / material.young_modulus
 
 

@@ -1,4 +1,4 @@
-"""What lies outside the theory of elastic contact: each warning is one sentence, or None where there is none."""
+"""Limits of the theory of elastic contact: each warning is one sentence, or None."""
 
 import math
 

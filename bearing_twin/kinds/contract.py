@@ -138,7 +138,7 @@ class SceneParameters:
 
 
 class Motion(Protocol):
-    """What moves a scene, made from its parameters and the choice of a model.
+    """Motion of a scene, made from its parameters and the choice of a model.
 
     1. `advance` does not depend on how a run is cut into chunks: twice 10 ms give what 20 ms give.
     2. `take_records` gives each record once, in order of time, those up to the end of the last chunk.
@@ -203,14 +203,14 @@ class Figures(Protocol):
         """Numbers by SI-suffixed keys; the kind's `meanings` say what each is."""
 
     def flags(self) -> list[str]:
-        """What lies outside the theory's validity, one sentence each."""
+        """Warnings of a run outside the limits of the theory, one sentence each."""
 
     def status(self) -> str:
         """Gives "done", or what failed."""
 
 
 class Facts(NamedTuple):
-    """What a picture says about where its numbers come from; `scene` is None for a log that does not hold one."""
+    """Origin of a picture's numbers; `scene` is None for a log that does not hold one."""
 
     scene: Any
     law: str
@@ -295,7 +295,7 @@ class Output:
 
 
 class Quantity(NamedTuple):
-    """What a study may ask: `unit`, `meaning`, `figure` of a run's figures, vectorised `closed` form or None.
+    """A quantity of studies: `unit`, `meaning`, `figure` of a run's figures, vectorised `closed` form or None.
 
     `whole`: not of `wanted.outputs: peaks`, which moves contacts alone. `missing`: why a scene has none, or nothing.
     """
@@ -309,7 +309,7 @@ class Quantity(NamedTuple):
 
 
 class ClosedForm(NamedTuple):
-    """What the closed forms of quantities share: `bodies(parameters)` is handed to each of them.
+    """Shared part of closed forms of quantities: `bodies(parameters)` is passed to each of them.
 
     Parameters may hold arrays in place of numbers. `histories` maps channels to functions (times, *bodies) -> array.
     Scenes whose keys `without` are uncertain have none.
@@ -395,7 +395,7 @@ class Kind:
 
     @property
     def namespace(self) -> str:
-        """Where the topics of such a scene stand."""
+        """Namespace of the topics of a scene."""
         return f"/{self.name}"
 
     @property
@@ -410,7 +410,7 @@ class Kind:
         return self.figures(parameters, choice)
 
     def meanings_of(self) -> Mapping[str, str]:
-        """What each key of the figures is: at the end, the greatest, the mean over which part."""
+        """Meaning of each key of the figures: at the end, the greatest, the mean over which part."""
         if self.meanings is not None:
             return self.meanings()
         return {one.key: one.meaning for one in self._drawn()}
@@ -419,7 +419,7 @@ class Kind:
         return itertools.chain.from_iterable(channel_figures(self.channels(self.parameters())))
 
     def quantities_of(self) -> dict[str, Quantity]:
-        """What a study may ask; by default every figure drawn from the channels."""
+        """Quantities of studies; by default every figure drawn from the channels."""
         if self.quantities is not None:
             return self.quantities()
         return {one.name: Quantity(one.channel.unit, one.meaning, read_off(one.key)) for one in self._drawn()}

@@ -1,4 +1,4 @@
-"""Where the models that a scene may ask for hold: one table, one row a model and a number of the scene known before.
+"""Ranges of validity of models: one table, one row a model and a number of the scene known before the run.
 
 A kind gives these numbers as `facts` of its parameters. What shows only in the run, as a pressure beyond yield, is a
 flag of the run. Models without a row have no range that is known: `linear` and `measured` are the user's own numbers,
@@ -22,7 +22,7 @@ SPOT_LAWS = ("hertz", "hertz_exact", "volumetric", "constant", "hertz_differenti
 
 
 class Range(NamedTuple):
-    """Where `models` of the `key` hold: `fact` (what it is in words, unit) from `least` to `greatest`, and `why`.
+    """Range of validity of `models` of the `key`: `fact` (in words, unit) from `least` to `greatest`, and `why`.
 
     `instead` is what to ask for beyond.
     """

@@ -330,7 +330,7 @@ def _named(key: str) -> str:
 
 
 def _at(parameters, key: str):
-    """What the scene gives for a key; `auto` where it has no such key."""
+    """Value of a key of the scene; `auto` where it has no such key."""
     for word in key.split("."):
         parameters = getattr(parameters, word, AUTO)
     return parameters
@@ -361,7 +361,7 @@ def odd_mass(key: str, mass: float, whole: float) -> list[str]:
 
 
 def idle_step(step: float, stepper: str, fixed: tuple[str, ...]) -> list[str]:
-    """That a `step` [s] asked for does nothing, as a warning, where the stepper is none of those with `fixed` steps."""
+    """Warning of a specified `step` [s] without effect, where the stepper is none of those with `fixed` steps."""
     if not step or stepper in fixed:
         return []
     return [f"solver.step does nothing with {stepper}; solver.stepper: {fixed[0]} takes it"]

@@ -31,7 +31,7 @@ class ElasticLaw:
 
 @dataclass(frozen=True)
 class PointElastic(ElasticLaw):
-    """As ElasticLaw, of a contact at a point."""
+    """Elastic law of a contact at a point."""
 
     stiffness: float = quantity(0.0, "N/m", "of one contact, for the law linear", at_least=0.0)
 
@@ -43,7 +43,7 @@ def free_fall(*direction: float, along: str = ""):
 
 
 def point_laws(*given: str):
-    """What `normal` may be at a point, for a kind where this is `given` of what laws need; called late by `choice`."""
+    """Laws that `normal` may name at a point, where the kind gives `given` of their needs; called late by `choice`."""
     return lambda: ("auto", *law_names("point", given))
 
 
@@ -77,7 +77,7 @@ class Damping:
 
 @dataclass(frozen=True)
 class ViscoelasticDamping(Damping):
-    """As Damping, with the viscous term of a viscoelastic half-space."""
+    """Damping with the viscous term of a viscoelastic half-space."""
 
     relaxation_time: float = quantity(
         0.0,
@@ -90,7 +90,7 @@ class ViscoelasticDamping(Damping):
 
 @dataclass(frozen=True)
 class SteadyDamping(Damping):
-    """As Damping, with the viscous term of steady damping by its own coefficient."""
+    """Damping with the viscous term of steady damping by its own coefficient."""
 
     viscosity: float = quantity(
         0.0, "N s/m^1.25", "viscous term viscosity * approach^(1/4) * approach rate (steady)", at_least=0.0
@@ -128,7 +128,7 @@ LOOSEST = 0.1  # tolerance that can be wanted
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is wanted of a run, and how exactly."""
+    """Requested outputs of a run, and their tolerance."""
 
     outputs: str = choice("history", ("history",), "history = every channel over time", widest=True)
     tolerance: float = quantity(1e-3, "1", "wanted error", at_least=1e-13, at_most=LOOSEST)
@@ -142,7 +142,7 @@ def peak_and_impulse(default: float, at_least: float):
 
 @dataclass(frozen=True)
 class WantedImpact(Wanted):
-    """As Wanted, of an impact whose figures may be had without its history."""
+    """Requested outputs of an impact, whose figures may be had without its history."""
 
     outputs: str = choice(
         "history",
@@ -186,7 +186,7 @@ class Checked(Bounded):
 
 @dataclass(frozen=True)
 class RunSettings:
-    """How long, and how often something is given out; zeros are replaced by what suits the scene."""
+    """Duration and rates of outputs; zeros are replaced by what suits the scene."""
 
     duration: float = quantity(
         0.0, "s", "simulated time; 0 = the whole contact and some more", at_least=0.0, at_most=GREATEST_DURATION
@@ -224,7 +224,7 @@ def resolved_run(run: RunSettings, whole: float = 0.0, outputs: int = 0) -> RunS
 
 
 def check_run(run: RunSettings) -> list[str]:
-    """What is impossible about a run's rates and length."""
+    """Problems of a run's rates and duration."""
     problems = []
     if run.output_rate and run.publish_rate:
         every = run.output_rate / run.publish_rate
@@ -251,7 +251,7 @@ VISCOUS = {"damping": "s/m", "relaxation_time": "s", "viscosity": "N s/m^1.25"}
 
 
 def damped_twice(contact) -> list[str]:
-    """As `check_damping`, of a section as it was written: what a kind has by default counts where it stands there."""
+    """Problems as by `check_damping`, of a section as written: defaults of a kind count where they stand there."""
     numbers = (
         {name: read_number(value, VISCOUS.get(name, ""))[0] for name, value in contact.items()}
         if isinstance(contact, Mapping)
@@ -270,7 +270,7 @@ def _one_viscous_term(given: Mapping[str, float], restitution: float) -> list[st
 
 
 def check_damping(contact: Damping, only_impact: bool, given_anyway: dict[str, float] | None = None) -> list[str]:
-    """What contradicts itself in the viscous keys; `only_impact` tells that the scene knows the speed of its impact.
+    """Contradictions among the viscous keys; `only_impact`: the scene knows the speed of its impact.
 
     `given_anyway` are values that a kind has by default and that a restitution replaces.
     """

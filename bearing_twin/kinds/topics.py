@@ -154,7 +154,7 @@ def body_topics(
     solids: SolidsOf,
     together: bool = False,
 ) -> tuple[Topic, ...]:
-    """What every body has: `robot_description`, one `<body>/wrench` for each key of `texts`, its frame on `/tf`.
+    """Topics of every body: `robot_description`, one `<body>/wrench` for each key of `texts`, its frame on `/tf`.
 
     `texts` say what acts. `wrenches(parameters, sample)` are in their order; `origins(parameters, sample)` are in the
     frame `link`; `solids(parameters)` are the shapes of the bodies where URDF has them. `together`: wrenches and

@@ -1,4 +1,4 @@
-"""What a kind's view is made of: numbers of every output, things to draw in space, and panels of curves.
+"""Parts of a kind's view: numbers of every output, things to draw in space, and panels of curves.
 
 A `View` is data: the page in the browser draws it and knows no kind. Names in the fields of solids and marks are those
 of the view's series; SI units throughout, angles in radians, quaternions x, y, z, w.
@@ -146,7 +146,7 @@ class CurvePanel(NamedTuple):
 
 
 class Details(NamedTuple):
-    """What is shown of the body of `solid` that is chosen: for each contact ellipse, pressure, load and more.
+    """Details of the selected body of `solid`: for each contact ellipse, pressure, load and more.
 
     `rows` are (words, series) whose second axis is the contact.
     """
@@ -161,7 +161,7 @@ class Details(NamedTuple):
 
 
 class Look(NamedTuple):
-    """Where the eye stands: `direction` from the middle, which way is up, and the radius [m] of what is seen.
+    """Camera: `direction` from the middle, which way is up, and the radius [m] of the visible part.
 
     `around` names series of points (..., 3) that are all to be seen, with `radius` around them and `middle` amid them.
     `at_start` holds the middle (3,) and the radius [m] of the scene as it begins, in the frame of its topics, where

@@ -19,7 +19,7 @@ RECOVERY_RECORD = "bearing_twin_recovered"
 
 
 class Recovered(NamedTuple):
-    """What was saved of a log: messages, solver outputs among them, and the problems with the rest."""
+    """Recovered part of a log: messages, solver outputs among them, and the problems with the rest."""
 
     messages: int
     samples: int

@@ -105,7 +105,7 @@ def load_scene(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] 
 
 
 def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
-    """As `load_scene`, but (mapping, origin) for `parse_scene`: all keys, what is left to be chosen still open.
+    """The mapping of a scene and its origin, for `parse_scene`: as `load_scene`, but automatic keys are not yet chosen.
 
     `source` is a name, a path or a scene's plain data. Numbers may contradict each other: some may be replaced.
     """
@@ -266,7 +266,7 @@ def _by_last_word(parameters: type, path: str) -> str | None:
 
 
 def read_scene(text_or_mapping, origin: str) -> Scene:
-    """As `parse_scene`, key by key: nothing is chosen yet, and numbers may contradict each other (see `checked`)."""
+    """A scene as by `parse_scene`, before automatic keys are chosen and contradictions are refused (see `checked`)."""
     mapping = _canonical(_mapping_of(text_or_mapping, origin))
     kind = _kind_of(mapping, origin)
     del mapping["kind"]

@@ -195,12 +195,12 @@ class CheckedMotion:
         self._motion.goal_speed = self._second.goal_speed = speed
 
     def set_load(self, force, moment) -> None:
-        """As of each motion."""
+        """Sets the load of both motions."""
         self._motion.set_load(force, moment)
         self._second.set_load(force, moment)
 
     def set_torque(self, torque: float) -> None:
-        """As of each motion."""
+        """Sets the torque of both motions."""
         self._motion.set_torque(torque)
         self._second.set_torque(torque)
 

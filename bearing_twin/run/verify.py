@@ -59,7 +59,7 @@ class Verification:
         return found
 
     def _sentence(self) -> str:
-        """That it deviates, and why that may be; "" where it does not."""
+        """Sentence on a deviation and its possible cause; "" where there is none."""
         off = {name: size for name, size in self.deviations.items() if size and name not in self.recounted}
         parts = []
         if off:

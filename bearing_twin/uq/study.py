@@ -256,10 +256,10 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
 
 
 class _Problems(list):
-    """What is wrong with a study, a sentence each."""
+    """Problems of a study, one sentence each."""
 
     def of(self, read: Callable, default: Any, *given) -> Any:
-        """What `read` makes of what is given; the default where it raises, whose reason is kept."""
+        """The value that `read` returns; the default where it raises, whose reason is kept."""
         try:
             return read(*given)
         except (SceneError, StudyError) as error:
@@ -446,7 +446,7 @@ IN_THE_INPUTS_UNIT = "low", "high", "mean", "std", "mode", "value", "values", "x
 
 
 def _in_si(given, unit: str):
-    """What is said of an input, with texts such as 5um in SI; but no deviation of a temperature."""
+    """The specification of an input, with texts such as 5um in SI; but no deviation of a temperature."""
     if isinstance(given, str):
         value = si_value(given, unit)
         return given if value is None else value

@@ -241,7 +241,7 @@ SHAFT_HARMONICS = (1, 2, 3, 4)
 
 
 def _of_shaft(levels) -> bool:
-    """Whether lines at these levels [dB] are the shaft's: the first and another; near 3 and 4 orders are raceways'."""
+    """True if lines at these levels [dB] are the shaft's: the first and another; near 3 and 4 orders are raceways'."""
     return bool(levels[0] > LEAST_LINE and np.sum(levels > LEAST_LINE) >= 2)
 
 

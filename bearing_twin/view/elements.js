@@ -88,7 +88,7 @@ const scaleGradient = () => `linear-gradient(to right, ${SCALE.map((_, k) => sca
 
 const shadeTextures = new Map();
 
-// How a ball of this shade looks in the light of the room: a texture by the direction of the surface.
+// Texture of a ball of this shade in the ambient light, a texture by the direction of the surface.
 function shadeTexture(name) {
   if (shadeTextures.has(name)) return shadeTextures.get(name);
   const size = 128, base = SHADES[name] || SHADES.steel, metal = name === "steel" || name === "brass" || name === "dark";

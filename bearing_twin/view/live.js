@@ -1,5 +1,5 @@
 "use strict";
-// What makes a page live: outputs as they come from watch_node, and commands back to it with the token behind #.
+// A live page: outputs as they come from watch_node, and commands back to it with the token behind #.
 
 const LIVE_PERIOD = 100; // ms between changes of the picture, at least
 const CURVES_EVERY = 5; // pictures for each time the curves are drawn
@@ -79,7 +79,7 @@ function liveWindow({ store, charts, timeFactor }, turns) {
   charts[0].plot.setScale("x", { min: Math.max(first, store.first) * timeFactor, max: store.last * timeFactor }); // the others follow
 }
 
-// What the page came with is older than the events, or of a run that has begun again; curves are without dots, which
+// The page's first data are older than the events, or of a run that has begun again; curves are without dots, which
 // cost most of the drawing.
 function liveBegin(view) {
   view.store.count = 0;

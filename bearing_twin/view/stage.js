@@ -189,12 +189,12 @@ function quaternionAt(quaternion, store, name, frame, column) {
   ).normalize();
 }
 
-// What stands for forces and contacts: arrows, ellipses, surfaces coloured by a number, bent bars, ways of points.
+// Marks of forces and contacts: arrows, ellipses, surfaces coloured by a number, bent bars, paths of points.
 
 const up = new THREE.Vector3(0.0, 1.0, 0.0), ahead = new THREE.Vector3(0.0, 0.0, 1.0), hidden = new THREE.Matrix4().makeScale(0, 0, 0);
 const normalOf = new THREE.Vector3(), majorOf = new THREE.Vector3(), minorOf = new THREE.Vector3(), sizeOf = new THREE.Vector3();
 
-// How many rows of `length` numbers a series has.
+// Number of rows of `length` numbers in a series.
 const rowsOf = (store, name, length) => store.get(name).width / length;
 
 // Where a mark stands: on the surface of a body against `normal`, at a point, or in the origin.
@@ -210,7 +210,7 @@ function markPlace(mark, stage, store, place, row, rows) {
   return placeOf;
 }
 
-// What marks share: their description, the numbers they show, and a group in the scene.
+// Base of marks: their description, the numbers they show, and a group in the scene.
 class Mark {
   constructor(mark, store) {
     Object.assign(this, { mark, store, group: new THREE.Group() });
@@ -413,7 +413,7 @@ const STILL = 4; // pixels that a click may move
 const FINEST = 0.75, COARSEST = 0.3; // pixels of a moving picture against those of a still one, along an edge
 const SLOW_FRAME = 1.0 / 18.0, QUICK_FRAME = 1.0 / 40.0; // s between images: fewer pixels beyond the one, more below the other
 
-// What draws pictures in space: null where this browser draws none; `slow` where no graphics processor does, so that
+// The renderer of pictures in space: null where this browser draws none; `slow` where no graphics processor does, so that
 // smooth edges and fine pixels would cost most of the frames.
 function graphics() {
   const context = document.createElement("canvas").getContext("webgl2");
@@ -424,7 +424,7 @@ function graphics() {
   return { slow: /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name) };
 }
 
-// What is looked at, wide enough for all points of the series that are to be seen.
+// The visible part, wide enough for all points of the series that are to be seen.
 function seen(look, store) {
   if (!look.around.length || !store.count) return look;
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];

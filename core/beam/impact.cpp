@@ -243,7 +243,7 @@ class Volterra {
 using namespace core;
 using namespace core::beam;
 
-// What all functions are given: `count` modes, their `rate` (count, 2) and `shape` (count,); `numbers`: modal mass, tail,
+// Arguments of all functions: `count` modes, their `rate` (count, 2) and `shape` (count,); `numbers`: modal mass, tail,
 // mass, Hertz's coefficient and gravity of the sphere, time to reach; arrays of `capacity` pieces as in Impact.
 #define IMPACT_ARGUMENTS                                                                                  \
   std::int64_t count, const double *rate, const double *shape, const double *numbers,                     \

@@ -150,7 +150,7 @@ struct SphereMotion {
   double position, velocity;  // along the motion before the impact
 };
 
-// How far [m] a force holds a sphere back over a span.
+// Distance [m] by which a force holds a sphere back over a span.
 inline double drop(double mass, double span, const Force &force) {
   double sum = 0.0;
   for (int k = 0; k < TERMS; k++) sum += force[k] / ((k + 1) * (k + 2));

@@ -130,7 +130,7 @@ using Approaches = std::array<double, 2>;  // at the inner and at the outer race
 inline Approaches approaches_at(const Bearing &bearing, double radius, double angle, double height) {
   return {inner_approach(bearing, radius, angle, height), approach_at(bearing, bearing.outer, radius, height)};
 }
-// Whether a contact with a raceway begins or ends between two places, other than by a hair.
+// True if a contact with a raceway begins or ends between two places, other than by rounding.
 inline bool changes_contact(const Approaches &before, const Approaches &after) {
   for (int i = 0; i < 2; i++)
     if (before[i] * after[i] < 0.0 && std::min(std::fabs(before[i]), std::fabs(after[i])) > TOUCHING) return true;
@@ -162,7 +162,7 @@ inline void carry_on(const Bearing &bearing, const State &y, int lane, CarriedBa
   carry_on(bearing, inner_place(bearing, radius, y[ANGLE][lane], height), {radius, height}, lane, carried);
 }
 
-// What is carried of a ball between chunks (CARRIED,): of the inner and the outer contact P/Q, m, K and E.
+// States of a ball's contacts that are carried between chunks (CARRIED,): of the inner and the outer contact P/Q, m, K and E.
 constexpr int CARRIED = 8;
 inline void load_carried(const double *numbers, int lane, CarriedBalls &carried) {
   carried.inner.contact[lane] = {numbers[0], {numbers[1], numbers[2], numbers[3]}};
@@ -175,7 +175,7 @@ inline void store_carried(const CarriedBalls &carried, int lane, double *numbers
   }
 }
 
-// Whether a ball's state (COLUMNS,) can be right.
+// True if a ball's state (COLUMNS,) is possible.
 inline Status check_ball(const Bearing &bearing, const double *y) {
   double sum = 0.0, deepest = DEEPEST * bearing.ball_radius;
   for (int c = 0; c < COLUMNS; c++) sum += std::fabs(y[c]);

@@ -91,11 +91,11 @@ inline void add_stored(const Bearing &bearing, int balls, const std::uint8_t *ne
   }
 }
 
-// What a chunk starts from and gives (`Results` of integrate.py): state (balls, COLUMNS) and orientation (balls, 4), in place, and both at
+// Start and results of a chunk (`Results` of integrate.py): state (balls, COLUMNS) and orientation (balls, 4), in place, and both at
 // the instants.
 struct CommonResults { double *state, *orientation, *states, *orientations; };
 
-// What all methods share: motion and orientation in lanes.
+// Shared part of all methods: motion and orientation in lanes.
 class CommonBalls {
  public:
   const std::int64_t number;

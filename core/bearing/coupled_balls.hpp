@@ -95,7 +95,7 @@ class Integration {
   TouchingBalls touching;
   double land_closing = 0.0;  // m/s^2: how fast the cage's centre comes to move towards its land
   bool alone = false;  // no ring and no cage couples the balls
-  // Whether the bodies' forces change with time by themselves; in this step, whether any ball meets a defect.
+  // True if the bodies' forces change with time by themselves; true if a ball meets a defect in this step.
   bool varies, meets_defects = false;
   bool again = false;  // the step before was rejected, and rates and Jacobian at its start still hold
 

@@ -221,7 +221,7 @@ template <bool EVEN, int M>
   }
 }
 
-// What is known of a stage before it is solved: `known` (M,) changes of the bodies' places. `share` gathers what balls do
+// A stage before it is solved: `known` (M,) changes of the bodies' places. `share` gathers what balls do
 // to the bodies.
 template <bool EVEN, int M>
 [[gnu::noinline]] inline void eliminate_block(BallBlock &k, double g, const double *known, Pack *share) {

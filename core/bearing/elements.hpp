@@ -1,4 +1,4 @@
-// What the bodies of a bearing do to each other, written once over the type of the numbers: balls, and what all of them meet, the
+// Forces between the bodies of a bearing, written once over the type of the numbers: balls, and what all of them meet, the
 // inner ring, the cage and the shaft.
 #pragma once
 #include "raceway_contact.hpp"
@@ -20,7 +20,7 @@ enum Integral { LOAD_WORK, LOST, LAND_WORK, TORQUE_WORK };
 constexpr int INTEGRALS = TORQUE_WORK + 1, BODY_NUMBERS = 2 * COORDINATES + INTEGRALS;
 using BodyState = std::array<double, BODY_NUMBERS>;
 
-// What balls meet: a ring that is held, held and tilted, that moves and does not tilt, or moves and tilts.
+// A ring as balls meet it: one that is held, held and tilted, that moves and does not tilt, or moves and tilts.
 enum class RingMotion { held, tilted, level, tilting };
 enum class CageKind { none, even, pockets };
 
@@ -131,7 +131,7 @@ inline void body_forces(const CoupledBodies &b, double time, const BodyState &y,
   }
 }
 
-// What a ball and the bodies it meets do to each other, written once over the type of the numbers.
+// Forces between a ball and the bodies it meets, written once over the type of the numbers.
 //
 // The independent variables are the ball's place, its velocity and spin, and places and velocities of the bodies. A
 // ball's velocity along its orbit is its orbit rate, so that the rate of every place is a variable: of an even cage the
@@ -140,7 +140,7 @@ inline void body_forces(const CoupledBodies &b, double time, const BodyState &y,
 // Variables: the columns of a ball's motion, then places and velocities of the bodies.
 constexpr int ORBIT_RATE = VELOCITY + 1, BODY_PLACE = MOTION, BODY_SPEED = BODY_PLACE + COORDINATES;
 constexpr int VARIABLES = BODY_SPEED + COORDINATES;
-// What elements give: accelerations of the ball, but along the orbit the moment on it about the axis [N m], less 2 m r v_r
+// Results of elements: accelerations of the ball, but along the orbit the moment on it about the axis [N m], less 2 m r v_r
 // times the orbit rate; its angular acceleration; power of the drive and loss [W]; then forces on the coordinates.
 enum ElementRow { RADIAL_ROW, ORBIT_ROW, AXIAL_ROW, SPIN_ROW, POWER_ROW = 6, LOSS_ROW };
 constexpr int ON_BODY = LOSS_ROW + 1, ELEMENT_ROWS = ON_BODY + COORDINATES;
@@ -405,7 +405,7 @@ inline Cut cut_at_land(const CoupledBodies &b, const BodyState &e, double closin
   return {until, std::min(wanted, gap.approach < 0.0 ? FIRST * ONSET / rate : NEVER)};
 }
 
-// How fast the cage's centre comes to move towards its land [m/s^2], its way round it left out.
+// Acceleration of the cage's centre towards its land [m/s^2], without that of its motion round it.
 inline double land_closing(const CoupledBodies &b, const BodyState &e, const BodyState &rates) {
   double inner = b.land.side < 0.0 ? 1.0 : 0.0, x = e[CAGE_X] - inner * e[RING_X], y = e[CAGE_Y] - inner * e[RING_Y];
   const double *growth = rates.data() + COORDINATES;
@@ -415,7 +415,7 @@ inline double land_closing(const CoupledBodies &b, const BodyState &e, const Bod
 
 constexpr double LEAST_WEIGHT = 0.1;  // of errors along the groove of a ball that carries next to nothing
 
-// How much errors along the groove count of a ball with these approaches at the outer raceway: nearly as its load.
+// Weight of errors along the groove of a ball with these approaches at the outer raceway: nearly as its load.
 CORE_INLINE Pack weight_of_light(const Pack &begin, const Pack &end, double light) {
   Pack share = minimum(maximum(maximum(begin, end) * (1.0 / light), 0.0), 1.0);
   return maximum(share * square_root(share), LEAST_WEIGHT);

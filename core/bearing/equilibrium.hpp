@@ -86,7 +86,7 @@ CORE_INLINE auto push_of(const Seat &seat, const Groove &groove, const Plane<R, 
   return Push{approach, load, n_r, n_z};
 }
 
-// What acts on a ball besides its contacts [N], and heights of the raceways under it [m].
+// Forces on a ball besides its contacts [N], and heights of the raceways under it [m].
 struct Surroundings : Plane<Pack> { Pack inner{}, outer{}; };
 
 // Cosine and sine of a contact angle a, beyond 60 degrees those of 120 - |a| degrees, at least 0.
@@ -124,7 +124,7 @@ CORE_INLINE auto speeds_of(const Seat &seat, const Push<I> &inner, const Push<O>
 // Columns: the vector between the ball's centre and the inner groove's (radial, axial), and between the outer one's and it.
 constexpr unsigned BY_INNER = 0b0011, BY_OUTER = 0b1100, BY_PLACES = 0b1111;
 
-// What is left of a ball's balance [N], and what the ring must bring up for this ball: `force` [N] and `moment` [N m] act
+// Residual of a ball's balance [N], and the share of the ring's load on this ball: `force` [N] and `moment` [N m] act
 // on the ring from outside to hold it against the ball. `scale` [N] is that of its loads.
 template <class X>
 struct Balance { X left_r, left_z, force_r, force_z, moment; ValueOf<X> scale; };

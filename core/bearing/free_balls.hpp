@@ -25,7 +25,7 @@ struct Chunk {
   const volatile std::uint8_t *stop;  // not 0 once somebody wants it to end
 };
 
-// What it moves and fills: states (balls, COLUMNS), orientations (balls, 4), steps (balls,) and what is carried, in place; states and
+// Arrays it integrates and fills: states (balls, COLUMNS), orientations (balls, 4), steps (balls,) and what is carried, in place; states and
 // orientations at the instants (instants, balls, ...); steps, rejections, evaluations and Jacobians so far.
 struct Results {
   int balls;
@@ -232,7 +232,7 @@ class Integration : StepStates<BallState> {
     });
   }
 
-  // Whether each lane's step is accepted: `until` is the time up to which it may give out, infinite at the chunk's end.
+  // True where a lane's step is accepted: `until` is the time up to which it may give out, infinite at the chunk's end.
   void judge() {
     int evaluations = 0;
     for (int i = 0; i < method.stages; i++) evaluations += !method.repeats_first(i);

@@ -1,4 +1,4 @@
-// What the equations of motion of a bearing need, as numbers in SI units.
+// Parameters of the equations of motion of a bearing, in SI units.
 //
 // Frames. `bearing_link` has its origin at the outer ring's centre and z along the axis. The motion of each ball is
 // written in the frame that turns with that ball about the axis, with unit vectors (radial, tangential, axial).
@@ -73,7 +73,7 @@ struct FilmBegin {
   bool known = false;
   Pack over_load{}, over_speed{}, value[2]{}, load[2][2]{}, speed[2][2]{};
 };
-// What a law with states carries at the contacts of balls in lanes with a raceway, and their films; then with both.
+// States of a law at the contacts of balls in lanes with a raceway, and their films; then with both.
 struct CarriedContacts {
   CarriedContact contact[LANES];
   mutable FilmBegin film;

@@ -1,4 +1,4 @@
-// What a bearing gives out: one row of all channels an instant (kinds/bearing/outputs.py), filled from the states of the
+// Outputs of a bearing: one row of all channels an instant (kinds/bearing/outputs.py), filled from the states of the
 // balls and of ring, cage and shaft. Contacts are those of the equations of motion themselves.
 #pragma once
 #include "elements.hpp"
@@ -98,7 +98,7 @@ CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pac
           turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + spin_moment), turned(contact.pressure)};
 }
 
-// What a contact does to the inner ring about its centre: about x and y as the tilts work, about z about the ring's axis.
+// Moment of a contact on the inner ring about its centre: about x and y as the tilts work, about z about the ring's axis.
 CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position, const Vector &force, const Vector &torque) {
   Vector offset = into_ring(ring_axes(ring.tilt.x, ring.tilt.y), position - ring.centre);
   Vector level = cross(offset, force) + torque;
@@ -294,7 +294,7 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   }
 }
 
-// What rows are filled from: states (instants, balls, COLUMNS), orientations (instants, balls, 4), times [s], and where
+// Sources of rows: states (instants, balls, COLUMNS), orientations (instants, balls, 4), times [s], and where
 // there are `bodies`, ring, cage and shaft, their states (instants, BODY_NUMBERS).
 struct Source {
   const Bearing &bearing;

@@ -99,7 +99,7 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
                       spring.stiffness, height.rate};
 }
 
-// What a contact does to the ball: force [N], torque about the ball's centre [N m] and power lost [W]; and what these consist
+// Action of a contact on the ball: force [N], torque about the ball's centre [N m] and power lost [W]; and what these consist
 // of: normal load [N], slip [m/s], friction force [N], and the friction moment of spin about the normal [N m], which
 // friction at a point has not.
 template <class F, class T, class L, class N, class S, class R, class D>
@@ -107,7 +107,7 @@ struct ContactAction { F force; T torque; L loss; N normal_load; S slip; R frict
 template <class F, class T, class L, class N, class S, class R, class D>
 ContactAction(F, T, L, N, S, R, D) -> ContactAction<F, T, L, N, S, R, D>;
 
-// How hard, for `relative`, the velocity of the ball's surface against the raceway at the contact point, the spin of the
+// Force of a contact for `relative`, the velocity of the ball's surface against the raceway at the contact point, the spin of the
 // ball against it about the normal, and a coefficient of friction.
 template <bool PATCH, class P, class U, class W>
 CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, const P &at, const U &relative, const W &spin,
@@ -149,7 +149,7 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
   }
 }
 
-// What heights that come by do to a contact [W], of the force on the ball: with its slopes, without which a step loses its order.
+// Power of surface heights on a contact [W], of the force on the ball: with its slopes, without which a step loses its order.
 template <class F, class N>
 CORE_INLINE auto height_power(const F &force, const N &normal, const Pack &rate) {
   return where_heights_move(rate, [&]() __attribute__((always_inline)) { return -rate * dot(force, normal); });
@@ -252,7 +252,7 @@ CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, co
   return film;
 }
 
-// What the equations of motion take of a contact: `moment` [N m] about the ring's axis, power of heights that come by [W].
+// Terms of a contact in the equations of motion: `moment` [N m] about the ring's axis, power of heights that come by [W].
 template <class F, class T, class L>
 struct BallLoads { F force; T torque; L loss; };
 template <class F, class T, class L> BallLoads(F, T, L) -> BallLoads<F, T, L>;
@@ -306,7 +306,7 @@ CORE_INLINE auto raceway_contact(const Bearing &bearing, const Raceway &raceway,
   return RacewayContact{at, relative, about_normal, film, action};
 }
 
-// What a raceway does to a ball, differentiated by what its motion depends on.
+// Action of a raceway on a ball, differentiated by the variables of its motion.
 template <bool PATCH, class O, class V, class S, class W>
 CORE_INLINE auto raceway_action(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
                                 const O &offset, const V &velocity, const S &spin, const W &speed) {

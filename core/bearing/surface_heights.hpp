@@ -122,7 +122,7 @@ inline double resolving_step(const SurfaceDefects &defects, const SurfacePlaces 
   return longest;
 }
 
-// Whether the ball in a lane meets a defect within a step [s].
+// True if the ball in a lane meets a defect within a step [s].
 inline bool meets(const SurfaceDefects &defects, const SurfacePlaces &at, int lane, double step) {
   bool found = false;
   for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*) {

@@ -9,7 +9,7 @@ namespace core {
 
 constexpr int PAIR_ROWS = 7;  // a ball's accelerations as in a tile, and the loss of the contact, which is the ball's behind
 
-// What each ball of a block and the next ahead are to each other.
+// Contact of each ball of a block with the next ahead.
 struct PairBlock {
   BallState next{};
   Pack around{};  // what to add to the angle of the next [rad]

@@ -163,7 +163,7 @@ inline PlaneContact Ellipsoid::contact(const EllipsoidState &state, const Pose &
 // to a few roundings of the height. In contact a step is at most a sixth of 1/sqrt(k/m) at the greatest stiffness ahead, some 24 a
 // bounce, and longer in a contact that lasts; separation is the zero of the approach as a function of the last step's length.
 
-// How to step: dop853 or rk4 (1), the tolerance, the fixed step in contact [s] (0 = adaptive). `spread` and `lean` [m] bound how
+// Step control: dop853 or rk4 (1), the tolerance, the fixed step in contact [s] (0 = adaptive). `spread` and `lean` [m] bound how
 // fast the body's extent downwards bends when it turns, `floor` [s] is the shortest step: lift-offs and touches shorter than that
 // are passed.
 struct EllipsoidPlan { double rk4, tolerance, fixed, spread, lean, floor; };

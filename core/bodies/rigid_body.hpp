@@ -46,7 +46,7 @@ struct RigidBody {
     Real3 own = transposed(rotation) * state.momentum;
     return rotation * Real3{own[0] / inertia[0], own[1] / inertia[1], own[2] / inertia[2]};
   }
-  // What a unit impulse along a direction at an arm gives the body there: 1/m + (r x n) I^-1 (r x n).
+  // Change of the body's velocity there by a unit impulse along a direction at an arm: 1/m + (r x n) I^-1 (r x n).
   double mobility(const RealMatrix3 &rotation, const Real3 &arm, const Real3 &direction) const {
     if (held()) return 0.0;
     Real3 lever = transposed(rotation) * cross(arm, direction);

@@ -76,7 +76,7 @@ struct TwoBodies {
   PairState rates(const PairState &state, bool loaded, bool &tracked) const;
 
  private:
-  // What presses: the elastic answer, and of an overlap its half-widths, the pressure under the elastic load, and where the load's
+  // The normal load: the elastic answer, and of an overlap its half-widths, the pressure under the elastic load, and where the load's
   // centre is along the axes.
   struct Pressing {
     double coefficient;

@@ -157,7 +157,7 @@ inline double d_of(const EllipseShape &shape) {
 
 }  // namespace carried
 
-// What is carried at a contact: C = P/Q where the step began, 0 for none yet, and the states there.
+// States carried at a contact: C = P/Q where the step began, 0 for none yet, and the states there.
 struct CarriedContact {
   double ratio;
   EllipseShape shape;

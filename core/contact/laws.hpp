@@ -6,7 +6,7 @@
 
 namespace core {
 
-// How hard: the elastic laws of point contacts, whose load is c h^p at an approach h [m] > 0, and of line contacts. They are
+// Elastic laws of point contacts, whose load is c h^p at an approach h [m] > 0, and of line contacts. They are
 // chosen at run time by their number in the table `bearing_twin/contact/laws.py`; they differ in where c comes from. The gap
 // of the undeformed bodies is z = P x^2 + Q y^2 with P = `small` <= Q = `large` [1/m], the modulus E* is in Pa.
 

@@ -96,21 +96,21 @@ struct Stretch {
   const volatile std::uint8_t *stop;
 };
 
-// How a step begins: OK or why it cannot, the longest and the least step [s], whether bodies can press in it.
+// Begin of a step: OK or why it cannot, the longest and the least step [s], whether bodies can press in it.
 struct StepBegin {
   Status status;
   double longest, least;
   bool loaded;
 };
 
-// How a step ends: OK or why it cannot, its length [s] up to an event in it; `again`: to be made again from clock.step.
+// End of a step: OK or why it cannot, its length [s] up to an event in it; `again`: to be made again from clock.step.
 struct StepEnd {
   Status status;
   double step;
   bool again = false;
 };
 
-// What is accepted: OK or the end of the motion, and whether a record is complete.
+// Acceptance of a step: OK or the end of the motion, and whether a record is complete.
 struct Accepted {
   Status status;
   bool complete;

@@ -8,7 +8,7 @@
 
 namespace core {
 
-// How a stretch of an integration ended and what it cost (bearing_twin/methods.py), and the control of steps.
+// Status and cost of a stretch of an integration (bearing_twin/methods.py), and the control of steps.
 
 constexpr double LEAST_STEP = 1e-15;  // s; a shorter step is lost in the time
 constexpr double NEGLIGIBLE = 1e-12;  // share of a stretch that is too short for a step
@@ -40,7 +40,7 @@ struct RosenbrockMethod {
   double gamma, a[MOST_STAGES][MOST_STAGES - 1], c[MOST_STAGES][MOST_STAGES - 1], alpha[MOST_STAGES], d[MOST_STAGES];
   double dense[2][MOST_STAGES - 1];
 
-  // Whether a later stage lies where the first does, so that its rates are the same.
+  // True if a later stage lies where the first does, so that its rates are the same.
   bool repeats_first(int stage) const {
     double away = alpha[stage];
     for (int before = 0; before < stage; before++) away += std::fabs(a[stage][before]);
@@ -55,7 +55,7 @@ inline T interpolated(const F &fraction, const T &start, const T &end, const T &
   return start * rest + fraction * (end + rest * (third + fraction * fourth));
 }
 
-// What a step starts from and comes to, its stages, and the two terms of its interpolant.
+// Start and end of a step, its stages, and the two terms of its interpolant.
 template <class State>
 struct StepStates {
   State start{}, end{}, stage[MOST_STAGES]{}, third{}, fourth{};

@@ -45,7 +45,7 @@ struct Turn {
       : angle(angle), speed(speed), acceleration(acceleration), cosine(std::cos(angle)), sine(std::sin(angle)) {}
 };
 
-// What turns with the shaft: the real part of z exp(i angle).
+// A vector that turns with the shaft: the real part of z exp(i angle).
 struct Turning {
   Five real, imaginary;
   double along(int i, const Turn &turn) const { return real[i] * turn.cosine - imaginary[i] * turn.sine; }
@@ -208,7 +208,7 @@ class Equations {
   }
 };
 
-// What one output of a shaft holds, in the order of its channels (kinds/shaft/motion.py).
+// One output of a shaft, in the order of its channels (kinds/shaft/motion.py).
 
 // A row begins with this, goes on with loads (balls, 2) and contact angles (balls, 2) of each bearing, and ends with `Energies`.
 struct RowHead {
@@ -336,7 +336,7 @@ struct KeptStep {
   }
 };
 
-// What a motion moves on in place.
+// State of a motion, advanced in place.
 struct Motion { Clock &clock; KeptStep &kept; std::int64_t *counts; };  // steps, rejections, evaluations
 
 // The state at `time` [s] of the step kept, and the gross work there.

@@ -70,7 +70,7 @@ inline PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const R
   return {0.5 / great, std::max(0.5 * great / (root * root), 0.5 / great), half / root, across_axes, apart, xy};
 }
 
-// How the gap changes with the direction, per radian: gradients of -ln(PQ)/4 and of the shape, across the direction. With p the
+// Change of the gap with the direction, per radian: gradients of -ln(PQ)/4 and of the shape, across the direction. With p the
 // point, r the extent and T = a^2 + b^2 + c^2, -ln(PQ)/4 + ln r is constant and the shape is (T - p^2) r/(2 a b c).
 struct GapSlopes { Real3 size, shape; };
 inline GapSlopes ellipsoid_slopes(const Real3 &axes, const Real3 &direction, const Reach &reach) {

@@ -39,7 +39,7 @@ struct OpposingEquations {
     }
     residual[6] = a.value, residual[7] = b.value;
   }
-  // How far [m] the unknowns are from meeting (1).
+  // Error [m] of the unknowns in (1).
   double distance() const {
     double sum = 0.0;
     for (int i = 3; i < 8; i++) sum += residual[i] * residual[i];

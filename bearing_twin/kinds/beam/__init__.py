@@ -7,7 +7,7 @@ HERE = "bearing_twin.kinds.beam"
 
 
 def quantities() -> dict[str, Quantity]:
-    """What a study may ask of a sphere on a beam."""
+    """Quantities of a sphere on a beam that a study may have."""
     from bearing_twin.kinds.bodies.quantities import impact_quantities
 
     return {

@@ -93,7 +93,7 @@ class BeamFigures(ImpactFigures):
         return self._extremes.get("energy_gained", 0.0)
 
     def figures(self) -> dict[str, Any]:
-        """As those of every impact, and deflection and stress of the beam."""
+        """Figures of an impact, and deflection and stress of the beam."""
         return {
             **super().figures(),
             "sphere_velocity_after_m_s": float(self.last["sphere_velocity"]) if self.last else None,
@@ -105,7 +105,7 @@ class BeamFigures(ImpactFigures):
         }
 
     def flags(self) -> list[str]:
-        """What in this impact lies outside the theory, one sentence each."""
+        """Warnings of an impact outside the limits of the theory, one sentence each."""
         peak, (sphere, beam) = self.peak_force, self.parameters.bodies
         half_width = patch_radius(peak, sphere.radius, self.parameters.modulus)
         pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
@@ -138,7 +138,7 @@ class BeamFigures(ImpactFigures):
 
 
 class BeamComparison(ImpactComparison):
-    """As of two bodies on a line."""
+    """Comparison of two runs of a sphere on a beam, as of two bodies on a line."""
 
     @property
     def coarser(self) -> float:

@@ -75,7 +75,7 @@ def first_frequency(beam: Beam) -> float:
 
 
 def count_below(beam: Beam, omega: float) -> float:
-    """How many n have a (slow) mode up to `omega` [rad/s], not rounded."""
+    """Number of (slow) modes up to `omega` [rad/s], not rounded."""
     inertia, shear = beam.mass / beam.span, beam.shear_rigidity
     if math.isinf(shear):
         return math.sqrt(omega / first_frequency(beam))
@@ -138,7 +138,7 @@ def deflection_shapes(beam: Beam, modes: BeamModes, points):
 
 
 def stress_shapes(beam: Beam, modes: BeamModes, points):
-    """As `deflection_shapes`, for the bending stress [Pa], positive in the fibre away from the force (tension)."""
+    """Bending stress [Pa], as `deflection_shapes`; positive in the fibre away from the force (tension)."""
     curvature = modes.weight * modes.turn * modes.index * math.pi / beam.span
     stress = shapes(modes.index, beam, points) * curvature * beam.rigidity * beam.half_height / beam.area_moment
     flexibility = modes.shape / (modes.omega**2 * modes.modal_mass)

@@ -82,7 +82,7 @@ def impact_speed(blow: Blow) -> float:
 
 
 def check_beam(parameters: SphereOnBeamScene) -> list[str]:
-    """As `check_spheres`, for a sphere on a beam."""
+    """Problems of the parameters of a sphere on a beam, as by `check_spheres`."""
     problems, blow, beam = [], parameters.blow, beam_of(parameters)
     if blow.speed and blow.drop_height:
         problems.append(
@@ -343,7 +343,7 @@ TOGETHER = 500_000  # states of modes read off at once
 
 
 def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
-    """What one sample of this scene holds; the first of the observed points is the point of impact."""
+    """Channels of a sample; the first of the observed points is the point of impact."""
     watched, stations = 1 + len(parameters.outputs.points), parameters.outputs.stations
     return (
         Channel("approach", "m", (), "mutual approach of sphere and beam; negative = gap"),

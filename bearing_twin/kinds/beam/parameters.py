@@ -34,7 +34,7 @@ class BeamParameters(Body):
 
 @dataclass(frozen=True)
 class Blow:
-    """How the sphere comes: by its speed or by the height it has fallen from."""
+    """Speed of the sphere, or the height it has fallen from."""
 
     speed: float = quantity(0.0, "m/s", "speed at the first touch; 0 = from drop_height", at_least=0.0)
     drop_height: float = quantity(0.0, "m", "free fall before the first touch", at_least=0.0)
@@ -46,7 +46,7 @@ class Blow:
 
 @dataclass(frozen=True)
 class BeamSolver(Checked):
-    """How sphere and beam are computed."""
+    """Method of computation of sphere and beam."""
 
     stepper: str = choice("auto", ("auto", *BEAM_METHODS), "method; auto = modes; sinusoidal breaks the energy balance")
     modes: int = quantity(0, "1", "highest mode; 0 = from the tolerance", at_least=0, at_most=4000)

@@ -90,7 +90,7 @@ def read_defects(given, _columns) -> tuple[tuple, str]:
 
 
 def defect_problems(defects: tuple[Defect, ...], geometry) -> list[str]:
-    """What no bearing of this geometry has, a sentence each."""
+    """Problems of defects that a bearing of this geometry cannot have, one sentence each."""
     problems = []
     for number, one in enumerate(defects):
         spall, (order, amplitude, _) = one.spall, one.waviness

@@ -58,7 +58,7 @@ class ContactLosses(NamedTuple):
 
 
 def contact_losses(parameters, contacts, speed) -> ContactLosses:
-    """What films, hysteresis and slip take in each contact of equilibria, the ring turning at `speed` (...,) [rad/s].
+    """Losses by films, hysteresis and slip in each contact of equilibria, the ring turning at `speed` (...,) [rad/s].
 
     2 F u of a film, moments of hysteresis and differential slip times the roll of the ball, u/r, and 3/8 mu Q a E of a
     patch times its spin, E the complete elliptic integral of the second kind (where a ball both rolls and spins the sum

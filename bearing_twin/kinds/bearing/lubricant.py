@@ -29,7 +29,7 @@ _films = Function("core_films", None, (REALS, INTEGER, REALS, REALS, REALS, REAL
 
 @dataclass(frozen=True)
 class Lubricant:
-    """What lubricates the contacts of balls and raceways; without it they are dry."""
+    """Lubricant of the contacts of balls and raceways; without it they are dry."""
 
     kind: str = choice(
         NONE,
@@ -138,7 +138,7 @@ def film_lubricant(parameters) -> "np.ndarray":
 
 
 def film_numbers(lubricant: "np.ndarray", small, large, modulus: float, ball_radius: float) -> "np.ndarray":
-    """What loads and speeds are put into (N, FILM_NUMBERS), of contacts with these curvatures of the gap [1/m] (N,)."""
+    """Numbers (N, FILM_NUMBERS) of films before loads and speeds, by the curvatures of the gap [1/m] (N,)."""
     import numpy as np
 
     small, large = (np.ascontiguousarray(one, float) for one in (small, large))
@@ -165,7 +165,7 @@ def films(lubricant: "np.ndarray", numbers: "np.ndarray", load, speed) -> "np.nd
 
 
 def lubricant_problems(parameters) -> list[str]:
-    """What is impossible about the lubricant, one sentence each."""
+    """Problems of the lubricant, one sentence each."""
     lubricant = parameters.lubricant
     if not lubricated(parameters):
         given = lubricant.name != "auto" or lubricant.viscosity_40 or lubricant.viscosity_100

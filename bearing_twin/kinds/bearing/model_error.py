@@ -184,7 +184,7 @@ def errors_at(
 
 
 def errors_of_run(parameters, law: str) -> list[EquilibriumErrors]:
-    """As the scene loads and turns the ring where its run begins and ends, and holds it, a ball on the load line.
+    """Errors under the loads and speeds at begin and end of a run, with a ball on the load line.
 
     Nothing of a ring that is held upright, or of a load that nothing carries; one where both loads are the same.
     """

@@ -86,7 +86,7 @@ def has_sensor(parameters) -> bool:
 
 
 def sensor_problems(parameters, geometry) -> list[str]:
-    """What is impossible about a sensor, a sentence each."""
+    """Problems of a sensor, one sentence each."""
     sensor, problems = parameters.sensor, []
     if not has_sensor(parameters):
         return problems
@@ -230,7 +230,7 @@ ERROR_WANTED = "wanted error of load, over the greatest, and of friction, over m
 
 @dataclass(frozen=True)
 class WantedLoads(Wanted):
-    """As Wanted, of a bearing whose loads may be had without its friction."""
+    """Requested outputs of a bearing, whose loads may be had without friction."""
 
     outputs: str = choice(
         "history",

@@ -190,7 +190,7 @@ def _draw_bearing(figure, place, sample: Sample) -> None:
 
 
 def _draw_balls(figure, grid, azimuth, values: dict, draw_first: Callable) -> None:
-    """What `draw_first` draws, and further `values` (N, 2) of OF_BALLS over the azimuth (N,) [rad] of the balls."""
+    """Draws as `draw_first`, and further `values` (N, 2) of OF_BALLS over the azimuth (N,) [rad] of the balls."""
     parts = grid.subgridspec(
         len(values), 1, height_ratios=(len(values) - 0.6, *(0.7,) * (len(values) - 1)), hspace=0.42
     )

@@ -89,7 +89,7 @@ class Rates(NamedTuple):
 
 
 class TooLong(NamedTuple):
-    """What is wrong with a step, and of which body."""
+    """Problem of a step that is too long, and its body."""
 
     sentence: str
     body: str
@@ -128,7 +128,7 @@ def fastest_rates(bearing: Bearing, approaches: np.ndarray) -> Rates:
 
 
 def _growth_of_rk4(z: complex) -> float:
-    """How much a step of the classical method grows what moves at z = rate * step."""
+    """Amplification factor of the classical Runge-Kutta method at z = rate * step."""
     return abs(1.0 + z * (1.0 + z / 2.0 * (1.0 + z / 3.0 * (1.0 + z / 4.0))))
 
 
@@ -163,7 +163,7 @@ def stable_step(rates: Rates, stepper: str, slides: bool = True) -> float:
 
 
 def too_long(step: float, rates: Rates, stepper: str, slides: bool = True) -> TooLong | None:
-    """What is wrong with a step [s] of a fixed-step method in a state with these rates; None if nothing."""
+    """Problem of a step [s] of a fixed-step method in a state with these rates, or None."""
     ringing, creeping = stability_limits(rates, stepper, slides)
     if step <= min(ringing, creeping):
         return None

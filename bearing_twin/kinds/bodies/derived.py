@@ -496,7 +496,7 @@ def check_spheres(parameters: TwoSpheresScene) -> list[str]:
 
 
 def check_discs(parameters: TwoDiscsScene) -> list[str]:
-    """As `check_spheres`; also a law of line contact without a solution, with the model that has one."""
+    """Problems of two discs, as by `check_spheres`; also a law of line contact without a solution."""
     problems = _check_meeting(parameters.motion)
     if problems:
         return problems + check_run(parameters.run)
@@ -546,7 +546,7 @@ def _check_length(step: float, contact_time: float, lasts: str) -> list[str]:
 
 
 def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
-    """As `check_spheres`."""
+    """Problems of an ellipsoid on a plane, as by `check_spheres`."""
     axes, start, gravity, step = (
         parameters.body.semi_axes, parameters.start, parameters.gravity, parameters.solver.step
     )  # fmt: skip
@@ -571,7 +571,7 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
 
 
 def check_pair(parameters: TwoBodiesScene) -> list[str]:
-    """As `check_spheres`."""
+    """Problems of two bodies, as by `check_spheres`."""
     (one, other), contact = parameters.bodies, parameters.contact
     problems = [*_check_shape(FIRST, one), *_check_shape(SECOND, other)]
     if one.motion == HELD and other.motion == HELD:
@@ -610,7 +610,7 @@ def _check_aspect(name: str, axes) -> list[str]:
 
 
 def _check_shape(name: str, one: Shaped) -> list[str]:
-    """What is wrong with one body by itself."""
+    """Problems of the shape of one body."""
     problems, row, default = [], ROWS[one.shape], Shaped()
     for key in ("radius", "ring_radius", "semi_axes", "exponents"):
         value, wanted = getattr(one, key), key in row.keys
@@ -635,7 +635,7 @@ def _check_shape(name: str, one: Shaped) -> list[str]:
 
 
 def _check_start(parameters: TwoBodiesScene) -> list[str]:
-    """What is wrong with where the bodies are at the start."""
+    """Problems of the places of the bodies at the start."""
     try:
         a, b, unknowns = start_points(parameters)
     except SceneError as error:

@@ -1,4 +1,4 @@
-"""How bodies that collide are shown: their topics, and their views in the browser.
+"""Topics of bodies that collide, and their views in the browser.
 
 The frame of two spheres or discs has x along the line of impact, forward, and its origin where the centre of the first
 body starts; the axes of discs lie along z. That of an ellipsoid on a plane lies in the plane, z up.

@@ -142,7 +142,7 @@ def contact_rows(contacts, deepest, leaving: float, gained: float) -> np.ndarray
 
 
 def contact_warnings(bodies, pressure: float, shortest: float, widths) -> list[str]:
-    """What lies outside Hertz's theory in contacts of these bodies, one sentence each.
+    """Warnings of contacts outside the limits of Hertz's theory, one sentence each.
 
     `pressure` [Pa] is the greatest, `shortest` [s] the least duration; `widths` are semi-axes [m], what they must be
     small against [m], and its name.

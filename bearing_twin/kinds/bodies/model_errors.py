@@ -147,7 +147,7 @@ class SphereErrors(PairErrors):
         return {} if LAWS[self.choice.law].measured else self.scaled(figures, self._share)
 
     def law_of(self, output: str) -> tuple[float, str]:
-        """As much as of its peaks."""
+        """Error of the law, as large as that of the peaks."""
         return self._share, HERTZ_MENDS
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:

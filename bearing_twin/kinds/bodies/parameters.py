@@ -335,7 +335,7 @@ class PairContact(EllipsoidContact):
 
 @dataclass(frozen=True)
 class WantedOfPair(Wanted):
-    """What is wanted of two bodies."""
+    """Requested outputs and tolerance of two bodies."""
 
     tolerance: float = peak_and_impulse(1e-4, at_least=1e-11)
 

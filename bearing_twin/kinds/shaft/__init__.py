@@ -23,7 +23,7 @@ def _least(values) -> float:
 
 
 def quantities() -> dict[str, Quantity]:
-    """What a study may ask of a shaft."""
+    """Quantities of a shaft that a study may have."""
     found = {
         "displacement": Quantity(
             "m", "of the centre of mass, mean of the second half", read_off("displacement_m", _length)

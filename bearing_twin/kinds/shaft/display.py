@@ -81,7 +81,7 @@ def ring_centres(parameters: ShaftScene, sample: Sample) -> np.ndarray:
 
 
 def origins(parameters: ShaftScene, sample: Sample) -> dict[str, np.ndarray]:
-    """Where the frames of the bodies have their origins [m]: the centre of mass, and the centres of the inner rings."""
+    """Origins [m] of the frames of the bodies: the centre of mass, and the centres of the inner rings."""
     centres = ring_centres(parameters, sample)
     return {BODY: sample["position"], **{name: centres[..., k, :] for k, name in enumerate(BEARINGS)}}
 
@@ -109,7 +109,7 @@ def ring_sizes(mounted: Mounted) -> tuple[float, float, float]:
 
 
 def longest_arrow(parameters: ShaftScene) -> float:
-    """How long [m] the greatest force is drawn."""
+    """Length [m] of the arrow of the greatest force."""
     return ARROW * max(ring_sizes(getattr(parameters, side))[1] for side in SIDES)
 
 

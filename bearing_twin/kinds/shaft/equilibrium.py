@@ -123,12 +123,12 @@ class ShaftCourse:
         )
 
     def commanded(self, now: float, goal: float) -> "ShaftCourse":
-        """That of a shaft that is commanded at `now` [s] to go to `goal` [rad/s]."""
+        """Course of a shaft that is commanded at `now` [s] to go to `goal` [rad/s]."""
         angle, speed, _ = self.turned(now)
         return ShaftCourse(self._parameters, self.loading, now, angle, speed, goal)
 
     def loaded(self, now: float, force, moment) -> "ShaftCourse":
-        """That of a shaft with other loads from `now` [s] on, or the scene's own where both are None."""
+        """Course of a shaft with other loads from `now` [s] on, or the scene's own where both are None."""
         loading = Loading(self._parameters.shaft)
         if force is not None:
             loading.set(force, moment)
@@ -242,7 +242,7 @@ def lever_of(rotor: Rotor) -> float:
 
 
 def longest_of(rotor: Rotor) -> float:
-    """How far [m] no coordinate of the shaft goes from the middle, tilts by their arm."""
+    """Bound [m] of all coordinates of the shaft from the middle, tilts by their arm."""
     balls = max(2.0 * seat.setting.ball_radius for seat in rotor.seats)
     return LONGEST * balls + max(abs(seat.middle) for seat in rotor.seats)
 

@@ -195,7 +195,7 @@ class ShaftFigures:
         return found
 
     def flags(self) -> list[str]:
-        """What in this run lies outside the theory's validity, one sentence each."""
+        """Warnings of a run outside the limits of the theory, one sentence each."""
         found = []
         for side, (loads, angles) in self._greatest.items():
             pressure = max(one.peak_pressure for one in self._ellipses(side))
@@ -317,7 +317,7 @@ class ShaftModelErrors(ModelErrors):
         return errors
 
     def _balance_errors(self) -> dict[str, float]:
-        """As `balance_errors`; none where the scene's own loads are not carried at the speed that was commanded."""
+        """Errors of the balance, as `balance_errors`; none where a commanded speed changes the scene's own loads."""
         try:
             return balance_errors(self.parameters, self.choice.law, self._fastest)
         except SceneError:
@@ -341,7 +341,7 @@ class ShaftModelErrors(ModelErrors):
         return law_error(self.parameters, self.choice.law), HERTZ_MENDS
 
     def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
-        """What was measured of equilibria against the motion of balls, and what bodies are no half-spaces."""
+        """Errors of equilibria, as measured against the motion of balls, and of the half-space."""
         still = self._balance_errors()
         if not still:
             return {}
@@ -382,7 +382,7 @@ class ShaftModelErrors(ModelErrors):
         return {key: error for key, error in found.items() if key in figures}
 
     def notes(self) -> dict[str, str]:
-        """What is not in the errors."""
+        """Sources that the errors do not contain."""
         speed = f"at {self._fastest:.4g} rad/s, as commanded, nothing carries the scene's own loads: what equilibria "
         unknown = {} if self._balance_errors() else {LEFT_OUT: f"{speed}leave out is not known"}
         return unknown | {

@@ -111,7 +111,7 @@ class ShaftContact(PointElastic):
 
 @dataclass(frozen=True)
 class ShaftDrive:
-    """What turns the shaft about its axis."""
+    """Drive of the shaft about its axis."""
 
     speed: float = quantity(183.26, "rad/s", "speed of the shaft about +z")
     acceleration: float = quantity(2000.0, "rad/s^2", "rate at which a changed speed is approached", above=0.0)
@@ -120,7 +120,7 @@ class ShaftDrive:
 
 @dataclass(frozen=True)
 class WantedOfShaft(Wanted):
-    """What is wanted of a shaft."""
+    """Requested outputs and tolerance of a shaft."""
 
     tolerance: float = quantity(
         1e-3,
@@ -207,7 +207,7 @@ def bearing_scene(parameters: ShaftScene, side: str) -> BearingScene:
 
 
 def middle_of(mounted: Mounted) -> float:
-    """Where the inner ring of a bearing stands along its own axis [m] with the shaft's centre of mass at 0."""
+    """Place of the inner ring of a bearing along its own axis [m] with the shaft's centre of mass at 0."""
     geometry = mounted.geometry
     between = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
     return between * math.sin(geometry.contact_angle) - mounted.facing * mounted.offset

@@ -51,7 +51,7 @@ def of_other(parameters: SoftDiscsScene) -> SoftDiscsScene:
 
 
 def mass_share(parameters: SoftDiscsScene) -> float:
-    """What of the relative speed the disc has in the frame of the centre of mass; a wall does not move."""
+    """Share of the relative speed that the disc has in the frame of the centre of mass; a wall does not move."""
     if parameters.against == "wall":
         return 1.0
     if parameters.against == "disc":
@@ -153,7 +153,7 @@ def nodes_of(divisions: int) -> int:
 
 
 def check(parameters: SoftDiscsScene) -> list[str]:
-    """What is impossible although each number alone is legal."""
+    """Problems of numbers that are legal one by one."""
     problems = check_run(parameters.run)
     for name, one in bodies_of(parameters).items():
         fast, speed = wave_speed(one), wall_speed(one)

@@ -170,7 +170,7 @@ class SoftDiscComparison(ImpactComparison):
 
 
 class SoftDiscModelErrors(ModelErrors):
-    """What the model of soft discs leaves out."""
+    """Errors of the model of soft discs."""
 
     def notes(self) -> dict[str, str]:
         return {

@@ -80,7 +80,7 @@ class DiscBody(NamedTuple):
     exponent: float
 
     def handed_over(self) -> _HalfDisc:
-        """What the core reads; the arrays must live as long."""
+        """Numbers and arrays that the core reads; the arrays must live as long."""
         mesh = self.mesh
         edges, side = mesh.rim_nodes.shape
         counts = len(mesh.mass), len(mesh.nodes), side, mesh.full, mesh.reduced, edges, len(mesh.rim_shapes)
@@ -295,7 +295,7 @@ NODES = ("node", "in_plane")  # axes of a shape
 
 
 def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
-    """What one sample of this scene holds."""
+    """Channels of a sample."""
     nodes = nodes_of(resolve(parameters).mesh.divisions)
     return (
         Channel("normal_load", "N", (), "contact force on the whole disc, away from the wall"),

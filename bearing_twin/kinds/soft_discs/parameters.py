@@ -25,7 +25,7 @@ class SoftDisc:
 
 @dataclass(frozen=True)
 class OtherDisc:
-    """What the disc meets with against: other_disc; as thick as the disc."""
+    """The other disc, with against: other_disc; as thick as the disc."""
 
     radius: float = quantity(0.1, "m", "radius", above=0.0)
     material: Material = section(Material, default=RUBBER)
@@ -50,7 +50,7 @@ class Penalty:
 
 @dataclass(frozen=True)
 class Thrown:
-    """How the disc comes: it just touches at the start and moves as a whole."""
+    """Motion of the disc at the start: it just touches and moves as a whole."""
 
     first_velocity: float = quantity(
         1.0, "m/s", "velocity of the disc towards the wall, or towards the other disc, which is at rest", above=0.0
@@ -59,7 +59,7 @@ class Thrown:
 
 @dataclass(frozen=True)
 class DiscMesh:
-    """How half the disc is cut into quadrilaterals."""
+    """Mesh of quadrilaterals of half the disc."""
 
     divisions: int = quantity(
         0,
@@ -78,7 +78,7 @@ class DiscMesh:
 
 @dataclass(frozen=True)
 class CentralDifferences(Checked):
-    """How the disc is moved on in time."""
+    """Integration of the disc in time."""
 
     step_share: float = quantity(
         0.5, "1", "step as a share of the bound on the stable one, penalty included", above=0.0, at_most=1.0
@@ -87,7 +87,7 @@ class CentralDifferences(Checked):
 
 @dataclass(frozen=True)
 class WantedOfDisc(WantedImpact):
-    """What is wanted of a soft disc."""
+    """Requested outputs and tolerance of a soft disc."""
 
     tolerance: float = quantity(
         2e-3,

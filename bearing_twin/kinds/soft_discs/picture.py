@@ -46,7 +46,7 @@ class SoftDiscPicture(PairPicture):
         self._draw_shapes(figure, [figure.add_subplot(grid[1, 4 * k : 4 * k + 4]) for k in range(3)], values, unit)
 
     def write(self, path, errors=()) -> Path:
-        """As a picture or, where `path` ends in .gif, as FRAMES shapes one after the other, with the force."""
+        """Writes a picture or, where `path` ends in .gif, FRAMES shapes one after the other, with the force."""
         if Path(path).suffix.lower() != ".gif":
             return super().write(path, errors)
         values = self._values.arrays()
