@@ -199,17 +199,16 @@ _WORDS = {  # of keys whose names do not say enough
     "drive_torque_nm": "drive torque (dry-contact friction)",
     "friction_torque_nm": "dry-contact friction torque",
     "catalogue_drive_torque_nm": "drive torque (catalogue estimate, ± 50 %)",
+    **{f"{line}_over_noise_db": f"{line.upper()} over noise" for line in ("bpfo", "bpfi", "bsf")},
 }
 _DIGITS = {"catalogue_drive_torque_nm": 2}  # of keys whose values are estimates
 
 
 @functools.lru_cache(maxsize=1024)
 def _words_and_unit(key: str) -> tuple[str, Unit]:
-    if key in _WORDS:
-        return _WORDS[key], UNITS["N m"]
     for unit in _LONGEST_FIRST:
         if key.endswith(f"_{unit.suffix}") and len(key) > len(unit.suffix) + 1:
-            return key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit
+            return _WORDS.get(key) or key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit
     return key.replace("_", " "), UNITS["1"]
 
 

@@ -142,7 +142,7 @@ def _exceeded(name: str, output: OutputError, model: tuple[ModelError, ...], est
     if output.error is not None and not output.error <= tolerance:
         when = _when(output, tolerance)
         where = f" ({when})" if when else ""
-        if output.until is not None:
+        if output.until:
             where += f", {output.until:.2g} up to {estimate.horizon:.6g} s"
         mend = estimate.smaller if estimate.horizon is None else LATER
         said.append(
@@ -236,7 +236,7 @@ def _said(figure: str, value, error, source: str, films: bool) -> str:
 def output_error_in_words(result: Mapping[str, Any]) -> str:
     """A row of `wanted_errors` whose error is known: by how much, what was requested, and where."""
     parts = [f"{two_digits(result['error'])} {result['norm']}, requested {result['tolerance']:g}", result["where"]]
-    if (before := result.get("error_up_to_horizon")) is not None:
+    if before := result.get("error_up_to_horizon"):
         parts.append(f"{two_digits(before)} up to the horizon")
     return "; ".join(part for part in parts if part)
 
