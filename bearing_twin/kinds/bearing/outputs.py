@@ -254,7 +254,11 @@ def ring_attitude(tilt: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
-    """The wrench of all contacts on each ball about its centre, then those on the rings about theirs."""
+    """The wrench of all contacts on each ball about its centre, then those on the rings about theirs.
+
+    The channel `inner_ring_torque` is what acts on the coordinates of the ring, which follow tilts to first order; the
+    moment on a ring that is tilted is the reaction of what it does to balls and outer ring.
+    """
     force, torque = sample["raceway_force"], sample["raceway_torque"]
     touching = sample["neighbour_load"].any(axis=-1)[..., None, None]
     if touching.any():
@@ -268,9 +272,13 @@ def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
         Wrench(f"ball_{k}", "raceways and balls", "ball centre", f"ball_{k}", force[..., k, :], torque[..., k, :])
         for k in range(parameters.geometry.balls)
     ]
-    for ring in RINGS:
-        rows.append(Wrench(ring, "balls", "ring centre", ring, sample[f"{ring}_force"], sample[f"{ring}_torque"]))
-    return rows
+    on_rings = {ring: (sample[f"{ring}_force"], sample[f"{ring}_torque"]) for ring in RINGS}
+    if sample["inner_ring_tilt"].any():
+        centre, (on_outer, moment) = sample["inner_ring_offset"], on_rings["outer_ring"]
+        about_centre = torque + np.cross(sample["position"] - centre[..., None, :], force)
+        reaction = -about_centre.sum(axis=-2) - moment + np.cross(centre, on_outer)
+        on_rings["inner_ring"] = sample["inner_ring_force"], reaction
+    return rows + [Wrench(ring, "balls", "ring centre", ring, *found) for ring, found in on_rings.items()]
 
 
 def contacts(parameters: BearingScene, sample: Sample) -> dict:
