@@ -174,6 +174,18 @@ def test_work_over_high_waves_closes_at_the_default_tolerance():
         assert abs(run.report.figures["energy_closure"]) < 1e-4, changes
 
 
+def test_a_ball_crosses_the_middle_of_a_pit_as_exactly_as_its_tolerance_says():
+    """Where it strikes the other edge, just after the start; all balls share the steps of a ring that moves."""
+    run = {"run": {"duration": 4e-4, "output_rate": 30_000.0}, "drive.speed": 24.61}
+    middle = pit(place=8e-4 - np.pi / 2, length=0.5e-3, depth=1e-5)
+    own, exact = (
+        outputs(scene_of({**FREE, **run, "wanted": {"tolerance": one}}, [middle]))["normal_load"]
+        for one in (1e-5, 1e-8)
+    )
+    assert np.ptp(exact[:, 6, 1]) > 0.2 * exact.max()
+    assert np.abs(own - exact).max() < 2e-6 * exact.max()
+
+
 def line_of(signal, rate, frequency):
     """Amplitude at a frequency [Hz] of an array, by a Hann window."""
     window = np.hanning(len(signal))

@@ -14,7 +14,7 @@ namespace core {
 enum class Surface { inner, outer, ball };
 constexpr int MOST_DEFECTS = 16, TABLE_PIECES = 128, TABLE_NUMBERS = 2 * (TABLE_PIECES + 1);
 constexpr double PIECES_OF_BEND = 4.0, PIECES_OF_WAVE = 16.0;  // steps in which a bend of a spall and a wave pass
-constexpr double AT_MIDDLE = 1e-3;  // of a bend: a step that begins no further before the middle of a spall begins there
+constexpr double AT_MIDDLE = 1e-6;  // of a bend: a step that begins no further before the middle of a spall begins there
 
 // A spall of no `order`: its middle [rad], radius of the path [m], half its length with what smooths it, half its width,
 // semi-major axis of the contact, length of a bend [m]; values and slopes (times a piece) of the drop, alternating, from the
