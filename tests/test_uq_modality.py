@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.base.errors import StatisticError
-from bearing_twin.uq.modality import CLEAR, RESAMPLES, critical_bandwidth, modality, mode_numbers, mode_places
+from bearing_twin.uq.modality import critical_bandwidth, modality, mode_numbers, mode_places
 from bearing_twin.uq.statistics import binned, smoothed
 
 ONE_MODE = {
@@ -77,20 +77,3 @@ def test_equal_values_and_few_samples_have_no_modes():
     assert modality(force[36:]).modes == 1
     with pytest.raises(StatisticError, match="19 samples are too few"):
         modality([*range(19), np.nan])
-
-
-def test_fewer_draws_change_no_number_of_modes_and_no_small_p_value(monkeypatch):
-    """Where fewer decide, the p-value is within three of its deviations of that by all draws."""
-    samples, early = [ONE_MODE["student"](np.random.default_rng(1), 200)], 0
-    for seed, at in enumerate((1.0, 3.4)):
-        rng = np.random.default_rng(seed)
-        samples.append(rng.choice([0.0, at], 200) + rng.normal(size=200))
-    fewer = [modality(sample) for sample in samples]
-    monkeypatch.setattr("bearing_twin.uq.modality.CLEAR", 2.0)
-    for few, every in zip(fewer, map(modality, samples), strict=True):
-        assert (few.modes, few.positions) == (every.modes, every.positions)
-        for one, whole in zip(few.p_values, every.p_values, strict=True):
-            early += one != whole
-            deviation = whole * math.sqrt((1.0 - whole) / (CLEAR * RESAMPLES))
-            assert one == whole or (min(one, whole) >= CLEAR and abs(one - whole) < 3.0 * deviation)
-    assert 0 < early < sum(len(few.p_values) for few in fewer)
