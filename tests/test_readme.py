@@ -101,7 +101,8 @@ def shortened(words, short=SHORT):
         if str(arguments.plot).endswith(".gif"):
             return words, False  # tests/test_soft_discs.py makes one
         key = "--set=run.duration" if any("run.duration=" in one for one in arguments.set) else "--duration"
-        return (words if scene.parameters.run.duration <= short else [*words, f"{key}={short}"]), True
+        less = ["--set=mesh.divisions=8"] if scene.kind == "soft_discs" else []
+        return [*words, *less, *([f"{key}={short}"] if scene.parameters.run.duration > short else [])], True
     if command == "study" and arguments.study:
         study = load_study(arguments.study, arguments.set)
         closed = KINDS[study.kind].parameters().closed_form() is not None
