@@ -447,6 +447,8 @@ def test_the_newest_files_of_a_split_log_stay(tmp_path):
     kept = bits(read_log(tmp_path / "bag"))
     assert kept == bits(BLOCK)[-len(kept) :]
     assert len(kept) < len(bits(BLOCK))
+    with AnyReader([tmp_path / "bag"]) as reader:
+        assert sum(1 for _ in reader.messages()) == reader.message_count
 
 
 @pytest.mark.parametrize("fsync", [True, False])

@@ -1,6 +1,5 @@
 """What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
 
-import math
 from types import SimpleNamespace
 
 from ros import (
@@ -86,7 +85,7 @@ def test_a_node_says_which_subscribers_it_waits_for(monkeypatch):
 
 def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=10_000_000))
-    log = SimpleNamespace(problem="", dropped=0, bytes=5000)
+    log = SimpleNamespace(problem="", dropped=0, bytes=5000, limited=False)
     with ros_executor() as executor:
         node = base_node.BaseNode("testing", "test", context=executor.context)
         executor.add_node(node)
@@ -102,7 +101,8 @@ def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, 
         }  # fmt: skip
         log.bytes = 27_000
         assert look(104.0)[:2] == (DiagnosticStatus.WARN, "the disk will be full in 17 min at this rate")
-        assert look(106.0)[2]["disk_full_in_s"] == math.inf
+        log.limited, log.bytes = True, 47_000
+        assert look(106.0)[:2] == (DiagnosticStatus.OK, "")
         log.problem = "no room"
         assert look(108.0)[:2] == (DiagnosticStatus.ERROR, "no room")
         log.problem, log.dropped = "", 3

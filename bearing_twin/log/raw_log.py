@@ -9,6 +9,7 @@ import math
 import platform
 import struct
 import threading
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import nullcontext, suppress
 from pathlib import Path
@@ -151,8 +152,7 @@ class RawLogWriter:
         self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._metadata: dict[str, Metadata] = {}
         self._latched: dict[int, tuple[int, bytes]] = {}  # last messages of latched topics, which each file repeats
-        self._done: list[Span] = []  # files that are complete and still there
-        self._totals: dict[int, int] = {}  # messages of complete files, by topic
+        self._done: list[tuple[Span, dict[int, int]]] = []  # files that are complete and still there, messages by topic
         self._dropped = 0
         try:
             self._writer = self._open(0)
@@ -182,7 +182,7 @@ class RawLogWriter:
     @property
     def messages(self) -> int:
         """Messages on disk for good."""
-        return sum(self._totals.values()) + sum(self._writer.counts.values())
+        return sum(one.messages for one in self._spans())
 
     @property
     def problem(self) -> str:
@@ -197,7 +197,12 @@ class RawLogWriter:
     @property
     def bytes(self) -> int:
         """Size of the log on disk so far."""
-        return sum(one.bytes for one in self._done) + self._writer.bytes
+        return sum(one.bytes for one in self._spans())
+
+    @property
+    def limited(self) -> bool:
+        """True where the oldest files make room for new ones."""
+        return bool(self._safety.keep)
 
     def add_topic(
         self,
@@ -230,7 +235,7 @@ class RawLogWriter:
         """Describes a topic as it is stored in another log, of any encoding, and returns its number."""
         with self._unbroken, self._lock:
             number = self._writer.register(topic)
-            self._topics[number], self._totals[number], self._stale = topic, 0, True
+            self._topics[number], self._stale = topic, True
         return number
 
     def keep_all(self, topic: int, on: bool) -> None:
@@ -360,8 +365,7 @@ class RawLogWriter:
             self._finish()
         with suppress(LogError):
             before.close()
-        self._done.append(self._span())
-        self._totals = {number: count + before.counts[number] for number, count in self._totals.items()}
+        self._done.append((self._span(), before.counts))
         self._dropped += before.dropped
         self._number, self._began, self._writer = self._number + 1, log_time, following
         for record in self._metadata.values():
@@ -371,7 +375,8 @@ class RawLogWriter:
         for number, (publish_time, data) in self._latched.items():
             self._writer.write(number, log_time, publish_time, data)
         while self._safety.keep and len(self._done) >= self._safety.keep:
-            self._folder.joinpath(self._done.pop(0).path).unlink(missing_ok=True)
+            oldest, _ = self._done.pop(0)
+            self._folder.joinpath(oldest.path).unlink(missing_ok=True)
         return True
 
     def _described(self, counts: Mapping[int, int], spans: list[Span]) -> str:
@@ -380,6 +385,9 @@ class RawLogWriter:
     def _span(self) -> Span:
         writer = self._writer
         return Span(writer.path.name, writer.first_ns, writer.last_ns, sum(writer.counts.values()), writer.bytes)
+
+    def _spans(self) -> list[Span]:
+        return [*(one for one, _ in self._done), self._span()]
 
     def _patience(self):
         return suppress(LogError) if self._safety.patient and not self._closed else nullcontext()
@@ -394,8 +402,10 @@ class RawLogWriter:
         self._stale = False
         if self._folder is None:
             return
-        counts = {number: total + self._writer.counts[number] for number, total in self._totals.items()}
-        information = self._described(counts, [*self._done, self._span()])
+        counts = Counter(self._writer.counts)
+        for _, complete in self._done:
+            counts.update(complete)
+        information = self._described(counts, self._spans())
         target = self._folder / "metadata.yaml"
         try:
             put_whole(target, f"rosbag2_bagfile_information:\n{indent(information, '  ')}".encode())

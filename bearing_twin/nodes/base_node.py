@@ -241,7 +241,7 @@ class BaseNode(Node):
         self._statuses.publish(diagnostics(self.get_clock().now().nanoseconds, name, level, message, values))
 
     def watch_log(self, log, folder: Path, now: float) -> tuple[bytes, str, dict[str, float]]:
-        """Level, sentence ("" if none) and numbers of a log in `folder` with `problem`, `dropped` and `bytes`.
+        """Level, sentence ("" if none) and numbers of a log in `folder` with `problem`, `dropped`, `bytes`, `limited`.
 
         Its growth is that since the last call; `now` is monotonic [s].
         """
@@ -253,13 +253,14 @@ class BaseNode(Node):
         there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         free, since = float(shutil.disk_usage(there).free), now - self._log_at
         rate = max(0.0, (log.bytes - self._log_bytes) / since) if since > 0.0 else 0.0
-        left = free / rate if rate else math.inf
+        left = free / rate if rate and not log.limited else math.inf
         self._log_problem, self._log_bytes, self._log_at = log.problem, log.bytes, now
         self._log_grown += rate > 0.0
         if self._log_grown == MEASURED:
             self._log_grown += 1
             lasts = f"{left / 3600.0:.3g} h" if left < 48 * 3600.0 else f"{left / 86400.0:.3g} days"
-            said = f"an hour of the log takes {size_text(3600.0 * rate)} at this rate, and the disk lasts {lasts}"
+            ends = "of which the newest files are kept" if log.limited else f"and the disk lasts {lasts}"
+            said = f"an hour of the log takes {size_text(3600.0 * rate)} at this rate, {ends}"
             self.get_logger().info(said)
         soon = f"the disk will be full in {left / 60.0:.0f} min at this rate" if left < SOON else ""
         level = ERROR if log.problem else WARN if soon else OK
