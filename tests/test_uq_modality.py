@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.base.errors import StatisticError
-from bearing_twin.uq.modality import critical_bandwidth, modality, mode_numbers, mode_places
-from bearing_twin.uq.statistics import binned, smoothed
+from bearing_twin.uq.statistics import binned, critical_bandwidth, modality, mode_numbers, mode_places, smoothed
 
 ONE_MODE = {
     "gamma": lambda rng, n: rng.gamma(32.4, 1.0, n),

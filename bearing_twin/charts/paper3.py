@@ -15,11 +15,10 @@ from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import Axis, Band, Bars, Line, Map, Panel, Sheet, colour, dashed, shade
 from bearing_twin.charts.scenes import run
 from bearing_twin.pictures import STYLE
-from bearing_twin.uq.modality import modality
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.statistics import kernel_density
+from bearing_twin.uq.statistics import kernel_density, modality
 from bearing_twin.uq.study import load_study
 
 MEAN_ALPHA, DEVIATIONS = 1.138e-4, (2e-5, 4e-5, 6e-5)

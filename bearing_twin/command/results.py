@@ -51,7 +51,7 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     figures, events = _for_people(shown, result)
     duration = in_shown_units(f"{report.simulated_seconds:.6g} s")
     show_text(f"{report.scene or 'log'}: {duration}, law {report.law}, stepper {report.stepper}")
-    left_out = _show_columns(figures, everything=False)
+    omitted = _show_columns(figures, everything=False)
     show_text()
     _show_single(figures)
     _show_events(events)
@@ -62,7 +62,7 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
         computed = in_shown_units(f"{report.compute_seconds:.3g} s")
         rows.append(("computed in", f"{computed}, {report.real_time_factor:.2g} times real time"))
     show_text("\n".join(named_values(rows, width_of_terminal())))
-    more = "further columns, " if left_out else ""
+    more = "further columns, " if omitted else ""
     show_text(f"with --verbose: {more}why this model, costs, errors of the model")
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator, MutableMapping
 from bearing_twin.kinds.contract import Kind
 
 SHIPPED = {  # name of a kind: its row, in its module below this package
-    "bearing": "bearing.row:BEARING",
+    "bearing": "bearing:BEARING",
     "shaft": "shaft:SHAFT",
     "two_spheres": "bodies:TWO_SPHERES",
     "two_discs": "bodies:TWO_DISCS",

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bearing_twin.base.sample import Block
 
 HERTZ_MENDS = "contact.normal: hertz is exact at no more cost"
-METHOD, LAW, BEAM_THEORY, FRICTION_MODEL, LEFT_OUT = "method", "law", "beam_theory", "friction_model", "left_out"
+METHOD, LAW, BEAM_THEORY, FRICTION_MODEL, NOT_MODELLED = "method", "law", "beam_theory", "friction_model", "left_out"
 """Sources of errors: the integration method, by a second run; the elastic law, against exact Hertz at the geometry met;
 the beam theory, against Timoshenko's; the friction model, against friction over the whole contact patch; what is not
 modelled, one sentence each, with a number where one can be computed."""
@@ -87,7 +87,7 @@ class ModelErrors:
         """Errors of the friction model by figure."""
         return {}
 
-    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+    def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of what the model leaves out by figure."""
         return {}
 
@@ -99,7 +99,7 @@ class ModelErrors:
         """The model errors of these figures so far."""
         found: dict[str, dict[str, Any]] = {}
         by_source = {self.law_source: self.law(figures), FRICTION_MODEL: self.friction(figures)}
-        by_source[LEFT_OUT] = self.left_out(figures)
+        by_source[NOT_MODELLED] = self.not_modelled(figures)
         for source, errors in by_source.items():
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error

@@ -30,8 +30,8 @@ from bearing_twin.kinds.error_estimates import (
     LARGE,
     LATER,
     LAW,
-    LEFT_OUT,
     METHOD,
+    NOT_MODELLED,
     Errors,
     ModelError,
     ModelErrors,
@@ -41,7 +41,7 @@ from bearing_twin.run.failure import failure_in
 from bearing_twin.run.second_run import NO_SECOND_RUN, Estimate, OutputError, estimate_of
 
 WORDS = {LAW: "elastic law", BEAM_THEORY: "beam theory", FRICTION_MODEL: "friction model"}
-WORDS[LEFT_OUT] = "what is not modelled"
+WORDS[NOT_MODELLED] = "what is not modelled"
 THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
 FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
 

@@ -9,8 +9,8 @@ Others import
 * `schema`: `schema`, the JSON Schema of scenes and studies.
 * `inputs`: `numeric_keys` and `quantities_of` a kind of scene; inputs as distributions (`read_input`, `Joint`).
 * `propagation`, `realisations`: distributions by change of variable, for pictures (`derive`, `exact_distributions`).
-* `statistics`, `modality`: `histogram`, `kernel_density`, `modality` of a sample.
+* `statistics`: `histogram`, `kernel_density`, `modality` of a sample.
 
 Inside the room: `distributions`, `entropy` (maximum entropy), `sampling` (points of the unit cube), `histories`
-(statistics over time), `model_errors` (realisations checked by a second run), `workers` (processes, Dask).
+(statistics over time), `workers` (processes, Dask).
 """

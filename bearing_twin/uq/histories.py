@@ -10,7 +10,7 @@ import numpy as np
 
 from bearing_twin.base.errors import StatisticError
 from bearing_twin.base.stopping import stop_if_requested
-from bearing_twin.uq.modality import modality
+from bearing_twin.uq.statistics import modality
 
 ROWS, COLUMNS = 1024, 8  # histories and instants taken together
 PROBABILITIES = (0.05, 0.5, 0.95)

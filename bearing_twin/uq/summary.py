@@ -16,11 +16,10 @@ from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import two_digits, unit_for_people, with_unit
 from bearing_twin.run.report import WORDS
 from bearing_twin.uq.histories import history_statistics, narrowing
-from bearing_twin.uq.modality import modality, mode_numbers
 from bearing_twin.uq.propagation import Chaos, Derived, Interpolated
 from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, finite, size_of
 from bearing_twin.uq.sampling import UnitPoints
-from bearing_twin.uq.statistics import MOMENTS, MORE, Estimate, densities_at, estimate
+from bearing_twin.uq.statistics import MOMENTS, MORE, Estimate, densities_at, estimate, modality, mode_numbers
 from bearing_twin.uq.study import Study
 
 PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)

@@ -184,8 +184,8 @@ def _document(
     stream = read_log(path, True, topic, last_run=True, run=run)
     if STUDY_RECORD in stream.metadata:
         return document_of_study(read_study(path))
-    left_out = some_of(_left_out(path, stream))
-    said = [f"Left out, because no kind of scene has such topics: {left_out}."] if left_out else []
+    omitted = some_of(_omitted(path, stream))
+    said = [f"Left out, because no kind of scene has such topics: {omitted}."] if omitted else []
     said += [f"{note[:1].upper()}{note[1:]}." for note in (*stream.notes, stream.run_note) if note]
     if stream.kept_rate:
         said.append(f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
@@ -194,7 +194,7 @@ def _document(
     return viewed.document | {"title": viewed.report.scene or name.stem}
 
 
-def _left_out(path, stream) -> list[str]:
+def _omitted(path, stream) -> list[str]:
     """Topics, with their types, that a node with the log's scene neither publishes nor subscribes to."""
     known = {"samples", "scene"}
     if stream.scene:

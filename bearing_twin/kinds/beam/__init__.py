@@ -8,7 +8,7 @@ HERE = "bearing_twin.kinds.beam"
 
 def quantities() -> dict[str, Quantity]:
     """Quantities of a sphere on a beam that a study may have."""
-    from bearing_twin.kinds.bodies.quantities import impact_quantities
+    from bearing_twin.kinds.bodies import impact_quantities
 
     return {
         **impact_quantities(),

@@ -193,7 +193,7 @@ class BeamModelErrors(ModelErrors):
         peaks = max(found.peak, found.time)
         return peaks if output == "peaks" else max(peaks, found.forces), self.law_mend
 
-    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+    def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""
         sphere, beam, peak = self.parameters.sphere, self.parameters.beam, figures["peak_force_n"]
         width = patch_radius(peak, sphere.radius, self.parameters.modulus)

@@ -11,14 +11,41 @@ each imports earlier ones:
 * `step_control`, `integrate`, `motion`: balls that move;
 * `models`: errors of the model's laws, its choice by rules, warnings;
 * `quantities`, `figures`, `model_error`, `equilibrium_report`: results of runs and equilibria, and their errors;
-* `row`: all of this in the table of kinds; `topics`, `view`, `picture`: what others see of it.
+* `topics`, `view`, `picture`: what others see of it.
+
+`BEARING` is the row in the table of kinds.
 """
 
 import importlib
 
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.contract import Kind, parts_in
+
+BEARING = Kind(
+    name="bearing",
+    help="balls between two grooved raceways, the inner ring turning",
+    parameters=BearingScene,
+    **parts_in(
+        __name__,
+        choose="models:choose",
+        motion="motion:bearing_motion",
+        topics="topics:topics",
+        view="view:view",
+        place_of="outputs:place_of",
+        channels="outputs:channels",
+        figures="figures:BearingFigures",
+        records="accelerometer:tables",
+        meanings="quantities:MEANINGS",
+        model_errors="model_error:BearingErrors",
+        commands="topics:commands",
+        quantities="quantities:quantities",
+        comparison="model_error:BearingComparison",
+        picture="picture:BearingPicture",
+    ),
+)
+
 FACE = {
     # The scene
-    "BearingScene": "parameters: all keys of a scene",
     "Geometry": "parameters: the keys of the section geometry",
     "GIVES": "parameters: what elastic laws may depend on in a bearing",
     "CONTROLS": "rings: raceway controls of balls in equilibrium, with shares of the gyroscopic moment",
@@ -178,7 +205,7 @@ FACE = {
     "skf_torque": "friction_torque: friction torque by SKF",
 }
 
-__all__ = [*FACE]
+__all__ = ["BEARING", "BearingScene", *FACE]
 
 
 def __getattr__(name: str):

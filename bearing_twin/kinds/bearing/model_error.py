@@ -58,7 +58,7 @@ from bearing_twin.kinds.error_estimates import (
     FRICTION_MODEL,
     HERTZ_MENDS,
     LAW,
-    LEFT_OUT,
+    NOT_MODELLED,
     Comparison,
     Errors,
     ModelError,
@@ -241,7 +241,7 @@ def _of_ellipses(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, lis
     return found
 
 
-NOT_MODELLED: dict[str, tuple[Callable[[Any], bool], str]] = {
+MISSING_PHYSICS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "film": (
         lambda parameters: not has_films(parameters),
         "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
@@ -385,14 +385,14 @@ class BearingErrors:
         alike = nearest is not None and abs(nearest.greatest - greatest) <= ALIKE * greatest
         law = law_error(self.parameters, self.choice.law, *self.curvatures, self.load)
         width = half_space_error(self.parameters, _both(figures, "semi_major_{}_m"))
-        left_out = self._of_contacts(figures, width, nearest if alike else None, HALF_SPACE)
+        not_modelled = self._of_contacts(figures, width, nearest if alike else None, HALF_SPACE)
         tilted = self._tilted(figures, nearest.responses[TILT]) if nearest and TILT in nearest.responses else {}
         for key, error in tilted.items():
-            left_out[key] = np.add(left_out[key], error).tolist() if key in left_out else error
+            not_modelled[key] = np.add(not_modelled[key], error).tolist() if key in not_modelled else error
         of_law = {} if law is None else self._of_contacts(figures, np.abs(law), nearest if alike else None, LAW)
         for source, errors in (
             (LAW, of_law),
-            (LEFT_OUT, left_out | self._caged(figures)),
+            (NOT_MODELLED, not_modelled | self._caged(figures)),
             (FRICTION_MODEL, self._friction(figures)),
         ):
             for key, error in errors.items():
@@ -413,7 +413,7 @@ class BearingErrors:
         of_loads = [ModelError(LAW, off * (nearest.kept.get(LAW, 1.0) if alike else 1.0), HERTZ_MENDS)]
         if self.choice.stepper == QUASI_STATIC:
             contacts = scene_equilibrium(self.parameters, self.choice.law).contacts
-            of_loads.append(ModelError(LEFT_OUT, equilibrium_error(contacts), self._smaller_steps))
+            of_loads.append(ModelError(NOT_MODELLED, equilibrium_error(contacts), self._smaller_steps))
         outputs = {"loads": tuple(of_loads)}
         return Errors(found, outputs=outputs, notes=self._notes(), mends=mends, integral_of=SUMS, negligible=negligible)
 
@@ -512,7 +512,7 @@ class BearingErrors:
 
     def _notes(self) -> dict[str, str]:
         """Sentences on errors that are not known, by source and by what is not modelled."""
-        notes = {LEFT_OUT: EQUILIBRIA} if self.choice.stepper == QUASI_STATIC else {}
+        notes = {NOT_MODELLED: EQUILIBRIA} if self.choice.stepper == QUASI_STATIC else {}
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
         model, beyond = FRICTIONS[self.parameters.contact.friction], "not what the motion makes of it, as in roll rates"
@@ -523,4 +523,4 @@ class BearingErrors:
             )
         elif self.choice.stepper != QUASI_STATIC:
             notes[FRICTION_MODEL] = f"errors are those of torque and loss by contact.friction: {model.name}, {beyond}"
-        return notes | {name: words for name, (lacks, words) in NOT_MODELLED.items() if lacks(self.parameters)}
+        return notes | {name: words for name, (lacks, words) in MISSING_PHYSICS.items() if lacks(self.parameters)}

@@ -11,12 +11,12 @@ from itertools import pairwise
 import numpy as np
 
 from bearing_twin.base.sample import Sample
+from bearing_twin.kinds.bearing import BEARING
 from bearing_twin.kinds.bearing.accelerometer import Listener, tables
 from bearing_twin.kinds.bearing.geometry import operating_geometry
 from bearing_twin.kinds.bearing.outputs import RINGS, contact_details, contacts, origins, ring_attitude, wrenches
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.rings import moving_centre
-from bearing_twin.kinds.bearing.row import BEARING
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, SECOND, Command, Output, Topic
 from bearing_twin.kinds.topics import (
     BLUE,

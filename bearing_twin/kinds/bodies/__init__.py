@@ -1,6 +1,6 @@
 """Bodies that collide: spheres and discs on a line, an ellipsoid on a plane, any two bodies with implicit surfaces.
 
-The rows of their kinds in the table of kinds.
+The rows of their kinds in the table of kinds, and the quantities of their studies.
 """
 
 from bearing_twin.kinds.bodies.parameters import (
@@ -10,11 +10,47 @@ from bearing_twin.kinds.bodies.parameters import (
     TwoDiscsScene,
     TwoSpheresScene,
 )
-from bearing_twin.kinds.contract import Kind, parts_in
+from bearing_twin.kinds.contract import Kind, Quantity, lazy_import, parts_in, read_off
 
 
-def _row(name: str, help: str, parameters: type, **parts: str) -> Kind:
-    return Kind(name=name, help=help, parameters=parameters, brief=True, **parts_in(HERE, **parts))
+def impact_quantities(**closed) -> dict[str, Quantity]:
+    """Quantities of any impact; closed forms by the quantity's name."""
+    rows = {
+        "contact_duration": Quantity("s", "total time in contact", read_off("contact_duration_s")),
+        "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
+        "greatest_approach": Quantity("m", "greatest mutual approach", read_off("greatest_approach_m")),
+        "impulse": Quantity("N s", "of the contact force, over all contacts", read_off("impulse_ns")),
+        "restitution": Quantity("1", "relative speed away over relative speed before", read_off("restitution")),
+    }
+    return {name: row._replace(closed=closed.get(name)) for name, row in rows.items()}
+
+
+def pair_quantities(forms: str) -> dict[str, Quantity]:
+    """Quantities of two spheres or discs, with closed forms of a module of `contact`.
+
+    They are handed (law or coefficient, reduced mass, speed).
+    """
+    closed = {"contact_duration": "contact_time", "peak_force": "peak_force", "greatest_approach": "greatest_approach"}
+    return impact_quantities(
+        **{name: lazy_import(f"bearing_twin.contact.{forms}:{function}") for name, function in closed.items()},
+        impulse=lambda _, reduced_mass, speed: 2.0 * reduced_mass * speed,
+    )
+
+
+SPHERE_QUANTITIES, DISC_QUANTITIES = pair_quantities("hertz_impact"), pair_quantities("line")
+ELLIPSOID_QUANTITIES = {
+    **{name: row for name, row in impact_quantities().items() if name != "impulse"},
+    "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
+    "peak_pressure": Quantity("Pa", "greatest Hertz pressure", read_off("peak_pressure_pa")),
+    "dissipated_viscous": Quantity("J", "lost to damping", read_off("dissipated_viscous_j")),
+    "dissipated_friction": Quantity("J", "lost to friction", read_off("dissipated_friction_j")),
+}
+PAIR_QUANTITIES = ELLIPSOID_QUANTITIES | {"held_work": Quantity("J", "done on held bodies", read_off("held_work_j"))}
+
+
+def _row(name: str, help: str, parameters: type, quantities, **parts: str) -> Kind:
+    row = {"name": name, "help": help, "parameters": parameters, "quantities": quantities}
+    return Kind(brief=True, **row, **parts_in(HERE, **parts))
 
 
 OF_IMPACT = {
@@ -35,7 +71,7 @@ TWO_SPHERES = _row(
     choose="models:choose_spheres",
     motion="impact:spheres",
     model_errors="model_errors:SphereErrors",
-    quantities="quantities:SPHERE_QUANTITIES",
+    quantities=lambda: SPHERE_QUANTITIES,
     topics="display:sphere_topics",
     **OF_IMPACT,
 )
@@ -46,7 +82,7 @@ TWO_DISCS = _row(
     choose="models:choose_discs",
     motion="impact:discs",
     model_errors="model_errors:DiscErrors",
-    quantities="quantities:DISC_QUANTITIES",
+    quantities=lambda: DISC_QUANTITIES,
     topics="display:disc_topics",
     **OF_IMPACT,
 )
@@ -58,7 +94,7 @@ ELLIPSOID_ON_PLANE = _row(
     channels="motion:ELLIPSOID_CHANNELS",
     records="figures:OF_ELLIPSOID",
     meanings="figures:MEANINGS_OF_ELLIPSOID",
-    quantities="quantities:ELLIPSOID_QUANTITIES",
+    quantities=lambda: ELLIPSOID_QUANTITIES,
     topics="display:ellipsoid_topics",
     **OF_BOUNCING,
 )
@@ -70,7 +106,7 @@ TWO_BODIES = _row(
     channels="motion:PAIR_CHANNELS",
     records="figures:OF_PAIR",
     meanings="figures:MEANINGS_OF_PAIR",
-    quantities="quantities:PAIR_QUANTITIES",
+    quantities=lambda: PAIR_QUANTITIES,
     topics="display:body_topics",
     **OF_BOUNCING,
 )

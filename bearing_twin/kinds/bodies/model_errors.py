@@ -150,7 +150,7 @@ class SphereErrors(PairErrors):
         """Error of the law, as large as that of the peaks."""
         return self._share, HERTZ_MENDS
 
-    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+    def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of a sphere's shape, (a / R)^2 of the load, and the energy lost to vibration."""
         first, second = self.parameters.first, self.parameters.second
         if not figures["peak_force_n"]:
@@ -247,7 +247,7 @@ class BouncingErrors(ModelErrors):
         changed = {key: model.error * abs(figures[key]) for key in along}
         return {"dissipated_friction_j": lost, "energy_end_j": lost} | changed
 
-    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+    def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Restitution lost to waves in the plane in the first bounce, as of a sphere; of two bodies not known."""
         first = next(iter(figures["contacts"]), None)
         if self._pair or first is None or not first["impulse_ns"] or first["restitution"] is None:

@@ -24,7 +24,14 @@ from bearing_twin.kinds.bearing import (
     setting_of,
 )
 from bearing_twin.kinds.contract import adds_up
-from bearing_twin.kinds.error_estimates import HERTZ_MENDS, LEFT_OUT, Comparison, Errors, ModelErrors, with_tolerance
+from bearing_twin.kinds.error_estimates import (
+    HERTZ_MENDS,
+    NOT_MODELLED,
+    Comparison,
+    Errors,
+    ModelErrors,
+    with_tolerance,
+)
 from bearing_twin.kinds.shaft.equilibrium import loads_of, modes_of, rotor_of, solver_of, speeds_of, weighed_support
 from bearing_twin.kinds.shaft.motion import FINEST, SETTING, balance_errors, law_error
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene
@@ -340,7 +347,7 @@ class ShaftModelErrors(ModelErrors):
         """At most what the coefficient of a contact is wrong by."""
         return law_error(self.parameters, self.choice.law), HERTZ_MENDS
 
-    def left_out(self, figures: Mapping[str, Any]) -> dict[str, float]:
+    def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of equilibria, as measured against the motion of balls, and of the half-space."""
         still = self._balance_errors()
         if not still:
@@ -384,7 +391,7 @@ class ShaftModelErrors(ModelErrors):
     def notes(self) -> dict[str, str]:
         """Sources that the errors do not contain."""
         speed = f"at {self._fastest:.4g} rad/s, as commanded, nothing carries the scene's own loads: what equilibria "
-        unknown = {} if self._balance_errors() else {LEFT_OUT: f"{speed}leave out is not known"}
+        unknown = {} if self._balance_errors() else {NOT_MODELLED: f"{speed}leave out is not known"}
         return unknown | {
             "balls": "skidding, friction, forces on the cages and the balls' own ringing, above about 1 kHz, are not "
             "computed",
