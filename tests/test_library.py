@@ -123,6 +123,8 @@ def test_a_block_gives_rows_by_number_and_channels_by_name():
     block = next(simulate("two_spheres").blocks())
     assert np.array_equal(block["normal_load"], [sample["normal_load"] for sample in block])
     assert block[-1].sequence == len(block) - 1
+    assert "normal_load" in block[0]
+    assert "normal_lod" not in block[0]
     for holder in (block, block[0]):
         with pytest.raises(KeyError, match=r"^there is no channel 'normal_lod'; did you mean normal_load") as refused:
             holder["normal_lod"]

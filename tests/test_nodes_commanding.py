@@ -61,6 +61,7 @@ def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing():
         (wrench((0.0, -10.0, 0.0), (0.5, 0.0, 0.0)), r"torque\[0\] = 0.5 N m acts on a coordinate"),
         (wrench((0.0, -10.0, 0.0), (0.0, 0.0, 1.0)), "about z is the drive's"),
         (wrench((0.0, -1e5, 0.0)), "through the balls: .* the greatest in this direction is a load of"),
+        (wrench((1e30, 0.0, 0.0)), r"through the balls: .* is a load of \([0-9.e+]+, 0, 0\) N"),
     )
     for message, words in refused:
         with pytest.raises(BearingTwinError, match="command/load refused: .*" + words) as error:

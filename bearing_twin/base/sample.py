@@ -140,6 +140,9 @@ class Sample:
     def __getitem__(self, channel: str) -> np.ndarray:
         return self.values[channel]
 
+    def __contains__(self, channel: str) -> bool:
+        return channel in self.values
+
     def __repr__(self) -> str:
         return f"Sample {self.sequence} at {1e-9 * self.time_ns:.9g} s: {', '.join(self.values)}"
 

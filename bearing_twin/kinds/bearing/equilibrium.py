@@ -164,6 +164,7 @@ def limits_used(ball_radius, load, approach, angle) -> tuple[np.ndarray, np.ndar
 
 
 SOFT = 1e-9  # of the greatest stiffness: what is softer counts as not held
+NOISE = 1e-12  # of the greatest component: below it a component of a load is shown as 0
 LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
 COARSE, HALVINGS, UNFOUND = 8.0, 14, 4  # for the greatest load: steps down, halvings, as how many a slow one counts
 CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
@@ -377,7 +378,9 @@ def _what_acts(support: Support, share: float = 1.0) -> str:
         ("a misalignment", "rad", support.held, slice(3, 5), False),
     ):
         if any(value and bool(free) is counts for value, free in zip(values[part], support.free[part], strict=True)):
-            rows.append(f"{words} of ({', '.join(f'{share * value:.4g}' for value in values[part])}) {unit}")
+            least = NOISE * max(map(abs, values[part]))
+            shown = (f"{share * value if abs(value) > least else 0.0:.4g}" for value in values[part])
+            rows.append(f"{words} of ({', '.join(shown)}) {unit}")
     return " with ".join(rows) or "no load"
 
 
