@@ -82,7 +82,7 @@ _ROWS = (
     ),
     FrictionModel(
         name="spot",
-        help="over the spot that slides and spins, by 6 x 16 points, or 12 where its rim is slow by its spin",
+        help="over the contact patch that slides and spins, by 6 x 16 points, or 12 where its rim is slow by its spin",
         needs=("ellipse",),
         formula="quadrature",
         error=COARSE_ERROR,
@@ -106,7 +106,7 @@ _ROWS = (
     ),
     FrictionModel(
         name="pade1",
-        help="over the spot in closed form by quotients of first degree (Zhuravlev): rough where sliding meets spin",
+        help="over the patch in closed form by quotients of first degree (Zhuravlev): rough where sliding meets spin",
         needs=("ellipse",),
         formula="pade1",
         error=PADE1_ERROR,
@@ -138,7 +138,7 @@ def roughness(friction: FrictionModel) -> list[str]:
         return []
     return [
         f"the friction {friction.name} is up to {100.0 * friction.error:.2g} % off where sliding and spin are alike; "
-        "spot is closer"
+        "patch is closer"
     ]
 
 

@@ -54,7 +54,7 @@ STORY = {
 }
 GENERAL = (
     "Press play: balls roll and cage and ring move, displacements drawn larger; drag the picture to turn it.",
-    "The arrows are the loads on the balls, the spots their contact ellipses, coloured by pressure.",
+    "The arrows are the loads on the balls, the ellipses their contacts, coloured by pressure.",
     "Click a ball to see its contacts; click a curve to go to that time, drag across it to look closer.",
 )
 """Three sentences on what to look at; some scenes have their own."""

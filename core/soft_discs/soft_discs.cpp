@@ -135,7 +135,7 @@ CORE_INLINE Tensor volume_stress(const Moduli &moduli, const Tensor &h, const Pa
 constexpr int MOST_SIDE = 5, MOST_POINTS = 2 * MOST_SIDE * MOST_SIDE;  // nodes along an element, Gauss points
 using LoosePack = double __attribute__((vector_size(8 * LANES), aligned(8)));  // as arrays of Python have them
 
-// As Python hands it over (`_HalfDisc` of kinds/soft_discs/solve.py). An element has `side` squared nodes and two sets of Gauss
+// As Python hands it over (`_HalfDisc` of kinds/soft_discs/motion.py). An element has `side` squared nodes and two sets of Gauss
 // points: `full` squared for the part with the shear modulus, `reduced` squared for Lame's first parameter; nodes and points
 // count along the first direction fastest. The last of the `nodes` is none: it takes what lanes without an element give.
 // Arrays: `across`, `height`, `mass` (nodes,); `node` (blocks, side squared, LANES); `value` and `slope` of the Lagrange

@@ -403,7 +403,7 @@ class BearingErrors:
         if self.choice.stepper == QUASI_STATIC:
             mends[FRICTION_MODEL] = self._smaller_steps
         elif not FRICTIONS[self.parameters.contact.friction].over_patch:
-            mends[FRICTION_MODEL] = "set contact.friction: spot, which computes the friction of spin"
+            mends[FRICTION_MODEL] = "set contact.friction: patch, which computes the friction of spin"
         # What is left for the ring is a difference of loads, each with an error of the tolerance.
         tolerance = self.parameters.wanted.tolerance
         least, torque = tolerance * greatest, tolerance * (figures.get("catalogue_drive_torque_nm") or 0.0)
@@ -519,7 +519,7 @@ class BearingErrors:
         if not model.over_patch:
             notes[FRICTION_MODEL] = (
                 "contact.friction: point has no friction of spin: errors are the torque and loss that it would add, "
-                f"{beyond}; contact.friction: spot computes it"
+                f"{beyond}; contact.friction: patch computes it"
             )
         elif self.choice.stepper != QUASI_STATIC:
             notes[FRICTION_MODEL] = f"errors are those of torque and loss by contact.friction: {model.name}, {beyond}"

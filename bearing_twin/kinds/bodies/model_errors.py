@@ -264,6 +264,6 @@ class BouncingErrors(ModelErrors):
         if contact.friction_coefficient and not FRICTIONS[contact.friction].over_patch:
             found[FRICTION_MODEL] = (
                 "contact.friction: point has no friction of spin about the normal; set "
-                "contact.friction: spot, which computes it"
+                "contact.friction: patch, which computes it"
             )
         return found | {"vibration": "bodies are rigid outside their contact: waves are not modelled"}
