@@ -1,6 +1,5 @@
 """A second run gives the error of the run that is given out, and changes nothing of it."""
 
-import json
 import threading
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 
 from bearing_twin.base.errors import Interrupted
 from bearing_twin.base.stopping import Halt
-from bearing_twin.command import cli
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.second_run import SECOND_RUN, Differences
@@ -63,17 +61,6 @@ def test_no_figure_depends_on_the_check():
     assert all(without.errors.get(key) is None for key in known)
     assert without.errors["wanted_errors"]["loads"]["error"] is None
     assert "none" in without.errors["errors_unknown"]["method"]
-
-
-def test_report_and_verify_of_a_log_agree_with_the_run(tmp_path, capsys):
-    log = tmp_path / "run.mcap"
-    assert cli.main(["simulate", "bearing_6203", "--duration", "0.05", "--json", "--out", str(log)]) == 0
-    reported = json.loads(capsys.readouterr().out)
-    assert cli.main(["report", str(log), "--json"]) == 0
-    again = json.loads(capsys.readouterr().out)
-    assert {key: value for key, value in reported.items() if again.get(key) != value}.keys() == set()
-    assert cli.main(["verify", str(log), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["greatest_deviation"] == 0.0
 
 
 @pytest.mark.parametrize(("former", "today"), [("on", SECOND_RUN), ("off", "none")])
