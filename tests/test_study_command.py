@@ -136,7 +136,7 @@ def test_the_list_names_every_study_and_quantity(capsys):
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, capsys):
-    """A lognormal contact time, as that of `bearing_twin chart coverage`: the std is held in 85 to 92 %."""
+    """A lognormal contact time, as that of `bearing_twin chart coverage`: the std is held in 91 to 95 %."""
     wide = "inputs.contact.measured_alpha={distribution: lognormal, mean_log: -9.1, std_log: 1.0}"
     words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0"]
     found = asked(capsys, *words)["quantities"]["contact_duration"]

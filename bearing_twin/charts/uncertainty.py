@@ -5,6 +5,7 @@ measured alpha, it is a gamma variable; with lognormal inputs it is a lognormal 
 closed forms. Every run is a public study.
 """
 
+import dataclasses
 import functools
 import math
 
@@ -12,10 +13,10 @@ import numpy as np
 from scipy import stats
 
 from bearing_twin.charts.contest import LEAST, Contest, of_methods, of_problem, timed
-from bearing_twin.charts.panels import Axis, Band, Line, Panel, colour, curve, shade
+from bearing_twin.charts.panels import CROSS, Axis, Band, Line, Panel, colour, curve, shade
 from bearing_twin.charts.rows import DONE
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study import parse_study
+from bearing_twin.uq.study import Study, parse_study
 
 SPEED, ALPHA = 20.0, 1.138e-4
 POWERS = {  # of the contact time in each input, with its coefficient of variation, mean, and the keys that follow it
@@ -41,13 +42,14 @@ def truth_of(problem: str):
         return stats.lognorm(spread, scale=ALPHA * math.exp(-0.5 * spread**2) * SPEED**-0.2)
     variances = {key: math.log1p(share**2) for key, (_, share, _, _) in POWERS.items()}
     spread = math.sqrt(sum(row[0] ** 2 * variances[key] for key, row in POWERS.items()))
-    at_means = found("four", "random", 2, 1)["at_mean_inputs"]
+    at_means = found(study_of("four", "random", 2.0), 1)["at_mean_inputs"]
     medians = math.exp(sum(-0.5 * row[0] * variances[key] for key, row in POWERS.items()))
     return stats.lognorm(spread, scale=at_means * medians)
 
 
-def found(problem: str, method: str, samples: float, seed: int) -> dict:
-    """The summary of the contact time of a study."""
+@functools.lru_cache(maxsize=1)
+def study_of(problem: str, method: str, samples: float) -> Study:
+    """The study of a problem by a method and so many samples."""
     if problem in ONE_INPUT:
         name, deviation = ONE_INPUT[problem]
         inputs = {"contact.measured_alpha": {"distribution": name, "mean": ALPHA, "std": deviation}}
@@ -59,9 +61,14 @@ def found(problem: str, method: str, samples: float, seed: int) -> dict:
     by = {"method": method}
     if method in SAMPLERS:
         by = {"method": "ensemble", "sampler": method, "samples": int(samples)}
-    words = {"quantities": ["contact_duration"], "modality": "no", "checks": 0, "seed": seed, "workers": 1}
-    study = parse_study({"scene": "two_spheres", "inputs": inputs, **words, **by}, "chart")
-    return run_study(study).summary["quantities"]["contact_duration"]
+    words = {"quantities": ["contact_duration"], "modality": "no", "checks": 0, "workers": 1}
+    return parse_study({"scene": "two_spheres", "inputs": inputs, **words, **by}, "chart")
+
+
+def found(study: Study, seed: int) -> dict:
+    """The summary of the contact time of a study with this seed."""
+    seeded = dataclasses.replace(study, settings=dataclasses.replace(study.settings, seed=seed))
+    return run_study(seeded).summary["quantities"]["contact_duration"]
 
 
 SIZES = tuple(float(32 * 4**power) for power in range(7))
@@ -71,10 +78,8 @@ SEEDS = 15
 def judge_sampler(problem: str, method: str, setting: float, _: float) -> dict:
     """A method at one size, by several seeds: medians and quartiles of the errors of mean and deviation."""
     truth, seeds = truth_of(problem), range(1, SEEDS + 1) if method in SAMPLERS else (1,)
-    runs, cost = (
-        [found(problem, method, setting, seed) for seed in seeds],
-        timed(lambda: found(problem, method, setting, 1)),
-    )
+    study = study_of(problem, method, setting)
+    runs, cost = [found(study, seed) for seed in seeds], timed(lambda: found(study, 1))
     row = dict(cost[1])
     for name, key, true in (("mean", "mean", truth.mean()), ("deviation", "std", truth.std())):
         low, middle, high = np.quantile([abs(one[key] / true - 1.0) for one in runs], (0.25, 0.5, 0.75)).tolist()
@@ -134,17 +139,19 @@ def sampler_reading(contest, rows):
 
 
 STATISTICS = {"mean": "mean", "deviation": "std", **{f"quantile {p}": p for p in ("0.05", "0.50", "0.95")}}
-STUDIES, CLOSE, WIDE = 600.0, 0.93, 0.97  # studies of a cell; coverage between which an interval is what it says
+CLOSE, WIDE = 0.93, 0.97  # coverage between which an interval is what it says
+STUDIES = 1500.0  # of a cell: of a coverage of 95 % so many show less than CLOSE or more than WIDE once in 2800 cells
+MARKED = 0.9  # share of studies
 COUNTS = (128.0, 512.0, 2048.0)
 
 
 def judge_coverage(problem: str, method: str, samples: float, studies: float) -> dict:
     """In how many of so many studies the interval of each statistic holds the true value, and is marked unsafe."""
-    truth = truth_of(problem)
+    truth, study = truth_of(problem), study_of(problem, method, samples)
     exact = {"mean": truth.mean(), "std": truth.std(), **{p: truth.ppf(float(p)) for p in ("0.05", "0.50", "0.95")}}
     held, unsafe = dict.fromkeys(STATISTICS, 0.0), dict.fromkeys(STATISTICS, 0.0)
     for seed in range(int(studies)):
-        one = found(problem, method, samples, seed)
+        one = found(study, seed)
         for name, key in STATISTICS.items():
             low, high = one.get(f"{key}_interval") or [one["quantiles"][key][end] for end in ("low", "high")]
             held[name] += (low is None or low <= exact[key]) and (high is None or exact[key] <= high)
@@ -154,42 +161,52 @@ def judge_coverage(problem: str, method: str, samples: float, studies: float) ->
     return {"error": abs(min(shares.values()) - 0.95), **shares, **marked}
 
 
+def is_marked(row, statistic: str) -> bool:
+    """True where nearly all studies of a row mark the interval of the statistic as unsafe."""
+    return float(row.more.get(f"{statistic} marked unsafe") or 0.0) >= MARKED
+
+
 def coverage_panels(contest, rows):
     """A panel a statistic: coverage over the number of samples, a colour a sampler, dashes a problem."""
     good, panels = [row for row in rows if row.status == DONE], []
     ends = [min(row.setting for row in good), max(row.setting for row in good)]
-    least = min([0.8, *(row.more[name] for row in good for name in STATISTICS)])
+    least = min([0.9, *(row.more[name] for row in good for name in STATISTICS)])
     across = Axis("samples", log=True, limits=(0.7 * ends[0], 1.4 * ends[1]))
-    up = Axis("share of studies that hold the true value", limits=(0.1 * int(10.0 * least), 1.0))
+    up = Axis("share of studies that hold the true value", limits=(0.05 * int(20.0 * least), 1.0))
     for statistic in STATISTICS:
         parts = [Band("93 to 97 %", ends, [CLOSE] * 2, [WIDE] * 2, {"color": "#71808c", "alpha": 0.25})]
         for dashes, problem in zip(("-", "--", ":"), contest.problems, strict=True):
             for number, (method, mine) in enumerate(of_methods(of_problem(good, problem)).items()):
                 look = {**colour(number), "linestyle": dashes, "marker": "o", "markersize": 5, "clip_on": False}
-                shares = [row.more[statistic] for row in mine]
-                parts.append(
-                    Line(f"{method.replace('_', ' ')}, {problem}", [row.setting for row in mine], shares, look)
-                )
+                name, shares = f"{method.replace('_', ' ')}, {problem}", [row.more[statistic] for row in mine]
+                parts.append(Line(name, [row.setting for row in mine], shares, look))
+                unsafe = [(row.setting, row.more[statistic]) for row in mine if is_marked(row, statistic)]
+                if unsafe:
+                    parts.append(Line(f"{name}, unsafe", *np.transpose(unsafe), {**look, **CROSS}, False))
         panels.append(Panel(statistic, across, up, parts))
     return [panels[:2], panels[2:]]
 
 
 def coverage_reading(contest, rows):
-    """Coverage by problem, and which cells hold less, marked or not."""
+    """Coverage by problem, and the cells that hold less or more than they say."""
+
     for problem, title in contest.problems.items():
         cells = [(row, name, row.more[name]) for row in of_problem(rows, problem, DONE) for name in STATISTICS]
         if not cells:
             continue
         shares, low = [one[2] for one in cells], [one for one in cells if one[2] < CLOSE]
-        bare = [one for one in low if float(one[0].more.get(f"{one[1]} marked unsafe") or 0.0) < 0.9]
-        words = ", ".join(
-            f"{name} by {row.setting:.0f} {row.method} samples ({share:.1%})" for row, name, share in bare
-        )
-        wide = sum(share > WIDE for share in shares)
+        words = [
+            f"{len(found)} {what} ({', '.join(f'{name} by {row.setting:.0f} {row.method}' for row, name, _ in found)})"
+            for what, found in (
+                (f"below {CLOSE:.0%}, marked unsafe", [one for one in low if is_marked(*one[:2])]),
+                (f"below {CLOSE:.0%}, not marked", [one for one in low if not is_marked(*one[:2])]),
+                (f"above {WIDE:.0%}", [one for one in cells if one[2] > WIDE]),
+            )
+            if found
+        ]
         yield (
-            f"{title}: intervals hold the true value in {min(shares):.0%} to {max(shares):.0%} of the studies; "
-            f"{len(low)} of {len(cells)} cells hold less than {CLOSE:.0%}, {len(low) - len(bare)} of them marked unsafe"
-            f"{', not marked: ' + words if words else ''}; {wide} hold more than {WIDE:.0%}."
+            f"{title}: intervals hold the true value in {min(shares):.1%} to {max(shares):.1%} of the studies; of "
+            f"{len(cells)} cells {'; '.join(words) or 'none outside 93 to 97%'}."
         )
 
 

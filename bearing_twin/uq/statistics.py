@@ -4,13 +4,15 @@ A sample is an array (n,) in the unit of the quantity; NaN marks a failed realis
 
 * of mean and standard deviation from the scatter of their influence functions (for the standard deviation this is the
   standard error sigma sqrt((kurtosis - 1)/(4 n))): over independent points, or between the means over `replicates`
-  interleaved randomisations (`sampling`). Student's t is corrected for skewness by Hall's cubic;
+  interleaved randomisations (`sampling`). Student's t is corrected for skewness by Hall's cubic, and has the degrees of
+  freedom that the kurtosis leaves to the variance (Satterthwaite);
 * of quantiles from order statistics, between which is interpolated, and the binomial distribution, which needs no
-  density; from replicates that hold FAR_OUT points beyond the quantile, from the scatter between these.
+  density; from replicates by Student's t between their quantiles. Where these rest on the outermost points of each
+  their mean is biased, and the binomial interval of their median is taken.
 
 The skewness has no interval: its influence function grows as z^3, and 95 % intervals of it held the true value in 14 to
-95 % of studies. `bearing_twin chart coverage` measures the others; where a few points far out decide, coverage is less
-than 95 %, and `safe` is False.
+95 % of studies. `bearing_twin chart coverage` measures the others; where a few points far out decide, coverage may be
+less than 95 %, and `safe` is False.
 
 `modality` counts the modes of a sample, with a p-value, by Silverman's test with the critical bandwidth: B. W.
 Silverman, Using kernel density estimates to investigate multimodality, J. R. Statist. Soc. B 43 (1981). The critical
@@ -30,7 +32,6 @@ with which a share CLEAR of the draws allowed has more modes (J. Besag, P. Cliff
 Biometrika 78 (1991)). The number of modes, and p-values below CLEAR, are those of all draws, to the bit.
 """
 
-import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -38,7 +39,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import fft, stats
 from scipy.optimize import brentq
-from scipy.special import betainc
+from scipy.special import bdtrik, ndtri, stdtrit
 
 from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.stopping import stop_if_requested
@@ -46,10 +47,8 @@ from bearing_twin.uq.inputs import Joint
 
 MOMENTS = ("mean", "std", "skewness")
 FEWEST = {"mean": 2, "std": 4, "skewness": 8, "quantile": 1}  # samples
-FEWEST_EFFECTIVE = {"mean": 8.0, "std": 12.0}  # samples over kurtosis of the influence, below which it is unsafe
-HEAVIEST = 50.0  # kurtosis of the influence, above which intervals from replicates are unsafe
-FAR_OUT = 3.0  # points of a replicate beyond a quantile
-WIDER = 1.15  # of intervals from replicates, whose skewness is that of a few numbers
+FEWEST_DEGREES = 24.0  # of freedom of a sample's variance, below which its intervals are unsafe
+FAR_OUT = 3.0  # points of a replicate beyond a quantile, with which its estimates are nearly symmetric
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
 TOO_FEW, MORE = "samples are too few", "take 64 or more"  # which give every statistic, by any sampler
@@ -97,19 +96,22 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
     """
     stop_if_requested()
     every = np.ascontiguousarray(sample, float)
-    good = np.isfinite(every)
-    kept = every if good.all() else every[good]
+    parts = _finite_parts(every, replicates)
+    kept, fewest = every[np.isfinite(every)] if replicates > 1 else parts[0], min(map(len, parts))
     name = statistic if statistic in MOMENTS else "quantile"
-    fewest = min(np.count_nonzero(good[first::replicates]) for first in range(replicates))
     if len(kept) < FEWEST[name] * replicates or (replicates > 1 and fewest < 2):
         raise StatisticError(f"{len(kept)} {TOO_FEW}; {MORE}")
     if name == "quantile":
-        if replicates == 1 or fewest * min(statistic, 1.0 - statistic) < FAR_OUT:
+        beyond = fewest * min(statistic, 1.0 - statistic)
+        if replicates == 1 or beyond < 0.5:
             return _quantile(kept, statistic)
-        # Hazen's rule suits evenly spread points; of all points at once it would lose the even spread.
-        parts = (every[first::replicates][good[first::replicates]] for first in range(replicates))
-        found = np.array([np.quantile(part, statistic, method="hazen") for part in parts])
-        return interval(float(found.mean()), found - found.mean(), replicates)
+        # Of all points at once it would lose their even spread.
+        found = np.array([_of_even_points(part, statistic) for part in parts])
+        if beyond < FAR_OUT:
+            return _quantile(found, 0.5)
+        value, error = float(found.mean()), float(found.std(ddof=1)) / math.sqrt(replicates)
+        half = error * float(stdtrit(replicates - 1, 1.0 - TAIL))
+        return Estimate(value, value - half, value + half)
     mean, std = float(np.mean(kept)), float(np.std(kept))
     if name == "mean":
         value, influence = mean, kept - mean
@@ -122,30 +124,46 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
     else:
         z = (kept - mean) / std
         return Estimate(float(np.mean(z * z * z)), -math.inf, math.inf)
-    if replicates > 1:
-        influence, found = np.full(len(every), np.nan), influence
-        influence[good] = found
-    return interval(value, influence, replicates, FEWEST_EFFECTIVE[name])
+    if len(kept) < len(every):
+        found, influence = influence, np.full(len(every), np.nan)
+        influence[np.isfinite(every)] = found
+    return interval(value, influence, replicates)
 
 
-def interval(value: float, influence: np.ndarray, replicates: int = 1, least: float = 0.0) -> Estimate:
+def _finite_parts(values: np.ndarray, replicates: int) -> list[np.ndarray]:
+    """The finite values of each replicate."""
+    finite = np.isfinite(values)
+    if finite.all():
+        return [values[first::replicates] for first in range(replicates)]
+    return [values[first::replicates][finite[first::replicates]] for first in range(replicates)]
+
+
+def interval(value: float, influence: np.ndarray, replicates: int = 1) -> Estimate:
     """The interval of a statistic from its influence function (n,), NaN where a point failed, with mean 0.
 
     P. Hall, On the removal of skewness by transformation, J. R. Stat. Soc. B 54 (1992): with g the skewness,
-    T + g T^2/3 + g^2 T^3/27 + g/(6 n) is nearly Student's t. Unsafe below `least` effective points n / kurtosis and,
-    for replicates, above a kurtosis of HEAVIEST. Raises StatisticError where all points of one replicate failed.
+    T + g T^2/3 + g^2 T^3/27 + g/(6 n) is nearly Student's t. F. E. Satterthwaite, Biometrics Bulletin 2 (1946): a
+    variance that scatters as a chi-squared one has its degrees of freedom; with the kurtosis k these are
+    2 n/(k - (n - 3)/(n - 1)), n - 1 of normal points. The mean of a replicate errs by its few points far out, but a few
+    replicates do not show their kurtosis: half of their number is left to them, as with a kurtosis of 4.7.
+
+    Unsafe where the sample leaves less than FEWEST_DEGREES. Raises StatisticError where all points of one replicate
+    failed.
     """
     stop_if_requested()
-    good = np.isfinite(influence)
-    kept = influence if good.all() else influence[good]
+    parts = _finite_parts(influence, replicates)
+    if not all(map(len, parts)):
+        raise StatisticError(f"each of the {replicates} replicates needs a sample at least; {MORE}")
+    kept = np.concatenate(parts) if replicates > 1 else parts[0]
     square = kept * kept
     variance = float(np.mean(square))
-    heavy = float(np.mean(square * square)) / variance**2 if variance > 0.0 else 0.0
-    safe = heavy * least <= len(kept) and (replicates == 1 or heavy <= HEAVIEST)
+    if variance == 0.0:
+        return Estimate(value, value, value)
+    count, kurtosis = len(kept), float(np.mean(square * square)) / variance**2
+    degrees = min(2.0 * count / (kurtosis - (count - 3.0) / (count - 1.0)), count - 1.0)
+    safe = degrees >= FEWEST_DEGREES
     if replicates > 1:
-        parts = [influence[first::replicates][good[first::replicates]] for first in range(replicates)]
-        if not all(map(len, parts)):
-            raise StatisticError(f"each of the {replicates} replicates needs a sample at least; {MORE}")
+        degrees = 1.0 / (1.0 / degrees + 2.0 / replicates)
         kept = np.array([part.mean() for part in parts])
         kept -= kept.mean()
         square = kept * kept
@@ -154,7 +172,7 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1, least: fl
         return Estimate(value, value, value, safe)
     count, spread = len(kept), math.sqrt(variance)
     skewness = float(np.mean(square * kept)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
-    score = _student(count - 1) / math.sqrt(count) * (WIDER if replicates > 1 else 1.0)
+    score = float(stdtrit(degrees, 1.0 - TAIL)) / math.sqrt(count)
     error, a = spread * math.sqrt(count / (count - 1.0)), skewness / 3.0
     ends = [one - 0.5 * a / count for one in (score, -score)]
     if abs(a) > 1e-8:  # the inverse of T + a T^2 + a^2 T^3/3
@@ -162,40 +180,36 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1, least: fl
     return Estimate(value, *(value - error * one for one in ends), safe)
 
 
-@functools.lru_cache(maxsize=256)  # SciPy's ppf takes longer than all the rest of an interval
-def _student(freedom: int) -> float:
-    return float(stats.t.ppf(1.0 - TAIL, freedom))
-
-
-@functools.lru_cache(maxsize=256)
-def _ranks(count: int, probability: float) -> tuple[float, float]:
-    """Ranks of the order statistics that bound a quantile with CONFIDENCE, split evenly; below 1 or above n: open.
+def _quantile(sample: np.ndarray, probability: float) -> Estimate:
+    """A quantile of independent points and its interval between two order statistics, open where the ranks go beyond.
 
     A. D. Hutson, Calculating nonparametric confidence intervals for quantiles using fractional order statistics,
-    J. Appl. Stat. 26 (1999): P(X_(r) < quantile) = I_p(r, n + 1 - r), solved for real r. Whole ranks cover up to 99 %.
+    J. Appl. Stat. 26 (1999): P(X_(r) < quantile) = I_p(r, n + 1 - r), the binomial distribution at r - 1, solved for
+    real r. Whole ranks cover up to 99 %.
     """
-
-    def root(share: float) -> float:
-        def excess(rank):
-            return betainc(rank, count + 1.0 - rank, probability) - share
-
-        if excess(1.0) <= 0.0 or excess(float(count)) >= 0.0:
-            return 0.0 if excess(1.0) < 0.0 else count + 1.0
-        return brentq(excess, 1.0, float(count))
-
-    return min(root(1.0 - TAIL), float(count)), max(root(TAIL), 1.0)
-
-
-def _quantile(sample: np.ndarray, probability: float) -> Estimate:
-    count, (below, above) = len(sample), _ranks(len(sample), probability)
+    count = len(sample)
     ordered = sample if np.all(sample[1:] >= sample[:-1]) else np.sort(sample)
+    below, above = (1.0 + bdtrik((TAIL, 1.0 - TAIL), count, probability)).tolist()
 
     def at(rank: float) -> float:
         near = ordered[int(rank) - 1 : int(rank) + 1]
         return float(near[0] + (rank - int(rank)) * (near[-1] - near[0]))
 
     value = at(min(max(count * probability + (probability + 1.0) / 3.0, 1.0), count))
-    return Estimate(value, at(below) if below >= 1.0 else -math.inf, at(above) if above <= count else math.inf)
+    low = at(min(below, count)) if below > 1.0 else -math.inf
+    return Estimate(value, low, at(above) if above <= count else math.inf)
+
+
+def _of_even_points(sample: np.ndarray, probability: float) -> float:
+    """A quantile of evenly spread points (m,): the i-th is at (i - 1/2)/m, between them it is linear in normal score.
+
+    Linear in the probability it would be biased in the tails, by up to 1.5 times the error of the mean of replicates.
+    """
+    count = len(sample)
+    rank = min(int(count * probability + 0.5), count - 1)
+    low, high = np.partition(sample, (rank - 1, rank))[rank - 1 : rank + 1].tolist()
+    before, after, at = ndtri(((rank - 0.5) / count, (rank + 0.5) / count, probability)).tolist()
+    return low + (high - low) * (at - before) / (after - before)
 
 
 def histogram(sample) -> tuple[np.ndarray, np.ndarray]:
@@ -291,7 +305,6 @@ def _kept(sample, fewest: int) -> np.ndarray:
 # and no NaN, and knows no replicates: where a realisation fails there would be no indices. Tests compare both.
 
 FEWEST_ROWS = 16
-EFFECTIVE_ROWS = {"independent": 40.0, "replicates": 20.0}  # rows over kurtosis of the influence
 
 
 def sensitivity_points(joint: Joint, unit: np.ndarray) -> np.ndarray:
@@ -337,13 +350,13 @@ def sobol_indices(values: np.ndarray, keys: Sequence[str], replicates: int = 1) 
         raise StatisticError("the quantity does not vary: there are no Sobol indices")
     off, moved = kept[:, :2] - kept[:, :2].mean(), kept[:, 2:] - kept[:, [0]]
     squares = np.mean(off**2, axis=1)
-    variance, least = squares.mean(), EFFECTIVE_ROWS["independent" if replicates == 1 else "replicates"]
+    variance = squares.mean()
     found: dict[str, dict] = {key: {} for key in keys}
     for order, terms in (("first", off[:, [1]] * moved), ("total", 0.5 * moved**2)):
         for key, one in zip(keys, terms.T, strict=True):
             index, influence = float(one.mean() / variance), np.full(len(values), np.nan)
             influence[whole] = (one - index * squares) / variance  # the error of the sample's mean is of second order
-            found[key][order] = interval(index, influence, replicates, least)
+            found[key][order] = interval(index, influence, replicates)
     return found
 
 
