@@ -167,7 +167,9 @@ def _show_lives(result: dict) -> None:
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key]]
     dynamic, static = (f"{1e-3 * result[f'basic_{kind}_rating_n']:.4g} kN" for kind in ("dynamic", "static"))
     loads = (short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
+    angle = result.get("catalogue", {}).get("contact_angle_rad")
     rows = {
+        "contact angle": f"{DEGREE * angle:.4g}° without load" if angle else "",
         "clearance": f"{short(1e6 * parts['operating'])} µm" + (f" ({', '.join(shown)})" if shown[1:] else " as made"),
         "rating": f"C {dynamic}, C0 {static}",
         "equivalent load": "P {} N, P0 {} N".format(*loads),
