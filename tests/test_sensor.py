@@ -31,7 +31,11 @@ def health(log) -> list[tuple[int, int]]:
     return [(one.status[0].level, one.header.stamp.sec) for one in found]
 
 
-def test_the_housing_follows_its_equation_of_motion():
+HELD = ("model.dimension=prescribed", "rings.inner.load=0,0,0", "drive.offset=0,-2e-5,0")
+
+
+@pytest.mark.parametrize("ring", [(), HELD], ids=["moving rings", "held rings"])
+def test_the_housing_follows_its_equation_of_motion(ring):
     """In the pass band of the sensor's filter, up to 0.4 of the rate."""
     changes = [
         "run.duration=0.2",
@@ -39,6 +43,7 @@ def test_the_housing_follows_its_equation_of_motion():
         "sensor.noise=0",
         "sensor.direction=0,2,0",
         "solver.check=none",
+        *ring,
     ]
     scene = load_scene("bearing_6205_spall_outer", changes)
     blocks = list(simulate(scene).blocks())
@@ -56,6 +61,30 @@ def test_the_housing_follows_its_equation_of_motion():
     assert expected.max() > 1.0
     assert np.count_nonzero(band) > 100
     assert heard[band] == pytest.approx(expected[band], rel=0.02)
+
+
+def offsets(*changes) -> np.ndarray:
+    """Displacement [m] of the inner ring along y, and the energy made by the numbers over the work."""
+    run = simulate(load_scene("bearing_6205_spall_outer", ["solver.check=none", *changes]))
+    found = np.concatenate([one.values["inner_ring_offset"][:, 1] for one in run.blocks()])
+    assert abs(run.report.figures["energy_closure"]) < 5e-5
+    return found
+
+
+def test_the_outer_ring_moves_with_its_housing_as_a_held_one_where_that_is_heavy():
+    brief = "run.duration=0.02", "run.output_rate=10000", "wanted.tolerance=1e-6"
+    held, moving = offsets("sensor.on=none", *brief), offsets(*brief)
+    assert offsets("housing.mass=1e9", *brief) == pytest.approx(held, abs=1e-6 * np.ptp(held))
+    assert np.abs(moving - held).max() > 0.1 * np.ptp(held)
+
+
+def test_a_housing_gives_way_to_its_load():
+    """By F/k, from where the outer ring stands at the start."""
+    load = "defects=[]", "rings.inner.change={time: 0.02, load: [0, -500, 0]}", "run.duration=0.2"
+    soft = offsets(*load, "housing={mass: 5, stiffness: 1e7, damping: 2e4}")
+    held = offsets(*load, "sensor.on=none")
+    assert soft[0] == pytest.approx(held[0], abs=1e-9)
+    assert np.mean((soft - held)[-len(held) // 4 :]) == pytest.approx(-500.0 / 1e7, rel=1e-2)
 
 
 def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tmp_path, capsys):
@@ -92,14 +121,14 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     capsys.readouterr()
 
 
-def test_samples_go_on_from_a_snapshot_to_the_bit_and_afresh_from_one_of_another_filter():
+def test_samples_go_on_from_a_snapshot_to_the_bit_and_afresh_from_one_of_an_older_version():
     scene = load_scene("bearing_6205_spall_outer", ["solver.check=none"])
     one, same, other = (KINDS[scene.kind].motion(scene.parameters, choose(scene)) for _ in range(3))
     one.advance(np.array([0.0]), 2.1e-5)  # between two samples
     one.take_records()
     kept = json.loads(json.dumps(one.snapshot()))
     same.resume(kept)
-    other.resume(kept | {"heard": kept["heard"][:3]})
+    other.resume(kept | {"heard": kept["heard"][:3], "border": kept["border"][:18]})
     samples = []
     for motion in (one, same, other):
         motion.advance(np.array([1e-2]), 1e-2)

@@ -308,7 +308,7 @@ class Integration {
       follow_cage(k.end, e.end, k);
       Pack weight = broadcast<Pack>(1.0), sum{};
       if (bodies.cage == CageKind::pockets)
-        weight = walls::weight_of_light(core::outer_approach(bearing, k.start), core::outer_approach(bearing, k.end), bodies.light);
+        weight = walls::weight_of_light(outer_approaches(k.start, e.start), outer_approaches(k.end, e.end), bodies.light);
       for (int c = 0; c < MOTION; c++) {
         Pack scaled = (c == ORBIT_RATE ? k.start[RADIUS] * s[c] + k.start[ORBIT_RATE] * s[RADIUS] : s[c]) * over_scale[c];
         if (c == ANGLE || c > VELOCITY) scaled *= weight;
@@ -364,7 +364,7 @@ class Integration {
       k.start = k.end, k.before = k.after;
       for (int lane = 0; lane < LANES && bearing.carried != CarriedLaw::none; lane++) {
         auto y = place_of(k.start, lane);
-        carry_on(bearing, inner_place(y), {y[RADIUS], y[HEIGHT]}, lane, k.carried);
+        carry_on(bearing, inner_place(y), outer_place(y, e.start), lane, k.carried);
       }
     }
     if (!touching.active()) return;
@@ -438,7 +438,26 @@ class Integration {
     return approach_at(bearing, bearing.inner, axis_distance, height);
   }
   template <class Y>
-  double outer_approach(const Y &y) const { return approach_at(bearing, bearing.outer, y[RADIUS], y[HEIGHT]); }
+  double outer_approach(const Y &y, const BodyState &body) const {
+    auto [axis_distance, height] = outer_place(y, body);
+    return approach_at(bearing, bearing.outer, axis_distance, height);
+  }
+  template <class Y>
+  double outer_approach(const Y &y) const { return outer_approach(y, e.start); }
+  // The same in the axes of the outer ring.
+  template <class Y>
+  RingPlace outer_place(const Y &y, const BodyState &body) const {
+    if (bodies.ring != RingMotion::housed) return {y[RADIUS], y[HEIGHT]};
+    double centre[3], level[2] = {};
+    for (int i = 0; i < 3; i++) centre[i] = body[HOUSING] * bodies.direction[i];
+    return core::inner_place(centre, level, y[RADIUS], y[ANGLE], y[HEIGHT]);
+  }
+  Pack outer_approaches(const BallState &y, const BodyState &body) const {
+    if (bodies.ring != RingMotion::housed) return core::outer_approach(bearing, y);
+    Pack found;
+    for (int lane = 0; lane < LANES; lane++) found[lane] = outer_approach(place_of(y, lane), body);
+    return found;
+  }
   static std::array<double, 3> place_of(const BallState &y, int lane) { return {y[RADIUS][lane], y[ANGLE][lane], y[HEIGHT][lane]}; }
 
   bool any_flies() const {

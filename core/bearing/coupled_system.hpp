@@ -101,9 +101,11 @@ struct ElementStore {
 };
 
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
-[[gnu::noinline]] inline void raceways_of_block(const Bearing &bearing, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
+[[gnu::noinline]] inline void raceways_of_block(const Bearing &bearing, const double *housing, const Layout &layout, BallBlock &k,
+                                                const BodyState &y, Pushes &push) {
   ElementStore<false, DERIVATIVES> store{layout, k, push};
-  between_raceways<RING, PATCH>(bearing, ElementInput<DERIVATIVES>{k.y, y, bearing.carries() ? &k.carried : nullptr, k.heights}, store);
+  ElementInput<DERIVATIVES> in{k.y, y, bearing.carries() ? &k.carried : nullptr, k.heights, housing};
+  between_raceways<RING, PATCH>(bearing, in, store);
 }
 
 template <bool DERIVATIVES>
@@ -120,11 +122,13 @@ inline void forces_of_block(const Bearing &bearing, const CoupledBodies &bodies,
   if (DERIVATIVES && bodies.cage == CageKind::pockets)
     for (auto &row : k.tile)
       for (Pack &entry : row) entry = Pack{};  // raceways leave what pockets add to
+  auto raceways = [&]<RingMotion RING>() { raceways_of_block<RING, PATCH, DERIVATIVES>(bearing, bodies.direction, layout, k, y, push); };
   switch (bodies.ring) {
-    case RingMotion::held: raceways_of_block<RingMotion::held, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
-    case RingMotion::tilted: raceways_of_block<RingMotion::tilted, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
-    case RingMotion::level: raceways_of_block<RingMotion::level, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
-    case RingMotion::tilting: raceways_of_block<RingMotion::tilting, PATCH, DERIVATIVES>(bearing, layout, k, y, push); break;
+    case RingMotion::held: raceways.template operator()<RingMotion::held>(); break;
+    case RingMotion::tilted: raceways.template operator()<RingMotion::tilted>(); break;
+    case RingMotion::level: raceways.template operator()<RingMotion::level>(); break;
+    case RingMotion::tilting: raceways.template operator()<RingMotion::tilting>(); break;
+    case RingMotion::housed: raceways.template operator()<RingMotion::housed>(); break;
   }
   if (bodies.cage == CageKind::pockets) pockets_of_block<DERIVATIVES>(bearing, bodies, layout, k, y, push);
 }

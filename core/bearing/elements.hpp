@@ -5,23 +5,27 @@
 
 namespace core {
 
-// The bodies that all balls of a bearing meet: inner ring, cage and shaft. Each coordinate is free, where it follows from
+// The bodies that all balls of a bearing meet: inner ring, cage, housing and shaft. Each coordinate is free, where it follows from
 // the forces on it, or held; the shaft's angle that is not free is prescribed.
 //
 // Ring: M dv/dt = load + weight + unbalance + what the balls do - D v - K (q - rest), and about its diameters, at the
 // speed W of the shaft, I_t d2(theta_x) + I_p W d(theta_y) = M_x, I_t d2(theta_y) - I_p W d(theta_x) = M_y (small tilts).
+// Housing, along a direction, with the outer ring in it: M dv/dt = weight + what the balls do - D v - K q; the origin of
+// bearing_link is where the outer ring's centre is at q = 0.
 // Shaft: J dw/dt = torque - damping w + what balls and land do.
 
 // Places [m], [rad] in bearing_link; a state holds them, their velocities, and integrals that only listen.
-enum Coordinate { RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE_X, CAGE_Y, CAGE_ANGLE, SHAFT };
+enum Coordinate { RING_X, RING_Y, RING_Z, TILT_X, TILT_Y, CAGE_X, CAGE_Y, CAGE_ANGLE, HOUSING, SHAFT };
 constexpr int COORDINATES = SHAFT + 1;
 // Work of the loads on the ring, what support and land lose, work of the drive through the land, work of the torque [J].
 enum Integral { LOAD_WORK, LOST, LAND_WORK, TORQUE_WORK };
 constexpr int INTEGRALS = TORQUE_WORK + 1, BODY_NUMBERS = 2 * COORDINATES + INTEGRALS;
 using BodyState = std::array<double, BODY_NUMBERS>;
 
-// A ring as balls meet it: one that is held, held and tilted, that moves and does not tilt, or moves and tilts.
-enum class RingMotion { held, tilted, level, tilting };
+// Rings as balls meet them: an inner ring that is held, held and tilted, that moves and does not tilt, or moves and tilts; the
+// last, and an outer ring that moves with its housing.
+enum class RingMotion { held, tilted, level, tilting, housed };
+constexpr bool tilts_and_moves(RingMotion ring) { return ring == RingMotion::tilting || ring == RingMotion::housed; }
 enum class CageKind { none, even, pockets };
 
 // A wall of the cage: a spring and a damper side by side, whose viscous part sets in over the roughness of the wall.
@@ -43,6 +47,7 @@ struct CoupledBodies {
   Pockets pockets;
   double light;  // approach [m] at the outer raceway below which errors along the orbit count less
   Land land;
+  double direction[3];  // of the housing's motion, of length 1
   double shaft_angle, shaft_speed, shaft_acceleration;  // prescribed, at the chunk's begin
   bool torque_driven() const { return free[SHAFT]; }
 };
@@ -101,7 +106,7 @@ inline void body_forces(const CoupledBodies &b, double time, const BodyState &y,
     add(index<COORDINATES + LOST>, drag * speed);
   };
   on_ring(index<RING_X>), on_ring(index<RING_Y>), on_ring(index<RING_Z>);
-  on_ring(index<TILT_X>), on_ring(index<TILT_Y>);
+  on_ring(index<TILT_X>), on_ring(index<TILT_Y>), on_ring(index<HOUSING>);
   if (b.polar_inertia != 0.0) {
     auto spin = b.polar_inertia * shaft_speed;
     if (b.free[TILT_X]) add(index<TILT_X>, -(spin * velocity(index<TILT_Y>)));
@@ -154,6 +159,7 @@ struct ElementInput {
   const BodyState &bodies;
   const CarriedBalls *carried = nullptr;
   const Heights &heights = NO_HEIGHTS;
+  const double *direction = nullptr;  // of the housing
   template <int C> CORE_INLINE auto own(Index<C>) const { return input<DERIVATIVES, C>(ball[C]); }
   template <int C> CORE_INLINE auto place(Index<C>) const { return input<DERIVATIVES, BODY_PLACE + C>(broadcast<Pack>(bodies[C])); }
   template <int C> CORE_INLINE auto speed(Index<C>) const {
@@ -170,18 +176,22 @@ struct ElementInput {
   }
 };
 
-// The inner raceway, all in the ring's axes: differentiated by the ball's offset, velocity and spin against the ring and
-// by the ring's speed, and then by what these depend on.
+// A raceway, all in its ring's axes: differentiated by the ball's offset, velocity and spin against the ring and by the
+// ring's speed, and then by what these depend on.
 template <bool PATCH, class O, class V, class S, class W>
-CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity,
-                              const S &spin, const W &speed) {
-  auto action = raceway_action<PATCH>(bearing, bearing.inner, carried ? &carried->inner : nullptr, height, local<0>(offset),
-                                      local<3>(velocity), local<6>(spin), local<9>(speed));
+CORE_INLINE auto ring_action(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
+                             const O &offset, const V &velocity, const S &spin, const W &speed) {
+  auto action = raceway_action<PATCH>(bearing, raceway, carried, height, local<0>(offset), local<3>(velocity), local<6>(spin), local<9>(speed));
   auto through = [&](const auto &x) __attribute__((always_inline)) {
     return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed);
   };
   auto heights = where_heights_move(height.rate, [&]() __attribute__((always_inline)) { return through(action.height_power); });
   return BallAction{through(action.force), through(action.torque), through(action.moment), through(action.loss), heights};
+}
+template <bool PATCH, class O, class V, class S, class W>
+CORE_INLINE auto inner_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity,
+                              const S &spin, const W &speed) {
+  return ring_action<PATCH>(bearing, bearing.inner, carried ? &carried->inner : nullptr, height, offset, velocity, spin, speed);
 }
 
 // The same for a ring of any motion, all in the ball's frame: `offset` of the ball's centre and its `velocity` against the
@@ -221,7 +231,16 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const Input &in, Give 
   auto c = cosine, s = sine, minus_s = -sine;
   auto in_ball_frame = [&](const auto &v) __attribute__((always_inline)) { return about_z(c, minus_s, v); };
 
-  auto outer = raceway_action<PATCH>(bearing, bearing.outer, carried ? &carried->outer : nullptr, in.heights.outer, position, velocity, spin, Zero{});
+  const CarriedContacts *at_outer = carried ? &carried->outer : nullptr;
+  auto outer = [&]() __attribute__((always_inline)) {
+    if constexpr (RING == RingMotion::housed) {
+      auto along = in_ball_frame(Vector3{in.direction[0], in.direction[1], in.direction[2]});
+      auto found = ring_action<PATCH>(bearing, bearing.outer, at_outer, in.heights.outer, position - in.place(index<HOUSING>) * along,
+                                      velocity - in.speed(index<HOUSING>) * along, spin, broadcast<Pack>(0.0));
+      give(index<ON_BODY + HOUSING>, -dot(along, found.force));
+      return found;
+    } else return raceway_action<PATCH>(bearing, bearing.outer, at_outer, in.heights.outer, position, velocity, spin, Zero{});
+  }();
   auto finish = [&](const auto &inner) __attribute__((always_inline)) {
     auto force = inner.force + outer.force, torque = inner.torque + outer.torque;
     auto gravity = in_ball_frame(Vector3{bearing.gravity[0], bearing.gravity[1], bearing.gravity[2]});
@@ -235,7 +254,7 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const Input &in, Give 
     give(index<POWER_ROW>, shaft_speed * inner.moment + (inner.height_power + outer.height_power));
     give(index<LOSS_ROW>, inner.loss + outer.loss);
     give(index<ON_BODY + SHAFT>, -inner.moment);
-    if constexpr (RING == RingMotion::level || RING == RingMotion::tilting) {
+    if constexpr (RING == RingMotion::level || tilts_and_moves(RING)) {
       auto on_ring = about_z(c, s, inner.force);
       give(index<ON_BODY + RING_X>, -on_ring.x), give(index<ON_BODY + RING_Y>, -on_ring.y);
       give(index<ON_BODY + RING_Z>, -on_ring.z);
@@ -264,7 +283,7 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const Input &in, Give 
       auto turning = in_ball_frame(Vector3{rate(index<TILT_X>), rate(index<TILT_Y>), Zero{}});
       auto inner = tilted_action<PATCH>(bearing, carried, in.heights.inner, offset, against, spin, tilt, turning, shaft_speed);
       finish(inner.action);
-      if constexpr (RING == RingMotion::tilting) {
+      if constexpr (tilts_and_moves(RING)) {
         auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});
         give(index<ON_BODY + TILT_X>, -moment.x), give(index<ON_BODY + TILT_Y>, -moment.y);
       }

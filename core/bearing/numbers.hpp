@@ -59,11 +59,13 @@ inline RosenbrockMethod method_of(const double *numbers) {
 }
 
 // The state of ring, cage and shaft as it is handed over: places x, y, z, tilt about x and y (or the centre x, y of a guided
-// cage), angle of the cage; their velocities; the integrals; angle and speed of a shaft that a torque turns, and its work.
-constexpr int BORDER_PLACES = 6, BORDER_CAGE = 5, BORDER_SHAFT = 15, BORDER_TORQUE_WORK = 17, BORDER = 18;
+// cage), angle of the cage; their velocities; the integrals; angle and speed of a shaft that a torque turns, and its work;
+// place and velocity of the housing.
+constexpr int BORDER_PLACES = 6, BORDER_CAGE = 5, BORDER_SHAFT = 15, BORDER_TORQUE_WORK = 17, BORDER_HOUSING = 18, BORDER = 20;
 
 inline int place_in_border(const CoupledBodies &b, int coordinate) {
   if (coordinate == SHAFT) return BORDER_SHAFT;
+  if (coordinate == HOUSING) return BORDER_HOUSING;
   if (coordinate == CAGE_ANGLE) return BORDER_CAGE;
   if (coordinate == TILT_X || coordinate == TILT_Y) return b.guided ? -1 : coordinate;
   if (coordinate == CAGE_X || coordinate == CAGE_Y) return b.guided ? TILT_X + coordinate - CAGE_X : -1;
@@ -76,7 +78,7 @@ void for_each_number(const CoupledBodies &b, bool moving, Function function) {
   for (int c = 0; c < COORDINATES; c++) {
     int place = place_in_border(b, c);
     if (place < 0 || ((moving || c == SHAFT) && !b.free[c])) continue;
-    function(c, place), function(COORDINATES + c, place == BORDER_SHAFT ? BORDER_SHAFT + 1 : BORDER_PLACES + place);
+    function(c, place), function(COORDINATES + c, place >= BORDER_SHAFT ? place + 1 : BORDER_PLACES + place);
   }
   for (int i = LOAD_WORK; i <= LAND_WORK; i++) function(2 * COORDINATES + i, 2 * BORDER_PLACES + i);
   if (b.free[SHAFT]) function(2 * COORDINATES + TORQUE_WORK, BORDER_TORQUE_WORK);
@@ -101,10 +103,10 @@ inline CoupledBodies bodies_of(const double *numbers, const double *load, const 
   read(b.inertia, b.stiffness, b.damping, b.rest, b.weight, b.place_scale, b.speed_scale);
   read(b.polar_inertia, b.unbalance, b.phase, b.light);
   read(b.pockets.radius, b.pockets.half_clearance, b.pockets.wall);
-  read(b.land.side, b.land.radius, b.land.clearance, b.land.wall, b.land.smoothing);
+  read(b.land.side, b.land.radius, b.land.clearance, b.land.wall, b.land.smoothing, b.direction);
   for (int c = 0; c < COORDINATES; c++) {
     int place = c == SHAFT ? BORDER_CAGE : place_in_border(b, c);  // the torque on the shaft stands in the cage's place
-    if (c == CAGE_ANGLE || place < 0) continue;
+    if (c == CAGE_ANGLE || c == HOUSING || place < 0) continue;
     b.load[c] = load[place], b.load_rate[c] = load_rate[place];
   }
   b.shaft_angle = drive[0], b.shaft_speed = drive[1], b.shaft_acceleration = drive[2];

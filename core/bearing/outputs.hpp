@@ -29,8 +29,9 @@ enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KIN
 
 using Vector = Vector3<Pack>;
 
-// The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion.
-struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Mask first; };  // first: lanes of the first ball
+// The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion. Then the
+// outer ring's centre and its velocity; lanes of the first ball.
+struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Vector outer, outer_drift; Mask first; };
 
 // A contact in the axes in which it was computed.
 struct Contact {
@@ -127,7 +128,12 @@ template <bool PATCH, RingMotion RING>
     heights = heights_at(bearing.defects, surface_places(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, y[SPIN + 2] - orbit_rate, ring.first), Pack{});
   }
   Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
-  Contact at_outer = contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
+  Contact at_outer = [&]() __attribute__((always_inline)) {
+    if constexpr (RING == RingMotion::housed) {
+      Vector offset = local - about_z(c, Pack(-s), ring.outer), against = velocity - about_z(c, Pack(-s), ring.outer_drift);
+      return contact_of<PATCH>(bearing, bearing.outer, offset, Zero{}, against, spin, heights.outer);
+    } else return contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
+  }();
   Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
   Vector position = about_z(c, s, local);
   const bool films = bearing.lubricant.works();
@@ -147,8 +153,8 @@ template <bool PATCH, RingMotion RING>
   row.put(at_inner.spin_moment), row.put(at_outer.spin_moment);
   row.put(at_inner.film), row.put(at_outer.film), row.put(at_inner.film_ratio), row.put(at_outer.film_ratio);
 
-  Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.spin_moment);
-  if constexpr (RING == RingMotion::tilted || RING == RingMotion::tilting)
+  Vector on_inner, on_outer = -1.0 * (cross(outer.point - ring.outer, outer.force) + outer.spin_moment);
+  if constexpr (RING == RingMotion::tilted || tilts_and_moves(RING))
     on_inner = moment_on_tilted(ring, position, inner.force, inner.torque);
   else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.spin_moment);
   if (films) {  // the pressure acts through the ball's centre
@@ -255,7 +261,7 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   double *ring = row + places.ring, *sum = row + places.shared;
   const double *speed = e.data() + COORDINATES, *integral = e.data() + 2 * COORDINATES;
   bool driven = b.torque_driven();
-  if (b.ring == RingMotion::level || b.ring == RingMotion::tilting || b.ring == RingMotion::tilted) {
+  if (b.ring != RingMotion::held) {
     std::copy(e.data(), e.data() + 5, ring + RING_OFFSET);
     std::copy(speed, speed + 5, ring + RING_VELOCITY);
   }
@@ -331,6 +337,10 @@ void write_balls(const Source &from, const RowPlaces &places, double *out) {
         ring.drift.x[lane] = speed[RING_X], ring.drift.y[lane] = speed[RING_Y], ring.drift.z[lane] = speed[RING_Z];
         ring.tilt.x[lane] = place[TILT_X], ring.tilt.y[lane] = place[TILT_Y];
         ring.turning.x[lane] = speed[TILT_X], ring.turning.y[lane] = speed[TILT_Y];
+        const double *along = from.bodies->direction;
+        ring.outer.x[lane] = along[0] * place[HOUSING], ring.outer_drift.x[lane] = along[0] * speed[HOUSING];
+        ring.outer.y[lane] = along[1] * place[HOUSING], ring.outer_drift.y[lane] = along[1] * speed[HOUSING];
+        ring.outer.z[lane] = along[2] * place[HOUSING], ring.outer_drift.z[lane] = along[2] * speed[HOUSING];
       }
     }
     fill<PATCH, RING>(from.bearing, ring, y, orientation, row);
@@ -355,6 +365,7 @@ void write(const Source &from, const RowPlaces &places, double *out) {
   switch (from.bodies ? from.bodies->ring : RingMotion::held) {
     case RingMotion::held: write_balls<PATCH, RingMotion::held>(from, places, out); break;
     case RingMotion::level: write_balls<PATCH, RingMotion::level>(from, places, out); break;
+    case RingMotion::housed: write_balls<PATCH, RingMotion::housed>(from, places, out); break;
     default: write_balls<PATCH, RingMotion::tilting>(from, places, out);
   }
   for (int instant = 0; instant < from.instants; instant++) {

@@ -21,6 +21,8 @@ from bearing_twin.kinds.bearing import (
 from bearing_twin.kinds.bearing.system import (
     CARRIED_COLUMNS,
     COORDINATES,
+    HOUSING_PLACE,
+    HOUSING_SPEED,
     method_numbers,
     numbers_of,
     numbers_of_bodies,
@@ -88,8 +90,8 @@ GAIN = 1e-6  # s
 # Changes that are small beside what contacts and friction follow from: of a ball's motion, and of the bodies'.
 OF_BALL = (1e-10, 1e-9, 1e-10, 1e-5, 1e-3, 1e-5, 3e-3, 3e-3, 3e-3)
 OF_BODIES = (
-    *(*(1e-10,) * 3, *(1e-9,) * 2, *(1e-10,) * 2, 1e-9, 1e-7),
-    *(*(1e-6,) * 3, *(1e-4,) * 2, *(1e-6,) * 2, 1e-4, 1e-3),
+    *(*(1e-10,) * 3, *(1e-9,) * 2, *(1e-10,) * 2, 1e-9, 1e-10, 1e-7),
+    *(*(1e-6,) * 3, *(1e-4,) * 2, *(1e-6,) * 2, 1e-4, 1e-6, 1e-3),
 )
 SHAFT = (*FREE, "rings.inner.inertia=[1.0e-4,1.0e-4]")
 SUPPORT = "rings.inner.support={stiffness: [1e5,2e5,3e5], damping: [1,2,3], tilt_stiffness: 4, tilt_damping: 0.1}"
@@ -121,7 +123,8 @@ CASES = {
 def places_in_state(guided):
     """Where the bodies' places and velocities (2 COORDINATES,) stand in a body_state, -1 where they do not."""
     places = [0, 1, 2, *((-1, -1, CAGE_X, CAGE_X + 1) if guided else (3, 4, -1, -1)), 5]
-    return [*places, SHAFT_ANGLE, *(-1 if place < 0 else PLACES + place for place in places), SHAFT_SPEED]
+    speeds = (-1 if place < 0 else PLACES + place for place in places)
+    return [*places, HOUSING_PLACE, SHAFT_ANGLE, *speeds, HOUSING_SPEED, SHAFT_SPEED]
 
 
 class System:

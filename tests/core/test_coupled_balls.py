@@ -35,7 +35,7 @@ from bearing_twin.kinds.bearing import (
     RingDrive,
 )
 from bearing_twin.kinds.bearing.integrate import MET, mark_met
-from bearing_twin.kinds.bearing.system import COORDINATES, GROSS_WORK
+from bearing_twin.kinds.bearing.system import COORDINATES, GROSS_WORK, HOUSING_PLACE, HOUSING_SPEED
 
 # Scene, overrides, instant [s], whether balls are pushed onto each other.
 COUPLED = (
@@ -45,6 +45,8 @@ COUPLED = (
     ("bearing_6203_step_load", ("contact.friction_coefficient=0.1",), 0.0102, False),
     ("bearing_6203_run_up", ("rings.inner.free=all", "rings.inner.unbalance=5e-5"), 0.005, False),
     ("bearing_6203_rig_400N", ("cage.kind=pockets",), 0.02, False),
+    ("bearing_6203_rig_400N", ("sensor.on=housing", "sensor.direction=1,2,-1"), 0.005, False),
+    ("bearing_6203_run_up", ("rings.inner.free=all", "cage.kind=pockets", "sensor.on=housing"), 0.005, False),
     (
         "bearing_6203_guided_cage",
         ("cage.guidance=inner", "geometry.balls=13", "cage.pocket_clearance=1e-4"),
@@ -91,6 +93,8 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
         state, body_state, near = moving.state.copy(), moving.body_state.copy(), np.full(balls, touching)
         if bodies.ring:
             body_state[PLACES : PLACES + 3] += (1e-3, -2e-3, 5e-4)
+        if bodies.housing:
+            body_state[[HOUSING_PLACE, HOUSING_SPEED]] += (2e-7, 1e-3)
         if touching:
             pitch = 2.0 * np.arcsin(moving.bearing.ball_radius / state[:, AXIS_DISTANCE].mean())
             for k in (1, 2, 6):
@@ -227,3 +231,46 @@ def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
         assert mark_met(bearing.ball_radius, moving.state, states, near)
         assert near.tolist() == [k == 3 for k in range(bearing.balls)]
         assert not mark_met(bearing.ball_radius, states[1], states[:0], near)
+
+
+def test_what_balls_and_inner_ring_lose_of_momentum_along_it_the_housing_gains():
+    """The rest comes from the loads, from gravity, and from the springs and dampers of support and housing."""
+    housed = "cage.kind=none", "sensor.on=housing", "sensor.direction=1,-2,3", "housing.stiffness=1e7"
+    system = disturbed("ring", more=housed)
+    bearing, bodies, state, place = system.bearing, system.bodies, system.state, system.body_state
+    place[[HOUSING_PLACE, HOUSING_SPEED]] = 1e-6, 2e-3
+    balls, own = system.rates(state, place)
+    along, housing = np.array(bodies.housing.direction), bodies.housing
+    orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
+    outwards = balls[:, RADIAL_VELOCITY] - orbit * state[:, TANGENTIAL_VELOCITY]
+    forwards = balls[:, TANGENTIAL_VELOCITY] + orbit * state[:, RADIAL_VELOCITY]
+    cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
+    found = np.array(
+        [cosine * outwards - sine * forwards, sine * outwards + cosine * forwards, balls[:, RADIAL_VELOCITY + 2]]
+    )
+    moved = bearing.ball_mass * (found.sum(axis=1) - len(state) * np.array(bearing.gravity)) @ along
+    ring, speed = slice(0, 3), slice(PLACES, PLACES + 3)
+    loads = bodies.load[ring] + bodies.weight[ring] - bodies.stiffness[ring] * (place[ring] - bodies.rest[ring])
+    moved += (bodies.mass[ring] * own[speed] - loads + bodies.damping[ring] * place[speed]) @ along
+    held = housing.load - housing.stiffness * place[HOUSING_PLACE] - housing.damping * place[HOUSING_SPEED]
+    gained = housing.mass * own[HOUSING_SPEED] - held
+    assert abs(gained) > 1.0  # N
+    assert gained == pytest.approx(-moved, rel=1e-9)
+
+
+def test_a_ring_rings_with_its_housing_as_two_masses_on_springs():
+    """Axially, 10 um of preload, without friction: the stiffness of the bearing is that at which a held ring rings."""
+    words = (
+        *FREE, "rings.inner.inertia=[1.0e-4,0]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
+        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
+        "sensor.on=housing", "sensor.direction=0,0,-1", "housing={mass: 0.8, stiffness: 3e6, damping: 0}",
+    )  # fmt: skip
+    moving = motion(*words)
+    system = System(moving, moving.state, np.zeros(BODY_COLUMNS) + moving.body_state)
+    system.drive = RingDrive(0.0, 0.0, 0.0)
+    stiffness, own, mass = 0.5 * (2.0 * np.pi * 289.77) ** 2, 3e6, 0.8
+    matrix = np.array([[stiffness / 0.5, -stiffness / 0.5], [-stiffness / mass, (stiffness + own) / mass]])
+    found = np.linalg.eigvals(system.jacobian()).imag / (2.0 * np.pi)
+    for line in np.sqrt(np.linalg.eigvals(matrix)) / (2.0 * np.pi):
+        assert np.abs(found / line - 1.0).min() < 1e-2, (line, found)
+    assert np.abs(found / 289.77 - 1.0).min() > 2e-2

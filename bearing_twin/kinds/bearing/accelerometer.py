@@ -1,8 +1,8 @@
 """What an accelerometer on the housing hears: the housing as a mass on a spring and a damper, pushed by the outer ring.
 
-The force of balls on the outer ring, along the sensor's direction, moves the housing, m a = F - c v - k x. That does
-not act back on the balls: the housing moves by F/k, little against the approach of a contact. As in the converter of a
-sensor, the acceleration is sampled several times as fast as it is given out, and filtered against aliasing before.
+The force of balls on the outer ring, along the sensor's direction, moves the housing, m a = F - c v - k x, and the
+outer ring with it. Where that ring is held, the force moves the housing alone. As in the converter of a sensor, the
+acceleration is sampled several times as fast as it is given out, and filtered against aliasing before.
 """
 
 import math
@@ -40,21 +40,21 @@ class Accelerometer:
     """Samples of a scene's sensor, which come by the delay of its filter late, two of their periods at low frequencies.
 
     What was before is `state`: the number of the last instant before the filter, the force at rest [N], and the states
-    of the filter's sections; () at the start.
+    of the filter's sections; () at the start. `housing` is that which moves with the outer ring, empty for a held ring.
     """
 
-    def __init__(self, parameters):
+    def __init__(self, parameters, housing):
         from scipy.signal import cont2discrete, ellip
 
-        sensor, housing = parameters.sensor, parameters.housing
-        self._sensor = sensor
+        sensor, held = parameters.sensor, parameters.housing
+        self._sensor, self._housing = sensor, housing
         self._along = np.array(sensor.direction) / math.hypot(*sensor.direction)
         self._every = min(max(math.ceil(CONVERTER_RATE / sensor.rate), LEAST_DECIMATED), MOST_DECIMATED)
         self._rate = self._every * sensor.rate
-        system = [1.0, 0.0, 0.0], [housing.mass, housing.damping, housing.stiffness]
+        system = [1.0, 0.0, 0.0], [held.mass, held.damping, held.stiffness]
         up, down, _ = cont2discrete(system, 1.0 / self._rate, "foh")  # forces straight between samples: exact
         low_pass = ellip(ORDER, RIPPLE, ATTENUATION, EDGE, output="sos", fs=self._every)
-        self._sections = np.vstack([np.append(up, down), low_pass])
+        self._sections = low_pass if housing else np.vstack([np.append(up, down), low_pass])
 
     def restored(self, numbers, elapsed: float) -> tuple:
         """The state of a snapshot at `elapsed` [s]; () where that is of another filter."""
@@ -67,14 +67,19 @@ class Accelerometer:
         first = state[0] + 1 if state else max(0, math.ceil(begin * self._rate - 1e-6))
         return np.arange(first, math.floor(end * self._rate + 1e-6) + 1) / self._rate
 
-    def heard(self, state: tuple, times: np.ndarray, forces: np.ndarray) -> tuple[tuple, np.ndarray]:
-        """The state after forces (n, 3) [N] on the outer ring at `times` [s], and rows (m, 2) of the samples then."""
+    def heard(self, state: tuple, times: np.ndarray, forces: np.ndarray, moved: np.ndarray) -> tuple[tuple, np.ndarray]:
+        """The state after forces (n, 3) [N] on the outer ring at `times` [s], and rows (m, 2) of the samples then.
+
+        `moved` (n, 2) are place [m] and velocity [m/s] of a housing that moves with the ring.
+        """
         from scipy.signal import sosfilt
 
         if not len(times):
             return state, np.zeros((0, 2))
-        pushed = forces @ self._along
-        _, rest, *kept = state or (0, pushed[0], *np.zeros(2 * len(self._sections)))
+        pushed, housing = forces @ self._along, self._housing
+        if housing:
+            pushed = (pushed + housing.load - moved @ (housing.stiffness, housing.damping)) / housing.mass
+        _, rest, *kept = state or (0, 0.0 if housing else pushed[0], *np.zeros(2 * len(self._sections)))
         found, kept = sosfilt(self._sections, pushed - rest, zi=np.reshape(kept, (-1, 2)))
         numbers = np.rint(times * self._rate).astype(int)
         state = int(numbers[-1]), float(rest), *kept.ravel().tolist()

@@ -58,6 +58,8 @@ from bearing_twin.kinds.bearing.system import (
     DRIVE_WORK,
     GROSS_WORK,
     HEIGHT,
+    HOUSING_PLACE,
+    HOUSING_SPEED,
     NO_LAND,
     ORBIT_ANGLE,
     PLACES,
@@ -197,7 +199,8 @@ class BearingMotion(CommandedBearing):
         self.step = self._start_step = parameters.solver.step
         self._finer, self.accelerometer = choice.finer, None
         self.reset()
-        self._approaches = approaches = self.first_outputs().approach[0]
+        first = self.first_outputs()
+        self._approaches = approaches = first.approach[0]
         if parameters.defects:
             if any(one.on == "ball" for one in parameters.defects) and choice.stepper not in ROSENBROCK:
                 raise SceneError(
@@ -209,14 +212,15 @@ class BearingMotion(CommandedBearing):
         self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
         self.scales = self.given * error_scales(parameters, self.bearing, start, approaches, bodies.active)
         light = light_approach(self.bearing, approaches) if self.bearing.pockets else 0.0
-        self.bodies = bodies._replace(scales=body_scales(parameters, self.scales), light=light)
+        housing = bodies.housing and bodies.housing._replace(load=-first.outer_ring_force[0] @ bodies.housing.direction)
+        self.bodies = bodies._replace(scales=body_scales(parameters, self.scales), light=light, housing=housing)
         if choice.stepper in FIXED_STEP:
             step, problem = step_at_start(parameters, self.rates, choice.stepper)
             if problem:
                 raise SceneError(problem.sentence)
             self.step = self._fixed(step)
         self._start_step = self.step
-        self.accelerometer = Accelerometer(parameters) if has_sensor(parameters) else None
+        self.accelerometer = Accelerometer(parameters, self.bodies.housing) if has_sensor(parameters) else None
         self.reset()
 
     @cached_property
@@ -272,6 +276,8 @@ class BearingMotion(CommandedBearing):
         self.reset()
         for name in (*LISTS, *ARRAYS):
             given = np.array(kept[SAVED_AS.get(name, name)], float)
+            if name == "body_state":  # of logs before housings moved
+                given = np.pad(given, (0, max(BODY_COLUMNS - len(given), 0)))
             fits = given.shape in [(length,) for length in LISTS[name]] if name in LISTS else None
             fits = given.shape == getattr(self, name).shape if fits is None else fits
             if not fits or not np.isfinite(given).all():
@@ -458,7 +464,8 @@ class BearingMotion(CommandedBearing):
             moved = (one[part] for one in filled)
             found = outer_ring_forces(self.parameters, self.bearing, bodies, drive, times[part], *moved)
             forces[begin : begin + ROOM] = found
-        self.heard, samples = self.accelerometer.heard(self.heard, sampled, forces)
+        moved = filled[2][rows, HOUSING_PLACE : HOUSING_SPEED + 1]
+        self.heard, samples = self.accelerometer.heard(self.heard, sampled, forces, moved)
         if len(samples):
             self._samples.append(samples)
 

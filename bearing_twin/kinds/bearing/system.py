@@ -20,12 +20,13 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.geometry import operating_geometry
 from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, lubricated
-from bearing_twin.kinds.bearing.parameters import BearingScene, viscous_terms
+from bearing_twin.kinds.bearing.parameters import BearingScene, has_sensor, viscous_terms
 from bearing_twin.kinds.bearing.rings import (
     BALLS,
     EVEN,
     FREE_RING,
     INNER_LAND,
+    OUTER_LAND,
     POCKETS,
     PRESCRIBED,
     QUASI_STATIC,
@@ -55,7 +56,8 @@ PLACES = 6
 CAGE_X, CAGE_Y, CAGE = 3, 4, 5  # in the place of tilts: a ring does not tilt where the cage's centre moves
 CAGE_SPEED = PLACES + CAGE
 LAND_WORK, SHAFT_ANGLE, SHAFT_SPEED = 14, 15, 16  # then the work of a torque that turns the shaft
-BODY_COLUMNS = 18
+HOUSING_PLACE, HOUSING_SPEED = 18, 19  # of an outer ring with its housing, along a direction
+BODY_COLUMNS = 20
 
 
 # Across a groove the gap between it and a ball has one curvature, along it one that follows from the radial part n of
@@ -117,7 +119,7 @@ def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float)
     return np.linalg.solve(np.vander(FILM_PLACES, increasing=True), found).T
 
 
-HELD, TILTED, LEVEL, TILTING = range(4)  # RingMotion of elements.hpp: held, moving, tilted
+HELD, TILTED, LEVEL, TILTING, HOUSED = range(5)  # RingMotion of elements.hpp: held, moving, tilted
 NO_LAND = math.inf  # the clearance of a cage that balls alone guide
 
 
@@ -153,14 +155,28 @@ class Shaft(NamedTuple):
     damping: float
 
 
+class MovingHousing(NamedTuple):
+    """Housing with the outer ring: mass [kg], stiffness [N/m], damping [N s/m], direction, and its constant load [N].
+
+    The load balances that of the balls at the start, where the housing's place is 0.
+    """
+
+    mass: float
+    stiffness: float
+    damping: float
+    direction: tuple[float, float, float]
+    load: float = 0.0
+
+
 class CoupledBodies(NamedTuple):
     """Bodies that couple all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
 
-    `ring` says whether the ring moves with its mass. `land` is empty where the cage stays centred, else what guides it
-    (a `Land`). `shaft` is empty where the ring's speed is prescribed, else what a torque turns (a `Shaft`). `free` is 1
-    where a place follows its loads, else 0. `load` grows by `load_rate` a second, in the cage's place the torque on the
-    shaft; `unbalance` [kg m] turns with the ring. `scales` (2 PLACES + 1,) are the errors a step
-    may make, the last of the shaft's speed; `light` [m] is as `step_control.light_approach` says.
+    `ring` says whether the ring moves with its mass; `housing` is empty where the outer ring is held. `land` is empty
+    where the cage stays centred, else what guides it (a `Land`). `shaft` is empty where the ring's speed is prescribed,
+    else what a torque turns (a `Shaft`). `free` is 1 where a place follows its loads, else 0. `load` grows by
+    `load_rate` a second, in the cage's place the torque on the shaft; `unbalance` [kg m] turns with the ring. `scales`
+    (2 PLACES + 1,) are the errors a step may make, the last of the shaft's speed; `light` [m] is as
+    `step_control.light_approach` says.
     """
 
     ring: bool
@@ -180,6 +196,7 @@ class CoupledBodies(NamedTuple):
     unbalance: float
     scales: np.ndarray
     light: float
+    housing: tuple = ()
 
 
 class Raceway(NamedTuple):
@@ -344,7 +361,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     dimension, cage, pockets = dimension_of(parameters), parameters.cage, ()
     ring = HELD
     if dimension == FREE_RING:
-        ring = TILTING if tilts(parameters) else LEVEL
+        ring = HOUSED if housing_of(parameters) else TILTING if tilts(parameters) else LEVEL
     elif dimension == PRESCRIBED and any(parameters.drive.tilt):
         ring = TILTED
     if cage.kind == POCKETS and dimension != QUASI_STATIC:
@@ -367,7 +384,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         raceway_friction=0.0 if friction.over_patch else coefficient,
         patch=patch,
         ring=ring,
-        tilt=tuple(map(float, parameters.drive.tilt)) if ring in (TILTED, TILTING) else (0.0, 0.0),
+        tilt=tuple(map(float, parameters.drive.tilt)) if ring in (TILTED, TILTING, HOUSED) else (0.0, 0.0),
         pockets=pockets,
         film=film,
     )
@@ -440,6 +457,19 @@ def land_of(parameters: BearingScene) -> Land | tuple:
     return Land(side, radius, clearance, *law)
 
 
+def housing_of(parameters: BearingScene) -> MovingHousing | tuple:
+    """The housing that moves with the outer ring; empty without a sensor, and where that ring is held.
+
+    It is held where the inner ring is, and where its land guides a cage.
+    """
+    free = dimension_of(parameters) == FREE_RING and parameters.cage.guidance != OUTER_LAND
+    if not has_sensor(parameters) or not free:
+        return ()
+    housing, along = parameters.housing, parameters.sensor.direction
+    unit = tuple(one / math.hypot(*along) for one in along)
+    return MovingHousing(housing.mass, housing.stiffness, housing.damping, unit)
+
+
 def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
     """Ring and cage without loads, and without scales: those are `body_scales`."""
     ring, cage, support = parameters.rings.inner, parameters.cage, parameters.rings.inner.support
@@ -470,6 +500,7 @@ def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
         unbalance=ring.unbalance if moving else 0.0,
         scales=np.zeros(2 * PLACES + 1),
         light=0.0,
+        housing=housing_of(parameters),
     )
 
 
@@ -502,7 +533,7 @@ def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
     return latest[1]
 
 
-COORDINATES, SHAFT = 9, 8  # ring x, y, z, its tilt about x and y, cage x, y, its angle, shaft
+COORDINATES, HOUSING, SHAFT = 10, 8, 9  # ring x, y, z, its tilt about x and y, cage x, y, its angle, housing, shaft
 CAGE_KINDS = "none", EVEN, POCKETS  # CageKind of the core
 _latest_bodies: tuple = (None, None)  # the last bearing, masses and scales of its bodies, and their numbers
 
@@ -519,25 +550,27 @@ def numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
 
 def _numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
     guided, shaft = bool(bodies.land), bodies.shaft or Shaft(1.0, 0.0)
+    housing = bodies.housing or MovingHousing(1.0, 0.0, 0.0, (0.0, 0.0, 0.0))
     places = [0, 1, 2, *((5, 6) if guided else (3, 4)), 7]  # tilts, or the centre of a cage
 
-    def spread(values, of_shaft=0.0) -> np.ndarray:
+    def spread(values, of_housing=0.0, of_shaft=0.0) -> np.ndarray:
         found = np.zeros(COORDINATES)
-        found[places], found[SHAFT] = values, of_shaft
+        found[places], found[HOUSING], found[SHAFT] = values, of_housing, of_shaft
         return found
 
-    free = spread(bodies.free, bool(bodies.shaft))
+    free = spread(bodies.free, bool(bodies.housing), bool(bodies.shaft))
     free[:CAGE] *= bodies.ring
     cage = "none" if not bodies.free[CAGE] else EVEN if bodies.even else POCKETS
     place_scales, speed_scales = np.split(bodies.scales[: 2 * PLACES], 2)
     return np.concatenate(
         [
             *((bearing.ring, CAGE_KINDS.index(cage), guided), free),
-            *(spread(bodies.mass, shaft.inertia), spread(bodies.stiffness), spread(bodies.damping, shaft.damping)),
-            *(spread(bodies.rest), spread(bodies.weight)),
-            *(spread(place_scales), spread(speed_scales, bodies.scales[2 * PLACES])),
+            *(spread(bodies.mass, housing.mass, shaft.inertia), spread(bodies.stiffness, housing.stiffness)),
+            *(spread(bodies.damping, housing.damping, shaft.damping), spread(bodies.rest)),
+            *(spread(bodies.weight, housing.load), spread(place_scales, place_scales[0])),
+            *(spread(speed_scales, speed_scales[0], bodies.scales[2 * PLACES]),),
             (bodies.polar_inertia, bodies.unbalance, 0.0, bodies.light),
-            *(bearing.pockets or (0.0,) * 5, bodies.land or (0.0,) * 7),
+            *(bearing.pockets or (0.0,) * 5, bodies.land or (0.0,) * 7, housing.direction),
         ],
         dtype=float,
     )
