@@ -161,9 +161,9 @@ def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(capsys):
     assert float(life) == pytest.approx(2502.5e6 / 1750.0 / 60.0, rel=5e-3)
     out = printed(capsys, "bearing", "6308", "--load", "0,-3000,0", "--si")
     assert re.search(r"^stiffness +7.8788e\+07, 0, 0, 0, 0$", out, flags=re.MULTILINE)
-    for law, told in (("hertz", False), ("volumetric", True)):
+    for law, named in (("hertz", False), ("volumetric", True)):
         out = printed(capsys, "bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}")
-        assert ("elastic law:" in out, "half-spaces:" in out, "57 ± 28 N mm" in out) == (told, True, True), law
+        assert ("elastic law:" in out, "half-spaces:" in out, "57 ± 28 N mm" in out) == (named, True, True), law
     words = "bearing", "6308", "--speed", "3000rpm", "--load", "0,-3kN,500", "--set", "lubricant.kind=grease"
     held = printed(capsys, *words)
     assert "tilts are held" in held

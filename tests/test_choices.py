@@ -1,4 +1,4 @@
-"""What is chosen and told before a run begins: rules and their reasons, its cost; the time left while it goes on."""
+"""Choices and reports before a run begins: rules and their reasons, its cost; the time left while it goes on."""
 
 import json
 import sys

@@ -21,7 +21,7 @@ class StudyError(BearingTwinError):
 
 
 class StatisticError(BearingTwinError):
-    """A statistic that was asked for does not exist, or cannot be had from the samples there are."""
+    """A requested statistic does not exist, or cannot be had from these samples."""
 
 
 class LogError(BearingTwinError):
@@ -50,11 +50,11 @@ class IntegrationError(BearingTwinError):
 
 
 class Stopped(BearingTwinError):
-    """A computation ended because somebody wanted it to stop; what was given out before is whole."""
+    """A computation ended because a stop was requested; its outputs before are whole."""
 
 
 class Interrupted(Stopped):
-    """A computation ended for a word in between, and begins again from where it had begun: nothing is lost but time."""
+    """A computation interrupted by a command, which begins again where it had begun: only time is lost."""
 
 
 class CoreError(BearingTwinError):

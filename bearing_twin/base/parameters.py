@@ -382,7 +382,7 @@ def _misnamed(header, columns) -> str:
 
 
 def _rows_of(name: str) -> tuple[list, str]:
-    """(rows of text of a CSV file, "") or ([], what is wrong); nothing is read on behalf of somebody else."""
+    """(rows of text of a CSV file, "") or ([], what is wrong); nothing is read on behalf of peers."""
     if READABLE.get() is not None:
         return [], "files are not read for this; give the rows"
     try:

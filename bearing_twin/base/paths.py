@@ -1,4 +1,4 @@
-"""Shared files of the package, files written whole or not at all, and files that may be read for somebody else."""
+"""Shared files of the package, files written whole or not at all, and files that may be read on behalf of peers."""
 
 import contextlib
 import functools

@@ -157,7 +157,7 @@ def ended_by_signals() -> Iterator[None]:
         again(number) if number in previous else hook(one)
 
     previous, main_thread, hook = {}, threading.main_thread().ident, sys.unraisablehook
-    with contextlib.suppress(ValueError):  # not in the main thread: signals are somebody else's business
+    with contextlib.suppress(ValueError):  # not in the main thread: signals are handled elsewhere
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             handler = signal.getsignal(number)
             # Ignored under nohup, Ctrl-C in the background of a shell, too.

@@ -75,7 +75,7 @@ class Report:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated over computed seconds; NaN where nobody knows what it took."""
+        """Simulated over computed seconds; NaN where the time is not known."""
         return self.simulated_seconds / self.compute_seconds if self.compute_seconds > 0.0 else math.nan
 
     def __repr__(self) -> str:

@@ -94,7 +94,7 @@ def layout_of(channels: tuple[Channel, ...]) -> Layout:
 class Columns(Mapping):
     """Numbers of all channels by name, (*outer, *channel.shape), as views of `numbers` (*outer, total width).
 
-    Views are made when they are asked for: most readers look at few channels.
+    Views are made at their first use: most readers look at few channels.
     """
 
     __slots__ = ("layout", "numbers")

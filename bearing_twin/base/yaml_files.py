@@ -88,7 +88,7 @@ class Shelf(NamedTuple):
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
     def _permitted(self, text: str) -> Path:
-        """The file of that path if it may be read for somebody else; else raises `error`, always in the same words."""
+        """The file of that path if it may be read on behalf of peers; else raises `error`, always in the same words."""
         folders, called = READABLE.get()
         for folder in folders:
             with contextlib.suppress(OSError, ValueError):  # not there, too long, or a null byte

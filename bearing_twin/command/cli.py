@@ -116,7 +116,7 @@ def _kept(argv) -> str:
 
 
 def _main(argv) -> int:
-    # Late: a signal meanwhile finds somebody who knows what to do.
+    # Late: a signal meanwhile finds its handler.
     from bearing_twin.command.commands import COMMANDS
     from bearing_twin.command.scene_commands import COMPLETING, complete
 

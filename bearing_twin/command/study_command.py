@@ -24,9 +24,7 @@ OPEN_MEANS = f"{OPEN}: the samples are too few to bound the interval on this sid
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `study` to its parser."""
     parser.add_argument("study", nargs="?", help="name of a study (see --list), or path of a YAML file")
-    parser.add_argument(
-        "--list", action="store_true", help="list the studies and what may be asked of each kind of scene"
-    )
+    parser.add_argument("--list", action="store_true", help="list the studies and the quantities of each kind of scene")
     add_changes(parser, "change a key of the study, of an input (inputs.KEY.std=4e-5) or of the scene")
     parser.add_argument("--samples", metavar="N", help="the same as --set samples=N")
     parser.add_argument("--seed", metavar="S", help="the same as --set seed=S")

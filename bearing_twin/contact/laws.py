@@ -182,7 +182,7 @@ class Shortcut(NamedTuple):
 
 
 def _root(function, low, high, **tolerances) -> float:
-    """A root by Brent's method; SciPy's, whose import takes as long as a short run, when one is asked for."""
+    """A root by Brent's method; SciPy's, whose import takes as long as a short run, at the first call."""
     from scipy.optimize import brentq
 
     return brentq(function, low, high, **tolerances)

@@ -45,7 +45,7 @@ class Range(NamedTuple):
         return " ".join(filter(None, (low, high)))
 
     def left(self, model: str, value: float) -> str:
-        """The sentence about a model asked for where the fact has this value."""
+        """The sentence about a specified model where the fact has this value."""
         return (
             f"{self.key} = {model} is outside its range: {self.words} is {value:.3g}{with_unit(self.unit)}, "
             f"and it holds {self.limits} ({self.why}); {self.instead}"
@@ -127,11 +127,11 @@ RANGES = (
         0.45, "bilinear elements lock beyond it", "take mesh.integration: selective",
     ),
 )  # fmt: skip
-"""Every range that a model asked for may leave before it runs."""
+"""Every range that a specified model may leave before it runs."""
 
 
 def facts_at(*places: str) -> dict[str, Callable[[Any], float | None]]:
-    """Facts by name: functions of the parameters at "module:name", imported when first asked for."""
+    """Facts by name: functions of the parameters at "module:name", imported at their first use."""
     return {place.partition(":")[2]: lazy_import(place) for place in places}
 
 
@@ -146,7 +146,7 @@ def allowed(parameters) -> bool:
 
 
 def left_by(parameters, only: tuple[str, str] | None = None) -> tuple[str, ...]:
-    """One sentence for each range that a model asked for leaves; a fact that is None, or has no value, leaves none.
+    """One sentence for each range that a specified model leaves; a fact that is None, or has no value, leaves none.
 
     With `only`, a key and a model, those of this model that a rule has chosen.
     """

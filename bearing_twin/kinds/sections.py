@@ -159,12 +159,12 @@ def solved_whole(parameters) -> bool:
 
 @dataclass(frozen=True)
 class Bounded:
-    """True if models that are asked for keep to their ranges."""
+    """True if specified models keep to their ranges."""
 
     allow_invalid: str = choice(
         "off",
         ("off", "on"),
-        "on = a model that is asked for runs outside its range too; every output is marked, and the run is never done",
+        "on = a specified model runs outside its range too; every output is marked, and the run is never done",
     )
 
 

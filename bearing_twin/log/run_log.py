@@ -169,7 +169,7 @@ class LogStream:
     def losses(self) -> dict[str, int | str]:
         """Messages that a recorder counted and that are not in its log, by key; empty for any other log.
 
-        `uncounted` names topics of several publishers, whose losses nobody knows.
+        `uncounted` names topics of several publishers, whose losses are not known.
         """
         recording = self.metadata.get(RECORDING_RECORD, {})
         said = {

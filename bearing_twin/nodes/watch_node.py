@@ -1,6 +1,6 @@
 """watch_node: serves a page of a running node on this machine, read from its topics, with speed, load, pause and reset.
 
-It listens to the node only while somebody looks: without a viewer the node makes no samples for it.
+It subscribes to the node only while a viewer is connected: without one the node makes no samples for it.
 """
 
 import math

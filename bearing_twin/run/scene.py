@@ -68,7 +68,7 @@ class Scene:
 
     @functools.cached_property
     def outside(self) -> tuple[str, ...]:
-        """One sentence for each range of a model asked for that the scene leaves, as far as it is known before."""
+        """One sentence for each range of a specified model that the scene leaves, as far as it is known before."""
         return left_by(self.parameters)
 
     @property
@@ -325,7 +325,7 @@ def choose(scene: Scene) -> Choice:
 
 
 def refuse_outside(scene: Scene) -> None:
-    """Raises SceneError where a model that is asked for leaves its range, and the scene does not allow that."""
+    """Raises SceneError where a specified model leaves its range, and the scene does not allow that."""
     if scene.outside and not scene.allows_invalid:
         fault = "; ".join(scene.outside)
         raise SceneError(

@@ -1,4 +1,4 @@
-"""A scene in motion, advanced as far as somebody asks, and a run of it from start to end."""
+"""A scene in motion, advanced as far as requested, and a run of it from start to end."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -38,7 +38,7 @@ def chunk_end(scene: Scene, first: int, chunk: int, commanded: bool) -> int:
         chunk = min(chunk, chunk_outputs(scene, COMMANDED_NS))
     until = first - first % chunk + chunk
     if first < scene.outputs < until:
-        until = scene.outputs  # what lies beyond the end of the scene is seldom asked for
+        until = scene.outputs  # what lies beyond the end of the scene is seldom requested
     return until
 
 
@@ -73,7 +73,7 @@ def cost_of(scene: Scene) -> Cost:
 
 
 class Simulation:
-    """A scene in motion, advanced as far as somebody asks; the numbers do not depend on how it is cut.
+    """A scene in motion, advanced as far as requested; the numbers do not depend on how it is cut.
 
     Integration runs in the core, while other threads do, in chunks that end before sequence numbers divisible by
     their length, which is shorter for a while after a command. Commands take effect after the last output given out:

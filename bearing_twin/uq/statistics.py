@@ -144,8 +144,8 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1) -> Estima
     P. Hall, On the removal of skewness by transformation, J. R. Stat. Soc. B 54 (1992): with g the skewness,
     T + g T^2/3 + g^2 T^3/27 + g/(6 n) is nearly Student's t. F. E. Satterthwaite, Biometrics Bulletin 2 (1946): a
     variance that scatters as a chi-squared one has its degrees of freedom; with the kurtosis k these are
-    2 n/(k - (n - 3)/(n - 1)), n - 1 of normal points. The mean of a replicate errs by its few points far out, but a few
-    replicates do not show their kurtosis: half of their number is left to them, as with a kurtosis of 4.7.
+    2 n/(k - (n - 3)/(n - 1)), n - 1 of normal points. The mean of a replicate deviates by its few points far out, but
+    few replicates do not show their kurtosis: half of their number is left to them, as with a kurtosis of 4.7.
 
     Unsafe where the sample leaves less than FEWEST_DEGREES. Raises StatisticError where all points of one replicate
     failed.

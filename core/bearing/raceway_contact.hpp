@@ -28,7 +28,7 @@ CORE_INLINE auto out_of_ring(const A &axes, const V &v) { return (v.x * axes.x +
 
 struct NoHeight { Zero value, rate; };
 
-// A number that is 0 where no height comes by, which is seldom worth its slopes.
+// A number that is 0 without surface heights, whose slopes seldom matter.
 template <class Function>
 CORE_INLINE auto where_heights_move(const Pack &rate, Function function) {
   decltype(function()) found{};

@@ -99,7 +99,7 @@ def _channels(n: int, films: bool = False) -> tuple[Channel, ...]:
 
 
 class Rows(Columns):
-    """Outputs side by side in one matrix (count, total width); each channel is also an attribute, made when asked for.
+    """Outputs side by side in one matrix (count, total width); each channel is also an attribute, made when used.
 
     Raises AttributeError for what is no channel.
     """
