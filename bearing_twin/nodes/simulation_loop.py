@@ -199,14 +199,16 @@ class SimulationLoop(PacedStream):
         `now` tells how long the outputs that are computed meanwhile have taken so far.
         """
         since, requested, numbers = self._computing, float(self.factor), self.progress()
-        held = 0 if since is None or now - since < LONG_NS else now - since
+        covered = self._chunk * self.simulation.output_period_ns / requested if requested else 0
+        held = 0 if since is None or now - since < max(LONG_NS, covered) else now - since
         factor, slow = numbers["real_time_factor"], False
         if self.paused:
             message = "paused"
         elif self.finished and not self.over:
             message = "waiting for the next start"
         elif held:
-            slow, word = (True, "slower than real time") if requested else (False, "as fast as possible")
+            times = "" if requested == 1.0 else f"{requested:g} times "
+            slow, word = (True, f"slower than {times}real time") if requested else (False, "as fast as possible")
             numbers["lag_s"] += held * 1e-9 if requested else 0.0
             message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
         elif self.lag_ns > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested:
