@@ -537,3 +537,16 @@ def test_contacts_of_two_runs_are_compared_in_their_order_and_the_least_that_one
     assert apart == pytest.approx([0.05, 0.25, 0.0], abs=1e-15)
     assert sizes.tolist() == [1.0] * 3
     assert len(comparison.events(run(), run())["contacts"][0]) == 0
+
+
+def test_the_moment_of_changing_curvatures_that_two_bodies_lack_is_a_model_error():
+    """The same body on the same plane, with this moment and without: the first contact, of 134 us."""
+    reports = []
+    for name in ("ellipsoid_rocking", "two_bodies_ellipsoid"):
+        run = simulate(load_scene(name, ["run.duration=0.024"]))
+        list(run.blocks())
+        reports.append(run.report.as_dict())
+    with_moment, without = reports
+    difference = abs(without["peak_force_n"] - with_moment["peak_force_n"])
+    assert difference > 100.0 * without["peak_force_n_error"]  # which is the method's alone
+    assert 0.1 * difference < without["model_errors"]["not_modelled"]["peak_force_n"] < 10.0 * difference

@@ -593,7 +593,7 @@ REASONS = (  # by what the core says, and then by what of an equilibrium is beyo
     f"no balance is found: the load pushes the ring through the balls, or no contact carries it; {ASK}",
     "stopped",
     f"a contact is squeezed by more than 2 % of the ball's diameter; {ASK}",
-    f"a contact angle is beyond what is modelled: the load tilts contacts out of the grooves; {ASK}",
+    f"a contact angle is beyond what is modelled: load or speed moves contacts out of the grooves; {ASK}",
 )
 SQUEEZED, LEANS = 4, 5
 
