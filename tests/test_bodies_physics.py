@@ -549,4 +549,4 @@ def test_the_moment_of_changing_curvatures_that_two_bodies_lack_is_a_model_error
     with_moment, without = reports
     difference = abs(without["peak_force_n"] - with_moment["peak_force_n"])
     assert difference > 100.0 * without["peak_force_n_error"]  # which is the method's alone
-    assert 0.1 * difference < without["model_errors"]["not_modelled"]["peak_force_n"] < 10.0 * difference
+    assert 0.1 * difference < without["model_errors"]["left_out"]["peak_force_n"] < 10.0 * difference
