@@ -17,6 +17,7 @@ GROUND = ("base", "core")
 ROOMS = (
     *GROUND,
     "methods",
+    "coefficients",
     "shapes",
     "contact",
     "reference",
@@ -58,7 +59,7 @@ APART = {
     ),
 }
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
-PHYSICS = ("methods", "shapes", "contact", "kinds")
+PHYSICS = ("methods", "coefficients", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "entropy", "inputs", "sampling", "propagation", "statistics", "histories"),
 }

@@ -12,14 +12,17 @@ as exact as those of a `Rule`. Between its `easy` and `hard` both are blended sm
 To add a model, write its formula in the core and give it a row in `_ROWS`. `patch_by` gives one that computes.
 """
 
+from __future__ import annotations
+
 import functools
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
-
-import numpy as np
+from typing import TYPE_CHECKING, NamedTuple
 
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
+
+if TYPE_CHECKING:  # imported where it computes: lists and help begin sooner without it
+    import numpy as np
 
 COARSE_ERROR, MEDIUM_ERROR, FINE_ERROR = 0.08, 0.025, 0.009  # tuned: greatest errors of the rules of points
 PADE1_ERROR, PADE2_ERROR = 0.95, 0.8  # tuned: the same of the closed forms
@@ -160,6 +163,8 @@ def points(count: int, spokes: int) -> np.ndarray:
     Rings by Gauss in t, rho = sin(t): both the pressure's edge, 3/2 sqrt(1 - rho^2), and the kink at the centre of a
     spinning patch are smooth in it.
     """
+    import numpy as np
+
     nodes, weights = np.polynomial.legendre.leggauss(count) if count else (np.empty(0), np.empty(0))
     angle = 0.25 * math.pi * (nodes + 1.0)
     shares = weights * np.cos(angle) ** 2 * np.sin(angle)
@@ -182,6 +187,8 @@ class Patch(NamedTuple):
 
         -mu p u/sqrt(u^2 + v_s^2) over Hertz's pressure p, u = v + spin x r, v_s = `regularisation` [m/s].
         """
+        import numpy as np
+
         motion = np.broadcast_arrays(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin)
         rows = np.ascontiguousarray(np.stack(motion, axis=-1), float)
         found = np.empty((*motion[0].shape, 3))
@@ -191,6 +198,8 @@ class Patch(NamedTuple):
 
 def patch_of(formula: str, coefficient: float, rule: Rule = NO_RULE) -> Patch:
     """A model by its formula, the coefficient of friction, and the rule of its points if it is a sum over such."""
+    import numpy as np
+
     placed = points(rule.rings, rule.spokes)
     numbers = [FORMULAS.index(formula), coefficient, rule.easy, rule.hard, len(placed)]
     return Patch(np.array(numbers, float), placed)
