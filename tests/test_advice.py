@@ -13,6 +13,7 @@ from sources import PACKAGE, nodes_of, package_trees
 import bearing_twin
 from bearing_twin.base.parameters import describe
 from bearing_twin.command.cli import _parsers
+from bearing_twin.contact.friction import PATCH_NAMES
 from bearing_twin.run.scene import KINDS
 from bearing_twin.run.simulation import Run
 from bearing_twin.uq.study import Settings
@@ -80,6 +81,7 @@ def test_every_word_recommended_for_a_key_is_legal():
     options = {}
     for row in itertools.chain(*ROWS.values()):
         options.setdefault(row.key, set()).update(row.options)
+    options["contact.friction"].update(PATCH_NAMES)
     words = [
         (where, match.group(1), match.group(2))
         for where, match in found(r"(?<![\w.])([a-z]+(?:\.[a-z_]+)+): ([a-z]\w*)")
