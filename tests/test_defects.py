@@ -174,6 +174,16 @@ def test_work_over_high_waves_closes_at_the_default_tolerance():
         assert abs(run.report.figures["energy_closure"]) < 1e-4, changes
 
 
+SPALL_OF_RUN_UP = "defects=[{on: outer, spall: {place: -1.57, length: 0.5e-3, width: 0.5e-3, depth: 1e-5}}]"
+
+
+def test_a_ring_that_a_torque_drives_over_a_spall_has_no_energy_balance():
+    run = simulate(load_scene("bearing_6203_run_up", ["run.duration=0.005", "cage.kind=even", SPALL_OF_RUN_UP]))
+    list(run.blocks())
+    assert run.report.status == "done"
+    assert run.report.figures["energy_closure"] is None
+
+
 def test_a_ball_crosses_the_middle_of_a_pit_as_exactly_as_its_tolerance_says():
     """Where it strikes the other edge, just after the start; all balls share the steps of a ring that moves."""
     run = {"run": {"duration": 4e-4, "output_rate": 30_000.0}, "drive.speed": 24.61}

@@ -189,7 +189,6 @@ def coverage_panels(contest, rows):
 
 def coverage_reading(contest, rows):
     """Coverage by problem, and the cells that hold less or more than they say."""
-
     for problem, title in contest.problems.items():
         cells = [(row, name, row.more[name]) for row in of_problem(rows, problem, DONE) for name in STATISTICS]
         if not cells:

@@ -58,8 +58,9 @@ COUPLED = (
 
 
 def differences(*system):
-    """Columns that matter of a system (`linear_answers`), and by small changes in each those of all rates: by central
-    differences of the rates, and by the Jacobian.
+    """Columns that matter of a system (`linear_answers`), and derivatives of all rates by them.
+
+    By central differences of the rates, and by the Jacobian.
     """
     bearing, drive, bodies, near, state, body_state = system
     balls = len(state)
