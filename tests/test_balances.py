@@ -256,8 +256,9 @@ def balls_that_touch():
         balls_that_touch,
         lambda: tilted_ring("bearing_6203_tilted", "run.duration=0.005"),
         lambda: tilted_ring("bearing_6203_step_load", "run.duration=0.015"),
+        lambda: tilted_ring("bearing_6205_spall_outer", "run.duration=0.02", "rings.inner.moment=[0.3,0.1]"),
     ],
-    ids=["balls that touch", "ring held at a tilt", "free ring"],
+    ids=["balls that touch", "ring held at a tilt", "free ring", "both rings free"],
 )
 def test_contacts_of_each_body_add_up_to_its_wrench_and_all_wrenches_to_zero(make):
     parameters, sample = make()
@@ -267,8 +268,8 @@ def test_contacts_of_each_body_add_up_to_its_wrench_and_all_wrenches_to_zero(mak
     assert [wrench.body for wrench in found] == rows["bodies"]
     assert max(np.linalg.norm(wrench.torque) for wrench in found) > 1e-5
     for body, wrench in enumerate(found):
-        assert np.abs(wrench.force - force[body]).max() < ROUNDING * size[0, body]
-        assert np.abs(wrench.torque - torque[body]).max() < ROUNDING * size[1, body]
+        assert np.abs(wrench.force - force[body]).max() <= ROUNDING * size[0, body]
+        assert np.abs(wrench.torque - torque[body]).max() <= ROUNDING * size[1, body]
     turning = sum(wrench.torque + np.cross(places[wrench.body], wrench.force) for wrench in found)
     assert np.abs(sum(wrench.force for wrench in found)).max() < ROUNDING * size[0].sum()
     assert np.abs(turning).max() < ROUNDING * size[1].sum()

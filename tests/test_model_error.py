@@ -152,7 +152,7 @@ def test_an_error_is_over_a_tenth_of_nothing_where_realisations_failed():
     assert not notes(*of_spheres, [100.0, math.nan])
     assert not notes(*of_spheres, [math.nan])
     (note,) = notes(*of_spheres, [10.0, math.nan])
-    assert "the error of the model is 2, over 10 % of it, mostly left out: no" in note
+    assert "the error of the model is 2, over 10 % of it, mostly what is not modelled: no" in note
 
 
 def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():

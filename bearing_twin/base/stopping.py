@@ -79,7 +79,7 @@ def signal_flag() -> Iterator[None]:
 
 @contextlib.contextmanager
 def stop_condition(requested: Callable[[], bool]) -> Iterator[None]:
-    """Within it, in this thread, `look` raises Stopped once `requested()` is true."""
+    """Within it, in this thread, `stop_if_requested` raises Stopped once `requested()` is true."""
     token = _STOP_REQUESTED.set(requested)
     try:
         yield

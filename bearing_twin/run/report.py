@@ -230,7 +230,7 @@ def _said(figure: str, value, error, source: str, films: bool) -> str:
     words = of_films(words) if films else words
     off = greatest(error)
     size = known_digits(greatest(value), off, 2)
-    return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {source.replace('_', ' ')}"
+    return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {WORDS.get(source, source)}"
 
 
 def output_error_in_words(result: Mapping[str, Any]) -> str:

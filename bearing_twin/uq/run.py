@@ -21,7 +21,7 @@ from bearing_twin.base.errors import StatisticError, Stopped, StudyError, no_pro
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
-from bearing_twin.run.report import LARGE, exceeds
+from bearing_twin.run.report import LARGE, WORDS, exceeds
 from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
 from bearing_twin.uq.inputs import quantity_of
 from bearing_twin.uq.propagation import LADDER, MOST_RUNS, expand, interpolate
@@ -118,10 +118,10 @@ def gathered(study: Study, found: Realised, known: Iterable[str] = (), where: st
             unknown[name] = "a figure that it is read off has no bound of its error"
         sizes = found.quantities[np.isfinite(found.quantities[:, column]), column].tolist()
         if error is not None and sizes and exceeds(sizes, error):
-            unit = with_unit(quantity_of(study.kind, name).unit)
+            unit, source = with_unit(quantity_of(study.kind, name).unit), max(by_source, key=by_source.get)
             notes.append(
                 f"{name}: the error of the model is {error:.2g}{unit}, over {100.0 * LARGE:g} % of it, mostly "
-                f"{max(by_source, key=by_source.get).replace('_', ' ')}: no sampling makes it smaller"
+                f"{WORDS.get(source, source)}: no sampling makes it smaller"
             )
     known, tally = set(map(without_numbers, known)), Tally()
     bits = tally.bits(len(found.quantities), found.doubts)

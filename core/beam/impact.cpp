@@ -6,7 +6,8 @@
 
 namespace core::beam {
 
-// The force while they touch, by two methods. Collocation: within a step the force is the cubic through its values at four points of Gauss and Lobatto, which obey  f = c alpha^1.5,  alpha = s - w - tail f  (paper 2, eqs. 1 and 5).
+// The force while they touch, by two methods. Collocation: within a step the force is the cubic through its values at four
+// points of Gauss and Lobatto, which obey  f = c alpha^1.5,  alpha = s - w - tail f  (paper 2, eqs. 1 and 5).
 //
 // Every mode answers such a force exactly, so that the step follows the duration of the contact, not the highest mode,
 // which would set that of an explicit method. The force starts and ends as (time)^1.5: steps double from a short first

@@ -30,7 +30,8 @@ enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KIN
 using Vector = Vector3<Pack>;
 
 // The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion. Then the
-// outer ring's centre and its velocity; lanes of the first ball.
+// outer ring's centre and its velocity; lanes of the first ball. Moments on the outer ring are about the origin of its
+// frame, where its centre is at the start.
 struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Vector outer, outer_drift; Mask first; };
 
 // A contact in the axes in which it was computed.
@@ -153,7 +154,7 @@ template <bool PATCH, RingMotion RING>
   row.put(at_inner.spin_moment), row.put(at_outer.spin_moment);
   row.put(at_inner.film), row.put(at_outer.film), row.put(at_inner.film_ratio), row.put(at_outer.film_ratio);
 
-  Vector on_inner, on_outer = -1.0 * (cross(outer.point - ring.outer, outer.force) + outer.spin_moment);
+  Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.spin_moment);
   if constexpr (RING == RingMotion::tilted || tilts_and_moves(RING))
     on_inner = moment_on_tilted(ring, position, inner.force, inner.torque);
   else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.spin_moment);

@@ -143,7 +143,8 @@ class BeamComparison(ImpactComparison):
     @property
     def coarser(self) -> float:
         """Ten where a tenth of the error takes more modes than there may be: the second run then has fewer."""
-        return 1.0 / TOLERANCE if self._modes_and_steps(TOLERANCE)[0] > MOST_MODES else 1.0
+        beyond = self.choice.stepper == "modes" and self._modes_and_steps(TOLERANCE)[0] > MOST_MODES
+        return 1.0 / TOLERANCE if beyond else 1.0
 
     def _modes_and_steps(self, share: float) -> tuple[int, int]:
         """Those of a run with this share of the error."""
