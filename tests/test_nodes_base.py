@@ -1,5 +1,6 @@
 """What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
 
+import math
 from types import SimpleNamespace
 
 from ros import (
@@ -101,6 +102,7 @@ def test_a_log_says_what_an_hour_takes_and_when_the_disk_will_be_full(tmp_path, 
         }  # fmt: skip
         log.bytes = 27_000
         assert look(104.0)[:2] == (DiagnosticStatus.WARN, "the disk will be full in 17 min at this rate")
+        assert look(105.0)[2]["disk_full_in_s"] == math.inf  # nothing is written
         log.limited, log.bytes = True, 47_000
         assert look(106.0)[:2] == (DiagnosticStatus.OK, "")
         log.problem = "no room"

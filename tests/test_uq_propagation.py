@@ -283,7 +283,7 @@ ISHIGAMI = np.array([ISHIGAMI_FIRST, ISHIGAMI_TOTAL])
 
 @pytest.mark.parametrize("method", ["random", "sobol"])
 def test_intervals_of_sobol_indices_cover_or_are_marked_unsafe(method):
-    """Of a product of lognormal inputs they hold the truth in less than 95 %, of a sum of gamma ones in 95 %."""
+    """Of a product of lognormal inputs they contain the truth in 76 and 91 %, of a sum of gamma ones in 95 %."""
     wide = Joint([read_input(key, {"distribution": "lognormal", "mean_log": 0.0, "std_log": 1.0}) for key in "xy"])
     parts = np.full(2, math.expm1(1.0)) / math.expm1(2.0)
     small = Joint([read_input(key, {"distribution": "gamma", "shape": 3.6, "scale": 1.0}) for key in "xy"])
@@ -295,7 +295,7 @@ def test_intervals_of_sobol_indices_cover_or_are_marked_unsafe(method):
         found = np.array([indices(function, joint, method, seed, rows) for seed in range(40)])
         _, low, high, safe = found.transpose(1, 0, 2, 3)
         covered = np.mean((low <= truth) & (truth <= high))
-        assert covered < 0.95 if marked else 0.92 <= covered <= 0.98
+        assert covered < {"random": 0.9, "sobol": 0.95}[method] if marked else 0.92 <= covered <= 0.98
         assert marked is None or (np.mean(safe) < 0.05 if marked else np.mean(safe) > 0.7)
 
 

@@ -33,7 +33,7 @@ CHARTS = {
     ),
     "stability": Listed("stability", "maps of where methods fail or are refused: step, stiffness, friction, mesh", 40),
     "samplers": Listed("uncertainty", "samplers: error of mean and deviation against realisations and cost", 60),
-    "coverage": Listed("uncertainty", "how often 95 % intervals of a study hold the truth", 300),
+    "coverage": Listed("uncertainty", "share of 95 % intervals of studies that contain the true value", 300),
     "cost": Listed("cost", "where the CPU time of a run goes, from the motion to a log", 60),
     "paper1": Listed("paper1", "Kosenko and Aleksandrov: contact frame, laws in a bearing, bounces, cost", 10),
     "paper2": Listed("paper2", "Opritescu, Tirdea, Toader: a sphere falls on a beam, by two beam theories", 6),

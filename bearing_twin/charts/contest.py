@@ -19,7 +19,7 @@ import numpy as np
 from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.units import prefixed, two_digits
-from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, curve, draw, labels, write_curves
+from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, draw, labels, write_curves
 from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
 from bearing_twin.pictures import STYLE
 
@@ -109,8 +109,9 @@ class Contest:
 
     def sheet(self, rows: list[Row]) -> Sheet:
         """The picture of rows."""
-        lost = any(row.status != DONE for row in rows)
-        sheet = Sheet(self.title, self.panels(self, rows), "crosses: no result" if lost else "", [])
+        sheet = Sheet(self.title, self.panels(self, rows), "", [])
+        names = [name for line in sheet.rows for panel in line for part in panel.parts for name, *_ in part.curves()]
+        sheet.footer = "crosses: no result" if any(name.endswith(NO_RESULT) for name in names) else ""
         sheet.key = len(labels(sheet)) <= MOST
         return sheet
 

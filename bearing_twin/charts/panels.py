@@ -19,6 +19,7 @@ WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too
 KEY_WIDTH = 170  # letters of a line of the legend below all panels
 MANY = 8  # entries of a legend that stands inside its panel
+NO_RESULT = ", no result"  # behind the name of a method
 CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 
 
@@ -158,7 +159,7 @@ def curve(name: str, points, number: int, lost=(), marker: str = "o") -> list[Li
     parts = [Line(name, *(np.reshape(points, (-1, 2)).T), look | {"marker": marker, "markersize": 5})]
     if lost:
         cross = {**CROSS, "color": look["color"]}
-        parts.append(Line(f"{name}, no result", *np.transpose(lost), cross, False))
+        parts.append(Line(name + NO_RESULT, *np.transpose(lost), cross, False))
     return parts
 
 

@@ -127,7 +127,7 @@ EACH = 18  # scenes of a panel
 LOOKS = {
     "choice": {"color": BALL_COLOURS[0], "marker": "o", "markersize": 9, "linestyle": ""},
     "others that meet the tolerance": {"color": BALL_COLOURS[2], "marker": "d", "markersize": 5, "linestyle": ""},
-    "others that do not": {**CROSS, "color": STYLE["soft"], "markersize": 5, "markeredgewidth": 1.2},
+    "others that do not meet it": {**CROSS, "color": STYLE["soft"], "markersize": 5, "markeredgewidth": 1.2},
 }
 
 
@@ -245,7 +245,7 @@ CHARTS = {
         read=_tolerance_reading,
     ),
     "choice": Scenes(table=Lazily(at_tolerances, _chosen)).contest(
-        title="What is chosen, against cheaper and dearer models",
+        title="Automatic choice against all other models: error and cost",
         panels=_choice_panels,
         read=_choice_reading,
         error="error over the tolerance requested",

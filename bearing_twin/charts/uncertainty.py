@@ -172,7 +172,7 @@ def coverage_panels(contest, rows):
     ends = [min(row.setting for row in good), max(row.setting for row in good)]
     least = min([0.9, *(row.more[name] for row in good for name in STATISTICS)])
     across = Axis("samples", log=True, limits=(0.7 * ends[0], 1.4 * ends[1]))
-    up = Axis("share of studies that hold the true value", limits=(0.05 * int(20.0 * least), 1.0))
+    up = Axis("share that contains the true value", limits=(0.05 * int(20.0 * least), 1.0))
     for statistic in STATISTICS:
         parts = [Band("93 to 97 %", ends, [CLOSE] * 2, [WIDE] * 2, {"color": "#71808c", "alpha": 0.25})]
         for dashes, problem in zip(("-", "--", ":"), contest.problems, strict=True):
@@ -220,7 +220,7 @@ CHARTS = {
         wanted=1e-4,
     ),
     "coverage": Contest(
-        title="How often 95 % intervals hold the true value",
+        title="Share of studies whose 95 % interval contains the true value",
         problems={
             "gamma": "gamma, deviation 0.53 of the mean",
             "four": "four inputs",

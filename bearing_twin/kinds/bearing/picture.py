@@ -40,7 +40,7 @@ MOVED = {  # what moves by itself: title of its panel and axis, factor into its 
 }
 OF_BALLS = {  # panels over the azimuth: title, axis, factor into its unit
     "contact_angle": ("Contact angle of each ball", "angle [°]", np.degrees(1.0)),
-    "peak_pressure": ("Greatest Hertz pressure of each ball", "p [MPa]", 1e-6),
+    "peak_pressure": ("Greatest Hertz pressure of each ball", "pressure [MPa]", 1e-6),
 }
 
 
