@@ -4,6 +4,7 @@ import json
 import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
 
@@ -206,6 +207,10 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
     assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
     assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
     assert rows[3].more == {"of my own": 2.0}
+    ((panel,),) = engine.error_against_cost(contest(judge), rows)
+    (lost,) = [part for part in panel.parts if part.name == "m, no result"]
+    assert len(lost.x) == 3
+    assert np.isfinite([lost.x, lost.y]).all(), "a cross each in the picture"
 
 
 def test_an_installation_that_cannot_run_makes_no_chart():

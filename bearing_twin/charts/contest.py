@@ -237,7 +237,7 @@ def error_against_cost(contest: Contest, rows: list[Row], only: Container[str] =
             methods,
             lambda row: max(row.error, least),
             lambda row: row.seconds,
-            lambda row: (edge, max(row.seconds, 0.0) or min(costs) * 1.3 ** methods.index(row.method)),
+            lambda row: (edge, row.seconds if row.seconds > 0.0 else min(costs) * 1.3 ** methods.index(row.method)),
         )
         limit = Line("", [contest.wanted] * 2, ends, WANTED_LOOK, False)
         return Panel(title, across, Axis(contest.cost, "s", log=True, limits=ends), [limit, *parts])

@@ -127,7 +127,7 @@ EACH = 18  # scenes of a panel
 LOOKS = {
     "choice": {"color": BALL_COLOURS[0], "marker": "o", "markersize": 9, "linestyle": ""},
     "others that meet the tolerance": {"color": BALL_COLOURS[2], "marker": "d", "markersize": 5, "linestyle": ""},
-    "others that do not meet it": {**CROSS, "color": STYLE["soft"], "markersize": 5, "markeredgewidth": 1.2},
+    "others that miss the tolerance": {**CROSS, "color": STYLE["soft"], "markersize": 5, "markeredgewidth": 1.2},
 }
 
 
