@@ -71,7 +71,9 @@ def is_95_percent(held):
 
 
 @pytest.mark.parametrize("count", [64, 512])
-@pytest.mark.parametrize("truth", [stats.norm(), stats.expon(), stats.gamma(3.6), stats.lognorm(1.0)], ids=lambda truth: truth.dist.name)
+@pytest.mark.parametrize(
+    "truth", [stats.norm(), stats.expon(), stats.gamma(3.6), stats.lognorm(1.0)], ids=lambda truth: truth.dist.name
+)
 def test_intervals_of_moments_hold_the_truth(truth, count):
     """Of a deviation of lognormal points Hall's interval with n - 1 degrees of freedom holds it in 88 %."""
     every = truth.rvs(size=(400, count), random_state=count)
