@@ -174,6 +174,14 @@ def test_work_over_high_waves_closes_at_the_default_tolerance():
         assert abs(run.report.figures["energy_closure"]) < 1e-4, changes
 
 
+def test_work_over_waves_of_a_ball_closes_where_its_axis_is_inclined():
+    """Under axial load, where its place turns by two components of the spin."""
+    changes = "sensor.on=none", "rings.inner.load=[0,-1000,400]", "defects=[{on: ball, waviness: [6, 5e-7, 0]}]"
+    run = simulate(load_scene("bearing_6205_spall_outer", [*changes, "run.duration=0.02", "solver.check=none"]))
+    list(run.blocks())
+    assert abs(run.report.figures["energy_closure"]) < 2e-6
+
+
 SPALL_OF_RUN_UP = "defects=[{on: outer, spall: {place: -1.57, length: 0.5e-3, width: 0.5e-3, depth: 1e-5}}]"
 
 

@@ -50,7 +50,7 @@ struct AllBalls {
   Heights heights(double time, const Pack &speed, const BallState &y) const {
     if (!bearing.defects.count) return {};
     Pack turned = broadcast<Pack>(drive.angle_at(time));
-    return heights_at(bearing.defects, surface_places(y[ANGLE], y[VELOCITY + 1] / y[RADIUS], turned, speed, Quaternion{}, Pack{}, Mask{}), Pack{});
+    return heights_at(bearing.defects, surface_places(y[ANGLE], y[VELOCITY + 1] / y[RADIUS], turned, speed, Quaternion{}, Triple{}, Mask{}), Pack{});
   }
 
   template <class Evaluate>

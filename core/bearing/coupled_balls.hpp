@@ -165,7 +165,7 @@ class Integration {
       for (int lane = 0; lane < LANES; lane++)
         if (int place = int(block) * LANES + lane; place < count && numbers[place] == 0) first[lane] = -1;
       k.places = surface_places(k.start[ANGLE], k.start[ORBIT_RATE], broadcast<Pack>(now[SHAFT]),
-                                broadcast<Pack>(now[COORDINATES + SHAFT]), k.before, spin_in_frame(k.start)[2], first);
+                                broadcast<Pack>(now[COORDINATES + SHAFT]), k.before, spin_in_frame(k.start), first);
       k.meets_defects = false, k.heights = {};
       for (int lane = 0; lane < LANES; lane++) k.meets_defects |= meets(bearing.defects, k.places, lane, ahead);
       meets_defects |= k.meets_defects;

@@ -145,7 +145,7 @@ class Integration : StepStates<BallState> {
     Mask first;
     for (int lane = 0; lane < LANES; lane++) first[lane] = held[lane] == 0 ? -1 : 0, turned[lane] = chunk.drive.angle_at(time[lane]);
     places = surface_places(start[ANGLE], start[VELOCITY + 1] / start[RADIUS], turned, chunk.drive.speed + chunk.drive.acceleration * time,
-                            before, spin_in_frame(start)[2], first);
+                            before, spin_in_frame(start), first);
     meets_defects = false;
     for (int lane = 0; lane < LANES; lane++) meets_defects |= meets(bearing.defects, places, lane, step[lane]);
   }

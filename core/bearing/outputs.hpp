@@ -126,7 +126,7 @@ template <bool PATCH, RingMotion RING>
   Heights heights;
   if (bearing.defects.count) {
     Pack orbit_rate = y[VELOCITY + 1] / y[RADIUS];
-    heights = heights_at(bearing.defects, surface_places(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, y[SPIN + 2] - orbit_rate, ring.first), Pack{});
+    heights = heights_at(bearing.defects, surface_places(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first), Pack{});
   }
   Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
   Contact at_outer = [&]() __attribute__((always_inline)) {

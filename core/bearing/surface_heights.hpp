@@ -14,6 +14,7 @@ namespace core {
 enum class Surface { inner, outer, ball };
 constexpr int MOST_DEFECTS = 16, TABLE_PIECES = 128, TABLE_NUMBERS = 2 * (TABLE_PIECES + 1);
 constexpr double PIECES_OF_BEND = 4.0, PIECES_OF_WAVE = 16.0;  // steps in which a bend of a spall and a wave pass
+constexpr double LEAST_CIRCLE = 0.01;  // square of a circle of latitude over the ball's radius: at poles places would turn at once
 constexpr double AT_MIDDLE = 1e-6;  // of a bend: a step that begins no further before the middle of a spall begins there
 
 // A spall of no `order`: its middle [rad], radius of the path [m], half its length with what smooths it, half its width,
@@ -47,9 +48,11 @@ struct Heights { Height inner, outer; };
 struct SurfacePlaces { Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}; Mask first{}; };
 
 inline SurfacePlaces surface_places(const Pack &angle, const Pack &orbit_rate, const Pack &ring_angle, const Pack &ring_speed,
-                                    const Quaternion &q, const Pack &spin_in_frame, const Mask &first) {
+                                    const Quaternion &q, const Triple &spin_in_frame, const Mask &first) {
   Pack across = 2.0 * (q[0] * q[1] - q[2] * q[3]), along = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]);
-  SurfacePlaces at{angle - ring_angle, angle, {}, 2.0 * (q[0] * q[2] + q[1] * q[3]), orbit_rate - ring_speed, orbit_rate, -spin_in_frame, first};
+  Pack latitude = 2.0 * (q[0] * q[2] + q[1] * q[3]), tilt = 2.0 * (q[1] * q[2] - q[0] * q[3]), level = 1.0 - 2.0 * (q[0] * q[0] + q[1] * q[1]);
+  Pack rate = (spin_in_frame[2] * level + spin_in_frame[1] * tilt) / maximum(1.0 - latitude * latitude, LEAST_CIRCLE);
+  SurfacePlaces at{angle - ring_angle, angle, {}, latitude, orbit_rate - ring_speed, orbit_rate, -rate, first};
   for (int lane = 0; lane < LANES; lane++)
     if (first[lane]) at.ball[lane] = std::atan2(across[lane], along[lane]);
   return at;
