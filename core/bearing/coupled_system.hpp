@@ -125,10 +125,8 @@ inline void forces_of_block(const Bearing &bearing, const CoupledBodies &bodies,
   auto raceways = [&]<RingMotion RING>() { raceways_of_block<RING, PATCH, DERIVATIVES>(bearing, bodies.direction, layout, k, y, push); };
   switch (bodies.ring) {
     case RingMotion::held: raceways.template operator()<RingMotion::held>(); break;
-    case RingMotion::tilted: raceways.template operator()<RingMotion::tilted>(); break;
     case RingMotion::level: raceways.template operator()<RingMotion::level>(); break;
-    case RingMotion::tilting: raceways.template operator()<RingMotion::tilting>(); break;
-    case RingMotion::housed: raceways.template operator()<RingMotion::housed>(); break;
+    default: raceways.template operator()<RingMotion::housed>();  // rows and columns of coordinates that are held are spare
   }
   if (bodies.cage == CageKind::pockets) pockets_of_block<DERIVATIVES>(bearing, bodies, layout, k, y, push);
 }
