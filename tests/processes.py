@@ -41,7 +41,7 @@ def own_domain() -> Iterator[int]:
 
 
 def _bound_ports() -> list[int]:
-    """The UDP ports that are in use, where the system tells."""
+    """The UDP ports in use, where the system reports them."""
     tables = (Path("/proc/net") / name for name in ("udp", "udp6"))
     rows = [row.split() for table in tables if table.exists() for row in table.read_text().splitlines()[1:]]
     return [int(row[1].rpartition(":")[2], 16) for row in rows]

@@ -80,7 +80,7 @@ def test_a_run_is_logged_reported_and_verified(log, capsys):
     verification = asked(capsys, "verify", log)
     assert verification["greatest_deviation"] == 0.0
     assert verification["samples"] == 21
-    # Friction at a point has no moment of spin, beside which its torque is 0, and 0 is no doubt.
+    # Friction at a point has no moment of spin, so that its torque is exactly 0, which needs no warning.
     report = asked(capsys, "report", log, "--strict")
     assert report["model_errors"]["friction_model"]["drive_torque_nm"] > 100.0 * abs(report["drive_torque_nm"])
     assert report["flags"] == []

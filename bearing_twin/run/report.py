@@ -161,8 +161,8 @@ def _exceeded(name: str, output: OutputError, model: tuple[ModelError, ...], est
 def shown_errors(result: Mapping[str, Any], figure: str, size: float) -> tuple[float | None, float | None]:
     """Of a figure of this size in a table: the error that sets its digits, and that behind its ±, None for none.
 
-    The latter is the method's, and left out where that of the model is far greater: it would promise too much. A figure
-    that is 0 within its greatest error has that.
+    The latter is the method's, and not printed where that of the model is far greater, as it would suggest too high an
+    accuracy. A figure that is 0 within its greatest error has that.
     """
     method = greatest_error(result.get(f"{figure}_error"))
     models = (greatest_error(of.get(figure)) for of in result.get("model_errors", {}).values())

@@ -1,8 +1,8 @@
-"""What an accelerometer on the housing hears: the housing as a mass on a spring and a damper, pushed by the outer ring.
+"""Acceleration that a sensor on the housing measures; the housing is a mass on a spring and a damper.
 
 The force of balls on the outer ring, along the sensor's direction, moves the housing, m a = F - c v - k x, and the
 outer ring with it. Where that ring is held, the force moves the housing alone. As in the converter of a sensor, the
-acceleration is sampled several times as fast as it is given out, and filtered against aliasing before.
+acceleration is sampled at several times the rate of the sensor and filtered against aliasing before it is decimated.
 """
 
 import math
@@ -18,7 +18,7 @@ CONVERTER_RATE = 2e5  # Hz, at least, of samples before the filter: balls ring o
 LEAST_DECIMATED, MOST_DECIMATED = 4, 1000  # samples before the filter for each that is given out
 # An elliptic low-pass: order, ripple [dB] of the pass band up to EDGE of the rate, attenuation [dB] from 0.56 of it on.
 ORDER, RIPPLE, ATTENUATION, EDGE = 8, 0.1, 80.0, 0.4
-ROOM = 500  # instants of which forces are computed at once
+INSTANTS = 500  # of which forces are computed at once
 WINDOW = 10.0  # s, of samples at the end of a run, which figures and the health of a bearing are made of
 OK, WARN, STALE = 0, 1, 3  # levels of diagnostic_msgs/DiagnosticStatus
 LINES = {"BPFO": "bpfo", "BPFI": "bpfi", "2BSF": "bsf"}  # of damage: in spectra, in figures
@@ -37,10 +37,10 @@ def tables(parameters) -> tuple[Table, ...]:
 
 
 class Accelerometer:
-    """Samples of a scene's sensor, which come by the delay of its filter late, two of their periods at low frequencies.
+    """Samples of a scene's sensor, delayed by its filter: by two of their periods at low frequencies.
 
-    What was before is `state`: the number of the last instant before the filter, the force at rest [N], and the states
-    of the filter's sections; () at the start. `housing` is that which moves with the outer ring, empty for a held ring.
+    `state` holds the number of the last filtered instant, the force at rest [N], and the states of the sections
+    of the filter; it is () at the start. `housing` is that which moves with the outer ring, empty for a held ring.
     """
 
     def __init__(self, parameters, housing):
@@ -48,7 +48,7 @@ class Accelerometer:
 
         sensor, held = parameters.sensor, parameters.housing
         self._sensor, self._housing = sensor, housing
-        self._along = np.array(sensor.direction) / math.hypot(*sensor.direction)
+        self._along = np.array(sensor.unit_direction)
         self._every = min(max(math.ceil(CONVERTER_RATE / sensor.rate), LEAST_DECIMATED), MOST_DECIMATED)
         self._rate = self._every * sensor.rate
         system = [1.0, 0.0, 0.0], [held.mass, held.damping, held.stiffness]
@@ -67,7 +67,9 @@ class Accelerometer:
         first = state[0] + 1 if state else max(0, math.ceil(begin * self._rate - 1e-6))
         return np.arange(first, math.floor(end * self._rate + 1e-6) + 1) / self._rate
 
-    def heard(self, state: tuple, times: np.ndarray, forces: np.ndarray, moved: np.ndarray) -> tuple[tuple, np.ndarray]:
+    def samples(
+        self, state: tuple, times: np.ndarray, forces: np.ndarray, moved: np.ndarray
+    ) -> tuple[tuple, np.ndarray]:
         """The state after forces (n, 3) [N] on the outer ring at `times` [s], and rows (m, 2) of the samples then.
 
         `moved` (n, 2) are place [m] and velocity [m/s] of a housing that moves with the ring.

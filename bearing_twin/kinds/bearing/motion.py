@@ -10,7 +10,7 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing.accelerometer import ACCELERATION, ROOM, Accelerometer
+from bearing_twin.kinds.bearing.accelerometer import ACCELERATION, INSTANTS, Accelerometer
 from bearing_twin.kinds.bearing.defects import defect_numbers
 from bearing_twin.kinds.bearing.equilibrium import (
     OVERLOAD,
@@ -457,16 +457,16 @@ class BearingMotion(CommandedBearing):
         self.drive = drive.later(duration)._replace(speed=speed, acceleration=0.0)
 
     def _listen(self, bodies, drive, times, filled, sampled) -> None:
-        """Takes the forces that the sensor hears at `sampled` [s] of the run, from the states at `times` of a part."""
+        """Samples of the sensor from the forces at `sampled` [s] of the run, by the states at `times` of a part."""
         rows, forces = np.searchsorted(times, np.clip(sampled - self.elapsed, 0.0, None)), np.zeros((len(sampled), 3))
         rows = np.minimum(rows, len(times) - 1)
-        for begin in range(0, len(rows), ROOM):
-            part = rows[begin : begin + ROOM]
+        for begin in range(0, len(rows), INSTANTS):
+            part = rows[begin : begin + INSTANTS]
             moved = (one[part] for one in filled)
             found = outer_ring_forces(self.parameters, self.bearing, bodies, drive, times[part], *moved)
-            forces[begin : begin + ROOM] = found
+            forces[begin : begin + INSTANTS] = found
         moved = filled[2][rows, HOUSING_PLACE : HOUSING_SPEED + 1]
-        self.heard, samples = self.accelerometer.heard(self.heard, sampled, forces, moved)
+        self.heard, samples = self.accelerometer.samples(self.heard, sampled, forces, moved)
         if len(samples):
             self._samples.append(samples)
 

@@ -79,6 +79,11 @@ class Sensor:
     noise: float = quantity(0.0, "m/s^2", "standard deviation of the noise of a sample", at_least=0.0)
     seed: int = quantity(0, "1", "of the noise", at_least=0)
 
+    @property
+    def unit_direction(self) -> tuple[float, ...]:
+        """The direction, of length 1."""
+        return tuple(one / math.hypot(*self.direction) for one in self.direction)
+
 
 def has_sensor(parameters) -> bool:
     """True if there is an accelerometer on the housing."""

@@ -119,7 +119,7 @@ def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float)
     return np.linalg.solve(np.vander(FILM_PLACES, increasing=True), found).T
 
 
-HELD, TILTED, LEVEL, TILTING, HOUSED = range(5)  # RingMotion of elements.hpp: held, moving, tilted
+HELD, TILTED, LEVEL, TILTING, HOUSED = range(5)  # RingMotion of elements.hpp
 NO_LAND = math.inf  # the clearance of a cage that balls alone guide
 
 
@@ -465,9 +465,8 @@ def housing_of(parameters: BearingScene) -> MovingHousing | tuple:
     free = dimension_of(parameters) == FREE_RING and parameters.cage.guidance != OUTER_LAND
     if not has_sensor(parameters) or not free:
         return ()
-    housing, along = parameters.housing, parameters.sensor.direction
-    unit = tuple(one / math.hypot(*along) for one in along)
-    return MovingHousing(housing.mass, housing.stiffness, housing.damping, unit)
+    housing = parameters.housing
+    return MovingHousing(housing.mass, housing.stiffness, housing.damping, parameters.sensor.unit_direction)
 
 
 def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
