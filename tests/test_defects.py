@@ -182,6 +182,21 @@ def test_work_over_waves_of_a_ball_closes_where_its_axis_is_inclined():
     assert abs(run.report.figures["energy_closure"]) < 2e-6
 
 
+@pytest.mark.parametrize("changes", [(), ("cage.kind=even",)])
+def test_the_energy_balance_of_balls_that_leave_a_wavy_raceway_closes_as_the_tolerance_falls(changes):
+    """Loads then act no more while contacts still lose what they store, by a law whose force has a potential."""
+    waves = "defects=[{on: outer, waviness: [9, 8e-6, 2.3]}]", "contact.normal=constant", "run.duration=0.002"
+    missing = []
+    for tolerance in (1e-4, 1e-5, 1e-6):
+        settings = (*waves, *changes, "solver.check=none", f"wanted.tolerance={tolerance}")
+        run = simulate(load_scene("bearing_6203", settings))
+        list(run.blocks())
+        missing.append(abs(run.report.figures["energy_closure"]))
+    assert missing[0] < 5e-5
+    assert missing[1] < 0.4 * missing[0]
+    assert missing[2] < 0.4 * missing[1]
+
+
 SPALL_OF_RUN_UP = "defects=[{on: outer, spall: {place: -1.57, length: 0.5e-3, width: 0.5e-3, depth: 1e-5}}]"
 
 

@@ -15,7 +15,7 @@ CORE_EXPORT int core_free_balls(
   Bearing bearing = bearing_of(bearing_numbers, points);
   RosenbrockMethod method = method_of(method_numbers);
   Chunk chunk{bearing, method, {drive[0], drive[1], drive[2]}, duration, {}, int(instants), times, stop};
-  std::copy(scales, scales + MOTION, chunk.scale);
+  std::copy(scales, scales + SCALES, chunk.scale);
   Results results{int(balls), state, orientation, steps, carried, states, orientations, counts, failure};
   return for_kind_of(bearing, [&]<bool PATCH, bool TILTED>() {
     return free_balls::Integration<PATCH, TILTED>(chunk, results).run(numbers, int(count));

@@ -16,7 +16,7 @@ CORE_EXPORT int core_coupled_balls(
   RosenbrockMethod method = method_of(method_numbers);
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate, drive);
   Chunk chunk{bearing, method, {bodies.shaft_speed, bodies.shaft_acceleration, bodies.shaft_angle}, duration, {}, int(instants), times, stop};
-  std::copy(scales, scales + MOTION, chunk.scale);
+  std::copy(scales, scales + SCALES, chunk.scale);
   Results results{int(balls), state, orientation, steps, carried, states, orientations, counts, failure};
   BodyState body_state = state_of(bearing, bodies, border);
   std::vector<double> body_states(instants * BODY_NUMBERS);

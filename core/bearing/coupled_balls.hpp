@@ -314,7 +314,7 @@ class Integration {
         if (c == ANGLE || c > VELOCITY) scaled *= weight;
         sum += scaled * scaled;
       }
-      sum = square_root(sum * (1.0 / MOTION));
+      sum = maximum(absolute(s[DISSIPATED]) * (1.0 / chunk.scale[MOTION]), square_root(sum * (1.0 / MOTION)));
       for (int lane = 0; lane < LANES; lane++) {
         if (!k.live[lane]) continue;
         double own = alone && sum[lane] <= 1.0 ? std::max(double(sum[lane]), least_error(k, lane)) : double(sum[lane]);

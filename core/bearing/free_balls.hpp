@@ -7,19 +7,20 @@
 
 namespace core {
 
+constexpr int SCALES = MOTION + 1;
 constexpr double LONGEST_FLIGHT = 5e-5;  // s, of a step that begins in flight: a bounce takes about as long
 constexpr double LANDED = 0.95;  // share of a step: a contact that changes later in it is as good as at its end
 // Of what a contact that begins or ends does to a ball's speed: a step's error is no less, as the estimate passes
 // through zero by chance where the instant moves through the step.
 constexpr double LANDING_SHARE = 0.1;
 
-// A chunk to integrate; `scale` are the errors that a step may make in each coordinate, `instant` [s] the times of
-// outputs, from the chunk's begin.
+// A chunk to integrate; `scale` are the errors that a step may make in each coordinate, and last [J] in what is lost,
+// `instant` [s] the times of outputs, from the chunk's begin.
 struct Chunk {
   const Bearing &bearing;
   const RosenbrockMethod &method;
   Drive drive;
-  double duration, scale[MOTION];
+  double duration, scale[SCALES];
   int instants;
   const double *instant;
   const volatile std::uint8_t *stop;  // not 0 once somebody wants it to end
@@ -173,7 +174,8 @@ class Integration : StepStates<BallState> {
       Pack scaled = last[c] * over_scale[c];
       error += scaled * scaled;
     }
-    error = square_root(error * (1.0 / MOTION));
+    // A ball that leaves a raceway moves freely while its contact still loses what it stores.
+    error = maximum(absolute(last[DISSIPATED]) * (1.0 / chunk.scale[MOTION]), square_root(error * (1.0 / MOTION)));
     for (int c : {int(RADIUS), VELOCITY + 1, int(SPIN), SPIN + 1, SPIN + 2}) prepare_interpolant(method, c);
     after = rotated(before, spin_in_frame(start), spin_inside(broadcast<Pack>(0.5)), spin_in_frame(end), step);
     weigh_contact_changes();

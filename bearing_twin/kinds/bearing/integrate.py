@@ -89,10 +89,10 @@ class Chunk(NamedTuple):
     """A part of a chunk that is integrated by one call.
 
     `near` (N,) says which balls may touch the next ahead; `step` [s] is that of methods with fixed steps, `scales`
-    (MOTION,) are the errors of a step of the others; a `stop` (1,) that is not 0 ends it before the next step. Moved on
-    in place are `state` (N, COLUMNS), `orientation` (N, 4), the balls' `steps` (N,) [s], the states of laws `carried`
-    (N, CARRIED_COLUMNS), and `body_state` (BODY_COLUMNS,), that of ring, cage and shaft; outputs are filled in
-    at `times` (n,) [s] within `duration`. `counts` (4,) are added to; `failure` (2,) is time and ball.
+    (MOTION + 1,) are the errors of a step of the others; a `stop` (1,) that is not 0 ends it before the next step.
+    Moved on in place are `state` (N, COLUMNS), `orientation` (N, 4), the balls' `steps` (N,) [s], the states of laws
+    `carried` (N, CARRIED_COLUMNS), and `body_state` (BODY_COLUMNS,), that of ring, cage and shaft; outputs are filled
+    in at `times` (n,) [s] within `duration`. `counts` (4,) are added to; `failure` (2,) is time and ball.
     """
 
     bearing: Bearing
@@ -320,7 +320,7 @@ def _by_scipy(name: str, chunk: Chunk) -> int:
     from scipy import integrate  # late: these methods are for charts and tests
 
     drive, times, shape = chunk.drive, chunk.times, chunk.state.shape
-    scales = REFERENCE_SHARE * chunk.scales
+    scales = REFERENCE_SHARE * chunk.scales[:MOTION]
 
     def right_hand_side(time, flat):
         if chunk.stop[0] != 0:

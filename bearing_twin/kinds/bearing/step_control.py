@@ -45,10 +45,11 @@ def light_approach(bearing: Bearing, approaches: np.ndarray) -> float:
 def error_scales(
     parameters: BearingScene, bearing: Bearing, start: np.ndarray, approaches: np.ndarray, together: bool
 ) -> np.ndarray:
-    """Errors (MOTION,) that a step of a ball may make at a tolerance of 1, for balls at `start` (N, COLUMNS).
+    """Errors (MOTION + 1,) that a step of a ball may make at a tolerance of 1, for balls at `start` (N, COLUMNS).
 
-    Their `approaches` (N, 2) [m] are those there. Where balls step `together`, at the pace of the one with the shortest
-    steps, errors of the others hardly add up.
+    The last [J] is that of what is lost: a share of what the heaviest contact stores, at least at an approach of
+    APPROACH_SCALE. Their `approaches` (N, 2) [m] are those there. Where balls step `together`, at the pace of the one
+    with the shortest steps, errors of the others hardly add up.
     """
     speed, law = parameters.contact.friction_regularisation, bearing.outer.law
     radius, pitch = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
@@ -62,7 +63,8 @@ def error_scales(
     sine = float(np.abs(start[:, HEIGHT] / np.hypot(outwards, start[:, HEIGHT])).max())
     loosest = min(LOOSEST, 0.5 / max(sine, 1e-3)) if together else 1.0
     unit[RADIAL_VELOCITY] *= min(max((COMMON_SHARE if together else RINGING_SHARE) * ringing, STRICTEST), loosest)
-    return STEP_SHARE * unit
+    stored = elastic(law.given, law.power, max(float(approaches.max()), APPROACH_SCALE)).energy
+    return STEP_SHARE * np.append(unit, stored)
 
 
 FIXED_STEP = ("rk4", "imex")

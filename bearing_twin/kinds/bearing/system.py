@@ -426,7 +426,7 @@ class RingLoading:
 
 
 def body_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
-    """Errors (2 PLACES + 1,) that a step of ring, cage and shaft may make, from those of a ball (MOTION,)."""
+    """Errors (2 PLACES + 1,) that a step of ring, cage and shaft may make, from those of a ball."""
     pitch = 0.5 * parameters.geometry.pitch_diameter
     # Little stops a shaft that rings, so that errors of its motion add up for longer than those of balls and cage.
     place, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
