@@ -1,24 +1,21 @@
 """Pictures of runs, of bearings' loads and of one Hertz contact: arrays in, PNG files out.
 
-First the style of all charts, with colours that colour-blind eyes distinguish (Okabe and Ito), and files of pictures
-and films; then panels of several pictures (loads around a bearing, peaks of contacts, errors of figures); then
-`RunPicture`, which pictures of runs share, its outputs thinned, with `ChannelPicture` for kinds without one of their
-own; last the picture of the calculator: ellipse, pressure, stresses below, and errors of the laws.
+First the style of all charts, with colours that colour-blind eyes distinguish (Okabe and Ito), and files of pictures;
+then panels of several pictures (loads around a bearing, errors of figures); last the picture of the calculator:
+ellipse, pressure, stresses below, and errors of the laws.
 """
 
 import io
 import math
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
 from bearing_twin import __version__
-from bearing_twin.base.paths import write_whole, written_whole
-from bearing_twin.base.sample import Block, Table, Thinned
-from bearing_twin.base.units import prefixed, with_unit
+from bearing_twin.base.paths import write_whole
+from bearing_twin.base.units import prefixed
 from bearing_twin.contact.calculator import COMPARED, Gap, axis_stresses, laws_at
 from bearing_twin.contact.elasticity import curvature_ratio
 from bearing_twin.contact.laws import LAWS
@@ -100,21 +97,6 @@ def save(figure, path, **options) -> Path:
     return write_whole(path, drawn.getvalue())
 
 
-FRAMES_A_SECOND = 20
-
-
-def write_moving(figure, path, frames: Iterable, draw: Callable) -> Path:
-    """Writes one picture a frame, `draw(frame)` filling the figure, whole or not at all; raises as `written_whole`."""
-    from matplotlib.animation import PillowWriter
-
-    writer = PillowWriter(fps=FRAMES_A_SECOND)
-    with written_whole(path) as draft, writer.saving(figure, str(draft), dpi=figure.dpi):
-        for frame in frames:
-            draw(frame)
-            writer.grab_frame()
-    return Path(path)
-
-
 NUMBERS = 0.25 * np.pi  # azimuth [rad] near which the numbers of the circles stand, where nothing pushes
 
 
@@ -146,24 +128,6 @@ def draw_loads_around(axis, azimuth, loads, push) -> None:
     axis.set_rlabel_position(np.degrees(gaps[np.cos(gaps - numbers).argmax()]))
     for label in axis.get_yticklabels():
         label.set(ha="center", bbox=aside)
-
-
-POINT = 0.01  # of what is shown of time: a shorter contact is a point
-LABEL = "peak of a contact"
-
-
-def draw_peaks(axis, span: float, begin: np.ndarray, end: np.ndarray, peak: np.ndarray) -> None:
-    """A point for each contact, or a line as long as it: when in a contact its peak is, no record says.
-
-    `span` is what is shown of time; it, `begin`, `end` and `peak` are in the units of the axis.
-    """
-    short = end - begin < POINT * span
-    look = {"color": BALL_COLOURS[5]}
-    if short.any():
-        axis.plot(0.5 * (begin + end)[short], peak[short], "o", markersize=4, label=LABEL, **look)
-    if not short.all():
-        label = None if short.any() else LABEL  # one entry in the legend
-        axis.hlines(peak[~short], begin[~short], end[~short], label=label, **look)
 
 
 def readable_on(colour):
@@ -236,123 +200,6 @@ def finish(figure, title: str, footer: str, png_path, size: int = 20, errors: Se
         draw_errors(figure, errors)
     figure.text(0.06, 0.22 / figure.get_size_inches()[1], footer, fontsize=10.5, color=STYLE["soft"], va="center")
     return save(figure, png_path, metadata={"Software": f"bearing_twin {__version__}"})
-
-
-GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
-
-
-class ChannelValues(Thinned):
-    """The channels of a run, thinned; `greatest` is what was seen of each that is one number."""
-
-    def __init__(self):
-        super().__init__(GREATEST_ROWS, lambda sample: {name: np.array(one) for name, one in sample.values.items()})
-        self.greatest: dict[str, float] = {}
-
-    def add(self, block: Block) -> None:
-        super().add(block)
-        for name, values in block.values.items():
-            if values.ndim == 1:
-                self.greatest[name] = max(self.greatest.get(name, -np.inf), float(values.max(initial=-np.inf)))
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Time [s] as "time", and every channel by name, of the outputs kept; raises LogError without a sample."""
-        return {"time": self.time, **self.values}
-
-
-def footer(facts, values: ChannelValues) -> str:
-    """Text below the picture of a run: scene, outputs, law and stepper, version."""
-    thinned = f", one in {values.stride} drawn" if values.stride > 1 else ""
-    words = [f"{values.outputs} output{'s' * (values.outputs != 1)}{thinned}"]
-    words += [f"{name}: {text}" for name, text in (("law", facts.law), ("stepper", facts.stepper)) if text]
-    if facts.scene is not None:
-        words.insert(0, facts.scene.name)
-    return f"{', '.join(words)}; bearing_twin {__version__}"
-
-
-def scaled_time(time: np.ndarray) -> tuple[np.ndarray, float, str]:
-    """Times in a readable unit, the factor from seconds, and the unit."""
-    scale, unit = prefixed(float(time[-1]), "s")
-    return scale * time, scale, unit
-
-
-class RunPicture(ABC):
-    """Base of all pictures of runs but the bearing's; each draws its panels.
-
-    `kept` names the table of records that a picture draws from, if any.
-    """
-
-    kept = ""
-
-    def __init__(self, facts):
-        self._facts, self._values = facts, ChannelValues()
-        self._records: list[np.ndarray] = []
-
-    def add(self, block: Block) -> None:
-        """Takes a block in."""
-        self._values.add(block)
-        if len(rows := block.records.get(self.kept, ())):
-            self._records.append(rows)
-
-    def recorded(self, table: Table, *columns: str) -> np.ndarray:
-        """Columns (len(columns), n) of the records kept, which are those of `table`."""
-        names = [column.name for column in table.columns]
-        wanted = [names.index(name) for name in columns]
-        return np.concatenate([np.empty((0, len(wanted))), *(rows[:, wanted] for rows in self._records)]).T
-
-    @abstractmethod
-    def draw(self, figure, values: dict[str, np.ndarray]) -> None:
-        """Fills the figure with panels."""
-
-    def title_ends(self, values: dict[str, np.ndarray]) -> str:
-        """What stands in the title behind the description of the scene."""
-        return ""
-
-    def write(self, path, errors=()) -> Path:
-        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
-        from matplotlib.figure import Figure
-
-        values, scene = self._values.arrays(), self._facts.scene
-        figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        self.draw(figure, values)
-        title = scene.description or scene.name if scene is not None else "Recorded run"
-        title += self.title_ends(values)
-        return finish(figure, title, footer(self._facts, self._values), path, size=17, errors=errors)
-
-
-WIDTH, PANEL, MARGINS, COLUMNS = 16.0, 2.6, 2.2, 2
-MOST_PANELS = 16
-
-
-class ChannelPicture(RunPicture):
-    """One panel a channel, in the channels' order, the first 16 of them."""
-
-    _channels = ()
-
-    def add(self, block: Block) -> None:
-        self._channels = block.channels
-        super().add(block)
-
-    def draw(self, figure, values) -> None:
-        time, _, unit = scaled_time(values["time"])
-        shown = [channel for channel in self._channels if channel.shape == ()][:MOST_PANELS]
-        rows = max(1, -(-len(shown) // COLUMNS))
-        tall = PANEL * rows + MARGINS
-        figure.set_size_inches(WIDTH, tall)
-        edges = {"left": 0.07, "right": 0.98, "top": 1.0 - 1.4 / tall, "bottom": 1.0 / tall}
-        axes = figure.subplots(rows, COLUMNS, squeeze=False, sharex=True, gridspec_kw={**edges, "hspace": 0.4})
-        for place, axis in enumerate(axes.ravel()):
-            if place >= len(shown):
-                axis.set_axis_off()
-                continue
-            channel = shown[place]
-            factor, prefixed = scaled(values[channel.name], channel.unit)
-            frame(axis)
-            line = factor * values[channel.name]
-            axis.plot(time, line, color=BALL_COLOURS[place % len(BALL_COLOURS)], linewidth=1.6)
-            axis.margins(x=0.0)
-            heading(axis, f"{channel.name.replace('_', ' ')}: {channel.meaning}"[:90], up=with_unit(prefixed).lstrip())
-        for axis in axes[-1]:
-            axis.set_xlabel(f"time [{unit}]")
 
 
 LEAST_SHOWN = 1e-12  # of the laws' errors

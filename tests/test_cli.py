@@ -134,6 +134,7 @@ def test_scenes_and_keys_are_listed(capsys):
         (["simulate", "bearing_6203", "--duration", "long"], "run.duration = 'long' must be a number in s"),
         (["simulate", "bearing_6203", "--set", "geometry.balls=14"], "at most 13 do"),
         (["simulate", "bearing_6203", "--plot", "run.mcap"], "ends in .png"),
+        (["simulate", "soft_discs_mean", "--plot", "run.gif"], "bearing_twin view RUN --gif FILE"),
         (["simulate", "bearing_6203", "--plot", "none/run.png"], "none is not a folder"),
         (["simulate", "bearing_6203", "--out", "none/run.mcap"], "does not exist"),
         (["simulate", "none.yaml"], "there is no scene file"),

@@ -6,12 +6,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from bearing_twin import pictures
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block, Channel, cut, joined
+from bearing_twin.kinds import picture as pictures
 from bearing_twin.kinds.bearing import BearingPicture
 from bearing_twin.kinds.contract import Facts
-from bearing_twin.pictures import ChannelPicture
 from bearing_twin.run.report import plot
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -85,7 +84,7 @@ def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_pa
 
 
 def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
-    picture = ChannelPicture(Facts(None, "", ""))
+    picture = pictures.RunPicture(Facts(None, "", ""))
     picture.add(made_up_block(8, 1500))
     assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
 

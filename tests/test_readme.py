@@ -98,8 +98,6 @@ def shortened(words, short=SHORT):
     if command == "simulate":
         overrides = [*arguments.set, *([f"run.duration={arguments.duration}"] if arguments.duration else [])]
         scene = load_scene(arguments.scene, overrides)
-        if str(arguments.plot).endswith(".gif"):
-            return words, False  # tests/test_soft_discs.py makes one
         key = "--set=run.duration" if any("run.duration=" in one for one in arguments.set) else "--duration"
         less = ["--set=mesh.divisions=8"] if scene.kind == "soft_discs" else []
         return [*words, *less, *([f"{key}={short}"] if scene.parameters.run.duration > short else [])], True

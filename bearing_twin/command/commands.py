@@ -58,17 +58,9 @@ def _simulate_arguments(parser):
     parser.add_argument(
         "--plot",
         metavar="PNG",
-        help="draw the ball loads, the impact or the motion; of soft discs also a .gif that moves",
+        help="draw the ball loads, the impact or the motion",
     )
     add_verbose(parser)
-
-
-def _is_animated(scene) -> bool:
-    """True if the picture of a run of this scene may move."""
-    from bearing_twin.kinds import KINDS
-    from bearing_twin.kinds.contract import Facts
-
-    return getattr(KINDS[scene.kind].picture(Facts(scene, "", "")), "animated", False)
 
 
 def _simulate(arguments) -> Outcome:
@@ -89,7 +81,7 @@ def _simulate(arguments) -> Outcome:
         begun = continued(read_log(arguments.scene), arguments.more, overrides)
         scene = begun.scene
     note_bare_numbers(scene, overrides)
-    picture = picture_path(arguments.plot, _is_animated(scene)) if arguments.plot else None
+    picture = picture_path(arguments.plot) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 
     from bearing_twin.command.results import show_report

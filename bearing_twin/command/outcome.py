@@ -164,11 +164,14 @@ def new_log(text, source=None) -> Path:
     return path
 
 
-def picture_path(text, animated: bool = False) -> Path:
-    """The path of a picture to be, .gif for an `animated` one; raises BearingTwinError where none can be written."""
-    if Path(text).suffix.lower() == ".gif" and not animated:
-        raise BearingTwinError(f"{Path(text)}: there is no animation of this; give a name that ends in .png")
-    return new_path(text, (".png", ".gif"), "picture")
+def picture_path(text) -> Path:
+    """The path of a picture to be; raises BearingTwinError where none can be written."""
+    if Path(text).suffix.lower() == ".gif":
+        raise BearingTwinError(
+            f"{Path(text)}: a picture does not move; give a name that ends in .png, or animate a run by "
+            "bearing_twin view RUN --gif FILE"
+        )
+    return new_path(text, (".png",), "picture")
 
 
 def new_path(text, suffixes: tuple[str, ...], noun: str, replaced: bool = False) -> Path:

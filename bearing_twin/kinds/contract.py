@@ -218,7 +218,7 @@ class Facts(NamedTuple):
 
 
 class Picture(Protocol):
-    """The picture of one run, made from `Facts`. One whose attribute `animated` is true also writes a .gif."""
+    """The picture of one run, made from `Facts`."""
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
@@ -389,7 +389,7 @@ class Kind:
     brief: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
     topics: Callable[[Any], tuple[Topic, ...]] = nothing
-    picture: Callable[[Facts], Picture] = field(default=lazy_import("bearing_twin.pictures:ChannelPicture"))
+    picture: Callable[[Facts], Picture] = field(default=lazy_import("bearing_twin.kinds.picture:RunPicture"))
     view: Callable[..., Any] = field(default=lazy_import("bearing_twin.kinds.views:plain_view"))
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")
 

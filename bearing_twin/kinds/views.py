@@ -138,11 +138,12 @@ class PanelCurve(NamedTuple):
 
 
 class CurvePanel(NamedTuple):
-    """Curves over time on one axis."""
+    """Curves over time on one axis; pictures draw those that are `stacked` on top of each other."""
 
     title: str
     unit: str
     lines: tuple[PanelCurve, ...]
+    stacked: bool = False
 
 
 class Details(NamedTuple):
@@ -241,6 +242,11 @@ def curves(title: str, unit: str, *rows: tuple) -> CurvePanel:
     """A panel of rows (series, words) or (series, words, column), each with the next colour."""
     lines = tuple(PanelCurve(row[0], row[1], row[2] if len(row) > 2 else 0, place) for place, row in enumerate(rows))
     return CurvePanel(title, unit, lines)
+
+
+def energies(*rows: tuple) -> CurvePanel:
+    """The panel of energies, whose sum tells."""
+    return curves("Energy", "J", *rows)._replace(stacked=True)
 
 
 def along_axes(series: str, first: int = 0) -> tuple[tuple, ...]:

@@ -361,9 +361,9 @@ def picture_of(stream) -> Picture:
     scene, choice = stream.scene, stream.choice
     facts = Facts(scene, choice.law, choice.stepper)
     if scene is None:
-        from bearing_twin.pictures import ChannelPicture
+        from bearing_twin.kinds.picture import RunPicture
 
-        return ChannelPicture(facts)
+        return RunPicture(facts)
     return KINDS[scene.kind].picture(facts)
 
 

@@ -25,7 +25,7 @@ from bearing_twin.kinds.topics import (
     pair_topics,
     sphere,
 )
-from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, picked
+from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, energies, picked
 
 FRAME = SPHERE_ON_BEAM.frame
 DOWN, ALONG = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
@@ -117,7 +117,7 @@ def view(facts, channels) -> View:
             points("Deflection, along the sphere's motion", "m", "deflection"),
             points("Bending stress of the lower fibre, tension positive", "Pa", "bending_stress"),
             curves("Velocity of the sphere, along its motion before", "m/s", ("sphere_velocity", "sphere")),
-            curves("Energy", "J", *ENERGIES),
+            energies(*ENERGIES),
         ),
         solids=(
             Solid("sphere", "sphere", {"ellipsoid": (radius,) * 3}, position="sphere_rest", deviation="sphere_way"),

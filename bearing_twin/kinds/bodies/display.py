@@ -47,6 +47,7 @@ from bearing_twin.kinds.views import (
     View,
     along_axes,
     curves,
+    energies,
     picked,
 )
 from bearing_twin.shapes import TORUS, Surface, rotation_matrix, support
@@ -228,7 +229,7 @@ def impact_view(facts, channels) -> View:
             curves("Contact force", "N", ("normal_load", "force")),
             curves("Approach, negative while there is a gap", "m", ("approach", "approach")),
             curves("Velocities", "m/s", ("velocity", "first", 0), ("velocity", "second", 1)),
-            curves("Energy", "J", *ENERGIES),
+            energies(*ENERGIES),
         ),
         solids=tuple(
             Solid(
@@ -300,7 +301,7 @@ def bouncing_view(facts, channels) -> View:
             curves("Position of the centre", "m", *along_axes("position")),
             curves("Peak pressure", "Pa", ("peak_pressure", "peak pressure")),
             curves("Slip at the contact", "m/s", *along_axes("slip")),
-            curves("Energy", "J", *STORED, *LOST),
+            energies(*STORED, *LOST),
         ),
         solids=(
             solid(parameters.names[0], first, "", BLUE if same else STEEL),

@@ -42,6 +42,7 @@ from bearing_twin.kinds.views import (
     along_axes,
     ball_curves,
     curves,
+    energies,
     picked,
 )
 
@@ -228,7 +229,7 @@ def _panels(parameters) -> tuple[CurvePanel, ...]:
             for side, balls in ((side, getattr(parameters, side).geometry.balls) for side in SIDES)
         ),
         curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
-        curves("Energy", "J", ("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
+        energies(("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
         curves(
             "Work since the start", "J", ("load_work", "of loads and unbalances"), ("bearing_work", "on the bearings"),
             ("dissipated", "lost to damping"),

@@ -1,17 +1,16 @@
-"""The picture of a shaft on two bearings: loads of all balls, orbits, motion, natural frequencies over speed."""
+"""What the picture of a shaft shows beside the curves: loads of all balls, orbits, natural frequencies over speed."""
 
 import math
 
 import numpy as np
-from matplotlib.figure import Figure
 
+from bearing_twin.kinds.picture import RunPicture
+from bearing_twin.kinds.shaft.display import view
 from bearing_twin.kinds.shaft.equilibrium import last_matrices, modes_at, modes_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.pictures import (
     BALL_COLOURS,
     STYLE,
-    RunPicture,
-    ball_line,
     draw_loads_around,
     frame,
     heading,
@@ -19,30 +18,24 @@ from bearing_twin.pictures import (
     scaled,
 )
 
-ROOM = 1.4  # times the greatest frequency: the key stands above the curves
+ROOM = 1.8  # times the greatest frequency: the key stands above the curves
 SPEEDS, BEYOND = 121, 1.25  # of the panel of natural frequencies: speeds, and times the greatest of what it shows
 LEAST = 0.5  # of the first mode's frequency: how fast the shaft turns at the panel's end, at least
 FORWARD, BACKWARD = 0.55, 0.45  # shares of whirl above and below which a mode is one way
 
 
 class ShaftPicture(RunPicture):
-    """The picture of one run, from all its outputs."""
+    """The picture of one run of a shaft."""
 
-    def draw(self, figure: Figure, values: dict[str, np.ndarray]) -> None:
-        """Fills the figure with panels."""
-        grid = figure.add_gridspec(
-            2, 3, left=0.055, right=0.985, top=0.875, bottom=0.105, hspace=0.42, wspace=0.26, height_ratios=(1.0, 0.9)
-        )
-        parameters = self._facts.scene.parameters
+    view = staticmethod(view)
+
+    def draw_bodies(self, figure, place, values) -> None:
+        """Loads of all balls at the end, orbits of both rings, natural frequencies over speed."""
+        grid = place.subgridspec(1, 4, wspace=0.3)
         for k, side in enumerate(SIDES):
-            _draw_loads(figure.add_subplot(grid[0, k], projection="polar"), values, side, k)
-        _draw_orbits(figure.add_subplot(grid[0, 2]), values)
-        _draw_motion(figure.add_subplot(grid[1, 0]), values)
-        _draw_forces(figure.add_subplot(grid[1, 1]), values)
-        _draw_frequencies(figure.add_subplot(grid[1, 2]), parameters, self._facts.law)
-
-    def title_ends(self, values: dict[str, np.ndarray]) -> str:
-        return f", {values['shaft_speed'][-1] * 30.0 / math.pi:.5g} rpm"
+            _draw_loads(figure.add_subplot(grid[k], projection="polar"), values, side, k)
+        _draw_orbits(figure.add_subplot(grid[2]), values)
+        _draw_frequencies(figure.add_subplot(grid[3]), self.facts.scene.parameters, self.facts.law)
 
 
 def _draw_loads(axis, values, side, k):
@@ -75,34 +68,6 @@ def _draw_orbits(axis, values):
     key_above(axis)
 
 
-def _draw_motion(axis, values):
-    frame(axis)
-    factor, unit = scaled(values["position"], "m")
-    for k, name in enumerate("xyz"):
-        axis.plot(values["time"], factor * values["position"][:, k], lw=1.5, **ball_line(k), label=name)
-    axis.margins(x=0.0)
-    axis.locator_params(axis="x", nbins=5)
-    heading(axis, "Displacement of the centre of mass", "time [s]", f"displacement [{unit}]")
-    key_above(axis)
-
-
-def _draw_forces(axis, values):
-    """Radial and axial force of each bearing."""
-    frame(axis)
-    force = values["bearing_force"]
-    for k, side in enumerate(SIDES):
-        across = np.hypot(force[:, k, 0], force[:, k, 1])
-        axis.plot(values["time"], across, lw=1.5, color=BALL_COLOURS[k], label=f"{side}, radial")
-        along = np.abs(force[:, k, 2])
-        axis.plot(values["time"], along, lw=1.5, ls="--", color=BALL_COLOURS[k], label=f"{side}, axial")
-    axis.margins(x=0.0)
-    axis.locator_params(axis="x", nbins=5)
-    axis.tick_params(pad=6)  # its first numbers stand in one corner
-    axis.set_ylim(0.0, 1.3 * axis.get_ylim()[1])  # room for the key
-    axis.legend(frameon=False, fontsize=10.5, loc="upper right", ncol=2)
-    heading(axis, "Force of each bearing on the shaft", "time [s]", "force [N]")
-
-
 def _draw_frequencies(axis, parameters, law):
     """Natural frequencies over speed, as stiff as in balance at the run's end, and the line of one period a turn."""
     frame(axis)
@@ -127,8 +92,8 @@ def _draw_frequencies(axis, parameters, law):
     axis.tick_params(pad=6)
     axis.set_ylim(0.0, ROOM * max(row.frequencies[-1] for row in (rows[0], rows[-1])))
     handles = dict(zip(*axis.get_legend_handles_labels()[::-1], strict=True))
-    axis.legend(handles.values(), handles.keys(), frameon=False, fontsize=10, loc="upper left", ncol=2)
-    heading(axis, "Natural frequencies; dots: critical speeds", "speed of the shaft [rpm]", "frequency [Hz]")
+    axis.legend(handles.values(), handles.keys(), frameon=False, fontsize=10, loc="upper left")
+    heading(axis, "Natural and critical frequencies", "speed of the shaft [rpm]", "frequency [Hz]")
 
 
 def _ways(shares):

@@ -27,7 +27,7 @@ from bearing_twin.kinds.topics import (
     marker,
     pair_topics,
 )
-from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, picked
+from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, energies, picked
 
 FRAME = SOFT_DISCS.frame
 AXIS = np.array([0.0, 0.0, 1.0])
@@ -150,7 +150,7 @@ def view(facts, channels) -> View:
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
             curves(f"Velocity of the centre of mass, away from {facing}", "m/s", *velocities),
-            curves("Energy", "J", *ENERGIES),
+            energies(*ENERGIES),
             curves("Least principal stretch", "1", ("least_stretch", "least stretch")),
             curves(f"Depth of the rim in {facing}", "m", ("penetration", "depth")),
         ),
