@@ -306,18 +306,23 @@ def of_records(*records):
     return magic + builder.end() + magic
 
 
-def of_summary(*records):
-    """A file whose summary has these records, and statistics that go with them."""
+def of_summary(*records, messages=0):
+    """A file without messages whose summary has these records, and statistics that count so many messages."""
     builder, magic = RecordBuilder(), b"\x89MCAP0\r\n"
     for record in (Header("ros2", ""), DataEnd(0)):
         record.write(builder)
     data = builder.end()
     covered = len(magic) + len(data)
     chunks = sum(isinstance(one, ChunkIndex) for one in records)
-    statistics = Statistics(0, 0, {}, chunks, 0, 0, 0, 0, 0)
+    statistics = Statistics(0, 0, {}, chunks, messages, 0, 0, 0, 0)
     for record in (*records, statistics, Footer(covered, 0, 0)):
         record.write(builder)
     return magic + data + builder.end() + magic
+
+
+def indexed_at(place):
+    """A file without messages whose end says that its index begins there."""
+    return of_records()[:-28] + struct.pack("<QQI", place, 0, 0) + b"\x89MCAP0\r\n"
 
 
 def inside(*records):
@@ -342,8 +347,8 @@ HOSTILE = {  # the bytes of a file, what is said of it
     "a chunk of 70 MB": (of_chunk(bytes(70 << 20)), "beyond a limit"),
     "a record of 2^63 bytes": (of_records()[:-50] + HEAD.pack(6, 1 << 63), "damaged"),
     "400 000 empty records": (of_chunk(HEAD.pack(0x80, 0) * 400_000, compression="lz4"), "damaged"),
-    "an index before the start": (of_records()[:-28] + struct.pack("<QQI", 3, 0, 0) + b"\x89MCAP0\r\n", "damaged"),
-    "an index behind the end": (of_records()[:-28] + struct.pack("<QQI", 1 << 62, 0, 0) + b"\x89MCAP0\r\n", "damaged"),
+    "an index before the start": (indexed_at(3), "holds no topic"),
+    "an index behind the end": (indexed_at(1 << 62), "holds no topic"),
     "zeros": (b"\x89MCAP0\r\n" + bytes(10_000_000), "its end is missing"),
     "a footer in the middle": (of_records(Footer(0, 0, 0), SCHEMA), "damaged"),
     "a message of a channel that nothing describes": (of_records(Message(9, 0, b"", 0, 0)), "holds no topic"),
@@ -392,11 +397,12 @@ def test_a_file_that_has_no_end_is_refused_by_its_name():
         read_log("/proc/self/mem")
 
 
-def test_an_index_that_points_far_outside_is_damage(tmp_path):
-    """Of two chunks that overlap in time, so that they are looked up by their places."""
+def test_an_index_that_points_far_outside_or_counts_other_messages_leads_nowhere(tmp_path):
     far = ChunkIndex(0, 1 << 63, "", 0, 9, 0, {}, 0, 0)
     (tmp_path / "x.mcap").write_bytes(of_summary(far, far))
-    with pytest.raises(LogError, match="the index points outside the file"):
+    assert list(raw_messages(tmp_path / "x.mcap")) == []
+    (tmp_path / "x.mcap").write_bytes(of_summary(messages=7))
+    with pytest.raises(LogError, match="its index counts 7 messages, and it holds 0"):
         list(raw_messages(tmp_path / "x.mcap"))
 
 

@@ -174,7 +174,7 @@ class LogReader:
 
     def __init__(self, path, unfinished: bool = False):
         self._files = log_files(path)
-        self._spans: list[tuple[int, int]] = []
+        self._held: list[Contents] = []  # by file
         self.metadata: dict[str, dict[str, str]] = {}
         self.ends: list[str] = []
         topics: dict[tuple, StoredTopic] = {}
@@ -187,16 +187,15 @@ class LogReader:
             if not contents.ended:
                 said = "has no end, as it is being written or was cut: it is read to its last whole chunk, byte"
                 self.ends.append(f"the file {file.name} {said} {contents.end}")
-            self._spans.append((contents.first_ns, contents.last_ns))
+            self._held.append(contents)
             self.metadata |= {record.name: record.metadata for record in contents.metadata}
             for number, topic in contents.topics.items():
                 key = topic.identity
                 topics.setdefault(key, topic)
                 self.counts[key] = self.counts.get(key, 0) + contents.counts.get(number, 0)
         self.topics = list(topics.values())
-        with_messages = [span for span in self._spans if span[1]]
-        self.first_ns = min((first for first, _ in with_messages), default=0)
-        self.last_ns = max((last for _, last in self._spans), default=0)
+        self.first_ns = min((one.first_ns for one in self._held if one.last_ns), default=0)
+        self.last_ns = max((one.last_ns for one in self._held), default=0)
 
     @property
     def foreign(self) -> dict[str, int]:
@@ -224,27 +223,25 @@ class LogReader:
         """
         together: list[Iterator[LoggedMessage]] = []
         end = 0
-        for (first, last), file in sorted(zip(self._spans, self._files, strict=True)):
-            if first >= end:
+        for held, file in sorted(zip(self._held, self._files, strict=True), key=lambda one: one[0].first_ns):
+            if held.first_ns >= end:
                 yield from heapq.merge(*together, key=lambda one: one.log_time)
                 together = []
-            together.append(self._of(file, wanted, from_ns, until_ns))
-            end = max(end, last)
+            together.append(self._of(file, held, wanted, from_ns, until_ns))
+            end = max(end, held.last_ns)
         yield from heapq.merge(*together, key=lambda one: one.log_time)
 
     @staticmethod
-    def _of(file: Path, *limits) -> Iterator[LoggedMessage]:
+    def _of(file: Path, held: Contents, *limits) -> Iterator[LoggedMessage]:
         """The messages of one file by time."""
-        with reader_of(file) as reader:
+        with reader_of(file, held) as reader:
             yield from reader.by_time(*limits)
 
     def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
         """`messages` in the order in which they were written."""
-        for file in self._files:
-            with reader_of(file) as reader:
-                for item in reader.content(wanted):
-                    if isinstance(item, LoggedMessage):
-                        yield item
+        for file, held in zip(self._files, self._held, strict=True):
+            with reader_of(file, held) as reader:
+                yield from reader.in_file_order(wanted)
 
 
 class SqliteReader:
@@ -272,7 +269,7 @@ class SqliteReader:
         """Contents of the file, which has no metadata records."""
         counts = {one.id: one.msgcount for one in self._bag.connections}
         times = (self._bag.start_time, self._bag.end_time - 1) if self._bag.message_count else (0, 0)
-        return Contents(self._topics, counts, *times, [], 0, True)
+        return Contents(self._topics, counts, *times, [], 0, True, [])
 
     def by_time(self, wanted: Container[str] | None, from_ns: int, until_ns: int) -> Iterator[LoggedMessage]:
         """Messages of the `wanted` topics (None: of all) from `from_ns` to before `until_ns`, by their time."""
@@ -289,9 +286,13 @@ class SqliteReader:
                     raise ValueError(f"a message at {time_ns} ns")
                 yield LoggedMessage(self._topics[connection.id], time_ns, time_ns, bytes(data))
 
-    def content(self, wanted: Container[str] | None = None, *_) -> Iterator[LoggedMessage]:
-        """All messages of these topics."""
+    def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
+        """All messages of these topics by time, the only order that there is."""
         return self.by_time(wanted, 0, LAST_NS)
+
+    def content(self, damage=None) -> Iterator[LoggedMessage]:
+        """All messages."""
+        return self.by_time(None, 0, LAST_NS)
 
     def _topic(self, connection) -> StoredTopic:
         ros_type = connection.msgtype
@@ -314,9 +315,9 @@ class SqliteReader:
             raise LogError(f"{self.path} cannot be read as a bag of sqlite3 ({shortened(str(error))})") from error
 
 
-def reader_of(file: Path) -> McapReader | SqliteReader:
-    """The reader of a file of a log."""
-    return SqliteReader(file) if file.suffix == SQLITE else McapReader(file)
+def reader_of(file: Path, contents: Contents | None = None) -> McapReader | SqliteReader:
+    """The reader of a file of a log, whose `contents` may be known from before."""
+    return SqliteReader(file) if file.suffix == SQLITE else McapReader(file, contents)
 
 
 def log_files(path) -> list[Path]:

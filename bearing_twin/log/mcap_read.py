@@ -8,30 +8,26 @@ that a small file cannot fill the memory or keep the reader busy. Records are pa
 """
 
 import bisect
+import contextlib
 import io
 import itertools
 import struct
-from array import array
 from collections import Counter
-from collections.abc import Container, Iterator
+from collections.abc import Callable, Container, Iterator
 from heapq import heappop, heappush
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 import lz4.frame
-import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import (
     Attachment,
-    AttachmentIndex,
     Channel,
     Chunk,
-    Footer,
     Metadata,
-    MetadataIndex,
     Schema,
     Statistics,
 )
@@ -49,11 +45,9 @@ LAST_NS = (1 << 64) - 1  # the format counts time by 64 bits
 MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks that overlap in time
 
 _HEAD = struct.Struct("<BQ")  # of a record: opcode, length
-_MESSAGE = struct.Struct("<BQHIQQ")  # head of a record and of the message in it
-_FIELDS = _MESSAGE.size - _HEAD.size
-_CHUNK_INDEX = struct.Struct("<QQQQI")  # start and end time, place, length, length of the list of its channels
+_FIELDS = struct.Struct("<HIQQ")  # of a message: channel, sequence number, log time, publish time
+_FOOTER = struct.Struct("<BQQQI")  # head of its record, place of the index, of its groups, checksum
 _PIECE = 1 << 20  # bytes that are read, unpacked or put into a stretch of messages together
-_DATA_END_RECORD, _FOOTER_RECORD = _HEAD.size + 4, _HEAD.size + 20
 _USED = frozenset({Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA})
 _DATA = (Opcode.CHUNK, Opcode.MESSAGE)
 _PARSE_ERRORS = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError)
@@ -91,10 +85,11 @@ class LoggedMessage(NamedTuple):
 
 
 class Contents(NamedTuple):
-    """Summary of a file: channels and the counts of their messages by number, first and last log time, metadata.
+    """What a file holds: channels and the counts of their messages by number, first and last log time, metadata.
 
     `end` is the byte behind the last whole record; `ended` is False where the end of the data is missing, because the
-    file is being written, or was cut.
+    file is being written, or was cut. `stretches` are (first time, last time, place) of chunks, and of messages outside
+    of them.
     """
 
     topics: dict[int, StoredTopic]
@@ -104,24 +99,27 @@ class Contents(NamedTuple):
     metadata: list[Metadata]
     end: int
     ended: bool
+    stretches: list[tuple[int, int, int]]
 
 
 class McapReader:
-    """The content of one MCAP file; use as a context manager. Raises LogError if it is no MCAP file."""
+    """The content of one MCAP file; use as a context manager. Raises LogError if it is no MCAP file.
 
-    def __init__(self, path):
+    The file is read through and checked before messages are given out, or was when another reader made its `contents`.
+    Its index is not relied on: it serves to find damage, and to go on behind that.
+    """
+
+    def __init__(self, path, contents: Contents | None = None):
         self.path = Path(path)
+        self._contents = contents
         self._schemas: dict[int, bytes] = {}
-        self._read_schemas: dict[int, tuple[str, str, str]] = {}
         self._channels: dict[int, bytes] = {}
-        self._topics: dict[int, StoredTopic | None] = {}  # None: not wanted
-        self._wanted: Container[str] | None = None
+        self._topics: dict[int, StoredTopic] = {}
         self._packed = self._unpacked = self._records = 0
-        self._contents: Contents | None = None
-        self._stretches = array("Q")  # start and end time and place of chunks, and of messages outside of them
-        self._starts: list[int] = []  # of chunks, where they are known
         self._read_to = len(MAGIC)  # behind the last whole record
         self._whole = False  # whether the end of the data was read
+        self._starts: list[int] = []  # places of chunks by the index
+        self._counted: int | None = None  # messages by the index
         try:
             self._stream: BinaryIO = self.path.open("rb")
             self._size = self._stream.seek(0, io.SEEK_END)
@@ -132,14 +130,11 @@ class McapReader:
             self._stream.close()
             reason = "is empty" if self._size == 0 else "is not an MCAP file"
             raise LogError(f"{path} {reason}; give a log written by bearing_twin or `ros2 bag record -s mcap`")
-        footer = self._size - len(MAGIC) - _FOOTER_RECORD
-        tail = self._at(max(footer, 0), self._size)
-        self.ended = tail[:9] == _HEAD.pack(Opcode.FOOTER, 20) and tail[29:] == MAGIC
-        self._footer = self._parse(footer, Footer, tail[9:29]) if self.ended else Footer(0, 0, 0)
-        self._data_end = footer if self.ended else self._size
-        self._known_end = self.ended and self._footer.summary_start <= footer
-        if self._known_end and self._footer.summary_start:
-            self._data_end = self._footer.summary_start
+        self._footer = self._size - len(MAGIC) - _FOOTER.size
+        tail = self._at(max(self._footer, 0), self._size)
+        self._ended = tail[: _HEAD.size] == _HEAD.pack(Opcode.FOOTER, 20) and tail[_FOOTER.size :] == MAGIC
+        if self._ended and contents is None:
+            self._read_index(tail)
 
     def __enter__(self):
         return self
@@ -152,124 +147,90 @@ class McapReader:
         return self._stream.read(size)
 
     def contents(self) -> Contents:
-        """Contents by the summary, or read through where that is incomplete; raises DamagedLog."""
-        if self._contents is None and self._footer.summary_start:
-            try:
-                self._contents = self._summarised()
-            except DamagedLog:
-                self._data_end, self._known_end = self._size - len(MAGIC) - _FOOTER_RECORD, False
-                raise
+        """What the file holds; raises DamagedLog and LogLimit where it is not whole."""
         if self._contents is None:
             self._contents = self._scanned()
         return self._contents
 
     def require_end(self) -> None:
         """Raises DamagedLog where the end of the data is missing; to be called once the file was read."""
-        if not self.ended and not self._whole:
+        if not self._whole:
             what = "its end is missing (it is being written, the writer was stopped, or the file was cut)"
             raise DamagedLog(self.path, self._read_to, what)
 
-    def content(
-        self, wanted: Container[str] | None = None, begin: int = len(MAGIC), attachments: bool = False
-    ) -> Iterator[LoggedMessage | Metadata | Attachment]:
-        """Messages of the `wanted` ROS topics (None: of all channels) and metadata from byte `begin` on, as they stand.
+    def content(self, damage: list[UnreadableLog] | None = None) -> Iterator[LoggedMessage | Metadata | Attachment]:
+        """All messages, metadata and attachments as they stand, while they are checked.
 
-        Read from its start the whole file is checked. Raises DamagedLog and LogLimit where reading cannot go on; with
-        `attachments` these are among the items.
+        Raises DamagedLog and LogLimit where reading cannot go on; with a list for `damage` they are put into it, and
+        reading goes on behind them.
         """
-        whole = begin == len(MAGIC)
-        self._want(wanted, whole)
-        for offset, opcode, content in self._raw(begin, _USED | {Opcode.ATTACHMENT} if attachments else _USED, whole):
-            if opcode in _DATA:
-                yield from self._messages(offset, self._data_of(offset, opcode, content), by_time=False)
-            elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
-                yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
-            else:
-                self._learn(offset, opcode, content)
+        begin: int | None = len(MAGIC)
+        while begin is not None:
+            try:
+                for offset, opcode, content in self._raw(begin, _USED | {Opcode.ATTACHMENT}):
+                    if opcode in _DATA:
+                        yield from self._messages(offset, self._data_of(offset, opcode, content), self._topic)
+                    elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
+                        yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
+                    else:
+                        self._learn(offset, opcode, content)
+                return
+            except UnreadableLog as error:
+                if damage is None:
+                    raise
+                damage.append(error)
+                begin = self._record_after(max(error.offset, begin))
+
+    def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
+        """Messages of the `wanted` ROS topics (None: of all channels) as they stand."""
+        topics = self._wanted(wanted)
+        for _, _, place in self.contents().stretches:
+            yield from self._messages(place, self._data_at(place), topics.get)
 
     def by_time(
         self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
     ) -> Iterator[LoggedMessage]:
         """Messages of the `wanted` ROS topics (None: of all channels) from `from_ns` to before `until_ns`, by time.
 
-        Those of one time come in the order of the file. Chunks that hold nothing of it are passed over; a file that is
-        read without limits of time is checked whole first.
+        Those of one time come in the order of the file. Chunks that hold nothing of it are passed over.
         """
-        self.contents()
-        if from_ns <= 0 and until_ns > LAST_NS and not self._whole:
-            for _ in self._raw(len(MAGIC), (), True):
-                pass
-        self._want(wanted)
-        rows = np.frombuffer(self._stretches, np.uint64).reshape(-1, 3)
-        rows = rows[(rows[:, 1] >= max(from_ns, 0)) & (rows[:, 0] <= min(until_ns - 1, LAST_NS))]
-        found = self._merged(rows[np.lexsort((rows[:, 2], rows[:, 0]))].tolist())
-        yield from (one for one in found if from_ns <= one.log_time < until_ns)
+        topics = self._wanted(wanted)
+        rows = sorted(row for row in self.contents().stretches if row[1] >= from_ns and row[0] < until_ns)
+        yield from (one for one in self._merged(rows, topics) if from_ns <= one.log_time < until_ns)
 
-    def record_after(self, offset: int) -> int | None:
-        """Place of the record behind that at `offset` by its length, or of the next chunk of the summary."""
+    def _wanted(self, wanted: Container[str] | None) -> dict[int, StoredTopic]:
+        """The channels of these names by number; foreign ones are never among wanted topics."""
+        topics = self.contents().topics
+        if wanted is None:
+            return topics
+        return {number: topic for number, topic in topics.items() if topic.name in wanted and not topic.foreign}
+
+    def _record_after(self, offset: int) -> int | None:
+        """Place of the record behind that at `offset` by its length, or of the next chunk of the index."""
         head = self._at(offset, _HEAD.size)
         found = self._starts[bisect.bisect_right(self._starts, offset) :][:1]
         if len(head) == _HEAD.size and head[0] in _USED | {Opcode.ATTACHMENT, Opcode.MESSAGE_INDEX}:
             found.append(offset + _HEAD.size + _HEAD.unpack(head)[1])
-        return min((one for one in found if one < self._data_end), default=None)
+        return min((one for one in found if one < self._size), default=None)
 
-    def _want(self, wanted: Container[str] | None, afresh: bool = True) -> None:
-        self._wanted = wanted
-        self._topics.clear()
-        if afresh:
-            self._packed = self._unpacked = self._records = 0
-
-    def _summarised(self) -> Contents | None:
-        """The contents by the summary, checked; None where it does not describe all of the file."""
-        statistics, metadata, start = None, [], self._footer.summary_start
-        covered = _HEAD.unpack(self._at(len(MAGIC), _HEAD.size))[1] + len(MAGIC) + _HEAD.size + _DATA_END_RECORD
-        for offset, opcode, content in self._summary(start, self._size - len(MAGIC)):
-            if opcode == Opcode.CHUNK_INDEX:
-                try:
-                    *row, channels = _CHUNK_INDEX.unpack_from(content)
-                    (indexed,) = struct.unpack_from("<Q", content, _CHUNK_INDEX.size + channels)
-                except struct.error:
-                    raise DamagedLog(self.path, offset, "the index of a chunk is too short") from None
-                self._stretches.extend(row[:3])
-                covered += row[3] + indexed
-            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._learn(offset, opcode, content)
-            elif opcode == Opcode.STATISTICS:
-                statistics = self._parse(offset, Statistics, content)
-            else:
-                kind = MetadataIndex if opcode == Opcode.METADATA_INDEX else AttachmentIndex
-                index = self._parse(offset, kind, content)
-                covered += index.length
-                metadata += [index.offset] if kind is MetadataIndex else []
-        self._starts = sorted(self._stretches[2::3])
-        if (
-            statistics is None
-            or covered != start
-            or any(_schema_of(one) not in (0, *self._schemas) for one in self._channels.values())
-            or sum(statistics.channel_message_counts.values()) != statistics.message_count
-            or len(self._channels) != statistics.channel_count
-        ):
-            return None
-        found = []
-        for place in metadata:
-            _, opcode, content = next(self._raw(place, _USED, False), (0, 0, b""))
-            if opcode != Opcode.METADATA:
-                raise DamagedLog(self.path, place, "the index points to something else than metadata")
-            found.append(self._parse(place, Metadata, content))
-        times = statistics.message_start_time, statistics.message_end_time
-        counts = statistics.channel_message_counts
-        return Contents(self._topics_of(counts), counts, *times, found, self._data_end, True)
-
-    def _summary(self, start: int, end: int) -> Iterator[tuple[int, int, bytes]]:
-        """Offset, opcode and content of the records of the summary, whose checksum is compared first."""
-        if not len(MAGIC) + _HEAD.size <= start <= end - _FOOTER_RECORD:
-            raise DamagedLog(self.path, end, "its end names no place of its index")
-        if self._footer.summary_crc:
-            self._stream.seek(start)
-            if self._crc_of(end - start - 4, 0) != self._footer.summary_crc:
-                raise DamagedLog(self.path, start, "its index does not have the CRC it was written with")
-        used = {Opcode.SCHEMA, Opcode.CHANNEL, Opcode.STATISTICS, Opcode.CHUNK_INDEX}
-        return self._raw(start, used | {Opcode.METADATA_INDEX, Opcode.ATTACHMENT_INDEX}, False)
+    def _read_index(self, tail: bytes) -> None:
+        """Notes where chunks begin by the index, its channels, and how many messages it counts; nothing if damaged."""
+        _, _, start, _, crc = _FOOTER.unpack_from(tail)
+        if not len(MAGIC) < start < self._footer:
+            return
+        self._stream.seek(start)
+        if crc and crc != self._crc_of(self._footer + _FOOTER.size - 4 - start, 0):
+            return
+        described = Opcode.SCHEMA, Opcode.CHANNEL
+        with contextlib.suppress(DamagedLog, LogLimit, struct.error):
+            for offset, opcode, content in self._raw(start, (Opcode.CHUNK_INDEX, Opcode.STATISTICS, *described)):
+                if opcode in described:
+                    self._learn(offset, opcode, content)
+                elif opcode == Opcode.CHUNK_INDEX:
+                    self._starts += struct.unpack_from("<Q", content, 16)
+                else:
+                    self._counted = self._parse(offset, Statistics, content).message_count
+        self._starts.sort()
 
     def _crc_of(self, size: int, crc: int) -> int:
         """The checksum `crc` continued over the next `size` bytes."""
@@ -278,92 +239,81 @@ class McapReader:
         return crc
 
     def _scanned(self) -> Contents:
-        """The contents of a file without a usable summary, read through."""
-        self._want(())
-        del self._stretches[:]
-        counts, metadata, rows, end = Counter(), [], self._stretches, len(MAGIC)
-        for offset, opcode, content in self._raw(len(MAGIC), _USED, True):
-            end = offset + _HEAD.size + len(content)
+        """The contents of the file, read through."""
+        counts, metadata, stretches = Counter(), [], []
+        for offset, opcode, content in self._raw(len(MAGIC)):
             if opcode in _DATA:
-                numbers, times, _ = self._walked(offset, self._data_of(offset, opcode, content))
-                counts.update(numbers)
-                rows.extend((min(times, default=0), max(times, default=0), offset))
+                first, last = LAST_NS, 0
+                for log_time, _, _, number, _ in self._walked(offset, self._data_of(offset, opcode, content)):
+                    counts[number] += 1
+                    first, last = min(first, log_time), max(last, log_time)
+                if first <= last:
+                    stretches.append((first, last, offset))
             elif opcode == Opcode.METADATA:
                 metadata.append(self._parse(offset, Metadata, content))
             else:
                 self._learn(offset, opcode, content)
-        times = min(rows[::3], default=0), max(rows[1::3], default=0)
-        end = max(end, self._read_to)
-        return Contents(self._topics_of(counts), dict(counts), *times, metadata, end, self._whole)
+        if self._counted not in (None, counts.total()):
+            what = f"its index counts {self._counted} messages, and it holds {counts.total()}"
+            raise DamagedLog(self.path, self._read_to, what)
+        times = min((first for first, _, _ in stretches), default=0), max((last for _, last, _ in stretches), default=0)
+        topics = self._topics_of(counts)
+        return Contents(topics, dict(counts), *times, metadata, self._read_to, self._whole, stretches)
 
     def _topics_of(self, counts: dict[int, int]) -> dict[int, StoredTopic]:
         """The channels by number: all that have messages, and some of the others."""
-        numbers = [number for number, count in counts.items() if count]
-        if len(numbers) > MOST_TOPICS:
-            what = f"it has messages on {len(numbers)} channels, and {MOST_TOPICS} are read at most"
-            raise LogLimit(self.path, self._data_end, what)
-        numbers += itertools.islice((one for one in self._channels if not counts.get(one)), MOST_SILENT)
-        return {number: self._described(number) for number in numbers}
+        if len(counts) > MOST_TOPICS:
+            what = f"it has messages on {len(counts)} channels, and {MOST_TOPICS} are read at most"
+            raise LogLimit(self.path, self._read_to, what)
+        silent = itertools.islice((one for one in self._channels if one not in counts), MOST_SILENT)
+        return {number: self._topic(number) for number in (*counts, *silent)}
 
-    def _merged(self, rows: list[list[int]]) -> Iterator[LoggedMessage]:
+    def _merged(self, rows: list[tuple[int, int, int]], topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
         """The messages of stretches by their time; `rows` are in the order of their first times."""
         pending: list[tuple[int, int, int, LoggedMessage]] = []
         held = 0
-        for row, following in itertools.zip_longest(rows, rows[1:]):
-            while pending and pending[0][0] < row[0]:
+        for (first, last, place), following in itertools.zip_longest(rows, rows[1:]):
+            while pending and pending[0][0] < first:
                 held -= len(pending[0][3].data)
                 yield heappop(pending)[3]
-            if not pending and (following is None or row[1] < following[0]):
-                yield from self._stretch(row[2])
+            messages = self._messages(place, self._data_at(place), topics.get, by_time=True)
+            if not pending and (following is None or last < following[0]):
+                yield from messages
                 continue
-            for number, message in enumerate(self._stretch(row[2])):
-                heappush(pending, (message.log_time, row[2], number, message))
+            for number, message in enumerate(messages):
+                heappush(pending, (message.log_time, place, number, message))
                 held += len(message.data)
             if held > MOST_PENDING:
                 what = f"its chunks overlap in time by more than {MOST_PENDING >> 20} MB; sort it by `mcap sort`"
-                raise LogLimit(self.path, row[2], what)
+                raise LogLimit(self.path, place, what)
         while pending:
             yield heappop(pending)[3]
 
-    def _stretch(self, begin: int) -> Iterator[LoggedMessage]:
-        """The messages of a chunk in the order of time, or the one outside of chunks that stands there."""
-        offset, opcode, content = next(self._raw(begin, _DATA, False), (0, 0, b""))
-        if offset != begin or opcode not in _DATA:
-            raise DamagedLog(self.path, begin, "the index points to something else than a chunk")
-        yield from self._messages(begin, self._data_of(begin, opcode, content), by_time=True)
+    def _raw(self, begin: int, used: Container[int] = _USED) -> Iterator[tuple[int, int, bytes]]:
+        """Offset, opcode and content of the records of the kinds `used`, from byte `begin` to the end of a section.
 
-    def _raw(self, position: int, used: Container[int], check: bool) -> Iterator[tuple[int, int, bytes]]:
-        """Offset, opcode and content of the records of the kinds `used`, from byte `position` to the end of a section.
-
-        With `check` (from the start) the checksum of the data is compared.
+        From the start of the file on the checksum of the data is compared.
         """
-        if position > self._size:
-            raise DamagedLog(self.path, self._size, "the index points outside the file")
-        in_data, wrong_end = position < self._data_end, "a record says that the data end here, and they do not"
-        data_end = self._at(max(self._data_end - _DATA_END_RECORD, 0), _DATA_END_RECORD) if check else b""
-        states_none = self.ended and data_end == _HEAD.pack(Opcode.DATA_END, 4) + bytes(4)
-        crc = crc32(MAGIC) if check and not states_none else None
+        position, crc = begin, crc32(MAGIC) if begin == len(MAGIC) else None
         while position < self._size:
             head = self._at(position, _HEAD.size)
             self._read_to = position
             opcode, length = _HEAD.unpack(head) if len(head) == _HEAD.size else (0, self._size)
             end = position + _HEAD.size + length
-            if not self.ended and (end > self._size or not opcode):  # being written, or cut
+            if not self._ended and (end > self._size or not opcode):  # being written, or cut
                 return
             if end > self._size:
                 raise DamagedLog(self.path, position, "a record goes on beyond the end of the file")
-            if opcode == Opcode.FOOTER and not in_data and end == self._size - len(MAGIC):
+            if opcode == Opcode.FOOTER and position == self._footer:
                 return
-            if opcode == Opcode.DATA_END:
-                if length != 4 or (self._known_end and end != self._data_end):
-                    raise DamagedLog(self.path, position, wrong_end)
+            if opcode == Opcode.DATA_END and length == 4:
                 expected = int.from_bytes(self._stream.read(4), "little")
-                if crc is not None and expected and expected != crc:
+                if crc is not None and expected not in (0, crc):
                     raise DamagedLog(self.path, position, "the data do not have the CRC they were written with")
                 self._read_to, self._whole = end, True
                 return
-            if not opcode or opcode == Opcode.FOOTER or (in_data and end > self._data_end):
-                raise DamagedLog(self.path, position, wrong_end)
+            if opcode in (0, Opcode.DATA_END, Opcode.FOOTER):
+                raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
             if bisect.bisect_left(self._starts, end) > bisect.bisect_right(self._starts, position):
                 raise DamagedLog(self.path, position, "a record goes on into the next chunk")
             if opcode in used:
@@ -380,7 +330,7 @@ class McapReader:
 
     def _parse(self, offset: int, kind: type, content: bytes):
         try:
-            return kind.read(ReadDataStream(io.BytesIO(content)))
+            return _read(kind, content)
         except _PARSE_ERRORS as error:
             raise DamagedLog(self.path, offset, f"a {kind.__name__} record cannot be read ({error})") from error
 
@@ -389,38 +339,36 @@ class McapReader:
         if len(content) < 4:
             raise DamagedLog(self.path, offset, "the description of a channel is too short")
         number = int.from_bytes(content[:2], "little")
-        kept, read = (self._schemas, self._read_schemas) if opcode == Opcode.SCHEMA else (self._channels, self._topics)
+        kept = self._schemas if opcode == Opcode.SCHEMA else self._channels
         if kept.get(number) != content:
             kept[number] = bytes(content)
-            read.pop(number, None)
+            self._topics.clear()
+
+    def _topic(self, number: int) -> StoredTopic:
+        """The channel of that number; one that nothing describes, or in no UTF-8, has no type and no encoding."""
+        if number not in self._topics:
+            self._topics[number] = self._described(number)
+        return self._topics[number]
 
     def _described(self, number: int) -> StoredTopic:
-        """The channel of that number; one that nothing describes, or in no UTF-8, has no type and no encoding."""
         try:
-            channel = Channel.read(ReadDataStream(io.BytesIO(self._channels[number])))
+            channel = _read(Channel, self._channels[number])
         except _PARSE_ERRORS:
             return StoredTopic(f"(channel {number})", "", "", "", {}, "", described=False)
-        name, text, encoding = self._schema(channel.schema_id)
+        try:
+            schema = _read(Schema, self._schemas[channel.schema_id])
+            name, text, encoding = schema.name, schema.data.decode(errors="surrogateescape"), schema.encoding
+        except _PARSE_ERRORS:
+            name = text = encoding = ""
         return StoredTopic(channel.topic, name, text, channel.message_encoding, channel.metadata, encoding)
 
-    def _schema(self, number: int) -> tuple[str, str, str]:
-        """Name, text and encoding of the schema of that number, empty where there is none."""
-        if number not in self._read_schemas:
-            try:
-                schema = Schema.read(ReadDataStream(io.BytesIO(self._schemas[number])))
-                found = schema.name, schema.data.decode(errors="surrogateescape"), schema.encoding
-            except _PARSE_ERRORS:
-                found = "", "", ""
-            self._read_schemas[number] = found
-        return self._read_schemas[number]
-
-    def _topic(self, number: int) -> StoredTopic | None:
-        """The channel of that number, None where it is not wanted; foreign channels are never among wanted topics."""
-        if number not in self._topics:
-            topic = self._described(number)
-            wanted = self._wanted is None or (topic.name in self._wanted and not topic.foreign)
-            self._topics[number] = topic if wanted else None
-        return self._topics[number]
+    def _data_at(self, place: int) -> bytes:
+        """The records in the chunk of the contents at this place, or the one of a message outside chunks there."""
+        offset, opcode, content = next(self._raw(place, _DATA), (0, 0, b""))
+        if offset != place:
+            raise DamagedLog(self.path, place, "it was changed while it was read")
+        self._packed = self._unpacked = self._records = 0  # as a whole it is within the limits
+        return self._data_of(place, opcode, content)
 
     def _data_of(self, offset: int, opcode: int, content: bytes) -> bytes:
         """The records in a chunk, or the one of a message outside chunks."""
@@ -431,46 +379,35 @@ class McapReader:
             raise DamagedLog(self.path, offset, "the index of messages of a chunk has the kind of a message")
         return _HEAD.pack(opcode, len(content)) + content
 
-    def _messages(self, offset: int, data: bytes, by_time: bool) -> Iterator[LoggedMessage]:
-        """The wanted messages among records, in their order or that of time."""
-        numbers, times, places = map(np.frombuffer, self._walked(offset, data), (np.uint16, np.uint64, np.uint64))
-        topics = {number: self._topic(number) for number in np.unique(numbers).tolist()}
-        rows = np.flatnonzero(np.isin(numbers, [number for number, topic in topics.items() if topic is not None]))
-        if by_time:
-            rows = rows[np.argsort(times[rows], kind="stable")]
-        for place in places[rows].tolist():
-            _, length, number, _, log_time, publish_time = _MESSAGE.unpack_from(data, place)
-            payload = bytes(data[place + _MESSAGE.size : place + _HEAD.size + length])
-            yield LoggedMessage(topics[number], log_time, publish_time, payload)
+    def _messages(self, offset: int, data: bytes, topic_of: Callable, by_time: bool = False) -> Iterator[LoggedMessage]:
+        """The messages among records whose channel `topic_of` gives by its number, in their order or that of time."""
+        found = self._walked(offset, data)
+        for log_time, begin, end, number, publish_time in sorted(found) if by_time else found:
+            if (topic := topic_of(number)) is not None:
+                yield LoggedMessage(topic, log_time, publish_time, bytes(data[begin:end]))
 
-    def _walked(self, offset: int, data: bytes) -> tuple[array, array, array]:
-        """Channel, log time and place of each message among records; learns the descriptions among them."""
-        numbers, times, places = array("H"), array("Q"), array("Q")
-        position, end, head, unpack = 0, len(data), _HEAD.size, _MESSAGE.unpack_from
-        whole, records, left = end - _MESSAGE.size, 0, FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._records
-        while position < end and records <= left:
-            if position <= whole:
-                opcode, length, number, _, log_time, _ = unpack(data, position)
-            elif position + head <= end:
-                opcode, length = _HEAD.unpack_from(data, position)
-            else:
+    def _walked(self, offset: int, data: bytes) -> Iterator[tuple[int, int, int, int, int]]:
+        """Log time, begin and end of the data, channel and publish time of each message; learns the descriptions."""
+        position, size, left = 0, len(data), FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._records
+        for count in itertools.count(1):
+            if position == size:
+                self._records += count
+                return
+            if position + _HEAD.size > size:
                 raise DamagedLog(self.path, offset, "a record in this chunk is cut")
-            begin, position = position, position + head + length
-            if position > end:
+            opcode, length = _HEAD.unpack_from(data, position)
+            begin, position = position + _HEAD.size, position + _HEAD.size + length
+            if position > size:
                 raise DamagedLog(self.path, offset, "a record in this chunk is longer than the chunk")
-            records += 1
+            if count > left:
+                raise LogLimit(self.path, offset, "it holds more records than a file of its size may have here")
             if opcode == 5:  # a message
-                if length < _FIELDS:
+                if length < _FIELDS.size:
                     raise DamagedLog(self.path, offset, "a message in this chunk is too short")
-                numbers.append(number)
-                times.append(log_time)
-                places.append(begin)
+                number, _, log_time, publish_time = _FIELDS.unpack_from(data, begin)
+                yield log_time, begin + _FIELDS.size, position, number, publish_time
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._learn(offset, opcode, data[begin + head : position])
-        self._records += records
-        if self._records > (most := FREE_RECORDS + RECORDS_PER_BYTE * self._size):
-            raise LogLimit(self.path, offset, f"it holds more records than a file of its size may have here, {most}")
-        return numbers, times, places
+                self._learn(offset, opcode, data[begin:position])
 
     def _unpacked_chunk(self, offset: int, content: bytes) -> bytes:
         chunk = self._parse(offset, Chunk, content)
@@ -502,9 +439,9 @@ class McapReader:
         return data
 
 
-def _schema_of(channel: bytes) -> int:
-    """The number of the schema of a channel."""
-    return int.from_bytes(channel[2:4], "little")
+def _read(kind: type, content: bytes):
+    """The record of the library of this kind in its bytes."""
+    return kind.read(ReadDataStream(io.BytesIO(content)))
 
 
 def _lz4_unpacked(packed: bytes, size: int) -> bytearray:

@@ -11,8 +11,7 @@ from mcap.records import Attachment, Metadata
 from bearing_twin.base.errors import LogError, harmless
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import log_files, reader_of
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, McapReader, UnreadableLog
-from bearing_twin.log.mcap_write import MAGIC
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, UnreadableLog
 from bearing_twin.log.raw_log import BAG_RECORD, RawLogWriter
 
 RECOVERY_RECORD = "bearing_twin_recovered"
@@ -66,30 +65,15 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
 
 def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
     """All that can be read of the files; `problems` get a sentence for each part that cannot."""
-
-    def note(error: UnreadableLog, file: Path) -> None:
-        if (said := f"{file.name} at byte {error.offset}: {error.what}") not in problems:
-            problems.append(said)
-
     for file in files:
+        damage: list[UnreadableLog] = []
         with reader_of(file) as reader:
-            if isinstance(reader, McapReader) and reader.ended:
-                try:
-                    reader.contents()  # where the chunks begin
-                except UnreadableLog as error:
-                    note(error, file)
-            begin: int | None = len(MAGIC)
-            while begin is not None:
-                try:
-                    yield from reader.content(None, begin, True)
-                    break
-                except UnreadableLog as error:
-                    note(error, file)
-                    begin = reader.record_after(max(error.offset, begin))
+            yield from reader.content(damage)
             try:
                 reader.require_end()
             except DamagedLog as error:
-                note(error, file)
+                damage.append(error)
+        problems += dict.fromkeys(f"{file.name} at byte {one.offset}: {one.what}" for one in damage)
 
 
 def _outputs(message: LoggedMessage) -> int:
