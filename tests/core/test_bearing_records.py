@@ -45,8 +45,12 @@ OF_BEARINGS = {
 }
 # Closed forms of friction had Jacobians by differences: there are fewer steps now, and other errors within tolerance.
 OTHER_STEPS = ("pade1", "pade2")
-# Shares by which steps may be more and fewer where balls bounce; elsewhere 2 %.
-STEP_SHARES = {"bearing_6203_rig_400N, linear": (0.03, 0.02), "bearing_6203_run_up, 0.001": (0.02, 0.06)}
+# Shares by which steps may be more and fewer where balls bounce and the rounding of a processor decides; elsewhere 2 %.
+STEP_SHARES = {
+    "bearing_6203_rig_400N, linear": (0.03, 0.02),
+    "bearing_6203_rig_400N, 11 balls": (0.03, 0.02),
+    "bearing_6203_run_up, 0.001": (0.02, 0.06),
+}
 
 SHAFTS = {"shaft_two_6203": 2000.0, "shaft_angular_pair": 5000.0, "shaft_step_load": 1000.0}  # 40 outputs
 OF_SHAFTS = {
@@ -86,7 +90,7 @@ def ran(known, scene, overrides, instants):
 def test_bearings_have_the_steps_loads_and_places_of_the_record(known, name, scene, overrides):
     costs, channels = ran(known, scene, overrides, [3, 20])
     other = name.endswith(OTHER_STEPS)
-    near = 1e-6 if name.endswith("landing") else 1e-7  # what a landing's instant differs by
+    near = 1e-6 if name.endswith("landing") or name in STEP_SHARES else 1e-7  # what a landing's instant differs by
     for cost in ("ball_steps", "ball_rates"):
         before, now = known["costs"][cost], costs[cost]
         more, fewer = STEP_SHARES.get(name, (0.02, 0.02))
@@ -103,7 +107,7 @@ def test_shafts_have_the_steps_and_loads_of_the_record(known, name, scene, overr
     costs, channels = ran(known, scene, overrides, [20, 40])
     for cost, before in known["costs"].items():
         assert costs[cost] == pytest.approx(before, rel=0.02, abs=2), cost
-    gross = max(*known["gross_work"], 1e-11)  # J: shafts at rest do none but what rounding leaves
+    gross = max(*known["gross_work"], 1e-10)  # J: shafts at rest do none but what rounding leaves
     for channel, (before, now) in channels.items():
         # over whole turns next to nothing may be left of what loads and bearings did either way
         # works hold the friction over contact patches, whose semi-axes the record has within 1e-5
