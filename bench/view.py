@@ -1,7 +1,6 @@
-"""Speed at which a page for the browser is made and drawn: `python bench/view.py [scene] [seconds]`.
+"""Cost of a page for the browser: `python bench/view.py [scene] [seconds]`.
 
-A log of 10 s at 1 kHz becomes a page: CPU seconds of the whole command, bytes; and images a second while it plays,
-drawn by software in a Chromium without a window, where there is one.
+A log of 10 s at 1 kHz becomes a page: CPU seconds of the whole command, bytes.
 """
 
 import platform
@@ -13,10 +12,6 @@ import time
 from datetime import date
 from pathlib import Path
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.view.page import browser_page
-
-PLAYED = 5_000  # ms
 COMMAND = [sys.executable, "-m", "bearing_twin"]
 
 
@@ -36,15 +31,6 @@ def main(scene: str = "bearing_6203", seconds: str = "10") -> None:
         made = f"{spent() - before:.2f} s of CPU, {time.monotonic() - began:.2f} s, {page.stat().st_size / 1e6:.2f} MB"
         print(f"{date.today()}, {platform.machine()}, Python {platform.python_version()}: {scene}, {seconds} s")
         print(f"page of the log: {made}")
-        try:
-            with browser_page(1280, 800) as shown:
-                shown.goto(page.as_uri())
-                shown.wait_for_selector("body[data-ready]", timeout=60_000)
-                shown.click("#play")
-                shown.wait_for_timeout(PLAYED)
-                print(f"playing: {shown.evaluate('bearingView.player.framesPerSecond'):.1f} images a second")
-        except BearingTwinError as error:
-            print(f"playing: not measured ({error})")
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ import base64
 import json
 import math
 import re
-import sys
 import zlib
 
 import numpy as np
@@ -12,7 +11,7 @@ import pytest
 import toy_kind  # noqa: F401  (a kind without a view of its own)
 from runs import a_choice, made_up_block, made_up_run, made_up_scene
 
-from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import json_text
 from bearing_twin.base.sample import Block, Channel
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
@@ -26,11 +25,10 @@ from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
-from bearing_twin.view import page as film
 from bearing_twin.view import page as pages
 from bearing_twin.view.page import SCRIPTS, STEPS, Frames, html, packed
 from bearing_twin.view.run_page import described_view, document_of_log, document_of_run
-from bearing_twin.view.study_page import document_of_study
+from bearing_twin.view.study_page import document_of_study, study_charts
 from bearing_twin.view.tables import tables_of_page
 
 SHORT = {  # a short run of each kind
@@ -48,18 +46,26 @@ SHORT = {  # a short run of each kind
 
 def unpacked(found):
     """Times and series of a packed run, as its page reads them."""
-    content = zlib.decompress(base64.b64decode(found["data"]))
-    count, start, values = found["frames"], 8 * found["frames"], {}
+    content, place = zlib.decompress(base64.b64decode(found["data"])), 0
+
+    def read(kind, count):
+        nonlocal place
+        numbers = np.frombuffer(content, kind, count, place)
+        place += numbers.nbytes
+        return numbers
+
+    count, values = int(read("<f8", 1)[0]), {}
+    time = read("<f8", count)
+    assert count == found.get("frames", count)
     for one in found["series"]:
         width = math.prod(one["shape"])
-        low, high = (np.frombuffer(content, np.uint8, count * width, start + k * count * width) for k in (0, 1))
+        least, most = read("<f8", width), read("<f8", width)
+        low, high = (read(np.uint8, count * width) for _ in range(2))
         steps = low.astype(np.int64) + 256 * high.astype(np.int64)
         whole = np.cumsum(steps.reshape(width, count), axis=1).T % 65536
-        least, most = np.array(one["low"]), np.array(one["high"])
         values[one["name"]] = np.where(whole == 65535, np.nan, least + (most - least) / STEPS * whole)
-        start += 2 * count * width
-    assert start == len(content)
-    return np.frombuffer(content, "<f8", count), values
+    assert place == len(content)
+    return time, values
 
 
 def test_numbers_come_back_within_a_step():
@@ -69,7 +75,9 @@ def test_numbers_come_back_within_a_step():
     values["some"][:, 3] = 7.25  # does not move
     values["some"][17, 1] = np.nan
     values["some"][:, 4] = np.nan
-    time, found = unpacked(packed(np.arange(300) * 1e-3, values, series))
+    described = [{"name": one.name, "shape": one.shape} for one in series]
+    text = packed(np.arange(300) * 1e-3, values, series)
+    time, found = unpacked({"frames": 300, "series": described, "data": text})
     assert (time == np.arange(300) * 1e-3).all()
     for one in series:
         array = values[one.name]
@@ -248,21 +256,22 @@ def test_a_recording_without_its_scene_shows_its_channels():
 
 @pytest.fixture(scope="module")
 def study():
-    return document_of_study(run_study(load_study("spheres_alpha_4e-5", ["samples=400", "sweep=null"])))
+    return run_study(load_study("spheres_alpha_4e-5", ["samples=400", "sweep=null"]))
 
 
 def test_a_study_shows_densities_with_their_quantiles(study):
-    charts = {one["title"].partition(":")[0]: one for one in study["charts"]}
+    charts = {one["title"].partition(":")[0]: one for one in study_charts(study, study.study.quantities, ())}
     found = charts["Contact duration"]
-    x, bars = np.array(found["x"]), np.array(found["ys"][0])
+    x, bars = found["x"], found["ys"][0]
     assert np.isclose(bars.sum() * (x[1] - x[0]), 1.0, atol=0.03)
     assert found["xLabel"] == "contact duration [µs]"
     assert len(found["spans"]) == 3
     assert all(one["low"] <= one["value"] <= one["high"] for one in found["spans"])
-    rows = {row["words"]: row for row in study["statistics"][0]["rows"]}
+    document = document_of_study(study)
+    rows = {row["words"]: row for row in document["statistics"][0]["rows"]}
     assert np.isclose(float(rows["50 % quantile"]["value"]), found["spans"][1]["value"], rtol=1e-3)
     assert rows["mean"]["interval"]
-    assert html(study)
+    assert html(document)
 
 
 def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
@@ -279,7 +288,7 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
     ("words", "sentence"),
     [
         (["two_spheres", "--out", "x.png"], "not the name of a page"),
-        (["two_spheres", "--gif", "x.mp4"], "not the name of a film"),
+        (["two_spheres", "--gif", "x.gif"], "record the screen while the page plays"),
         (["two_spheres", "--out", "none/x.html"], "none is not a folder"),
         (["no_such.mcap"], "no_such.mcap"),
         (["no_such_scene"], "no scene 'no_such_scene'"),
@@ -295,13 +304,3 @@ def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, capsys, monkeypat
     assert sentence in error
     assert len(error.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_film_without_its_library_says_what_to_install_before_a_run(tmp_path, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
-    monkeypatch.chdir(tmp_path)
-    assert main(["view", "two_spheres", "--gif", "film.gif"]) == BAD_INPUT
-    assert "films need the package playwright; install it with: pip install '.[view]'" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
-    with pytest.raises(BearingTwinError, match=r"pip install '\.\[view\]'"), film.browser_page():
-        pass

@@ -38,13 +38,8 @@ class Store {
   }
 
   column(name, column = 0) {
-    const { values, width } = this.series.get(name);
-    const found = new Array(this.count);
-    for (let frame = 0; frame < this.count; frame++) {
-      const value = values[frame * width + column];
-      found[frame] = Number.isNaN(value) ? null : value;
-    }
-    return found;
+    const found = Array.from({ length: this.count }, (_, frame) => this.at(name, frame, column));
+    return found.map((one) => (Number.isNaN(one) ? null : one));
   }
 
   // Greatest size among the numbers of a series, or of its vectors of `length` numbers.
@@ -80,21 +75,30 @@ class Store {
     return low + (time - this.time[low]) / (this.time[high] - this.time[low] || 1.0);
   }
 
-  // Adds outputs: {time: [s, ...], values: {series: [[numbers of one output], ...]}}; the oldest go when there are too many.
-  append(frames) {
-    const more = frames.time.length, kept = Math.min(this.count, Math.max(0, LONGEST_LIVE - more)), gone = this.count - kept;
-    const time = new Float64Array(kept + more);
-    time.set(this.time.subarray(gone, this.count));
-    time.set(frames.time, kept);
+  // Takes in outputs behind those that are there, as of `unpacked`; the oldest go where there are more than `most`.
+  append({ time, values }, most) {
+    const kept = Math.min(this.count, Math.max(0, most - time.length)), gone = this.count - kept;
+    const joined = (before, more, width) => {
+      const found = new before.constructor((kept + time.length) * width);
+      found.set(before.subarray(gone * width, this.count * width));
+      found.set(more, kept * width);
+      return found;
+    };
+    for (const one of this.series.values()) one.values = joined(one.values, values[one.name], one.width);
+    this.time = joined(this.time, time, 1);
+    this.count = this.time.length;
+  }
+
+  // Takes out the first `count` outputs, as `append` takes them in.
+  take(count) {
+    const values = {}, time = this.time.slice(0, count);
     for (const one of this.series.values()) {
-      const values = new Float32Array((kept + more) * one.width);
-      values.set(one.values.subarray(gone * one.width, this.count * one.width));
-      const rows = frames.values[one.name];
-      if (rows) rows.forEach((row, k) => values.set(Array.isArray(row) ? row : [row], (kept + k) * one.width));
-      one.values = values;
+      values[one.name] = one.values.slice(0, count * one.width);
+      one.values = one.values.slice(count * one.width);
     }
-    this.time = time;
-    this.count = kept + more;
+    this.time = this.time.slice(count);
+    this.count = this.time.length;
+    return { time, values };
   }
 }
 
@@ -118,43 +122,34 @@ function gaps(time) {
 
 // Curves over time [s] for Chart, with nothing where a stretch is missing: {x, ys}.
 function curvesOf(store, lines, factor) {
-  const places = gaps(store.time.subarray(0, store.count)), { time } = store;
+  const { time } = store, places = gaps(time);
   const parted = (column, between) => places.reduceRight((kept, k) => (kept.splice(k, 0, between(k)), kept), column);
-  const x = Array.from(time.subarray(0, store.count), (one) => one * factor);
   return {
-    x: parted(x, (k) => 0.5 * factor * (time[k - 1] + time[k])),
+    x: parted(Array.from(time, (one) => one * factor), (k) => 0.5 * factor * (time[k - 1] + time[k])),
     ys: lines.map((line) => parted(store.column(line.series, line.column), () => null)),
   };
 }
 
-async function unpacked(packed) {
-  const store = new Store(packed.series);
-  const text = atob(packed.data), bytes = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; i++) bytes[i] = text.charCodeAt(i);
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const content = new Uint8Array(await new Response(stream).arrayBuffer());
-  const count = packed.frames;
-  store.count = count;
-  store.time = new Float64Array(content.slice(0, 8 * count).buffer);
-  let start = 8 * count;
-  for (const one of store.series.values()) {
-    const size = count * one.width;
-    one.values = decoded(content.subarray(start, start + size), content.subarray(start + size, start + 2 * size), one, count);
-    start += 2 * size;
-  }
-  return store;
-}
-
-// A column is kept as differences, low bytes apart from high ones; see page.py.
-function decoded(lowBytes, highBytes, one, count) {
-  const values = new Float32Array(count * one.width);
-  for (let column = 0, k = 0; column < one.width; column++) {
-    const range = one.low.length > 1 ? column : 0;
-    const low = one.low[range], step = (one.high[range] - low) / STEPS;
-    for (let frame = 0, whole = 0; frame < count; frame++, k++) {
-      whole = (whole + lowBytes[k] + 256 * highBytes[k]) & 65535;
-      values[frame * one.width + column] = whole === MISSING ? NaN : low + step * whole;
+// Outputs in a text of `packed` in page.py: {time [s], values of each of the store's series, output after output}.
+async function unpacked(text, store) {
+  const letters = atob(text), packed = new Uint8Array(letters.length);
+  for (let k = 0; k < letters.length; k++) packed[k] = letters.charCodeAt(k);
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  const content = await new Response(stream).arrayBuffer();
+  let place = 0;
+  const numbers = (count) => new Float64Array(content.slice(place, (place += 8 * count)));
+  const [count] = numbers(1), time = numbers(count), values = {};
+  for (const { name, width } of store.series.values()) {
+    const low = numbers(width), high = numbers(width), size = count * width;
+    const bytes = new Uint8Array(content, place, 2 * size), found = (values[name] = new Float32Array(size));
+    place += 2 * size;
+    for (let column = 0, k = 0; column < width; column++) {
+      const step = (high[column] - low[column]) / STEPS;
+      for (let frame = 0, whole = 0; frame < count; frame++, k++) {
+        whole = (whole + bytes[k] + 256 * bytes[size + k]) & 65535;
+        found[frame * width + column] = whole === MISSING ? NaN : low[column] + step * whole;
+      }
     }
   }
-  return values;
+  return { time, values };
 }

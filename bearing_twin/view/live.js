@@ -7,49 +7,18 @@ const TURNING = ["inner_ring_speed", "shaft_speed"]; // series [rad/s] by which 
 const FEWEST_SHOWN = 10; // outputs, however fast the shaft turns
 const liveToken = location.hash.slice(1);
 
-// An event as {time: [s, ...], values: {series: [[numbers of one output], ...]}}; see run_page.py.
-function liveFrames(text, series) {
-  const bytes = Uint8Array.from(atob(text), (one) => one.charCodeAt(0));
-  const count = new Float64Array(bytes.buffer.slice(0, 8))[0];
-  const time = Array.from(new Float64Array(bytes.buffer.slice(8, 8 + 8 * count)));
-  const table = new Float32Array(bytes.buffer.slice(8 + 8 * count));
-  const widths = series.map((one) => one.shape.reduce((product, size) => product * size, 1));
-  const row = widths.reduce((sum, one) => sum + one, 0), values = {};
-  let low = 0;
-  series.forEach((one, k) => {
-    values[one.name] = time.map((_, frame) => Array.from(table.subarray(frame * row + low, frame * row + low + widths[k])));
-    low += widths[k];
-  });
-  return { time, values };
-}
-
-// Outputs that wait to be shown: those of one event are spread over the time between two, so that slow motion is smooth.
-class LiveQueue {
-  constructor() {
-    Object.assign(this, { time: [], values: {}, gap: LIVE_PERIOD, came: performance.now() });
-  }
-
-  add({ time, values }) {
-    if (this.time.length && time[0] <= this.time.at(-1)) [this.time, this.values] = [[], {}]; // the run has begun again
-    const now = performance.now();
-    [this.gap, this.came] = [Math.min(Math.max(now - this.came, LIVE_PERIOD), 10000.0), now];
-    this.time.push(...time);
-    for (const [name, rows] of Object.entries(values)) (this.values[name] ||= []).push(...rows);
-    this.share = Math.ceil((this.time.length * LIVE_PERIOD) / this.gap);
-  }
-
-  take() {
-    const values = {};
-    for (const [name, rows] of Object.entries(this.values)) values[name] = rows.splice(0, this.share);
-    return { time: this.time.splice(0, this.share), values };
-  }
-}
-
+// Outputs of one event are shown over the time between two, so that slow motion is smooth.
 function liveStart(view) {
   const { series } = view.found.packed, bar = liveBar(view.found.live), events = new EventSource("events");
-  const waiting = new LiveQueue();
-  let turns = 0;
-  events.addEventListener("frames", (event) => waiting.add(liveFrames(event.data, series)));
+  let waiting = new Store(series), turns = 0, came = performance.now(), share = 1, read = Promise.resolve();
+  const take = async (text) => {
+    const frames = await unpacked(text, waiting), now = performance.now();
+    if (waiting.count && frames.time[0] <= waiting.last) waiting = new Store(series); // the run has begun again
+    waiting.append(frames, Infinity);
+    share = Math.ceil((waiting.count * LIVE_PERIOD) / Math.min(Math.max(now - came, LIVE_PERIOD), 10000.0));
+    came = now;
+  };
+  events.addEventListener("frames", (event) => (read = read.then(() => take(event.data))));
   events.addEventListener("again", () => location.reload());
   events.addEventListener("pace", (event) => bar.paced(event.data));
   events.addEventListener("refused", (event) => bar.refused(event.data));
@@ -57,14 +26,14 @@ function liveStart(view) {
   events.onerror = () => (bar.state.textContent = "no connection: is watch still running?");
   events.onopen = () => (bar.state.textContent = "");
   setInterval(() => {
-    if (!waiting.time.length || bar.held()) return;
-    const frames = waiting.take(), again = frames.time[0] <= view.store.last;
+    if (!waiting.count || bar.held()) return;
+    const frames = waiting.take(share), again = frames.time[0] <= view.store.last;
     if (!turns || again) liveBegin(view);
     if (again || turns++ % CURVES_EVERY === 0) {
       view.append(frames);
       liveWindow(view, bar.turns());
     } else {
-      view.store.append(frames);
+      view.store.append(frames, LONGEST_LIVE);
       view.player.seek(view.store.last);
     }
   }, LIVE_PERIOD);
@@ -74,9 +43,10 @@ function liveStart(view) {
 // Curves show the last `turns` of the shaft alone; all that is kept where that is 0, or where nothing turns.
 function liveWindow({ store, charts, timeFactor }, turns) {
   const name = TURNING.find((one) => store.has(one)), speed = name ? Math.abs(store.at(name, store.count - 1)) : 0.0;
-  if (!(turns > 0.0 && speed > 0.0) || !charts.length || store.count < FEWEST_SHOWN) return;
+  if (!(turns > 0.0 && speed > 0.0) || store.count < FEWEST_SHOWN) return;
   const first = Math.min(store.last - (2.0 * Math.PI * turns) / speed, store.time[store.count - FEWEST_SHOWN]);
-  charts[0].plot.setScale("x", { min: Math.max(first, store.first) * timeFactor, max: store.last * timeFactor }); // the others follow
+  const range = { min: Math.max(first, store.first) * timeFactor, max: store.last * timeFactor };
+  for (const { plot } of charts) plot.setScale("x", range);
 }
 
 // The page's first data are older than the events, or of a run that has begun again; curves are without dots, which

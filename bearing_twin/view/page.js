@@ -1,5 +1,5 @@
 "use strict";
-// The page: its parts put together from the document; what they show goes by one time.
+// The page: its parts put together from the document; what they show goes by one time, which plays or is chosen.
 
 const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000];
 
@@ -8,11 +8,10 @@ const NOTHING_IN_SPACE = "This browser draws nothing in space: it has no WebGL 2
 class Page {
   constructor(found, store) {
     Object.assign(this, { found, store, view: found.view, charts: [], selected: -1 });
-    this.group = { key: "run", charts: this.charts, seek: (x) => this.seek(x / this.timeFactor) };
     headings(found);
     this.panes = new Panes();
     if (store) this.showRun();
-    else showStudy(found, this.panes, this.charts);
+    else this.showStudy();
     themes(() => this.restyle());
   }
 
@@ -27,48 +26,40 @@ class Page {
     } else if (drawn) $("space").prepend(make("p", { class: "note empty" }, NOTHING_IN_SPACE));
     if (view.details) this.details = new Details($("details"), view, store, (body) => this.select(body));
     const curves = this.panes.add("Curves", "curves");
-    if (found.notes.length) curves.append(sentences("Of this page", found.notes, "doubt"));
+    curves.append(sentences("Of this page", found.notes, "doubt"));
     [this.timeFactor, this.timeUnit] = timed(store.last);
-    for (const panel of view.panels) new Chart(curves, this.panelSpec(panel), this.group);
+    this.charts = view.panels.map((panel) => new Chart(curves, this.panelSpec(panel), (x) => this.seek(x / this.timeFactor)));
     if (!view.panels.length) curves.append(make("p", { class: "note" }, "There is no channel that can be drawn as a curve."));
-    const figures = this.panes.add("Figures");
-    figures.append(figureTable(found.figures), ...found.tables.map((table) => ballTable(table, table.noun || view.details?.noun || "number")));
+    const noun = view.details?.noun || "number";
+    this.panes.add("Figures").append(figureTable(found.figures), ...found.tables.map((one) => ballTable(one, one.noun || noun)));
     showModel(this.panes.add("Model"), found, view.words);
-    this.player = new Player($("player"), store, view.period, (time, place) => this.show(time, place),
-      (moving) => this.stage?.sharpen(moving), (seconds) => this.stage?.keepPace(seconds));
+    this.player = new Player($("player"), store, view.period, (time, place) => this.show(time, place), (moving) => this.stage?.sharpen(moving));
     if (this.details) this.select(heaviest(store, view.details));
     this.legend();
     this.player.seek(store.first);
   }
 
-  panelSpec(panel) {
-    const { store, view, timeFactor, timeUnit } = this;
-    const few = store.count <= 60;
-    const lines = panel.lines.filter((line) => store.has(line.series)).map((line) => ({
-      ...line, colour: curveColour(line.colour, view.palette), dash: curveDash(line.colour, view.palette), points: few,
-      number: line.colour,
-    }));
-    return {
-      ...panel, lines, ...curvesOf(store, lines, timeFactor),
-      unit: panel.unit === "1" ? "" : panel.unit, xShort: "", ...this.timeWords(timeUnit),
-    };
+  showStudy() {
+    const { found } = this;
+    document.body.classList.add("flat", "still");
+    this.panes.add("Results").append(make("img", { src: found.picture, alt: "distributions, convergence, shares of the variance" }));
+    this.panes.add("Statistics").append(...found.statistics.flatMap(({ title, rows }) => [card(title), figureTable(rows)]));
+    showModel(this.panes.add("Study"), found, "");
   }
 
-  timeWords(unit) {
-    return { xLabel: `time [${unit}]`, xUnit: unit };
+  panelSpec(panel) {
+    const { store, view, timeFactor, timeUnit } = this;
+    const lines = panel.lines.filter((line) => store.has(line.series)).map((line) => ({ ...line, points: store.count <= 60 }));
+    return { ...panel, lines, palette: view.palette, ...curvesOf(store, lines, timeFactor), xUnit: timeUnit };
   }
 
   tools() {
     const { stage, view } = this, tools = $("tools");
-    tools.replaceChildren();
     if (view.enlarged) {
-      const rows = once([...FACTORS, stage.factor]).sort((a, b) => a - b);
-      const select = make("select", { id: "factor" }, ...rows.map((one) => make("option", { value: one }, `×${one}`)));
+      const rows = [...new Set([...FACTORS, stage.factor])].sort((a, b) => a - b);
+      const select = make("select", { id: "factor", onchange: () => stage.enlarge(Number(select.value)) },
+        ...rows.map((one) => make("option", { value: one }, `×${one}`)));
       select.value = String(stage.factor);
-      select.addEventListener("change", () => {
-        stage.enlarge(Number(select.value));
-        this.legend();
-      });
       tools.append(make("label", {}, view.enlarged.words, select));
     }
     tools.append(make("button", { type: "button", id: "home", onclick: () => stage.home() }, "turn back"));
@@ -83,24 +74,12 @@ class Page {
       row.append(make("span", {}, words), make("span", { class: "scale" }, [scaleTo && `0 to ${scaleTo}`, scale].filter(Boolean).join(", ")));
       return row;
     }));
-    if (this.stage && this.view.enlarged) {
-      const words = make("span", {}, this.view.enlarged.words), scale = make("span", { class: "scale" }, `×${this.stage.factor}`);
-      $("legend").append(make("div", { class: "filmed" }, words, scale));
-    }
   }
 
   show(time, place) {
     this.stage?.show(place);
     this.details?.update(place);
     this.charts.forEach((chart) => chart.mark(time * this.timeFactor));
-  }
-
-  // Only the picture in space and its time, as a film shows it.
-  filmed() {
-    this.legend();
-    this.stage.select(-1);
-    this.stage.resize();
-    this.stage.home();
   }
 
   seek(time) {
@@ -118,26 +97,23 @@ class Page {
 
   restyle() {
     for (const chart of this.charts) {
-      chart.spec.lines.forEach((line) => {
-        if (line.number !== undefined) line.colour = curveColour(line.number, this.found.palette || this.view.palette);
-      });
       chart.build();
       chart.bring(this.selected);
     }
     this.stage?.ask();
   }
 
-  // Further outputs of a run that goes on, as of Store.append; shows the last of them.
+  // Further outputs of a run that goes on; shows the last of them.
   append(frames) {
-    this.store.append(frames);
+    this.store.append(frames, LONGEST_LIVE);
     this.stage?.measure();
     this.details?.measure();
     const unit = this.timeUnit;
     [this.timeFactor, this.timeUnit] = timed(this.store.last);
     for (const chart of this.charts) {
-      Object.assign(chart.spec, curvesOf(this.store, chart.spec.lines, this.timeFactor), this.timeWords(this.timeUnit));
+      Object.assign(chart.spec, curvesOf(this.store, chart.spec.lines, this.timeFactor), { xUnit: this.timeUnit });
       if (unit === this.timeUnit) chart.plot.setData(chart.data());
-      else chart.outgrown();
+      else chart.build();
     }
     this.player.measure();
     this.legend();
@@ -147,8 +123,8 @@ class Page {
 
 class Panes {
   add(title, sort = "") {
-    const pane = make("div", { class: `pane ${sort}`, role: "tabpanel" }), tab = make("button", { type: "button", role: "tab" }, title);
-    tab.addEventListener("click", () => this.open(tab, pane));
+    const pane = make("div", { class: `pane ${sort}`, role: "tabpanel" });
+    const tab = make("button", { type: "button", role: "tab", onclick: () => this.open(tab, pane) }, title);
     $("tabs").append(tab);
     $("panes").append(pane);
     if ($("tabs").children.length === 1) this.open(tab, pane);
@@ -163,32 +139,28 @@ class Panes {
   }
 }
 
-const heaviest = (store, details) => {
-  const { shape } = store.get(details.pressure), contacts = shape[1] || 1;
-  let best = 0, greatest = -1.0;
-  for (let k = 0; k < shape[0] * contacts; k++) {
-    const value = store.count ? store.at(details.pressure, 0, k) : 0.0;
-    if (value > greatest) [best, greatest] = [Math.floor(k / contacts), value];
-  }
-  return best;
-};
+// The body with the greatest pressure at the first output.
+function heaviest(store, details) {
+  const contacts = details.contacts.length, { width } = store.get(details.pressure);
+  let best = 0;
+  for (let k = 1; k < width; k++) if (store.at(details.pressure, 0, k) > store.at(details.pressure, 0, best)) best = k;
+  return Math.floor(best / contacts);
+}
 
 function headings(found) {
   $("title").textContent = found.title;
   $("subtitle").textContent = found.subtitle;
   for (const { sort, name, text } of found.badges) {
-    const badge = make("span", { class: `badge ${sort || ""}` }, name ? make("b", {}, name) : "", text);
+    const badge = make("span", { class: `badge ${sort}` }, name ? make("b", {}, name) : "", text);
     if (sort === "doubt") badge.addEventListener("click", () => $("tabs").lastElementChild.click());
     $("badges").append(badge);
   }
 }
 
 function showModel(pane, found, words) {
-  pane.append(sentences("Warnings", [...found.flags, ...found.warnings], "doubt"));
-  pane.append(sentences("Errors", found.errors || [], ""));
-  pane.append(make("section", { class: "card" }, make("h3", {}, "Why this model"), make("p", {}, found.reason || "The log does not say.")));
-  pane.append(make("section", { class: "card" }, make("h3", {}, "The run"), factList(found.facts)));
-  if (words) pane.append(make("section", { class: "card" }, make("h3", {}, "The picture"), make("p", {}, words)));
+  pane.append(sentences("Warnings", [...found.flags, ...found.warnings], "doubt"), sentences("Errors", found.errors, ""));
+  pane.append(card("Why this model", make("p", {}, found.reason || "The log does not say.")), card("The run", factList(found.facts)));
+  if (words) pane.append(card("The picture", make("p", {}, words)));
   pane.append(make("p", { class: "note" }, `Made by bearing_twin ${found.version} with three.js and uPlot (MIT licence); this file needs no network.`));
 }
 
@@ -203,9 +175,106 @@ function themes(changed) {
   if (dark.matches) set(true);
 }
 
+// Time: play, pause, slider, pace; everything that shows the run gets each new time.
+class Player {
+  constructor(parent, store, period, show, moving) {
+    Object.assign(this, { store, show, moving, time: store.first, playing: false, images: 0 });
+    this.measure();
+    const flip = () => (this.playing ? this.pause() : this.play());
+    this.button = make("button", { type: "button", id: "play", title: "play or pause (space)", "aria-label": "play or pause", onclick: flip });
+    this.slider = make("input", { type: "range", id: "time", min: 0, max: 1000, step: "any", value: 0, "aria-label": "time", oninput: () => {
+      this.pause();
+      this.seek(store.first + (Number(this.slider.value) / 1000.0) * (store.last - store.first));
+    } });
+    this.label = make("output", { id: "now", style: `min-width: ${2 * this.text(store.last).length + 3}ch` });
+    parent.replaceChildren(this.button, this.slider, this.label, this.paces(period));
+    document.addEventListener("keydown", (event) => this.key(event, flip));
+    this.icon();
+  }
+
+  measure() {
+    [this.factor, this.unit] = timed(this.store.last);
+  }
+
+  // Choice of the simulated seconds in a second of looking: real time and slower in steps of 1, 2, 5.
+  paces(period) {
+    const span = this.store.last - this.store.first || 1.0, wanted = period > 0.0 ? Math.min(period, span / 2.0) : span / 8.0;
+    const slowest = Math.min(wanted / 10.0, 1.0), rows = [];
+    for (let decade = 0; 10 ** decade >= slowest / 10.0 && decade > -13; decade--) {
+      for (const one of [1, 0.5, 0.2]) rows.push(one * 10 ** decade);
+    }
+    const kept = rows.filter((one) => one >= slowest * 0.99 && one <= Math.max(span, wanted * 1.01));
+    if (!kept.length) kept.push(wanted);
+    this.speed = kept.reduce((best, one) => (Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best));
+    const words = (one) => (one < 0.7 ? `1/${digits(1.0 / one, 3)} of real time` : "real time");
+    const select = make("select", { id: "pace", title: "simulated time that passes in a second", "aria-label": "pace",
+      onchange: () => (this.speed = Number(select.value)) }, ...kept.map((one) => make("option", { value: one }, words(one))));
+    select.value = String(this.speed);
+    return select;
+  }
+
+  key(event, flip) {
+    if (["INPUT", "SELECT", "BUTTON"].includes(event.target.tagName) && event.key === " ") return;
+    const act = { " ": flip, ArrowRight: () => this.step(1), ArrowLeft: () => this.step(-1) }[event.key];
+    if (!act) return;
+    act();
+    event.preventDefault();
+  }
+
+  step(frames) {
+    this.pause();
+    const place = Math.min(Math.max(Math.round(this.store.placeOf(this.time)) + frames, 0), this.store.count - 1);
+    this.seek(this.store.time[place]);
+  }
+
+  play() {
+    if (this.time >= this.store.last) this.time = this.store.first;
+    this.playing = true;
+    this.before = null;
+    this.icon();
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  pause() {
+    this.playing = false;
+    this.icon();
+  }
+
+  tick(now) {
+    if (!this.playing) return;
+    // a page that stood still, as one in the background, goes on where it was
+    if (this.before !== null) this.seek(this.time + this.speed * Math.min((now - this.before) / 1000.0, 0.25));
+    this.images++;
+    this.before = now;
+    if (this.time >= this.store.last) this.pause();
+    else requestAnimationFrame((next) => this.tick(next));
+  }
+
+  seek(time) {
+    const { store } = this;
+    this.time = Math.min(Math.max(time, store.first), store.last);
+    this.slider.value = String((1000.0 * (this.time - store.first)) / (store.last - store.first || 1.0));
+    this.slider.style.setProperty("--done", `${this.slider.value / 10.0}%`);
+    this.label.textContent = `${this.text(this.time)} / ${this.text(store.last)} ${this.unit}`;
+    this.show(this.time, store.placeOf(this.time));
+  }
+
+  text(time) {
+    const span = (this.store.last - this.store.first) * this.factor || 1.0;
+    return (time * this.factor).toFixed(Math.max(0, Math.min(6, 3 - Math.floor(Math.log10(span)))));
+  }
+
+  icon() {
+    const path = this.playing ? "M5 3h4v14H5zM11 3h4v14h-4z" : "M5 2.5v15l12-7.5z";
+    this.button.replaceChildren(draw("svg", { viewBox: "0 0 20 20", "aria-hidden": "true" }, draw("path", { d: path })));
+    this.moving(this.playing);
+  }
+}
+
 async function start() {
-  const found = JSON.parse($("document").textContent);
-  const store = found.packed ? await unpacked(found.packed) : null;
+  const found = JSON.parse($("document").textContent), { packed } = found;
+  const store = packed ? new Store(packed.series) : null;
+  if (store) store.append(await unpacked(packed.data, store), Infinity);
   window.bearingView = new Page(found, store);
   document.body.dataset.ready = "yes";
 }

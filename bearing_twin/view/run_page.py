@@ -1,13 +1,11 @@
 """The document of a run or a log: outputs, panels, figures, model and warnings; the page of a run that goes on.
 
-Of a damaged log the document holds what can be recovered. A live page is made of the messages of a run's topics: an
-event `frames` is base64 of little-endian numbers: how many outputs (a float64), their times [s] as float64, then the
-rows of all series side by side as float32.
+Of a damaged log the document holds what can be recovered. A live page is made of the messages of a run's topics, whose
+outputs come as events `frames`, packed as those of a document.
 """
 
-import base64
 import tempfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -32,7 +30,7 @@ from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.run.report import DONE, DOUBTFUL, report_of
 from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.run.simulation import Run
-from bearing_twin.view.page import POLICY, Frames, file_text, html, packed, passed_on, prefixes
+from bearing_twin.view.page import POLICY, Frames, described_series, described_unit, file_text, html, packed, passed_on
 from bearing_twin.view.study_page import document_of_study
 from bearing_twin.view.tables import tables_of_page
 
@@ -84,7 +82,7 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
         "notes": [sentence_for_people(one) for one in said if one],
         **_told(stream.scene, report),
         "view": described_view(view),
-        "packed": packed(frames.time, frames.values, view.series),
+        "packed": _packed(frames.time, frames.values, view),
     }
     return Viewed(document, report, missing)
 
@@ -124,14 +122,20 @@ def badges(status: str, law: str, stepper: str, warnings: int) -> list[dict[str,
     )
 
 
+def _packed(time: np.ndarray, values: Mapping[str, np.ndarray], view: View) -> dict[str, Any]:
+    described = [described_series(one) for one in view.series]
+    return {"frames": len(time), "series": described, "data": packed(time, values, view.series)}
+
+
 def described_view(view: View) -> dict[str, Any]:
     """A view as plain data."""
     return {
-        "panels": [one._asdict() | {"prefixes": prefixes(one.unit), "lines": _plain(one.lines)} for one in view.panels],
-        "solids": [_item(one) for one in view.solids],
-        "marks": [
-            _item(one) | ({"prefixes": prefixes(one.unit)} if hasattr(one, "unit") else {}) for one in view.marks
+        "panels": [
+            one._asdict() | described_unit(one.unit) | {"lines": [line._asdict() for line in one.lines]}
+            for one in view.panels
         ],
+        "solids": [_item(one) for one in view.solids],
+        "marks": [_item(one) | (described_unit(one.unit) if hasattr(one, "unit") else {}) for one in view.marks],
         "look": view.look._asdict(),
         "enlarged": view.enlarged and view.enlarged._asdict(),
         "details": view.details and view.details._asdict(),
@@ -144,10 +148,6 @@ def described_view(view: View) -> dict[str, Any]:
 
 def _item(one: NamedTuple) -> dict[str, Any]:
     return {"item": type(one).__name__.lower(), **one._asdict()}
-
-
-def _plain(rows: Iterable[NamedTuple]) -> list[Mapping[str, Any]]:
-    return [row._asdict() for row in rows]
 
 
 OF_ROS = ("/clock", "/diagnostics", "/parameter_events", "/rosout", "/tf", "/tf_static", "/robot_description")
@@ -258,13 +258,8 @@ class LiveRun:
         return self._encoded(block.sampled(rows))
 
     def _encoded(self, sample: Sample) -> str:
-        times = 1e-9 * np.asarray(sample.time_ns, "<f8")
-        found = self.view.rows(sample)
-        parts = {one.name: np.reshape(found[one.name], (len(times), -1)) for one in self.view.series}
-        self.latest = times, parts
-        table = np.hstack(list(parts.values())).astype("<f4") if parts else np.empty((len(times), 0), "<f4")
-        head = np.array([len(times)], "<f8").tobytes()
-        return base64.b64encode(head + times.tobytes() + table.tobytes()).decode("ascii")
+        self.latest = 1e-9 * np.asarray(sample.time_ns), self.view.rows(sample)
+        return packed(*self.latest, self.view.series)
 
 
 class Again(LogError):
@@ -318,7 +313,7 @@ def live_page(run: LiveRun, node: str) -> bytes:
             "load": _acting(values, ("ring_load", "varying_load"), 3),
         },
         "view": described_view(view),
-        "packed": packed(time, values, view.series),
+        "packed": _packed(time, values, view),
     }
     page = html(document).replace(POLICY, f"{POLICY}; connect-src 'self'", 1)
     head, _, rest = page.partition("</head>")

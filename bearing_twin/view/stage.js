@@ -1,6 +1,60 @@
 "use strict";
 // The picture in space: solids, the marks of forces and contacts, and the stage they stand on.
 
+const SHADES = {
+  steel: [196, 204, 212], dark: [92, 102, 112], brass: [214, 176, 92], blue: [40, 128, 206], orange: [230, 118, 30],
+  green: [28, 158, 116], red: [214, 64, 62], glass: [170, 196, 216],
+};
+const SCALE = [[28, 16, 68], [94, 23, 110], [159, 42, 99], [212, 72, 66], [245, 125, 21], [250, 193, 39], [252, 255, 164]];
+
+THREE.ColorManagement.enabled = false;
+
+// Red, green, blue from 0 to 1 of a share from 0 to 1.
+function scaleColour(share) {
+  const place = Math.min(Math.max(share || 0.0, 0.0), 1.0) * (SCALE.length - 1);
+  const low = Math.min(Math.floor(place), SCALE.length - 2), part = place - low;
+  return SCALE[low].map((one, k) => (one + part * (SCALE[low + 1][k] - one)) / 255.0);
+}
+
+const scaleText = (share) => `rgb(${scaleColour(share).map((one) => Math.round(255 * one)).join(",")})`;
+const scaleGradient = () => `linear-gradient(to right, ${SCALE.map((_, k) => scaleText(k / (SCALE.length - 1))).join(",")})`;
+
+const shadeTextures = new Map();
+
+// Texture of a ball of this shade in the ambient light, a texture by the direction of the surface.
+function shadeTexture(name) {
+  if (shadeTextures.has(name)) return shadeTextures.get(name);
+  const size = 128, base = SHADES[name] || SHADES.steel, metal = name === "steel" || name === "brass" || name === "dark";
+  const canvas = make("canvas", { width: size, height: size });
+  const context = canvas.getContext("2d"), image = context.createImageData(size, size);
+  for (let row = 0; row < size; row++) {
+    for (let column = 0; column < size; column++) {
+      let x = (2.0 * column + 1.0) / size - 1.0, y = 1.0 - (2.0 * row + 1.0) / size;
+      const far = Math.hypot(x, y);
+      if (far > 0.99) [x, y] = [(x / far) * 0.99, (y / far) * 0.99];
+      const z = Math.sqrt(1.0 - x * x - y * y);
+      const light = Math.max(0.0, -0.42 * x + 0.62 * y + 0.66 * z), low = Math.max(0.0, 0.5 * x - 0.6 * y + 0.3 * z);
+      const gleam = Math.max(0.0, -0.26 * x + 0.38 * y + 0.89 * z) ** (metal ? 38 : 22);
+      const horizon = metal ? 0.16 * Math.exp(-(((y + 0.18 + 0.15 * x) / 0.17) ** 2)) : 0.0;
+      const shade = 0.3 + 0.66 * light + 0.14 * low - horizon;
+      const place = 4 * (row * size + column);
+      for (let k = 0; k < 3; k++) image.data[place + k] = Math.min(255, base[k] * shade + 150 * gleam);
+      image.data[place + 3] = 255;
+    }
+  }
+  context.putImageData(image, 0, 0);
+  const texture = new THREE.CanvasTexture(canvas);
+  texture.colorSpace = "";
+  texture.generateMipmaps = false;
+  texture.minFilter = THREE.LinearFilter;
+  shadeTextures.set(name, texture);
+  return texture;
+}
+
+function shaded(name, more = {}) {
+  return new THREE.MeshMatcapMaterial({ matcap: shadeTexture(name), ...more });
+}
+
 // Solids: their shapes as triangles, and the bodies of a scene where each output has them.
 
 // Sides enough that a rim 300 pixels from its middle deviates by less than half of one: without a graphics processor
@@ -273,7 +327,7 @@ class ArrowMarks extends Mark {
 
   legend() {
     const { mark } = this;
-    return [{ swatches: mark.colours, words: mark.words, scale: `longest ${withUnit(this.greatest, mark, 3)}` }];
+    return [{ swatches: mark.colours, words: mark.words, scale: `longest ${withUnit(this.greatest, mark)}` }];
   }
 }
 
@@ -318,7 +372,7 @@ class SpotMarks extends Mark {
 
   legend() {
     const series = this.store.get(this.mark.pressure);
-    return [{ scaleTo: withUnit(this.greatest, series, 3), words: `${this.mark.words}, by pressure`, scale: `×${this.factor}` }];
+    return [{ scaleTo: withUnit(this.greatest, series), words: `${this.mark.words}, by pressure`, scale: `×${this.factor}` }];
   }
 }
 
@@ -362,7 +416,7 @@ class MovingMeshMarks extends Mark {
   legend() {
     const { mark } = this;
     if (mark.values !== mark.scale[0]) return [];
-    return [{ scaleTo: withUnit(this.greatest, this.store.get(mark.values), 3), words: mark.words, scale: "root scale" }];
+    return [{ scaleTo: withUnit(this.greatest, this.store.get(mark.values)), words: mark.words, scale: "root scale" }];
   }
 }
 
@@ -410,8 +464,7 @@ const MARK_VIEWS = { arrows: ArrowMarks, spots: SpotMarks, movingmesh: MovingMes
 
 const MOST_NUMBERS = 40; // bodies with a number: more would cover each other
 const STILL = 4; // pixels that a click may move
-const FINEST = 0.75, COARSEST = 0.3; // pixels of a moving picture against those of a still one, along an edge
-const SLOW_FRAME = 1.0 / 18.0, QUICK_FRAME = 1.0 / 40.0; // s between images: fewer pixels beyond the one, more below the other
+const COARSE = 0.5; // pixels of a picture that moves against those of one that stands, along an edge, where they are slow
 
 // The renderer of pictures in space: null where this browser draws none; `slow` where no graphics processor does, so that
 // smooth edges and fine pixels would cost most of the frames.
@@ -441,7 +494,7 @@ function seen(look, store) {
 
 class Stage {
   constructor(parent, view, store, slow, chosen) {
-    Object.assign(this, { parent, view, store, place: 0.0, selected: -1, slow, chosen, coarse: FINEST });
+    Object.assign(this, { parent, view, store, place: 0.0, selected: -1, slow, chosen });
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.slow });
     this.renderer.outputColorSpace = "srgb-linear"; // colours are drawn as they are written
     this.sharpen(false);
@@ -472,17 +525,8 @@ class Stage {
   // Fewer pixels while a picture moves that no graphics processor draws.
   sharpen(moving) {
     const fine = Math.min(window.devicePixelRatio || 1.0, 2.0);
-    this.renderer.setPixelRatio(this.slow ? (moving ? this.coarse : 1.0) : fine);
+    this.renderer.setPixelRatio(this.slow ? (moving ? COARSE : 1.0) : fine);
     if (this.scene) this.ask();
-  }
-
-  // As many pixels as the machine draws in time, by the mean time between the last images [s].
-  keepPace(seconds) {
-    const wanted = seconds > SLOW_FRAME ? this.coarse * 0.8 : seconds < QUICK_FRAME ? this.coarse * 1.1 : this.coarse;
-    const coarse = Math.min(Math.max(wanted, COARSEST), FINEST);
-    if (!this.slow || coarse === this.coarse) return;
-    this.coarse = coarse;
-    this.sharpen(true);
   }
 
   bodies(name) {

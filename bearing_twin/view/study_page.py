@@ -1,9 +1,8 @@
-"""The document of a study: distributions with quantiles, shares of the variance, convergence, histories, statistics.
+"""The page of a study, and its picture: distributions with quantiles, convergence, histories, shares of a variance."""
 
-Its charts are data, drawn by the page and, as a picture of `plot_study`, by matplotlib.
-"""
-
+import base64
 import contextlib
+import io
 import math
 from collections.abc import Iterable, Iterator
 from functools import partial
@@ -29,7 +28,6 @@ from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain
 from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
 from bearing_twin.uq.summary import BANDS, model_error_sentences
-from bearing_twin.view.page import prefixes
 from bearing_twin.view.tables import DIGITS, error_notes
 
 BLUE, ORANGE, GREEN, RED, INK = 0, 1, 2, 5, 6  # numbers of colours
@@ -60,13 +58,15 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         ),
     ]
     ended = [words.ended] if words and words.ended else []
+    drawn = io.BytesIO()
+    figure = _figure(result, names, study.histories)
+    figure.savefig(drawn, format="svg", bbox_inches="tight", metadata={"Date": None})
     return {
         "kind": "study",
         "title": study.name,
         "subtitle": study.description or f"study of {summary['scene']}",
         "badges": badges,
-        "charts": [one for one in study_charts(result, names, study.histories) if len(one["x"]) > 1],
-        "shares": [*study_shares(names, summary)],
+        "picture": f"data:image/svg+xml;base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}",
         "statistics": [{"title": _words(name), "rows": _statistics(summary["quantities"][name])} for name in names],
         "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary), *ended)],
         "warnings": [],
@@ -74,7 +74,6 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *inputs],
         "errors": [*model_error_sentences(summary), *error_notes(summary.get("companions", {}))],
         "notes": [],
-        "palette": list(BALL_COLOURS),
     }
 
 
@@ -125,18 +124,15 @@ def _words(name: str) -> str:
 def _chart(title, y_label, unit, x, lines, x_label, x_unit, **more) -> dict[str, Any]:
     """A chart: `lines` are (label, y, colour) or the same with a mapping of how it looks.
 
-    `bands` are (high line, low line, colour, label), `spans` marks along x. The page does not read `yLabel`, `error`
-    (value, error of the model) and `wide`, an axis that is logarithmic where values span much, but the picture does.
+    `bands` are (high line, low line, colour, label), `spans` marks along x, `error` is a value and its error of the
+    model; an axis that is `wide` is logarithmic where values span much.
     """
     return {
         "title": title,
         "yLabel": labelled(y_label, unit),
-        "unit": unit,
-        "prefixes": prefixes(unit),
-        "x": list(map(float, x)),
+        "x": np.array(x, float),
         "xLabel": labelled(x_label, x_unit),
-        "xUnit": "" if x_unit == "1" else x_unit,
-        "ys": [list(map(float, line[1])) for line in lines],
+        "ys": [np.array(line[1], float) for line in lines],
         "lines": [{"label": line[0], "colour": line[2], **(line[3] if len(line) > 3 else {})} for line in lines],
         "spans": [],
         "bands": [],
@@ -303,10 +299,17 @@ BAR, FILL = "#b9c6d2", {"alpha": 0.2, "linewidth": 0}
 
 def plot_study(result: StudyResult, png_path) -> Path:
     """Writes the picture of a result; returns the path. Raises BearingTwinError where that is impossible."""
+    study = result.study
+    figure = _figure(result, study.quantities[:MOST_DRAWN], study.histories[:1])
+    title = study.description[:1].upper() + study.description[1:] or study.name
+    return finish(figure, title, _footer(result), png_path, size=16)
+
+
+def _figure(result, names, channels):
+    """The charts of these quantities and histories, with room above for a title."""
     from matplotlib.figure import Figure
 
-    study, names = result.study, result.study.quantities[:MOST_DRAWN]
-    drawn = [partial(_draw_chart, one=one) for one in study_charts(result, names, study.histories[:1])]
+    drawn = [partial(_draw_chart, one=one) for one in study_charts(result, names, channels)]
     titles = [one.keywords["one"]["title"].partition(":")[0] for one in drawn]
     for place, name in enumerate(names):
         if (title := name.replace("_", " ").capitalize()) not in titles:
@@ -324,14 +327,12 @@ def plot_study(result: StudyResult, png_path) -> Path:
         frame(axis)
         draw(axis)
         key_above(axis)
-    words = study.description
-    title = words[:1].upper() + words[1:] or study.name
-    return finish(figure, title, _footer(result), png_path, size=16)
+    return figure
 
 
 def _draw_chart(axis, one) -> None:
     """A chart of the page; lines that bound a band are drawn as the band alone."""
-    x, ys, banded = np.array(one["x"]), [np.array(y) for y in one["ys"]], set()
+    x, ys, banded = one["x"], one["ys"], set()
     for high, low, number, label in one["bands"]:
         banded |= {high, low}
         look = {"color": BALL_COLOURS[number], "label": label}
