@@ -197,6 +197,21 @@ def test_the_energy_balance_of_balls_that_leave_a_wavy_raceway_closes_as_the_tol
     assert missing[2] < 0.4 * missing[1]
 
 
+def test_work_over_a_narrow_spall_of_a_ball_closes_where_contacts_wander_off_it():
+    """Under an axial offset, where the contacts' way round the ball changes its latitude."""
+    inclined = (
+        "geometry.radial_clearance=-7.5e-6",
+        "drive.offset=[0,0,1e-5]",
+        "drive.speed=54",
+        "contact.normal=constant",
+    )
+    spall = "defects=[{on: ball, spall: {place: 1.0, length: 3e-4, depth: 1e-4}}]"
+    settings = "run.duration=0.012", "solver.check=none", "wanted.tolerance=1e-4"
+    run = simulate(load_scene("bearing_6203", [*inclined, spall, *settings]))
+    list(run.blocks())
+    assert abs(run.report.figures["energy_closure"]) < 1e-5
+
+
 SPALL_OF_RUN_UP = "defects=[{on: outer, spall: {place: -1.57, length: 0.5e-3, width: 0.5e-3, depth: 1e-5}}]"
 
 

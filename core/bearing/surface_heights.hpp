@@ -45,14 +45,15 @@ struct Height { Pack value{}, rate{}; };  // [m], [m/s]
 struct Heights { Height inner, outer; };
 // Where balls in lanes stand on their surfaces [rad], and how fast these places move; a ball's is that of its outer contact,
 // with the sine of its latitude; `first` says which is the first ball.
-struct SurfacePlaces { Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}; Mask first{}; };
+struct SurfacePlaces { Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}, latitude_rate{}; Mask first{}; };
 
 inline SurfacePlaces surface_places(const Pack &angle, const Pack &orbit_rate, const Pack &ring_angle, const Pack &ring_speed,
                                     const Quaternion &q, const Triple &spin_in_frame, const Mask &first) {
   Pack across = 2.0 * (q[0] * q[1] - q[2] * q[3]), along = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]);
   Pack latitude = 2.0 * (q[0] * q[2] + q[1] * q[3]), tilt = 2.0 * (q[1] * q[2] - q[0] * q[3]), level = 1.0 - 2.0 * (q[0] * q[0] + q[1] * q[1]);
   Pack rate = (spin_in_frame[2] * level + spin_in_frame[1] * tilt) / maximum(1.0 - latitude * latitude, LEAST_CIRCLE);
-  SurfacePlaces at{angle - ring_angle, angle, {}, latitude, orbit_rate - ring_speed, orbit_rate, -rate, first};
+  Pack rise = spin_in_frame[1] * level - spin_in_frame[2] * tilt;
+  SurfacePlaces at{angle - ring_angle, angle, {}, latitude, orbit_rate - ring_speed, orbit_rate, -rate, rise, first};
   for (int lane = 0; lane < LANES; lane++)
     if (first[lane]) at.ball[lane] = std::atan2(across[lane], along[lane]);
   return at;
@@ -60,21 +61,23 @@ inline SurfacePlaces surface_places(const Pack &angle, const Pack &orbit_rate, c
 
 inline double around(double angle) { return angle - 2.0 * M_PI * std::floor(angle / (2.0 * M_PI) + 0.5); }
 
-// Share of a contact's load on a strip of this half width, its middle moved by `offset` along the semi-major axis.
-inline double share_of_strip(double half_width, double semi_major, double offset) {
-  auto below = [](double s) { s = std::clamp(s, -1.0, 1.0); return 0.75 * (s - s * s * s / 3.0); };
-  return below((half_width - offset) / semi_major) - below((-half_width - offset) / semi_major);
+// Share of a contact's load on a strip of this half width, its middle moved by `offset` along the semi-major axis, and its slope.
+inline std::pair<double, double> share_of_strip(double half_width, double semi_major, double offset) {
+  double near = std::clamp((half_width - offset) / semi_major, -1.0, 1.0), far = std::clamp((-half_width - offset) / semi_major, -1.0, 1.0);
+  auto below = [](double s) { return 0.75 * (s - s * s * s / 3.0); };
+  return {below(near) - below(far), 0.75 * (near * near - far * far) / semi_major};
 }
 
-// Height [m] and its rate [m/s] of one defect `later` [s] than a place, which moves on at a rate; `latitude` counts on balls.
-inline std::pair<double, double> height_of(const Defect &d, double place, double rate, double later, double latitude) {
+// Height [m] and its rate [m/s] of one defect `later` [s] than a place, which moves on at a rate; the latitude counts on balls.
+inline std::pair<double, double> height_of(const Defect &d, double place, double rate, double later, double latitude, double latitude_rate) {
   if (d.order > 0.0) {
     double phase = d.order * (place + rate * later) + d.phase;
     return {d.amplitude * std::cos(phase), -d.amplitude * d.order * rate * std::sin(phase)};
   }
   double from = std::copysign(d.radius, rate) * around(place - d.middle), x = from + d.radius * std::fabs(rate) * later;
   if (!(std::fabs(x) < d.half)) return {0.0, 0.0};
-  double share = share_of_strip(d.half_width, d.semi_major, d.on == Surface::ball ? d.radius * latitude : 0.0);
+  double across = d.on == Surface::ball ? d.radius : 0.0;
+  auto [share, by_offset] = share_of_strip(d.half_width, d.semi_major, across * (latitude + latitude_rate * later));
   double side = from < -AT_MIDDLE * d.bend ? -1.0 : 1.0;  // throughout a step
   double piece = d.half / TABLE_PIECES, u = side * x / piece;
   int i = std::clamp(int(u), 0, TABLE_PIECES - 1);
@@ -82,7 +85,7 @@ inline std::pair<double, double> height_of(const Defect &d, double place, double
   double s = u - i, low = t[0], high = t[2], begin = t[1], end = t[3], rise = high - low;
   double value = low + s * (begin + s * (3.0 * rise - 2.0 * begin - end + s * (begin + end - 2.0 * rise)));
   double slope = begin + s * (2.0 * (3.0 * rise - 2.0 * begin - end) + 3.0 * s * (begin + end - 2.0 * rise));
-  return {-share * value, -share * side * slope * d.radius * std::fabs(rate) / piece};
+  return {-share * value, -share * side * slope * d.radius * std::fabs(rate) / piece - by_offset * across * latitude_rate * value};
 }
 
 // Calls function(defect, place, its rate, member of Heights) for each place at which the ball in a lane may meet a defect.
@@ -103,7 +106,7 @@ inline Heights heights_at(const SurfaceDefects &defects, const SurfacePlaces &at
   Heights found;
   for (int lane = 0; lane < LANES; lane++)
     for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*on) {
-      auto [value, change] = height_of(d, place, rate, later[lane], at.latitude[lane]);
+      auto [value, change] = height_of(d, place, rate, later[lane], at.latitude[lane], at.latitude_rate[lane]);
       (found.*on).value[lane] += value, (found.*on).rate[lane] += change;
     });
   return found;
