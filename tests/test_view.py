@@ -4,6 +4,7 @@ import base64
 import json
 import math
 import re
+import sys
 import zlib
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 import toy_kind  # noqa: F401  (a kind without a view of its own)
 from runs import a_choice, made_up_block, made_up_run, made_up_scene
 
-from bearing_twin.base.errors import LogError
+from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.report import json_text
 from bearing_twin.base.sample import Block, Channel
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
@@ -288,7 +289,7 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
     ("words", "sentence"),
     [
         (["two_spheres", "--out", "x.png"], "not the name of a page"),
-        (["two_spheres", "--gif", "x.gif"], "record the screen while the page plays"),
+        (["two_spheres", "--gif", "x.mp4"], "not the name of a"),
         (["two_spheres", "--out", "none/x.html"], "none is not a folder"),
         (["no_such.mcap"], "no_such.mcap"),
         (["no_such_scene"], "no scene 'no_such_scene'"),
@@ -304,3 +305,13 @@ def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, capsys, monkeypat
     assert sentence in error
     assert len(error.splitlines()) == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_an_animation_without_its_library_says_what_to_install_before_a_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
+    monkeypatch.chdir(tmp_path)
+    assert main(["view", "two_spheres", "--gif", "film.gif"]) == BAD_INPUT
+    assert "animations need the package playwright; install it with: pip install '.[view]'" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+    with pytest.raises(BearingTwinError, match=r"pip install '\.\[view\]'"), pages.browser_page(9, 9):
+        pass

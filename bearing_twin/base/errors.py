@@ -82,6 +82,7 @@ EXTRAS = {  # extra of the package: what it is for
     "completion": "completions of commands by the shell",
     "dask": "studies on a cluster",
     "export": "tables and data sets for pandas, xarray and what reads CSV, Parquet and NetCDF",
+    "view": "animations",
 }
 
 

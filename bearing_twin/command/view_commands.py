@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import file_name
 from bearing_twin.command.bearing_table import note_bare_numbers
@@ -34,14 +34,15 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
     parser.add_argument("--run", **RUN)
-    parser.add_argument("--gif", "--mp4", dest="film", help=argparse.SUPPRESS)
+    parser.add_argument("--gif", metavar="GIF", help="also the animation, for slides; wants the extra `view`")
 
 
 def _view(arguments: argparse.Namespace) -> Outcome:
     """Makes the page; raises BearingTwinError with a sentence for what makes none."""
     out = new_path(arguments.out, (".html", ".htm"), "page", replaced=True) if arguments.out else None
-    if arguments.film:
-        raise BearingTwinError("view makes no films; record the screen while the page plays")
+    gif = new_path(arguments.gif, (".gif",), "animation") if arguments.gif else None
+    if gif:
+        wanted("playwright.sync_api", "view")  # said before a scene is run
     sort = _sort(arguments)
     if sort == "log" and (arguments.set or arguments.duration):
         raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
@@ -52,11 +53,17 @@ def _view(arguments: argparse.Namespace) -> Outcome:
 
     name = Path(arguments.what).resolve().stem if sort == "log" else file_name(document["title"])
     page = write_page(document, out or Path(f"{name}.html"))
+    if gif:
+        from bearing_twin.view.page import write_gif
+
+        with progress("drawing the animation") as update:
+            write_gif(page, gif, update)
     frames = document.get("packed", {}).get("frames")
     result = {
         "view": str(page),
         "shows": document["title"],
         "bytes": page.stat().st_size,
+        **({"gif": str(gif)} if gif else {}),
         **({"outputs_shown": frames} if frames is not None else {}),
     }
     notes = [] if problem else document["notes"]  # the problem is what they say

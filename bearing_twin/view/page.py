@@ -1,6 +1,7 @@
-"""One HTML file with libraries, licences, the code and style of the page and a document in it.
+"""One HTML file with libraries, licences, the code and style of the page and a document in it; its animation as a GIF.
 
-The policy of the page forbids every request to a network. Texts of a document are shown as text, never as markup.
+The policy of the page forbids every request to a network. Texts of a document are shown as text, never as markup. A GIF
+needs the extra `view` (playwright) and Chromium, which draws image after image.
 
 Outputs are thinned on their way to a page and packed as text, compressed and in base64, which `data.js` reads back: how
 many, their times [s], then each series with the least and the greatest value of its columns, all as float64, and its
@@ -9,8 +10,13 @@ differences from one output to the next, low bytes apart from high ones, so that
 """
 
 import base64
+import contextlib
+import io
+import math
+import os
+import shutil
 import zlib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from html import escape
 from importlib.resources import files
@@ -20,6 +26,7 @@ from typing import Any
 import numpy as np
 
 from bearing_twin import __version__
+from bearing_twin.base.errors import BearingTwinError, wanted
 from bearing_twin.base.paths import write_whole
 from bearing_twin.base.report import json_text
 from bearing_twin.base.sample import Block, Channel, Sample, Thinned
@@ -67,6 +74,66 @@ def _safe(script: str) -> str:
 def write_page(document: Mapping[str, Any], path) -> Path:
     """Writes the page; returns the path. Raises BearingTwinError where there is no place for it."""
     return write_whole(path, html(document).encode())
+
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
+SOFTWARE = "--enable-unsafe-swiftshader"  # where there is no graphics processor
+READY = 60_000  # ms for a page to draw itself
+DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done())))"
+
+
+@contextlib.contextmanager
+def browser_page(width: int, height: int) -> Iterator:
+    """A page of playwright in a Chromium without a window; raises BearingTwinError where one is missing."""
+    playwright_api = wanted("playwright.sync_api", "view")
+    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    # Chromium refuses its sandbox to the superuser, as whom programs run in containers; the page is our own file.
+    sandbox = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
+    with playwright_api.sync_playwright() as playwright:
+        try:
+            browser = playwright.chromium.launch(executable_path=found, args=[SOFTWARE, *sandbox])
+        except playwright_api.Error as error:
+            raise BearingTwinError(
+                "an animation needs a Chromium on this machine; install one (Debian: apt install chromium; else: "
+                "playwright install chromium)"
+            ) from error
+        try:
+            yield browser.new_page(viewport={"width": width, "height": height})
+        finally:
+            browser.close()
+
+
+SECONDS, RATE = 6.0, 12.5  # of a GIF at most, and its images a second
+
+
+def write_gif(page_path: Path, path: Path, progress: Callable[[float], None] = lambda share: None) -> Path:
+    """Writes at most SECONDS of the page's animation at its own pace; returns the path.
+
+    Raises BearingTwinError for a page without motion and where something it needs is missing.
+    """
+    from PIL import Image
+
+    images = []
+    with browser_page(1440, 900) as page:
+        page.goto(Path(page_path).resolve().as_uri())
+        page.wait_for_selector("body[data-ready]", timeout=READY)
+        if not page.evaluate("() => Boolean(bearingView.stage && bearingView.store.count > 1)"):
+            raise BearingTwinError("nothing moves on this page; leave out --gif")
+        page.evaluate("() => { document.getElementById('tools').hidden = true; }")
+        first, last, pace = page.evaluate("[bearingView.store.first, bearingView.store.last, bearingView.player.speed]")
+        # a little more than fits is shown a little faster, so that the animation of an impact has its end
+        shown = last - first if last - first < 2.0 * SECONDS * pace else SECONDS * pace
+        count = max(2, math.ceil(min(SECONDS, shown / pace) * RATE))
+        for number in range(count):
+            page.evaluate("([time]) => bearingView.seek(time)", [first + shown * number / (count - 1)])
+            page.evaluate(DRAWN)
+            image = Image.open(io.BytesIO(page.locator("#stage").screenshot())).convert("RGB")
+            images.append(image.quantize(256, dither=Image.Dither.NONE))
+            progress((number + 1) / count)
+    drawn = io.BytesIO()
+    more = {"save_all": True, "append_images": images[1:], "duration": round(1000 / RATE), "loop": 0}
+    images[0].save(drawn, format="gif", optimize=True, **more)
+    return write_whole(path, drawn.getvalue())
 
 
 GREATEST_NUMBERS = 2_600_000  # of all series together: 5.2 MB as whole numbers of two bytes, 7 MB as text
