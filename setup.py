@@ -108,7 +108,6 @@ setup(
         "dask": ["distributed>=2024.1"],
         "fast": ["zlib-ng>=1.0"],  # CRC of logs
         "export": ["pandas>=2.2", "pyarrow>=15.0", "xarray>=2024.3", "h5netcdf>=1.3", "h5py>=3.10"],
-        "rerun": ["rerun-sdk>=0.41"],
         "view": ["playwright>=1.40"],
     },
     package_data={PACKAGE: ["py.typed", "*.pyi"], f"{PACKAGE}.view": ["*.js", "*.css", "*.html", "libraries/*"]},

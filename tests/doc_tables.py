@@ -240,6 +240,31 @@ def _node_parameters() -> str:
 
 
 NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
+
+
+def _topics() -> str:
+    """The topics of every kind, and those that `sim_node` subscribes to."""
+    parts = []
+    for name, kind in SHIPPED_KINDS.items():
+        parts.append(f"## {name}: {kind.help}\n\nNamespace `{kind.namespace}`, frame `{kind.frame}`.\n\n")
+        parts.append(_table(stream.TopicRow._fields, (_in_code(*row) for row in stream.kind_rows(name))))
+        if commands := kind.commands():
+            rows = (
+                _in_code(one.name, one.ros_type.replace("/msg/", "/"), one.frame or "-", one.meaning)
+                for one in commands
+            )
+            parts.append("\nSubscribed by `sim_node`:\n\n")
+            parts.append(_table(("command", "type", "frame", "meaning"), rows))
+        parts.append("\n")
+    return "\n" + "".join(parts)
+
+
+def _in_code(name: str, ros_type: str, *rest: str) -> tuple[str, ...]:
+    """A row of topics whose name, type and frame are set as code."""
+    *between, frame, meaning = rest
+    return f"`{name}`", f"`{ros_type}`", *between, frame if frame == "-" else f"`{frame}`", meaning
+
+
 TABLES: dict[str, Callable[[], str]] = {
     "scenes": _scenes,
     "studies": _studies,
@@ -264,7 +289,7 @@ TABLES: dict[str, Callable[[], str]] = {
     "keys": _keys,
     "figures": _figures,
     "node_parameters": _node_parameters,
-    "topics": lambda: f"\n{stream.markdown(SHIPPED_KINDS)}\n",
+    "topics": _topics,
 }
 
 

@@ -59,7 +59,7 @@ def made(tmp_path_factory):
 
 
 @pytest.mark.parametrize("name", CHARTS)
-def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, capsys, request):
+def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, request):
     if name != WHOLE:
         request.getfixturevalue("quick_pictures")
     found = made(name)
@@ -69,8 +69,7 @@ def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, capsys, request
     for picture in found.pictures:
         with Image.open(picture) as image:
             assert image.width == (1600 if name == WHOLE else 640)
-    assert main(["chart", name, "--read", "--out", str(folder), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out)["reading"] == found.reading
+    assert chart_of(name).read_again(folder, name) == found.reading
     if name not in PAPERS:
         rows = read_table(Path(found.tables[0]))
         assert {row.status for row in rows} <= {DONE, REFUSED, FAILED, STOPPED}
@@ -173,8 +172,7 @@ def test_old_names_name_the_chart_of_today(capsys, tmp_path):
         (["laws", "--problem", "elipse"], "ellipse"),
         (["paper3", "--only", "99"], "99"),
         (["laws", "--limit", "0"], "above zero"),
-        (["all", "--read"], "one chart"),
-        (["laws", "--read"], "without --read"),
+        (["all", "--problem", "ellipse"], "one chart"),
         (["laws", "--out", "nowhere"], "not a folder"),
     ],
 )

@@ -1,9 +1,8 @@
-"""Layouts for RViz, Foxglove, PlotJuggler and Rerun: every topic and field in them is one that the scene publishes."""
+"""Layouts for RViz, Foxglove and PlotJuggler: every topic and field in them is one that the scene publishes."""
 
 import json
 import math
 import re
-import subprocess
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -19,7 +18,7 @@ from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.contract import MARKERS, PUBLISH
 from bearing_twin.log import cdr
-from bearing_twin.log.layouts import LAYOUTS, log_span, panels, panels_of_study, rviz
+from bearing_twin.log.layouts import LAYOUTS, panels, panels_of_study, rviz
 from bearing_twin.log.run_log import write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.log.study_log import write_study
@@ -205,22 +204,6 @@ def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path, capsys):
     assert [one.name for one in (tmp_path / "deep" / "new").iterdir()] == ["_.._escaped.plotjuggler.xml"]
 
 
-def printed_by_rerun(*words):
-    """Output of Rerun's own program, which its Python package brings along and only starts, on a file."""
-    program = Path(pytest.importorskip("rerun_cli").__file__).parent / "rerun"
-    return subprocess.run([program, "rrd", "print", *words], capture_output=True, text=True, check=True).stdout
-
-
-def test_a_file_for_rerun_plays_an_impact_so_that_it_can_be_seen(tmp_path, capsys):
-    pytest.importorskip("rerun", reason="rerun-sdk is not installed (pip install rerun-sdk)")
-    write_log(simulate(load_scene("two_spheres")), tmp_path / "impact.mcap")
-    assert 7e-5 < log_span(tmp_path / "impact.mcap") < 9e-5
-    assert main(["layouts", str(tmp_path / "impact.mcap"), "--out", str(tmp_path), "--for", "rerun"]) == 0
-    printed = printed_by_rerun("-vvv", tmp_path / "impact.rrd")
-    [speed] = re.findall(r"\[([0-9.e-]+)\]\s*┆ \[\d\]\s*┆ \[message_log_time\]", printed)
-    assert 5.0 < log_span(tmp_path / "impact.mcap") / float(speed) < 7.0  # s of looking
-
-
 def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys):
     only = ["quantities=[peak_force]", "stop.quantity=peak_force"]
     study = load_study("spheres_alpha_4e-5", [*only, "method=ensemble", "samples=40", "workers=1"])
@@ -253,7 +236,7 @@ def test_a_study_is_laid_out_over_the_number_of_the_realisation(tmp_path, capsys
     ("words", "sentence"),
     [
         (["bearing_6203", "--for", "rvis"], "'rvis' is no program; did you mean rviz?"),
-        (["bearing_6203", "--for", "rerun"], "give a log, not a scene"),
+        (["bearing_6203", "--for", "rerun"], "Rerun needs no layout"),
         (["there_is_none.mcap"], "there is no log"),
     ],
 )

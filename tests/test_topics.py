@@ -2,7 +2,6 @@
 
 import json
 import xml.etree.ElementTree as ElementTree
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -83,16 +82,6 @@ def test_numbers_colours_and_places_are_written_in_full():
     assert np.array_equal(np.fromstring(visuals[1].find("geometry/box").get("size"), sep=" "), (1.0, 2.0, 3.0))
 
 
-DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "topics.md"
-
-
-def test_the_document_is_what_the_command_writes(capsys, monkeypatch):
-    for name in [name for name in KINDS if name not in SHIPPED]:
-        monkeypatch.delitem(KINDS, name)  # those of other tests
-    assert main(["topics", "--markdown"]) == 0
-    assert capsys.readouterr().out in DOCUMENT.read_text(encoding="utf-8")
-
-
 @pytest.mark.parametrize("name", ["bearing_6203", "two_spheres", "sphere_on_beam", "ellipsoid_on_plane"])
 def test_every_topic_of_a_scene_is_listed_once(name, capsys):
     assert main(["topics", name, "--json"]) == 0
@@ -112,8 +101,3 @@ def test_the_kinds_list_every_ball_in_one_row(capsys):
     assert [(row["topic"], row["frame"]) for row in balls] == [("ball_<k>/wrench", "ball_<k>")]
     assert main(["topics", "bearing_6203"]) == 0
     assert "/bearing/ball_7/wrench" in capsys.readouterr().out
-
-
-def test_a_mistake_is_said(capsys):
-    assert main(["topics", "bearing_6203", "--markdown"]) == 2
-    assert "leave out the scene" in capsys.readouterr().err

@@ -74,8 +74,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sweep",
         action="append",
         metavar="KEY=FROM:TO:N",
-        help="curves over N values of load, clearance, speed or a scene's key, as clearance=0:40um:21; given twice, a "
-        "table over both",
+        help="curves over N values of load, clearance, speed or a scene's key, as clearance=0:40um:21",
     )
     parser.add_argument("--plot", metavar="PNG", help="draw the loads around the bearing, or the curves of --sweep")
     parser.add_argument(
@@ -107,10 +106,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     turned = None if text is None else number("--ball-angle", text.removesuffix("deg").removesuffix("°"))
     angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
     sweeps = [_sweep(one) for one in arguments.sweep or ()]
-    if len(sweeps) > 2 or (len(sweeps) == 2 and (picture or sheet)):
-        raise SceneError(
-            "--sweep can be given twice at most, and a picture shows one of them; write two by --csv or --out NAME.csv"
-        )
+    if len(sweeps) > 1:
+        raise SceneError("--sweep is given once; bearing_twin.equilibrium() in Python takes arrays of several keys")
 
     swept = (f"{SHORT_KEYS.get(key, key)}={last}" for key, _, last, _ in sweeps)
     bearing_table.note_bare_numbers(_bearing_scene(arguments), [*overrides_of(arguments, **SHORT_KEYS), *swept])
@@ -119,8 +116,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
         result = _row_alone(arguments, given)
     if result is None:
         with progress("solving"):
-            result = (_solved, _swept, _crossed)[len(sweeps)](arguments, given, angle, *sweeps)
-        show = (bearing_table.show_equilibrium, bearing_table.show_sweep, bearing_table.show_crossed)[len(sweeps)]
+            result = (_swept if sweeps else _solved)(arguments, given, angle, *sweeps)
+        show = bearing_table.show_sweep if sweeps else bearing_table.show_equilibrium
     if picture or sheet:
         from bearing_twin.kinds.bearing import draw_equilibrium, draw_sweep
 
@@ -264,40 +261,21 @@ def _evenly(first: str, last: str, count: int, unit: str) -> list[float]:
     return [begin + (end - begin) / (count - 1) * k for k in range(count)]
 
 
-def _swept(arguments, given, angle, sweep, **outer) -> dict:
-    """Curves over a sweep, with how its axis is shown; `outer` as of `_solved`."""
+def _swept(arguments, given, angle, sweep) -> dict:
+    """Curves over a sweep, with how its axis is shown."""
     from bearing_twin.base.units import with_unit
     from bearing_twin.kinds.bearing import curves_of
 
     path, unit, axis, values, change = _changes(arguments, given, sweep)
 
     def solved(value):
-        overrides = (*outer.get("overrides", ()), *change(value).get("overrides", ()))
-        return _solved(arguments, given, angle, **(outer | change(value) | {"overrides": overrides}))
+        return _solved(arguments, given, angle, **change(value))
 
     curves = curves_of(values, solved)
     first = next(k for k, one in enumerate(curves["stiffness"]) if one is not None)
     head = {name: solved(values[first])[name] for name in ("scene", "law", "arm", "control")}
     flags = [f"{path} {one['value']:g}{with_unit(unit)}: {one['reason']}" for one in curves["refused"][:1]]
     return head | {"sweep": path, "values": values, "axis": axis} | curves | {"flags": flags}
-
-
-def _crossed(arguments, given, angle, outer, inner) -> dict:
-    """A sweep over `inner` at each value of `outer`; None where it has no equilibrium at all."""
-    path, _, axis, values, change = _changes(arguments, given, outer)
-    if path == _changes(arguments, given, inner)[0]:
-        raise SceneError(f"{path} is swept twice; give another key to one --sweep")
-    curves, flags = [], []
-    for value in values:
-        try:
-            curves.append(_swept(arguments, given, angle, inner, **change(value)))
-        except SceneError as error:
-            curves.append(None)
-            flags.append(f"{path} {value:g}: {error}")
-    if not any(curves):
-        raise SceneError(flags[0])
-    flags += [flag for one in curves if one for flag in one["flags"]]
-    return {"sweep": path, "values": values, "axis": axis, "curves": curves, "flags": flags[:1]}
 
 
 def _changes(arguments, given, sweep) -> tuple:

@@ -243,15 +243,6 @@ def show_sweep(result: dict) -> None:
     show_paragraph(L10)
 
 
-def show_crossed(result: dict) -> None:
-    """Prints a sweep at each value of another one."""
-    for value, one in zip(result["values"], result["curves"], strict=True):
-        at = f"\n{result['axis']['label']} {short(result['axis']['scale'] * value)}"
-        show_text(at if one else f"{at}: no equilibrium\n")
-        if one:
-            show_sweep(one)
-
-
 def _tiny(value: float) -> str:
     if not math.isfinite(value):
         return "none"
@@ -378,11 +369,8 @@ def csv_of(result: dict) -> str:
 
 
 def _rows(result: dict) -> list[dict]:
-    """The rows of a sweep, or of those at each value of another one."""
+    """The rows of a sweep."""
     key, values = result["sweep"], result["values"]
-    if "curves" in result:
-        pairs = zip(values, result["curves"], strict=True)
-        return [{key: value} | row for value, one in pairs for row in (_rows(one) if one else [{}])]
     curves = [name for name, one in result.items() if isinstance(one, list) and len(one) == len(values)]
     return [
         {key: value}

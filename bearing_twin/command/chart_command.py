@@ -22,7 +22,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     text = "only this problem, or this sheet or figure of a paper; may be repeated"
     parser.add_argument("--problem", "--only", action="append", metavar="NAME", help=text)
     parser.add_argument("--quick", action="store_true", help="a small part of each problem, to see what it is like")
-    parser.add_argument("--read", action="store_true", help="say what the table in the folder says; nothing is run")
     text = "CPU seconds after which a run is stopped; 60 unless given"
     parser.add_argument("--limit", type=quantity("s"), metavar="SECONDS", help=text)
 
@@ -42,10 +41,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
     if arguments.limit is not None and not 0.0 < arguments.limit < float("inf"):
         raise BearingTwinError(f"--limit = {arguments.limit:g} s is no limit; give CPU seconds above zero")
-    if arguments.chart == ALL and (arguments.problem or arguments.read):
-        raise BearingTwinError("--problem and --read go with one chart; name it in the place of all")
-    if arguments.read:
-        return _read(arguments.chart, folder)
+    if arguments.chart == ALL and arguments.problem:
+        raise BearingTwinError("--problem goes with one chart; name it in the place of all")
     return _all(arguments, folder) if arguments.chart == ALL else _made(arguments.chart, arguments, folder)
 
 
@@ -94,16 +91,3 @@ def _all(arguments, folder: Path) -> Outcome:
         say(f"chart {name}, about {chart.seconds:.0f} s")
         _made(name, arguments, folder)
     return Outcome({"charts": [*CHARTS]}, [], lambda: show_text("\n".join(CHARTS)))
-
-
-def _read(name: str, folder: Path) -> Outcome:
-    """The sentences of a chart from tables that are there."""
-    from bearing_twin.charts import chart_of
-
-    try:
-        sentences = chart_of(name).read_again(folder, name)
-    except (OSError, ValueError, TypeError, LookupError) as error:
-        raise BearingTwinError(
-            f"{folder} has no whole table of the chart {name} ({error}); make it without --read"
-        ) from error
-    return Outcome({"reading": sentences}, [], lambda: show_text("\n".join(sentences)))

@@ -17,7 +17,7 @@ import textwrap
 from typing import NoReturn
 
 from bearing_twin import __version__
-from bearing_twin.base.errors import BearingTwinError, echo, harmless, missing_package, unknown
+from bearing_twin.base.errors import BearingTwinError, echo, harmless, missing_package, unknown, wanted
 from bearing_twin.base.process import (
     ended_by_signals,
     leave,
@@ -35,6 +35,14 @@ KEYS_OF_OPTIONS = {  # options of other commands: what sets the same in a scene
     "--load": "rings.inner.load=0,-2kN,0",
     "--speed": "drive.speed=3000rpm",
     "--clearance": "geometry.radial_clearance=10um",
+}
+COMPLETING = "_ARGCOMPLETE"  # the shell sets it where it wants completions
+GONE = {  # commands and options of earlier versions: what there is in their place
+    "completion": 'eval "$(register-python-argcomplete bearing_twin)" completes commands and options in a shell',
+    "--markdown": "docs/topics.md has these tables",
+    "--max-loss": "bearing_twin.write_log(run, path, max_loss=...) in Python limits what a crash takes along",
+    "--plot-errors": "--verbose and --json have the errors of the figures",
+    "--read": "the tables that chart writes are CSV files",
 }
 WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose
 WRITING = {"chart", "layouts", "recover"}  # commands that keep what they have written; others write whole or nothing
@@ -118,17 +126,19 @@ def _kept(argv) -> str:
 def _main(argv) -> int:
     # Late: a signal meanwhile finds its handler.
     from bearing_twin.command.commands import COMMANDS
-    from bearing_twin.command.scene_commands import COMPLETING, complete
 
     if argv[:1] == ["help"]:
         argv = [*argv[1:2], "--help"]
     word = next((one for one in argv if not one.startswith("-")), None)
     parser, subparsers = _parsers(None if COMPLETING in os.environ else word)
-    complete(parser)
+    if COMPLETING in os.environ:
+        wanted("argcomplete", "completion").autocomplete(parser)  # ends the program
     if not argv:
         parser.print_help(sys.stderr)
         return BAD_INPUT
     if word is not None and word not in COMMANDS:
+        if word in GONE:
+            raise BearingTwinError(f"{word} is gone: {GONE[word]}")
         raise BearingTwinError(f"{echo(word)} is not a subcommand; {unknown(word, COMMANDS)}")
     arguments, rest = parser.parse_known_args(argv)
     if rest:
@@ -238,6 +248,8 @@ def _refuse(rest, subparser):
     option = rest[0].partition("=")[0]  # without the value, which `_joined` tied to it
     if option in options:
         raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {option}")
+    if option in GONE:
+        raise BearingTwinError(f"{option} is gone: {GONE[option]}")
     if option in KEYS_OF_OPTIONS and "--set" in options:
         raise BearingTwinError(
             f"{echo(option)} is not an option of {subparser.prog}; set a key of the scene "

@@ -6,7 +6,6 @@ from functools import partial
 from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.units import Limits
 from bearing_twin.command import (
     bearing_command,
     chart_command,
@@ -28,7 +27,6 @@ from bearing_twin.command.outcome import (
     add_verbose,
     failure_kept,
     new_log,
-    number,
     overrides_of,
     picture_path,
     quantity,
@@ -50,12 +48,6 @@ def _simulate_arguments(parser):
     parser.add_argument("--continue", dest="more", type=quantity("s"), metavar="SECONDS", help=longer)
     parser.add_argument("--out", metavar="LOG", help="write the run to this MCAP log")
     parser.add_argument(
-        "--max-loss",
-        metavar="SECONDS",
-        default="0",
-        help="with --out: how much of the log a crash may take along; 0 = a chunk, and the same bytes for the same run",
-    )
-    parser.add_argument(
         "--plot",
         metavar="PNG",
         help="draw the ball loads, the impact or the motion",
@@ -66,9 +58,6 @@ def _simulate_arguments(parser):
 def _simulate(arguments) -> Outcome:
     from bearing_twin.run.scene import load_scene
 
-    max_loss = number("--max-loss", arguments.max_loss, "s", Limits(at_least=0.0, at_most=60.0))
-    if max_loss and not arguments.out:
-        raise BearingTwinError("--max-loss is of a log that is written: give --out, too")
     overrides, begun = overrides_of(arguments, duration="run.duration"), None
     if arguments.more is None:
         scene = load_scene(arguments.scene, overrides)
@@ -96,7 +85,7 @@ def _simulate(arguments) -> Outcome:
         for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
             say(in_shown_units(f"{scene.name}: {warning}"))
         drawing = ShownStream(run, bool(picture))
-        incomplete, failure = ended(drawing, log, max_loss)
+        incomplete, failure = ended(drawing, log)
     problems = [incomplete] if incomplete else []
     if failure is not None:
         problems.append(failure_kept(failure, log.parent if log else Path()))
@@ -106,7 +95,7 @@ def _simulate(arguments) -> Outcome:
     result = report.as_dict() | ({"log": str(log)} if log and not incomplete else {})
     if picture:
         try:
-            result["plot"] = drawing.write(picture, report, arguments.plot_errors)
+            result["plot"] = drawing.write(picture)
         except BearingTwinError as error:  # the figures may be those of hours
             problems.append(str(error))
     warnings = list(report.flags) if report.failure else run_warnings(result)
@@ -141,5 +130,4 @@ COMMANDS = {
     "layouts": view_commands.LAYOUTS,
     "watch": node_command.WATCH,
     "scenes": scene_commands.SCENES,
-    "completion": scene_commands.COMPLETION,
 }

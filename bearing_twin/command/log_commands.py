@@ -49,12 +49,10 @@ class ShownStream:
                 self._picture.add(block)
             yield block
 
-    def write(self, path, report, errors: bool = False) -> str:
-        """Draws the picture of what has gone past, with `errors` those of the figures of the report below."""
-        from bearing_twin.run.report import figure_errors
-
+    def write(self, path) -> str:
+        """Draws the picture of what has gone past."""
         with progress(f"drawing {path}"):
-            return str(self._picture.write(path, figure_errors(report) if errors else ()))
+            return str(self._picture.write(path))
 
 
 class Ended(NamedTuple):
@@ -64,7 +62,7 @@ class Ended(NamedTuple):
     failure: IntegrationError | None
 
 
-def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
+def ended(run: ShownStream, log: Path | None) -> Ended:
     """Has a run go to its end, into a new `log` if one is given; where there is no room for that, on without it.
 
     Raises LogError where no log can be begun for another reason, before anything is computed.
@@ -72,7 +70,7 @@ def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
     incomplete = ""
     try:
         if log:
-            incomplete = _logged(run, log, max_loss)
+            incomplete = _logged(run, log)
         for _ in run.blocks():
             pass
     except IntegrationError as error:
@@ -80,12 +78,12 @@ def ended(run: ShownStream, log: Path | None, max_loss: float = 0.0) -> Ended:
     return Ended(incomplete, run.failure)
 
 
-def _logged(run: ShownStream, log: Path, max_loss: float) -> str:
+def _logged(run: ShownStream, log: Path) -> str:
     from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.run_log import write_log
 
     try:
-        write_log(run, log, max_loss=max_loss)
+        write_log(run, log)
     except LogError as error:
         begun = run.simulation.sequence >= 0
         if not begun and not isinstance(error, FullDisk):
@@ -170,7 +168,7 @@ def _report(arguments) -> Outcome:
         result["kept_outputs_hz"] = stream.kept_rate
     result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
-        result["plot"] = watched.write(picture, report, arguments.plot_errors)
+        result["plot"] = watched.write(picture)
     result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
     warnings = stream.notes + _run_noted(stream)
     warnings += [f"{missing} outputs are missing from the log"] if missing else []

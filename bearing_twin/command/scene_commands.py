@@ -1,10 +1,7 @@
-"""The subcommands `scenes`, `topics` and `completion`. Imports are late, so that --help is quick."""
+"""The subcommands `scenes` and `topics`. Imports are late, so that --help is quick."""
 
 import argparse
-import os
-from glob import glob
 
-from bearing_twin.command.node_command import NODES
 from bearing_twin.command.outcome import Outcome, Subcommand, listed
 from bearing_twin.command.terminal import show_text
 
@@ -84,22 +81,14 @@ SCENES = Subcommand(
 def _topics_arguments(parser) -> None:
     """The arguments of the subcommand."""
     parser.add_argument("scene", nargs="?", help="name of a scene or path of a YAML file; without, every kind")
-    parser.add_argument("--markdown", action="store_true", help="the tables of docs/topics.md")
 
 
 def _topics(arguments) -> Outcome:
-    """The table, as text, JSON or Markdown; raises SceneError."""
-    from bearing_twin.base.errors import BearingTwinError
+    """The table; raises SceneError."""
     from bearing_twin.kinds import KINDS
     from bearing_twin.log import stream
     from bearing_twin.run.scene import load_scene
 
-    if arguments.markdown:
-        if arguments.scene:
-            raise BearingTwinError("--markdown writes the table of every kind; leave out the scene")
-
-        text = stream.markdown()
-        return Outcome({"markdown": text}, [], lambda: show_text(text.rstrip("\n")))
     if arguments.scene:
         rows = [row._asdict() for row in stream.scene_rows(load_scene(arguments.scene))]
         return listed("topics", stream.TopicRow._fields, rows)
@@ -112,105 +101,4 @@ TOPICS = Subcommand(
     _topics_arguments,
     _topics,
     ("bearing_twin topics bearing_6203", "bearing_twin topics"),
-)
-
-
-SHELLS = ("bash", "zsh", "fish")
-COMPLETING = "_ARGCOMPLETE"  # the shell sets it where it wants completions
-
-
-def _completion_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the argument of `completion` to its parser."""
-    parser.add_argument("shell", choices=SHELLS, help='write eval "$(bearing_twin completion bash)" into ~/.bashrc')
-
-
-def _completion(arguments: argparse.Namespace) -> Outcome:
-    """The shell's code; raises BearingTwinError where the package argcomplete is missing."""
-    from bearing_twin.base.errors import wanted
-
-    code = wanted("argcomplete", "completion").shellcode(["bearing_twin"], shell=arguments.shell)
-    return Outcome({"shell": arguments.shell, "code": code}, [], lambda: show_text(code))
-
-
-def complete(parser: argparse.ArgumentParser) -> None:
-    """Answers a shell that asks for completions, and ends the program; returns where none asks."""
-    if COMPLETING not in os.environ:
-        return
-    from bearing_twin.base.errors import wanted
-
-    _teach(parser)
-    wanted("argcomplete", "completion").autocomplete(parser)
-
-
-def _teach(parser: argparse.ArgumentParser) -> None:
-    """Gives the arguments of a parser, and of those below it, what completes them."""
-    for action in parser._actions:
-        if isinstance(action.choices, dict):
-            for below in action.choices.values():
-                _teach(below)
-        elif action.dest in COMPLETERS:
-            action.completer = COMPLETERS[action.dest]
-
-
-def _names(prefix, **_) -> list[str]:
-    """Scenes, designations and studies, or files where a path was begun."""
-    from bearing_twin.base.yaml_files import SCENES, STUDIES
-    from bearing_twin.kinds.bearing import designations
-
-    return _files(prefix) if "/" in prefix else [*SCENES.names(), *designations(), *STUDIES.names()]
-
-
-def _sources(prefix, **_) -> list[str]:
-    """Sources of a page or a layout: files, scenes, studies."""
-    return [*glob(f"{prefix}*"), *_names(prefix)]
-
-
-def _materials(**_) -> list[str]:
-    from bearing_twin.contact.materials import MATERIALS
-
-    return list(MATERIALS)
-
-
-def _parameters(prefix, parsed_args=None, **_) -> list[str]:
-    """Parameters of the node that is to start, as its parameter file has them: to read it needs no ROS."""
-    import yaml
-
-    from bearing_twin.base.paths import share_path
-
-    content = yaml.safe_load(share_path("config", f"{parsed_args.executable}.yaml").read_text(encoding="utf-8"))
-    (of_node,) = content.values()
-    return ["-p", *(f"{name}:=" for name in of_node["ros__parameters"])]
-
-
-def _keys(prefix, **_) -> list[str]:
-    """Keys of scenes with an equals sign, or the legal words of one."""
-    from bearing_twin.base.parameters import describe
-    from bearing_twin.kinds import KINDS
-
-    rows = {row.key: row for kind in KINDS.values() for row in describe(kind.parameters)}
-    key, equals, _ = prefix.partition("=")
-    if equals:
-        return [f"{key}={word}" for word in rows[key].options] if key in rows else []
-    return [f"{name}=" for name in rows]
-
-
-def _files(prefix: str) -> list[str]:
-    return [f"{path}/" if os.path.isdir(path) else path for path in glob(f"{prefix}*")]
-
-
-COMPLETERS = {
-    **dict.fromkeys(("scene", "bearing", "study"), _names),
-    **dict.fromkeys(("what", "source"), _sources),
-    "set": _keys,
-    "executable": lambda **_: NODES,
-    "material": _materials,
-    "words": _parameters,
-}
-
-
-COMPLETION = Subcommand(
-    "what makes your shell complete commands, options and names: print it for bash, zsh or fish",
-    _completion_arguments,
-    _completion,
-    ("bearing_twin completion bash", "bearing_twin completion fish"),
 )

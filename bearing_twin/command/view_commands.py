@@ -148,9 +148,6 @@ VIEW = Subcommand(
 )
 
 
-RERUN = "rerun"
-
-
 def _layouts_arguments(parser) -> None:
     """The arguments of the subcommand."""
     parser.add_argument("source", metavar="SCENE|LOG", help="name of a scene, path of a YAML file, or an MCAP log")
@@ -161,8 +158,7 @@ def _layouts_arguments(parser) -> None:
         action="append",
         default=[],
         metavar="PROGRAM",
-        help="rviz, foxglove, plotjuggler, or rerun (of a log alone: one file with its messages, by rerun-sdk); may be "
-        "repeated; without, the first three",
+        help="rviz, foxglove or plotjuggler; may be repeated; without, all of them",
     )
     parser.add_argument("--namespace", default="", help="of the node, such as /left; of a log it is known")
     parser.add_argument("--frame-prefix", default="", help="as the node has it, such as left/; of a log it is known")
@@ -175,12 +171,12 @@ def _layouts(arguments) -> Outcome:
 
     programs = arguments.programs or list(LAYOUTS)
     for program in programs:
-        if program not in (*LAYOUTS, RERUN):
-            raise BearingTwinError(f"--for {echo(program)} is no program; {unknown(program, [*LAYOUTS, RERUN])}")
+        if program == "rerun":
+            raise BearingTwinError(f"Rerun needs no layout: it opens a log itself, as rerun {arguments.source}")
+        if program not in LAYOUTS:
+            raise BearingTwinError(f"--for {echo(program)} is no program; {unknown(program, LAYOUTS)}")
     source = Path(arguments.source)
     is_log = source.suffix == ".mcap" or source.is_dir()
-    if RERUN in programs and not is_log:
-        raise BearingTwinError("the layout for Rerun is in one file with a log: give a log, not a scene")
     panels = _panels_of_log(source, arguments.topic) if is_log else _panels_of_scene(arguments)
     if not panels.plots:
         raise BearingTwinError(
@@ -189,21 +185,15 @@ def _layouts(arguments) -> Outcome:
         )
     if not panels.frame:
         if "rviz" in arguments.programs:
-            raise BearingTwinError("a study has nothing that RViz draws; give --for foxglove, plotjuggler or rerun")
+            raise BearingTwinError("a study has nothing that RViz draws; give --for foxglove or plotjuggler")
         programs = [one for one in programs if one != "rviz"]
     folder = _made(Path(arguments.out))
     name = file_name(source.stem if is_log else panels.name)
     files, opened = {}, {}
     for program in programs:
-        if program == RERUN:
-            from bearing_twin.log.layouts import write_rerun
-
-            path = write_rerun(source, panels, folder / f"{name}.rrd")
-            opened[program] = f"rerun {path}"
-        else:
-            layout = LAYOUTS[program]
-            path = write_layout(program, panels, folder / f"{name}{layout.suffix}")
-            opened[program] = layout.opening(path, source if is_log else None)
+        layout = LAYOUTS[program]
+        path = write_layout(program, panels, folder / f"{name}{layout.suffix}")
+        opened[program] = layout.opening(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])
 
@@ -238,7 +228,7 @@ def _panels_of_log(path: Path, topic: str | None):
 
 
 LAYOUTS = Subcommand(
-    "write layouts of a scene, or of the log of a run or a study, for RViz, Foxglove, PlotJuggler and Rerun",
+    "write layouts of a scene, or of the log of a run or a study, for RViz, Foxglove and PlotJuggler",
     _layouts_arguments,
     _layouts,
     ("bearing_twin layouts bearing_6203 --out layouts",),

@@ -191,29 +191,18 @@ def _field(message, topic: str, path: str):
 
 
 def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
-    """The samples of the sensor of a scene, or a number of its outputs, with the course of the speed."""
+    """The samples of the sensor of a scene, with the course of the speed."""
     log = read_log(path, topic=topic, last_run=True, run=run)
-    if log.kept_rate:
-        raise LogError(f"{path} holds {log.kept_rate:g} outputs a second, not all; a node logs all with full:=true")
-    sensed = key in (None, ACCELERATION) and any(table.name == ACCELERATION for table in tables_of(log.scene))
-    names = [
-        channel.name if channel.width == 1 else f"{channel.name}[{place}]"
-        for channel in log.channels
-        for place in range(channel.width)
-    ]
-    column = None if sensed else names.index(_named(path, key, names))
-    times, samples, moments, speeds = [], [], [], []
-    for block in log.blocks():
-        seconds = 1e-9 * block.time_ns
-        sampled, values = seconds, block.matrix()[:, column] if column is not None else None
-        if sensed:
-            sampled, values = np.copy(block.records.get(ACCELERATION, np.zeros((0, 2)))).T
-        times.append(sampled), samples.append(values.astype(np.float32))
-        if "inner_ring_speed" in block.values:  # a copy, as a view would keep its block
-            moments.append(seconds), speeds.append(block.values["inner_ring_speed"].copy())
-    at, found = np.concatenate(times), np.concatenate(samples)
-    if len(found) < LEAST_SAMPLES:
-        raise BearingTwinError(f"{path} holds {len(found)} samples, which are no record")
-    course = (np.concatenate(moments) - at[0], np.concatenate(speeds)) if speeds else None
-    geometry = getattr(log.scene.parameters, "geometry", None) if log.scene else None
-    return Record(found, _even_rate(at), course, geometry)
+    if key not in (None, ACCELERATION) or all(table.name != ACCELERATION for table in tables_of(log.scene)):
+        raise LogError(
+            f"{path} holds one record at most, the {ACCELERATION} of the `sensor` of its scene, and no other"
+        )
+    sampled, moments, speeds = [], [], []
+    for block in log.blocks():  # copies, as a view would keep its block
+        sampled.append(np.copy(block.records.get(ACCELERATION, np.zeros((0, 2)))))
+        moments.append(1e-9 * block.time_ns), speeds.append(block.values["inner_ring_speed"].copy())
+    at, samples = np.concatenate(sampled).T
+    if len(at) < LEAST_SAMPLES:
+        raise BearingTwinError(f"{path} holds {len(at)} samples, which are no record")
+    course = np.concatenate(moments) - at[0], np.concatenate(speeds)
+    return Record(samples.astype(np.float32), _even_rate(at), course, log.scene.parameters.geometry)

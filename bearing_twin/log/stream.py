@@ -9,7 +9,7 @@ import functools
 import json
 import math
 import re
-from collections.abc import Container, Iterable, Iterator, Sequence
+from collections.abc import Container, Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -329,36 +329,6 @@ def _numberless_rows(scene: Scene) -> dict[str, TopicRow]:
     return {row.topic: row for row in rows}
 
 
-class CommandRow(NamedTuple):
-    """One row of the table of topics that a node subscribes to, as texts."""
-
-    command: str
-    type: str
-    frame: str
-    meaning: str
-
-
-def command_rows(kind: str) -> list[CommandRow]:
-    """The topics that `sim_node` subscribes to with a scene of this kind."""
-    return [
-        CommandRow(one.name, one.ros_type.replace("/msg/", "/"), one.frame or "-", one.meaning)
-        for one in KINDS[kind].commands()
-    ]
-
-
-def markdown(kinds: Iterable[str] | None = None) -> str:
-    """The table of every kind, or of these, as it stands in docs/topics.md."""
-    parts = []
-    for name in KINDS if kinds is None else kinds:
-        kind = KINDS[name]
-        parts.append(f"## {name}: {kind.help}\n\nNamespace `{kind.namespace}`, frame `{kind.frame}`.\n\n")
-        parts.append(_table(kind_rows(name)))
-        if kind.commands():
-            parts.append("\nSubscribed by `sim_node`:\n\n" + _table(command_rows(name)))
-        parts.append("\n")
-    return "".join(parts).rstrip("\n") + "\n"
-
-
 def _row(topic: Channelled, name: str, rates: dict[str, str]) -> TopicRow:
     frame = topic.row.frame or "-"
     return TopicRow(
@@ -372,12 +342,3 @@ def _numberless(text: str) -> str:
 
 def _words(qos: Qos) -> str:
     return f"{qos.reliability.replace('_', ' ')}, {qos.durability.replace('_', ' ')}, depth {qos.depth}"
-
-
-def _table(rows: Sequence[NamedTuple]) -> str:
-    code, names = ("topic", "command", "type", "frame"), rows[0]._fields
-    lines = [f"| {' | '.join(names)} |", f"|{'---|' * len(names)}"]
-    for row in rows:
-        cells = (f"`{text}`" if name in code and text != "-" else text for name, text in row._asdict().items())
-        lines.append(f"| {' | '.join(cells)} |")
-    return "\n".join(lines) + "\n"
