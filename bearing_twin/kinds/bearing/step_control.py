@@ -31,6 +31,7 @@ from bearing_twin.kinds.bearing.system import AXIS_DISTANCE, HEIGHT, RADIAL_VELO
 APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position count against it
 STEP_SHARE = 0.2  # of the wanted accuracy, that one adaptive step may spend: `chart steppers`, docs/accuracy.md
 LIGHT = 0.01  # of the greatest load
+LOST_SHARE = 10.0  # of what the heaviest contact stores, at a tolerance of 1: a start from rest heats by that
 # With these two, balls that ring and loaded rings keep their tolerance: `tests/test_error_scales.py`.
 RINGING_SHARE = 0.08  # of what a ball that rings may err by: one step of a ball that has steps of its own
 COMMON_SHARE = 4.0  # the same where balls step together; one ball rules their steps, and soon stops ringing
@@ -47,7 +48,7 @@ def error_scales(
 ) -> np.ndarray:
     """Errors (MOTION + 1,) that a step of a ball may make at a tolerance of 1, for balls at `start` (N, COLUMNS).
 
-    The last [J] is that of what is lost: a share of what the heaviest contact stores, at least at an approach of
+    The last [J] is that of what is lost, LOST_SHARE of what the heaviest contact stores, at least at an approach of
     APPROACH_SCALE. Their `approaches` (N, 2) [m] are those there. Where balls step `together`, at the pace of the one
     with the shortest steps, errors of the others hardly add up.
     """
@@ -64,7 +65,7 @@ def error_scales(
     loosest = min(LOOSEST, 0.5 / max(sine, 1e-3)) if together else 1.0
     unit[RADIAL_VELOCITY] *= min(max((COMMON_SHARE if together else RINGING_SHARE) * ringing, STRICTEST), loosest)
     stored = elastic(law.given, law.power, max(float(approaches.max()), APPROACH_SCALE)).energy
-    return STEP_SHARE * np.append(unit, stored)
+    return STEP_SHARE * np.append(unit, LOST_SHARE * stored)
 
 
 FIXED_STEP = ("rk4", "imex")
