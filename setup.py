@@ -121,7 +121,7 @@ setup(
     zip_safe=False,
     entry_points={
         "console_scripts": [
-            "bearing_twin = bearing_twin.command.cli:program",
+            "bearing_twin = bearing_twin.__main__:program",
             "sim_node = bearing_twin.nodes.entry:sim_node",
             "recorder_node = bearing_twin.nodes.entry:recorder_node",
             "replay_node = bearing_twin.nodes.entry:replay_node",

@@ -195,6 +195,19 @@ def test_help_and_lists_import_nothing_heavy(words, more):
     assert "two_spheres" in done.stdout or "simulate" in done.stdout or "drive.speed" in done.stdout
 
 
+def test_ctrl_c_while_modules_load_is_one_line(tmp_path):
+    (tmp_path / "argparse.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    places = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    found = subprocess.run(
+        [sys.executable, "-m", "bearing_twin", "scenes"],
+        env={**os.environ, "PYTHONPATH": places},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert (found.returncode, found.stdout, found.stderr) == (INTERRUPTED, "", "bearing_twin: interrupted\n")
+
+
 @pytest.mark.parametrize(
     ("number", "code"),
     [
