@@ -353,16 +353,36 @@ def test_a_contact_that_bears_next_to_nothing_has_no_greatest_angle():
     assert slow.contacts.load == pytest.approx(still.contacts.load, abs=1e-5 * still.contacts.load.max())
 
 
-def test_a_ring_that_one_ball_carries_is_found_and_called_loose():
+@pytest.mark.parametrize("angle", [0.0, 137.3, -90.0, 30.0])
+@pytest.mark.parametrize("load", [1e-6, 1e-4, 1e-3, 1e-2, 1.0])
+def test_a_ring_right_over_one_ball_rolls_until_the_next_one_touches(load, angle):
+    """Over one ball it stands as on an edge; light loads there found that, either side, or no balance at all."""
+    from bearing_twin.kinds.bearing import loose_directions
+
+    angle, clearance = math.radians(angle), 2e-5
+    along, across = (math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))
+    given_ = parameters(f"geometry.radial_clearance={clearance}", "drive.speed=0.0")
+    support = pushed((load * along[0], load * along[1], 0.0))
+    solver, found = solved(given_, support, angle)
+    assert np.sort(found.contacts.load[:, 0])[-3:] / load == pytest.approx([0.0, 0.0, 1.0], abs=1e-3)
+    assert (found.contacts.load[:, 0] > 1e-9 * load).sum() == 2
+    assert found.loads[:2] @ along == pytest.approx(load, rel=1e-9)
+    assert not loose_directions(found, support, solver.scales)
+    # circles of rigid balls touch both where the ring is c/2 down and c/2 tan(pi/Z) aside
+    place = found.coordinates[:2]
+    assert place @ along == pytest.approx(0.5 * clearance, rel=0.03)
+    assert abs(place @ across) == pytest.approx(0.5 * clearance * math.tan(math.pi / 8.0), rel=0.07)
+
+
+def test_a_ring_that_nothing_holds_in_a_direction_is_found_and_called_loose():
     from bearing_twin.kinds.bearing import loose_directions
 
     given_ = parameters("geometry.radial_clearance=2e-5", "drive.speed=0.0")
-    support = pushed((0.0, -1.0, 0.0))
+    support = Support((False, True, False, False, True), (0.0, -1.0, 0.0, 0.0, 0.0), (0.0,) * 5)
     solver, found = solved(given_, support, -0.5 * math.pi)
     assert (found.contacts.load[:, 0] > 0.0).sum() == 1
     assert found.loads[1] == pytest.approx(-1.0, rel=1e-9)
-    assert "x" in loose_directions(found, support, solver.scales)
-    assert abs(found.coordinates[0]) < 1e-12
+    assert loose_directions(found, support, solver.scales) == ["theta_y"]
 
 
 def test_balls_off_the_inner_ring_press_the_outer_one_by_their_orbit_alone():

@@ -1,7 +1,8 @@
 // A ring on its balls, or a shaft on two rings, in equilibrium: five coordinates (x, y, z, theta_x, theta_y), each held or
 // free. A ball sees the coordinates as its `opening`; forces and moments come back through its derivatives. The free
 // coordinates are found by Newton's method with the condensed stiffness of the balls, guarded by a bracketed search along
-// the step for the place where the step does no more work (without speed the energy is nearly convex).
+// the step for the place where the step does no more work (without speed the energy is nearly convex). A ring alone is
+// in stable balance.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -316,6 +317,8 @@ constexpr double RING_ENOUGH = 1e-10;  // as above, where no step improves any m
 constexpr double RING_LEFT = 1e-9;  // as above: more is no balance
 constexpr double ROUNDING = 4e-15;  // of the opening: what the place of a ball is known to
 constexpr double SOFT = 1e-9;  // of the greatest stiffness: what is softer counts as not held
+constexpr double NEGATIVE = 1e-12;  // as above: what is as far below zero is no rounding
+constexpr double OFF = 1e-6;  // of the longest way: a ring's first step off an unstable balance
 constexpr double LONGEST = 0.2;  // of the ball diameter: no coordinate goes further
 
 using Five = std::array<double, COORDINATES>;
@@ -600,7 +603,13 @@ class System {
       if (free[i]) greatest_load = std::max(greatest_load, std::fabs(wanted[i]) / scales[i]);
     const double cap = 0.05 * longest;
     for (int steps = 0, looks = 0; steps < MOST_STEPS; steps++) {
-      if (size <= RING_EXACT * std::max(greatest_load, 1e-3 * scale) || size <= rounding * stiffest()) break;
+      if (size <= RING_EXACT * std::max(greatest_load, 1e-3 * scale) || size <= rounding * stiffest()) {
+        // a shaft in an unstable balance leaves it in its run
+        if (rings.size() > 1 || !leaves_unstable(free, wanted, step)) break;
+        for (int i = 0; i < COORDINATES; i++) q[i] += step[i];
+        scale = loads_at(q);
+        size = missing_of(free, wanted, missing);
+      }
       bool held = solve(missing, free, step);
       double length = size_of(step);
       if (work(step, missing) <= 0.0 || length == 0.0) {  // nothing resists: along what is missing
@@ -687,10 +696,23 @@ class System {
     return greatest;
   }
 
+  // Where the balance is unstable, as that of a ring with clearance right over one ball, `step` leads a little way off, of
+  // both sides counter-clockwise from the load; false where it is stable.
+  bool leaves_unstable(const FreeOnes &free, const Five &wanted, Five &step) const {
+    bool unstable = false;
+    solve({}, free, step, &unstable);
+    if (!unstable) return false;
+    const double side = wanted[0] * step[1] - wanted[1] * step[0] < 0.0 ? -1.0 : 1.0;
+    const double factor = side * OFF * longest / size_of(step);
+    for (double &one : step) one *= factor;
+    return true;
+  }
+
   // The Newton step of the free coordinates by elimination; false where something does not hold the ring. Rows and columns
-  // are scaled and taken by the greatest pivot on the diagonal, as the matrix is nearly symmetric and has no negative
-  // direction; a soft pivot is lifted: what nothing holds stays where it is.
-  bool solve(const Five &right, const FreeOnes &free, Five &step) const {
+  // are scaled and taken by the greatest pivot on the diagonal, as the matrix is nearly symmetric. A soft pivot is lifted:
+  // what nothing holds stays where it is. A negative one changes its sign, so that the step leads off an unstable balance;
+  // with `unstable` the step is then along that direction alone.
+  bool solve(const Five &right, const FreeOnes &free, Five &step, bool *unstable = nullptr) const {
     int n = 0, index[COORDINATES];
     double a[COORDINATES][COORDINATES + 1], greatest = 0.0;
     step = {};
@@ -712,11 +734,13 @@ class System {
         std::swap(a[i], a[best]);
         for (int r = 0; r < n; r++) std::swap(a[r][i], a[r][best]);
       }
-      if (a[i][i] < SOFT * greatest) held = false, a[i][i] = greatest;
+      const bool negative = a[i][i] < -NEGATIVE * greatest;
+      if (a[i][i] < SOFT * greatest) held = false, a[i][i] = negative ? -a[i][i] : greatest;
       for (int r = i + 1; r < n; r++) {
         double factor = a[r][i] / a[i][i];
         for (int j = i; j <= n; j++) a[r][j] -= factor * a[i][j];
       }
+      if (negative && unstable) *unstable = true, a[i][n] = a[i][i];
     }
     for (int i = n - 1; i >= 0; i--) {
       for (int j = i + 1; j < n; j++) a[i][n] -= a[i][j] * a[j][n];
