@@ -6,6 +6,7 @@ import numpy as np
 from contact_reference import about_z, ball_position, single_contact, with_patch
 from runs import a_choice
 
+from bearing_twin.charts.scenes import last_values
 from bearing_twin.kinds.bearing import ORBIT_ANGLE, SPIN, VELOCITY, BearingMotion
 from bearing_twin.run.scene import load_scene
 
@@ -17,8 +18,8 @@ FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", 
 
 
 def motion(*overrides, scene="bearing_6203", law="hertz", stepper="rodas4"):
-    """The motion of a scene with overrides."""
-    return BearingMotion(load_scene(scene, overrides).parameters, a_choice(law, stepper))
+    """The motion of a scene with overrides, of those of one key the last."""
+    return BearingMotion(load_scene(scene, last_values(overrides)).parameters, a_choice(law, stepper))
 
 
 def asking(law):

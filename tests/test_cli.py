@@ -149,6 +149,15 @@ def test_scenes_and_keys_are_listed(capsys):
         (["node", "topic", "ecko"], "did you mean echo?"),
         (["contact", "--bearing", "6203", "--load", "0.05km"], "must be a number in N"),
         (["contact", "--radii-1", "10rpm", "--load", "5"], "must be a number in m"),
+        (
+            ["contact", "--bearing", "6203", "--load", "-50"],
+            "--load -50.0 is out of range; must be a number in N",
+        ),
+        (["contact", "--radii-1", "0.01", "--speed", "1", "--mass", "nan"], "--mass nan is not finite; must be"),
+        (
+            ["simulate", "6203", "--set", "wanted.tolerance=-1"],
+            "tolerance = -1 is out of range; must be a number, at",
+        ),
         (["contact", "--bearing", "6203", "--angle", "a lot", "--load", "5"], "'a lot' must be a number in rad;"),
     ],
 )
@@ -266,6 +275,11 @@ def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatc
         (["study", "spheres_alpha_4e-5", "--samples", "20", "--set", "samples=30"], "samples"),
         (["study", "spheres_alpha_4e-5", "--set", "seed=4", "--seed", "5"], "seed"),
         (["node", "study", "spheres_alpha_4e-5", "--samples", "20", "--set", "samples=30"], "samples"),
+        (["simulate", "bearing_6203", "--set", "drive.speed=100", "--set", "drive.speed=200"], "drive.speed"),
+        (["bearing", "6203", "--set", "drive.speed=100", "--set", "drive.speed=100rpm"], "drive.speed"),
+        (["simulate", "6203", "--set", "solver.companion=on", "--set", "solver.check=none"], "solver.check"),
+        (["bearing", "6203", "--control", "outer", "--set", "model.control=shared"], "model.control"),
+        (["study", "spheres_alpha_4e-5", "--set", "samples=20", "--set", "samples=30"], "samples"),
     ],
 )
 def test_a_key_that_is_given_two_values_is_refused(words, key, capsys):

@@ -9,6 +9,7 @@ from bearings import AXIAL_PRELOAD, FREE, motion, stored_energy
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.paths import only_below
+from bearing_twin.charts.scenes import last_values
 from bearing_twin.kinds.bearing import (
     CAGE,
     CAGE_X,
@@ -434,4 +435,4 @@ def test_wrenches_on_balls_and_rings_add_up_to_what_the_cage_does_to_its_land(gu
 )
 def test_guidance_that_cannot_be_is_refused(overrides, words):
     with pytest.raises(SceneError, match=words):
-        load_scene(RIG, ("cage.kind=pockets", *overrides))
+        load_scene(RIG, last_values(("cage.kind=pockets", *overrides)))

@@ -65,6 +65,12 @@ def test_overrides_change_one_key_each_in_order():
     assert parameters.materials.inner_ring == MATERIALS["steel"]
 
 
+def test_a_key_given_twice_must_have_one_value():
+    assert load_scene("bearing_6203", ["drive.speed=1e2", "drive.speed = 100.0"]).parameters.drive.speed == 100.0
+    with pytest.raises(SceneError, match=r"drive\.speed is given as '100' and as '200'; keep one of them"):
+        load_scene("bearing_6203", ["drive.speed=100", "run.duration=0.1", "drive.speed=200"])
+
+
 def test_long_and_many_overrides_are_shortened_where_they_are_named():
     with pytest.raises(SceneError) as said:
         load_scene("bearing_6203", [f"run.duration={'a' * 100_000}"])

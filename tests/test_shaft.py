@@ -202,8 +202,8 @@ def test_a_torque_is_commanded_where_it_turns_the_shaft_and_a_speed_where_it_is_
     ("keys", "words"),
     [
         (("drive.kind=torque",), "wants an inertia about the axis; give drive.inertia"),
-        ((*TORQUE, "drive.inertia=0"), "wants an inertia about the axis"),
-        ((*TORQUE, "drive.inertia=-1e-5"), "drive.inertia"),
+        ((TORQUE[0], "drive.inertia=0"), "wants an inertia about the axis"),
+        ((TORQUE[0], "drive.inertia=-1e-5"), "drive.inertia"),
         ((*TORQUE, "drive.torque=nan"), "drive.torque"),
         ((*TORQUE, "drive.torque_table=[[0,1],[0,2]]"), "time must grow from row to row"),
         ((*TORQUE, "drive.torque_table=[[0,1],[1,.nan]]"), "drive.torque_table"),

@@ -85,3 +85,17 @@ def test_a_preload_by_offsets_keeps_what_contacts_are_off_and_a_load_does_not():
         assert shares[1] == pytest.approx(shares[0], rel=1e-12)
     parameters = load_scene("shaft_step_load").parameters
     assert response_of(parameters, "hertz", float(parameters.drive.speed), 1.0, (0.0, 0.0), True).kept["left"] < 0.1
+
+
+@pytest.mark.parametrize("gravity", ["[0,0,0]", "[0,-9.80665,0]"])
+def test_ranges_and_works_that_are_rounding_are_0_and_raise_no_warning(gravity):
+    """A shaft without unbalance stands still: ranges were some 1e-17 m, with errors as large and a warning of them."""
+    run = simulate(load_scene("shaft_two_6203", ("run.duration=0.05", "shaft.unbalances=[]", f"gravity={gravity}")))
+    assert len(list(run))
+    report = run.report
+    ranges = [f"{name}_range_{unit}" for name, unit in (("displacement", "m"), ("tilt", "rad"), ("left_force", "n"))]
+    assert not np.any([part for key in ranges for part in report.figures[key]])
+    assert all(report.figures[key] == 0.0 for key in ("load_work_j", "bearing_work_j", "dissipated_j"))
+    assert report.figures["left_force_n"][2] < -10.0
+    assert report.errors["large_errors"] == {}
+    assert not report.flags

@@ -219,7 +219,8 @@ def ball_loads(setting, azimuths, ring):
 def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
     """Balls without mass between linear contacts rest on the line between the grooves' centres: a closed form."""
     changes = (
-        *LOOSE, "left.offset=-30e-6", "right.offset=30e-6", "contact.normal=linear", "contact.stiffness=5e7",
+        *(key for key in LOOSE if "offset" not in key),
+        "left.offset=-30e-6", "right.offset=30e-6", "contact.normal=linear", "contact.stiffness=5e7",
         "shaft.loads=[[0.02,0,-300,50,0,0]]", "shaft.unbalances=[[0.03,2e-4,0.4]]", "wanted.tolerance=1e-8",
         "contact.relaxation_time=2e-6", "drive.change={time: 0.002, speed: -60.0}", "drive.acceleration=30000",
     )  # fmt: skip

@@ -195,7 +195,7 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
         return None, legal
     if not limits.allow(value):
         fault = f"too small, below {limits.least:g}" if 0.0 < abs(value) < limits.least else "out of range"
-        fault = limits.less if limits.less and value < limits.at_least else fault
+        fault = limits.less if limits.less and 0.0 < value < limits.at_least else fault
         return None, f"is {fault}; {legal}{WHY_SIZES if limits.of_physics.allow(value) else ''}"
     return (int(value) if integer else value), None
 

@@ -108,6 +108,11 @@ def contacts(found: Found, exact: Found) -> dict[str, float]:
     return {"error": float(np.abs(one - other).max() / other.max())}
 
 
+def last_values(keys: tuple[str, ...]) -> tuple[str, ...]:
+    """The overrides of a scene, of those of one key the last."""
+    return tuple({one.partition("=")[0]: one for one in keys}.values())
+
+
 def run(scene: str, keys: tuple[str, ...] = (), channels: tuple[str, ...] = ()) -> Found:
     """A whole run, without a check; raises what `simulate` raises, also where the run broke off."""
     work, found_of_work = simulated(scene, keys, channels)
@@ -116,7 +121,7 @@ def run(scene: str, keys: tuple[str, ...] = (), channels: tuple[str, ...] = ()) 
 
 def simulated(scene: str, keys: tuple[str, ...], channels: tuple[str, ...] = ()) -> tuple[Callable, Callable]:
     """The motion of a scene with its outputs as work that may be repeated, and what turns its result into a run."""
-    made = simulate(load_scene(scene, (*keys, WITHOUT_CHECK)))
+    made = simulate(load_scene(scene, last_values((*keys, WITHOUT_CHECK))))
 
     def work():
         # a motion that is solved whole is solved once a run: what repeats its blocks only reads them
@@ -183,7 +188,7 @@ class Scenes:
         problem = self.table[name]
         row = problem.methods[method]
         tuned = (f"{row.key}={setting:.9g}",) if row.key else ()
-        return (*problem.keys, *problem.across(across), *row.keys, *tuned)
+        return last_values((*problem.keys, *problem.across(across), *row.keys, *tuned))
 
     def command(self, *entry) -> str:
         """The command that repeats a run; empty for a method that is none of the product."""

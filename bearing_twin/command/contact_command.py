@@ -4,7 +4,8 @@ import argparse
 import math
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.command.outcome import Outcome, picture_path, quantity
+from bearing_twin.base.units import UNITS, Limits
+from bearing_twin.command.outcome import Outcome, number, picture_path, quantity
 from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
@@ -205,6 +206,11 @@ def _given(arguments):
         raise SceneError(f"give exactly one of {options}")
     if (given[0][0] == "speed") != (arguments.mass is not None):
         raise SceneError("--speed and --mass belong together: an impact needs both")
+    for name, value in (*given, ("mass", arguments.mass)):
+        if value is not None:
+            option = f"--{name.replace('_', '-')}"
+            unit = OPTIONS[option][1]
+            number(option, value, unit, Limits(above=0.0, greatest=UNITS[unit].greatest))
     if arguments.restitution is not None and given[0][0] != "speed":
         raise SceneError("--restitution goes with --speed and --mass: give these, or leave it out")
     return given[0]

@@ -142,8 +142,9 @@ POWERS = {"normal_load": 1.0, "approach": 1.5, "peak_pressure": 3.0, "semi_major
 
 def solve(gap: Gap, modulus: float, given: str, value: float) -> LoadedContact:
     """The contact in which `given`, a name in `POWERS`, has that value (SI, above zero); raises SceneError."""
+    words = given.replace("_", " ")
     if not (math.isfinite(value) and value > 0.0):
-        raise SceneError(f"{given} = {value:g} must be a finite number above zero")
+        raise SceneError(f"{words} = {value:g} must be a finite number above zero")
     unit = contact_under_load(gap, modulus, 1.0)
     try:
         load = (value / getattr(unit, given)) ** POWERS[given]
@@ -151,7 +152,7 @@ def solve(gap: Gap, modulus: float, given: str, value: float) -> LoadedContact:
     except (OverflowError, ZeroDivisionError):
         contact = None
     if contact is None or not all(math.isfinite(one) and one > 0.0 for one in contact):
-        raise SceneError(f"{given} = {value:g} leads to numbers no computer holds; give a value of this world")
+        raise SceneError(f"{words} = {value:g} leads to numbers no computer holds; give a value of this world")
     return contact
 
 

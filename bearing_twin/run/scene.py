@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from bearing_twin.base.errors import MOST_NAMED, MOST_NEAR, BearingTwinError, SceneError, is_text, shortened
+from bearing_twin.base.errors import MOST_NAMED, MOST_NEAR, SceneError, is_text, shortened
 from bearing_twin.base.parameters import (
     describe,
     echo,
@@ -114,12 +114,17 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
 
 
 def listed_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
-    """The overrides; raises SceneError for what is no list of texts."""
-    if isinstance(overrides, Iterable) and not isinstance(overrides, (str, bytes, Mapping)):
-        several = tuple(overrides)
-        if all(isinstance(one, str) for one in several):
-            return several
-    raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
+    """The overrides; raises SceneError for what is no list of texts, and for two values of one key."""
+    one_by_one = isinstance(overrides, Iterable) and not isinstance(overrides, (str, bytes, Mapping))
+    several = tuple(overrides) if one_by_one else (overrides,)
+    if not one_by_one or not all(isinstance(one, str) for one in several):
+        raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
+    given = {}
+    for override in several:
+        key, _, text = (part.strip() for part in override.partition("="))
+        key = ALIASES.get(key, key)
+        refuse_another(key, text, [f"{key}={given.setdefault(key, text)}"])
+    return several
 
 
 def gives(overrides: Iterable[str], key: str) -> bool:
@@ -128,13 +133,13 @@ def gives(overrides: Iterable[str], key: str) -> bool:
 
 
 def refuse_another(key: str, value, overrides: Iterable[str]) -> None:
-    """Raises BearingTwinError where overrides give a key another value than the one that is given beside them."""
+    """Raises SceneError where overrides give a key another value than the one that is given beside them."""
     for override in overrides:
         name, equals, text = (part.strip() for part in override.partition("="))
         number, word = read_number(text)[0], SWITCHED.get(text.lower(), text)
         same = word == str(value) or (number is not None and number == read_number(value)[0])
         if equals and name == key and not same:
-            raise BearingTwinError(f"{key} is given as {echo(text)} and as {echo(value)}; keep one of them")
+            raise SceneError(f"{key} is given as {echo(text)} and as {echo(value)}; keep one of them")
 
 
 def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:

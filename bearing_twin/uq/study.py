@@ -325,7 +325,9 @@ def _open(mapping, for_scene) -> tuple[dict, str]:
         isinstance(given, (str, int, Mapping)) and not isinstance(given, bool),
         f"scene = {echo(given)} must be the name of a scene, a path, or a scene's keys and values",
     )
-    return open_scene(given, (*changes, *for_scene))
+    overridden = {first_name(one.partition("=")[0].strip()) for one in for_scene}
+    kept = [one for one, key in zip(changes, changed, strict=True) if key not in overridden]
+    return open_scene(given, (*kept, *for_scene))
 
 
 def _apply(mapping, kind, override):

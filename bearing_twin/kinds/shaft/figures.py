@@ -32,7 +32,15 @@ from bearing_twin.kinds.error_estimates import (
     ModelErrors,
     with_tolerance,
 )
-from bearing_twin.kinds.shaft.equilibrium import loads_of, modes_of, rotor_of, solver_of, speeds_of, weighed_support
+from bearing_twin.kinds.shaft.equilibrium import (
+    lever_of,
+    loads_of,
+    modes_of,
+    rotor_of,
+    solver_of,
+    speeds_of,
+    weighed_support,
+)
 from bearing_twin.kinds.shaft.motion import FINEST, SETTING, balance_errors, law_error
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene
 from bearing_twin.shapes import groove_curvatures
@@ -72,6 +80,7 @@ MEANINGS = {
 }
 LIVES = "basic_life", "reference_life"
 WORKS = ("load_work", "bearing_work", "cage_work", "dissipated")
+NOTHING = 1e-10  # of the greatest ball load, of approaches, of what is stored: forces, ways, works that are less are 0
 POWERS = 3.0, 10.0 / 3.0  # of ISO/TS 16281: of a load on the inner and on the outer raceway
 STRETCH = 50  # outputs that are summed together, whatever blocks they come in
 OF_SHAFT, OF_BEARING = np.array([3, 5, 8, 11]), 4  # columns of sums: where parts end; of each bearing behind them
@@ -160,15 +169,22 @@ class ShaftFigures:
         place, tilt, *forces, of_bearings = np.split(self._late.mean, OF_SHAFT)
         moved, tilted, *swings, _ = np.split(self._late.greatest - self._late.least, OF_SHAFT)
         modes, critical = modes_of(self.parameters, self.choice.law)
+        load = max(float(greatest[0].max()) for greatest in self._greatest.values())
+        way = self._last["elastic_energy"] / load if load > 0.0 else 0.0  # [m], as of the approaches
+        angle = way / lever_of(rotor_of(self.parameters, self.choice.law))
         found = {
             "shaft_speed_at_end_rad_s": self._last["shaft_speed"],
-            "displacement_m": place.tolist(),
-            "displacement_range_m": moved.tolist(),
-            "tilt_rad": tilt.tolist(),
-            "tilt_range_rad": tilted.tolist(),
+            "displacement_m": _settled(place, way),
+            "displacement_range_m": _settled(moved, way),
+            "tilt_rad": _settled(tilt, angle),
+            "tilt_range_rad": _settled(tilted, angle),
         }
         for side, force, swing, means in zip(SIDES, forces, swings, np.split(of_bearings, len(SIDES)), strict=True):
-            of_bearing = {"force_n": force.tolist(), "force_range_n": swing.tolist(), **self._of_bearing(side, *means)}
+            of_bearing = {
+                "force_n": _settled(force, load),
+                "force_range_n": _settled(swing, load),
+                **self._of_bearing(side, *means),
+            }
             found |= {f"{side}_{key}": value for key, value in of_bearing.items()}
         found |= {
             "natural_frequencies_hz": modes.frequencies.tolist(),
@@ -176,7 +192,8 @@ class ShaftFigures:
             "critical_speeds_rad_s": list(critical),
             "energy_closure": self.energy_closure,
         }
-        return found | {f"{name}_j": self._last[name] for name in WORKS}
+        works = _settled(np.array([self._last[name] for name in WORKS]), self._last["elastic_energy"])
+        return found | {f"{name}_j": work for name, work in zip(WORKS, works, strict=True)}
 
     def _of_bearing(self, side: str, radial: float, axial: float, *powers: float) -> dict[str, float]:
         """Figures of one bearing, from the means of its radial and axial force [N], and of the powers of its loads."""
@@ -213,6 +230,11 @@ class ShaftFigures:
     def status(self) -> str:
         """Gives "done", or what failed."""
         return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"
+
+
+def _settled(values: np.ndarray, scale: float) -> list[float]:
+    """The values, without those that are nothing beside the scale of what they are differences of."""
+    return np.where(np.abs(values) <= NOTHING * scale, 0.0, values).tolist()
 
 
 LOADS = {"greatest_ball_load_n": 1.0, "peak_pressure_pa": 1.0 / 3.0}  # figures that go with this power of a load
