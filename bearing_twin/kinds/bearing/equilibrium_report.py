@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
+from bearing_twin.base.units import two_digits
 from bearing_twin.contact.validity import gathered
 from bearing_twin.kinds.bearing.equilibrium import (
     Equilibrium,
@@ -156,8 +157,8 @@ def flags_of(
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,
-        f"loads of balls in motion differ from this equilibrium by up to {100.0 * transient:.2g} % of the greatest "
-        "load; `bearing_twin simulate` computes them"
+        f"loads of balls in motion differ from this equilibrium by up to {two_digits(100.0 * transient)} % of the "
+        "greatest load; `bearing_twin simulate` computes them"
         if transient > FLAGGED
         else None,
     )

@@ -170,19 +170,19 @@ class ShaftFigures:
         moved, tilted, *swings, _ = np.split(self._late.greatest - self._late.least, OF_SHAFT)
         modes, critical = modes_of(self.parameters, self.choice.law)
         load = max(float(greatest[0].max()) for greatest in self._greatest.values())
-        way = self._last["elastic_energy"] / load if load > 0.0 else 0.0  # [m], as of the approaches
+        way = approach_of(self._last["elastic_energy"], load)
         angle = way / lever_of(rotor_of(self.parameters, self.choice.law))
         found = {
             "shaft_speed_at_end_rad_s": self._last["shaft_speed"],
-            "displacement_m": _settled(place, way),
-            "displacement_range_m": _settled(moved, way),
-            "tilt_rad": _settled(tilt, angle),
-            "tilt_range_rad": _settled(tilted, angle),
+            "displacement_m": settled(place, way),
+            "displacement_range_m": settled(moved, way),
+            "tilt_rad": settled(tilt, angle),
+            "tilt_range_rad": settled(tilted, angle),
         }
         for side, force, swing, means in zip(SIDES, forces, swings, np.split(of_bearings, len(SIDES)), strict=True):
             of_bearing = {
-                "force_n": _settled(force, load),
-                "force_range_n": _settled(swing, load),
+                "force_n": settled(force, load),
+                "force_range_n": settled(swing, load),
                 **self._of_bearing(side, *means),
             }
             found |= {f"{side}_{key}": value for key, value in of_bearing.items()}
@@ -192,7 +192,7 @@ class ShaftFigures:
             "critical_speeds_rad_s": list(critical),
             "energy_closure": self.energy_closure,
         }
-        works = _settled(np.array([self._last[name] for name in WORKS]), self._last["elastic_energy"])
+        works = settled(np.array([self._last[name] for name in WORKS]), self._last["elastic_energy"])
         return found | {f"{name}_j": work for name, work in zip(WORKS, works, strict=True)}
 
     def _of_bearing(self, side: str, radial: float, axial: float, *powers: float) -> dict[str, float]:
@@ -232,7 +232,12 @@ class ShaftFigures:
         return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"
 
 
-def _settled(values: np.ndarray, scale: float) -> list[float]:
+def approach_of(stored: float, load: float) -> float:
+    """Size of the approaches of contacts [m] by the energy that they store [J] and the greatest ball load [N]."""
+    return stored / load if load > 0.0 else 0.0
+
+
+def settled(values: np.ndarray, scale: float) -> list:
     """The values, without those that are nothing beside the scale of what they are differences of."""
     return np.where(np.abs(values) <= NOTHING * scale, 0.0, values).tolist()
 

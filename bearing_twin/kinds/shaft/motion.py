@@ -9,6 +9,7 @@ from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneEr
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
+from bearing_twin.base.units import two_digits
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing import (
     COORDINATES,
@@ -361,8 +362,8 @@ def choose(parameters: ShaftScene) -> Choice:
     off = max(balance_errors(parameters, law).values())
     if off > parameters.wanted.tolerance:
         warnings.append(
-            f"loads of balls in equilibrium differ from those of moving balls by up to {100.0 * off:.2g} % of the "
-            "greatest load, until the axes of their spin have settled"
+            f"loads of balls in equilibrium differ from those of moving balls by up to {two_digits(100.0 * off)} % of "
+            "the greatest load, until the axes of their spin have settled"
         )
     slow = [f"{one:.4g}" for one in modes_of(parameters, law)[0].frequencies if one > FAST]
     if slow:
@@ -372,9 +373,10 @@ def choose(parameters: ShaftScene) -> Choice:
             "their motion"
         )
     if error > parameters.wanted.tolerance:
-        warnings.append(f"the law {law} is {100.0 * error:.2g} % off exact Hertz here; contact.normal: hertz is exact")
+        share = two_digits(100.0 * error)
+        warnings.append(f"the law {law} differs by {share} % from exact Hertz here; contact.normal: hertz is exact")
     reason = (
         f"{sentences(found)}; balls are in balance at every instant, in cages that orbit as loaded balls roll; "
-        f"loads of moving balls differ by up to {100.0 * off:.2g} % of the greatest"
+        f"loads of moving balls differ by up to {two_digits(100.0 * off)} % of the greatest"
     )
     return Choice(law, found["solver.stepper"].value, error, reason, tuple(warnings))

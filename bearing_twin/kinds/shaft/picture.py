@@ -7,6 +7,7 @@ import numpy as np
 from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.kinds.shaft.display import view
 from bearing_twin.kinds.shaft.equilibrium import last_matrices, modes_at, modes_of
+from bearing_twin.kinds.shaft.figures import approach_of, settled
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.pictures import (
     BALL_COLOURS,
@@ -59,7 +60,8 @@ def _draw_orbits(axis, values):
     """The ways of the rings' centres in the second half of the run, about their means."""
     frame(axis)
     offset = values["ring_offset"][len(values["time"]) // 2 :, :, :2]
-    offset = offset - offset.mean(axis=0)
+    load = max(values[f"{side}_normal_load"][-1].max() for side in SIDES)
+    offset = np.array(settled(offset - offset.mean(axis=0), approach_of(values["elastic_energy"][-1], load)))
     factor, unit = scaled(offset, "m")
     for k, side in enumerate(SIDES):
         axis.plot(*(factor * offset[:, k]).T, color=BALL_COLOURS[k], linewidth=1.4, label=f"{side} bearing")
