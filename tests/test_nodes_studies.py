@@ -105,7 +105,7 @@ def test_a_goal_names_a_study_or_a_file_or_is_one(tmp_path):
         (QUICK._replace(overrides=("samples",)), "must look like"),
         (QUICK._replace(overrides=("x" * (LONGEST_OVERRIDE + 1),)), "characters at most"),
         (QUICK._replace(overrides=("",) * 1001), "overrides must be at most 1000"),
-        (QUICK._replace(overrides=("samples=30",), samples=20), "samples is given as '30' and as 20"),
+        (QUICK._replace(overrides=("samples=30",), samples=20), "samples is given as '30' and as '20'"),
         (QUICK._replace(samples=-5), "samples = -5 is out of range"),
         (QUICK._replace(samples=10**12), "is out of range"),
         (QUICK._replace(seed=-1), "seed = -1 is out of range"),

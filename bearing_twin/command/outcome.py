@@ -87,17 +87,12 @@ def add_verbose(parser: argparse.ArgumentParser) -> None:
 def overrides_of(arguments: argparse.Namespace, **keys: str) -> list[str]:
     """Overrides by `--set`, and by options that stand for a key, such as duration="run.duration".
 
-    Raises BearingTwinError where `--set` gives such a key another value.
+    Raises SceneError where a key is given two values.
     """
-    from bearing_twin.run.scene import refuse_another
+    from bearing_twin.run.scene import listed_overrides
 
     given = {key: value for option, key in keys.items() if (value := getattr(arguments, option)) is not None}
-    for key, value in given.items():
-        refuse_another(key, value, arguments.set)
-    if (allowed := ALLOW_INVALID[1]["const"]) in arguments.set:
-        key, _, value = allowed.partition("=")
-        refuse_another(key, value, arguments.set)
-    return [*arguments.set, *(f"{key}={value}" for key, value in given.items())]
+    return list(listed_overrides([*arguments.set, *(f"{key}={value}" for key, value in given.items())]))
 
 
 def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:

@@ -19,7 +19,6 @@ from bearing_twin.base.report import json_text
 from bearing_twin.kinds.ranges import ON
 from bearing_twin.log.study_log import INPUT, QUANTITY, StudyLog
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
-from bearing_twin.run.scene import refuse_another
 from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study
 from bearing_twin.uq.study import Study, load_study, parse_study, study_names
 
@@ -87,10 +86,7 @@ def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
     if len(goal.overrides) > MOST_OVERRIDES or any(len(one) > LONGEST_OVERRIDE for one in goal.overrides):
         raise StudyError(f"overrides must be at most {MOST_OVERRIDES}, each of {LONGEST_OVERRIDE} characters at most")
     overrides = [one for one in goal.overrides if one]
-    given = {key: value for key, value in (("samples", goal.samples), ("seed", goal.seed)) if value}
-    for key, value in given.items():
-        refuse_another(key, value, overrides)
-    overrides += [f"{key}={value}" for key, value in given.items()]
+    overrides += [f"{key}={value}" for key, value in (("samples", goal.samples), ("seed", goal.seed)) if value]
     text = goal.study.strip()
     with only_below(folders, "the folders of the node's parameter study_folders"):
         if not text:

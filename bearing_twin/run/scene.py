@@ -115,31 +115,28 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
 
 def listed_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
     """The overrides; raises SceneError for what is no list of texts, and for two values of one key."""
-    one_by_one = isinstance(overrides, Iterable) and not isinstance(overrides, (str, bytes, Mapping))
-    several = tuple(overrides) if one_by_one else (overrides,)
-    if not one_by_one or not all(isinstance(one, str) for one in several):
+    legal = isinstance(overrides, Iterable) and not isinstance(overrides, (str, bytes, Mapping))
+    several = tuple(overrides) if legal else ()
+    if not legal or not all(isinstance(one, str) for one in several):
         raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
     given = {}
     for override in several:
-        key, _, text = (part.strip() for part in override.partition("="))
-        key = ALIASES.get(key, key)
-        refuse_another(key, text, [f"{key}={given.setdefault(key, text)}"])
+        key, equals, text = (part.strip() for part in override.partition("="))
+        first = given.setdefault(ALIASES.get(key, key), text) if equals else text
+        if _meant(first) != _meant(text):
+            raise SceneError(f"{key} is given as {echo(first)} and as {echo(text)}; keep one of them")
     return several
+
+
+def _meant(text: str) -> float | str:
+    """The number in an override, else its word, of a switch by its first name."""
+    number, _ = read_number(text)
+    return SWITCHED.get(text.lower(), text) if number is None else number
 
 
 def gives(overrides: Iterable[str], key: str) -> bool:
     """True where one of the overrides gives this key."""
     return any(override.partition("=")[0].strip() == key for override in overrides)
-
-
-def refuse_another(key: str, value, overrides: Iterable[str]) -> None:
-    """Raises SceneError where overrides give a key another value than the one that is given beside them."""
-    for override in overrides:
-        name, equals, text = (part.strip() for part in override.partition("="))
-        number, word = read_number(text)[0], SWITCHED.get(text.lower(), text)
-        same = word == str(value) or (number is not None and number == read_number(value)[0])
-        if equals and name == key and not same:
-            raise SceneError(f"{key} is given as {echo(text)} and as {echo(value)}; keep one of them")
 
 
 def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:
