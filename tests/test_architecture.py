@@ -36,7 +36,6 @@ ROOMS = (
 
 CORE_ROOMS = (
     *(
-        "exports.hpp",
         "math",
         "contact",
         "shapes",

@@ -119,7 +119,7 @@ def write_gif(page_path: Path, path: Path, progress: Callable[[float], None] = l
         page.wait_for_selector("body[data-ready]", timeout=READY)
         if not page.evaluate("() => Boolean(bearingView.stage && bearingView.store.count > 1)"):
             raise BearingTwinError("nothing moves on this page; leave out --gif")
-        page.evaluate("() => { document.getElementById('tools').hidden = true; }")
+        page.evaluate("() => document.getElementById('home').remove()")
         first, last, pace = page.evaluate("[bearingView.store.first, bearingView.store.last, bearingView.player.speed]")
         # a little more than fits is shown a little faster, so that the animation of an impact has its end
         shown = last - first if last - first < 2.0 * SECONDS * pace else SECONDS * pace

@@ -2,7 +2,6 @@
 #include <functional>
 #include "../methods/events.hpp"
 #include "modes.hpp"
-#include "../exports.hpp"
 
 namespace core::beam {
 

@@ -1,6 +1,6 @@
 // Newton's and Euler's equations of a ball between two raceways, and their derivatives by its motion.
 #pragma once
-#include "../math/dense_solve.hpp"
+#include "../math/linear.hpp"
 #include "../methods/rosenbrock.hpp"
 #include "elements.hpp"
 

@@ -1,5 +1,4 @@
 // Exported functions of balls between rings whose motion is prescribed, alone or stepped together; arrays are C-contiguous doubles.
-#include "../exports.hpp"
 #include "common_balls.hpp"
 #include "free_balls.hpp"
 #include "numbers.hpp"

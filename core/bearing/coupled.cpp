@@ -1,5 +1,4 @@
 // Exported functions of balls that share their steps with each other, or with ring, cage and shaft; arrays are C-contiguous doubles.
-#include "../exports.hpp"
 #include "coupled_balls.hpp"
 #include "numbers.hpp"
 

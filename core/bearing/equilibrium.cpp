@@ -1,7 +1,6 @@
 // Exported functions of equilibria of rings and shafts; arrays are C-contiguous. `seats` (count, SEAT_NUMBERS) are `Seat`s,
 // `balls` (count,) their numbers of balls, whose arrays stand one behind the other: `azimuth` [rad] (N,), `memory`
 // (N, BALL_MEMORY), `contacts` (N, CONTACT_NUMBERS); see equilibrium.hpp.
-#include "../exports.hpp"
 #include "equilibrium.hpp"
 
 using namespace core;

@@ -4,7 +4,6 @@
 // written in the frame that turns with that ball about the axis, with unit vectors (radial, tangential, axial).
 #pragma once
 #include "../contact/laws.hpp"
-#include "../contact/film.hpp"
 #include "../contact/friction.hpp"
 #include "../shapes/gaps.hpp"
 #include "surface_heights.hpp"

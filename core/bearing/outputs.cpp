@@ -1,7 +1,6 @@
 // Exported functions of outputs: fills rows (instants, columns) of all channels. `place` holds the numbers of RowPlaces in their
 // order; `body_numbers`, loads and borders are those of coupled.cpp, and `coupled` says whether there are any.
 #include <vector>
-#include "../exports.hpp"
 #include "numbers.hpp"
 #include "outputs.hpp"
 

@@ -3,7 +3,7 @@
 // `slip` is the velocity of the ball's surface relative to the raceway. All vectors are in the ball's frame, forces act
 // on the ball, half the approach inside its surface. A gap gives zero loads.
 #pragma once
-#include "../math/vector3.hpp"
+#include "../math/linear.hpp"
 #include "model.hpp"
 
 namespace core {
@@ -156,7 +156,7 @@ CORE_INLINE auto height_power(const F &force, const N &normal, const Pack &rate)
 }
 
 // The lubricant's film in the contact of a ball with a raceway: what it, hysteresis and differential slip resist rolling
-// with, and its coefficient of friction (`core/contact/film.hpp`).
+// with, and its coefficient of friction (`core/contact/friction.hpp`).
 //
 // The film drags both surfaces by F against their motion, and its pressure, whose centre lies ahead of the contact's, pushes
 // the ball by 2 F R_x/r and the ring by 2 F R_x/R the other way, through their centres, without moment or loss (R_x is the

@@ -7,7 +7,7 @@
 // df/dt; what a slope does along the orbit is not modelled, and its work counts as the drive's.
 #pragma once
 #include <algorithm>
-#include "../math/vector3.hpp"
+#include "../math/linear.hpp"
 
 namespace core {
 

@@ -1,7 +1,7 @@
 // Balls that touch each other: the contact of a ball with the next ahead, and the linear system of those that touch. It is
 // dense, with the bodies' coordinates last, where elimination fills least; all other balls are eliminated before.
 #pragma once
-#include "../math/dense_solve.hpp"
+#include "../math/linear.hpp"
 #include "coupled_system.hpp"
 #include "neighbours.hpp"
 

@@ -1,11 +1,7 @@
 // The motion of an ellipsoid on a plane, and its exported functions; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
 #include <bit>
-#include "../contact/laws.hpp"
-#include "../contact/friction.hpp"
 #include "../shapes/gaps.hpp"
 #include "rigid_body.hpp"
-#include "../methods/adaptive.hpp"
-#include "../exports.hpp"
 
 namespace core {
 
@@ -44,13 +40,9 @@ struct PlaneContact {
   double spin_moment, ratio_rate;
 };
 
-struct Ellipsoid : RigidBody {
+struct Ellipsoid : RigidBody, ContactLaws {
   Real3 semi_axes;
   double gravity, sink;  // sink: the body's share of the compliance
-  Elasticity law;
-  Damping damping;
-  PatchFriction friction;
-  double regularisation;
 
   double least() const { return std::min({semi_axes[0], semi_axes[1], semi_axes[2]}); }
   double size() const { return std::max({semi_axes[0], semi_axes[1], semi_axes[2]}); }
@@ -351,17 +343,8 @@ namespace {
 
 using State = Numbers<ELLIPSOID_NUMBERS>;
 
-Ellipsoid ellipsoid_of(const double *next, const double *points) {
-  Ellipsoid body{};
-  body.mass = *next++;
-  for (double &one : body.inertia) one = *next++;
-  for (double &one : body.semi_axes) one = *next++;
-  body.gravity = *next++, body.sink = *next++;
-  body.law.law = PointLaw(int(*next++)), body.law.power = *next++, body.law.modulus = *next++, body.law.given = *next++;
-  body.damping.law = DampingLaw(int(*next++)), body.damping.number = *next++, body.damping.relaxation_time = *next++;
-  body.regularisation = *next++;
-  body.friction = patch_friction_of(next, points);
-  return body;
+Ellipsoid ellipsoid_of(const double *n, const double *points) {
+  return {{n[0], {n[1], n[2], n[3]}}, contact_laws_of(n + 9, points), {n[4], n[5], n[6]}, n[7], n[8]};
 }
 
 // Writes the channels of a state in their order, but that of the numerics.
@@ -398,8 +381,7 @@ CORE_EXPORT void core_ellipsoid_start(const double *numbers, const double *point
   body.begin_shape(start);
   place = std::bit_cast<State>(start);
 }
-// Moves on from `clock` until `until` [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the contacts that
-// have ended, of which there are `completed`; `counts` (4,) ends with touches. Returns a status.
+// See `advance_until`; `counts` (4,) ends with touches. Returns a status.
 CORE_EXPORT std::int64_t core_ellipsoid_advance(const double *numbers, const double *points, const double *plan, double *state, double *clock,
                                                 double *record, double *before, double until, std::int64_t outputs, const double *instants,
                                                 const volatile std::uint8_t *stop, double *states, std::int64_t capacity, double *records,
@@ -408,11 +390,7 @@ CORE_EXPORT std::int64_t core_ellipsoid_advance(const double *numbers, const dou
   EllipsoidMotion motion(body, *reinterpret_cast<const EllipsoidPlan *>(plan), *reinterpret_cast<State *>(state),
                          *reinterpret_cast<EllipsoidClock *>(clock), *reinterpret_cast<ContactRecord *>(record),
                          *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts), counts[3]);
-  int count;
-  Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<State *>(states),
-                                 reinterpret_cast<ContactRecord *>(records), int(capacity), count);
-  *completed = count;
-  return status;
+  return advance_until(motion, until, outputs, instants, stop, states, capacity, records, completed);
 }
 // Outputs (count, width) of states (count, numbers).
 CORE_EXPORT void core_ellipsoid_outputs(const double *numbers, const double *points, std::int64_t count, const double *states,

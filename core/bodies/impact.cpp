@@ -1,7 +1,6 @@
 // Impacts on a line, and their exported functions; arrays are C-contiguous.
 #include "../contact/laws.hpp"
 #include "../methods/adaptive.hpp"
-#include "../exports.hpp"
 
 namespace core {
 

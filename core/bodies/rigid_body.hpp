@@ -1,7 +1,9 @@
-// A rigid body in motion, and the record of a contact from touch to parting.
+// A rigid body in motion, the laws of its contact, and the record of a contact from touch to parting.
 #pragma once
-#include "../math/vector3.hpp"
-#include "../methods/events.hpp"
+#include "../contact/friction.hpp"
+#include "../contact/laws.hpp"
+#include "../math/linear.hpp"
+#include "../methods/adaptive.hpp"
 
 namespace core {
 
@@ -68,6 +70,17 @@ struct RigidBody {
   }
 };
 
+// The laws of a contact, in the order in which kinds/bodies/motion.py writes their numbers; points are those of friction.
+struct ContactLaws {
+  Elasticity law;
+  Damping damping;
+  double regularisation;
+  PatchFriction friction;
+};
+inline ContactLaws contact_laws_of(const double *n, const double *points) {
+  return {{PointLaw(int(n[0])), n[1], n[2], n[3]}, {DampingLaw(int(n[4])), n[5], n[6]}, n[7], patch_friction_of(n + 8, points)};
+}
+
 // The record of a contact from touch to parting.
 
 // Times [s]; the greatest load [N] with approach, curvatures, coefficient, semi-axes [m] and pressure [Pa] there; speeds [m/s];
@@ -88,5 +101,17 @@ struct ContactRecord {
     peak_pressure = at.patch.peak_pressure;
   }
 };
+
+// Moves bodies on until an instant [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the contacts
+// that have ended, of which there are `completed`.
+template <class Motion>
+Status advance_until(Motion &motion, double until, std::int64_t outputs, const double *instants, const volatile std::uint8_t *stop, double *states,
+                     std::int64_t capacity, double *records, std::int64_t *completed) {
+  int count;
+  Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<typename Motion::State *>(states),
+                                 reinterpret_cast<ContactRecord *>(records), int(capacity), count);
+  *completed = count;
+  return status;
+}
 
 }  // namespace core

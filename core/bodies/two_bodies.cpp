@@ -1,12 +1,8 @@
 // The motion of two bodies, and its exported functions; arrays are C-contiguous doubles in the order of kinds/bodies/motion.py.
 #include <bit>
-#include "../contact/laws.hpp"
-#include "../contact/friction.hpp"
 #include "../shapes/opposing.hpp"
 #include "../shapes/overlap.hpp"
 #include "rigid_body.hpp"
-#include "../methods/adaptive.hpp"
-#include "../exports.hpp"
 
 namespace core {
 
@@ -53,16 +49,12 @@ struct PairContact {
   double spin_moment, spin_rate, held;
 };
 
-struct TwoBodies {
+struct TwoBodies : ContactLaws {
   ShapedBody a, b;
   Real3 gravity;
   double sink, size;  // A's share of the compliance; about the least radius [m]
   Tracking tracking;
   bool by_overlap;  // the load is that of the true overlap
-  Elasticity law;
-  Damping damping;
-  PatchFriction friction;
-  double regularisation;
 
   // Brings opposing points up to the bodies' place; those of the differential form are taken.
   void track(const MovingSurface &one, const MovingSurface &other, OpposingPoints &points) const {
@@ -406,10 +398,7 @@ TwoBodies pair_of(const double *next, const double *points) {
   for (double &one : pair.gravity) one = *next++;
   pair.sink = *next++, pair.size = *next++;
   pair.tracking = Tracking(int(*next++)), pair.by_overlap = *next++ != 0.0;
-  pair.law.law = PointLaw(int(*next++)), pair.law.power = *next++, pair.law.modulus = *next++, pair.law.given = *next++;
-  pair.damping.law = DampingLaw(int(*next++)), pair.damping.number = *next++, pair.damping.relaxation_time = *next++;
-  pair.regularisation = *next++;
-  pair.friction = patch_friction_of(next, points);
+  static_cast<ContactLaws &>(pair) = contact_laws_of(next, points);
   return pair;
 }
 
@@ -450,8 +439,7 @@ CORE_EXPORT void core_two_bodies_start(const double *numbers, const double *poin
                   *reinterpret_cast<Counts *>(counts), counts[3])
       .note_start();
 }
-// Moves on from `clock` until `until` [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the contacts that
-// have ended, of which there are `completed`. Returns a status.
+// See `advance_until`. Returns a status.
 CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const double *points, const double *plan, double *state, double *clock,
                                                  double *record, double *before, double until, std::int64_t outputs, const double *instants,
                                                  const volatile std::uint8_t *stop, double *states, std::int64_t capacity, double *records,
@@ -460,10 +448,7 @@ CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const do
   PairPlan how{plan[0], plan[1]};
   TwoBodiesMotion motion(pair, how, *reinterpret_cast<State *>(state), *reinterpret_cast<PairClock *>(clock),
                          *reinterpret_cast<ContactRecord *>(record), *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts), counts[3]);
-  int count;
-  Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<State *>(states),
-                                 reinterpret_cast<ContactRecord *>(records), int(capacity), count);
-  *completed = count;
+  Status status = advance_until(motion, until, outputs, instants, stop, states, capacity, records, completed);
   return !motion.tracked && (status == STALLED || status == NOT_FINITE) ? UNTRACKED : status;
 }
 // Outputs (count, width) of states (count, numbers).

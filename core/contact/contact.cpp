@@ -1,9 +1,7 @@
 // Exported functions of contacts, on arrays of them, which are C-contiguous doubles.
 #include <cmath>
 #include <tuple>
-#include "../exports.hpp"
 #include "ellipse.hpp"
-#include "film.hpp"
 #include "friction.hpp"
 #include "laws.hpp"
 

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#define CORE_EXPORT extern "C" [[gnu::visibility("default")]]  // plain C functions on C-contiguous arrays: core.Function in bearing_twin
 #ifndef CORE_INLINE  // sanitizers take `inline`: what they add to one large function takes minutes to compile
 #define CORE_INLINE [[gnu::always_inline]] inline
 #endif

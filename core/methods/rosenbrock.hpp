@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include "../math/dense_solve.hpp"
+#include "../math/linear.hpp"
 
 namespace core {
 

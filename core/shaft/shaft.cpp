@@ -3,7 +3,6 @@
 #include "../bearing/equilibrium.hpp"
 #include "../methods/rosenbrock.hpp"
 #include "../bearing/numbers.hpp"
-#include "../exports.hpp"
 
 namespace core::shaft {
 

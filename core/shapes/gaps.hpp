@@ -1,7 +1,7 @@
 // Curvatures of gaps in closed form: a ball in a groove, an ellipsoid on a plane.
 #pragma once
 #include "../math/dual.hpp"
-#include "../math/vector3.hpp"
+#include "../math/linear.hpp"
 
 namespace core {
 

@@ -2,7 +2,7 @@
 // are scaled to be metres and to have gradients near 1 at the surface, so that Newton's method needs no further scaling.
 #pragma once
 #include <algorithm>
-#include "../math/vector3.hpp"
+#include "../math/linear.hpp"
 
 namespace core {
 

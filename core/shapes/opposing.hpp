@@ -5,7 +5,7 @@
 // with gradients outward, so lambda < 0 where the surfaces face each other; mu > 0 is a gap, mu < 0 contact. The system has
 // many more roots (far sides, saddles of the distance); `kind_of_root` recognises them.
 #pragma once
-#include "../math/dense_solve.hpp"
+#include "../math/linear.hpp"
 #include "gaps.hpp"
 #include "implicit.hpp"
 

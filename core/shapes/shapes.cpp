@@ -1,6 +1,5 @@
 // Exported functions of surfaces, their opposing points and overlaps; arrays are C-contiguous doubles. A surface is (7,): kind, five sizes,
 // side; a body (25,): its surface, position, rotation (3, 3) to fixed axes, velocity, angular velocity; unknowns are (8,).
-#include "../exports.hpp"
 #include "opposing.hpp"
 #include "gaps.hpp"
 #include "overlap.hpp"

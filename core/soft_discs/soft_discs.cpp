@@ -8,7 +8,6 @@
 #include <cmath>
 #include <cstdint>
 #include "../math/dual.hpp"
-#include "../exports.hpp"
 
 namespace core::soft_discs {
 

@@ -13,7 +13,7 @@ from bearing_twin.kinds.bearing.catalogue import entries
 if TYPE_CHECKING:  # to read a scene needs no arrays
     import numpy as np
 
-KINDS = NONE, GREASE, OIL = "none", "grease", "oil"  # LubricantKind of film.hpp
+KINDS = NONE, GREASE, OIL = "none", "grease", "oil"  # LubricantKind of friction.hpp
 FILM_NUMBERS, FILM_RESULTS = 6, 6
 # Mineral oils by ISO viscosity grade: nu = a exp(B/(T + 95)) [mm^2/s], T [degrees C]; and their viscosity at 40 degrees
 GRADES = {"VG32": (0.0813, 808.0), "VG46": (0.0762, 866.0), "VG68": (0.0710, 929.0), "VG100": (0.0662, 990.0)}
@@ -117,7 +117,7 @@ def rolling_speed(geometry, speed: float) -> float:
 
 
 def film_lubricant(parameters) -> "np.ndarray":
-    """The numbers of a Lubricant of film.hpp; the speed of the bearing is that at which its balls roll so fast."""
+    """The numbers of a Lubricant of friction.hpp; the speed of the bearing is that at which its balls roll so fast."""
     import numpy as np
 
     lubricant, geometry = parameters.lubricant, parameters.geometry

@@ -504,7 +504,7 @@ def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
 
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2
-NO_FILM = np.zeros(8)  # a Lubricant of film.hpp
+NO_FILM = np.zeros(8)  # a Lubricant of friction.hpp
 _latest_bearing: tuple = (None, None)  # the last bearing and its numbers: it is the same, chunk after chunk
 
 
