@@ -22,7 +22,7 @@ _HOMES = {
     "read_log": "bearing_twin.log.run_log",
     "write_log": "bearing_twin.log.run_log",
     "export_log": "bearing_twin.log.export",
-    "recover": "bearing_twin.log.recover",
+    "recover": "bearing_twin.log.raw_log",
     "BearingTwinError": "bearing_twin.base.errors",
     "SceneError": "bearing_twin.base.errors",
     "StudyError": "bearing_twin.base.errors",

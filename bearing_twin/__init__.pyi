@@ -8,7 +8,7 @@ from bearing_twin.base.errors import SceneError as SceneError
 from bearing_twin.base.errors import StatisticError as StatisticError
 from bearing_twin.base.errors import StudyError as StudyError
 from bearing_twin.log.export import export_log as export_log
-from bearing_twin.log.recover import recover as recover
+from bearing_twin.log.raw_log import recover as recover
 from bearing_twin.log.run_log import read_log as read_log
 from bearing_twin.log.run_log import write_log as write_log
 from bearing_twin.log.study_log import read_study as read_study

@@ -8,7 +8,7 @@ from runs import a_choice, cut, made_up_block, made_up_scene
 
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.run_log import LogWriter
-from bearing_twin.log.sample_block import sample_range
+from bearing_twin.log.stream import sample_range
 from bearing_twin.nodes.pacing import PacedStream, Timed
 from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop, log_path
 from bearing_twin.run.scene import load_scene

@@ -13,8 +13,7 @@ from bearing_twin.kinds.bearing import contacts as contacts_of
 from bearing_twin.kinds.contract import Output
 from bearing_twin.log import cdr
 from bearing_twin.log.cdr import Encoder, encoded
-from bearing_twin.log.sample_block import block_of
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.stream import MessageStream, block_of, topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

@@ -29,7 +29,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import recover
 from bearing_twin.log.run_log import read_log, write_log
 
 SCENE = made_up_scene(balls=1)

@@ -194,6 +194,9 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
         assert file.read() == LAYOUTS["plotjuggler"].made(panels(scene))
     assert main(words) == 2
     assert "is not overwritten" in capsys.readouterr().err
+    Path(path).write_text("another")
+    assert main([*words, "--force"]) == 0
+    assert Path(path).read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
 
 
 def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path, capsys):

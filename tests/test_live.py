@@ -11,8 +11,7 @@ from test_view import unpacked
 
 from bearing_twin.base.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
-from bearing_twin.log.sample_block import samples_message
-from bearing_twin.log.stream import scene_text
+from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.nodes.watch_node import number_of, vector_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

@@ -21,10 +21,9 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.cdr import encoded
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import RawLogWriter, Safety
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log, write_log
-from bearing_twin.log.sample_block import samples_message
+from bearing_twin.log.stream import samples_message
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 

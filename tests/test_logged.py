@@ -9,7 +9,7 @@ from processes import forked
 from runs import full_after
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import recover
 from bearing_twin.log.run_log import LogWriter, read_log, write_log
 from bearing_twin.log.stream import MessageStream, choice_record
 from bearing_twin.run.scene import load_scene

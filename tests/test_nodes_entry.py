@@ -15,7 +15,7 @@ from ros import DiagnosticArray, executable, heard, plain_node, ros_executor, sp
 from bearing_twin.command.node_command import NODES
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import read_log
-from bearing_twin.log.sample_block import sample_range
+from bearing_twin.log.stream import sample_range
 from bearing_twin.nodes import demo
 from bearing_twin.nodes.node_parameters import checked
 

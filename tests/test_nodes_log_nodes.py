@@ -32,8 +32,7 @@ from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.mcap_read import McapReader
-from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node

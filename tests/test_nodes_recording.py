@@ -16,11 +16,9 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, offered_qos, raw_messages
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader, StoredTopic
-from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log, write_log
-from bearing_twin.log.sample_block import samples_message
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.stream import MessageStream, samples_message, topics
 from bearing_twin.nodes.recorder_node import MIXED, Recording, Sequences, default_topics, warning_of
 from bearing_twin.nodes.replay_node import Renaming, ReplayLoop, logged_topics
 from bearing_twin.run.scene import Scene

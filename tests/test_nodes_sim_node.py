@@ -41,8 +41,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.topics import POSE, WRENCH
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import read_log, write_log
-from bearing_twin.log.sample_block import sample_range
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.stream import MessageStream, sample_range, topics
 from bearing_twin.nodes.node_parameters import checked
 from bearing_twin.nodes.sim_node import PARAMETERS, SimNode, scene_of
 from bearing_twin.run.scene import load_scene

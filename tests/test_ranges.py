@@ -15,7 +15,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.cdr import deserialise
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import recover
 from bearing_twin.log.run_log import write_log
 from bearing_twin.nodes.studies import Goal, StudyLimits, study_of
 from bearing_twin.run.scene import choose, load_scene, scene_names

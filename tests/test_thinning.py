@@ -11,11 +11,9 @@ from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import DONE, DOUBTFUL, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
-from bearing_twin.log.raw_log import KEPT_RATE, RawLogWriter, Safety, Thinning
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import KEPT_RATE, RawLogWriter, Safety, Thinning, recover
 from bearing_twin.log.run_log import LogWriter, read_log
-from bearing_twin.log.sample_block import samples_message
-from bearing_twin.log.stream import MessageStream, choice_record, topics
+from bearing_twin.log.stream import MessageStream, choice_record, samples_message, topics
 from bearing_twin.nodes.recorder_node import Recording
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate

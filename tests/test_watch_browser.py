@@ -11,8 +11,7 @@ from types import SimpleNamespace
 import pytest
 from browsers import browser_page
 
-from bearing_twin.log.sample_block import samples_message
-from bearing_twin.log.stream import scene_text
+from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.nodes.page_server import Feed, PageServer
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

@@ -25,8 +25,7 @@ from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_write import MAGIC
-from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.study import parse_study

@@ -193,7 +193,7 @@ def _recover_arguments(parser):
 
 
 def _recover(arguments) -> Outcome:
-    from bearing_twin.log.recover import recover
+    from bearing_twin.log.raw_log import recover
 
     with progress(f"reading what is left of {arguments.log}"):
         recovered = recover(arguments.log, new_log(arguments.out, arguments.log))

@@ -13,6 +13,7 @@ from bearing_twin.command.outcome import (
     Outcome,
     Subcommand,
     add_changes,
+    cleared,
     failure_kept,
     new_path,
     overrides_of,
@@ -167,7 +168,8 @@ def _layouts_arguments(parser) -> None:
 
 def _layouts(arguments) -> Outcome:
     """The files; raises BearingTwinError, SceneError or LogError."""
-    from bearing_twin.log.layouts import LAYOUTS, write_layout
+    from bearing_twin.base.paths import write_whole
+    from bearing_twin.log.layouts import LAYOUTS
 
     programs = arguments.programs or list(LAYOUTS)
     for program in programs:
@@ -192,7 +194,7 @@ def _layouts(arguments) -> Outcome:
     files, opened = {}, {}
     for program in programs:
         layout = LAYOUTS[program]
-        path = write_layout(program, panels, folder / f"{name}{layout.suffix}")
+        path = write_whole(cleared(folder / f"{name}{layout.suffix}"), layout.made(panels))
         opened[program] = layout.opening(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])

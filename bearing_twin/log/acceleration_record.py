@@ -13,7 +13,7 @@ from bearing_twin.base.errors import BearingTwinError, LogError, echo, unknown
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SQLITE, SUFFIX, LogReader
 from bearing_twin.log.run_log import read_log
-from bearing_twin.log.sample_block import checked_waveform
+from bearing_twin.log.stream import checked_waveform
 from bearing_twin.run.dataset import tables_of
 
 TIMES = {"time_ns": 1e-9, "time": 1.0, "t": 1.0, "time_s": 1.0, "seconds": 1.0}

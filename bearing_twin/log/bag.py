@@ -6,7 +6,6 @@ import re
 from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePath
-from textwrap import indent
 from typing import NamedTuple
 
 import yaml
@@ -32,7 +31,6 @@ LARGEST_BAG_FILE = 2_000_000  # bytes of metadata.yaml, a second to read
 _INFINITE = {"sec": 9223372036, "nsec": 854775807}
 NOTHING_YET = 2**63 - 1  # rosbag2's starting time of a log without messages
 DEEPEST = 10_000  # messages of a topic that a publisher keeps
-MOST_PUBLISHERS = 20  # of a topic that the description of a bag names
 LONGEST_PROFILE = 5000  # characters; those of bags have 300
 NUMBERED = {
     "reliability": {1: "reliable", 2: "best_effort"},
@@ -83,15 +81,12 @@ def qos_text(profiles: tuple[Qos, ...]) -> str:
     return as_yaml(qos_profiles(profiles))
 
 
+@functools.lru_cache(maxsize=256)
 def offered_qos(text: str) -> Qos:
     """The first of the profiles that a bag lists as YAML; reliable and volatile where it says nothing usable."""
-    return _offered(_NEXT_PROFILE.split(text, maxsplit=1)[0])
-
-
-def _offered(text: str) -> Qos:
-    """The profile in a list of one."""
+    first = _NEXT_PROFILE.split(text, maxsplit=1)[0]
     try:
-        profile = yaml.safe_load(text)[0] if len(text) <= LONGEST_PROFILE else {}
+        profile = yaml.safe_load(first)[0] if len(first) <= LONGEST_PROFILE else {}
         said = {key: NUMBERED[key].get(profile[key], profile[key]) for key in NUMBERED}
         depth = int(profile["depth"])
     except (yaml.YAMLError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError):
@@ -117,8 +112,13 @@ def bag_information(counts: list[tuple[StoredTopic, int]], spans: list[Span]) ->
     first, last = min((one.first_ns for one in facts), default=None), max((one.last_ns for one in facts), default=0)
     whole = Span("", first, last, sum(count for _, count in counts), 0)
     named = [span for span in spans if span.path]
-    before = {"version": 9, "storage_identifier": "mcap", **_when(whole)}
-    after = {
+    information = {
+        "version": 9,
+        "storage_identifier": "mcap",
+        **_when(whole),
+        "topics_with_message_count": [
+            {"topic_metadata": _described(topic), "message_count": count} for topic, count in counts
+        ],
         "compression_format": "",
         "compression_mode": "",
         "relative_file_paths": [span.path for span in named],
@@ -126,20 +126,17 @@ def bag_information(counts: list[tuple[StoredTopic, int]], spans: list[Span]) ->
         "custom_data": None,
         "ros_distro": "jazzy",
     }
-    rows = ""
-    for topic, count in counts:  # put together, for thousands of them would take a second by the library
-        name, qos = indent(as_yaml({"name": topic.name}), "    "), topic.metadata.get("offered_qos_profiles", "")
-        rest = _rest(topic.ros_type, topic.message_encoding, qos, topic.metadata.get("topic_type_hash", ""))
-        rows += f"- topic_metadata:\n{name}{rest}  message_count: {count}\n"
-    return f"{as_yaml(before)}topics_with_message_count:{chr(10) + rows if rows else f' []{chr(10)}'}{as_yaml(after)}"
+    return as_yaml(information)
 
 
-@functools.lru_cache(maxsize=256)
-def _rest(ros_type: str, encoding: str, qos: str, type_hash: str) -> str:
-    """The description of a topic behind its name, alike for many."""
-    profiles = qos_profiles(tuple(map(_offered, _NEXT_PROFILE.split(qos, maxsplit=MOST_PUBLISHERS)[:MOST_PUBLISHERS])))
-    facts = {"type": ros_type, "serialization_format": encoding, "offered_qos_profiles": profiles}
-    return indent(as_yaml(facts | {"type_description_hash": type_hash}), "    ")
+def _described(topic: StoredTopic) -> dict:
+    return {
+        "name": topic.name,
+        "type": topic.ros_type,
+        "serialization_format": topic.message_encoding,
+        "offered_qos_profiles": qos_profiles((offered_qos(topic.metadata.get("offered_qos_profiles", "")),)),
+        "type_description_hash": topic.metadata.get("topic_type_hash", ""),
+    }
 
 
 def _when(span: Span) -> dict:

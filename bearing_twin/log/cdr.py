@@ -235,33 +235,20 @@ def laid_out(ros_type: str, values, draft: Draft) -> Draft:
 @functools.cache
 def _writer(ros_type: str) -> Callable:
     """The function (values, draft) that writes a message of a type."""
-    fields = {name: (_field(what), _blank(what)) for name, what in fields_of(ros_type)}
+    fields = {name: (_field(what), _default(what)) for name, what in fields_of(ros_type)}
 
     def write(values, draft):
         if not isinstance(values, dict):
             values = dict(zip(fields, values, strict=True))
         if unknown := values.keys() - fields.keys() - {"frame_id"}:
             raise LogError(f"{ros_type} has no field {min(unknown)!r}; it has {', '.join(fields)}")
-        for name, (put, blank) in fields.items():
-            if name in values:
-                put(values[name], draft)
-            elif name == "header":
+        for name, (put, default) in fields.items():
+            if name == "header" and name not in values:
                 draft.header(values.get("frame_id", draft.frame))
             else:
-                draft.data += blank[len(draft.data) % 8]
+                put(values.get(name, default), draft)
 
     return write
-
-
-def _blank(description) -> list[bytes]:
-    """The bytes of a field that is left out, zero or empty, behind any number of bytes modulo eight."""
-    found = []
-    for before in range(8):
-        draft = Draft(0, "", None)
-        draft.data = bytearray(8 + before)
-        _field(description)(_default(description), draft)
-        found.append(bytes(draft.data[8 + before :]))
-    return found
 
 
 @functools.cache

@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
-from bearing_twin.base.errors import BearingTwinError, LogError
-from bearing_twin.base.paths import write_whole
+from bearing_twin.base.errors import LogError
 from bearing_twin.base.units import labelled
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
@@ -169,14 +168,6 @@ class ViewerLayout(NamedTuple):
     def opening(self, path: Path, log: Path | None) -> str:
         """The command that opens the layout at `path`, with the log it was made of where there is one."""
         return self.opened.format(file=path, data=self.data.format(log=log) if log else "")
-
-
-def write_layout(program: str, panels: Panels, path) -> Path:
-    """Writes the layout for a program of LAYOUTS to a new file; raises BearingTwinError where it cannot."""
-    path = Path(path)
-    if path.exists():
-        raise BearingTwinError(f"{path} exists and is not overwritten; give another folder or remove it first")
-    return write_whole(path, LAYOUTS[program].made(panels))
 
 
 def rviz(panels: Panels, *others: Panels) -> bytes:

@@ -34,17 +34,20 @@ from bearing_twin.log.raw_log import (
     Safety,
     kept_rate,
 )
-from bearing_twin.log.sample_block import (
+from bearing_twin.log.stream import (
     NUMBERED,
+    Channelled,
+    MessageStream,
     block_of,
     channels_of,
     check_block,
     checked_waveform,
+    choice_record,
     records_of,
     refuse_misfits,
     sample_range,
+    topics,
 )
-from bearing_twin.log.stream import Channelled, MessageStream, choice_record, topics
 from bearing_twin.run.dataset import dataset_of, tables_of
 from bearing_twin.run.failure import failure_in
 from bearing_twin.run.scene import Scene, choose, read_logged

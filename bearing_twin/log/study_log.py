@@ -24,8 +24,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, Qos
 from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
-from bearing_twin.log.sample_block import check_block, samples_message
-from bearing_twin.log.stream import LARGEST_BLOCK
+from bearing_twin.log.stream import LARGEST_BLOCK, check_block, samples_message
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult, quantity_units
 from bearing_twin.uq.study import Study, parse_study

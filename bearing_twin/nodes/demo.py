@@ -27,8 +27,7 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import read_log
-from bearing_twin.log.sample_block import sample_range
-from bearing_twin.log.stream import topics
+from bearing_twin.log.stream import sample_range, topics
 from bearing_twin.nodes.entry import node_command, started
 from bearing_twin.nodes.messages import interface, qos_profile, rclpy
 from bearing_twin.nodes.recorder_node import DEPTH, Sequences

@@ -17,7 +17,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
-from bearing_twin.log.sample_block import NUMBERED, readable_range
+from bearing_twin.log.stream import NUMBERED, readable_range
 from bearing_twin.nodes.base_node import (
     LOG_PERIOD,
     BaseNode,

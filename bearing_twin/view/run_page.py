@@ -21,10 +21,9 @@ from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, some_of
 from bearing_twin.log.mcap_read import DamagedLog
-from bearing_twin.log.recover import recover
+from bearing_twin.log.raw_log import recover
 from bearing_twin.log.run_log import choice_in, read_log, scene_record
-from bearing_twin.log.sample_block import block_of, channels_of, check_block
-from bearing_twin.log.stream import topics
+from bearing_twin.log.stream import block_of, channels_of, check_block, topics
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
 from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.run.report import DONE, DOUBTFUL, report_of
