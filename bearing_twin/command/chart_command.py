@@ -5,6 +5,7 @@ import dataclasses
 from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import Outcome, quantity
 from bearing_twin.command.terminal import progress, say, show_rows, show_text
 
@@ -23,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--problem", "--only", action="append", metavar="NAME", help=text)
     parser.add_argument("--quick", action="store_true", help="a small part of each problem, to see what it is like")
     text = "CPU seconds after which a run is stopped; 60 unless given"
-    parser.add_argument("--limit", type=quantity("s"), metavar="SECONDS", help=text)
+    parser.add_argument("--limit", type=quantity("s", Limits(above=0.0)), metavar="SECONDS", help=text)
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
@@ -39,8 +40,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     folder = Path(arguments.out)
     if not folder.is_dir():
         raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
-    if arguments.limit is not None and not 0.0 < arguments.limit < float("inf"):
-        raise BearingTwinError(f"--limit = {arguments.limit:g} s is no limit; give CPU seconds above zero")
     if arguments.chart == ALL and arguments.problem:
         raise BearingTwinError("--problem goes with one chart; name it in the place of all")
     return _all(arguments, folder) if arguments.chart == ALL else _made(arguments.chart, arguments, folder)

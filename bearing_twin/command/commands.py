@@ -10,7 +10,6 @@ from bearing_twin.command import (
     bearing_command,
     chart_command,
     contact_command,
-    explain_command,
     log_commands,
     node_command,
     scene_commands,
@@ -18,7 +17,7 @@ from bearing_twin.command import (
     study_command,
     view_commands,
 )
-from bearing_twin.command.bearing_table import note_bare_numbers
+from bearing_twin.command.bearing_command import note_bare_numbers
 from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
@@ -118,7 +117,7 @@ COMMANDS = {
     "report": log_commands.REPORT,
     "recover": log_commands.RECOVER,
     "export": log_commands.EXPORT,
-    "explain": _of(explain_command),
+    "explain": log_commands.EXPLAIN,
     "chart": _of(chart_command),
     "contact": _of(contact_command),
     "bearing": _of(bearing_command),

@@ -1,4 +1,4 @@
-"""The subcommands `verify`, `report`, `recover`, `export`; and runs on their way into a log and past a picture.
+"""The subcommands `verify`, `report`, `recover`, `export`, `explain`; and runs on their way into a log and a picture.
 
 Imports are late, so that --help is quick.
 """
@@ -8,7 +8,8 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.base.errors import IntegrationError, LogError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError
+from bearing_twin.base.units import Limits
 from bearing_twin.command import study_command
 from bearing_twin.command.outcome import (
     RUN,
@@ -21,7 +22,7 @@ from bearing_twin.command.outcome import (
     quantity,
     run_warnings,
 )
-from bearing_twin.command.terminal import progress, say, with_progress
+from bearing_twin.command.terminal import progress, say, show_rows, show_text, with_progress
 
 
 class ShownStream:
@@ -118,13 +119,13 @@ def _verify_arguments(parser):
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.results import show_result
     from bearing_twin.log.run_log import read_log
-    from bearing_twin.log.study_log import is_study
+    from bearing_twin.log.study_log import STUDY_RECORD
     from bearing_twin.run.verify import verify
 
-    if is_study(arguments.log):
-        raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
     with progress("simulating the scene of the log again") as update:
         log = read_log(arguments.log, True, arguments.topic, last_run=True, run=arguments.run)
+        if STUDY_RECORD in log.metadata:
+            raise LogError("that is the log of a study, and runs alone are verified; report and study --resume read it")
         if log.begins_s:
             say(
                 f"the log begins at {log.begins_s:.6g} s: the run up to there is simulated first, compared with nothing"
@@ -137,11 +138,9 @@ def _verify(arguments) -> Outcome:
     hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
     shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
     shown |= {"deviation of": off} if off else {}
-    return Outcome(result, log.notes + _run_noted(log) + verification.warnings(), lambda: show_result(shown))
-
-
-def _run_noted(log) -> list[str]:
-    return [log.run_note] if log.run_note else []
+    return Outcome(
+        result, [*log.notes, *filter(None, [log.run_note]), *verification.warnings()], lambda: show_result(shown)
+    )
 
 
 def _report_arguments(parser):
@@ -170,21 +169,9 @@ def _report(arguments) -> Outcome:
     if picture:
         result["plot"] = watched.write(picture)
     result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
-    warnings = stream.notes + _run_noted(stream)
-    warnings += [f"{missing} outputs are missing from the log"] if missing else []
-    warnings += [stream.cut_short.sentence()] if stream.cut_short else []
-    lost = {
-        "messages_lost": "were lost on the way to the recorder",
-        "messages_dropped": "were dropped on a full disk",
-        "messages_unreadable": "are not read: sent as samples and none, or too large",
-    }
-    warnings += [f"{result[key]} messages {words}" for key, words in lost.items() if result.get(key)]
-    if stream.kept_rate:
-        warnings.append(
-            f"the log holds {stream.kept_rate:g} outputs a second, not all: greatest and mean values are of those, and "
-            "`verify` compares no others; a node logs all of them without full:=false"
-        )
-    return Outcome(result, warnings + run_warnings(result), lambda: show_report(report, result, arguments.verbose))
+    return Outcome(
+        result, stream.warnings + run_warnings(result), lambda: show_report(report, result, arguments.verbose)
+    )
 
 
 def _recover_arguments(parser):
@@ -227,13 +214,127 @@ def _export(arguments: argparse.Namespace) -> Outcome:
     cleared(arguments.out, arguments.log)
     exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
     result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
-    warnings = list(exported.notes)
-    warnings += [f"{exported.missing} outputs are missing from the log"] if exported.missing else []
-    warnings += [exported.cut_short.sentence()] if exported.cut_short else []
-    if exported.runs > 1:
-        again = "time and sequence begin again within the files"
-        warnings.append(f"the log holds {exported.runs} runs, as the node was reset or started again: {again}")
-    return Outcome(result | {"missing_outputs": exported.missing}, warnings)
+    return Outcome(result | {"missing_outputs": exported.missing}, list(exported.warnings))
+
+
+def _explain_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the options of `explain` to its parser."""
+    parser.add_argument(
+        "failure", metavar="SCENE|FILE", help="a scene, or the file that a failed run left, failure_<date>_<time>.json"
+    )
+    parser.add_argument(
+        "--set", action="append", default=[], metavar="KEY=VALUE", help="of a scene: change one of its keys"
+    )
+    share, text = quantity("1", Limits(above=0.0, below=1.0)), "wanted.tolerance to go on with; a tenth by default"
+    parser.add_argument("--tolerance", type=share, metavar="SHARE", help=text)
+    text = "where to end; by default where the scene ends, or as much after the failure"
+    parser.add_argument("--until", type=quantity("s", Limits(above=0.0)), metavar="SECONDS", help=text)
+    parser.add_argument("--out", metavar="LOG", help="write what follows to this MCAP log")
+    parser.add_argument("--stop", action="store_true", help="only say what happened")
+
+
+def _explain(arguments: argparse.Namespace) -> Outcome:
+    """The reasons for a scene's models; of a failure, its cause, and a run that continues."""
+    from bearing_twin.run.failure import read_failure, shortened
+
+    if not arguments.failure.endswith(".json"):
+        return _reasons(arguments)
+    if (path := Path(arguments.failure)).exists() and not path.is_file():
+        raise BearingTwinError(f"{path} is no file; give the one that a failed run left")
+    failure = read_failure(arguments.failure)
+    log = new_log(arguments.out) if arguments.out else None
+    result = {
+        "failure": failure.sentence,
+        "reason": failure.reason or "unknown",
+        "at_s": failure.seconds,
+        "body": failure.body or "unknown",
+        "contact": failure.contact or "unknown",
+        "last_good_s": failure.good_seconds,
+        "last_good": {name: value for name, value, _ in failure.about_body()},
+    }
+    warnings, incomplete = [], ""
+    if not arguments.stop:
+        scene = failure.tightened(arguments.tolerance)
+        continued, warnings, incomplete = _continued(
+            failure, shortened(scene, _end(failure, scene, arguments.until)), log
+        )
+        result |= continued
+    return Outcome(result, warnings, lambda: _show_failure(result, failure), problem=incomplete)
+
+
+def _reasons(arguments: argparse.Namespace) -> Outcome:
+    """The rules that applied to a scene, by key, and the warnings of its choice."""
+    from bearing_twin.kinds.rules import answers
+    from bearing_twin.run.scene import choose, load_scene
+
+    scene = load_scene(arguments.failure, arguments.set)
+    warnings = choose(scene).warnings
+    rows = [
+        {
+            "key": key,
+            "value": one.value,
+            "why": one.sentence,
+            "when": one.rule.when if one.rule else "the scene specifies it",
+        }
+        for key, one in answers(scene.kind, scene.parameters).items()
+    ]
+
+    def show():
+        show_rows(
+            ("key", "value", "because", "rule"),
+            ((one["key"], str(one["value"]), one["why"], one["when"]) for one in rows),
+        )
+
+    return Outcome({"scene": scene.name, "choices": rows, "warnings": list(warnings)}, list(warnings), show)
+
+
+def _end(failure, scene, until: float | None) -> float:
+    """End of the run [s]: a node may have failed beyond the end of its scene."""
+    duration, begin = scene.parameters.run.duration, _begin(failure, scene)
+    if until is not None and until <= begin:
+        raise BearingTwinError(f"--until {until:g} must be later than {begin:.9g} s, where the run goes on")
+    return until or (duration if duration > begin else begin + duration)
+
+
+def _begin(failure, scene) -> float:
+    return max(failure.sequence, 0) * 1e-9 * scene.output_period_ns
+
+
+def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
+    """Result, warnings, and the reason why the log is incomplete."""
+    from bearing_twin.run.failure import write_failure
+    from bearing_twin.run.simulation import simulate
+
+    again = ""
+    with progress(f"going on with {scene.name}") as update:
+        run = simulate(scene, update, failure)
+        incomplete, broken = ended(ShownStream(run), log)
+        if broken is not None:
+            left = write_failure(broken, log.parent if log else Path())
+            again = f"it fails again {broken}" + (f"; see bearing_twin explain {left}" if left else "")
+    report = None if again else run.report
+    wanted, solver = (getattr(scene.parameters, name, None) for name in ("wanted", "solver"))
+    continued = {
+        "continued_from_s": _begin(failure, scene),
+        "continued_to_s": 1e-9 * max(run.simulation.time_ns, 0),
+        "tolerance": getattr(wanted, "tolerance", None),
+        "step_s": getattr(solver, "step", None),
+        "status": again or report.status,
+        **({"log": str(log)} if log and not (again or incomplete) else {}),
+    }
+    warnings = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
+    return continued, warnings, incomplete
+
+
+def _show_failure(result, failure) -> None:
+    from bearing_twin.command.results import show_result
+
+    show_result({key: value for key, value in result.items() if key != "last_good"})
+    if failure.values:
+        show_text(f"\nlast good output, {failure.good_seconds:.9g} s, {failure.body or 'all bodies'}:")
+        show_rows(
+            ("channel", "value", "unit"), ((name, f"{value:.6g}", unit) for name, value, unit in failure.about_body())
+        )
 
 
 VERIFY = Subcommand(
@@ -262,5 +363,15 @@ EXPORT = Subcommand(
         "bearing_twin export run.mcap --to csv --out run_tables",
         "bearing_twin export run.mcap --to netcdf --out run.nc",
         "bearing_twin export study.mcap --to parquet --out study.parquet",
+    ),
+)
+EXPLAIN = Subcommand(
+    "why a scene gets its models; what made a run fail, which then continues at a tighter tolerance",
+    _explain_arguments,
+    _explain,
+    (
+        "bearing_twin explain bearing_6203",
+        "bearing_twin explain failure_20261122_101500.json",
+        "bearing_twin explain failure.json --tolerance 1e-6 --out on.mcap",
     ),
 )

@@ -105,14 +105,16 @@ def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
     return Outcome({what: rows}, [], show)
 
 
-def quantity(unit: str) -> Callable[[str], float]:
-    """The type of an option whose value is a number in `unit`, or one with its unit, as `5kN`; inf and nan pass."""
+def quantity(unit: str, limits: Limits | None = None) -> Callable[[str], float]:
+    """The type of an option whose value is a number in `unit`, or one with its unit, as `5kN`.
+
+    Without `limits` inf and nan pass.
+    """
 
     def read(text: str) -> float:
-        try:
+        if limits is None and text.strip().lower().lstrip("+-") in ("inf", "nan"):
             return float(text)
-        except ValueError:
-            value, problem = read_number(text, unit)
+        value, problem = read_number(text, unit, limits or NO_LIMITS)
         if problem:
             raise argparse.ArgumentTypeError(f"{echo(text)} {problem}")
         return float(value)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.units import Limits
-from bearing_twin.command.outcome import RUN, Outcome, number, picture_path
+from bearing_twin.command.outcome import RUN, Outcome, number, picture_path, quantity
 from bearing_twin.command.terminal import progress, say, show_columns, show_named, show_text
 
 HELP = "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict"
@@ -23,7 +23,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", help="a log of ours, any MCAP log or bag, .csv, .npz or .mat")
     parser.add_argument("--topic", metavar="TOPIC", help="of a log: the topic with the record")
     parser.add_argument("--key", metavar="NAME", help="column, variable, channel, or field of the messages")
-    parser.add_argument("--rate", metavar="HZ", help="sampling rate, where the file does not say it [Hz, or as 12kHz]")
+    rate = quantity("Hz", Limits(above=0.0))
+    parser.add_argument(
+        "--rate", type=rate, metavar="HZ", help="sampling rate, where the file does not say it [Hz, or as 12kHz]"
+    )
     parser.add_argument("--speed", metavar="W", help="of the shaft [rad/s, or as 1750rpm]; default: the log's own")
     parser.add_argument(
         "--bearing",
@@ -39,9 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Reads the record and judges it; raises BearingTwinError with a sentence for what cannot be judged."""
-    above = Limits(above=0.0)
     picture = picture_path(arguments.plot) if arguments.plot else None
-    rate = None if arguments.rate is None else number("--rate", arguments.rate, "Hz", above)
     speed = None if arguments.speed is None else number("--speed", arguments.speed, "rad/s")
     band = None if arguments.band is None else _band(arguments.band)
     geometry = None if arguments.bearing is None else _geometry(arguments.bearing)
@@ -55,7 +56,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         rpm = 30.0 / math.pi * speed
         say(f"--speed {arguments.speed} is in rad/s, {rpm:.6g} rpm; if it is meant in rpm, give {arguments.speed}rpm")
     with progress(f"reading {arguments.file}"):
-        record = read_record(arguments.file, arguments.key, rate, arguments.topic, arguments.run)
+        record = read_record(arguments.file, arguments.key, arguments.rate, arguments.topic, arguments.run)
         speed = record.speed if speed is None else speed
         geometry = record.geometry if geometry is None else geometry
         if speed is None:

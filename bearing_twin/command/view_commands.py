@@ -7,7 +7,7 @@ from typing import Any
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import file_name
-from bearing_twin.command.bearing_table import note_bare_numbers
+from bearing_twin.command.bearing_command import note_bare_numbers
 from bearing_twin.command.outcome import (
     RUN,
     Outcome,

@@ -19,7 +19,6 @@ import numpy as np
 
 from bearing_twin.base.errors import LogError, echo, unknown, wanted
 from bearing_twin.base.paths import file_name, put_whole
-from bearing_twin.base.report import CutShort
 from bearing_twin.log.bag import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
@@ -38,14 +37,12 @@ class Group(NamedTuple):
 
 
 class Exported(NamedTuple):
-    """Files written, the numbers of outputs or realisations and of runs in them, and what the log lacks."""
+    """Files written, the number of outputs or realisations in them, and what the log lacks, a sentence each."""
 
     files: tuple[str, ...]
     rows: int
-    missing: int = 0
-    runs: int = 1
-    cut_short: CutShort | None = None  # where the log ends before its scene does
-    notes: tuple[str, ...] = ()  # what is not read of the log
+    missing: int = 0  # outputs
+    warnings: tuple[str, ...] = ()
 
 
 def export_log(
@@ -73,8 +70,7 @@ def export_log(
     try:
         written = write(stream, target, begun, watch)
         if isinstance(stream, LogStream):
-            ended = {"cut_short": stream.cut_short, "notes": tuple(stream.notes)}
-            written = written._replace(missing=stream.missing, runs=stream.runs, **ended)
+            written = written._replace(missing=stream.missing, warnings=tuple(stream.warnings))
         return written
     except BaseException as error:
         for path in reversed(begun):

@@ -53,6 +53,12 @@ from bearing_twin.run.failure import failure_in
 from bearing_twin.run.scene import Scene, choose, read_logged
 from bearing_twin.run.simulation import Run
 
+LOSSES = {  # of a recording: what happened to messages
+    "messages_lost": "were lost on the way to the recorder",
+    "messages_dropped": "were dropped on a full disk",
+    "messages_unreadable": "are not read: sent as samples and none, or too large",
+}
+
 
 def count_in(text: str | None) -> int | None:
     """A count that a log says of itself; None where it says none, or nonsense."""
@@ -175,10 +181,7 @@ class LogStream:
         `uncounted` names topics of several publishers, whose losses are not known.
         """
         recording = self.metadata.get(RECORDING_RECORD, {})
-        said = {
-            key: count_in(recording.get(key)) for key in ("messages_lost", "messages_dropped", "messages_unreadable")
-        }
-        counts = {key: count for key, count in said.items() if count is not None}
+        counts = {key: count for key in LOSSES if (count := count_in(recording.get(key))) is not None}
         return counts | ({"uncounted": recording["uncounted"]} if recording.get("uncounted") else {})
 
     @property
@@ -232,10 +235,24 @@ class LogStream:
             )
         if self._run_selected:
             return ""
-        return (
-            f"the log holds {self.runs} runs, as the node was reset or started again: figures are those of run "
-            f"{self.run} of {self.runs}; --run N for another"
-        )
+        which = f"figures are those of run {self.run} of {self.runs}; --run N for another"
+        if self.run is None:
+            which = "time and sequence begin again"
+        return f"the log holds {self.runs} runs, as the node was reset or started again: {which}"
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the log lacks and was not read of it, a sentence each; to be taken once it was read."""
+        found = [*self.notes, self.run_note]
+        found += [f"{self.missing} outputs are missing from the log"] if self.missing else []
+        found += [self.cut_short.sentence()] if self.cut_short else []
+        found += [f"{self.losses[key]} messages {words}" for key, words in LOSSES.items() if self.losses.get(key)]
+        if self.kept_rate:
+            found.append(
+                f"the log holds {self.kept_rate:g} outputs a second, not all: greatest and mean values are of those, "
+                "and `verify` compares no others; a node logs all of them without full:=false"
+            )
+        return [one for one in found if one]
 
     @property
     def has_records(self) -> bool:

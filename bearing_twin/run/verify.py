@@ -3,7 +3,6 @@
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -97,7 +96,6 @@ Progress = Callable[[float], None]
 def verify(
     log,
     progress: Progress | None = None,
-    before: Callable[[float], AbstractContextManager[Progress]] | None = None,
     longest: float | None = None,
 ) -> Verification:
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
@@ -105,8 +103,7 @@ def verify(
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels, or no records; what it has is
     compared, and so are those outputs alone that a log holds which is thinned, begins late, or was read with
-    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached; `before(seconds)`,
-    for the seconds simulated before a log that begins late, gives a context with a function for the share of them. A
+    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached. A
     log that needs more than `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two
     blocks, raises LogError: a log may say it begins after years.
     """
@@ -128,7 +125,7 @@ def verify(
         _refuse_far(simulation, block.first_sequence, LONGEST_BEFORE if longest is None else longest)
         apart = block.first_sequence - simulation.sequence - 1
         missing += apart if samples and not log.kept_rate else 0
-        again = _again(simulation, block, progress, before if simulation.sequence < 0 else None)
+        again = _again(simulation, block, progress)
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
                 f"outputs of this log from number {block.first_sequence} on stand at other times than its scene's"
@@ -169,20 +166,16 @@ def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
         )
 
 
-def _again(simulation: Simulation, block: Block, progress: Progress | None, before) -> Block:
+def _again(simulation: Simulation, block: Block, progress: Progress | None) -> Block:
     """The outputs of `block` from the simulation, with the records since its last ones.
 
     Those before it that the log does not hold are passed over.
     """
     parts, last = [], block.first_sequence - 1
-    seconds = 1e-9 * block.first_sequence * simulation.output_period_ns
-    with before(seconds) if before and last >= 0 else nullcontext() as update:
-        while simulation.sequence < last:
-            parts.append(simulation.advance(min(simulation.chunk_outputs, last - simulation.sequence)).records)
-            if progress:
-                progress(1e-9 * simulation.time_ns)
-            if update:
-                update((simulation.sequence + 1) / block.first_sequence)
+    while simulation.sequence < last:
+        parts.append(simulation.advance(min(simulation.chunk_outputs, last - simulation.sequence)).records)
+        if progress:
+            progress(1e-9 * simulation.time_ns)
     again = simulation.advance(len(block))
     parts.append(again.records)
     names = dict.fromkeys(name for records in parts for name in records)
