@@ -19,6 +19,7 @@ from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogErro
 from bearing_twin.base.report import json_text, parsed_json
 from bearing_twin.base.sample import Block, Channel, Sample, layout_of
 from bearing_twin.base.units import UNITS
+from bearing_twin.core import INTEGER, INTEGERS, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import STORED, Kind
 from bearing_twin.run.scene import Scene, choose, load_scene, parse_scene, read_logged
@@ -273,6 +274,12 @@ GAIN = 1.0  # of the energy there was and was brought: a run that gained less go
 ROUNDING = 1e-9  # of the energies at hand
 
 
+_within_limits = Function("core_within_limits", INTEGER, (REALS, INTEGER, INTEGER, REALS, INTEGERS, INTEGER, REAL))
+_first_gain = Function(
+    "core_first_gain", INTEGER, (REALS, INTEGER, INTEGER, INTEGERS, INTEGER, REALS, REAL, REAL, REALS_OUT)
+)
+
+
 class Health:
     """Watches the outputs of one run, from its start or from where it is continued."""
 
@@ -283,16 +290,15 @@ class Health:
         stored = np.array([places[name][0].start for name in STORED if name in places])
         self._stored = stored if len(stored) == len(STORED) else None
         self._brought = places["gross_work"][0].start if "gross_work" in places else -1
-        self._begin: tuple[float, ...] | None = None
-        self._most = 0.0  # J: that there was or was brought so far
+        self._begin: np.ndarray | None = None
+        self._energies = np.zeros(2)  # J: the most that was there or was brought so far; what was gained
 
     def check(self, block: Block) -> None:
         """Raises IntegrationError at the first output that no motion can have."""
-        numbers = block.matrix()
-        norms = np.square(numbers[:, self._rotations]).sum(axis=-1)
-        if not ((np.abs(numbers) <= self._limits).all() and (np.abs(norms - 1.0) <= 2.0 * UNIT_NORM).all()):
+        numbers, rotations = block.matrix(), self._rotations
+        if not _within_limits(numbers, *numbers.shape, self._limits, rotations, len(rotations), 2.0 * UNIT_NORM):
             self._refuse_unsound(block)
-        if self._stored is not None and len(block):
+        if self._stored is not None:
             self._check_energy(block)
 
     def _refuse_unsound(self, block: Block) -> None:
@@ -308,22 +314,15 @@ class Health:
 
     def _check_energy(self, block: Block) -> None:
         numbers = block.matrix()
-        kinetic, elastic, potential = numbers[:, self._stored].T
-        brought = np.abs(numbers[:, self._brought]) if self._brought >= 0 else np.zeros(len(numbers))
         if self._begin is None:
-            self._begin = kinetic[0], elastic[0], potential[0], brought[0]
-        start, springs, height, work = self._begin
-        # The most so far: a body that falls and comes back up has all of it, though none at the instant it is back.
-        there = start + springs + np.abs(brought - work) + np.abs(potential - height)
-        most = np.maximum.accumulate(np.maximum(there, self._most))
-        gained = kinetic + elastic + potential - (start + springs + height)
-        beyond = gained > (1.0 + GAIN) * most + ROUNDING * (kinetic + elastic + np.abs(potential))
-        self._most = most[-1]
-        if beyond.any():
-            row = int(beyond.argmax())
-            seconds = 1e-9 * int(block.time_ns[row])
+            brought = abs(numbers[0, self._brought]) if self._brought >= 0 else 0.0
+            self._begin = np.array([*numbers[0, self._stored], brought])
+        where = numbers, *numbers.shape, self._stored, self._brought
+        row = _first_gain(*where, self._begin, GAIN, ROUNDING, self._energies)
+        if row >= 0:
+            seconds, (most, gained) = 1e-9 * int(block.time_ns[row]), self._energies
             raise IntegrationError(
-                f"at {seconds:.9g} s there are {gained[row]:.3g} J more than at the start, of which {most[row]:.3g} J "
+                f"at {seconds:.9g} s there are {gained:.3g} J more than at the start, of which {most:.3g} J "
                 "were there or were brought; tighten wanted.tolerance or shorten solver.step",
                 "energy",
                 seconds,
@@ -347,11 +346,11 @@ class Health:
 
 @lru_cache(maxsize=64)
 def _allowed(channels: tuple[Channel, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """The limit of each number of all channels side by side, and the places (n, 4) of quaternions."""
+    """The limit of each number of all channels side by side, and where quaternions begin."""
     places = (layout_of(channels).places[one.name][0] for one in filter(_is_rotation, channels))
     starts = [np.arange(at.start, at.stop, 4) for at in places]
     limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
-    return limits, np.concatenate([np.empty(0, np.int64), *starts])[:, None] + np.arange(4)
+    return limits, np.concatenate([np.empty(0, np.int64), *starts])
 
 
 def _is_rotation(channel: Channel) -> bool:
