@@ -126,7 +126,6 @@ REFUSALS = {
 
 _nearest_pair = Function("core_nearest_pair", None, (REALS, REALS, REALS_OUT))
 _residual = Function("core_opposing_residual", None, (REALS, REALS, REALS, REALS_OUT))
-_settle = Function("core_settle", INTEGER, (REALS, REALS, REALS_OUT))
 _project = Function("core_project", INTEGER, (REALS, REALS, REALS_OUT))
 _find = Function("core_find_opposing", INTEGER, (REALS, REALS, REALS, INTEGER, REALS_OUT))
 _rates = Function("core_opposing_rates", INTEGER, (REALS, REALS, REALS, REALS_OUT, REALS_OUT))
@@ -208,12 +207,6 @@ def opposing_error(a: Body, b: Body, unknowns) -> float:
     residual = np.empty(8)
     _residual(a.numbers(), b.numbers(), np.array(unknowns, float), residual)
     return float(np.linalg.norm(residual[3:]))
-
-
-def settled(a: Body, b: Body, unknowns) -> np.ndarray | None:
-    """The unknowns after Newton's method on (1) from opposing points nearby; None where it comes to no end."""
-    found = np.array(unknowns, float)
-    return found if _settle(a.numbers(), b.numbers(), found) else None
 
 
 def projected(a: Body, b: Body, unknowns) -> np.ndarray | None:

@@ -22,8 +22,7 @@ from bearing_twin.charts.rows import read_table
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, MEASURED
 from bearing_twin.kinds import KINDS, SHIPPED
-from bearing_twin.kinds.ranges import RANGES
-from bearing_twin.kinds.rules import RULES
+from bearing_twin.kinds.rules import RANGES, RULES
 from bearing_twin.log import stream
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.uq.distributions import DISTRIBUTIONS

@@ -83,7 +83,10 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
-    "shapes.py": ("SURFACES", "all surfaces, for tests of their derivatives"),
+    "shapes.py": (
+        "SURFACES opposing_error opposing_rates projected Overlap overlap_of tangent_axes",
+        "the core's surfaces, tracking and overlaps, for tests of them alone",
+    ),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
 }
 

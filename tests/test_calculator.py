@@ -222,6 +222,7 @@ def test_the_picture_is_a_png(tmp_path, quick_pictures):
     ("line", "reason"),
     [
         ("--load 1", "one way"),
+        ("--shapes two_bodies_groove", "simulate the scene"),
         ("--radii-1 1", "exactly one of"),
         ("--radii-1 1 --speed 1", "belong together"),
         ("--radii-1 1 --load 1 --restitution 0.5", "goes with --speed"),
@@ -253,29 +254,6 @@ def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
     for ratio in ("0", "1.5", "nan"):
         with pytest.raises(SceneError, match="frozen_at"):
             asked(f"{line} --frozen-at {ratio}")
-
-
-def test_two_bodies_of_a_scene_are_answered_as_they_stand_or_pressed():
-    """The groove of the scene: P, Q, ellipse and loads as the calculator has them for these curvatures."""
-    found = asked("--shapes two_bodies_groove --approach 1e-6").result
-    assert found["approach_m"] == pytest.approx(1e-6, rel=1e-9)
-    assert all(row["error_m"] < 1e-12 for row in found["tracking"].values())
-    apart = np.subtract(found["point_first_m"], found["point_second_m"])
-    assert apart == pytest.approx(1e-6 * np.array(found["normal"]), abs=1e-15)
-    curvatures = found["curvature_small_per_m"], found["curvature_large_per_m"]
-    known = asked(f"--curvature-small {curvatures[0]!r} --curvature-large {curvatures[1]!r} --approach 1e-6").result
-    assert found["semi_major_m"] == pytest.approx(known["semi_major_m"], rel=1e-9)
-    assert found["peak_pressure_pa"] == pytest.approx(known["peak_pressure_pa"], rel=1e-9)
-    for law in ("hertz", "volumetric", "hertz_differential"):
-        assert found["laws"][law]["normal_load_n"] == pytest.approx(known["laws"][law]["normal_load_n"], rel=1e-9)
-    assert found["laws"]["overlap"]["normal_load_n"] == pytest.approx(
-        found["laws"]["volumetric"]["normal_load_n"], 1e-3
-    )
-    volume = math.pi * 1e-12 / (2.0 * math.sqrt(curvatures[0] * curvatures[1]))
-    assert found["overlap"]["volume_m3"] == pytest.approx(volume, rel=2e-2)
-    apart = asked("--shapes two_bodies_superellipsoid").result
-    assert apart["approach_m"] < 0.0
-    assert apart["laws"] == {}
 
 
 CALM = {

@@ -25,9 +25,9 @@ from bearing_twin.contact.laws import damping_for_restitution, law_names
 from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.bearing import VELOCITY
 from bearing_twin.kinds.bodies import impact as impacts
+from bearing_twin.kinds.bodies.derived import JOHNSON_ERROR, LARGE
 from bearing_twin.kinds.bodies.figures import CONTACT
 from bearing_twin.kinds.bodies.impact import NO_LINE, Spring, collide, solve_discs, solve_spheres
-from bearing_twin.kinds.bodies.models import JOHNSON_ERROR, LARGE
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation

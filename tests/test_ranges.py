@@ -12,7 +12,7 @@ from bearing_twin.charts.laws import hardest
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.ranges import FASTEST_CHANGE, RANGES
+from bearing_twin.kinds.rules import FASTEST_CHANGE, RANGES
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.cdr import deserialise
 from bearing_twin.log.raw_log import recover

@@ -6,7 +6,7 @@ import math
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.units import UNITS, Limits
 from bearing_twin.command.outcome import Outcome, number, picture_path, quantity
-from bearing_twin.command.terminal import show_paragraph, show_rows, show_text, shown_unit
+from bearing_twin.command.terminal import show_paragraph, show_rows, show_text
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
 EXAMPLES = (
@@ -14,7 +14,7 @@ EXAMPLES = (
     "bearing_twin contact --radii-1 0.01 --load 100 --plot contact.png",
     "bearing_twin contact --radii-1 0.01 --speed 1 --mass 0.03 --restitution 0.8",
 )
-BODIES = "bodies, in one of four ways"
+BODIES = "bodies, in one of three ways"
 MATERIALS_OF = "materials: one value for both bodies, or two (default: the scene's, or steel)"
 ONE_OF = "exactly one of"
 OTHERS = "others"
@@ -28,10 +28,6 @@ OPTIONS = {
     "--angle": (BODIES, "rad", "RAD", "turn of body 2's directions about the normal"),
     "--curvature-small": (BODIES, "1/m", "P", "gap z = P x^2 + Q y^2 [1/m]"),
     "--curvature-large": (BODIES, "1/m", "Q", "Q >= P > 0 [1/m]"),
-    "--shapes": (
-        BODIES, None, "FILE",
-        "a scene of two_bodies, as it stands or pressed by --approach: opposing points, overlap, loads",
-    ),
     "--material": (MATERIALS_OF, None, "NAME+", "named materials"),
     "--young": (MATERIALS_OF, "Pa", "E+", "Young's modulus [Pa]"),
     "--poisson": (MATERIALS_OF, "1", "NU+", "Poisson's ratio"),
@@ -60,12 +56,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         form |= {"metavar": value.rstrip("+")} if isinstance(value, str) else {"choices": value}
         form |= {"nargs": "+"} if value[-1] == "+" else {}
         groups[group].add_argument(name, help=text, **form)
+    parser.add_argument("--shapes", help=argparse.SUPPRESS)  # of earlier versions
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Answers one contact; raises SceneError with a sentence for what makes no contact."""
     if arguments.shapes is not None:
-        return _shapes(arguments)
+        raise SceneError(
+            "--shapes is gone: simulate the scene, whose channels are curvatures, approach and load; for all laws side "
+            "by side give these curvatures by --curvature-small and --curvature-large"
+        )
     from bearing_twin.contact import calculator, validity
     from bearing_twin.contact.materials import effective_modulus
 
@@ -99,27 +99,6 @@ def run(arguments: argparse.Namespace) -> Outcome:
     return Outcome(result, result["flags"], lambda: _show(result))
 
 
-def _shapes(arguments) -> Outcome:
-    """Two bodies of a scene."""
-    from bearing_twin.kinds.bodies.answer import answer, pressed
-    from bearing_twin.run.scene import load_scene
-
-    own = ("--shapes", "--approach")
-    others = [name for name in OPTIONS if name not in own and _value(arguments, name) is not None]
-    if others:
-        raise SceneError(f"--shapes takes all from its scene but --approach; leave out {', '.join(others)}")
-    scene = load_scene(arguments.shapes)
-    if scene.kind != "two_bodies":
-        raise SceneError(f"scene {scene.name} is of kind {scene.kind}; --shapes wants one of two_bodies")
-    parameters = scene.parameters
-    if arguments.approach is not None:
-        if not math.isfinite(arguments.approach):
-            raise SceneError(f"--approach {arguments.approach:g} must be a finite number of metres")
-        parameters = pressed(parameters, arguments.approach)
-    result = {"scene": scene.name, **answer(parameters)}
-    return Outcome(result, result["flags"], lambda: _show_shapes(result))
-
-
 def _value(arguments, option: str):
     return getattr(arguments, option[2:].replace("-", "_"))
 
@@ -131,9 +110,7 @@ def _gap(arguments):
     curvatures = arguments.curvature_small, arguments.curvature_large
     ways = [arguments.bearing is not None, arguments.radii_1 is not None, curvatures != (None, None)]
     if sum(ways) != 1:
-        raise SceneError(
-            "say the bodies in one way: --bearing, or --radii-1, or --curvature-small with -large, or --shapes"
-        )
+        raise SceneError("say the bodies in one way: --bearing, or --radii-1, or --curvature-small with -large")
     only = {"--bearing": ("--race",), "--radii-1": ("--radii-2", "--hollow", "--angle")}
     for way, options in only.items():
         for option in options:
@@ -253,23 +230,3 @@ def _show_laws(laws):
         rows.append((name, f"{row['normal_load_n']:.5g}", error))
     show_text()
     show_rows(("law", "load at this approach [N]", "error [%]"), rows)
-
-
-def _show_shapes(result):
-    """A pair of bodies as tables."""
-    from bearing_twin.command.results import show_quantities
-
-    shown = (key for key, value in result.items() if not (isinstance(value, dict) or value is None or key == "flags"))
-    show_quantities({key: result[key] for key in shown})
-    if result["curvature_small_per_m"] is not None and result["major_axis"] is None:
-        show_text("major axis: none, as the contact is circular")
-    off = {name: row and row["error_m"] for name, row in result["tracking"].items()}
-    unit, factor = shown_unit("m", max(filter(None, off.values()), default=0.0))
-    rows = ((name, "none here" if one is None else f"{factor * one:.3g}") for name, one in off.items())
-    show_text()
-    show_rows(("opposing points", f"off equations (1) by [{unit}]"), rows)
-    if result["overlap"]:
-        show_text()
-        show_quantities(result["overlap"])
-    if result["laws"]:
-        _show_laws(result["laws"])

@@ -105,7 +105,7 @@ class SceneParameters:
     moved : mapping
         Keys of earlier versions, and the words that say which keys replace them.
     facts : mapping
-        Numbers of the scene by name, functions of the parameters, that `kinds.ranges` are about; None: not known.
+        Numbers of the scene by name, functions of the parameters, for the ranges of `kinds.rules`; None: not known.
     """
 
     moved: ClassVar[Mapping[str, str]] = {}

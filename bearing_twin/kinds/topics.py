@@ -16,7 +16,7 @@ import numpy as np
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command, Output, Topic
-from bearing_twin.kinds.ranges import OUTSIDE
+from bearing_twin.kinds.rules import OUTSIDE
 
 CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, SPHERE_LIST, TEXT = 1, 2, 3, 4, 5, 7, 9
 

@@ -24,7 +24,7 @@ import bearing_twin
 from bearing_twin.base.errors import LogError, harmless
 from bearing_twin.base.paths import put_whole
 from bearing_twin.base.process import Unbroken
-from bearing_twin.kinds.ranges import OUTSIDE
+from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, UnreadableLog

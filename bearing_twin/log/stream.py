@@ -23,7 +23,7 @@ from bearing_twin.base.sample import Block, Channel, Sample, Table, joined
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import renewed
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, SECOND, Output, Topic
-from bearing_twin.kinds.ranges import OUTSIDE
+from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import DEEPEST, Qos

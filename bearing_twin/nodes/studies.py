@@ -16,7 +16,7 @@ from bearing_twin.base.parameters import echo
 from bearing_twin.base.paths import file_name, only_below
 from bearing_twin.base.process import usable
 from bearing_twin.base.report import json_text
-from bearing_twin.kinds.ranges import ON
+from bearing_twin.kinds.rules import ON
 from bearing_twin.log.study_log import INPUT, QUANTITY, StudyLog
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
 from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study

@@ -30,7 +30,7 @@ from bearing_twin.base.sample import Channel
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import catalogue_scenes
-from bearing_twin.kinds.ranges import OUTSIDE, allowed, left_by
+from bearing_twin.kinds.rules import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice
 
 DESIGNATION = re.compile(r"[A-Za-z]{0,6}[ -]{0,3}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as SKF 6205-2RS/C3

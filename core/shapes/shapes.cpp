@@ -35,17 +35,11 @@ CORE_EXPORT void core_support(const double *surface, std::int64_t count, const d
 }
 CORE_EXPORT void core_nearest_pair(const double *a, const double *b, double *unknowns) { write(nearest_pair(body_of(a), body_of(b)), unknowns); }
 
-// Residual (8,) of the equations (1); Newton's method on them from opposing points nearby, or one step; from a point near the
-// contact. The last three are false where they come to no end.
+// Residual (8,) of the equations (1); one step of Newton's method on them; Newton's method from a point
+// near the contact. The last two are false where they come to no end.
 CORE_EXPORT void core_opposing_residual(const double *a, const double *b, const double *unknowns, double *residual) {
   OpposingEquations equations(body_of(a), body_of(b), points_of(unknowns));
   std::copy(equations.residual.begin(), equations.residual.end(), residual);
-}
-CORE_EXPORT std::int64_t core_settle(const double *a, const double *b, double *unknowns) {
-  OpposingPoints points = points_of(unknowns);
-  bool found = settle(body_of(a), body_of(b), points);
-  write(points, unknowns);
-  return found;
 }
 CORE_EXPORT std::int64_t core_project(const double *a, const double *b, double *unknowns) {
   OpposingPoints points = points_of(unknowns);

@@ -8,7 +8,7 @@ from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material
 from bearing_twin.kinds.bodies.parameters import BodiesScene, Body, Sphere
 from bearing_twin.kinds.contract import lazy_import
-from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rules import facts_at
 from bearing_twin.kinds.sections import LOOSEST, UNVERIFIED, Checked, RunSettings, WantedImpact
 
 BEAM_METHODS = ("modes", "volterra", "sinusoidal")

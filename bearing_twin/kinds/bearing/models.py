@@ -27,8 +27,18 @@ from bearing_twin.kinds.bearing.rings import (
     free_coordinates,
 )
 from bearing_twin.kinds.bearing.step_control import FIXED_STEP
-from bearing_twin.kinds.ranges import FASTEST_CHANGE, least_of, left_by
-from bearing_twin.kinds.rules import BEARING, SETTING, answers, drift, idle_step, pick, sentences
+from bearing_twin.kinds.rules import (
+    BEARING,
+    FASTEST_CHANGE,
+    SETTING,
+    answers,
+    drift,
+    idle_step,
+    least_of,
+    left_by,
+    pick,
+    sentences,
+)
 
 LEAST_DAMPING = 2e-7  # s of relaxation time: contacts with less ring for long
 SMOOTH = 0.03  # tolerance that the coarsest rule of points over a contact patch meets where spin is fast

@@ -36,8 +36,7 @@ from bearing_twin.kinds.bearing.rings import (
     torque_problems,
 )
 from bearing_twin.kinds.contract import SceneParameters
-from bearing_twin.kinds.ranges import facts_at
-from bearing_twin.kinds.rules import BEARING, pick
+from bearing_twin.kinds.rules import BEARING, facts_at, pick
 from bearing_twin.kinds.sections import (
     LOOSEST,
     Bounded,

@@ -59,7 +59,7 @@ OF_IMPACT = {
     "comparison": "model_errors:ImpactComparison", "picture": "picture:PairPicture", "view": "display:impact_view",
 }  # fmt: skip
 OF_BOUNCING = {
-    "choose": "models:choose_bouncing", "figures": "figures:BouncingFigures",
+    "choose": "derived:choose_bouncing", "figures": "figures:BouncingFigures",
     "comparison": "model_errors:ContactComparison", "model_errors": "model_errors:BouncingErrors",
     "picture": "picture:BouncingPicture", "view": "display:bouncing_view",
 }  # fmt: skip
@@ -68,7 +68,7 @@ TWO_SPHERES = _row(
     "two_spheres",
     "central impact of two elastic spheres, without gravity",
     TwoSpheresScene,
-    choose="models:choose_spheres",
+    choose="derived:choose_spheres",
     motion="impact:spheres",
     model_errors="model_errors:SphereErrors",
     quantities=lambda: SPHERE_QUANTITIES,
@@ -79,7 +79,7 @@ TWO_DISCS = _row(
     "two_discs",
     "central impact of two equal discs in line contact, without gravity",
     TwoDiscsScene,
-    choose="models:choose_discs",
+    choose="derived:choose_discs",
     motion="impact:discs",
     model_errors="model_errors:DiscErrors",
     quantities=lambda: DISC_QUANTITIES,

@@ -17,10 +17,15 @@ from bearing_twin.contact.hertz_impact import (
 )
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.bodies import motion
-from bearing_twin.kinds.bodies.derived import disc_impact_time, hunt_crossley_damping, mass_of, patch_of
+from bearing_twin.kinds.bodies.derived import (
+    disc_impact_time,
+    hunt_crossley_damping,
+    line_contact_error,
+    mass_of,
+    patch_of,
+)
 from bearing_twin.kinds.bodies.figures import FIGURES, BouncingFigures
 from bearing_twin.kinds.bodies.impact import SETTING
-from bearing_twin.kinds.bodies.models import line_contact_error
 from bearing_twin.kinds.bodies.parameters import FIXED_STEP, TwoBodiesScene, TwoSpheresScene
 from bearing_twin.kinds.error_estimates import (
     FRICTION_MODEL,

@@ -8,7 +8,7 @@ from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.laws import law_names
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus
 from bearing_twin.kinds.contract import SceneParameters, lazy_import
-from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rules import facts_at
 from bearing_twin.kinds.sections import (
     LOOSEST,
     UNVERIFIED,

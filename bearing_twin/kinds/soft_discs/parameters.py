@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from bearing_twin.base.parameters import choice, quantity, section
 from bearing_twin.contact.materials import Material
 from bearing_twin.kinds.contract import SceneParameters, lazy_import
-from bearing_twin.kinds.ranges import facts_at
+from bearing_twin.kinds.rules import facts_at
 from bearing_twin.kinds.sections import LOOSEST, Checked, RunSettings, WantedImpact
 
 DERIVED = "bearing_twin.kinds.soft_discs.derived"
