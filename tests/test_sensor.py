@@ -191,6 +191,17 @@ def test_no_harmonics_are_folded_down():
             assert found.level[near].max() < LINE_IS_THERE
 
 
+def test_a_record_without_noise_has_the_speed_of_its_shaft_among_folded_lines():
+    """At 25 kHz impacts leave multiples of 9.5 Hz, the third of which lies 2 % below the shaft's speed."""
+    scene = load_scene("bearing_6205_spall_outer", ["sensor.noise=0", "sensor.rate=25000", "solver.check=none"])
+    samples, speed = samples_of(simulate(scene))[:, 1], scene.parameters.drive.speed
+    found = spectrum_of(samples, scene.parameters.sensor.rate, scene.parameters.geometry, speed)
+    bpfo = next(line for line in found.lines if line.name == "BPFO")
+    assert found.verdict == "outer"
+    assert found.shaft_hz == pytest.approx(speed / (2 * np.pi), rel=1e-4)
+    assert bpfo.off == pytest.approx(0.0, abs=2e-3)
+
+
 def test_a_run_its_log_and_spectrum_give_the_same_levels(tmp_path, capsys):
     log = tmp_path / "run.mcap"
     scene = ("bearing_6205_spall_inner", "--duration", "1", "--set", "solver.check=none")

@@ -28,6 +28,7 @@ LENGTH = 256  # turns in a stretch of which a spectrum is made  # tuned: fine li
 OUTSTANDING = 16.0  # dB, mean of three harmonics over the median around them  # tuned: noise alone reaches 9
 APART = 6.0  # dB, of the verdict's family over the next  # tuned: a family's harmonics come near another's
 LEAST_LINE = 10.0  # dB, of a line that is there  # tuned: above the greatest of some fifty bins of noise
+LEAST_NOISE = 1e-4  # of a record's RMS: lines of less are aliases that its filter lets through
 LARGEST_CLIPPED = 2e-4  # share of samples at a limit of the converter
 
 
@@ -185,9 +186,12 @@ def _usual_bands(bands: _Bands, least: float) -> list[tuple[float, float]]:
 
 
 class _Lines:
-    """Amplitude spectrum over orders of `values`, with `rate` values a turn of the shaft, and its level over noise."""
+    """Amplitude spectrum over orders of `values`, with `rate` values a turn of the shaft, and its level over noise.
 
-    def __init__(self, values: np.ndarray, rate: float, highest: float, turns: int = LENGTH):
+    The noise has an amplitude of at least `noise`.
+    """
+
+    def __init__(self, values: np.ndarray, rate: float, highest: float, noise: float, turns: int = LENGTH):
         length = min(len(values), round(turns * rate))
         window = np.hanning(length + 1)[:-1].astype(np.float32)
         padded, starts = fft.next_fast_len(2 * length, real=True), range(0, len(values) - length + 1, length // 2)
@@ -200,7 +204,7 @@ class _Lines:
         self.amplitude = np.sqrt(power / len(starts)) * 2.0 / window.sum()
         self.orders = self.step * np.arange(self.count)
         around = ndimage.median_filter(self.amplitude, max(3, round(1.0 / self.step) | 1), mode="reflect")
-        self.level = 20.0 * np.log10(np.maximum(self.amplitude, 1e-300) / np.maximum(around, 1e-300))
+        self.level = 20.0 * np.log10(np.maximum(self.amplitude, 1e-300) / np.maximum(around, noise))
         self.width = 2.0 * rate / length  # to the first zero of a line
         self.apart = self.level.copy()  # without the shaft's own lines
         self.apart[np.abs(self.orders - np.rint(self.orders)) < self.width] = 0.0
@@ -245,11 +249,11 @@ def _of_shaft(levels) -> bool:
     return bool(levels[0] > LEAST_LINE and np.sum(levels > LEAST_LINE) >= 2)
 
 
-def _refined(signals, shaft: float) -> float:
+def _refined(signals, shaft: float, noise: float) -> float:
     """Speed of the shaft [Hz] by its lines in the record or in its envelope; as given where there are none."""
     found = []
     for values, rate in signals:
-        lines = _Lines(values, rate / shaft, 4.5, turns=4 * LENGTH)
+        lines = _Lines(values, rate / shaft, 4.5, noise, turns=4 * LENGTH)
         order, levels, mean = _best(lines, 1.0, SPEED_ERROR, SPEED_ERROR, SHAFT_HARMONICS, apart=False)
         if _of_shaft(levels) and mean > LEAST_LINE:
             by_each = [lines.peak(k * order)[0] / k for k in SHAFT_HARMONICS if levels[k - 1] > LEAST_LINE]
@@ -260,7 +264,7 @@ def _refined(signals, shaft: float) -> float:
 WINDOW, FURTHEST = 24, 0.1  # turns of a window in which speed is measured; change of speed that is followed
 
 
-def _tracked(signals, shaft: float, seconds: float) -> tuple[np.ndarray, np.ndarray] | None:
+def _tracked(signals, shaft: float, seconds: float, noise: float) -> tuple[np.ndarray, np.ndarray] | None:
     """Times [s] and speeds [Hz] of a shaft whose lines are followed from window to window; None where they are lost."""
     length = WINDOW / shaft
     times = np.arange(0.5 * length, seconds - 0.5 * length, 0.25 * length)
@@ -269,7 +273,7 @@ def _tracked(signals, shaft: float, seconds: float) -> tuple[np.ndarray, np.ndar
         best = (0.0, math.nan)
         for values, rate in signals:
             part = values[int((time - 0.5 * length) * rate) : int((time + 0.5 * length) * rate)]
-            lines = _Lines(np.pad(part - part.mean(), (0, 3 * len(part))), rate / shaft, 4.5, turns=4 * WINDOW)
+            lines = _Lines(np.pad(part - part.mean(), (0, 3 * len(part))), rate / shaft, 4.5, noise, turns=4 * WINDOW)
             order, _, mean = _best(lines, 1.0, FURTHEST, FURTHEST, SHAFT_HARMONICS, apart=False)
             best = max(best, (mean, order))
         speeds.append(best[1] * shaft)
@@ -332,6 +336,8 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
     families = families_of(geometry)
     highest = 1.05 * max(HARMONICS) * max(family.order for family in families) + 1.0
     bands = _Bands(samples, rate)
+    rms = float(np.sqrt(np.mean(np.square(samples), dtype=float)))
+    noise = LEAST_NOISE * rms
     fastest = shaft if course is None else float(np.max(course[1]))
     if band is None:
         tried = _usual_bands(bands, highest * fastest)
@@ -346,11 +352,11 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
     for band in tried:
         envelope, envelope_rate = bands.envelope(*band)
         if np.isscalar(speed) and found is None:
-            shaft, course = _speed(bands, (envelope, envelope_rate), shaft)
+            shaft, course = _speed(bands, (envelope, envelope_rate), shaft, noise)
         values, per_turn = envelope, envelope_rate / shaft
         if course is not None:
             values, per_turn = _by_angle(envelope, envelope_rate, *course)
-        lines = _Lines(values, per_turn, highest)
+        lines = _Lines(values, per_turn, highest, noise)
         judged = _judged(lines, families, shaft)
         if found is None or judged[0] != NOTHING:
             found = band, lines, *judged
@@ -364,7 +370,7 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
         band_hz=(float(band[0]), float(band[1])),
         lines=shown,
         level_db=scores,
-        rms=float(np.sqrt(np.mean(np.square(samples), dtype=float))),
+        rms=rms,
         kurtosis=kurtosis_of(samples),
         seconds=seconds,
         warnings=warnings,
@@ -374,16 +380,16 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
     )
 
 
-def _speed(bands: _Bands, envelope, shaft: float):
+def _speed(bands: _Bands, envelope, shaft: float, noise: float):
     """Mean speed [Hz] of the shaft by its line, and its course where that makes the line stand out more."""
     signals = (bands.below(12.0 * shaft), envelope)
-    refined = _refined(signals, shaft)
-    course = _tracked(signals, refined, bands.seconds)
+    refined = _refined(signals, shaft, noise)
+    course = _tracked(signals, refined, bands.seconds, noise)
     if course is None or np.ptp(course[1]) < 2e-3 * refined:
         return refined, None
 
     def sharpest(resampled):
-        lines = (_Lines(values, rate, 4.5) for values, rate in resampled)
+        lines = (_Lines(values, rate, 4.5, noise) for values, rate in resampled)
         found = (_best(one, 1.0, SPEED_ERROR, SPEED_ERROR, SHAFT_HARMONICS, apart=False) for one in lines)
         return max(found, key=lambda best: best[2])
 

@@ -63,7 +63,9 @@ SAMPLES_A_PULSE = 1.0  # of half the time in which a ball passes a spall
 class Housing:
     """The housing along the sensor's direction, outer ring included."""
 
-    mass: float = quantity(5.0, "kg", "of the housing that moves with the outer ring", above=0.0)
+    mass: float = quantity(
+        5.0, "kg", "of the housing that moves with the outer ring; by itself where the inner ring is held", above=0.0
+    )
     stiffness: float = quantity(1.8e9, "N/m", "of what holds it", at_least=0.0)
     damping: float = quantity(3.8e3, "N s/m", "of what holds it", at_least=0.0)
 
