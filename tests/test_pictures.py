@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block, Channel, cut, joined
+from bearing_twin.command.cli import DONE, main
 from bearing_twin.kinds import picture as pictures
 from bearing_twin.kinds.bearing import BearingPicture
 from bearing_twin.kinds.contract import Facts
@@ -131,3 +132,10 @@ def test_a_long_run_of_an_ellipsoid_is_thinned_and_its_greatest_load_kept(monkey
     assert history.greatest["normal_load"] == np.concatenate(loads).max()
     with pytest.raises(LogError, match="no sample"):
         pictures.ChannelValues().arrays()
+
+
+def test_errors_of_figures_are_drawn_below_loads_and_motion(tmp_path):
+    for name, more in (("plain", []), ("errors", ["--plot-errors"])):
+        words = ["simulate", "bearing_6203_loose", "--duration", "2e-3", "--plot", str(tmp_path / f"{name}.png")]
+        assert main([*words, *more, "--json"]) == DONE
+    assert size_of(tmp_path / "errors.png")[1] > 1.2 * size_of(tmp_path / "plain.png")[1]

@@ -41,7 +41,6 @@ GONE = {  # commands and options of earlier versions: what there is in their pla
     "completion": 'eval "$(register-python-argcomplete bearing_twin)" completes commands and options in a shell',
     "--markdown": "docs/topics.md has these tables",
     "--max-loss": "bearing_twin.write_log(run, path, max_loss=...) in Python limits what a crash takes along",
-    "--plot-errors": "--verbose and --json have the errors of the figures",
     "--read": "the tables that chart writes are CSV files",
 }
 WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose

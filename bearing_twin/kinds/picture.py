@@ -78,7 +78,7 @@ class RunPicture:
             if len(rows := block.records.get(table.name, ())):
                 self._contacts.append(rows[:, [names.index(name) for name in wanted]])
 
-    def write(self, path) -> Path:
+    def write(self, path, errors=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         values, scene = self._values.arrays(), self.facts.scene
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
@@ -103,7 +103,7 @@ class RunPicture:
         if self.draw_bodies:
             self.draw_bodies(figure, parts[0], values)
         title = scene.description or scene.name if scene is not None else "Recorded run"
-        return finish(figure, title, self._footer(), path, size=17)
+        return finish(figure, title, self._footer(), path, size=17, errors=errors)
 
     def _draw_curves(self, axis, panel: CurvePanel, time, values, seconds: float) -> None:
         """One panel of the view over `time`, which is `seconds` times that in s."""

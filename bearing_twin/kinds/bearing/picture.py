@@ -70,7 +70,7 @@ class BearingPicture:
             self._greatest = np.maximum(self._greatest, block.values["normal_load"].max(axis=(0, 1)))
             self._kept.add(block)
 
-    def write(self, path) -> Path:
+    def write(self, path, errors=()) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
         time, values, scene, last = self._kept.time, self._kept.values, self._facts.scene, self._last
         turns = abs(float(last["orbit_angle"][0] - self._first["orbit_angle"][0])) / (2.0 * np.pi)
@@ -112,7 +112,7 @@ class BearingPicture:
             f"stepper {facts.stepper}" if facts.stepper else "",
             f"{kept.outputs} output{'s' * (kept.outputs != 1)} up to {last.time_ns * 1e-9:.6g} s",
         )
-        return finish(figure, title, _footer(*words), path)
+        return finish(figure, title, _footer(*words), path, errors=errors)
 
 
 def _footer(*words: str) -> str:
