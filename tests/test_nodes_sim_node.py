@@ -221,6 +221,24 @@ def test_preparing_is_a_state_in_which_commands_are_taken(monkeypatch):
         assert node.loop.position_ns == 100_000_000
 
 
+def test_a_pause_is_answered_while_outputs_are_computed(monkeypatch):
+    """Of many callers at once none waits for the computation, however long a chunk takes."""
+    computed = threading.Event()
+    with ros_executor(threads=2) as executor:
+        node, watcher = started(executor, SimNode, start_paused=True), plain_node(executor)
+        spin_until(executor, node.ready.is_set, "preparation")
+        prepared_when(monkeypatch, computed, "advance")
+        pause = watcher.create_client(SetBool, PAUSE)
+        spin_until(executor, pause.service_is_ready, "the service")
+        answers = [pause.call_async(SetBool.Request(data=data)) for data in (False, False, True)]
+        try:
+            spin_until(executor, lambda: all(one.done() for one in answers), "the answers", patience=20.0)
+        finally:
+            computed.set()
+        assert [one.result().message.split()[0] for one in answers] == ["running", "running", "paused"]
+        assert node.loop.position_ns == 0
+
+
 def test_whoever_resets_once_too_often_is_refused_and_the_run_goes_on(tmp_path, monkeypatch):
     monkeypatch.setattr("bearing_twin.nodes.sim_node.MOST_LOGS", 1)
     with ros_executor(threads=2) as executor:

@@ -127,6 +127,6 @@ COMMANDS = {
     "topics": scene_commands.TOPICS,
     "view": view_commands.VIEW,
     "layouts": view_commands.LAYOUTS,
-    "watch": node_command.WATCH,
+    "watch": view_commands.WATCH,
     "scenes": scene_commands.SCENES,
 }

@@ -1,4 +1,4 @@
-"""`bearing_twin node` and `watch`: nodes from the shell for those who have ROS 2 from PyPI, without `ros2`.
+"""`bearing_twin node`: nodes from the shell for those who have ROS 2 from PyPI, without `ros2`.
 
 The words are those of `ros2`, whose other verbs are not repeated here. ROS is imported only when a verb runs.
 """
@@ -48,25 +48,11 @@ def replace_by_node(node: str, words: Sequence[str]):
     os.execv(sys.executable, [sys.executable, *words_of(node, words)])
 
 
-def _watch_arguments(parser) -> None:
-    parser.add_argument("--node", default="", help="full name of the node; without, the only one with samples")
-    parser.add_argument("--port", default="8080", help="port to listen on; 0 = any that is free (default: 8080)")
-    host = "address to listen on; any but localhost lets other machines look and command"
-    parser.add_argument("--host", default="localhost", help=host)
-
-
-def _watch(arguments) -> Outcome:
-    """Replaces this process by a watch_node, which checks the values."""
-    words = (f"port:={arguments.port}", *(f"{key}:={json.dumps(getattr(arguments, key))}" for key in ("host", "node")))
-    replace_by_node("watch_node", [part for word in words for part in ("-p", word)])
-
-
 # Other nodes
 
 
 def _count(arguments) -> int:
-    value = number("--count", arguments.count, limits=Limits(at_least=0), integer=True)
-    return 1 if getattr(arguments, "once", False) else value
+    return number("--count", arguments.count, limits=Limits(at_least=0), integer=True)
 
 
 def _yaml(text: str | None):
@@ -255,7 +241,8 @@ ARGUMENTS = {
     "study": {"help": "name of a study, or path of a YAML file where the node runs"},
     "--field": {"metavar": "PATH", "help": "only this part of it, such as wrench.force"},
     "--full-length": {"action": "store_true", "help": f"arrays beyond {SHORT_LIST} numbers too"},
-    "--once": {"action": "store_true", "help": "the same as --count 1"},
+    "--once": {"action": "store_const", "dest": "count", "const": "1", "default": argparse.SUPPRESS,
+               "help": "the same as --count 1"},
     "--count": {"metavar": "N", "default": "0", "help": "end after so many; 0 = not by itself (default)"},
     "--window": {"metavar": "N", "default": "10000", "help": "of the last N messages (default: 10000)"},
     "--rate": {"metavar": "HZ", "default": "1", "help": "messages a second (default: 1)"},
@@ -338,10 +325,4 @@ NODE = Subcommand(
     _add_arguments,
     _run,
     tuple(verb.line for verb in VERBS if verb.words in ("start", "topic echo", "param set", "study")),
-)
-WATCH = Subcommand(
-    "show a running node in a browser, with speed, load, pause and reset to set",
-    _watch_arguments,
-    _watch,
-    ("bearing_twin watch", "bearing_twin watch --port 8080"),
 )

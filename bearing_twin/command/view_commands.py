@@ -1,6 +1,7 @@
-"""The subcommands `view` and `layouts`: a page for the browser, and files for other viewers. Imports are late."""
+"""The subcommands `view`, `watch` and `layouts`: pages for the browser, files for other viewers. Imports are late."""
 
 import argparse
+import json
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import file_name
 from bearing_twin.command.bearing_command import note_bare_numbers
+from bearing_twin.command.node_command import replace_by_node
 from bearing_twin.command.outcome import (
     RUN,
     Outcome,
@@ -146,6 +148,27 @@ VIEW = Subcommand(
     _view_arguments,
     _view,
     ("bearing_twin view run.mcap", "bearing_twin view bearing_6203_loose --duration 0.5 --out loose.html"),
+)
+
+
+def _watch_arguments(parser) -> None:
+    parser.add_argument("--node", default="", help="full name of the node; without, the only one with samples")
+    parser.add_argument("--port", default="8080", help="port to listen on; 0 = any that is free (default: 8080)")
+    host = "address to listen on; any but localhost lets other machines look and command"
+    parser.add_argument("--host", default="localhost", help=host)
+
+
+def _watch(arguments) -> Outcome:
+    """Replaces this process by a watch_node, which checks the values."""
+    words = (f"port:={arguments.port}", *(f"{key}:={json.dumps(getattr(arguments, key))}" for key in ("host", "node")))
+    replace_by_node("watch_node", [part for word in words for part in ("-p", word)])
+
+
+WATCH = Subcommand(
+    "show a running node in a browser, with speed, load, pause and reset to set",
+    _watch_arguments,
+    _watch,
+    ("bearing_twin watch", "bearing_twin watch --port 8080"),
 )
 
 

@@ -1,47 +1,42 @@
 """The demonstration behind `make demo`: simulate in real time, record, watch, replay, and show the results.
 
-Three nodes run as processes of their own, as with `ros2 run`; this process is the subscriber. It ends with a page for
-the browser, made of the recording.
+The nodes run as processes of their own, as with `ros2 run`; this process prints the forces on the balls as they are
+published. It ends with a page for the browser, made of the recording.
 """
 
 import argparse
-import contextlib
 import math
 import os
 import tempfile
 import time
 from collections import Counter
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import numpy as np
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from geometry_msgs.msg import WrenchStamped
+from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
-from rclpy.serialization import deserialize_message
 from rich.console import Console
 from rich.table import Table
-from std_srvs.srv import SetBool
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
-from bearing_twin.log import cdr
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import read_log
-from bearing_twin.log.stream import sample_range, topics
+from bearing_twin.log.stream import topics
 from bearing_twin.nodes.entry import node_command, started
-from bearing_twin.nodes.messages import interface, qos_profile, rclpy
-from bearing_twin.nodes.recorder_node import DEPTH, Sequences
+from bearing_twin.nodes.messages import rclpy
 from bearing_twin.run.report import plot
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.view.page import write_page
 from bearing_twin.view.run_page import document_of_log
 
 REPLAY_RATE = 2.0
-DISCOVERY = 600.0  # s at most; it ends when every topic has its subscriber
-REFRESH = 0.25  # s between updates of what is shown
-LINE_PERIOD = 5.0  # s between lines about a wait where there is no terminal
+DISCOVERY = 600.0  # s at most; it ends when the recorder subscribes to every topic
 LINE = 0.25  # s of simulated time between lines
-QUIET = 0.5  # s for the last messages to come
+POLL = 0.05  # s
+DEPTH = 100  # messages of a ball that may wait
 
 SCENE, DURATION = "bearing_6203_load_and_speed", 2.0
 STORY = {
@@ -66,103 +61,29 @@ class DemoError(BearingTwinError):
     """A part of the demonstration failed."""
 
 
-class Stage(Node):
-    """Nodes as processes, and the subscriber of all topics of a scene and of /diagnostics; ends with a `with` body.
+class Watcher(Node):
+    """Prints the forces on the balls of a bearing as they are published, after each LINE of simulated time."""
 
-    It keeps the last message of each topic, and counts them.
-    """
-
-    def __init__(self, scene: Scene, folder: Path, **nodes: dict):
+    def __init__(self, scene: Scene):
         super().__init__("watcher")
-        place = KINDS[scene.kind].namespace
-        self.wrenches = [f"{place}/ball_{ball}/wrench" for ball in range(scene.parameters.geometry.balls)]
-        self.last, self.count, self.sequences, self._began = {}, Counter(), Sequences(), math.inf
-        for topic in topics(scene):  # all, so that publishers can count this subscriber
-            take, quality = partial(self._on_message, topic.full_name), qos_profile(topic.qos._replace(depth=DEPTH))
-            self.create_subscription(interface(topic.ros_type, "msg"), topic.full_name, take, quality, raw=True)
-        self.create_subscription(interface(cdr.DIAGNOSTICS, "msg"), "/diagnostics", self._on_diagnostics, 10)
-        self._spinner = SingleThreadedExecutor()
-        self._spinner.add_node(self)
-        with contextlib.ExitStack() as stack:  # which ends the nodes that run where another one cannot be started
-            self.processes = {
-                name: stack.enter_context(started(name, node_command(name, parameters), folder))
-                for name, parameters in nodes.items()
-            }
-            self._stack = stack.pop_all()
+        self._forces, self._next = [0.0] * scene.parameters.geometry.balls, 0.0
+        for ball, name in enumerate(wrenches(scene)):
+            self.create_subscription(WrenchStamped, name, partial(self._on_wrench, ball), DEPTH)
 
-    def __enter__(self) -> "Stage":
-        return self
+    def _on_wrench(self, ball: int, message: WrenchStamped) -> None:
+        force, stamp = message.wrench.force, message.header.stamp
+        self._forces[ball] = math.hypot(force.x, force.y, force.z)
+        at = stamp.sec + 1e-9 * stamp.nanosec
+        if ball == len(self._forces) - 1 and at >= self._next:
+            self._next = at + LINE
+            sizes = " ".join(f"{size:7.3f}" for size in self._forces)
+            output.print(f"t = {at:5.2f} s  net |F| on balls [N]: {sizes}", soft_wrap=True)
 
-    def __exit__(self, *error) -> None:
-        self._stack.close()
-        self._spinner.shutdown()
-        self.destroy_node()
 
-    def _on_message(self, name: str, data: bytes) -> None:
-        self._began = min(self._began, time.monotonic())
-        self.last[name] = data
-        self.count[name] += 1
-        if name.endswith("/samples"):
-            self.sequences.note(*sample_range(data)[:2])
-
-    def _on_diagnostics(self, array) -> None:
-        for status in array.status:
-            process = self.processes.get(status.name.partition(":")[0].rpartition("/")[2])
-            if process:
-                process.status, process.values = status.message, {pair.key: pair.value for pair in status.values}
-
-    def forces(self) -> tuple[float, str]:
-        """Simulated time [s] of the last wrenches and a line of their forces; 0 and nothing before the first."""
-        if not all(name in self.last for name in self.wrenches):
-            return 0.0, ""
-        found = [deserialize_message(self.last[name], interface(cdr.WRENCH, "msg")) for name in self.wrenches]
-        at = found[0].header.stamp.sec + 1e-9 * found[0].header.stamp.nanosec
-        forces = [one.wrench.force for one in found]
-        sizes = " ".join(f"{math.hypot(one.x, one.y, one.z):7.3f}" for one in forces)
-        rate = self.count[self.wrenches[0]] / (time.monotonic() - self._began)
-        return at, f"t = {at:5.2f} s  net |F| on balls [N]: {sizes}  at {rate:5.1f} Hz"
-
-    def knows_publishers(self) -> bool:
-        """True where every subscription has a publisher."""
-        return all(one.get_publisher_count() for one in self.subscriptions)
-
-    def spin(self, done: Callable[[], bool], show: Callable[[], None], ends: str = "") -> None:
-        """Spins until `done()`, and `show()`s meanwhile; raises ProcessError for a node that fails or ends early."""
-        shown, quiet_until = time.monotonic(), math.inf
-        while (now := time.monotonic()) < quiet_until:
-            self._spinner.spin_once(timeout_sec=0.05)
-            if not rclpy.ok():
-                raise KeyboardInterrupt
-            for name, process in self.processes.items():
-                process.look(may_end=name == ends)
-            if done():
-                quiet_until = min(quiet_until, now + QUIET)
-            elif now - shown > REFRESH:
-                shown = now
-                show()
-
-    def wait(self, done: Callable[[], bool], what: str, end: str, ends: str = "") -> None:
-        """Spins until `done()`, with a line about `what` is waited for and about the `end`."""
-        began = said = time.monotonic()
-        with progress.status(what) as status:
-
-            def show() -> None:
-                nonlocal said
-                now, doing = time.monotonic(), (f"{name}: {one.status}" for name, one in self.processes.items())
-                text = f"{what} ({', '.join(doing)}): {now - began:.0f} s"
-                status.update(text)
-                if not progress.is_terminal and now - said > LINE_PERIOD:
-                    said = now
-                    progress.print(text, soft_wrap=True)
-
-            self.spin(done, show, ends)
-        progress.print(f"{end} after {time.monotonic() - began:.1f} s", soft_wrap=True)
-
-    def unpause(self, service: str):
-        """Lets time run; the future of the answer."""
-        client = self.create_client(SetBool, service)
-        self.wait(client.service_is_ready, "discovery of a service", "the service is found")
-        return client.call_async(SetBool.Request(data=False))
+def wrenches(scene: Scene) -> list[str]:
+    """The topics of the wrenches on the balls."""
+    place = KINDS[scene.kind].namespace
+    return [f"{place}/ball_{ball}/wrench" for ball in range(scene.parameters.geometry.balls)]
 
 
 def main(args: list[str] | None = None) -> int:
@@ -180,15 +101,21 @@ def main(args: list[str] | None = None) -> int:
     parent.mkdir(parents=True, exist_ok=True)
     # A new folder named by date and time, which no other demonstration has.
     folder = Path(tempfile.mkdtemp(prefix=time.strftime("%Y%m%d_%H%M%S_"), dir=parent))
+    progress.print(f"the nodes' own output goes to {folder}", soft_wrap=True)
     rclpy.init()
     try:
-        live = _simulate(scene, given, folder)
-        replayed = _replay(scene, folder)
+        watcher = Watcher(scene)
+        progress.print(f"{scene.name} runs in real time for {given.duration:g} s", soft_wrap=True)
+        simulated = {"scene": given.scene, "duration": given.duration}
+        recording = _recorded(scene, folder / "recording.mcap", "sim_node", simulated, watcher)
+        progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
+        played = {"log": recording, "rate": REPLAY_RATE}
+        replayed = _recorded(scene, folder / "replayed.mcap", "replay_node", played, watcher)
     except (KeyboardInterrupt, ExternalShutdownException):
         return 130
     finally:
         rclpy.try_shutdown()
-    return _show_results(scene, given.duration, folder, live, replayed)
+    return _show_results(scene, given.duration, recording, replayed)
 
 
 def _keep_to_itself() -> None:
@@ -199,75 +126,44 @@ def _keep_to_itself() -> None:
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
-def _simulate(scene: Scene, given: argparse.Namespace, folder: Path) -> Stage:
-    recorded = {"log": folder / "recording.mcap", "topics": [topic.full_name for topic in topics(scene)]}
-    simulated = {"scene": given.scene, "duration": given.duration, "start_paused": True}
-    progress.print(f"sim_node and recorder_node start; their output goes to {folder}", soft_wrap=True)
-    with Stage(scene, folder, recorder_node=recorded, sim_node=simulated) as stage:
-        simulation, recorder, printed = stage.processes["sim_node"], stage.processes["recorder_node"], 0.0
-
-        def found() -> bool:
-            # Publisher and subscriber learn of each other one after the other, and what is sent in between may be lost.
-            subscribers = int(simulation.values.get("least_subscribers", 0))  # one here, one in recorder_node
-            publishers = int(recorder.values.get("least_publishers", 0))
-            return subscribers >= 2 and publishers >= 1 and stage.knows_publishers()
-
-        def show() -> None:
-            nonlocal printed
-            at, line = stage.forces()
-            if at - printed >= LINE:
-                printed = at
-                output.print(line, soft_wrap=True)
-
-        stage.wait(found, "discovery of all topics", "all topics are found")
-        answer = stage.unpause("/bearing/sim_node/pause")
-        stage.wait(lambda: answer.done() or stage.last, "the start of time", "time runs")
-        if answer.done() and not answer.result().success:
-            raise DemoError(f"sim_node did not start: {answer.result().message}; its output is in {simulation.said}")
-        progress.print(f"{scene.name} runs in real time for {given.duration:g} s:")
-        stage.spin(lambda: simulation.ended, show, ends="sim_node")
-        del stage.processes["sim_node"]
-        recorder.interrupt()
-        stage.wait(lambda: recorder.ended, "completing the log", "the recording is complete", ends="recorder_node")
-        return stage
+def _recorded(scene: Scene, log: Path, name: str, parameters: dict, watcher: Watcher) -> Path:
+    """Runs a node to its end, recorded in `log`; raises ProcessError where it or the recorder fails."""
+    wanted = {"log": log, "topics": [topic.full_name for topic in topics(scene)]}
+    # A node waits for the recorder, which knows a publisher before it subscribes: nothing is lost at the beginning.
+    publishing = node_command(name, parameters | {"discovery": DISCOVERY})
+    with (
+        started("recorder_node", node_command("recorder_node", wanted), log.parent) as recorder,
+        started(name, publishing, log.parent) as node,
+        progress.status(f"{name} and recorder_node"),
+    ):
+        while not node.ended:
+            rclpy.spin_once(watcher, timeout_sec=POLL)
+            recorder.look()
+        node.look(may_end=True)
+    recorder.look(may_end=True)
+    return log
 
 
-def _replay(scene: Scene, folder: Path) -> Stage:
-    recording = folder / "recording.mcap"
-    progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
-    played = {"log": recording, "rate": REPLAY_RATE, "discovery": DISCOVERY, "start_paused": True}
-    with Stage(scene, folder, replay_node=played) as stage:
-        stage.wait(stage.knows_publishers, "discovery of all topics", "all topics are found")
-        stage.unpause("/replay_node/pause")  # carried out when replay_node has found its subscribers
-        ended = lambda: stage.processes["replay_node"].ended  # noqa: E731
-        stage.wait(ended, "replay", "the replay is over", ends="replay_node")
-        return stage
-
-
-def _show_results(scene: Scene, duration: float, folder: Path, live: Stage, replayed: Stage) -> int:
-    progress.print("reading the log")
-    recording = folder / "recording.mcap"
-    log = read_log(recording, allow_gaps=True)
-    blocks = list(log.blocks())
+def _show_results(scene: Scene, duration: float, recording: Path, replayed: Path) -> int:
+    progress.print("reading the logs")
     expected = int(1e9 * duration) // round(1e9 / scene.parameters.run.output_rate) + 1
-    lost = {
-        "live": expected - live.sequences.received,
-        "recorded": expected - sum(map(len, blocks)),
-        "replayed": expected - replayed.sequences.received,
-    }
-    picture = plot(log, folder / "ball_loads.png")
-    page = write_page(document_of_log(recording), folder / "view.html")
+    log, again = (read_log(path, allow_gaps=True) for path in (recording, replayed))
+    blocks = list(log.blocks())
+    lost = {"recorded": expected - sum(map(len, blocks)), "replayed": expected - sum(map(len, again.blocks()))}
+    counts = Counter(message.topic.name for message in raw_messages(recording))
+    picture = plot(log, recording.with_name("ball_loads.png"))
+    page = write_page(document_of_log(recording), recording.with_name("view.html"))
     greatest = np.max([block.values["normal_load"].max(axis=0) for block in blocks], axis=0)
     table = Table(title=f"{scene.name}: {duration:g} s, {expected} solver outputs", padding=0)
     for heading in ("ball", "greatest load\n\\[N]\ninner  outer", "wrenches", "samples\nlost"):
         table.add_column(heading, justify="right", no_wrap=True)
-    for ball, (loads, name) in enumerate(zip(greatest, live.wrenches, strict=True)):
+    for ball, (loads, name) in enumerate(zip(greatest, wrenches(scene), strict=True)):
         shown = "  ".join(f"{load:.1f}" for load in loads)
-        table.add_row(str(ball), shown, str(live.count[name]), str(max(lost.values())))
+        table.add_row(str(ball), shown, str(counts[name]), str(max(lost.values())))
     output.print(table)
     for line in (
         f"samples lost: {', '.join(f'{count} {where}' for where, count in lost.items())}",
-        f"messages: {live.count.total()} live, {replayed.count.total()} replayed",
+        f"messages: {counts.total()} recorded",
         f"log:     {recording.resolve()}",
         f"picture: {Path(picture).resolve()}",
         f"browser: {page.resolve()}",
@@ -275,5 +171,5 @@ def _show_results(scene: Scene, duration: float, folder: Path, live: Stage, repl
     ):
         output.print(line, soft_wrap=True, highlight=False)
     if any(lost.values()):
-        progress.print(f"Samples were lost; the output of the nodes is in {folder}.")
+        progress.print(f"Samples were lost; the output of the nodes is in {recording.parent}.")
     return int(any(lost.values()))

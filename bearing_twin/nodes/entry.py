@@ -89,10 +89,10 @@ class ProcessError(BearingTwinError):
 
 
 class NodeProcess:
-    """A process with its output in the file `said`; `status` and `values` are those of its last diagnostics."""
+    """A process with its output in the file `said`."""
 
     def __init__(self, name: str, command: Sequence[str], said: Path):
-        self.name, self.said, self.status, self.values = name, said, "starting", {}
+        self.name, self.said = name, said
         with said.open("wb") as output:
             self.process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
 

@@ -10,12 +10,10 @@ from typing import Any, TypeVar
 from action_msgs.msg import GoalStatus
 from rcl_interfaces.msg import Log
 from rclpy.action import ActionClient
-from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
-from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bearing_twin.base.errors import BearingTwinError, harmless, name_of_peer
 from bearing_twin.base.parameters import echo, unknown
@@ -37,17 +35,16 @@ class GraphError(BearingTwinError):
     """A node, topic, parameter, service or action is missing, refuses, or did not answer in time."""
 
 
-def is_topic(name: str) -> bool:
-    """True if ROS accepts the full name of a topic: names found on the network need not be legal."""
-    try:
-        return validate_full_topic_name(name)
-    except InvalidTopicNameException:
-        return False
-
-
 def full_name(end) -> str:
     """Full name of the node of a publisher or subscription."""
     return f"{end.node_namespace.rstrip('/')}/{end.node_name}"
+
+
+def refuse_other_type(name: str, kind: type, group: str, types: list[str]) -> None:
+    """Raises GraphError where `kind` is none of the types of a topic or service, if it has any."""
+    full = f"{kind.__module__.partition('.')[0]}/{group}/{kind.__name__}"
+    if types and full not in types:
+        raise GraphError(f"{name} takes {' or '.join(map(name_of_peer, types))}, not {full}")
 
 
 def quiet_time() -> float:
@@ -59,7 +56,7 @@ def quiet_time() -> float:
     return QUIET * min(max(1.0, waiting / (os.cpu_count() or 1)), LONGEST)
 
 
-class Graph:
+class Graph(contextlib.AbstractContextManager):
     """A node among the others, for a `with` statement in the main thread; `wait` [s] limits each wait for a peer."""
 
     def __init__(self, wait: float):
@@ -70,9 +67,6 @@ class Graph:
         self._node = rclpy.create_node(OWN.lstrip("/"), **options)
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
-
-    def __enter__(self) -> "Graph":
-        return self
 
     def __exit__(self, *_) -> None:
         self._executor.shutdown()
@@ -122,14 +116,12 @@ class Graph:
         what the nodes that subscribe log meanwhile as a warning or an error, such as the refusal of a command.
         """
         kind = interface(ros_type, "msg")
-        message, full = filled(kind, data), f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
+        message = filled(kind, data)
         publisher = self._node.create_publisher(kind, topic, qos_profile(Qos(10)))
         takers, sent = lambda: self._node.get_subscriptions_info_by_topic(topic), 0
 
         def heard() -> int:
-            types = sorted({one.topic_type for one in takers()})
-            if types and full not in types:
-                raise GraphError(f"{topic} takes {' or '.join(map(name_of_peer, types))}, not {full}")
+            refuse_other_type(topic, kind, "msg", sorted({one.topic_type for one in takers()}))
             return publisher.get_subscription_count()
 
         def on_log(one: Log) -> None:
@@ -180,11 +172,10 @@ class Graph:
     def call(self, service: str, ros_type: str | None, data: Any) -> dict[str, Any]:
         """The answer of a service; its type is looked up where none is given."""
         known = lambda: dict(self._node.get_service_names_and_types())  # noqa: E731
-        first, *others = self._await(lambda: known().get(service), "service", service, known)
-        kind = interface(ros_type or first, "srv")
-        request, full = filled(kind.Request, data), f"{kind.__module__.partition('.')[0]}/srv/{kind.__name__}"
-        if full not in (first, *others):
-            raise GraphError(f"{service} takes {' or '.join(map(name_of_peer, (first, *others)))}, not {full}")
+        types = self._await(lambda: known().get(service), "service", service, known)
+        kind = interface(ros_type or types[0], "srv")
+        request = filled(kind.Request, data)
+        refuse_other_type(service, kind, "srv", types)
         client = self._node.create_client(kind, service)
         self._await(client.service_is_ready, "service", service, known)
         return plain(self._answer(client.call_async(request), service))

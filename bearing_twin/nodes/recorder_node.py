@@ -8,8 +8,10 @@ from fnmatch import fnmatchcase
 from itertools import repeat
 from pathlib import Path
 
+from rclpy.exceptions import InvalidTopicNameException
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
+from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from bearing_twin.base.errors import BearingTwinError, LogError, name_of_peer
 from bearing_twin.kinds import KINDS
@@ -28,7 +30,6 @@ from bearing_twin.nodes.base_node import (
     size_text,
     waiting_messages,
 )
-from bearing_twin.nodes.graph import is_topic
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
 
@@ -270,6 +271,14 @@ def default_topics(namespace: str = "/") -> list[str]:
     """
     own = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
     return [*(f"{one}/*" for one in own), *FRAMES]
+
+
+def is_topic(name: str) -> bool:
+    """True if ROS accepts the full name of a topic: names found on the network need not be legal."""
+    try:
+        return validate_full_topic_name(name)
+    except InvalidTopicNameException:
+        return False
 
 
 class RecorderNode(BaseNode):

@@ -341,11 +341,13 @@ class SimNode(BaseNode):
 
     @guarded
     def _on_pause(self, request, response):
-        held = request.data and self.loop is not None
-        if held:
+        if request.data and self.loop is not None:
             self.loop.paused = True  # at once: a chunk that is being computed is not published
-        said = self._accepted(self._ask("pause", request.data, seconds=ANSWER_TIME))
-        response.message = f"paused at {self._time_ns * 1e-9:.6f} s" if held else said
+        ordered = self.worker.post(lambda now: self.loop.pause(now, request.data))
+        if self.loop is None or ordered.done():
+            response.message = self._accepted(ordered)
+        else:  # it will succeed: of many callers none waits for the computation
+            response.message = f"{'paused' if request.data else 'running'} at {self._time_ns * 1e-9:.6f} s"
         response.success = True
         return response
 

@@ -27,7 +27,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
 from bearing_twin.nodes.base_node import BaseNode, PolledGroup, declare, guarded, run, waiting_messages
-from bearing_twin.nodes.graph import quiet_time
+from bearing_twin.nodes.graph import full_name, quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.page_server import Feed, PageServer, Refused
@@ -123,8 +123,7 @@ class WatchNode(BaseNode):
                 if cdr.SAMPLE_BLOCK in types and topic.endswith(SAMPLES):
                     for one in self.get_publishers_info_by_topic(topic):
                         if one.node_name != NAMELESS:
-                            full = f"{one.node_namespace.rstrip('/')}/{one.node_name}"
-                            nodes.setdefault(full, []).append(topic)
+                            nodes.setdefault(full_name(one), []).append(topic)
             changed = changed if nodes == before else now
         if not nodes:
             said = f"no node publishes {SAMPLES.lstrip('/')} (waited {patience:g} s)"
