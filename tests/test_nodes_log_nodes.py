@@ -276,6 +276,19 @@ def test_a_replay_can_loop_start_later_pause_and_change_its_pace(log):
     assert [bytes(data) for data in states[:15]] == [padded(data) for data in (part * 4)[:15]]
 
 
+def test_a_replay_that_waits_for_subscribers_ends_when_it_is_told_to(log):
+    with ros_executor() as executor:
+        node = started(executor, ReplayNode, log=str(log), discovery=600.0)
+        node.close()
+        assert node.worker.stop(0.0)
+        assert node.failure is None
+
+
+def test_a_replay_has_no_prefix_of_frames_and_says_what_to_do():
+    with ros_executor() as executor, pytest.raises(ParameterError, match="remap its /tf"):
+        started(executor, ReplayNode, log="x.mcap", frame_prefix="b/")
+
+
 def test_what_cannot_be_logged_or_played_is_refused():
     with ros_executor() as executor:
         for node_class, parameters, error, words in (

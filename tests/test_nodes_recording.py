@@ -8,7 +8,7 @@ import os
 
 import pytest
 from mcap.writer import Writer
-from runs import a_choice, made_up_block, made_up_run, made_up_scene, receive
+from runs import made_up_block, made_up_run, made_up_scene, receive
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import DOUBTFUL, main
@@ -18,7 +18,7 @@ from bearing_twin.log.bag import Qos, offered_qos, raw_messages
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader, StoredTopic
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log, write_log
-from bearing_twin.log.stream import MessageStream, samples_message, topics
+from bearing_twin.log.stream import samples_message, topics
 from bearing_twin.nodes.recorder_node import MIXED, Recording, Sequences, default_topics, warning_of
 from bearing_twin.nodes.replay_node import Renaming, ReplayLoop, logged_topics
 from bearing_twin.run.scene import Scene
@@ -398,24 +398,13 @@ def test_quality_of_service_is_read_in_words_and_numbers():
         assert offered_qos(text) == qos
 
 
-def test_a_log_is_told_in_another_namespace_and_with_other_frames_as_a_node_would_say_it():
-    def whole(data):
-        return data + bytes(-len(data) % 4)  # as on the wire
-
-    def reported(prefix):
-        stream = MessageStream(SCENE, choice=a_choice(), frame_prefix=prefix)
-        parts = [*stream.messages(BLOCK), *stream.flush()]
-        return [(topic.full_name, topic.ros_type, whole(data)) for topic, _, data in parts]
-
-    plain, prefixed = reported(""), reported("left/")
-    renaming = Renaming([name for name, _, _ in plain], "/left", "left/")
-    found = [(renaming.topic(name), whole(renaming.data(name, kind, data))) for name, kind, data in plain]
-    assert found == [(renaming.topic(name), data) for name, _, data in prefixed]
-    names = {name for name, _ in found}
-    assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= names
-    assert not any(name.startswith("/bearing") for name in names)
-    assert [one.data("/bearing/state", cdr.STATE, b"x") for one in (Renaming([]), Renaming([], "a"))] == [b"x"] * 2
-    with pytest.raises(LogError, match="cannot be decoded"):
-        Renaming([], "", "left/").data("/bearing/state", cdr.STATE, b"x")
+def test_a_log_is_told_in_another_namespace_as_a_node_would_say_it(log):
+    """As `__ns` does: what all scenes share keeps its name."""
+    names = [message.topic.name for message in raw_messages(log)]
+    left = [f"/left{name.removeprefix('/bearing')}" if name.startswith("/bearing/") else name for name in names]
+    assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= {*left}
+    out = played(log, namespace="/left")
+    assert [topic for _, topic, _ in out] == left
     both = Renaming(["/left/samples", "/right/samples", "/left/state"], "cell")
     assert both.topic("/left/state") == "/cell/left/state"
+    assert Renaming(names).topic("/bearing/state") == "/bearing/state"

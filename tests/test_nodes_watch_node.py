@@ -23,7 +23,7 @@ from ros import (
     started,
 )
 
-from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.errors import BearingTwinError, SceneError, Stopped
 from bearing_twin.log import cdr
 from bearing_twin.nodes import watch_node
 from bearing_twin.nodes.sim_node import SimNode
@@ -140,6 +140,14 @@ def test_without_a_node_to_show_it_says_so():
             started(executor, WatchNode, node="/lift_node", patience=1.0)
         node = started(executor, WatchNode, node="/left_node", patience=60.0, port=0)
         assert node._watched == "/left_node"
+
+
+def test_a_signal_ends_the_search_for_a_node_to_show(monkeypatch):
+    asked = threading.Event()
+    asked.set()
+    monkeypatch.setattr(watch_node, "interrupted", asked)
+    with ros_executor() as executor, pytest.raises(Stopped):
+        started(executor, WatchNode, patience=PATIENCE, port=0)
 
 
 def test_a_node_is_the_only_one_when_discovery_is_at_rest(monkeypatch):

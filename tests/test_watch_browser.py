@@ -12,9 +12,9 @@ import pytest
 from browsers import browser_page
 
 from bearing_twin.log.stream import samples_message, scene_text
-from bearing_twin.nodes.page_server import Feed, PageServer
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
+from bearing_twin.view.page_server import Feed, PageServer
 from bearing_twin.view.run_page import PERIOD, LiveRun, live_page
 
 pytestmark = pytest.mark.environment

@@ -200,11 +200,6 @@ class RawLogWriter:
         """Size of the log on disk so far."""
         return sum(one.bytes for one in self._spans())
 
-    @property
-    def limited(self) -> bool:
-        """True where the oldest files make room for new ones."""
-        return bool(self._safety.keep)
-
     def add_topic(
         self,
         name: str,

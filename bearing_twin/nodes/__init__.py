@@ -6,6 +6,6 @@
 * `launching`: what the launch files start; `demo`: the demonstration.
 
 Inside the room: `base_node` (the base of all nodes), `node_parameters` (their parameters as data), `pacing` (messages
-on the wall clock, a thread), `simulation_loop`, `studies` (the work of sim_node and uq_node, without ROS),
-`page_server`. sim_node is three files: wiring in `sim_node`, commands and runs in `simulation_loop`, time in `pacing`.
+on the wall clock, a thread), `simulation_loop`, `studies` (the work of sim_node and uq_node, without ROS).
+sim_node is three files: wiring in `sim_node`, commands and runs in `simulation_loop`, time in `pacing`.
 """

@@ -28,7 +28,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.base.errors import BearingTwinError, echo, harmless
+from bearing_twin.base.errors import BearingTwinError, Stopped, echo, harmless
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.messages import (
@@ -137,8 +137,7 @@ def waiting_messages(subscription: Subscription) -> Iterator[tuple[bytes, dict]]
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge no sooner than the next heartbeat of DDS, 3 s apart by default
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node logs what it waits for
-SOON = 3600.0  # s: a warning where the disk will be full within
-MEASURED = 5  # looks at a log that grows, after which its rate is known
+LITTLE = 1e9  # B free on the disk of a log, below which a node warns
 SOME = 3  # topics that are named of those without a subscriber
 DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
 POLL = 0.1  # s: how soon the main thread sees that a node is done
@@ -218,7 +217,7 @@ class BaseNode(Node):
         self.done, self.failure = threading.Event(), None
         self._task, self._steady = task, Clock(clock_type=ClockType.STEADY_TIME)
         self._statuses = self.create_publisher(interface(DIAGNOSTICS, "msg"), "/diagnostics", 10)
-        self._log_problem, self._log_bytes, self._log_at, self._log_grown = "", 0, 0.0, 0
+        self._log_problem = ""
 
     def every(self, seconds: float, callback: Callable, group: CallbackGroup | None = None) -> None:
         """Calls `callback` every so many seconds of a steady clock: time of a simulation must not drive its node."""
@@ -240,32 +239,20 @@ class BaseNode(Node):
         name = f"{self.get_fully_qualified_name().lstrip('/')}: {self._task}"
         self._statuses.publish(diagnostics(self.get_clock().now().nanoseconds, name, level, message, values))
 
-    def watch_log(self, log, folder: Path, now: float) -> tuple[bytes, str, dict[str, float]]:
-        """Level, sentence ("" if none) and numbers of a log in `folder` with `problem`, `dropped`, `bytes`, `limited`.
-
-        Its growth is that since the last call; `now` is monotonic [s].
-        """
+    def watch_log(self, log, folder: Path) -> tuple[bytes, str, dict[str, float]]:
+        """Level, sentence ("" if none) and numbers of a log in `folder` with `problem`, `dropped` and `bytes`."""
         if log.problem and not self._log_problem:
             self.get_logger().error(f"{log.problem}; messages are kept in memory, as many as fit")
         elif self._log_problem and not log.problem:
             said = f"there is space again: the log continues, {log.dropped} messages were dropped"
             self.get_logger().info(said)
+        self._log_problem = log.problem
         there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
-        free, since = float(shutil.disk_usage(there).free), now - self._log_at
-        rate = max(0.0, (log.bytes - self._log_bytes) / since) if since > 0.0 else 0.0
-        left = free / rate if rate and not log.limited else math.inf
-        self._log_problem, self._log_bytes, self._log_at = log.problem, log.bytes, now
-        self._log_grown += rate > 0.0
-        if self._log_grown == MEASURED:
-            self._log_grown += 1
-            lasts = f"{left / 3600.0:.3g} h" if left < 48 * 3600.0 else f"{left / 86400.0:.3g} days"
-            ends = "of which the newest files are kept" if log.limited else f"and the disk lasts {lasts}"
-            said = f"an hour of the log takes {size_text(3600.0 * rate)} at this rate, {ends}"
-            self.get_logger().info(said)
-        soon = f"the disk will be full in {left / 60.0:.0f} min at this rate" if left < SOON else ""
-        level = ERROR if log.problem else WARN if soon else OK
-        room = {"disk_free_bytes": free, "log_bytes_per_s": rate, "disk_full_in_s": left}
-        return level, log.problem or soon, {"bytes": log.bytes, "messages_dropped": log.dropped, **room}
+        free = float(shutil.disk_usage(there).free)
+        little = f"the disk of the log has {size_text(free)} left: make room" if free < LITTLE else ""
+        level = ERROR if log.problem else WARN if little else OK
+        numbers = {"bytes": log.bytes, "messages_dropped": log.dropped, "disk_free_bytes": free}
+        return level, log.problem or little, numbers
 
 
 class Executor(MultiThreadedExecutor):
@@ -325,12 +312,20 @@ def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = A
     return True
 
 
-def wait_for_subscribers(publishers: Collection[Publisher], seconds: float, say: Callable[[str], None]) -> None:
-    """Waits until each publisher has a subscriber, at most `seconds`; reports a long or vain wait to `say`."""
+def wait_for_subscribers(
+    publishers: Collection[Publisher],
+    seconds: float,
+    say: Callable[[str], None],
+    stopping: Callable[[], bool] = lambda: False,
+) -> None:
+    """Waits until each publisher has a subscriber, at most `seconds`, or until `stopping()`.
+
+    Reports a long or vain wait to `say`.
+    """
     if not seconds:
         return
     begin, said = time.monotonic(), False
-    while unheard := [one.topic_name for one in publishers if not one.get_subscription_count()]:
+    while not stopping() and (unheard := [one.topic_name for one in publishers if not one.get_subscription_count()]):
         more = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
         state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{more}"
         waited = time.monotonic() - begin
@@ -344,18 +339,22 @@ def wait_for_subscribers(publishers: Collection[Publisher], seconds: float, say:
     time.sleep(DISCOVERY_GRACE)
 
 
+interrupted = threading.Event()
+"""Set once a signal has asked this process to end; a constructor that waits looks at it."""
+
+
 def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = None) -> int:
     """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
 
     A signal lets the node close while ROS still works, so that all it has logged is published.
     """
-    received: list[int] = []
     node = failure = None
+    interrupted.clear()
 
-    def noted(number: int, _) -> None:
-        if received and node is None:  # it waits in its constructor
+    def noted(*_) -> None:
+        if interrupted.is_set() and node is None:  # its constructor takes long
             os._exit(2)
-        received.append(number)
+        interrupted.set()
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, noted)
@@ -369,8 +368,10 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
             node.get_logger().warning(f"{said}: and ros__parameters:")
         executor = Executor()
         executor.add_node(node)
-        while not node.done.is_set() and not received:
+        while not node.done.is_set() and not interrupted.is_set():
             executor.turn(node)
+    except Stopped:
+        pass
     except BearingTwinError as error:
         failure = error
     except OSError as error:

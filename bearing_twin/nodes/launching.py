@@ -115,12 +115,11 @@ def _panels(words: Mapping) -> Panels:
 
 
 def _panels_of_log(words: Mapping) -> Panels:
-    """The panels of the run in a log, its topics and frames named as replay_node will name them."""
-    log, prefix = read_log(words["log"]), words.get("frame_prefix", "")
-    if not (words["namespace"] or prefix):
+    """The panels of the run in a log, its topics named as replay_node will name them."""
+    log = read_log(words["log"])
+    if not words["namespace"]:
         return panels_of_log(log)
-    prefix += log.frame.removesuffix(KINDS[log.scene.kind].frame)
-    return panels(log.scene, words["namespace"] or log.namespace, prefix)
+    return panels(log.scene, words["namespace"], log.frame.removesuffix(KINDS[log.scene.kind].frame))
 
 
 def _wait(words: Mapping) -> dict:

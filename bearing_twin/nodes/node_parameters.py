@@ -24,6 +24,9 @@ SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where t
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
 
 
+REMOVED = {"frame_prefix": "a replay keeps the frames of its log; beside others remap its /tf, as -r /tf:=/b/tf"}
+
+
 class NodeParameter(NamedTuple):
     """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range.
 
@@ -57,7 +60,7 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
     """
     names = [parameter.name for parameter in table]
     problems = [
-        f"there is no parameter {echo(name)}; {unknown(name, names)}"
+        f"there is no parameter {echo(name)}; {REMOVED.get(name) or unknown(name, names)}"
         for name in given
         if name not in names and name not in also_legal
     ]

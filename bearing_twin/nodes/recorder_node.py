@@ -393,7 +393,7 @@ class RecorderNode(BaseNode):
             self.recording.publishers(name, count)
         self.recording.note_losses()
         status, log = self.recording.status(), self.recording.log
-        level, message, room = self.watch_log(log, log.path.parent, time.monotonic())
+        level, message, room = self.watch_log(log, log.path.parent)
         if not message and (message := warning_of(status)):
             level = WARN
             if status["topics"] and message.strip("0123456789") != self._warned:

@@ -1,7 +1,5 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
-import dataclasses
-import re
 import time
 from collections.abc import Callable, Container, Iterable, Iterator
 from concurrent.futures import TimeoutError as StillBusy
@@ -38,57 +36,31 @@ PARAMETERS = (
     NodeParameter("start_paused", False, "wait until ~/pause is called with false"),
     NodeParameter("discovery", 3.0, "longest wait until every topic has a subscriber", "s", 0.0, 600.0),
     NodeParameter("publish_clock", False, "publish the time of the log on /clock"),
-    NodeParameter("frame_prefix", "", "prefix of every frame name, such as left/; costs time"),
 )
 # fmt: on
 GLOBAL = frozenset({"/tf", "/tf_static", "/clock", "/diagnostics", "/rosout", "/parameter_events"})
-FRAME_FIELDS = ("frame_id", "child_frame_id")
-DESCRIPTION = "robot_description"
 COMMAND_TIMEOUT = 5.0  # s
 BATCH = 200  # messages read ahead
 SHORTEST_ROUND_NS = 1_000_000  # of a log that is played again and again: a shorter one would flood who listens
-_NAMES = re.compile(r"(<(?:robot|link|joint|material) name=\"|<(?:parent|child) link=\")")
 
 
 class Renaming:
-    """Topics `names` of a log under their names in `namespace`, and their messages with `frame_prefix`.
+    """Topics `names` of a log under their names in `namespace`, empty for those of the log.
 
-    Empty texts change nothing. A log of one scene has its namespace replaced, as a node's is; one of several
-    has it put in front. What all scenes share, such as /tf, keeps its name. A type that is not known keeps its frames.
+    A log of one scene has its namespace replaced, as a node's is; one of several has it put in front. What all scenes
+    share, such as /tf, keeps its name.
     """
 
-    def __init__(self, names: Iterable[str], namespace: str = "", frame_prefix: str = ""):
+    def __init__(self, names: Iterable[str], namespace: str = ""):
         homes = {name.rpartition("/")[0] for name in names if name.endswith("/samples")}
         self._home = homes.pop() + "/" if len(homes) == 1 else "/"
-        self._place, self._prefix = namespace.strip("/"), frame_prefix
+        self._place = namespace.strip("/")
 
     def topic(self, name: str) -> str:
         """The name of a topic."""
         if not self._place or name in GLOBAL:
             return name
         return f"/{self._place}/{name.removeprefix(self._home).lstrip('/')}"
-
-    def data(self, name: str, ros_type: str, data: bytes) -> bytes:
-        """The bytes of a message of a topic, named as in the log; raises LogError for bytes that are none."""
-        if not self._prefix or not cdr.is_known(ros_type):
-            return data
-        message = cdr.deserialise(ros_type, data)
-        if ros_type != cdr.STRING:
-            return cdr.serialised(ros_type, self._renamed(message))
-        if not name.endswith(f"/{DESCRIPTION}"):
-            return data
-        named = _NAMES.sub(lambda found: found[1] + self._prefix, message.data)
-        return cdr.serialised(ros_type, dataclasses.replace(message, data=named))
-
-    def _renamed(self, value):
-        """The same value in which frames have the prefix."""
-        if isinstance(value, list):
-            return [self._renamed(one) for one in value]
-        if not dataclasses.is_dataclass(value):
-            return value
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-        prefixed = {name: self._prefix + fields[name] for name in FRAME_FIELDS if fields.get(name)}
-        return type(value)(**{name: self._renamed(one) for name, one in fields.items()} | prefixed)
 
 
 class ReplayTopic(NamedTuple):
@@ -132,8 +104,8 @@ class ReplayLoop(PacedStream):
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
     What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
-    Topics of a type that has changed since are not played; `notes` names them. With `namespace` and `frame_prefix`
-    topics and frames have other names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
+    Topics of a type that has changed since are not played; `notes` names them. With `namespace` topics have other
+    names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
     one message. Raises LogError, also part way.
     """
 
@@ -145,7 +117,6 @@ class ReplayLoop(PacedStream):
         start_ns: int = 0,
         loop: bool = False,
         namespace: str = "",
-        frame_prefix: str = "",
     ):
         super().__init__(deliver, rate)
         self.notes = LogReader(path, unfinished=True).notes
@@ -161,7 +132,7 @@ class ReplayLoop(PacedStream):
                 self.notes.append(f"{said}, as others have type {topic.ros_type}")
         if not self._played:
             raise LogError(self.notes[-1])
-        self._renaming = Renaming(self._played, namespace, frame_prefix)
+        self._renaming = Renaming(self._played, namespace)
         self.topics = {self._renaming.topic(name): topic for name, topic in self._played.items()}
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
@@ -187,8 +158,7 @@ class ReplayLoop(PacedStream):
     def _renamed(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
         """A message as it goes out, if it does."""
         if not topic.foreign and topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
-            renamed = self._renaming.data(topic.name, topic.ros_type, data)
-            yield Timed(time_ns, self._renaming.topic(topic.name), renamed)
+            yield Timed(time_ns, self._renaming.topic(topic.name), data)
 
     def next_batch(self) -> list[Timed] | None:
         """The next messages of the log, None at its end."""
@@ -226,8 +196,7 @@ class ReplayNode(BaseNode):
             raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: unset one")
         place, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
         deliver = lambda message: self._outlet.deliver(message)  # noqa: E731  (its topics are those of the loop)
-        made_of = values["rate"], start_ns, values["loop"], place, values["frame_prefix"]
-        self.loop = loop = ReplayLoop(values["log"], deliver, *made_of)
+        self.loop = loop = ReplayLoop(values["log"], deliver, values["rate"], start_ns, values["loop"], place)
         for sentence in loop.notes:
             self.get_logger().warning(sentence)
         topics = ((name, topic.ros_type, topic.qos) for name, topic in loop.topics.items())
@@ -239,7 +208,9 @@ class ReplayNode(BaseNode):
         if outlet.has_clock:
             self.every(CLOCK_PERIOD, self._on_clock)
         self.get_logger().info(f"{values['log']}: {len(outlet.publishers)} topics")
-        wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], self.get_logger().info)
+        stopping = lambda: self.worker.stopping  # noqa: E731
+        said = self.get_logger().info
+        wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], said, stopping)
         clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
         self.worker = Worker(self._turn, wait, self._ended, clock)
         self.worker.start()

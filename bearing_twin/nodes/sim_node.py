@@ -232,8 +232,9 @@ class SimNode(BaseNode):
         values, scene = self._values, self._scene
         simulation = Simulation(scene, self._halt)
         self._doing = "waiting for subscribers"
-        wait_for_subscribers(self._outlet.publishers, values["discovery"], self.get_logger().info)
-        if self.worker.stopping:
+        stopping = lambda: self.worker.stopping  # noqa: E731
+        wait_for_subscribers(self._outlet.publishers, values["discovery"], self.get_logger().info, stopping)
+        if stopping():
             return
         loop = SimulationLoop(
             simulation,
@@ -429,7 +430,7 @@ class SimNode(BaseNode):
         warning = self.loop.warning()
         level, message = WARN if slow or warning else OK, "; ".join(filter(None, (message, warning)))
         if self._log is not None:
-            log_level, log_says, room = self.watch_log(self._log, Path(self._values["log"]).parent, time.monotonic())
+            log_level, log_says, room = self.watch_log(self._log, Path(self._values["log"]).parent)
             level, message = (log_level, log_says) if log_says else (level, message)
             numbers |= room
         self._publish_status(level, message, numbers)

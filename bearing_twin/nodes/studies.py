@@ -17,7 +17,7 @@ from bearing_twin.base.paths import file_name, only_below
 from bearing_twin.base.process import usable
 from bearing_twin.base.report import json_text
 from bearing_twin.kinds.rules import ON
-from bearing_twin.log.study_log import INPUT, QUANTITY, StudyLog
+from bearing_twin.log.study_log import StudyLog
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NOT_ALLOWED
 from bearing_twin.uq.run import Progress, memory_needed, refuse_too_large, run_study
 from bearing_twin.uq.study import Study, load_study, parse_study, study_names
@@ -27,7 +27,6 @@ MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
 SUCCEEDED, ABORTED, CANCELLED = "succeeded", "aborted", "cancelled"
 FEEDBACK_PERIOD = 0.1  # s
 LONGEST_SILENCE = 60.0  # s without progress of the running study, after which the node warns
-MESSAGE, DESCRIBED = 80, 40  # bytes: of the message of a realisation in a log; of a number in it, beside its name
 
 
 class Goal(NamedTuple):
@@ -99,8 +98,8 @@ def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
 class StudyLimits(NamedTuple):
     """The node's limits: `memory` [B] and `samples` of a study, `workers` (0 = one a processor), `time_limit` [s].
 
-    `log_quota` [B] is what all logs in their folder may take together, `executors` where a study may run. 0 = no limit.
-    `allow_invalid`: whether a study may let models run outside their ranges.
+    `log_quota` [B] is what the logs in their folder may take before another one, `executors` where a study may run.
+    0 = no limit. `allow_invalid`: whether a study may let models run outside their ranges.
     """
 
     memory: float = 2e9
@@ -137,27 +136,14 @@ class StudyLimits(NamedTuple):
         workers = min(study.settings.workers or most, most)
         return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
 
-    def refuse_full(self, folder: Path, study: Study) -> None:
-        """Raises LogError where the logs in `folder` and that of this study would take more than `log_quota`."""
-        if not self.log_quota:
-            return
+    def refuse_full(self, folder: Path) -> None:
+        """Raises LogError where the logs in `folder` take more than `log_quota`."""
         there = sum(path.stat().st_size for path in folder.glob("*.mcap"))
-        if there + log_bytes(study) > self.log_quota:
+        if self.log_quota and there > self.log_quota:
             raise LogError(
-                f"the logs in {folder} take {there:.3g} B and that of this study up to {log_bytes(study):.3g} B, "
-                f"together more than the node's parameter log_quota = {self.log_quota:.3g} B; move some away"
+                f"the logs in {folder} take {there:.3g} B, more than the node's parameter log_quota = "
+                f"{self.log_quota:.3g} B; move some away"
             )
-
-
-def log_bytes(study: Study) -> float:
-    """The size of a study's log at most [B]: every realisation with its numbers, before they are packed.
-
-    Its inputs and quantities stand in a block and, with their names and units, in a message of its own.
-    """
-    shown = [f"{INPUT}{one.key}" for one in study.inputs] + [f"{QUANTITY}{name}" for name in study.quantities]
-    columns = len(shown) + 3 + len(study.histories) * study.settings.history_points
-    message = MESSAGE + sum(len(name) + DESCRIBED for name in shown)
-    return (8.0 * columns + message) * study.settings.samples
 
 
 def refuse_unwritable(folder: Path) -> None:
@@ -322,7 +308,7 @@ class Studies:
         folder = Path(self._log_folder).resolve()
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            self._limits.refuse_full(folder, study)
+            self._limits.refuse_full(folder)
             path = free_path(folder, study.name, time.strftime("%Y%m%d_%H%M%S"))
             return self._open_log(study, path), str(path), ""
         except (BearingTwinError, OSError) as error:

@@ -20,18 +20,18 @@ from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.errors import BearingTwinError, Stopped
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.base_node import BaseNode, PolledGroup, declare, guarded, run, waiting_messages
+from bearing_twin.nodes.base_node import BaseNode, PolledGroup, declare, guarded, interrupted, run, waiting_messages
 from bearing_twin.nodes.graph import full_name, quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.page_server import Feed, PageServer, Refused
 from bearing_twin.nodes.simulation_loop import check_speed
+from bearing_twin.view.page_server import Feed, PageServer, Refused
 from bearing_twin.view.run_page import Again, LiveRun, live_page
 
 
@@ -117,7 +117,8 @@ class WatchNode(BaseNode):
         end, nodes = now + patience, {}
         # That it is the only one is known when discovery adds no other any more.
         while name not in nodes and now <= end and not (nodes and not name and now > changed + quiet_time()):
-            time.sleep(LOOK_PERIOD)
+            if interrupted.wait(LOOK_PERIOD):
+                raise Stopped("interrupted while it looked for the node to show")
             now, before, nodes = time.monotonic(), nodes, {}
             for topic, types in self.get_topic_names_and_types():
                 if cdr.SAMPLE_BLOCK in types and topic.endswith(SAMPLES):

@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import pytest
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.nodes import page_server
-from bearing_twin.nodes.page_server import Feed, PageServer
+from bearing_twin.view import page_server
+from bearing_twin.view.page_server import Feed, PageServer
 
 PATIENCE = 300.0  # s: what does not come about at all fails, slowness does not
 
