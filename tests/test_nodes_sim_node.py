@@ -262,6 +262,13 @@ def test_a_change_beyond_the_end_of_a_run_is_said_once_unless_the_run_has_no_end
     assert capfd.readouterr().err.count("drive.change.time = 5 s is beyond the end of the run at 0.1 s") == times
 
 
+def test_a_duration_below_a_nanosecond_is_not_endless():
+    with ros_executor() as executor:
+        node = started(executor, SimNode, duration=1e-12)
+        spin_until(executor, node.done.is_set, "end of the run", patience=60.0)
+        assert node.loop.position_ns == 0
+
+
 @pytest.mark.parametrize("method", ["__init__", "advance"])
 def test_a_node_closed_before_its_first_output_ends_at_once_and_logs_nothing(method, monkeypatch, tmp_path):
     """An impact is solved as a whole with its first output, which takes minutes where the mesh is fine."""

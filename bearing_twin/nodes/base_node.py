@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
-from rclpy._rclpy_pybind11 import InvalidHandle
+from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.duration import Duration
@@ -67,6 +67,9 @@ class Outlet:
 
     def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
         self._publishers, problems, topics = {}, [], list(topics)
+        # First, as it comes before a topic of this name: a node has one type of message under each name.
+        clock = qos_profile(Qos(1, "best_effort"))
+        self._clock = node.create_publisher(ClockMessage, "/clock", clock) if publish_clock else None
         # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.
         events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
         for name, ros_type, qos in topics:
@@ -77,13 +80,12 @@ class Outlet:
                 problems.append(f"{harmless(name)} is not published: {error}")
             except InvalidTopicNameException:
                 problems.append(f"{echo(name)} is not published: it is not a legal name of a topic in ROS")
+            except RCLError:
+                problems.append(f"{echo(name)} is not published: the node has a topic of this name with another type")
         if problems and not self._publishers:
             raise BearingTwinError(problems[0])
         if problems:
             node.get_logger().warning("; ".join(problems))
-        self._clock = None
-        if publish_clock:
-            self._clock = node.create_publisher(ClockMessage, "/clock", qos_profile(Qos(1, "best_effort")))
         self.published = 0
 
     @property

@@ -4,6 +4,7 @@ Integration, pacing, log and publishing happen in a worker thread; the callbacks
 """
 
 import dataclasses
+import math
 import threading
 import time
 from concurrent.futures import Future, wait
@@ -190,7 +191,7 @@ class SimNode(BaseNode):
         self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         self._serve(kind)
         own_end_ns = (scene.outputs - 1) * scene.output_period_ns if kind.brief else 0
-        self._duration_ns = round(values["duration"] * 1e9) or own_end_ns
+        self._duration_ns = math.ceil(values["duration"] * 1e9) or own_end_ns
         for late in late_keys(scene, 1e-9 * self._duration_ns or float("inf")):
             self.get_logger().warning(late)
         self.worker = Worker(self._turn, self._prepare, self._ended)
