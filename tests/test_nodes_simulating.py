@@ -19,6 +19,8 @@ from bearing_twin.nodes.simulation_loop import GREATEST_SPEED, LONGEST_STEP
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
+SPEED = Command("command/speed", "std_msgs/msg/Float64", lambda value: ("set_speed", value), "")
+
 
 def expected(outputs):
     """The messages of the first `outputs` outputs, by topic."""
@@ -200,20 +202,27 @@ def test_a_speed_takes_effect_within_a_chunk_and_an_impossible_one_is_refused():
     loop.drive(50)
     for speed in (math.nan, math.inf, -math.inf, 1.01 * GREATEST_SPEED):
         with pytest.raises(BearingTwinError, match="finite"):
-            loop.set_speed(loop.clock, speed)
-    loop.set_speed(loop.clock, -100.0)
+            loop.obey(SPEED, speed)
+    loop.obey(SPEED, -100.0)
     [(time_ns, speed)] = loop.simulation.speeds
     assert speed == -100.0
     assert time_ns - loop.position_ns <= 10 * MS
+
+
+def test_a_command_of_a_kind_is_any_method_of_its_simulation():
+    loop, tightened = Loop(), []
+    loop.simulation.tighten = lambda *given: tightened.append(given)
+    loop.obey(Command("command/bolts", "std_msgs/msg/Float64", lambda value: ("tighten", value, 3), ""), 2.5)
+    assert tightened == [(2.5, 3)]
+    assert loop.commands.counts["taken"] == 1
 
 
 def test_a_flood_of_commands_is_carried_out_once_in_a_period():
     """Of each topic the last legal one; those before are superseded."""
     loop = Loop(command_ns=10 * MS)
     loop.paused = True
-    speed = Command("command/speed", "std_msgs/msg/Float64", lambda value: ("set_speed", value), "")
     for k in range(2000):  # in 20 ms
-        loop.commands.offer(speed, math.nan if k % 50 == 0 else float(k))
+        loop.commands.offer(SPEED, math.nan if k % 50 == 0 else float(k))
         wake_at = loop.turn(START + 10_000 * k)
         assert wake_at in (None, loop.obeys_at)
     loop.turn(START + 30 * MS)

@@ -191,7 +191,7 @@ class SimulationLoop(PacedStream):
     def _obey_waiting(self, now: int) -> None:
         if self.commands.waiting:
             self.obeys_at = now + self._command_ns
-            self.commands.carry_out(lambda command, message: self.obey(now, command, message))
+            self.commands.carry_out(self.obey)
 
     def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
         """Failure to keep up, state, and numbers since the last look; from any thread.
@@ -239,34 +239,24 @@ class SimulationLoop(PacedStream):
             said = f"the run is {status}"
         return "; ".join(filter(None, (said, self.commands.warning())))
 
-    # Commands; those of a kind are named by its `Command`s
+    # Commands; those of a kind name a method of the simulation
 
-    def obey(self, now: int, command: Command, message) -> None:
+    def obey(self, command: Command, message) -> None:
         """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
         given, frame = getattr(message, "header", None), f"{self.commands.prefix}{command.frame}"
         try:
             if given is not None and given.frame_id not in ("", frame):
                 raise BearingTwinError(f"its frame is {echo(given.frame_id)}, and must be {frame}")
             order, *arguments = command.order(message)
-            getattr(self, order)(now, *arguments)
+            if order == "set_speed":
+                check_speed(*arguments)
+            warning = getattr(self.simulation, order)(*arguments)
         except Exception as error:  # any peer can send commands
             raise self.commands.refused(command.name, error) from error
         self.commands.counts["taken"] += 1
-
-    def set_load(self, now: int, force, torque) -> None:
-        """New load on the inner ring [N], [N m]; raises BearingTwinError where it cannot be carried."""
-        self.simulation.set_load(force, torque)
-        self.commands.note_load(self.simulation.time_ns)
-
-    def set_speed(self, now: int, speed: float) -> None:
-        """New goal for the speed of the inner ring [rad/s]; raises BearingTwinError when it is no possible speed."""
-        check_speed(speed)
-        warning = self.simulation.set_speed(speed)
-        self.commands.speed_warning = self.commands.speed_warning or warning
-
-    def set_torque(self, now: int, torque: float) -> None:
-        """New torque on the inner ring [N m]; raises BearingTwinError where the drive takes none."""
-        self.simulation.set_torque(torque)
+        self.commands.speed_warning = self.commands.speed_warning or warning or ""
+        if order == "set_load":
+            self.commands.note_load(self.simulation.time_ns)
 
     def operating_point(self, now: int):
         """The last output computed, and the ring's loads and stiffness there; raises BearingTwinError."""
