@@ -35,6 +35,7 @@ UNKNOWN = 0.3  # s, assumed of a test that never ran here
 TIMES: dict[str, float] = {}  # s, of the tests of this session
 # Files that fork most: first, while there is little to copy.
 FORKING = "test_workers", "test_ensemble", "test_model_error", "test_study", "test_kinds"
+DRAWN: set[tuple] = set()  # titles and labels of the panels of pictures drawn
 LEFT_OUT: list[str] = []
 BEGAN: list[float] = []
 
@@ -108,6 +109,25 @@ def quick_pictures(monkeypatch):
     monkeypatch.setitem(rcParams, "axes.titley", 1.0)  # which else makes room for ticks above
     monkeypatch.setattr(Figure, "savefig", saved)
     monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", size)
+
+
+@pytest.fixture
+def pictures_once(quick_pictures, monkeypatch):
+    """As quick_pictures, but a picture whose panels have been drawn in this process already is left white."""
+    from matplotlib.figure import Figure
+    from PIL import Image
+
+    drawn = Figure.savefig
+
+    def saved(figure, path, **_):
+        panels = tuple((axes.get_title(loc="left"), axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes)
+        if panels in DRAWN:
+            Image.new("RGB", tuple(figure.bbox.size.astype(int)), "white").save(path, format="png")
+        else:
+            DRAWN.add(panels)
+            drawn(figure, path)
+
+    monkeypatch.setattr(Figure, "savefig", saved)
 
 
 @pytest.fixture

@@ -172,7 +172,7 @@ def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(capsys):
     assert "90 % of bearings" in printed(capsys, *DOWN, "--sweep", "load=100:1000:4")
 
 
-def test_sweeps_are_curves(capsys, tmp_path, quick_pictures):
+def test_sweeps_are_curves(capsys, tmp_path, pictures_once):
     picture = tmp_path / "curves.png"
     found = answered(capsys, *DOWN, "--sweep", "load=100:1000:4", "--plot", str(picture))
     assert found["values"] == pytest.approx([100.0, 400.0, 700.0, 1000.0])
@@ -225,7 +225,7 @@ def test_other_kinds_are_refused(capsys):
         assert "scene two_discs is no bearing" in refused(capsys, "bearing", "two_discs", *words)
 
 
-def test_a_result_is_a_table_and_a_sheet(capsys, tmp_path, quick_pictures):
+def test_a_result_is_a_table_and_a_sheet(capsys, tmp_path, pictures_once):
     found = answered(capsys, *DOWN)
     assert cli.main([*DOWN, "--csv"]) == cli.DONE
     rows = dict(csv.reader(capsys.readouterr().out.splitlines()))

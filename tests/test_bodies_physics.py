@@ -24,7 +24,7 @@ from bearing_twin.run.scene import choose, load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.shapes import quaternion_from_vector, quaternion_product
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("pictures_once")
 
 
 GRAVITY = 9.80665

@@ -91,7 +91,7 @@ def test_a_run_is_logged_reported_and_verified(log, capsys):
     assert len(report["greatest_normal_load_inner_n"]) == 8
 
 
-def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, capsys, quick_pictures):
+def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, capsys, pictures_once):
     for words in (["simulate", *SHORT], ["report", log]):
         picture = tmp_path / f"{words[0]}.png"
         assert asked(capsys, *words, "--plot", picture)["plot"] == str(picture)
@@ -293,7 +293,7 @@ def test_a_result_of_every_sort_of_value_is_shown(capsys):
         assert words in out
 
 
-def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, capsys, monkeypatch, quick_pictures):
+def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, capsys, monkeypatch, pictures_once):
     """One rule for pictures, sheets, logs and tables; a pipe is never written to."""
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe.png")

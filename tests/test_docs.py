@@ -27,7 +27,7 @@ EDITS = "your_law"  # which the last test follows
 
 
 @pytest.mark.parametrize("page", [one for one in TUTORIALS if one.stem != EDITS], ids=lambda page: page.stem)
-def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, quick_workers, quick_pictures):
+def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, quick_workers, pictures_once):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
     ran = 0

@@ -22,7 +22,7 @@ from bearing_twin.run.report import Gathering
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("pictures_once")
 
 SHORTER = {  # s: until something has happened
     "bearing_6203": 0.12,

@@ -248,7 +248,7 @@ def test_equation_14_is_softer_than_plane_strain_for_thick_discs(speed, ratio):
     assert paper / johnson == pytest.approx(ratio, abs=1e-3)
 
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("pictures_once")
 
 
 def test_a_run_that_ends_early_says_so():

@@ -19,7 +19,7 @@ from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.uq.study import load_study, parse_study, study_names
 
-pytestmark = pytest.mark.usefixtures("quick_pictures")
+pytestmark = pytest.mark.usefixtures("pictures_once")
 
 TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8") for page in PAGES}
 MOST_WORDS = 1000

@@ -149,7 +149,7 @@ def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, capsys):
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 
 
-def test_pictures_of_little_and_of_nothing(tmp_path, quick_pictures):
+def test_pictures_of_little_and_of_nothing(tmp_path, pictures_once):
     speeds = {"motion.first_velocity": {"distribution": "uniform", "low": -3.0, "high": 6.0}}
     mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": ["peak_force", "impulse"], "modality": "no"}
     few = run_study(parse_study({**mapping, "method": "ensemble", "samples": 3}, "few"))
@@ -371,7 +371,7 @@ def test_a_bearing_is_studied_by_worker_processes(name, quick_workers):
     assert result.sample("cage_speed") == pytest.approx(theory, rel=0.2)
 
 
-def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path, quick_pictures):
+def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path, pictures_once):
     log = tmp_path / "study.mcap"
     found = asked(capsys, *QUICK, "--samples", 200, "--out", log)
     assert main(["report", str(log), "--json", "--plot", str(tmp_path / "study.png")]) == DONE
