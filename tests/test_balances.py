@@ -300,14 +300,14 @@ def outputs_of(name, *overrides, count=300):
     ],
 )
 def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
-    """Contacts add up to wrenches and those to zero, at every output with a load."""
+    """Contacts add up to wrenches and those to zero, at every other output with a load."""
     scene, outputs = outputs_of(name, *overrides, count=300)
     table = KINDS[scene.kind].topics(scene.parameters)
     wrench_rows = [row for row in table if row.ros_type == WRENCH]
     [contact_row] = [row for row in table if row.ros_type == CONTACTS]
     [frames] = [row for row in table if row.ros_type == TRANSFORMS]
     loaded = 0
-    for output in outputs:
+    for output in outputs[::2]:
         rows = contact_row.fields(output)
         if not rows["normal_load"][0] > 0.0:
             continue

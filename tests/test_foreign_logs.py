@@ -33,7 +33,8 @@ from bearing_twin.log.raw_log import recover
 from bearing_twin.log.run_log import read_log, write_log
 
 SCENE = made_up_scene(balls=1)
-BLOCK = made_up_block(SCENE, 400)
+OUTPUTS = 200
+BLOCK = made_up_block(SCENE, OUTPUTS)
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +166,7 @@ def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what
     found = list(raw_messages(path))
     assert [one.log_time for one in found] == sorted(one.log_time for one in found)
     recovered = recover(path, saved)
-    assert (recovered.messages, recovered.samples) == (len(source) + foreign, 400)
+    assert (recovered.messages, recovered.samples) == (len(source) + foreign, OUTPUTS)
     assert len(recovered.problems) == (what == "an attachment of 80 MB")  # larger than what is read
     assert main(["report", str(saved), "--json"]) == DONE
     assert json.loads(capsys.readouterr().out).get("messages_foreign", 0) == foreign
@@ -207,7 +208,7 @@ def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path
     growing(path, source)
     assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
     out, err = capsys.readouterr()
-    assert 50 <= json.loads(out)["samples"] < 400
+    assert 50 <= json.loads(out)["samples"] < OUTPUTS
     assert "has no end" in err
     with pytest.raises(LogError, match="bearing_twin recover"):
         read_log(path)
@@ -267,7 +268,7 @@ def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, capsys)
     path = tmp_path / name
     assert bits(read_log(path)) == bits(BLOCK)
     assert main(["report", str(path), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["samples"] == 400
+    assert json.loads(capsys.readouterr().out)["samples"] == OUTPUTS
     assert recover(path, tmp_path / "saved.mcap").messages == len(source)
     assert bits(read_log(tmp_path / "saved.mcap")) == bits(BLOCK)
 

@@ -301,7 +301,7 @@ def logged(run, block, path):
 
 def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys):
     """A record that was altered by 1 uN, and one that is not there."""
-    run = simulate("two_spheres")
+    run = simulate(load_scene("two_spheres", ["run.output_rate=5e5"]))
     whole = joined(list(run.blocks()))
     rows = whole.records["contact"]
     altered = rows + 1e-6 * np.array([channel.name == "peak_force" for channel in CONTACT.columns])

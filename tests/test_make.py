@@ -127,7 +127,7 @@ def test_a_signal_ends_the_torture_and_all_that_it_started(number, quick_starts)
 
 SHARES_OF_NODES = {"hostile": 0.03, "frozen": 0.1}  # of others the least there is
 # Processes are started, ended and stopped. That nodes end with whole logs, and goals with answers, other tests show.
-SLOW_FOR_NODES = ("soak", "goals", "frozen", "stops")
+SLOW_FOR_NODES = ("soak", "goals", "frozen", "stops", "calls", "cancels")
 
 
 @pytest.mark.parametrize(

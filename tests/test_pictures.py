@@ -91,7 +91,7 @@ def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
 
 
 def test_the_same_run_gives_the_same_picture(tmp_path):
-    block = made_up_block(8, 100)
+    block = made_up_block(2, 20)
     first, second = (drawn(tmp_path / name, block).read_bytes() for name in ("a.png", "b.png"))
     assert first == second
 

@@ -149,7 +149,7 @@ def test_sidebands_show_how_damage_goes_through_the_load(capsys, tmp_path):
 
 
 def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
-    samples = record("outer", seconds=1.5, strength=2.0).astype(np.float32)
+    samples = record("outer", seconds=1.0, strength=2.0).astype(np.float32)
     times = np.arange(len(samples)) / RATE
     header = 'time,"acceleration, along z"'
     np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header=header, comments="")

@@ -107,7 +107,7 @@ def test_a_number_that_the_scene_wants_may_be_uncertain(more, quick_workers):
     """The law asks for a measured alpha, which the scene alone has not; by closed forms, and by simulating."""
     scene, words = (
         {"kind": "two_spheres", "contact": {"normal": "measured"}},
-        [*more, "samples=12", "workers=1", "modality=no", "checks=0"],
+        [*more, "samples=6", "workers=1", "modality=no", "checks=0"],
     )
     left_open = run_study(parse_study(PLAIN, "s", words)).as_dict()["quantities"]["contact_duration"]
     for changes, law in (({}, ["contact.normal=measured"]), ({"scene": scene}, [])):

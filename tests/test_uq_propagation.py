@@ -154,11 +154,12 @@ def test_a_mean_that_does_not_exist_is_refused_by_every_method(method, loss, qui
     """The contact time is v^-0.2 and the probability of a speed below v is v^(1/9); lognormal speeds have all means."""
     if method != "ensemble" and loss:
         return  # an interpolant needs every run, and those at speeds below 1e-12 m/s fail
-    found = run_study({**BALLS, "set": list(loss), "inputs": WIDE, "method": method}).as_dict()["quantities"]
+    few = {**BALLS, "samples": 16, "set": list(loss), "method": method}
+    found = run_study({**few, "inputs": WIDE}).as_dict()["quantities"]
     assert found["contact_duration"]["mean"] is None
     assert {"mean", "std", "skewness"} <= found["contact_duration"]["refused"].keys()
     spread = {"motion.first_velocity": {"distribution": "lognormal", "mean": 20.0, "std": 60.0}}
-    found = run_study({**BALLS, "set": list(loss), "inputs": spread, "method": method}).as_dict()["quantities"]
+    found = run_study({**few, "inputs": spread}).as_dict()["quantities"]
     assert found["contact_duration"]["refused"] == {}
 
 
