@@ -46,7 +46,7 @@ def made(tmp_path_factory):
 
     def make(name):
         with pytest.MonkeyPatch.context() as patch:
-            # Costs are not asserted: once is enough. Under a limit the clock of the process has ticks longer than many runs.
+            # Costs are not asserted: once is enough. With a limit the clock ticks more coarsely than runs take.
             patch.setattr(engine, "LONG", 0.0)
             patch.setattr("bearing_twin.charts.uncertainty.SEEDS", 9)
             return once(name)
