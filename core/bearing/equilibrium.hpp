@@ -461,10 +461,8 @@ class Ring {
           double n = push.n_r[lane], share = race == 0 ? seat->share_inner : -seat->share_outer;
           row[0 + race] = push.approach[lane], row[2 + race] = push.load[lane];
           row[4 + race] = std::atan2(push.n_z[lane], n), row[6 + race] = share * gyroscopic[lane];
-          // of the gap: across the groove, and along it, where the groove goes about the ring's axis
-          const double ball_curvature = 1.0 / seat->ball_radius, radial = race == 0 ? -n : n;
-          row[8 + race] = 0.5 * (ball_curvature - 1.0 / groove.groove_radius);
-          row[10 + race] = 0.5 * (ball_curvature - radial / (groove.locus_radius + radial * groove.groove_radius));
+          row[8 + race] = curvature_across_groove(seat->ball_radius, groove.groove_radius);
+          row[10 + race] = curvature_along_groove(seat->ball_radius, groove.locus_radius, groove.groove_radius, race == 0 ? -n : n);
         }
         const double gamma = seat->gamma();
         bool rolls = inner.load[lane] > 0.0 && inner.n_r[lane] >= LEVEL && outer.n_r[lane] >= LEVEL;

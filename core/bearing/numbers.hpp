@@ -2,7 +2,6 @@
 #pragma once
 #include "../methods/rosenbrock.hpp"
 #include "elements.hpp"
-#include "model.hpp"
 
 namespace core {
 

@@ -1,11 +1,400 @@
-// Exported functions of outputs: fills rows (instants, columns) of all channels. `place` holds the numbers of RowPlaces in their
-// order; `body_numbers`, loads and borders are those of coupled.cpp, and `coupled` says whether there are any.
+// Outputs of a bearing: one row of all channels an instant (kinds/bearing/outputs.py), filled from the states of the
+// balls and of ring, cage and shaft. Contacts are those of the equations of motion themselves.
 #include <vector>
+#include "elements.hpp"
+#include "neighbours.hpp"
 #include "numbers.hpp"
-#include "outputs.hpp"
+
+namespace core {
+
+constexpr int OWN_CHANNELS = 21, SUMS = 18;  // the last two are those of films, of width 0 where there are none
+// Where the numbers of a row stand: those of ball k in own channel i at first[i] + k width[i]; then the first of the
+// ring's, of the sums over the balls and of the contacts between neighbours; positions, forces of the raceways. Rows
+// without contacts, whose `neighbours` are negative, begin with the ring's numbers and end with the sums.
+struct RowPlaces {
+  int first[OWN_CHANNELS], width[OWN_CHANNELS], ring, shared, neighbours, position, force, columns;
+  bool contacts() const { return neighbours >= 0; }
+};
+
+struct DriveNow { double angle, speed, acceleration; };
+
+namespace outputs {
+
+// Columns after the ring's angle.
+enum RingColumn {
+  RING_SPEED = 1, RING_OFFSET, RING_TILT = 5, RING_VELOCITY = 7, TILT_RATE = 10, RING_LOAD = 12, RING_LOAD_WORK = 15,
+  DRIVE_TORQUE, CAGE_TURN, CAGE_SPEED, CAGE_SLIP, POCKET_FORCE
+};
+// Sums over the balls.
+enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KINETIC = 12, ELASTIC, POTENTIAL, WORK, LOSS, GROSS };
+
+using Vector = Vector3<Pack>;
+
+// The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion. Then the
+// outer ring's centre and its velocity; lanes of the first ball. Moments on the outer ring are about the origin of its
+// frame, where its centre is at the start.
+struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Vector outer, outer_drift; Mask first; };
+
+// A contact in the axes in which it was computed.
+struct Contact {
+  Pack approach, normal_load, energy, contact_angle, spin_rate, small, large, spin_moment;
+  Vector arm, normal, friction, slip;
+  Pack film{}, film_ratio{};
+  Vector pressure{};  // of a film, on the ball's centre
+};
+
+template <bool PATCH, class O, class W>
+CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
+                               const Vector &velocity, const Vector &spin, const Height &height) {
+  auto found = raceway_contact<PATCH>(bearing, raceway, nullptr, height, offset, velocity, spin, speed);
+  const auto &at = found.at;
+  const auto &action = found.action;
+  Contact contact;
+  contact.normal = as_packs(at.normal), contact.arm = as_packs(at.arm);
+  contact.friction = as_packs(action.friction), contact.slip = as_packs(action.slip);
+  contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = found.spin;
+  contact.energy = elastic_energy(bearing.power, at.load, maximum(at.approach, 0.0));
+  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, at.radial);
+  contact.spin_moment = as_pack(action.spin_moment);
+  if (const auto &film = found.film; bearing.lubricant.works()) {
+    Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
+    contact.friction = contact.friction - along, contact.pressure = film.lead * along;
+    contact.film_ratio = select(at.load > 0.0, exponential(film.log_ratio), Pack{});
+    contact.film = contact.film_ratio * std::exp(bearing.lubricant.log_roughness);
+  }
+  return contact;
+}
+
+template <bool PATCH, RingMotion RING>
+CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, const Pack &cosine, const Pack &sine,
+                                  const Vector &local, const Vector &velocity, const Vector &spin, const Height &height) {
+  auto seen = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, Pack(-sine), v); };
+  Vector offset = local - seen(ring.centre);
+  if constexpr (RING == RingMotion::held) return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin, height);
+  Vector against = velocity - seen(ring.drift);
+  if constexpr (RING == RingMotion::held || RING == RingMotion::level)
+    return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, against, spin, height);
+  else {
+    Vector tilt = seen(ring.tilt), turning = seen(ring.turning);
+    auto axes = ring_axes(tilt.x, tilt.y);
+    Vector from_centre = into_ring(axes, offset);
+    Contact contact = contact_of<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
+                                        into_ring(axes, against - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
+    for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip, &contact.pressure}) *v = out_of_ring(axes, *v);
+    return contact;
+  }
+}
+
+// Against the radial plane, above zero where the inner ring is pushed along +z; `outwards` is 1 at the outer ring, -1 at
+// the inner one.
+CORE_INLINE Pack contact_angle(const Contact &contact, double outwards) {
+  Pack in_plane = square_root(contact.normal.x * contact.normal.x + contact.normal.y * contact.normal.y);
+  return arctangent(Pack((outwards * contact.normal.z + 0.0) / in_plane));
+}
+
+// A contact in bearing_link, the normal in the direction of the load; force and torque on the ball about its centre.
+struct Placed { Vector point, normal, friction, slip, spin_moment, force, torque, pressure; };
+CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pack &cosine, const Pack &sine) {
+  auto turned = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, sine, v); };
+  Vector spin_moment = contact.spin_moment * contact.normal;
+  return {turned(local + contact.arm), turned(-1.0 * contact.normal), turned(contact.friction), turned(contact.slip), turned(spin_moment),
+          turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + spin_moment), turned(contact.pressure)};
+}
+
+// Moment of a contact on the inner ring about its centre: about x and y as the tilts work, about z about the ring's axis.
+CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position, const Vector &force, const Vector &torque) {
+  Vector offset = into_ring(ring_axes(ring.tilt.x, ring.tilt.y), position - ring.centre);
+  Vector level = cross(offset, force) + torque;
+  Vector turned = cross(offset, force - cross(ring.tilt, force)) + (torque - cross(ring.tilt, torque));
+  return {-level.x, -level.y, -turned.z};
+}
+
+// The numbers of one ball in the order of the own channels, then its shares in the sums.
+struct BallRow {
+  Pack own[66], shares[SUMS];
+  int next = 0;
+  CORE_INLINE void put(const Pack &x) { own[next++] = x; }
+  CORE_INLINE void put(const Vector &v) { put(v.x), put(v.y), put(v.z); }
+};
+
+template <bool PATCH, RingMotion RING>
+[[gnu::noinline]] inline void fill(const Bearing &bearing, const RingPose &ring, const BallState &y,
+                                   const Quaternion &own_orientation, BallRow &row) {
+  auto [cosine, sine] = cosine_sine_value(y[ANGLE]);
+  Pack c = cosine, s = sine;
+  Vector local{y[RADIUS], Pack{}, y[HEIGHT]}, velocity{y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]};
+  Vector spin{y[SPIN], y[SPIN + 1], y[SPIN + 2]};
+  Heights heights;
+  if (bearing.defects.count) {
+    Pack orbit_rate = y[VELOCITY + 1] / y[RADIUS];
+    heights = heights_at(bearing.defects, surface_places(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first), Pack{});
+  }
+  Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
+  Contact at_outer = [&]() __attribute__((always_inline)) {
+    if constexpr (RING == RingMotion::housed) {
+      Vector offset = local - about_z(c, Pack(-s), ring.outer), against = velocity - about_z(c, Pack(-s), ring.outer_drift);
+      return contact_of<PATCH>(bearing, bearing.outer, offset, Zero{}, against, spin, heights.outer);
+    } else return contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
+  }();
+  Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
+  Vector position = about_z(c, s, local);
+  const bool films = bearing.lubricant.works();
+  if (films) inner.force = inner.force + inner.pressure, outer.force = outer.force + outer.pressure;
+  auto [half_cosine, half_sine] = cosine_sine_value(Pack(0.5 * y[ANGLE]));
+  Quaternion orientation = product({Pack{}, Pack{}, half_sine, half_cosine}, own_orientation);
+
+  at_inner.contact_angle = contact_angle(at_inner, -1.0), at_outer.contact_angle = contact_angle(at_outer, 1.0);
+  row.next = 0;
+  row.put(y[ANGLE]), row.put(position), row.put(about_z(c, s, velocity));
+  for (const Pack &part : orientation) row.put(part);
+  row.put(about_z(c, s, spin)), row.put(y[VELOCITY + 1] / y[RADIUS] - y[SPIN + 2]);
+  row.put(inner.force + outer.force), row.put(inner.torque + outer.torque);
+  for (auto number : {&Contact::approach, &Contact::normal_load, &Contact::contact_angle, &Contact::spin_rate, &Contact::small, &Contact::large})
+    row.put(at_inner.*number), row.put(at_outer.*number);
+  for (auto vector : {&Placed::point, &Placed::normal, &Placed::friction, &Placed::slip}) row.put(inner.*vector), row.put(outer.*vector);
+  row.put(at_inner.spin_moment), row.put(at_outer.spin_moment);
+  row.put(at_inner.film), row.put(at_outer.film), row.put(at_inner.film_ratio), row.put(at_outer.film_ratio);
+
+  Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.spin_moment);
+  if constexpr (RING == RingMotion::tilted || tilts_and_moves(RING))
+    on_inner = moment_on_tilted(ring, position, inner.force, inner.torque);
+  else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.spin_moment);
+  if (films) {  // the pressure acts through the ball's centre
+    on_outer = on_outer + cross(outer.point - position, outer.pressure);
+    if constexpr (RING == RingMotion::held || RING == RingMotion::level) on_inner = on_inner + cross(inner.point - position, inner.pressure);
+  }
+  Pack *share = row.shares;
+  for (const Vector &v : {-1.0 * inner.force, on_inner, -1.0 * outer.force, on_outer}) *share++ = v.x, *share++ = v.y, *share++ = v.z;
+  *share++ = 0.5 * (bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin));
+  *share++ = at_inner.energy + at_outer.energy;
+  *share++ = -bearing.ball_mass * (bearing.gravity[0] * position.x + bearing.gravity[1] * position.y + bearing.gravity[2] * position.z);
+  *share++ = y[DRIVE_WORK], *share++ = y[DISSIPATED], *share++ = y[GROSS_WORK];
+}
+
+// Approaches of each ball and the next ahead, and the contacts of those that touch.
+inline void write_neighbours(const Bearing &bearing, const double *state, int balls, const RowPlaces &places, double *row) {
+  neighbours::Row all{state, balls};
+  double *approach = row + places.neighbours, *load = approach + balls, *point = load + balls;
+  std::fill(load, row + places.columns, 0.0);
+  for (int k = 0; k < balls; k++) {
+    int j = k + 1 < balls ? k + 1 : 0;
+    approach[k] = 0.0;
+    if (balls < 2 || (balls == 2 && all.angle_ahead(k) > M_PI)) continue;
+    const double *a = row + places.position + 3 * k, *b = row + places.position + 3 * j;
+    double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
+    approach[k] = 2.0 * bearing.ball_radius - std::sqrt(x * x + y * y + z * z);
+    if (!(approach[k] > 0.0)) continue;
+    auto get = [&](int ball, int column) { return state[ball * COLUMNS + column]; };
+    auto contact = std::get<0>(contact_with_next(bearing, k, j, get));
+    double own = state[k * COLUMNS + ANGLE];
+    auto store = [&](const Vector3<double> &local, int block) {
+      auto v = about_z(std::cos(own), std::sin(own), local);
+      double *to = point + 3 * (balls * block + k);
+      to[0] = v.x, to[1] = v.y, to[2] = v.z;
+    };
+    row[places.shared + ELASTIC] += contact.energy;
+    load[k] = contact.normal_load;
+    store(Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)} + contact.arm, 0), store(-1.0 * contact.normal, 1), store(contact.friction, 2);
+  }
+}
+
+// Forces of an even cage on its balls: what keeps them in step, from the raceways' forces and the balls' places.
+inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
+                            const RowPlaces &places, double *row) {
+  double *force = row + places.ring + POCKET_FORCE, mass = bearing.ball_mass, torque = 0.0, inertia = b.inertia[CAGE_ANGLE];
+  for (int k = 0; k < balls; k++) {
+    const double *at = row + places.position + 3 * k, *on = row + places.force + 3 * k, *y = state + k * COLUMNS;
+    double moment = at[0] * (on[1] + mass * bearing.gravity[1]) - at[1] * (on[0] + mass * bearing.gravity[0]) -
+                    2.0 * mass * y[VELOCITY] * e[COORDINATES + CAGE_ANGLE] * y[RADIUS];
+    force[k] = moment / y[RADIUS];
+    torque += moment, inertia += mass * y[RADIUS] * y[RADIUS];
+  }
+  double growth = mass * torque / inertia;
+  for (int k = 0; k < balls; k++) force[k] = state[k * COLUMNS + RADIUS] * growth - force[k];
+}
+
+// Forces of the pockets on their balls along the orbit; their energy joins the elastic one.
+inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
+                          const RowPlaces &places, double *row) {
+  for (int k = 0; k < balls; k++) {
+    double pocket = 2.0 * M_PI * k / balls, motion[COLUMNS], moment = 0.0;
+    std::copy(state + k * COLUMNS, state + (k + 1) * COLUMNS, motion);
+    motion[ORBIT_RATE] /= motion[RADIUS];
+    BallState y;
+    for (int c = 0; c < COLUMNS; c++) y[c] = broadcast<Pack>(motion[c]);
+    ElementInput<false> in{y, e};
+    auto give = [&]<int ROW>(Index<ROW>, const auto &part) {
+      if constexpr (ROW == ORBIT_ROW) moment += as_pack(part)[0];
+    };
+    if (b.guided) in_moving_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
+    else in_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
+    row[places.ring + POCKET_FORCE + k] = moment / motion[RADIUS];
+    double depth = std::max(walls::gap_of(b, motion, pocket, e).approach, 0.0);
+    row[places.shared + ELASTIC] += 0.5 * b.pockets.wall.stiffness * depth * depth;
+  }
+}
+
+// The centre of a guided cage, and what its land does to it and to the ring that has the land.
+inline void write_land(const CoupledBodies &b, const BodyState &state, int balls, const RowPlaces &places, double *row) {
+  BodyState e = state;
+  e[COORDINATES + SHAFT] = row[places.ring + RING_SPEED];  // prescribed perhaps
+  double force[2] = {}, cage_torque = 0.0, inner = b.land.side < 0.0 ? 1.0 : 0.0;
+  land_forces(b, [&](int c) { return e[c]; }, [&](int c) { return e[COORDINATES + c]; }, [&]<int ROW>(Index<ROW>, double part) {
+    if constexpr (ROW == CAGE_X || ROW == CAGE_Y) force[ROW - CAGE_X] += part;
+    if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
+  });
+  double *centre = row + places.ring + POCKET_FORCE + balls, *sum = row + places.shared;
+  double off[2] = {e[CAGE_X] - inner * e[RING_X], e[CAGE_Y] - inner * e[RING_Y]}, distance = std::sqrt(off[0] * off[0] + off[1] * off[1]);
+  double lever = b.land.side * b.land.radius - distance, ring_torque = -b.land.side * b.land.radius * cage_torque / lever;
+  for (int i = 0; i < 2; i++) {
+    centre[i] = e[CAGE_X + i], centre[2 + i] = e[COORDINATES + CAGE_X + i], centre[4 + i] = force[i];
+    sum[INNER_FORCE + i] -= inner * force[i], sum[OUTER_FORCE + i] -= (1.0 - inner) * force[i];
+  }
+  sum[INNER_TORQUE + 2] += inner * ring_torque, sum[OUTER_TORQUE + 2] += (1.0 - inner) * ring_torque;
+  double depth = std::max(distance - b.land.clearance, 0.0);
+  sum[ELASTIC] += 0.5 * b.land.wall.stiffness * depth * depth;
+}
+
+constexpr double STANDING = 1e-9;  // rad/s, of balls that roll: they stand, and slip as a share of it says nothing
+
+// Ring, cage and shaft, whose shares join the energies; `rolling` is the speed of balls that roll, over the ring's.
+inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, double time, double rolling,
+                         const double *state, int balls, const RowPlaces &places, double *row) {
+  double *ring = row + places.ring, *sum = row + places.shared;
+  const double *speed = e.data() + COORDINATES, *integral = e.data() + 2 * COORDINATES;
+  bool driven = b.torque_driven();
+  if (b.ring != RingMotion::held) {
+    std::copy(e.data(), e.data() + 5, ring + RING_OFFSET);
+    std::copy(speed, speed + 5, ring + RING_VELOCITY);
+  }
+  for (int c : {RING_X, RING_Y, RING_Z})
+    if (b.free[c]) ring[RING_LOAD + c] = b.load[c] + time * b.load_rate[c];
+  if (b.unbalance != 0.0) {
+    double turn = b.phase + (driven ? e[SHAFT] : b.shaft_angle + time * (b.shaft_speed + 0.5 * b.shaft_acceleration * time));
+    double pull = b.unbalance * ring[RING_SPEED] * ring[RING_SPEED];
+    ring[RING_LOAD] += b.free[RING_X] * pull * std::cos(turn), ring[RING_LOAD + 1] += b.free[RING_Y] * pull * std::sin(turn);
+  }
+  for (int c = 0; c < SHAFT; c++) {
+    if (!b.free[c]) continue;
+    double off = e[c] - b.rest[c];
+    sum[KINETIC] += 0.5 * b.inertia[c] * speed[c] * speed[c];
+    sum[ELASTIC] += 0.5 * b.stiffness[c] * off * off;
+    sum[POTENTIAL] -= b.weight[c] * e[c];
+  }
+  ring[RING_LOAD_WORK] = integral[LOAD_WORK];
+  sum[WORK] += integral[LOAD_WORK] + integral[LAND_WORK];
+  sum[LOSS] += integral[LOST];
+  sum[GROSS] += std::fabs(integral[LOAD_WORK]) + std::fabs(integral[LAND_WORK]);
+  if (b.cage != CageKind::none) {
+    double rolls = rolling * ring[RING_SPEED];
+    ring[CAGE_TURN] = e[CAGE_ANGLE], ring[CAGE_SPEED] = speed[CAGE_ANGLE];
+    ring[CAGE_SLIP] = std::fabs(rolls) > STANDING ? 1.0 - speed[CAGE_ANGLE] / rolls : 0.0;
+    if (places.contacts() && b.cage == CageKind::even) write_even_cage(bearing, b, e, state, balls, places, row);
+    else if (places.contacts()) write_pockets(bearing, b, e, state, balls, places, row);
+    if (b.guided) write_land(b, e, balls, places, row);
+    ring[DRIVE_TORQUE] = -sum[INNER_TORQUE + 2];
+  }
+  if (driven) {
+    ring[DRIVE_TORQUE] = b.load[SHAFT] + time * b.load_rate[SHAFT];
+    sum[KINETIC] += 0.5 * b.inertia[SHAFT] * speed[SHAFT] * speed[SHAFT];
+    sum[WORK] = integral[LOAD_WORK] + integral[TORQUE_WORK];
+    sum[GROSS] += std::fabs(integral[TORQUE_WORK]);
+  }
+}
+
+// Sources of rows: states (instants, balls, COLUMNS), orientations (instants, balls, 4), times [s], and where
+// there are `bodies`, ring, cage and shaft, their states (instants, BODY_NUMBERS).
+struct Source {
+  const Bearing &bearing;
+  DriveNow drive;
+  int instants, balls;
+  const double *times, *states, *orientations;
+  const CoupledBodies *bodies;
+  const BodyState *body_states;
+  double rolling;
+};
+
+template <bool PATCH, RingMotion RING>
+void write_balls(const Source &from, const RowPlaces &places, double *out) {
+  long total = long(from.instants) * from.balls;
+  BallRow row;
+  RingPose ring{};
+  for (int axis = 0; axis < 3; axis++) (axis == 0 ? ring.centre.x : axis == 1 ? ring.centre.y : ring.centre.z) += from.bearing.offset[axis];
+  bool driven = from.bodies && from.bodies->torque_driven();
+  for (long begin = 0; begin < total; begin += LANES) {
+    BallState y;
+    Quaternion orientation;
+    for (int lane = 0; lane < LANES; lane++) {
+      long pair = std::min(begin + lane, total - 1), instant = pair / from.balls;
+      for (int c = 0; c < COLUMNS; c++) y[c][lane] = from.states[pair * COLUMNS + c];
+      for (int c = 0; c < 4; c++) orientation[c][lane] = from.orientations[pair * 4 + c];
+      ring.speed[lane] = from.drive.speed + from.drive.acceleration * from.times[instant];
+      ring.first[lane] = pair % from.balls == 0 ? -1 : 0;
+      ring.angle[lane] = from.drive.angle + from.times[instant] * (from.drive.speed + 0.5 * from.drive.acceleration * from.times[instant]);
+      if (!from.bodies) continue;
+      const double *place = from.body_states[instant].data(), *speed = place + COORDINATES;
+      if (driven) ring.speed[lane] = speed[SHAFT], ring.angle[lane] = place[SHAFT];
+      if constexpr (RING != RingMotion::held) {
+        ring.centre.x[lane] = place[RING_X], ring.centre.y[lane] = place[RING_Y], ring.centre.z[lane] = place[RING_Z];
+        ring.drift.x[lane] = speed[RING_X], ring.drift.y[lane] = speed[RING_Y], ring.drift.z[lane] = speed[RING_Z];
+        ring.tilt.x[lane] = place[TILT_X], ring.tilt.y[lane] = place[TILT_Y];
+        ring.turning.x[lane] = speed[TILT_X], ring.turning.y[lane] = speed[TILT_Y];
+        const double *along = from.bodies->direction;
+        ring.outer.x[lane] = along[0] * place[HOUSING], ring.outer_drift.x[lane] = along[0] * speed[HOUSING];
+        ring.outer.y[lane] = along[1] * place[HOUSING], ring.outer_drift.y[lane] = along[1] * speed[HOUSING];
+        ring.outer.z[lane] = along[2] * place[HOUSING], ring.outer_drift.z[lane] = along[2] * speed[HOUSING];
+      }
+    }
+    fill<PATCH, RING>(from.bearing, ring, y, orientation, row);
+    for (int lane = 0; lane < LANES && begin + lane < total; lane++) {
+      long instant = (begin + lane) / from.balls, ball = (begin + lane) % from.balls;
+      double *to_row = out + instant * places.columns;
+      const Pack *number = row.own;
+      for (int i = 0; i < OWN_CHANNELS; i++) {
+        double *to = to_row + places.first[i] + ball * places.width[i];
+        for (int part = 0; part < places.width[i]; part++) to[part] = (*number++)[lane];
+      }
+      for (int i = 0; i < SUMS; i++) {
+        double &sum = to_row[places.shared + i];
+        sum = (ball > 0 ? sum : -0.0) + row.shares[i][lane];
+      }
+    }
+  }
+}
+
+template <bool PATCH>
+void write(const Source &from, const RowPlaces &places, double *out) {
+  switch (from.bodies ? from.bodies->ring : RingMotion::held) {
+    case RingMotion::held: write_balls<PATCH, RingMotion::held>(from, places, out); break;
+    case RingMotion::level: write_balls<PATCH, RingMotion::level>(from, places, out); break;
+    case RingMotion::housed: write_balls<PATCH, RingMotion::housed>(from, places, out); break;
+    default: write_balls<PATCH, RingMotion::tilting>(from, places, out);
+  }
+  for (int instant = 0; instant < from.instants; instant++) {
+    double *row = out + long(instant) * places.columns, *ring = row + places.ring, time = from.times[instant];
+    const double *state = from.states + long(instant) * from.balls * COLUMNS;
+    const DriveNow &drive = from.drive;
+    ring[0] = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time);
+    ring[RING_SPEED] = drive.speed + drive.acceleration * time;
+    if (from.bodies && from.bodies->torque_driven())
+      ring[0] = from.body_states[instant][SHAFT], ring[RING_SPEED] = from.body_states[instant][COORDINATES + SHAFT];
+    std::copy(from.bearing.offset, from.bearing.offset + 3, ring + RING_OFFSET);
+    std::fill(ring + RING_TILT, row + places.shared, 0.0);
+    ring[DRIVE_TORQUE] = -row[places.shared + INNER_TORQUE + 2];
+    if (places.contacts()) write_neighbours(from.bearing, state, from.balls, places, row);
+    if (from.bodies)
+      write_bodies(from.bearing, *from.bodies, from.body_states[instant], time, from.rolling, state, from.balls, places, row);
+  }
+}
+
+}  // namespace outputs
+
+}  // namespace core
 
 using namespace core;
 
+// Fills rows (instants, columns) of all channels. `place` holds the numbers of RowPlaces in their
+// order; `body_numbers`, loads and borders are those of coupled.cpp, and `coupled` says whether there are any.
 CORE_EXPORT void core_outputs(const double *bearing_numbers, const double *points, const double *drive, std::int64_t instants,
                               std::int64_t balls, const double *times, const double *states, const double *orientations,
                               std::int64_t coupled, const double *body_numbers, const double *load, const double *load_rate,
