@@ -20,7 +20,7 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, rec
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import samples_message, topics
 from bearing_twin.nodes.recorder_node import MIXED, Recording, Sequences, default_topics, warning_of
-from bearing_twin.nodes.replay_node import Renaming, ReplayLoop, logged_topics
+from bearing_twin.nodes.replay_node import ReplayLoop, logged_topics, renamed_topics
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
@@ -405,6 +405,6 @@ def test_a_log_is_told_in_another_namespace_as_a_node_would_say_it(log):
     assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= {*left}
     out = played(log, namespace="/left")
     assert [topic for _, topic, _ in out] == left
-    both = Renaming(["/left/samples", "/right/samples", "/left/state"], "cell")
-    assert both.topic("/left/state") == "/cell/left/state"
-    assert Renaming(names).topic("/bearing/state") == "/bearing/state"
+    both = renamed_topics(["/left/samples", "/right/samples", "/left/state"], "cell")
+    assert both["/left/state"] == "/cell/left/state"
+    assert renamed_topics(names) == {name: name for name in names}

@@ -1,7 +1,7 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
 import time
-from collections.abc import Callable, Container, Iterable, Iterator
+from collections.abc import Callable, Collection, Container, Iterator
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
 from itertools import islice
@@ -44,53 +44,58 @@ BATCH = 200  # messages read ahead
 SHORTEST_ROUND_NS = 1_000_000  # of a log that is played again and again: a shorter one would flood who listens
 
 
-class Renaming:
-    """Topics `names` of a log under their names in `namespace`, empty for those of the log.
+def renamed_topics(names: Collection[str], namespace: str = "") -> dict[str, str]:
+    """Names of topics in a `namespace` by their names in a log, the same where it is empty.
 
     A log of one scene has its namespace replaced, as a node's is; one of several has it put in front. What all scenes
     share, such as /tf, keeps its name.
     """
-
-    def __init__(self, names: Iterable[str], namespace: str = ""):
-        homes = {name.rpartition("/")[0] for name in names if name.endswith("/samples")}
-        self._home = homes.pop() + "/" if len(homes) == 1 else "/"
-        self._place = namespace.strip("/")
-
-    def topic(self, name: str) -> str:
-        """The name of a topic."""
-        if not self._place or name in GLOBAL:
-            return name
-        return f"/{self._place}/{name.removeprefix(self._home).lstrip('/')}"
+    homes = {name.rpartition("/")[0] for name in names if name.endswith("/samples")}
+    home = homes.pop() + "/" if len(homes) == 1 else "/"
+    place = namespace.strip("/")
+    return {
+        name: f"/{place}/{name.removeprefix(home).lstrip('/')}" if place and name not in GLOBAL else name
+        for name in names
+    }
 
 
 class ReplayTopic(NamedTuple):
-    """A topic of a log; `changed` where its type has other fields now: subscribers could not read its bytes.
-
-    `others` are types of further messages under its name, which are not played.
-    """
+    """A topic of a log."""
 
     ros_type: str
     qos: Qos
-    changed: bool
-    others: frozenset[str] = frozenset()
 
 
-def logged_topics(path) -> dict[str, ReplayTopic]:
-    """Every CDR topic of a log, by name; raises LogError."""
+def logged_topics(path) -> tuple[dict[str, ReplayTopic], list[str]]:
+    """The topics of a log that can be played, by name, and notes on the log and on those that cannot.
+
+    Subscribers could not read the bytes of a type that has changed its fields, nor those of a second type under a name.
+    Raises LogError where nothing is left.
+    """
+    reader = LogReader(path, unfinished=True)
     topics: dict[str, ReplayTopic] = {}
-    for one in LogReader(path, unfinished=True).topics:
-        known, ros_type, said = topics.get(one.name), one.ros_type, one.metadata
-        if one.foreign or (known and known.ros_type == ros_type):
-            continue
-        if known:
-            topics[one.name] = known._replace(others=known.others | {ros_type})
-            continue
+    notes, omitted = reader.notes, []
+    for one in reader.topics:
+        name, ros_type, said = one.name, one.ros_type, one.metadata
         logged_hash = said.get("topic_type_hash", "")
-        changed = cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type)
-        topics[one.name] = ReplayTopic(ros_type, offered_qos(said.get("offered_qos_profiles", "")), changed)
+        if one.foreign or (name in topics and topics[name].ros_type == ros_type):
+            continue
+        if name in topics:
+            omitted.append(
+                f"messages of type {ros_type} on {name} are not played, as others have type {topics[name].ros_type}"
+            )
+        elif cdr.is_known(ros_type) and logged_hash.startswith("RIHS") and logged_hash != cdr.type_hash(ros_type):
+            omitted.append(
+                f"{name} is not played: {ros_type} has changed its fields since it was logged; play it with the "
+                "version of bearing_twin that wrote it"
+            )
+        else:
+            topics[name] = ReplayTopic(ros_type, offered_qos(said.get("offered_qos_profiles", "")))
+    if not topics and omitted:
+        raise LogError(omitted[-1])
     if not topics:
         raise LogError(f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`")
-    return topics
+    return topics, [*notes, *dict.fromkeys(omitted)]
 
 
 def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedMessage]:
@@ -105,8 +110,8 @@ class ReplayLoop(PacedStream):
 
     What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
     Topics of a type that has changed since are not played; `notes` names them. With `namespace` topics have other
-    names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends
-    one message. Raises LogError, also part way.
+    names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends one message. Raises
+    LogError, also part way.
     """
 
     def __init__(
@@ -119,21 +124,9 @@ class ReplayLoop(PacedStream):
         namespace: str = "",
     ):
         super().__init__(deliver, rate)
-        self.notes = LogReader(path, unfinished=True).notes
-        self._played = {}
-        for name, topic in logged_topics(path).items():
-            if topic.changed:
-                said = f"{name} is not played: {topic.ros_type} has changed its fields since it was logged"
-                self.notes.append(f"{said}; play it with the version of bearing_twin that wrote it")
-                continue
-            self._played[name] = topic
-            if topic.others:
-                said = f"messages of type {', '.join(sorted(topic.others))} on {name} are not played"
-                self.notes.append(f"{said}, as others have type {topic.ros_type}")
-        if not self._played:
-            raise LogError(self.notes[-1])
-        self._renaming = Renaming(self._played, namespace)
-        self.topics = {self._renaming.topic(name): topic for name, topic in self._played.items()}
+        self._played, self.notes = logged_topics(path)
+        self._names = renamed_topics(self._played, namespace)
+        self.topics = {self._names[name]: topic for name, topic in self._played.items()}
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._messages = self._read()
@@ -158,7 +151,7 @@ class ReplayLoop(PacedStream):
     def _renamed(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
         """A message as it goes out, if it does."""
         if not topic.foreign and topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
-            yield Timed(time_ns, self._renaming.topic(topic.name), data)
+            yield Timed(time_ns, self._names[topic.name], data)
 
     def next_batch(self) -> list[Timed] | None:
         """The next messages of the log, None at its end."""
