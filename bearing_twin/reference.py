@@ -140,7 +140,7 @@ class BeamResponse(NamedTuple):
 
 
 def strike(beam, mass: float, coefficient: float, speed: float, point: float, until: float, cells: int) -> BeamResponse:
-    """The motion of `beam` (`kinds.beam.impact.Beam` with shear) and a mass [kg] that touches it at time 0.
+    """The motion of `beam` (`kinds.beam.motion.Beam` with shear) and a mass [kg] that touches it at time 0.
 
     `coefficient` [N/m^1.5] of the Hertz spring, infinite for a rigid contact; `point`, a share of the span, on a node.
     """

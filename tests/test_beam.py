@@ -14,21 +14,24 @@ from solved_impact import SolvedImpact
 
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.base.stopping import SIGNALLED, Halt
-from bearing_twin.kinds.beam.impact import (
+from bearing_twin.kinds.beam.motion import (
     BeamImpact,
     ImpactingSphere,
     Pieces,
     beam_energy,
+    beam_of,
     branches,
     deflection_shapes,
+    impact_speed,
     modes_of,
     rectangular_beam,
+    solve,
     solve_impact,
+    sphere_of,
     static_deflection,
     static_stress,
     stress_shapes,
 )
-from bearing_twin.kinds.beam.motion import beam_of, impact_speed, solve, sphere_of
 from bearing_twin.reference import strike
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -306,7 +309,7 @@ def test_errors_fall_as_the_cube_of_the_modes_and_faster_with_the_static_tail():
 
 def test_stress_under_the_sphere_needs_the_static_tail():
     """During the contact the modal sum alone is short of the cusp under the load, by modes^-1."""
-    from bearing_twin.kinds.beam.impact import stress_shapes
+    from bearing_twin.kinds.beam.motion import stress_shapes
 
     middle, times = [0.5 * 0.1535], [7.25e-5]
     stresses = []
@@ -389,7 +392,7 @@ def test_numbers_that_are_not_finite_and_endless_bouncing_stop_the_run(monkeypat
         with pytest.raises(IntegrationError, match="not finite"):
             solve_impact(beam, modes._replace(shape=math.nan * modes.shape), sphere, speed, until, 40, method)
     heavy = sphere._replace(gravity=5000.0)
-    monkeypatch.setattr("bearing_twin.kinds.beam.impact.GREATEST_CONTACTS", 20)
+    monkeypatch.setattr("bearing_twin.kinds.beam.motion.GREATEST_CONTACTS", 20)
     with pytest.raises(IntegrationError, match=r"does not end|still bounces"):
         solve_impact(beam, modes, heavy, speed, 20.0, 8)
 

@@ -451,7 +451,7 @@ def test_bodies_that_do_not_part_are_named(stepper, limit, monkeypatch):
 
 
 def test_a_sphere_that_bounces_on_a_beam_for_ever_is_named(monkeypatch):
-    monkeypatch.setattr("bearing_twin.kinds.beam.impact.GREATEST_CONTACTS", 1)
+    monkeypatch.setattr("bearing_twin.kinds.beam.motion.GREATEST_CONTACTS", 1)
     error = failed("sphere_on_beam_drop_50mm")
     assert (error.reason, error.body, error.contact) == ("no end", "sphere", "beam")
     assert error.seconds > 0.0
@@ -478,7 +478,7 @@ def off_elements(share, ratio, thickness, *mesh):
     found = SolvedImpact(solve_discs, line, "johnson", "closed_form")
     finer = (*mesh, "contact.stiffness_ratio=300")
     elements = by_elements(load_scene("soft_discs_fast", [*shared, *finer]).parameters, frames=2)
-    force = elements.column("force")
+    force = elements.column("normal_load")
     lasted = elements.step * np.flatnonzero(force)[-1]
     width = int(0.02 * lasted / elements.step)
     peak = np.convolve(force, np.full(width, 1.0 / width), "valid").max()

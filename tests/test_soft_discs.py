@@ -120,13 +120,13 @@ def test_energy_and_momentum_close():
     drifts = []
     for share in (0.8, 0.4):
         found = solve(scene_of(*COARSE, f"solver.step_share={share}"), frames=2)
-        total = found.column("kinetic") + found.column("elastic") + found.column("contact")
+        total = found.column("kinetic_energy") + found.column("elastic_energy") + found.column("contact_energy")
         drifts.append(np.abs(total / total[0] - 1.0).max())
         momentum = found.column("velocity") * 960.0 * np.pi * 0.1**2 * 0.01
         gained = momentum[-1] - momentum[0]
         # The polygon of bilinear elements has 0.16 % less mass than the disc.
-        assert found.column("force").sum() * found.step == pytest.approx(gained, rel=2e-3)
-        assert np.abs(found.column("balance")).max() < 1e-13 * found.column("force").max()
+        assert found.column("normal_load").sum() * found.step == pytest.approx(gained, rel=2e-3)
+        assert np.abs(found.column("balance")).max() < 1e-13 * found.column("normal_load").max()
     assert drifts[1] < 1e-4
     assert np.log2(drifts[0] / drifts[1]) == pytest.approx(2.0, abs=0.4)
 
@@ -149,9 +149,9 @@ def test_full_integration_locks_and_selective_does_not():
     """At a Poisson's ratio of 0.499: 14.444 N and 0.05956 s; bilinear elements in full give 16.4 N and 0.056 s."""
     near = ("disc.material.poisson_ratio=0.499", *COARSE, "solver.step_share=0.9")
     kept, locked = (solve(scene_of(*near, f"mesh.integration={one}"), frames=2) for one in ("selective", "full"))
-    assert kept.column("force").max() == pytest.approx(14.444, rel=5e-3)
-    assert locked.column("force").max() > 1.1 * 14.444
-    spans = [one.step * np.flatnonzero(one.column("force"))[-1] for one in (kept, locked)]
+    assert kept.column("normal_load").max() == pytest.approx(14.444, rel=5e-3)
+    assert locked.column("normal_load").max() > 1.1 * 14.444
+    spans = [one.step * np.flatnonzero(one.column("normal_load"))[-1] for one in (kept, locked)]
     assert spans[0] == pytest.approx(0.05956, rel=2e-2)
     assert spans[1] < 0.95 * 0.05956
     with pytest.raises(SceneError, match=r"mesh\.integration = full .* 0\.499, and it holds up to 0\.45 .* lock"):
@@ -207,18 +207,18 @@ UNEQUAL = ("mesh.divisions=16", "mesh.order=2", "wanted.tolerance=0.01")
 def test_two_unequal_discs_keep_energy_and_momentum():
     parameters = load_scene("soft_discs_unequal", UNEQUAL).parameters
     found = solve(parameters, frames=2)
-    total = sum(found.column(name) for name in ("kinetic", "elastic", "contact"))
+    total = sum(found.column(name) for name in ("kinetic_energy", "elastic_energy", "contact_energy"))
     assert np.abs(total / total[0] - 1.0).max() < 1e-4
     masses = disc_mass(parameters), disc_mass(of_other(parameters))
     assert masses[1] == pytest.approx(4.0 * masses[0])
     one, other = masses[0] * found.column("velocity"), masses[1] * found.column("other_velocity")
     assert one == pytest.approx(other, abs=1e-11 * np.abs(one).max())  # each in a frame that looks away from the other
-    assert found.column("balance").max() < 1e-12 * found.column("force").max()
-    impulse = found.column("force").sum() * found.step
+    assert found.column("balance").max() < 1e-12 * found.column("normal_load").max()
+    impulse = found.column("normal_load").sum() * found.step
     assert impulse == pytest.approx(one[-1] - one[0], rel=1e-5)  # half a step at the first touch
     assert (found.column("velocity") - found.column("other_velocity"))[0] == pytest.approx(-0.8 + 0.2)
     finer = solve(load_scene("soft_discs_unequal", ["mesh.divisions=24", "mesh.order=2"]).parameters, frames=2)
-    assert deviation(found.at("force", TIMES), finer.at("force", TIMES)) < 6e-3
+    assert deviation(found.at("normal_load", TIMES), finer.at("normal_load", TIMES)) < 6e-3
 
 
 def test_it_does_not_matter_which_of_two_discs_moves():
@@ -232,9 +232,9 @@ def test_it_does_not_matter_which_of_two_discs_moves():
 
 def test_a_hard_flat_disc_is_a_wall():
     """Half the radius of a disc of 2 m is little: the force comes near that on a wall, from below."""
-    wall = solve(scene_of(*SMALL), frames=2).column("force").max()
+    wall = solve(scene_of(*SMALL), frames=2).column("normal_load").max()
     hard = ("against=other_disc", "other.radius=2.0", "other.material.young_modulus=1e8")
-    peak = solve(scene_of(*SMALL, *hard), frames=2).column("force").max()
+    peak = solve(scene_of(*SMALL, *hard), frames=2).column("normal_load").max()
     assert 0.97 * wall < peak < wall
 
 

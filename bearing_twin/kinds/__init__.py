@@ -4,7 +4,7 @@ A row is imported when it is wanted. That imports parameter files alone: it plot
 """
 
 import importlib
-from collections.abc import Iterator, MutableMapping
+from collections import UserDict
 
 from bearing_twin.kinds.contract import Kind
 
@@ -20,33 +20,15 @@ SHIPPED = {  # name of a kind: its row, in its module below this package
 }
 
 
-class Kinds(MutableMapping):
-    """Rows by the name of the kind."""
-
-    def __init__(self, rows: dict[str, Kind | str]):
-        self._rows = dict(rows)
+class Kinds(UserDict):
+    """Rows by the name of the kind, or the places at which they are found."""
 
     def __getitem__(self, name: str) -> Kind:
-        row = self._rows[name]
+        row = self.data[name]
         if isinstance(row, str):
             module, _, constant = row.partition(":")
-            row = self._rows[name] = getattr(importlib.import_module(f"{__name__}.{module}"), constant)
+            row = self.data[name] = getattr(importlib.import_module(f"{__name__}.{module}"), constant)
         return row
-
-    def __setitem__(self, name: str, row: Kind) -> None:
-        self._rows[name] = row
-
-    def __delitem__(self, name: str) -> None:
-        del self._rows[name]
-
-    def __contains__(self, name) -> bool:
-        return name in self._rows
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._rows)
-
-    def __len__(self) -> int:
-        return len(self._rows)
 
 
 KINDS = Kinds(SHIPPED)

@@ -2,7 +2,7 @@
 //
 //     z' = lambda z + f shape / (modal mass),   coordinate of the mode q = Im z / Im lambda.
 //
-// bearing_twin/kinds/beam/impact.py says where the modes come from.
+// bearing_twin/kinds/beam/motion.py says where the modes come from.
 #pragma once
 #include <algorithm>
 #include <array>

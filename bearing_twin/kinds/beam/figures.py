@@ -10,9 +10,9 @@ import numpy as np
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
 from bearing_twin.contact.validity import patch_radius
-from bearing_twin.kinds.beam.impact import MOST_MODES
 from bearing_twin.kinds.beam.motion import (
     MODE_ORDERS,
+    MOST_MODES,
     STEP_ORDER,
     euler_errors,
     euler_errors_of_beam,

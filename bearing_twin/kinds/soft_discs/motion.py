@@ -42,11 +42,14 @@ FEWEST_PIECE = 50
 GREATEST_FRAMES = 601
 BOUND = 1e-3  # relative tolerance of the eigenvalues in the bound, added to it
 
-COLUMNS = (
-    "force", "position", "velocity", "kinetic", "elastic", "contact", "depth", "least_stretch", "least_det", "balance",
-    "other_position", "other_velocity",
-)  # fmt: skip
-"""What a row of the history holds: `balance` is the force less the integral of rho a dA, round-off alone."""
+COLUMNS = {
+    "normal_load": "N", "position": "m", "velocity": "m/s", "kinetic_energy": "J", "elastic_energy": "J",
+    "contact_energy": "J", "penetration": "m", "least_stretch": "1", "least_det": "1", "balance": "N",
+    "other_position": "m", "other_velocity": "m/s",
+}  # fmt: skip
+"""What a row of the history holds, and its unit; `balance` is the force less the integral of rho a dA, round-off alone.
+
+Those that are channels have their names."""
 
 STVK, NEO_HOOKEAN, NEO_HOOKEAN_PLANE_STRESS, LINEAR = range(4)  # `Law` of core/soft_discs/soft_discs.cpp
 FORMULATIONS = {"stvk": STVK, "neo_hookean": NEO_HOOKEAN, "linear": LINEAR}
@@ -116,13 +119,13 @@ class Solved:
 
     def column(self, name: str) -> np.ndarray:
         """One column of the history."""
-        return self.history[:, COLUMNS.index(name)]
+        return self.history[:, [*COLUMNS].index(name)]
 
     def at(self, name: str, times: np.ndarray) -> np.ndarray:
         """One column at times [s], by straight lines between steps."""
         return np.interp(times, self.step * np.arange(len(self.history)), self.column(name))
 
-    def shape_at(self, radius: float, times: np.ndarray, which: int = 0) -> np.ndarray:
+    def shape_at(self, radius: float, which: int, times: np.ndarray) -> np.ndarray:
         """Places (t, n, 2) [m] of the nodes of disc 0 or 1 at times [s], x from the line of flight, y as a height."""
         place = np.clip(np.asarray(times) / self.frame_step, 0.0, len(self.frames) - 1.0)
         low = np.minimum(place.astype(int), max(len(self.frames) - 2, 0))
@@ -261,7 +264,7 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
 
 
 def _refuse_collapse(parameters, rows, done, step):
-    det = rows[-1, COLUMNS.index("least_det")]
+    det = rows[-1, [*COLUMNS].index("least_det")]
     seconds = step * (done + len(rows) - 1)
     if not np.isfinite(rows[-1]).all():
         raise IntegrationError(
@@ -279,19 +282,14 @@ def _refuse_collapse(parameters, rows, done, step):
 
 def _give_units(history, parameters):
     """Multiplies the columns of a history without units, in place."""
-    disc, speed = parameters.disc, wave_speed(parameters)
+    disc = parameters.disc
     force = disc.material.young_modulus * disc.radius * disc.thickness
-    units = {
-        "force": force, "balance": force, "depth": disc.radius,
-        **dict.fromkeys(("position", "other_position"), disc.radius),
-        **dict.fromkeys(("velocity", "other_velocity"), speed),
-        **dict.fromkeys(("kinetic", "elastic", "contact"), force * disc.radius),
-    }  # fmt: skip
-    for column, name in enumerate(COLUMNS):
-        history[:, column] *= units.get(name, 1.0)
+    units = {"N": force, "m": disc.radius, "m/s": wave_speed(parameters), "J": force * disc.radius, "1": 1.0}
+    history *= [units[unit] for unit in COLUMNS.values()]
 
 
 NODES = ("node", "in_plane")  # axes of a shape
+STORED = "kinetic_energy", "elastic_energy", "contact_energy"
 
 
 def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
@@ -328,15 +326,6 @@ def channels(parameters: SoftDiscsScene) -> tuple[Channel, ...]:
     )
 
 
-OF_HISTORY = {
-    "normal_load": "force", "position": "position", "velocity": "velocity", "penetration": "depth",
-    "least_stretch": "least_stretch", "kinetic_energy": "kinetic", "elastic_energy": "elastic",
-    "contact_energy": "contact",
-}  # fmt: skip
-"""Columns of the history by channel."""
-OF_OTHER = {"other_position": "other_position", "other_velocity": "other_velocity"}
-
-
 def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") -> Impact:
     """The impact; raises IntegrationError where the disc collapses."""
     parameters = resolve(parameters)
@@ -344,14 +333,14 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     found = solve(parameters, min(outputs, GREATEST_FRAMES))
     known = impact_of(found, wall_speed(parameters))
     records = {IMPACT.name: np.array([[known[column.name] for column in IMPACT.columns]], float)}
-    radius, other = parameters.disc.radius, parameters.other.radius
     both = parameters.against == "other_disc"
+    shapes = {"shape": (parameters.disc.radius, 0), "other_shape": (parameters.other.radius, 1)}
 
     def at(times):
-        one = (*(found.at(name, times) for name in OF_HISTORY.values()), found.shape_at(radius, times))
-        if not both:
-            return one
-        return (*one, *(found.at(name, times) for name in OF_OTHER.values()), found.shape_at(other, times, 1))
+        return tuple(
+            found.shape_at(*shapes[one.name], times) if one.name in shapes else found.at(one.name, times)
+            for one in channels(parameters)
+        )
 
     costs = {
         "steps": len(found.history),
@@ -366,7 +355,7 @@ def duration_and_touches(found: Solved) -> tuple[float, int]:
 
     The force of the last steps is drawn on by a straight line to where it is zero, at most one step.
     """
-    force = found.column("force")
+    force = found.column("normal_load")
     inside = force > 0.0
     touching = np.flatnonzero(inside)
     if not len(touching):
@@ -380,8 +369,8 @@ def duration_and_touches(found: Solved) -> tuple[float, int]:
 
 def impact_of(found: Solved, speed: float) -> dict[str, float]:
     """The columns of IMPACT by name, of a disc that came at this speed [m/s]."""
-    force, (duration, touches) = found.column("force"), duration_and_touches(found)
-    peak, total = int(np.argmax(force)), sum(found.column(name) for name in ("kinetic", "elastic", "contact"))
+    force, (duration, touches) = found.column("normal_load"), duration_and_touches(found)
+    peak, total = int(np.argmax(force)), sum(found.column(name) for name in STORED)
     return {
         "time": duration,
         "peak_force": float(force[peak]),
@@ -389,7 +378,7 @@ def impact_of(found: Solved, speed: float) -> dict[str, float]:
         "contact_duration": duration,
         "impulse": float(force.sum()) * found.step,
         "restitution": float(found.column("velocity")[-1]) / speed,
-        "greatest_penetration": float(found.column("depth").max()),
+        "greatest_penetration": float(found.column("penetration").max()),
         "energy_gained": float(total[int(np.argmax(np.abs(total - total[0])))] - total[0]),
         "least_stretch": float(found.column("least_stretch").min()),
         "force_balance": float(np.abs(found.column("balance")).max()),
