@@ -162,7 +162,8 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
             f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}, such as {such}; "
             "x and y are radial, z is the bearing's axis"
         )
-    return [None if part == "-" else number(f"--{name}", part, unit) for part in parts]
+    limits = Limits(greatest=UNITS[unit].greatest)
+    return [None if part == "-" else number(f"--{name}", part, unit, limits) for part in parts]
 
 
 def _support(given: dict, parameters):
