@@ -244,6 +244,13 @@ def test_bad_input_is_refused_with_the_reason(line, reason):
         asked(line)
 
 
+def test_a_law_that_diverges_has_no_error(capsys):
+    """It was shown as a load of nan with an error of +0 %."""
+    asked("--curvature-small 0.24016283653609324 --curvature-large 17619.585144435736 --approach 3.76e-11").show()
+    row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("hertz_unprojected"))
+    assert row.split() == ["hertz_unprojected", "diverges", "-"]
+
+
 def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
     line = "--bearing 6203 --load 50"
     circle, own = asked(line), asked(f"{line} --frozen-at 0.104322")

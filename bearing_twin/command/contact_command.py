@@ -226,7 +226,11 @@ def _show(result):
 def _show_laws(laws):
     rows = []
     for name, row in laws.items():
-        error = "-" if row["error"] is None else f"{100 * row['error'] if abs(row['error']) > ROUNDING else 0.0:+.2g}"
-        rows.append((name, f"{row['normal_load_n']:.5g}", error))
+        load, error = row["normal_load_n"], row["error"]
+        if not math.isfinite(load):  # of a law carried too far without projection
+            rows.append((name, "diverges", "-"))
+            continue
+        shown = "-" if error is None else f"{100 * error if abs(error) > ROUNDING else 0.0:+.2g}"
+        rows.append((name, f"{load:.5g}", shown))
     show_text()
     show_rows(("law", "load at this approach [N]", "error [%]"), rows)
