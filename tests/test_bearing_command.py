@@ -196,7 +196,7 @@ def test_sweeps_are_curves(capsys, tmp_path, pictures_once):
     ("words", "sentence"),
     [
         (("--load", "1,2"), "must be 3 numbers in N, as FX,FY,FZ"),
-        (("--displacement", "1e300,0,0"), "--displacement '1e300' is out of range; must be a number in m, of a size up"),
+        (("--displacement", "1e300,0,0"), "--displacement '1e300' is out of range; must be a number in m, of a size"),
         (("--load", "1,2,x"), "--load 'x' must be a number"),
         (("--load", "1,2,nan"), "--load 'nan' must be a number"),
         (("--moment", "1"), "must be 2 numbers in N m, as MX,MY"),

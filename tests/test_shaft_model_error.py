@@ -99,3 +99,19 @@ def test_ranges_and_works_that_are_rounding_are_0_and_raise_no_warning(gravity):
     assert report.figures["left_force_n"][2] < -10.0
     assert report.errors["large_errors"] == {}
     assert not report.flags
+
+
+def test_forces_that_loads_within_their_tolerance_leave_raise_no_warning():
+    """A shaft that stands still but for errors of its balance: 1e-6 N of 450 N, at a tolerance of 1e-3."""
+    run = simulate(load_scene("shaft_step_load", ("run.duration=0.005", "shaft.unbalances=[]")))
+    assert len(list(run))
+    assert 0.0 < run.report.figures["left_force_range_n"][2] < 1e-3
+    assert run.report.errors["large_errors"] == {}
+
+
+def test_a_motion_that_nothing_holds_is_no_natural_frequency():
+    """Along the axis this shaft is free: 4e-14 Hz were reported."""
+    keys = "shaft.unbalances=[]", "gravity=[0,0,0]", "left.offset=1.2444982173156966e-05", "run.duration=0.005"
+    run = simulate(load_scene("shaft_two_6203", keys))
+    assert len(list(run))
+    assert min(run.report.figures["natural_frequencies_hz"]) > 0.1

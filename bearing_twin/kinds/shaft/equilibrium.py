@@ -369,7 +369,7 @@ def explained(error: IntegrationError, parameters: ShaftScene, law: str, speed: 
 
 
 STILL = 1e-6  # of the motion's square: a mode with less of it across the axis does not whirl
-REAL = 1e-6  # of a root: an imaginary part that is less is none
+REAL = 1e-6  # of a root, of the greatest: an imaginary part that is less is none
 
 
 class Matrices(NamedTuple):
@@ -421,7 +421,7 @@ def modes_at(matrices: Matrices, speed: float) -> WhirlModes:
     damping = matrices.damping + speed * matrices.gyroscopic
     first = np.block([[np.zeros((5, 5)), np.eye(5)], [-inverse * matrices.stiffness, -inverse * damping]])
     roots, shapes = np.linalg.eig(first)
-    swings = roots.imag > REAL * np.abs(roots)
+    swings = roots.imag > REAL * np.abs(roots).max()
     roots, shapes = roots[swings], shapes[:, swings]
     order = np.argsort(roots.imag)
     shares = [_forward_share(shapes[:5, k], matrices.lever) for k in order]

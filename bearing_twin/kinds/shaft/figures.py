@@ -1,6 +1,7 @@
 """The figures of a shaft on two bearings: a function of its outputs alone."""
 
 import copy
+import dataclasses
 import functools
 import math
 from collections.abc import Mapping
@@ -330,11 +331,13 @@ class ShaftModelErrors(ModelErrors):
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
         self._fastest = 0.0  # rad/s, of the outputs so far: a command may go beyond the scene's speeds
+        self._stored = 0.0  # J, in the contacts at the last output
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
         super().add(block)
         self._fastest = max(self._fastest, float(np.abs(block.values["shaft_speed"]).max(initial=0.0)))
+        self._stored = float(block.values["elastic_energy"][-1])
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """Of vectors for each number; lives in hours err as those in turns do."""
@@ -348,7 +351,17 @@ class ShaftModelErrors(ModelErrors):
                 if hours in figures and turns in errors.figures and math.isfinite(figures[turns]):
                     slow = figures[hours] / figures[turns]
                     errors.figures[hours] = {source: slow * one for source, one in errors.figures[turns].items()}
-        return errors
+        return dataclasses.replace(errors, negligible=self._negligible(figures))
+
+    def _negligible(self, figures: Mapping[str, Any]) -> dict[str, float]:
+        """Errors of forces and displacements within the tolerance of the loads of which they are differences."""
+        tolerance, load = (
+            self.parameters.wanted.tolerance,
+            max(figures[f"{side}_greatest_ball_load_n"] for side in SIDES),
+        )
+        way, lever = approach_of(self._stored, load), lever_of(rotor_of(self.parameters, self.choice.law))
+        sizes = {"displacement{}_m": way, "tilt{}_rad": way / lever, **{f"{side}_force{{}}_n": load for side in SIDES}}
+        return {key.format(part): tolerance * size for key, size in sizes.items() for part in ("", "_range")}
 
     def _balance_errors(self) -> dict[str, float]:
         """Errors of the balance, as `balance_errors`; none where a commanded speed changes the scene's own loads."""
