@@ -49,32 +49,24 @@ def own_folder(name: str) -> Path:
 
 def write_whole(path, content: bytes) -> Path:
     """Writes a file as `put_whole` does; raises BearingTwinError where it cannot be written."""
-    with written_whole(path) as draft:
-        draft.write_bytes(content)
+    try:
+        put_whole(Path(path), content)
+    except OSError as error:
+        raise BearingTwinError(f"{path} cannot be written ({error.strerror or error}); give another path") from error
     return Path(path)
 
 
-@contextlib.contextmanager
-def written_whole(path) -> Iterator[Path]:
-    """`drafted` for who writes by itself; raises BearingTwinError where the file cannot be written."""
-    try:
-        with drafted(Path(path)) as draft:
-            yield draft
-    except OSError as error:
-        raise BearingTwinError(f"{path} cannot be written ({error.strerror or error}); give another path") from error
-
-
-def put_whole(path: Path, content: bytes, mode: int = 0o666) -> None:
+def put_whole(path: Path, content: bytes) -> None:
     """Writes a file by `drafted`; raises OSError where it cannot be written."""
-    with drafted(path, mode) as draft:
+    with drafted(path) as draft:
         draft.write_bytes(content)
 
 
 @contextlib.contextmanager
-def drafted(path: Path, mode: int = 0o666) -> Iterator[Path]:
+def drafted(path: Path) -> Iterator[Path]:
     """A draft beside a file, with its ending, that takes its name in the end: a full disk leaves what was there before.
 
-    A new file has the permissions `mode`, an earlier one keeps its own. A link stays one; devices and pipes take the
+    An earlier file keeps its permissions. A link stays one; devices and pipes take the
     bytes themselves. Processes that write one file at the same time have a draft each. Raises OSError where it cannot
     be written.
     """
@@ -84,7 +76,7 @@ def drafted(path: Path, mode: int = 0o666) -> Iterator[Path]:
         return
     draft = target.with_name(f".{os.urandom(8).hex()}.part{target.suffix}")
     try:
-        draft.touch(mode, exist_ok=False)
+        draft.touch(exist_ok=False)
         yield draft
         with contextlib.suppress(FileNotFoundError):
             shutil.copymode(target, draft)

@@ -37,10 +37,11 @@ KEYS_OF_OPTIONS = {  # options of other commands: what sets the same in a scene
     "--clearance": "geometry.radial_clearance=10um",
 }
 COMPLETING = "_ARGCOMPLETE"  # the shell sets it where it wants completions
-GONE = {  # commands and options of earlier versions: what there is in their place
+GONE = {  # commands, options and words of earlier versions: what there is in their place
     "completion": 'eval "$(register-python-argcomplete bearing_twin)" completes commands and options in a shell',
     "--markdown": "docs/topics.md has these tables",
     "--max-loss": "bearing_twin.write_log(run, path, max_loss=...) in Python limits what a crash takes along",
+    "rerun": "Rerun opens a log itself, as rerun run.mcap",
     "--read": "the tables that chart writes are CSV files",
 }
 WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose
@@ -62,6 +63,8 @@ class _Parser(argparse.ArgumentParser):
     def _check_value(self, action, value):
         if action.choices is None or value in action.choices:
             return
+        if value in GONE:
+            raise BearingTwinError(f"{value} is gone: {GONE[value]}")
         name = "/".join(action.option_strings) or action.metavar or action.dest
         raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
 

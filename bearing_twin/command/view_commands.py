@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
-from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import file_name
 from bearing_twin.command.bearing_command import note_bare_numbers
 from bearing_twin.command.node_command import replace_by_node
@@ -180,9 +179,8 @@ def _layouts_arguments(parser) -> None:
         "--for",
         dest="programs",
         action="append",
-        default=[],
-        metavar="PROGRAM",
-        help="rviz, foxglove or plotjuggler; may be repeated; without, all of them",
+        choices=("rviz", "foxglove", "plotjuggler"),
+        help="may be repeated; without, all of them",
     )
     parser.add_argument("--namespace", default="", help="of the node, such as /left; of a log it is known")
     parser.add_argument("--frame-prefix", default="", help="as the node has it, such as left/; of a log it is known")
@@ -194,12 +192,6 @@ def _layouts(arguments) -> Outcome:
     from bearing_twin.base.paths import write_whole
     from bearing_twin.log.layouts import LAYOUTS
 
-    programs = arguments.programs or list(LAYOUTS)
-    for program in programs:
-        if program == "rerun":
-            raise BearingTwinError(f"Rerun needs no layout: it opens a log itself, as rerun {arguments.source}")
-        if program not in LAYOUTS:
-            raise BearingTwinError(f"--for {echo(program)} is no program; {unknown(program, LAYOUTS)}")
     source = Path(arguments.source)
     is_log = source.suffix == ".mcap" or source.is_dir()
     panels = _panels_of_log(source, arguments.topic) if is_log else _panels_of_scene(arguments)
@@ -208,14 +200,10 @@ def _layouts(arguments) -> Outcome:
             f"{panels.name} has neither wrenches nor contacts nor state among its topics, which layouts show; "
             "bearing_twin view shows its channels"
         )
-    if not panels.frame:
-        if "rviz" in arguments.programs:
-            raise BearingTwinError("a study has nothing that RViz draws; give --for foxglove or plotjuggler")
-        programs = [one for one in programs if one != "rviz"]
     folder = _made(Path(arguments.out))
     name = file_name(source.stem if is_log else panels.name)
     files, opened = {}, {}
-    for program in programs:
+    for program in arguments.programs or LAYOUTS:
         layout = LAYOUTS[program]
         path = write_whole(cleared(folder / f"{name}{layout.suffix}"), layout.made(panels))
         opened[program] = layout.opening(path, source if is_log else None)
@@ -226,12 +214,10 @@ def _layouts(arguments) -> Outcome:
 def _made(folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError) as error:
-        raise BearingTwinError(
-            f"--out {folder} is, or leads through, a file, and layouts go into a folder: name one, or leave --out away"
-        ) from error
     except OSError as error:
-        raise BearingTwinError(f"--out {folder} cannot be made ({error.strerror}); give another folder") from error
+        raise BearingTwinError(
+            f"--out {folder} cannot be made ({error.strerror}); layouts go into a folder: name another"
+        ) from error
     return folder
 
 
@@ -243,17 +229,18 @@ def _panels_of_scene(arguments):
 
 
 def _panels_of_log(path: Path, topic: str | None):
-    from bearing_twin.log.layouts import panels_of_log, panels_of_study
+    from bearing_twin.log.layouts import panels_of_log
     from bearing_twin.log.run_log import read_log
-    from bearing_twin.log.study_log import is_study
+    from bearing_twin.log.study_log import STUDY_RECORD
 
-    if is_study(path):
-        return panels_of_study(path)
-    return panels_of_log(read_log(path, topic=topic))
+    log = read_log(path, topic=topic)
+    if STUDY_RECORD in log.metadata:
+        raise BearingTwinError(f"{path} is the log of a study, which has no layout; bearing_twin view {path} shows it")
+    return panels_of_log(log)
 
 
 LAYOUTS = Subcommand(
-    "write layouts of a scene, or of the log of a run or a study, for RViz, Foxglove and PlotJuggler",
+    "write layouts of a scene, or of the log of a run, for RViz, Foxglove and PlotJuggler",
     _layouts_arguments,
     _layouts,
     ("bearing_twin layouts bearing_6203 --out layouts",),

@@ -359,8 +359,6 @@ class Encoder:
             if len(self._layouts) >= MOST_LAYOUTS:
                 self._layouts.clear()
             layout = self._layouts[sizes] = self._laid_out(values, stamps_ns, arrays)
-        if len(stamps_ns) == 1:
-            return [layout.alone(arrays, stamps_ns)]
         size = layout.record.itemsize
         records = np.empty(len(stamps_ns), layout.record)
         records.view((np.uint8, size))[...] = layout.template
@@ -393,16 +391,6 @@ class _Layout(NamedTuple):
     template: np.ndarray
     filled: list[tuple[str, int | None]]
     record: np.dtype
-
-    def alone(self, arrays: list[np.ndarray], stamps_ns: np.ndarray) -> bytes:
-        """One message: its numbers, which may be many, are copied once."""
-        parts, done, fixed = [], 0, memoryview(self.template)
-        for name, place in self.filled:
-            kind, begin = self.record.fields[name]
-            numbers = _stamps(stamps_ns) if place is None else arrays[place]
-            parts += fixed[done:begin], np.ascontiguousarray(numbers, kind.base)
-            done = begin + kind.itemsize
-        return b"".join((*parts, fixed[done:]))
 
 
 def _stamps(stamps_ns: np.ndarray) -> np.ndarray:

@@ -1,19 +1,19 @@
-"""Layouts for RViz, Foxglove and PlotJuggler: the panels of a scene, run or study in each program's form."""
+"""Layouts for RViz, Foxglove and PlotJuggler: the panels of a scene or a run in each program's form."""
 
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from string import Template
+from typing import NamedTuple
 from xml.sax.saxutils import quoteattr
 
 from bearing_twin.base.errors import LogError
-from bearing_twin.base.units import labelled
+from bearing_twin.base.paths import share_path
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import LogStream
 from bearing_twin.log.stream import Channelled, topics
-from bearing_twin.log.study_log import INPUT, REALISATIONS_TOPIC, first_realisation
 from bearing_twin.run.scene import Scene
 
 ENERGIES = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
@@ -34,17 +34,16 @@ class Curve(NamedTuple):
 
 
 class Plot(NamedTuple):
-    """Curves on one pair of axes; the title has their unit. With `number` they are points over it, not over time."""
+    """Curves over time on one pair of axes; the title has their unit."""
 
     title: str
     curves: tuple[Curve, ...]
-    number: Curve | None = None
 
 
 class Panels(NamedTuple):
-    """Panels of a scene or study: frame of the scene, topics of the 3-D view (None: there is none), and plots.
+    """Panels of a scene: its frame, topics of the 3-D view (None: there is none), and plots.
 
-    A study has plots alone, and no frame. What is seen has its middle and the radius `radius` [m] in that frame. Where
+    What is seen has its middle and the radius `radius` [m] in that frame. Where
     `follows` is a frame, the middle is its origin, and goes with it.
     """
 
@@ -89,24 +88,6 @@ def panels_of_log(log: LogStream) -> Panels:
             f"{log.path} holds no scene, neither in its metadata nor on a topic; record the topic `scene` too"
         )
     return panels(log.scene, log.namespace, log.frame.removesuffix(KINDS[log.scene.kind].frame))
-
-
-def panels_of_study(path) -> Panels:
-    """The panels of the study in a log: its quantities and inputs over the number of the realisation.
-
-    Raises LogError for a log without single realisations.
-    """
-    message = first_realisation(path)
-
-    def curve(path: tuple[str | int, ...], label: str) -> Curve:
-        return Curve(REALISATIONS_TOPIC, cdr.REALISATION, path, label)
-
-    number, plots = curve(("number",), "number"), []
-    for place, (name, unit) in enumerate(zip(message.name, message.unit, strict=True)):
-        sort, _, words = name.partition(" ")
-        plot = Plot(labelled(words.replace("_", " "), unit), (curve(("value", place), words),), number)
-        plots.insert(len(plots) if sort == INPUT.strip() else 0, plot)
-    return Panels(Path(path).stem, "", None, None, (0.0, 0.0, 0.0), 1.0, tuple(plots))
 
 
 def _contact_plots(table: dict[str, Channelled], place: str, balls: int) -> list[Plot]:
@@ -173,38 +154,16 @@ class ViewerLayout(NamedTuple):
 def rviz(panels: Panels, *others: Panels) -> bytes:
     """Markers, frames and, switched off, the URDF of one scene or several, in the frame of the first."""
     radius, (x, y, z) = panels.radius, (f"{one:.9f}" for one in panels.middle)  # no 1e-05, a text in YAML 1.1
-    text = f"""\
-Panels:
-- {{Class: rviz_common/Displays, Name: Displays}}
-- {{Class: rviz_common/Views, Name: Views}}
-Visualization Manager:
-  Class: ''
-  Name: root
-  Enabled: true
-  Displays:
-  - {{Class: rviz_default_plugins/Grid, Name: Grid, Enabled: true, Cell Size: {0.25 * radius:.9f}}}
-  - {{Class: rviz_default_plugins/TF, Name: Frames, Enabled: false, Marker Scale: {0.4 * radius:.9f}}}
-{"".join(map(_rviz_displays, (panels, *others)))}\
-  Tools:
-  - {{Class: rviz_default_plugins/MoveCamera}}
-  - {{Class: rviz_default_plugins/Select}}
-  - {{Class: rviz_default_plugins/FocusCamera}}
-  - {{Class: rviz_default_plugins/Measure}}
-  Global Options: {{Fixed Frame: {panels.frame}, Background Color: 48; 48; 48, Frame Rate: 30}}
-  Views:
-    Current:
-      Class: rviz_default_plugins/Orbit
-      Name: Current View
-      Distance: {AWAY * radius:.9f}
-      Focal Point: {{X: {x}, Y: {y}, Z: {z}}}
-      Focal Shape Size: {0.14 * radius:.9f}
-      Target Frame: {panels.follows or panels.frame}
-      Yaw: 0.6
-      Pitch: 0.9
-      Near Clip Distance: 0.001  # m, the least that RViz takes
-    Saved: null
-"""
-    return text.encode()
+    lengths = {"cell": 0.25, "axes": 0.4, "distance": AWAY, "focus": 0.14}
+    named = {name: f"{share * radius:.9f}" for name, share in lengths.items()}
+    displays = "".join(map(_rviz_displays, (panels, *others)))
+    frames = {"frame": panels.frame, "target": panels.follows or panels.frame}
+    return _template("scene.rviz", displays=displays, x=x, y=y, z=z, **frames, **named).encode()
+
+
+def _template(name: str, **values) -> str:
+    """A file of config/layouts with these values."""
+    return Template(share_path("config", "layouts", name).read_text(encoding="utf-8")).substitute(values)
 
 
 def _rviz_displays(panels: Panels) -> str:
@@ -229,69 +188,34 @@ def _rviz_displays(panels: Panels) -> str:
 
 
 def foxglove(panels: Panels) -> bytes:
-    """A 3-D panel beside plots; of a study the plots alone."""
-    found = {f"Plot!{number}": _foxglove_plot(plot) for number, plot in enumerate(panels.plots)}
-    layout: dict[str, Any] = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}}
-    placed = _halved([*found]) if found else None
-    if panels.frame:
-        found = {"3D!scene": _foxglove_view(panels)} | found
-        split = {"first": "3D!scene", "second": placed, "direction": "row", "splitPercentage": 45}
-        placed = split if placed else "3D!scene"
-    return json.dumps({"configById": found, **layout, "layout": placed}, indent=1).encode() + b"\n"
+    """A 3-D panel beside plots."""
+    plots = {f"Plot!{number}": _foxglove_plot(plot) for number, plot in enumerate(panels.plots)}
+    split = {"first": "3D!scene", "second": _halved([*plots]), "direction": "row", "splitPercentage": 45}
+    layout = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}, "layout": split}
+    return json.dumps({"configById": {"3D!scene": _foxglove_view(panels)} | plots, **layout}, indent=1).encode() + b"\n"
 
 
 def _foxglove_view(panels: Panels) -> dict:
-    # axes of frames are 0.2 m long by default; Lichtblick takes a factor of that, Foxglove the length [m]
-    frames = {"showLabel": False, "axisScale": AXES / 0.2 * panels.radius, "axisSize": AXES * panels.radius}
-    return {
-        "followTf": panels.follows or panels.frame,
-        "followMode": "follow-position" if panels.follows else "follow-none",
-        "transforms": {},
-        "publish": {},
-        "scene": {"meshUpAxis": "z_up", "transforms": frames},
-        "cameraState": {
-            "distance": AWAY * panels.radius,
-            "perspective": True,
-            "phi": 50,
-            "thetaOffset": 35,
-            "fovy": 45,
-            "near": 0.001 * panels.radius,
-            "far": 100.0,
-            "target": [0, 0, 0],
-            "targetOffset": list(panels.middle),
-            "targetOrientation": [0, 0, 0, 1],
-        },
-        "topics": {panels.markers: {"visible": True}} if panels.markers else {},
-        "layers": {
-            "grid": {
-                "layerId": "foxglove.Grid",
-                "instanceId": "grid",
-                "frameId": panels.frame,  # else it goes with what is followed
-                "size": 6 * panels.radius,
-            }
-        },
-    }
+    """The 3-D panel: its grid lies in the scene's frame, else it goes with what is followed.
+
+    Axes of frames are 0.2 m long by default; Lichtblick takes a factor of that, Foxglove the length [m].
+    """
+    shares = {"scale": AXES / 0.2, "axes": AXES, "distance": AWAY, "near": 0.001, "grid": 6}
+    values = {name: share * panels.radius for name, share in shares.items()}
+    values |= {"target": panels.follows or panels.frame, "frame": panels.frame, "markers": panels.markers}
+    values |= {"follow": "follow-position" if panels.follows else "follow-none", "middle": panels.middle}
+    return json.loads(_template("scene.foxglove.json", **{name: json.dumps(one) for name, one in values.items()}))
 
 
 def _foxglove_plot(plot: Plot) -> dict:
-    """Curves over time; points where the plot has a number, which is the X axis once "message path" is chosen there.
-
-    Lichtblick 1.28 draws nothing of a file where both axes are fields of one topic.
-    """
-    timed = plot.number is None
     paths = [
-        {"value": _dotted(curve), "label": curve.label, "enabled": True, "timestampMethod": "receiveTime"}
-        | {"showLine": timed, "color": color}
+        {"value": f"{curve.topic}{curve.dotted()}", "label": curve.label, "enabled": True, "color": color}
+        | {"timestampMethod": "receiveTime", "showLine": True}
         for curve, color in _colored(plot)
     ]
     shown = {"showXAxisLabels": True, "showYAxisLabels": True, "showLegend": len(plot.curves) > 1}
-    shown |= {"legendDisplay": "left", "sidebarDimension": LEGEND_PIXELS, "isSynced": timed, "xAxisVal": "timestamp"}
-    over = {} if timed else {"xAxisPath": {"value": _dotted(plot.number), "enabled": True}}
-    return dict.fromkeys(TITLES, plot.title) | {"paths": paths} | shown | over
-
-
-def _dotted(curve: Curve) -> str:
-    return f"{curve.topic}{curve.dotted()}"
+    shown |= {"legendDisplay": "left", "sidebarDimension": LEGEND_PIXELS, "isSynced": True, "xAxisVal": "timestamp"}
+    return dict.fromkeys(TITLES, plot.title) | {"paths": paths} | shown
 
 
 def _halved(names: Sequence[str], direction: str = "column"):
@@ -333,18 +257,12 @@ def _plotjuggler_column(plots: Sequence[Plot]) -> str:
 
 
 def _plotjuggler_plot(plot: Plot) -> str:
-    mode = 'mode="XYPlot" style="Dots"' if plot.number else 'mode="TimeSeries" style="Lines"'
-    curves = ""
-    for curve, color in _colored(plot):
-        name = _slashed(curve)
-        named = f"name={quoteattr(name)}"
-        if plot.number:
-            over = f"curve_x={quoteattr(_slashed(plot.number))} curve_y={quoteattr(name)}"
-            named = f"name={quoteattr(f'{name} [XY]')} {over}"
-        curves += f'        <curve {named} color="{color}" />\n'
+    curves = "".join(
+        f'        <curve name={quoteattr(_slashed(curve))} color="{color}" />\n' for curve, color in _colored(plot)
+    )
     return f"""\
       <DockArea name={quoteattr(plot.title)}>
-       <plot {mode} flip_x="false" flip_y="false">
+       <plot mode="TimeSeries" style="Lines" flip_x="false" flip_y="false">
         <limitY />
 {curves}\
        </plot>

@@ -422,7 +422,7 @@ class McapReader:
                 # Bounded by `read`: the size written inside the zstd frame is not to be trusted.
                 data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
             elif chunk.compression == "lz4":
-                data = _lz4_unpacked(chunk.data, size)
+                data = lz4.frame.LZ4FrameFile(io.BytesIO(chunk.data)).read(size + 1)
             elif chunk.compression == "":
                 data = chunk.data
             else:
@@ -442,13 +442,3 @@ class McapReader:
 def _read(kind: type, content: bytes):
     """The record of the library of this kind in its bytes."""
     return kind.read(ReadDataStream(io.BytesIO(content)))
-
-
-def _lz4_unpacked(packed: bytes, size: int) -> bytearray:
-    """The content of `packed`, up to one byte more than `size`, in pieces: in one, lz4 takes twice the memory."""
-    unpacker, data = lz4.frame.LZ4FrameDecompressor(), bytearray()
-    piece = unpacker.decompress(packed, max_length=_PIECE)
-    while piece and len(data) <= size:
-        data += piece
-        piece = b"" if unpacker.eof else unpacker.decompress(b"", max_length=_PIECE)
-    return data

@@ -228,18 +228,6 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     )
 
 
-def is_study(path) -> bool:
-    """True for the log of a study; raises LogError for a file that is no log."""
-    return STUDY_RECORD in LogReader(path).metadata
-
-
-def first_realisation(path):
-    """The first Realisation of a log of a study; raises LogError where there is none."""
-    for message in LogReader(path).messages((REALISATIONS_TOPIC,)):
-        return cdr.deserialise(cdr.REALISATION, message.data)
-    raise LogError(f"{path} holds no single realisations, as an earlier version wrote it: run the study again")
-
-
 def _channels(study: Study) -> tuple[Channel, ...]:
     known = numeric_keys(study.kind)
     return (
