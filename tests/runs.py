@@ -116,7 +116,14 @@ def reported(scene, *overrides):
 
 def receive(recording, topic, received_ns, sent_ns, data, number=None):
     """Hands one message to a recording; how many solver outputs were lost just before it."""
-    return recording.receive_all(topic, [received_ns], [sent_ns], [data], [number])
+
+    def lost() -> int:
+        status = recording.status()
+        return status["samples_lost"] + status["records_lost"]
+
+    before = lost()
+    recording.receive_all(topic, [received_ns], [sent_ns], [data], [number])
+    return lost() - before
 
 
 def full_after(writes: int, monkeypatch) -> None:

@@ -155,8 +155,8 @@ class Recording:
         sent_ns: Sequence[int],
         data: Sequence[bytes],
         sent_numbers: Sequence[int | None],
-    ) -> int:
-        """Logs messages of one topic as they came; returns how many outputs, or rows of records, were lost before them.
+    ) -> None:
+        """Logs messages of one topic as they came, and counts what was lost before them.
 
         `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell. What is
         sent as a SampleBlock and is none, or is larger than LARGEST_MESSAGE, for anybody may send, is counted as
@@ -164,7 +164,7 @@ class Recording:
         """
         with self._lock:
             if self.closed:
-                return 0
+                return
             recorded = self.topics[topic]
             messages, ranges = list(zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False)), []
             if recorded.outputs or max(map(len, data), default=0) > LARGEST_MESSAGE:
@@ -177,9 +177,10 @@ class Recording:
             recorded.several |= None in sent_numbers
             before = recorded.sent.lost
             recorded.sent.note_all([one - 1 for one in sent_numbers if one is not None])
-            lost = sum(recorded.outputs.note(*one) for one in ranges) if recorded.outputs else 0
-            # Where no message is missing, outputs were never sent: those of a thinned log that is played.
-            return 0 if recorded.sent.lost == before and None not in sent_numbers else lost
+            if recorded.outputs:
+                lost = sum(recorded.outputs.note(*one) for one in ranges)
+                if recorded.sent.lost == before and None not in sent_numbers:
+                    recorded.outputs.lost -= lost  # they were never sent, as of a thinned log that is played
 
     def summary(self) -> str:
         """Messages, size and losses in one line."""
@@ -379,10 +380,7 @@ class RecorderNode(BaseNode):
             received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in found]
             sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
             numbers = [info.get("publication_sequence_number") for _, info in found]
-            lost = self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
-            if lost:
-                what = LOSSES["records_lost" if RECORDS in topic else "samples_lost"].format(lost)
-                self.get_logger().error(f"{topic}: {what}", throttle_duration_sec=LOG_PERIOD)
+            self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
         except Exception as error:  # it would end the thread in silence
             self.fail(error)
 
