@@ -84,6 +84,7 @@ UNITS = {  # by the symbol that declarations use
     "K": Unit("k", "K", least=1.0, greatest=1e5),
     "1/K": Unit("per_k", "1/K", greatest=1.0),
     "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
+    "1/s": Unit("per_s", "1/s"),
     "W": Unit("w", "W", ALL),
     "N": Unit("n", "N", ALL, least=1e-9, greatest=1e12),
     "J": Unit("j", "J", ALL),
