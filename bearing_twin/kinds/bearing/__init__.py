@@ -8,10 +8,10 @@ each imports earlier ones:
 * `system`: the numbers of the equations of motion for the core;
 * `outputs`: channels, wrenches, contacts; `accelerometer`: what a sensor on the housing measures;
 * `equilibrium`, `equilibrium_motion`: balls and ring in equilibrium, and runs of it;
-* `step_control`, `integrate`, `motion`: balls that move;
+* `integrate`, `motion`: balls that move;
 * `models`: errors of the model's laws, its choice by rules, warnings;
 * `quantities`, `figures`, `model_error`, `equilibrium_report`: results of runs and equilibria, and their errors;
-* `topics`, `view`, `picture`: what others see of it.
+* `display`, `picture`: what others see of it.
 
 `BEARING` is the row in the table of kinds.
 """
@@ -29,15 +29,15 @@ BEARING = Kind(
         __name__,
         choose="models:choose",
         motion="motion:bearing_motion",
-        topics="topics:topics",
-        view="view:view",
+        topics="display:topics",
+        view="display:view",
         place_of="outputs:place_of",
         channels="outputs:channels",
         figures="figures:BearingFigures",
         records="accelerometer:tables",
         meanings="quantities:MEANINGS",
         model_errors="model_error:BearingErrors",
-        commands="topics:commands",
+        commands="display:commands",
         quantities="quantities:quantities",
         comparison="model_error:BearingComparison",
         picture="picture:BearingPicture",
@@ -120,8 +120,8 @@ FACE = {
     "Loading": "system: loads over time",
     "rates": "integrate: rates of all balls in a state",
     "start_state": "motion: the state from which balls start",
-    "stability_limits": "step_control: longest stable steps of a fixed-step method",
-    "stable_step": "step_control: a step well inside them",
+    "stability_limits": "integrate: longest stable steps of a fixed-step method",
+    "stable_step": "integrate: a step well inside them",
     "mend_of_method": "models: what reduces the error of the method",
     # Columns of a ball's state, and of the state of ring, cage and shaft
     "AXIS_DISTANCE": "system: distance of the ball from the axis",

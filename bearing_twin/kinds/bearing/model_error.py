@@ -38,6 +38,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_support,
 )
 from bearing_twin.kinds.bearing.figures import STRETCH
+from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
 from bearing_twin.kinds.bearing.outputs import has_films
@@ -52,7 +53,6 @@ from bearing_twin.kinds.bearing.rings import (
     shaft_inertia,
     with_speeds,
 )
-from bearing_twin.kinds.bearing.step_control import FIXED_STEP
 from bearing_twin.kinds.bearing.system import Loading
 from bearing_twin.kinds.error_estimates import (
     FRICTION_MODEL,

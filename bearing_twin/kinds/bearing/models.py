@@ -14,6 +14,7 @@ from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import pressure_warning, shoulder_warning
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, weighed_support
 from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
+from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.rings import (
     COMMON_STEPS,
@@ -26,7 +27,6 @@ from bearing_twin.kinds.bearing.rings import (
     dimension_of,
     free_coordinates,
 )
-from bearing_twin.kinds.bearing.step_control import FIXED_STEP
 from bearing_twin.kinds.rules import (
     BEARING,
     FASTEST_CHANGE,

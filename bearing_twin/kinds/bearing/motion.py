@@ -26,28 +26,26 @@ from bearing_twin.kinds.bearing.equilibrium import (
 )
 from bearing_twin.kinds.bearing.equilibrium_motion import QuasiStaticMotion
 from bearing_twin.kinds.bearing.integrate import (
+    FIXED_STEP,
     NEAR,
     Chunk,
+    Rates,
     check,
+    error_scales,
+    fastest_rates,
     instants_in,
     integrate_alone,
     integrate_in_common,
     integrated,
+    light_approach,
+    stable_step,
+    step_at_start,
     time_apart,
+    too_long,
 )
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, outer_ring_forces, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_sensor
 from bearing_twin.kinds.bearing.rings import QUASI_STATIC, keeps_apart
-from bearing_twin.kinds.bearing.step_control import (
-    FIXED_STEP,
-    Rates,
-    error_scales,
-    fastest_rates,
-    light_approach,
-    stable_step,
-    step_at_start,
-    too_long,
-)
 from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
     BODY_COLUMNS,

@@ -176,7 +176,7 @@ class CoupledBodies(NamedTuple):
     else what a torque turns (a `Shaft`). `free` is 1 where a place follows its loads, else 0. `load` grows by
     `load_rate` a second, in the cage's place the torque on the shaft; `unbalance` [kg m] turns with the ring. `scales`
     (2 PLACES + 1,) are the errors a step may make, the last of the shaft's speed; `light` [m] is as
-    `step_control.light_approach` says.
+    `integrate.light_approach` says.
     """
 
     ring: bool
