@@ -9,6 +9,7 @@ from bearing_twin.kinds.soft_discs.derived import disc_mass, of_other
 from bearing_twin.kinds.soft_discs.mesh import ORDERS, energy_density, half_disc
 from bearing_twin.kinds.soft_discs.motion import bodies_in_units, elastic_forces, solve, stable_step
 from bearing_twin.run.scene import choose, load_scene
+from bearing_twin.run.simulation import simulate
 
 FORMULATIONS = ("stvk", "neo_hookean", "linear")
 COARSE = ("mesh.divisions=16", "mesh.order=1")
@@ -236,6 +237,19 @@ def test_a_hard_flat_disc_is_a_wall():
     hard = ("against=other_disc", "other.radius=2.0", "other.material.young_modulus=1e8")
     peak = solve(scene_of(*SMALL, *hard), frames=2).column("normal_load").max()
     assert 0.97 * wall < peak < wall
+
+
+def test_the_second_run_estimates_the_error_of_a_stiff_penalty():
+    """Its rate is lower than that of a soft one: the estimate was half of the error."""
+
+    def run_of(divisions, check):
+        run = simulate(load_scene("soft_discs_fast", [f"mesh.divisions={divisions}", f"solver.check={check}"]))
+        force = np.concatenate([block.values["normal_load"] for block in run.blocks()])
+        return force, run.report.errors["wanted_errors"]["forces"]["error"]
+
+    (found, estimate), (exact, _) = run_of(84, "second_run"), run_of(126, "none")
+    error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
+    assert 0.65 * error < estimate < 1.5 * error
 
 
 def test_units_scale():

@@ -139,9 +139,9 @@ class SoftDiscComparison(ImpactComparison):
     @property
     def coarser(self) -> float:
         """By the order of convergence of the elements."""
-        own, second = (one.mesh for one in (self.parameters.resolve(), self.refined()[0]))
-        ratio = predicted_error(own.order, second.divisions) / predicted_error(own.order, own.divisions)
-        return max(ratio, 1.0)
+        order, stiff = self.parameters.mesh.order, self.parameters.contact.stiffness_ratio
+        own, second = (one.mesh.divisions for one in (self.parameters.resolve(), self.refined()[0]))
+        return max(predicted_error(order, second, stiff) / predicted_error(order, own, stiff), 1.0)
 
     def refined(self):
         """On another mesh."""
