@@ -13,6 +13,8 @@ from bearing_twin.command import cli
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr, stream
 from bearing_twin.log.bag import LogReader
+from bearing_twin.log.raw_log import Safety
+from bearing_twin.log.run_log import LogWriter
 from bearing_twin.run.scene import choose
 from bearing_twin.vibration.envelope import spectrum_of
 
@@ -148,6 +150,25 @@ def test_a_waveform_is_no_longer_than_is_read(tmp_path, monkeypatch):
     found = LogReader(tmp_path / "run.mcap").messages({"/bearing/records/acceleration"})
     assert max(len(cdr.deserialise(cdr.WAVEFORM, one.data).samples) for one in found) == 100
     assert np.array_equal(samples_of(read_log(tmp_path / "run.mcap")), samples_of(run))
+
+
+def test_a_thinned_log_has_all_samples_of_its_sensor(tmp_path, capsys):
+    run = simulate(load_scene("bearing_6205_spall_outer", ["solver.check=none", "run.duration=0.75"]))
+    with LogWriter(
+        tmp_path / "run.mcap", run.scene, stream.choice_record(run.choice), safety=Safety(kept_rate=5.0)
+    ) as log:
+        messages = stream.MessageStream(run.scene, choice=run.choice)
+        for block in run.blocks():
+            log.write_all(messages.messages(block))
+        log.write_all(messages.flush())
+    assert cli.main(["spectrum", str(tmp_path / "run.mcap"), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert (found["verdict"], found["rate_hz"]) == ("outer", pytest.approx(run.scene.parameters.sensor.rate))
+    assert cli.main(["spectrum", str(tmp_path / "run.mcap"), "--key", "cage_speed"]) == 2
+    assert "leave out --key" in capsys.readouterr().err
+    write_log(simulate(load_scene("bearing_6203", ["run.duration=0.01"])), tmp_path / "none.mcap")
+    assert cli.main(["spectrum", str(tmp_path / "none.mcap")]) == 2
+    assert "its scene has no `sensor`" in capsys.readouterr().err
 
 
 @pytest.fixture(scope="module")

@@ -193,10 +193,12 @@ def _field(message, topic: str, path: str):
 def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
     """The samples of the sensor of a scene, with the course of the speed."""
     log = read_log(path, topic=topic, last_run=True, run=run)
-    if key not in (None, ACCELERATION) or all(table.name != ACCELERATION for table in tables_of(log.scene)):
+    if all(table.name != ACCELERATION for table in tables_of(log.scene)):
         raise LogError(
-            f"{path} holds one record at most, the {ACCELERATION} of the `sensor` of its scene, and no other"
+            f"{path} holds no {ACCELERATION}: its scene has no `sensor`; add one, or name a topic by --topic"
         )
+    if key not in (None, ACCELERATION):
+        raise LogError(f"{path} holds the {ACCELERATION} alone, not {echo(key)}; leave out --key")
     sampled, moments, speeds = [], [], []
     for block in log.blocks():  # copies, as a view would keep its block
         sampled.append(np.copy(block.records.get(ACCELERATION, np.zeros((0, 2)))))

@@ -10,6 +10,7 @@ import errno
 import os
 import struct
 import tempfile
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -22,10 +23,12 @@ from mcap.records import (
     Attachment,
     AttachmentIndex,
     Channel,
+    Chunk,
     ChunkIndex,
     DataEnd,
     Footer,
     Header,
+    MessageIndex,
     Metadata,
     MetadataIndex,
     Schema,
@@ -47,7 +50,6 @@ COMPRESSION, LESS_PACKED = "zstd", "lz4"
 COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
 GREATEST_RATIO = 5000  # unpacked / packed bytes, beyond which readers take a chunk for a bomb; of lz4 it is below 256
 _MESSAGE = struct.Struct("<BQHIQQ")
-_CHUNK = struct.Struct("<QQQII")  # a chunk up to the name of its compression
 _FOOTER_START = struct.Struct("<BQQQ")
 
 
@@ -138,7 +140,7 @@ class McapWriter:
         self._reserve: Reserve | None = None
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._room = bytearray()  # the chunk in progress
-        self._chunk_index: dict[int, list[int]] = {}
+        self._chunk_index: defaultdict[int, list[tuple[int, int]]] = defaultdict(list)  # time and place of messages
         self.dropped = 0
         self._waiting: list[Schema | Channel] = []  # described in the unfinished chunk
         self._schemas: dict[tuple[str, str, bytes], int] = {}
@@ -193,10 +195,7 @@ class McapWriter:
             room = self._room
             if self.problem or self._closed:
                 self._refuse(len(room) + len(data))
-            if channel in index:
-                index[channel] += (log_time, len(room))
-            else:
-                index[channel] = [log_time, len(room)]
+            index[channel].append((log_time, len(room)))
             room += pack(Opcode.MESSAGE, FIELDS + len(data), channel, 0, log_time, publish_time)
             room += data
             if len(room) >= CHUNK_BYTES and not self.problem:
@@ -226,7 +225,7 @@ class McapWriter:
         self._reserve.grow(len(self._index))
         self._chunks += 1
         for channel, entries in self._chunk_index.items():
-            self.counts[channel] += len(entries) // 2
+            self.counts[channel] += len(entries)
         self.first_ns = first if self.first_ns is None else min(self.first_ns, first)
         self.last_ns = max(self.last_ns, last)
         self._described += self._waiting
@@ -288,8 +287,8 @@ class McapWriter:
 
     def _span(self) -> tuple[int, int]:
         """The least and the greatest log time in the chunk in progress."""
-        times = [entries[::2] for entries in self._chunk_index.values()]
-        return min(map(min, times)), max(map(max, times))
+        times = [log_time for entries in self._chunk_index.values() for log_time, _ in entries]
+        return min(times), max(times)
 
     def _check(self) -> None:
         if self.problem:
@@ -311,27 +310,24 @@ class McapWriter:
         if len(content) > GREATEST_RATIO * len(packed):  # as zeros, which would look like a bomb
             name, packed = LESS_PACKED, lz4.frame.compress(content)
         times = {"message_start_time": first, "message_end_time": last}
-        head = _CHUNK.pack(first, last, len(content), crc32(content), len(name)) + name.encode()
-        head += struct.pack("<Q", len(packed))  # a record by the library copies the packed bytes twice
-        length = 9 + len(head) + len(packed)
-        parts = [struct.pack("<BQ", Opcode.CHUNK, length - 9) + head, packed]
-        offsets, position = {}, self.bytes + length
+        sizes = {"uncompressed_crc": crc32(content), "uncompressed_size": len(content)}
+        parts = [_record(Chunk(compression=name, data=packed, **times, **sizes))]
+        offsets, position = {}, self.bytes + len(parts[0])
         for channel, entries in self._chunk_index.items():
             offsets[channel] = position
-            head = struct.pack("<BQHI", Opcode.MESSAGE_INDEX, 6 + 8 * len(entries), channel, 8 * len(entries))
-            parts.append(head + struct.pack(f"<{len(entries)}Q", *entries))
+            parts.append(_record(MessageIndex(channel, entries)))
             position += len(parts[-1])
         index = ChunkIndex(
-            chunk_length=length,
+            chunk_length=len(parts[0]),
             chunk_start_offset=self.bytes,
             compression=name,
             compressed_size=len(packed),
-            message_index_length=position - self.bytes - length,
+            message_index_length=position - self.bytes - len(parts[0]),
             message_index_offsets=offsets,
             uncompressed_size=len(content),
             **times,
         )
-        return [*parts[:2], b"".join(parts[2:])], _record(index)  # the system writes at most 1024 parts together
+        return [parts[0], b"".join(parts[1:])], _record(index)  # the system writes at most 1024 parts together
 
     def _tail(self) -> list[bytes]:
         """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""
