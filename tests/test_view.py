@@ -290,6 +290,7 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
     [
         (["two_spheres", "--out", "x.png"], "not the name of a page"),
         (["two_spheres", "--gif", "x.mp4"], "not the name of a"),
+        (["two_spheres", "--mp4", "x.mp4"], "give --gif"),
         (["two_spheres", "--out", "none/x.html"], "none is not a folder"),
         (["no_such.mcap"], "no_such.mcap"),
         (["no_such_scene"], "no scene 'no_such_scene'"),
