@@ -66,16 +66,6 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const s
   }
 }
 
-// The contacts of balls at the places of `memory`, rings or shaft at `q` (5,).
-CORE_EXPORT void core_ball_contacts(std::int64_t count, const std::int64_t *balls, const double *seats, const double *azimuth,
-                                    const double *q, const double *memory, double *contacts) {
-  System &system = system_of(seats, count, balls);
-  system.place(azimuth);
-  system.remember(memory);
-  system.q = five(q);
-  system.write_contacts(contacts);
-}
-
 // Heights (N, 2) [m] of the inner and the outer raceway under balls at these azimuths, the ring turned by an angle [rad]: as
 // in `core_equilibria`; a ball's own are those of its start. `defect_numbers` are those of a bearing.
 CORE_EXPORT void core_surface_heights(const double *defect_numbers, std::int64_t balls, const double *azimuth, double ring_angle, double *heights) {

@@ -310,7 +310,7 @@ inline Settled settled(const Seat &seat, const Plane<Pack> &opening, Plane<Pack>
 
 constexpr int COORDINATES = 5;
 constexpr int BALL_MEMORY = 8;  // of a ball: place, opening, d(place)/d(opening); NaN where nothing is known
-constexpr int CONTACT_NUMBERS = 16;  // of a ball: see `System::contacts`
+constexpr int CONTACT_NUMBERS = 17;  // of a ball: see `System::contacts`
 constexpr int MOST_STEPS = 80, MOST_TRIALS = 40, MOST_RING_LOOKS = 300, STAGES = 12, FIRST_BISECTIONS = 14;
 constexpr double RING_EXACT = 1e-11;  // of the loads: what is left of the ring's balance
 constexpr double RING_ENOUGH = 1e-10;  // as above, where no step improves any more
@@ -443,7 +443,8 @@ class Ring {
   }
 
   // Of each ball at its place, the ring at `q`: approach, load, angle, friction, small and large curvature, each inner and
-  // outer, then orbit, roll along the axis and pitch along the radius [rad/s], both against the orbit, centrifugal load.
+  // outer, then orbit, roll along the axis and pitch along the radius [rad/s], both against the orbit, centrifugal load,
+  // and the orbit's speed over the ring's.
   void write_contacts(const Five &q, double *out) {
     for (Balls &b : balls) {
       Plane<Pack> opening = opening_at(b, q);
@@ -466,7 +467,8 @@ class Ring {
         }
         const double gamma = seat->gamma();
         bool rolls = inner.load[lane] > 0.0 && inner.n_r[lane] >= LEVEL && outer.n_r[lane] >= LEVEL;
-        row[12] = seat->speed * (rolls ? speeds.orbit[lane] : 0.5 * (1.0 - gamma));
+        row[16] = rolls ? speeds.orbit[lane] : 0.5 * (1.0 - gamma);
+        row[12] = seat->speed * row[16];
         row[13] = seat->speed * (rolls ? speeds.roll[lane] : 0.5 * (1.0 - gamma * gamma)) / gamma;
         row[14] = seat->speed * (rolls ? speeds.pitch[lane] : 0.0) / gamma;
         row[15] = speeds.centrifugal[lane];

@@ -175,7 +175,6 @@ FACE = {
     "tried_at": "equilibrium: azimuth of a ball at one of these places",
     "commanded_loads": "equilibrium: a commanded load as an array",
     "check_goal": "equilibrium: refuses a drive's goal that is none",
-    "contacts_at": "equilibrium: contacts of balls in equilibrium with rings at given places",
     "limits_used": "equilibrium: approach and contact angle over their limits",
     "shared": "equilibrium: mean over balls by their load, as of their orbit speeds",
     "ellipses_of": "equilibrium: contact ellipses of an equilibrium",

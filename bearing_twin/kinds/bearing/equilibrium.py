@@ -47,14 +47,13 @@ FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # statuses of an equilibri
 BOUNCE = 3.0  # times the centrifugal load: what loads of light balls in motion differ by
 COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
 OF_BALL = 8  # numbers kept of a ball's equilibrium: place, opening, d(place)/d(opening); NaN to begin from nothing
-OF_CONTACTS = 16  # numbers of the `Contacts` of a ball
+OF_CONTACTS = 17  # numbers of the `Contacts` of a ball
 SPEED_COLUMN = 32  # where the speed stands among a setting's numbers
 
 STOP = ndpointer(np.uint8, shape=(1,))
 _GIVEN = INTEGER, INTEGER, INTEGERS, REALS, INTEGER, REALS, INTEGER, REALS, INTEGER, INTEGERS, REALS, REALS, STOP
 SMOOTH = np.zeros((0, 2))  # no heights
 _equilibria = Function("core_equilibria", None, (*_GIVEN, *(REALS_OUT,) * 6, INTEGERS_OUT))
-_ball_contacts = Function("core_ball_contacts", None, (INTEGER, INTEGERS, *(REALS,) * 4, REALS_OUT))
 
 
 class Setting(NamedTuple):
@@ -87,7 +86,8 @@ class Contacts(NamedTuple):
     """Arrays (..., N, 2), inner and outer; `friction` [N] is along t.
 
     A ball's row (..., N): `orbit` [rad/s], `roll` [rad/s] along the axis and `pitch` [rad/s] along the radius, both of
-    the ball against its orbit; `centrifugal` [N]. Angles count where there is no load too.
+    the ball against its orbit; `centrifugal` [N]; `share` is the orbit's speed over the ring's. Angles count where
+    there is no load too.
     """
 
     approach: np.ndarray
@@ -100,6 +100,7 @@ class Contacts(NamedTuple):
     roll: np.ndarray
     pitch: np.ndarray
     centrifugal: np.ndarray
+    share: np.ndarray
 
 
 def contacts_in(numbers: np.ndarray) -> Contacts:
@@ -136,13 +137,6 @@ def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=SMOO
         *(heights, len(heights) > 0, np.array(free, np.int64), wanted, held, SIGNALLED, *found),
     )
     return found
-
-
-def contacts_at(seats, balls, azimuths, coordinates, places) -> Contacts:
-    """The contacts of balls at their places (N, 2), on rings or a shaft at `coordinates` (5,)."""
-    found, kept = np.empty((len(azimuths), OF_CONTACTS)), np.pad(places, ((0, 0), (0, OF_BALL - 2)))
-    _ball_contacts(len(balls), np.array(balls, np.int64), seats, azimuths, coordinates, kept, found)
-    return contacts_in(found)
 
 
 def shared(contacts: Contacts, values: np.ndarray) -> float:

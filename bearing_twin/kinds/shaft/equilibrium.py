@@ -25,7 +25,6 @@ from bearing_twin.kinds.bearing import (
     apart,
     azimuths_of,
     commanded_loads,
-    contacts_at,
     limits_used,
     loose_directions,
     setting_of,
@@ -161,17 +160,6 @@ class ShaftSeat(NamedTuple):
     ratio: float
     gravity: tuple
 
-    @property
-    def turned(self) -> np.ndarray:
-        """The change (5, 5) of the inner ring's coordinates in its own frame by those of the shaft."""
-        matrix = np.diag([1.0, 1.0, self.facing, self.facing, self.facing])
-        matrix[0, 4], matrix[1, 3] = self.place, -self.place
-        return matrix
-
-    def ring(self, q: np.ndarray) -> np.ndarray:
-        """The inner ring's coordinates (5,) in its own frame, the shaft at `q` (5,)."""
-        return self.turned @ q + np.array([0.0, 0.0, self.middle, 0.0, 0.0])
-
 
 class Rotor(NamedTuple):
     """The numbers of the equations of motion (SI): `weight` (5,); `steady` (5,) are the loads when the run starts.
@@ -202,14 +190,13 @@ class Rotor(NamedTuple):
 
 
 class ShaftBalance(NamedTuple):
-    """The shaft in balance: `coordinates` (5,), `stiffness` (5, 5), for each bearing `rings` (5,) and `contacts`.
+    """The shaft in balance: `coordinates` (5,), `stiffness` (5, 5), and for each bearing `contacts`.
 
     `ratios` are the orbits' speeds of balls that roll in one cage over the shaft's.
     """
 
     coordinates: np.ndarray
     stiffness: np.ndarray
-    rings: tuple[np.ndarray, ...]
     contacts: tuple[Contacts, ...]
     ratios: tuple[float, ...]
 
@@ -264,11 +251,8 @@ class ShaftSolver(EquilibriumSolver):
 
     def seats(self) -> np.ndarray:
         """The numbers of both rings (2, SEAT) for the core."""
-        return self._seats_at(self.speed)
-
-    def _seats_at(self, speed: float) -> np.ndarray:
         seats = self.rotor.seat_numbers()
-        seats[:, SPEED_COLUMN] = speed
+        seats[:, SPEED_COLUMN] = self.speed
         return seats
 
     def _at_rest(self) -> "ShaftSolver":
@@ -287,10 +271,7 @@ class ShaftSolver(EquilibriumSolver):
 
     def both_contacts(self) -> list[Contacts]:
         """The contacts of both bearings where the shaft stands."""
-        # Orbits are shares of the ring's speed, that of 1 rad/s where it is at rest.
-        seats = self._seats_at(self.speed or 1.0)
-        found = contacts_at(seats, self.balls, self.azimuths, self.q, self.place[:, :2])
-        first = self.balls[0]
+        found, first = self.found_contacts, self.balls[0]
         return [Contacts(*(one[:first] for one in found)), Contacts(*(one[first:] for one in found))]
 
     def legal(self) -> tuple[float, float]:
@@ -312,9 +293,8 @@ def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0
     solver.settle(support)
     solver.refuse_thrown_out(support)
     contacts = solver.both_contacts()
-    ratios = tuple(float(shared(one, one.orbit)) / (speed or 1.0) for one in contacts)
-    rings = tuple(seat.ring(solver.q) for seat in solver.rotor.seats)
-    return ShaftBalance(solver.q, solver.stiffness, rings, tuple(contacts), ratios)
+    ratios = tuple(float(shared(one, one.share)) for one in contacts)
+    return ShaftBalance(solver.q, solver.stiffness, tuple(contacts), ratios)
 
 
 def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> ShaftSolver:
