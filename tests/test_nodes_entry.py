@@ -54,6 +54,7 @@ MISTAKES = (
     ("sim_node", "-p scen:=bearing_6203", "sim_node: there is no parameter 'scen'; did you mean scene?"),
     ("sim_node", "-p scene:=bearing_6204", "there is no scene 'bearing_6204'", "did you mean 6204, by"),
     ("sim_node", "-p overrides:=[motion.gap=1]", "scene bearing_6203.yaml with motion.gap=1"),
+    ("sim_node", "-p overrides:=[drive.speed=1,drive.speed=2]", "drive.speed is given as '1' and as '2'"),
     ("sim_node", "-p use_sim_time:=5", "use_sim_time"),
     ("replay_node", "-p log:=/proc/self/mem", "cannot be"),
     ("replay_node", "-p log:=/nowhere/run.mcap", "replay_node: there is no log /nowhere/run.mcap"),
