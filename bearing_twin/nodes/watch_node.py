@@ -13,9 +13,9 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
-from rcl_interfaces.msg import Parameter, ParameterType, ParameterValue
 from rcl_interfaces.srv import SetParameters
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.parameter import Parameter
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
@@ -237,15 +237,15 @@ class WatchNode(BaseNode):
         return f"load {force.x:g}, {force.y:g}, {force.z:g} N sent"
 
     def _obey_pace(self, command) -> str:
-        value = ParameterValue(type=ParameterType.PARAMETER_DOUBLE, double_value=number_of(command, "value", "pace"))
+        pace = number_of(command, "value", "pace")
         for name in PACES:
-            request = SetParameters.Request(parameters=[Parameter(name=name, value=value)])
+            request = SetParameters.Request(parameters=[Parameter(name, value=pace).to_parameter_msg()])
             [result] = self._asked_of(self._set, request).results
             if result.successful or "undeclared" not in result.reason:  # else it is another kind of node
                 break
         if not result.successful:
             raise BearingTwinError(result.reason or f"{self._watched} has no pace parameter")
-        return f"{value.double_value:g} times real time"
+        return f"{pace:g} times real time"
 
     def _obey_pause(self, command) -> str:
         on = command.get("on")
