@@ -6,7 +6,7 @@ of the view's series; SI units throughout, angles in radians, quaternions x, y, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -217,10 +217,24 @@ class View:
     axes: bool = False
 
 
-def picked(channels, names) -> tuple[Channel, ...]:
-    """The channels of these names, in this order; those that are not there are left out."""
-    known = {channel.name: channel for channel in channels}
-    return tuple(known[name] for name in names if name in known)
+def view_of(channels, drawn=(), rows: Callable[[Sample], Mapping[str, np.ndarray]] | None = None, **parts) -> View:
+    """A view with these `parts`, whose series are the channels that they name and those `drawn`, which `rows` makes."""
+    named, made = set(_texts(tuple(parts.values()))), {one.name for one in drawn}
+    own = tuple(one for one in channels if one.name in named - made)
+    return View(
+        series=(*own, *drawn),
+        rows=lambda sample: {one.name: sample[one.name] for one in own} | (rows(sample) if rows else {}),
+        **parts,
+    )
+
+
+def _texts(part) -> Iterator[str]:
+    """All texts in a part of a view."""
+    if isinstance(part, str):
+        yield part
+    elif isinstance(part, tuple):
+        for one in part:
+            yield from _texts(one)
 
 
 def lines_of(channel: Channel) -> tuple[PanelCurve, ...]:
@@ -265,9 +279,4 @@ def ball_curves(title: str, unit: str, series: str, balls: int, raceway: int) ->
 
 def plain_view(facts, channels) -> View:
     """The view of a kind that has none of its own: every channel over time."""
-    shown = tuple(channel for channel in channels if channel.width <= MOST_CURVES)
-    return View(
-        series=shown,
-        rows=lambda sample: {channel.name: sample[channel.name] for channel in shown},
-        panels=tuple(panel_of(channel) for channel in shown),
-    )
+    return view_of(channels, panels=tuple(panel_of(one) for one in channels if one.width <= MOST_CURVES))

@@ -25,7 +25,7 @@ from bearing_twin.kinds.topics import (
     pair_topics,
     sphere,
 )
-from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, energies, picked
+from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, energies, view_of
 
 FRAME = SPHERE_ON_BEAM.frame
 DOWN, ALONG = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
@@ -85,10 +85,6 @@ def marker_fields(output: Output) -> dict:
 
 
 REACH, ARROW = 0.06, 0.22  # of the span: greatest drawn deflection, longest arrow
-TAKEN = (
-    *("approach", "normal_load", "sphere_position", "sphere_velocity", "deflection", "bending_stress", "shape"),
-    *("kinetic_energy", "beam_energy", "elastic_energy"),
-)
 ENERGIES = (("kinetic_energy", "sphere"), ("beam_energy", "beam"), ("elastic_energy", "in the contact"))
 
 
@@ -97,8 +93,7 @@ def view(facts, channels) -> View:
     parameters = facts.scene.parameters
     beam, radius, point = parameters.beam, parameters.sphere.radius, parameters.blow.point
     struck = (point - 0.5) * beam.span
-    series = (
-        *picked(channels, TAKEN),
+    drawn = (
         Channel("sphere_rest", "m", (3,), "centre of the sphere at the first touch"),
         Channel("sphere_way", "m", (3,), "from there"),
         Channel("blow", "N", (3,), "on the beam by the sphere"),
@@ -109,8 +104,9 @@ def view(facts, channels) -> View:
     def points(title, unit, name):
         return curves(title, unit, *((name, words, column) for column, words in watched.items()))
 
-    return View(
-        series=series,
+    return view_of(
+        channels,
+        drawn,
         rows=lambda sample: _rows(sample, struck, radius, struck + 1.25 * radius),
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
@@ -151,7 +147,7 @@ def _rows(sample, struck: float, radius: float, beside: float) -> dict[str, np.n
     way[:, 1] = -sample["sphere_position"]
     blow[:, 1] = -sample["normal_load"]
     above[:, 0], above[:, 1] = beside, 0.1 * radius
-    return {name: sample[name] for name in TAKEN} | {
+    return {
         "sphere_rest": rest,
         "sphere_way": way,
         "blow": blow,

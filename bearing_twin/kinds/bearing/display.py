@@ -65,7 +65,7 @@ from bearing_twin.kinds.views import (
     along_axes,
     ball_curves,
     curves,
-    picked,
+    view_of,
 )
 from bearing_twin.shapes import rotation_rows
 
@@ -320,19 +320,13 @@ ARROW, RING_ARROW = 0.8, 0.55  # longest arrow of a ball's load in ball diameter
 WIDTH, SHOULDER, WALL = 0.75, 0.2, 0.42  # ball diameters: half width of a ring, depth of a groove, ring behind it
 CYCLE = 6.0  # s of looking in which the balls come round once
 
-TAKEN = (
-    *("orientation", "normal", "normal_load", "contact_angle", "slip_speed", "inner_ring_offset", "inner_ring_tilt"),
-    *("inner_ring_speed", "kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated"),
-)
-
 
 def view(facts, channels) -> View:
     """The view of a bearing scene; everything stands in `bearing_link`."""
     parameters = facts.scene.parameters
     geometry, n = operating_geometry(parameters), parameters.geometry.balls
     ball, free = geometry.ball_diameter, dimension_of(parameters) == FREE_RING
-    series = (
-        *picked(channels, TAKEN),
+    drawn = (
         Channel("seat", "m", (n, 3), "ball centres on the pitch circle"),
         Channel("deviation", "m", (n, 3), "of the ball centres from there"),
         Channel("semi_major", "m", (n, 2), "of the contact ellipse"),
@@ -346,8 +340,9 @@ def view(facts, channels) -> View:
         Channel("friction_torque", "N m", (), "of the balls on the inner ring about the axis"),
         Channel("orbit_speed", "rad/s", (), "of the balls around the axis, mean"),
     )
-    return View(
-        series=series,
+    return view_of(
+        channels,
+        drawn,
         rows=lambda sample: _rows(parameters, sample, free),
         panels=_panels(n, dimension_of(parameters) != PRESCRIBED),
         solids=tuple(_solids(parameters, geometry)),
@@ -360,7 +355,7 @@ def view(facts, channels) -> View:
         ),
         details=Details(
             "balls", "ball", ("inner raceway", "outer raceway"), "semi_major", "semi_minor", "peak_pressure",
-            (("load", "normal_load"), ("contact angle", "contact_angle"), ("slip", "slip_speed")),
+            (("load", "normal_load"), ("contact angle", "contact_angle"), ("slip speed", "slip_speed")),
         ),
         period=_period(parameters, ball / geometry.pitch_diameter),
         words="Rings are cut through the middle of the balls; the outer ring is at rest.",
@@ -382,7 +377,7 @@ def _rows(parameters, sample, free) -> dict[str, np.ndarray]:
     seat[..., :2] = position[..., :2] * (radius / axis_distance)[..., None]
     details = contact_details(parameters, sample)
     turned = position[..., 0] * velocity[..., 1] - position[..., 1] * velocity[..., 0]
-    return {name: sample[name] for name in TAKEN if name != "slip_speed"} | {
+    return {
         "seat": seat,
         "deviation": position - seat,
         **{name: details[name] for name in ("semi_major", "semi_minor", "peak_pressure")},

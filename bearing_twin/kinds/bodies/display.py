@@ -48,7 +48,7 @@ from bearing_twin.kinds.views import (
     along_axes,
     curves,
     energies,
-    picked,
+    view_of,
 )
 from bearing_twin.shapes import TORUS, Surface, rotation_matrix, support
 
@@ -181,13 +181,7 @@ def lines_of(one: Shaped) -> np.ndarray:
 
 REACH, ABOVE = 0.3, 1.25  # radii of the smaller body: displacement, height of the arrows of an impact
 ARROW, SPOT = 1.6, 0.35  # longest arrow, greatest drawn semi-axis of a contact; in sizes of the body
-OF_IMPACT = ("approach", "normal_load", "displacement", "velocity", "kinetic_energy", "elastic_energy")
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
-TAKEN = (
-    *("position", "orientation", "second_position", "second_orientation", "contact_point", "major_axis", "slip"),
-    *("semi_major", "semi_minor", "peak_pressure", "normal_load", "kinetic_energy", "potential_energy"),
-    *("elastic_energy", "dissipated_viscous", "dissipated_friction"),
-)
 STORED = (ENERGIES[0], ("potential_energy", "of height"), ENERGIES[1])
 LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
 """Channels and words of the energies, in the order in which they are shown."""
@@ -216,15 +210,13 @@ def impact_view(facts, channels) -> View:
 
     def rows(sample):
         load, moved = sample["normal_load"], sample["displacement"] - (gap, 0.0)
-        return (
-            {name: sample[name] for name in OF_IMPACT}
-            | {name: np.tile(one, (len(load), 1, 1)) for name, one in fixed.items()}
-            | {"ways": moved[..., None] * X, "forces": np.multiply.outer(load, (-X, X))}
-        )
+        still = {name: np.tile(one, (len(load), 1, 1)) for name, one in fixed.items()}
+        return still | {"ways": moved[..., None] * X, "forces": np.multiply.outer(load, (-X, X))}
 
-    return View(
-        series=(*picked(channels, OF_IMPACT), *drawn),
-        rows=rows,
+    return view_of(
+        channels,
+        drawn,
+        rows,
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
             curves("Approach, negative while there is a gap", "m", ("approach", "approach")),
@@ -262,8 +254,7 @@ def bouncing_view(facts, channels) -> View:
     upward = -fall / np.linalg.norm(fall) if fall.any() else Z
     tilted = abs(upward[2]) < 0.9
     direction = np.array(Z if tilted else (0.35, -1.0, 0.0)) + (0.42 if tilted else 0.3) * upward
-    series = picked(channels, TAKEN)
-    known, same = {one.name for one in series}, second.shape == first.shape
+    known, same = {one.name for one in channels}, second.shape == first.shape
     groove, seen = second.shape == "groove", [one for one in (first, second) if math.isfinite(reach_of(one))]
     if isinstance(parameters, EllipsoidOnPlaneScene):
         start, longest = parameters.start, reach_of(first)
@@ -291,11 +282,12 @@ def bouncing_view(facts, channels) -> View:
 
     def rows(sample):
         push = -sample["normal"] if "normal" in sample.values else np.tile(Z, (len(sample["position"]), 1))
-        return {one.name: sample[one.name] for one in series} | {"push": push}
+        return {"push": push}
 
-    return View(
-        series=(*series, Channel("push", "1", (3,), "direction of the normal load on the first body")),
-        rows=rows,
+    return view_of(
+        channels,
+        (Channel("push", "1", (3,), "direction of the normal load on the first body"),),
+        rows,
         panels=(
             curves("Normal load", "N", ("normal_load", "normal load")),
             curves("Position of the centre", "m", *along_axes("position")),

@@ -43,7 +43,7 @@ from bearing_twin.kinds.views import (
     ball_curves,
     curves,
     energies,
-    picked,
+    view_of,
 )
 
 FRAME = SHAFT.frame
@@ -169,24 +169,20 @@ def marker_fields(output: Output) -> dict:
 
 
 REACH = 0.15  # of the shaft's radius: greatest drawn displacement
-TAKEN = (
-    *("position", "tilt", "bearing_force", "load", "shaft_speed", *(f"{side}_normal_load" for side in SIDES)),
-    *("kinetic_energy", "elastic_energy", "load_work", "bearing_work", "dissipated"),
-)
 
 
 def view(facts, channels) -> View:
     """z along the shaft; everything stands in `shaft_link`."""
     parameters = facts.scene.parameters
     radius, low, high = sizes(parameters)
-    series = (
-        *picked(channels, TAKEN),
+    drawn = (
         Channel("turn", "1", (2,), "cosine and sine of the shaft's angle"),
         Channel("centres", "m", (2, 3), "of the inner rings"),
         Channel("varying_load", "N", (3,), "the load but shaft.loads, which no command replaces"),
     )
-    return View(
-        series=series,
+    return view_of(
+        channels,
+        drawn,
         rows=lambda sample: _rows(parameters, sample),
         panels=_panels(parameters),
         solids=(
@@ -240,8 +236,8 @@ def _panels(parameters) -> tuple[CurvePanel, ...]:
 def _rows(parameters, sample) -> dict[str, np.ndarray]:
     angle = sample["shaft_angle"]
     turn = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-    found = {name: sample[name] for name in TAKEN} | {"turn": turn, "centres": ring_centres(parameters, sample)}
-    return found | {"varying_load": sample["load"] - constant_loads(parameters)[:3]}
+    varying = sample["load"] - constant_loads(parameters)[:3]
+    return {"turn": turn, "centres": ring_centres(parameters, sample), "varying_load": varying}
 
 
 def _rod(radius: float, low: float, high: float) -> list[list[tuple[float, float]]]:

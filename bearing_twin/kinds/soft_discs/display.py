@@ -27,7 +27,7 @@ from bearing_twin.kinds.topics import (
     marker,
     pair_topics,
 )
-from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, energies, picked
+from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, energies, view_of
 
 FRAME = SOFT_DISCS.frame
 AXIS = np.array([0.0, 0.0, 1.0])
@@ -106,10 +106,6 @@ def _outline(parameters: SoftDiscsScene) -> np.ndarray:
     return half_disc(parameters.resolve().mesh).outline
 
 
-TAKEN = (
-    *("normal_load", "position", "velocity", "penetration", "least_stretch", "kinetic_energy", "elastic_energy"),
-    *("contact_energy", "shape", "other_velocity", "other_shape"),
-)
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "strain"), ("contact_energy", "in the penalty"))
 HALVES = {  # signs of x and y of the halves drawn of a disc, by what it meets; the mesh is of one half
     "wall": ((1.0, 1.0), (-1.0, 1.0)),
@@ -124,17 +120,12 @@ def view(facts, channels) -> View:
     parameters = facts.scene.parameters
     mesh = half_disc(parameters.mesh)
     bodies = dict(zip(("shape", "other_shape"), bodies_of(parameters).values(), strict=False))
-    taken = picked(channels, TAKEN)
-    densities = tuple(
-        Channel(f"{name}_energy", "J/m³", (_nodes(taken, name),), "strain energy at the nodes") for name in bodies
-    )
+    nodes = (len(mesh.mass) - 1,)
+    densities = tuple(Channel(f"{name}_energy", "J/m³", nodes, "strain energy at the nodes") for name in bodies)
     triangles, edges = triangles_of(mesh).tolist(), _pairs(mesh)
 
     def rows(sample):
-        found = {one.name: sample[one.name] for one in taken}
-        for name, body in bodies.items():
-            found[f"{name}_energy"] = density_at_nodes(body, mesh, sample[name])
-        return found
+        return {f"{name}_energy": density_at_nodes(body, mesh, sample[name]) for name, body in bodies.items()}
 
     signs = dict(zip(bodies, (HALVES[parameters.against], BELOW), strict=False))
     radius = parameters.disc.radius
@@ -144,9 +135,10 @@ def view(facts, channels) -> View:
     facing = "the wall" if parameters.against == "wall" else "the other disc"
     velocities = (("velocity", "disc"), ("other_velocity", "other disc"))[: len(bodies)]
     wall = Solid("wall", "wall", {"slab": {"width": 4.0 * radius, "height": 0.06 * radius}}, DARK)
-    return View(
-        series=(*taken, *densities),
-        rows=rows,
+    return view_of(
+        channels,
+        densities,
+        rows,
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
             curves(f"Velocity of the centre of mass, away from {facing}", "m/s", *velocities),
@@ -162,10 +154,6 @@ def view(facts, channels) -> View:
         look=Look(1.1 * tall, middle=(0.0, middle, 0.0)),
         words="The mesh is that of the computation, true to scale; the other half of a disc is its mirror.",
     )
-
-
-def _nodes(taken, name: str) -> int:
-    return next(one.shape[0] for one in taken if one.name == name)
 
 
 def _pairs(mesh) -> list[tuple[int, int]]:
