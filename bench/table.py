@@ -23,7 +23,7 @@ import peers
 from memory import most_held
 
 from bearing_twin import load_scene, load_study, parse_study, run_study, simulate, write_log
-from bearing_twin.charts.rows import processor
+from bearing_twin.charts.contest import processor
 from bearing_twin.charts.scenes import WITHOUT_CHECK
 
 TABLE = Path(__file__).resolve().parent.parent / "docs" / "speed.csv"

@@ -17,16 +17,14 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.base.units import named, two_digits, with_unit
 from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.charts import CHARTS, chart_of
-from bearing_twin.charts.contest import cheapest
-from bearing_twin.charts.rows import read_table
+from bearing_twin.charts.contest import cheapest, read_table
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, MEASURED
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.rules import RANGES, RULES
 from bearing_twin.log import stream
 from bearing_twin.methods import STEPPER_FACTS
-from bearing_twin.uq.distributions import DISTRIBUTIONS
-from bearing_twin.uq.entropy import FACTS, FORMS
+from bearing_twin.uq.distributions import DISTRIBUTIONS, FACTS, FORMS
 from bearing_twin.uq.sampling import SAMPLERS
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -60,7 +60,7 @@ APART = {
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
 PHYSICS = ("methods", "coefficients", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
-    *("distributions", "entropy", "inputs", "sampling", "propagation", "statistics", "histories"),
+    *("distributions", "inputs", "sampling", "propagation", "statistics", "histories"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
 LATE_ROOMS = {

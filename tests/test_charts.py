@@ -12,8 +12,7 @@ from bearing_twin import IntegrationError, SceneError
 from bearing_twin.base.errors import CoreError
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
-from bearing_twin.charts.contest import Contest, Options, timed
-from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, read_table
+from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Contest, Options, read_table, timed
 from bearing_twin.command.cli import main
 
 PART = {  # the problem or sheet that is tried of each
@@ -146,7 +145,7 @@ def test_equilibria_err_more_at_speed(made):
 
 
 def test_even_samples_are_better_than_random_ones(made):
-    rows = [row for row in made("samplers").rows if row.setting == 128.0]
+    rows = [row for row in made("samplers").rows if row.across == 128.0]
     random, sobol = (errors(rows, name)[0] for name in ("random", "sobol"))
     assert sobol < 0.3 * random
 

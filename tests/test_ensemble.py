@@ -18,7 +18,7 @@ from scipy import stats
 from starts import STEM
 
 import bearing_twin.uq.realisations
-import bearing_twin.uq.summary
+import bearing_twin.uq.result
 from bearing_twin.base.errors import LogError, StudyError
 from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.log import cdr
@@ -30,7 +30,7 @@ from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.realisations import NEVER_MEET, realise, task_of
 from bearing_twin.uq.run import memory_needed, run_study
 from bearing_twin.uq.statistics import estimate
-from bearing_twin.uq.study import load_study, parse_study
+from bearing_twin.uq.study import Study, load_study, parse_study
 from bearing_twin.uq.workers import Ensemble
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -123,28 +123,11 @@ def test_one_input_and_closed_forms_need_no_samples():
         assert value == pytest.approx(6.18657240e-5 * (one["value"] / 20.0) ** -0.2, rel=1e-8)
 
 
-def test_densities_at_named_values_are_exact_where_the_distribution_is():
-    """Paper 3, eq. (10), written out; by samples they come with an interval."""
-    at, b = [4.5e-5, 6e-5, 9e-5], 4e-10 / 1.138e-4
-    asked = {**SPHERES, "densities": {"contact_duration": at}, "samples": 4000, "modality": "no"}
-    alpha = np.array(at) * 20.0**0.2
-    truth = stats.gamma(1.138e-4 / b, scale=b).pdf(alpha) * 20.0**0.2
-    for method in METHODS:
-        found = run({**asked, "method": method}).as_dict()["quantities"]
-        assert found["peak_force"]["densities"] == []
-        rows = found["contact_duration"]["densities"]
-        assert [row["value"] for row in rows] == at
-        if method == "ensemble":
-            assert all(0.9 * row["low"] <= right <= 1.1 * row["high"] for row, right in zip(rows, truth, strict=True))
-        else:
-            assert [row["density"] for row in rows] == pytest.approx(truth.tolist(), rel=1e-6)
-
-
 def test_one_input_without_a_closed_form_takes_a_few_runs(quick_workers):
     """Paper 3, section 6. By damping in proportion the contact time stays proportional to alpha, so gamma."""
     quantities = ["contact_duration", "restitution"]
     asked = {**LOSSY, "method": "change_of_variable", "quantities": quantities[:1], "workers": 1}
-    result = run({**asked, "densities": {"contact_duration": [6e-5]}})
+    result = run(asked)
     found = result.as_dict()["quantities"]["contact_duration"]
     assert (found["method"], len(result.status)) == ("change_of_variable", 0)
     assert 10 <= len(found["runs"]) <= 50
@@ -157,7 +140,6 @@ def test_one_input_without_a_closed_form_takes_a_few_runs(quick_workers):
         one = found["quantiles"][p]
         assert one["value"] == pytest.approx(factor * gamma.ppf(float(p)), rel=1e-5)
         assert 0.0 < one["high"] - one["value"] == pytest.approx(one["value"] - one["low"], rel=1e-3, abs=0.0)
-    assert found["densities"][0]["density"] == pytest.approx(gamma.pdf(6e-5 / factor) / factor, rel=1e-4)
     with pytest.raises(StudyError, match=r"^restitution: the quantity .* choose the method ensemble"):
         run({**asked, "quantities": quantities[1:]})
 
@@ -337,15 +319,14 @@ def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories
         **ENSEMBLE,
         "modality": "yes",
         "histories": ["normal_load"],
-        "densities": {"contact_duration": [6e-5]},
     }
-    whole, event, do = run(everything), threading.Event(), getattr(bearing_twin.uq.summary, work)
+    whole, event, do = run(everything), threading.Event(), getattr(bearing_twin.uq.result, work)
 
     def begun(*given, **named):
         event.set()
         return do(*given, **named)
 
-    monkeypatch.setattr(bearing_twin.uq.summary, work, begun)
+    monkeypatch.setattr(bearing_twin.uq.result, work, begun)
     result = run(everything, cancelled=event)
     assert np.array_equal(result.quantities, whole.quantities)
     assert (result.summary["samples"], result.summary["failed"]) == (400, whole.summary["failed"])
@@ -505,6 +486,14 @@ def test_a_study_without_samples_comes_back_from_its_log_and_a_log_of_something_
     write_log(simulate(load_scene("two_spheres", ["run.output_rate=5e5"])), tmp_path / "run.mcap")
     with pytest.raises(LogError, match="holds no study"):
         read_study(tmp_path / "run.mcap")
+
+
+def test_a_log_of_a_version_with_densities_is_read(tmp_path, monkeypatch):
+    result, resolved = run(SPHERES), Study.resolved
+    with monkeypatch.context() as earlier:
+        earlier.setattr(Study, "resolved", lambda study: resolved(study) | {"densities": {"contact_duration": [6e-5]}})
+        path = write_study(result, tmp_path / "earlier.mcap")
+    assert read_study(path).study == result.study
 
 
 def test_dask_says_what_is_missing_or_wrong(monkeypatch):

@@ -21,9 +21,9 @@ from bearing_twin.log.run_log import write_log
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
+from bearing_twin.uq.result import check_summary
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
-from bearing_twin.uq.summary import check_summary
 from bearing_twin.view.study_page import document_of_study
 
 ESCAPE = "\x1b[2J\u202e"

@@ -13,9 +13,9 @@ from bearing_twin.kinds.error_estimates import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.inputs import quantities_of
 from bearing_twin.uq.realisations import RealisationErrors, empty, errors_of, simulated_scene, task_of
+from bearing_twin.uq.result import model_error_sentences
 from bearing_twin.uq.run import checked_rows, gathered
 from bearing_twin.uq.study import parse_study
-from bearing_twin.uq.summary import model_error_sentences
 from bearing_twin.uq.workers import Ensemble
 from bearing_twin.view.study_page import document_of_study
 

@@ -14,8 +14,7 @@ from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.command.cli import DONE, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import parse_scene, scene_names
-from bearing_twin.uq.distributions import DISTRIBUTIONS
-from bearing_twin.uq.entropy import FORMS
+from bearing_twin.uq.distributions import DISTRIBUTIONS, FORMS
 from bearing_twin.uq.schema import schema
 from bearing_twin.uq.study import parse_study, study_names
 

@@ -151,7 +151,7 @@ INPUTS = st.one_of(
     ),
     st.dictionaries(WORDS, st.one_of(NUMBERS, st.dictionaries(WORDS, NUMBERS, max_size=3)), max_size=3),
 )
-KEYS = st.sampled_from(["correlation", "samples", "sampler", "sweep", "stop", "densities", "histories", "set", "seed"])
+KEYS = st.sampled_from(["correlation", "samples", "sampler", "sweep", "stop", "histories", "set", "seed"])
 REST = st.dictionaries(
     KEYS, st.one_of(NUMBERS, st.lists(st.one_of(NUMBERS, st.lists(NUMBERS, max_size=3)), max_size=3)), max_size=2
 )

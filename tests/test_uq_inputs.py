@@ -11,8 +11,7 @@ from scipy import stats
 from scipy.special import digamma
 
 from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.uq.distributions import DISTRIBUTIONS
-from bearing_twin.uq.entropy import LEAST_SPREAD, PLENTY, greatest_entropy
+from bearing_twin.uq.distributions import DISTRIBUTIONS, LEAST_SPREAD, PLENTY, greatest_entropy
 from bearing_twin.uq.inputs import GREATEST_UNIT, LEAST_UNIT, Joint, read_input
 
 EXAMPLES = {

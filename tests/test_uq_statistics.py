@@ -13,7 +13,6 @@ from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.propagation import derive
 from bearing_twin.uq.sampling import REPLICATES, UnitPoints
 from bearing_twin.uq.statistics import (
-    densities_at,
     estimate,
     histogram,
     kernel_density,
@@ -93,6 +92,15 @@ def test_intervals_from_replicates_hold_the_truth_and_are_narrow(method, count):
         if statistic in ("mean", 0.5):
             independent = np.median([estimate(sample, statistic).half_width for sample in every])
             assert np.median([one.half_width for one in found]) < 0.5 * independent
+
+
+def test_the_deviation_of_a_heavy_tail_is_not_in_too_narrow_intervals_of_replicates():
+    """A lognormal deviation of 1.3 of the mean; the scatter of eight replicates held it in 89 % of studies."""
+    truth = stats.lognorm(math.sqrt(math.log1p(1.3**2)))
+    units = (UnitPoints("sobol", 1, seed, 2048).chunk(0, 2048)[:, 0] for seed in range(300))
+    found = [estimate(truth.ppf(unit), "std", replicates=REPLICATES) for unit in units]
+    held = sum(one.low <= truth.std() <= one.high for one in found)
+    assert stats.binomtest(held, len(found), 0.95, alternative="less").pvalue > 1e-3
 
 
 def test_a_quantile_beyond_the_replicates_falls_back_to_order_statistics():
@@ -183,35 +191,23 @@ def test_densities_keep_their_mass_inside_the_bounds(with_zero):
     for count, seed in itertools.product(errors, range(5)):
         truth = stats.gamma(1.0 if with_zero else 3.0)
         sample = truth.rvs(count, random_state=seed)
-        found = kernel_density(np.append(sample, 0.0) if with_zero else sample)
-        assert found.x[0] > 0.0
-        width = np.gradient(found.x)
-        assert width @ found.density == pytest.approx(1.0, abs=1e-3)
-        errors[count].append(width @ np.abs(found.density - truth.pdf(found.x)))
+        x, density = kernel_density(np.append(sample, 0.0) if with_zero else sample)
+        assert x[0] > 0.0
+        width = np.gradient(x)
+        assert width @ density == pytest.approx(1.0, abs=1e-3)
+        errors[count].append(width @ np.abs(density - truth.pdf(x)))
     assert np.mean(errors[8000]) < 0.5 * np.mean(errors[500]) < 0.07
 
 
 def test_the_density_of_the_contact_time_is_that_of_the_change_of_variable():
     """A positive sample has no density at 0; one that holds 0 has, and one with negative values has no bound."""
-    found = kernel_density(samples("random", 3, 20000))
-    assert np.max(np.abs(found.density - TAU.pdf(found.x))) < 0.06 * np.max(TAU.pdf(found.x))
-    assert found.density[0] < 5e-3 * found.density.max()
-    assert kernel_density([0.0, 1.0, 2.0]).x[0] > 0.0
-    assert kernel_density([-1.0, 1.0, 2.0]).x[0] < -1.0
+    x, density = kernel_density(samples("random", 3, 20000))
+    assert np.max(np.abs(density - TAU.pdf(x))) < 0.06 * np.max(TAU.pdf(x))
+    assert density[0] < 5e-3 * density.max()
+    assert kernel_density([0.0, 1.0, 2.0])[0][0] > 0.0
+    assert kernel_density([-1.0, 1.0, 2.0])[0][0] < -1.0
     with pytest.raises(StatisticError, match="all samples are equal"):
         kernel_density([1.0] * 5)
-
-
-def test_densities_at_values_know_how_well_they_are_known():
-    at = np.array([2e-5, 4e-5, 6e-5, 1e-4, 1.5e-4])
-    hits = []
-    for seed in range(30):
-        found = densities_at(samples("random", seed, 4000), at)
-        hits.append([one.low <= truth <= one.high for one, truth in zip(found, TAU.pdf(at), strict=True)])
-    assert 0.85 < np.mean(hits) < 0.995  # the bias of the kernel is not in the interval
-    far = densities_at(samples("random", 1, 4000), [0.0, 1e-2])
-    assert far[0][:3] == (0.0, 0.0, 0.0)
-    assert far[1].value == 0.0 < far[1].high
 
 
 @pytest.mark.parametrize("value", [0.1, -1.1e-7, 1.0 / 3.0, 1e12 + 0.3])

@@ -23,7 +23,7 @@ from torture_inputs import ROWS as INPUTS
 from torture_logs import ROWS as LOGS
 from torture_rows import ENDS, Found, Row, end_children
 
-from bearing_twin.charts.rows import processor
+from bearing_twin.charts.contest import processor
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "reliability.md"

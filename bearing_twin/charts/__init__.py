@@ -31,11 +31,11 @@ CHARTS = {
     "bodies": Listed(
         "bodies", "spheres, discs, ellipsoids, tracked surfaces: closed forms, adaptive and fixed steps", 90
     ),
-    "stability": Listed("stability", "maps of where methods fail or are refused: step, stiffness, friction, mesh", 40),
+    "stability": Listed("bearings", "maps of where methods fail or are refused: step, stiffness, friction, mesh", 40),
     "samplers": Listed("uncertainty", "samplers: error of mean and deviation against realisations and cost", 60),
     "coverage": Listed("uncertainty", "share of 95 % intervals of studies that contain the true value", 300),
-    "cost": Listed("cost", "where the CPU time of a run goes, from the motion to a log", 60),
-    "paper1": Listed("paper1", "Kosenko and Aleksandrov: contact frame, laws in a bearing, bounces, cost", 10),
+    "cost": Listed("shipped", "where the CPU time of a run goes, from the motion to a log", 60),
+    "paper1": Listed("paper1", "Kosenko and Aleksandrov: contact frame, laws in a bearing, bounces", 8),
     "paper2": Listed("paper2", "Opritescu, Tirdea, Toader: a sphere falls on a beam, by two beam theories", 6),
     "paper3": Listed("paper3", "Buezas, Rosales, Sampaio: impacts with uncertain inputs, figures 1 to 24", 300),
 }

@@ -1,13 +1,18 @@
-"""Charts of a bearing's run: integration methods, what one tries first, and how much of the bearing has to move.
+"""Charts of a bearing's run: integration methods, what one tries first, how much has to move, where methods fail.
 
 What one tries first are SciPy with its defaults, a fixed step of 0.1 ms and explicit Euler on the product's equations,
 whose right-hand side is compiled: what differs is the method and its setting. `rodas4` and `rk4` beside them are runs
 of the product, which refuses steps that are too long.
+
+Maps of where methods fail show the error of what a user runs over two numbers: steps of fixed-step methods against
+stiffness, friction and damping; tolerances of adaptive ones against friction; modes and steps of a beam, meshes of a
+soft disc. Every cell is a run.
 """
 
 import dataclasses
 import functools
 import itertools
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -15,10 +20,10 @@ from scipy.integrate import solve_ivp
 
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Choice
-from bearing_twin.charts.contest import best_of, of_methods, of_problem, over_across
-from bearing_twin.charts.panels import Axis
-from bearing_twin.charts.rows import DONE
-from bearing_twin.charts.scenes import Found, Method, Problem, Scenes, load_and_friction, spread, steps, tolerances
+from bearing_twin.charts.bodies import OUTSIDE, beam_impact, disc
+from bearing_twin.charts.contest import DONE, REFUSED, best_of, in_rows, of_methods, of_problem, over
+from bearing_twin.charts.panels import Axis, Line, Map, Panel
+from bearing_twin.charts.scenes import Found, Method, Problem, contest_of, load_and_friction, spread, steps, tolerances
 from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.kinds.bearing import BearingMotion, rates
 from bearing_twin.methods import STEPPER_FACTS
@@ -108,20 +113,22 @@ HELD = {
 
 
 def _dimension_panels(contest, rows):
-    names = {"normal_load_error": "error of ball loads", "contact_angle_error": "error of contact angles"}
-    return over_across(contest, rows, Axis("speed of the inner ring", "rad/s", log=True), names)
+    columns = {
+        "normal_load_error": Axis("error of ball loads", log=True),
+        "contact_angle_error": Axis("error of contact angles", log=True),
+        "seconds": Axis(contest.cost, "s", log=True),
+    }
+    return over(contest, rows, Axis("speed of the inner ring", "rad/s", log=True), columns)
 
 
 def _dimension_reading(contest, rows):
-    for name, title in contest.problems.items():
-        if mine := of_methods(of_problem(rows, name, DONE)).get("equilibrium"):
-            slow, fast = (min(mine, key=lambda row: row.across), max(mine, key=lambda row: row.across))
-            parts = (
-                f"loads {row.more['normal_load_error']:.1g} and angles {row.more['contact_angle_error']:.1g} "
-                f"at {row.across:g} rad/s"
-                for row in (slow, fast)
+    """Differences between equilibria and moving balls at the ends of the speeds, and costs."""
+    for row in rows:
+        if row.method == "equilibrium" and row.status == DONE and row.across in (SPEEDS[0], SPEEDS[-1]):
+            yield (
+                f"{contest.problems[row.problem]}, {row.across:g} rad/s: equilibria differ from balls that move by "
+                f"{row.more['normal_load_error']:.1g} in loads and {row.more['contact_angle_error']:.1g} in angles."
             )
-            yield f"{title}: equilibria differ from balls that move by {'; '.join(parts)}."
     yield from best_of(contest, rows)
 
 
@@ -199,25 +206,149 @@ def _tried_reading(contest, rows):
     yield from best_of(contest, rows)
 
 
+FAILS, COLUMNS = 0.1, 3  # error of a run that fails; maps side by side
+ONE_BALL = ("geometry.balls=1", "run.duration=2e-3", "run.output_rate=10000", "run.publish_rate=1000")
+BODIES = ("ball", "inner_ring", "outer_ring")
+FIXED = {name: steps(*spread(1e-7, 2e-5, 12), keys=(f"solver.stepper={name}",)) for name in ("rk4", "imex")}
+ADAPTIVE = {
+    name: tolerances(*spread(1e-1, 1e-6, 6), keys=(f"solver.stepper={name}",))
+    for name in ("rodas4", "rodas3", "dopri5")
+}
+
+
+def _ball(title: str, across, values, *keys: str, methods=None) -> Problem:
+    """One ball of a 6203."""
+    return Problem(
+        title=title,
+        scene="bearing_6203",
+        keys=(*ONE_BALL, *keys),
+        reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
+        methods=FIXED if methods is None else methods,
+        norm=load_and_friction,
+        channels=("normal_load", "friction_force"),
+        across=across,
+        values=values,
+        a_second=True,
+    )
+
+
+def _moduli(value: float) -> tuple[str, ...]:
+    return tuple(f"materials.{body}.young_modulus={value:g}" for body in BODIES)
+
+
+def _slip(value: float) -> tuple[str, ...]:
+    return (f"contact.friction_regularisation={value:g}",)
+
+
+LOCKING = {
+    f"{name} integration": Method(
+        ("mesh.order=1", f"mesh.integration={name}", OUTSIDE), "mesh.divisions", (8.0, 12, 16, 24)
+    )
+    for name in ("full", "selective")
+}
+MODES = Method(("solver.stepper=modes", "wanted.tolerance=1e-3"), "solver.steps", (8.0, 12, 16, 24, 48, 96, 192))
+MAPS = {
+    "stiffness": _ball("one ball that rolls: Young's modulus [Pa]", _moduli, spread(2e10, 2e12, 9)),
+    "friction": _ball("one ball that rolls: friction regularisation [m/s]", _slip, spread(1e-3, 1e-1, 9)),
+    "sliding": _ball("one ball from rest: friction regularisation [m/s]", _slip, spread(1e-3, 1e-1, 9), *FROM_REST),
+    "damping": _ball(
+        "one ball that rolls: relaxation time [s]",
+        lambda value: (f"contact.relaxation_time={value:g}",),
+        spread(1e-7, 1e-5, 9),
+        "contact.friction_coefficient=0.01",
+    ),
+    "tolerance": _ball(
+        "one ball from rest: friction regularisation [m/s]", _slip, spread(1e-4, 1e-1, 7), *FROM_REST, methods=ADAPTIVE
+    ),
+    "modes": dataclasses.replace(
+        beam_impact("sphere on a beam: modes", "sphere_on_beam_drop_600mm", "run.duration=3e-4"),
+        methods={"modes": MODES},
+        across=lambda value: (f"solver.modes={value:g}",),
+        values=(5.0, 9, 17, 33, 65, 129, 257),
+    ),
+    "disc": dataclasses.replace(
+        disc("soft disc: 1 - 2 (Poisson's ratio)", LOCKING, finer="mesh.divisions=32"),
+        across=lambda value: (f"disc.material.poisson_ratio={0.5 - 0.5 * value:g}",),
+        values=(0.002, 0.01, 0.04, 0.1, 0.4),
+    ),
+}
+UP = {
+    "wanted.tolerance": Axis("tolerance", log=True),
+    "solver.step": Axis("step", "s", log=True),
+    "solver.steps": Axis("steps a contact", log=True),
+    "mesh.divisions": Axis("divisions", log=True),
+}
+
+
+MARK = {"linestyle": "", "markersize": 8, "markeredgewidth": 2}
+
+
+def _bad(row) -> bool:
+    return row.status not in (DONE, REFUSED) or FAILS < row.error < math.inf
+
+
+def _map_panels(contest, rows) -> list[list[Panel]]:
+    """A map a problem and method; crosses where a run fails, dots where the software refuses."""
+    found = []
+    for name, problem in MAPS.items():
+        for method, mine in of_methods(of_problem(rows, name)).items():
+            across, settings = sorted({row.across for row in mine}), sorted({row.setting for row in mine})
+            z = np.full((len(settings), len(across)), math.nan)
+            for row in mine:
+                if row.status == DONE:
+                    z[settings.index(row.setting), across.index(row.across)] = row.error
+            title, _, unit = problem.title.partition(" [")
+            body, _, number = title.partition(": ")
+            parts: list = [Map("error", "1", across, settings, z, "viridis_r", (1e-8, 1.0), 0.0)]
+            for label, look, marked in (
+                (f"error above {FAILS:g}, or no result", {"marker": "x", "color": "#D55E00"}, filter(_bad, mine)),
+                ("refused by the software", {"marker": "s", "color": "#5f6f7a"}, of_problem(mine, name, REFUSED)),
+            ):
+                places = [(row.across, row.setting) for row in marked]
+                parts.append(Line(label, [one[0] for one in places], [one[1] for one in places], {**MARK, **look}))
+            x, up = Axis(number, unit.rstrip("]") or "1", log=True), UP[problem.methods[method].key]
+            found.append(Panel(f"{body}, {method}", x, up, parts, None))
+    return in_rows(found, COLUMNS)
+
+
+def _map_reading(contest, rows):
+    """Numbers of cells that are refused and that fail, by problem."""
+    for name, title in contest.problems.items():
+        if mine := of_problem(rows, name):
+            refused, bad = len(of_problem(mine, name, REFUSED)), sum(map(_bad, mine))
+            words = f"{refused} of {len(mine)} cells refused, {bad} with an error above {FAILS:g} or no result"
+            yield f"{title.partition(' [')[0]}: {words}."
+
+
 CHARTS = {
-    "steppers": Scenes(table=MOVING).contest(
+    "steppers": contest_of(
+        MOVING,
         title="Integration methods on a 6203: error against cost, one core",
         error="greatest error of load or friction",
         cost="CPU time of a simulated second",
         own=tuple(ROSENBROCK),
     ),
-    "dimensions": Scenes(table=HELD).contest(
+    "dimensions": contest_of(
+        HELD,
         title="A preloaded 6203 over speed: equilibria against balls that move",
         cost="CPU time of a simulated second",
         wanted=1e-2,
         panels=_dimension_panels,
         read=_dimension_reading,
     ),
-    "newcomers": Scenes(table=TRIED).contest(
+    "newcomers": contest_of(
+        TRIED,
         title="What one tries first, against the product's rodas4",
         read=_tried_reading,
         error="greatest error of load or friction",
         cost="CPU time of a simulated second",
         own=("rodas4",),
+    ),
+    "stability": contest_of(
+        MAPS,
+        timed_runs=False,
+        title="Where methods fail, and where the software refuses",
+        panels=_map_panels,
+        read=_map_reading,
     ),
 }

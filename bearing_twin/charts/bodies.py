@@ -3,7 +3,7 @@
 from bearing_twin.charts.scenes import (
     Method,
     Problem,
-    Scenes,
+    contest_of,
     greatest,
     root_mean_square,
     steps,
@@ -131,17 +131,20 @@ DISCS = {
 }
 
 CHARTS = {
-    "bodies": Scenes(table=BODIES).contest(
+    "bodies": contest_of(
+        BODIES,
         title="Two bodies meet: closed forms, adaptive and fixed steps, opposing points",
         error="greatest error of the force, over the greatest",
         own=("dop853", "points in closed form"),
     ),
-    "beams": Scenes(table=BEAMS).contest(
+    "beams": contest_of(
+        BEAMS,
         title="A sphere on a beam: modes, Volterra's equation, a sinusoidal force",
         error="greatest error of the force, over the greatest",
         own=("automatic, by tolerance", "9 modes", "41 modes"),
     ),
-    "discs": Scenes(table=DISCS).contest(
+    "discs": contest_of(
+        DISCS,
         title="A soft disc on a wall: error of the force against cost",
         error="root mean square error of the force",
         wanted=5e-3,

@@ -1,38 +1,149 @@
 """The engine of all charts: problems, methods and their settings in; a table, a picture and sentences out.
 
 A chart is a table of problems, each a row. Every run is a `Row`: its error against a reference far tighter than what is
-judged, its CPU seconds, or why there is no result. A run that exceeds the limit of CPU seconds is stopped. A paper is a
-chart whose parts are the sheets of its figures.
+judged, its CPU seconds, or why there is no result. A run that exceeds the limit of CPU seconds is stopped. The table of
+a chart has the same columns for all, and says what its numbers were made with. A paper is a chart whose parts are the
+sheets of its figures.
 """
 
 import contextlib
+import csv
 import dataclasses
+import datetime
+import functools
+import importlib.metadata
 import math
+import platform
 import signal
+import subprocess
 import time
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+import timeit
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from bearing_twin import __version__
 from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
 from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.paths import drafted
 from bearing_twin.base.units import prefixed, two_digits
-from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, draw, labels, write_curves
-from bearing_twin.charts.rows import DONE, FAILED, REFUSED, STOPPED, Row, read_table, write_table
+from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, curves_of, draw, labels
 from bearing_twin.pictures import STYLE
 
 LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
-ENOUGH, REPEATS, LONG = 0.15, 3, 3.0  # CPU seconds and repeats of a timing; what takes LONG is done once
-UNSURE = 0.1  # spread of a cost beyond which it is reported
+ENOUGH, REPEATS, LONG = 0.05, 3, 3.0  # CPU seconds and number of repeats of a timing; what takes LONG is done once
 LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 MOST = 10  # entries of a common legend
-OWN = ("error", "seconds", "spread", "evaluations", "status", "reason")  # of a row, as a judge may give them
 DECADE = math.sqrt(10.0)
 WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
+DONE, REFUSED, FAILED, STOPPED = "done", "refused", "failed", "stopped"
+MADE = "made"  # the last column: software with its commit, libraries, processor, day
+LIBRARIES = "numpy", "scipy"
 
 Entry = tuple[str, str, float, float]  # problem, method, setting, across
+
+
+@dataclasses.dataclass(frozen=True)
+class Row:
+    """One run of a chart.
+
+    `setting` is the number a method is tuned by (a tolerance, a step, a size), `across` a number that the problem is
+    varied by; NaN where there is none. `error` is relative, infinite without a result. `seconds` are CPU seconds,
+    `spread` the range of the middle half of their repeats over the median. `command` repeats the run.
+    `more` holds further columns of the chart, by name with unit.
+    """
+
+    problem: str
+    method: str
+    setting: float = math.nan
+    across: float = math.nan
+    error: float = math.inf
+    seconds: float = math.nan
+    spread: float = math.nan
+    evaluations: float = math.nan
+    status: str = FAILED
+    reason: str = ""
+    command: str = ""
+    more: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+    def value(self, column: str) -> float:
+        """A column of the table, also one of the chart's own."""
+        return getattr(self, column) if column in COLUMNS else self.more[column]
+
+
+COLUMNS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "more")
+WORDS = ("problem", "method", "status", "reason", "command")
+
+
+def write_table(rows: Sequence[Row], path: Path) -> None:
+    """Writes rows as comma-separated values; raises BearingTwinError where that is impossible."""
+    further = list(dict.fromkeys(name for row in rows for name in row.more))
+    header = [*COLUMNS, *further]
+    write_rows(
+        path,
+        header,
+        ([_word(({**vars(row), **row.more}).get(name, "")) for name in header] for row in rows),
+    )
+
+
+def read_table(path: Path) -> list[Row]:
+    """The rows that `write_table` wrote; raises OSError without a table, ValueError where it is none of a chart."""
+    with path.open(encoding="utf-8", newline="") as stream:
+        header, *lines = list(csv.reader(stream)) or [[]]
+    if tuple(header[: len(COLUMNS)]) != COLUMNS or header[-1] != MADE:
+        raise ValueError(f"{path.name} is no table of a chart of this version")
+    rows = []
+    for line in lines:
+        cells = dict(zip(header, line, strict=True))
+        own = {name: cells[name] if name in WORDS else float(cells[name]) for name in COLUMNS}
+        rows.append(Row(**own, more={name: _number(cells[name]) for name in header[len(COLUMNS) : -1] if cells[name]}))
+    return rows
+
+
+def write_rows(path: Path, header: Sequence[str], rows: Iterable[Iterable]) -> None:
+    """Writes a header and rows with the column `made`, whole or not at all; raises BearingTwinError where it cannot."""
+    try:
+        with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
+            table = csv.writer(stream)
+            table.writerow([*header, MADE])
+            table.writerows([*row, made_with()] for row in rows)
+    except OSError as error:
+        raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another folder") from error
+
+
+def _word(value: Any) -> Any:
+    return f"{value:.9g}" if isinstance(value, float) else value
+
+
+def _number(word: str) -> float | str:
+    try:
+        return float(word)
+    except ValueError:
+        return word
+
+
+def processor() -> str:
+    """The processor's name."""
+    cpus = Path("/proc/cpuinfo")
+    lines = cpus.read_text().splitlines() if cpus.exists() else ()
+    return next((line.partition(":")[2].strip() for line in lines if line.startswith("model name")), platform.machine())
+
+
+@functools.cache
+def made_with() -> str:
+    """Software with its commit (a + where files differ from it), libraries, processor, and day."""
+    root, commit = Path(__file__).parents[2], ""
+    if (root / ".git").exists():
+        words = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--exclude=*"]
+        try:
+            commit = " " + subprocess.run(words, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+        except (OSError, subprocess.SubprocessError):
+            commit = ""
+    libraries = (f"{name} {importlib.metadata.version(name)}" for name in LIBRARIES)
+    ours = f"bearing_twin {__version__}{commit}"
+    return "; ".join([ours, *libraries, processor(), str(datetime.date.today())])
 
 
 class Options(NamedTuple):
@@ -92,7 +203,7 @@ class Contest:
             return dataclasses.replace(row, status=STOPPED, seconds=limit, reason=reason)
         except (BearingTwinError, ArithmeticError, ValueError) as error:
             return dataclasses.replace(row, status=FAILED, reason=str(error) or type(error).__name__)
-        own = {name: found.pop(name) for name in OWN if name in found}
+        own = {name: found.pop(name) for name in COLUMNS if name in found}
         if not math.isfinite(own["error"]):
             own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
         return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
@@ -109,22 +220,22 @@ class Contest:
 
     def sheet(self, rows: list[Row]) -> Sheet:
         """The picture of rows."""
-        sheet = Sheet(self.title, self.panels(self, rows), "", [])
-        names = [name for line in sheet.rows for panel in line for part in panel.parts for name, *_ in part.curves()]
-        sheet.footer = "crosses: no result" if any(name.endswith(NO_RESULT) for name in names) else ""
+        panels = self.panels(self, rows)
+        crosses = any(part.name.endswith(NO_RESULT) for line in panels for panel in line for part in panel.parts)
+        sheet = Sheet(self.title, panels, "crosses: no result" if crosses else "", [])
         sheet.key = len(labels(sheet)) <= MOST
         return sheet
 
     def reading(self, rows: list[Row]) -> list[str]:
         """Sentences that read the rows."""
-        return [*self.read(self, rows), *found_again(rows, self.own), *without_result(rows), *unsure(rows)]
+        return [*self.read(self, rows), *found_again(rows, self.own), *without_result(rows)]
 
     def make(self, folder: Path, name: str, options: Options) -> Made:
         """Runs the chart and writes picture and table."""
         rows = self.measure(options)
         picture, table = folder / f"{name}.png", folder / f"{name}.csv"
         write_table(rows, table)
-        draw(self.sheet(rows), picture)
+        draw(self.sheet(rows), picture, made_with())
         return Made(self.reading(rows), [str(picture)], [str(table)], rows)
 
     def read_again(self, folder: Path, name: str) -> list[str]:
@@ -176,22 +287,10 @@ def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, f
     first = time.process_time() - start
     if first > LONG:
         return found, {"seconds": first / times, "spread": math.nan}
-    spans, count = [_span(work, 1)], 1
-    if spans[0] < ENOUGH:
-        count = math.ceil(0.2 * ENOUGH / max(spans[0], 1e-4))  # a busy machine may measure nothing
-        spans = [_span(work, count)]
-    while (len(spans) < REPEATS and count * sum(spans) < LONG) or count * sum(spans) < ENOUGH:
-        spans.append(_span(work, count))
-    low, middle, high = np.quantile(spans, (0.25, 0.5, 0.75)).tolist()
-    spread = (high - low) / middle if len(spans) >= REPEATS and middle > 0.0 else math.nan
-    return found, {"seconds": middle / times, "spread": spread}
-
-
-def _span(work, count) -> float:
-    start = time.process_time()
-    for _ in range(count):
-        work()
-    return (time.process_time() - start) / count
+    timer = timeit.Timer(work, timer=time.process_time)
+    number = max(1, round(ENOUGH / max(timer.timeit(1), 1e-5)))  # a busy machine may measure nothing
+    low, middle, high = np.quantile(timer.repeat(REPEATS, number), (0.25, 0.5, 0.75)).tolist()
+    return found, {"seconds": middle / number / times, "spread": (high - low) / middle if middle > 0.0 else math.nan}
 
 
 def of_methods(rows: Iterable[Row]) -> dict[str, list[Row]]:
@@ -207,22 +306,22 @@ def of_problem(rows: Iterable[Row], problem: str, *status: str) -> list[Row]:
     return [row for row in rows if row.problem == problem and (not status or row.status in status)]
 
 
-def curves(rows: Iterable[Row], order: list[str], x, y, lost=lambda row: None, marker: str = "o") -> list[Line]:
-    """A curve a method through (x(row), y(row)) of its results, a cross at `lost(row)`, if any, for the others.
+def curves(rows: Iterable[Row], order: list[str], x, y, lost=None) -> list[Line]:
+    """A curve a method through (x(row), y(row)) of its results, a cross at `lost(row)`, if given, for the others.
 
     Its colour is that of its place in `order`. Results whose y is NaN are left out, smaller ones than LEAST raised.
     """
     parts = []
     for method, mine in of_methods(rows).items():
         good = sorted((x(row), max(y(row), LEAST)) for row in mine if row.status == DONE and not math.isnan(y(row)))
-        crosses = [place for row in mine if row.status != DONE and (place := lost(row))]
-        parts += curve(method, good, order.index(method), crosses, marker)
+        crosses = [lost(row) for row in mine if row.status != DONE] if lost else []
+        parts += curve(method, good, order.index(method), crosses)
     return parts
 
 
-def error_against_cost(contest: Contest, rows: list[Row], only: Container[str] = ()) -> list[list[Panel]]:
-    """A panel a problem, or of `only` some: error across, CPU time up, crosses at the right edge for failures."""
-    methods, rows = [*of_methods(rows)], [row for row in rows if not only or row.problem in only]
+def error_against_cost(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
+    """A panel a problem: error across, CPU time up, crosses at the right edge for failures."""
+    methods = [*of_methods(rows)]
     known = [row.error for row in rows if row.status == DONE and row.error > 0.0]
     least = max(LEAST, min(known, default=LEAST) / 3.0)
     edge = min(10.0 * max(known, default=1.0), GREATEST)
@@ -252,21 +351,18 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
-def over_across(contest: Contest, rows: list[Row], axis: Axis, columns: Mapping[str, str]) -> list[list[Panel]]:
-    """A row of panels a problem: columns of the rows over `across`, by name with their title, then the CPU time."""
+def over(contest: Contest, rows: list[Row], across: Axis, columns: Mapping[str, Axis]) -> list[list[Panel]]:
+    """A row of panels a problem: columns of the rows, by name with their axis, over `across`."""
     order = [*of_methods(rows)]
 
-    def panel(title: str, mine: list[Row], column: str, words: str) -> Panel:
-        parts = curves(mine, order, lambda row: row.across, lambda row: row.more[column], lambda row: (row.across, 1.0))
-        return Panel(title, axis, Axis(words, log=True), parts)
+    def panel(title: str, mine: list[Row], column: str, up: Axis) -> Panel:
+        lost = None if column == "seconds" else lambda row: (row.across, 1.0)
+        return Panel(
+            title, across, up, curves(mine, order, lambda row: row.across, lambda row: row.value(column), lost)
+        )
 
-    lines = []
-    for name, title in contest.problems.items():
-        if mine := of_problem(rows, name):
-            costs = curves(mine, order, lambda row: row.across, lambda row: row.seconds)
-            cost = Panel(title, axis, Axis(contest.cost, "s", log=True), costs)
-            lines.append([*(panel(title, mine, *column) for column in columns.items()), cost])
-    return lines
+    pairs = ((title, of_problem(rows, name)) for name, title in contest.problems.items())
+    return [[panel(title, mine, *column) for column in columns.items()] for title, mine in pairs if mine]
 
 
 def cheapest(rows: Iterable[Row], problem: str, method: str, wanted: float) -> Row | None:
@@ -285,7 +381,8 @@ def best_of(contest: Contest, rows: list[Row]) -> list[str]:
         words = ", ".join(f"{row.method} {seconds(row.seconds)}" for row in good) or "none"
         never = ", ".join(method for method, row in found.items() if not row)
         if methods:
-            text = f"{title}: {contest.cost} at an error of {contest.wanted:g}: {words}"
+            at = f" at an error of {contest.wanted:g}" if math.isfinite(contest.wanted) else ""
+            text = f"{title}: {contest.cost}{at}: {words}"
             sentences.append(text + (f"; at no setting: {never}." if never else "."))
     return sentences
 
@@ -312,11 +409,17 @@ def without_result(rows: Iterable[Row]) -> list[str]:
     return [f"Without a result: {', '.join(words)}."] if words else []
 
 
-def unsure(rows: Iterable[Row]) -> list[str]:
-    """A sentence on costs whose repeats lie far apart."""
-    wide = sorted((row for row in rows if row.spread > UNSURE), key=lambda row: row.spread)
-    words = (f"{len(wide)}, the widest {row.method} on {row.problem} ({row.spread:.0%})" for row in wide[-1:])
-    return [f"Costs whose repeats lie over {UNSURE:.0%} apart: {one}." for one in words]
+def write_curves(sheet: Sheet, path: Path) -> None:
+    """Every curve as comma-separated values, SI; raises BearingTwinError where that is impossible."""
+    rows = (
+        (panel.title, name, *(f"{axis.name} [{axis.unit}]" for axis in (panel.x, panel.y)), f"{x:.10g}", f"{y:.10g}")
+        for line in sheet.rows
+        for panel in line
+        for part in panel.parts
+        for name, across, up in curves_of(part)
+        for x, y in zip(across, up, strict=True)
+    )
+    write_rows(path, ["panel", "curve", "x_is", "y_is", "x", "y"], rows)
 
 
 class Figures(NamedTuple):
@@ -346,8 +449,8 @@ class Paper:
             sheet = self.sheets[part].make(options.quick)
             picture, table, reading = (folder / f"{name}_{part}.{ending}" for ending in ("png", "csv", "txt"))
             write_curves(sheet, table)
-            reading.write_text("\n".join(sheet.reading) + "\n", encoding="utf-8")
-            made.pictures.append(str(draw(sheet, picture)))
+            reading.write_text("".join(f"{one}\n" for one in sheet.reading), encoding="utf-8")
+            made.pictures.append(str(draw(sheet, picture, made_with())))
             made.tables.append(str(table))
             made.reading.extend(sheet.reading)
             options.update(place / len(wanted))

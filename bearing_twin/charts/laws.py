@@ -6,7 +6,6 @@ SciPy's integrals check that. Friction: Coulomb's law without smoothing, the har
 the force over mu N, of the torque over pure spin's.
 """
 
-import dataclasses
 import functools
 import math
 
@@ -15,28 +14,26 @@ from scipy.optimize import brentq, brute
 from scipy.special import elliprd, elliprf
 
 from bearing_twin.charts.contest import (
-    LEAST,
     Contest,
-    curves,
+    best_of,
     error_against_cost,
     of_methods,
     of_problem,
+    over,
     seconds,
     timed,
 )
-from bearing_twin.charts.panels import Axis, Line, Panel, colour
-from bearing_twin.charts.rows import DONE
-from bearing_twin.charts.scenes import Problem, Scenes, load_and_friction, spread, tolerances
+from bearing_twin.charts.panels import Axis
+from bearing_twin.charts.scenes import Problem, contest_of, load_and_friction, spread, tolerances
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.elasticity import carried_course, coefficient_of, curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, patch_by
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.reference import patch_friction_exact
 
-SHAPES = spread(1e-3, 1.0, 25)  # b/a
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
+SHAPES = {"ellipse": spread(1e-3, 1.0, 25), "raceway": spread(*BEARING, 5)}  # b/a
 FROZEN_AT = 0.1  # b/a at which `constant` is exact
-WRONG = 0.1  # an error beyond this is a cross
 SCIPY = "SciPy"
 TURNS, STEPS = 200, 16  # of the swing of the shape over which laws with states are carried to be timed
 MANY = 20_000  # evaluations of a timing
@@ -70,18 +67,14 @@ def by_scipy(small: float, large: float, modulus: float) -> float:
 
 def judge_law(problem: str, law: str, setting: float, ratio: float) -> dict:
     """A law at one shape b/a."""
-    if problem != "ellipse":
+    if problem not in SHAPES:
         return RUNS.judge(problem, law, setting, ratio)
     large = float(curvature_ratio(ratio))
     if law == SCIPY:
         error = abs(by_scipy(1.0, large, 1.0) / hertz_coefficient(1.0, large, 1.0) - 1.0)
     else:
         error = abs(laws_at(Gap(1.0, large, 0.5 / large), 1.0, 1e-6, FROZEN_AT)[law].error)
-    return {"error": error, **law_cost(law), "evaluations": 1.0, **_wrong(error)}
-
-
-def _wrong(error: float) -> dict:
-    return {} if error < WRONG else {"status": "failed", "reason": f"more than {WRONG:.0%} wrong"}
+    return {"error": error, **law_cost(law), "evaluations": 1.0}
 
 
 def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: str) -> Problem:
@@ -98,86 +91,51 @@ def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: st
     )
 
 
-RUNS = Scenes(
-    table={
+RUNS = contest_of(
+    {
         "law in a run": _in_a_run(
-            "laws in the run of a 6203",
+            "a second of a 6203, by law",
             "contact.normal",
-            ("hertz", "volumetric", "constant", "hertz_differential"),
+            ("hertz", "hertz_exact", "volumetric", "constant", "hertz_differential"),
             "hertz_exact",
         ),
         "friction in a run": _in_a_run(
-            "friction models in the run of a 6203",
+            "a second of a 6203, by friction",
             "contact.friction",
             tuple(FRICTIONS),
             "spot_fine",
             "drive.speed=300",
         ),
-    }
+    },
+    title="",
 )
 
 
+def _command(*entry) -> str:
+    return RUNS.command(*entry) if entry[0] in RUNS.problems else ""
+
+
 def _law_entries(problem, quick):
-    if problem != "ellipse":
+    if problem not in SHAPES:
         return RUNS.entries(problem, quick)
-    shapes = SHAPES[::8] if quick else SHAPES
+    shapes = SHAPES[problem][:: 8 if quick else 1]
     return ((law, math.nan, ratio) for law in (*COMPARED, SCIPY) for ratio in shapes)
 
 
 def _law_panels(contest, rows):
-    """Error over the shape, and on a ball in a raceway against cost; then the laws in a run."""
-    mine = of_problem(rows, "ellipse")
-    methods = of_methods(mine)
-    order, failing = [*methods], [*of_methods(row for row in mine if row.status != DONE)]
-    left = curves(
-        mine,
-        order,
-        lambda row: row.across,
-        lambda row: row.error,
-        lambda row: (row.across, 0.6 * 4.0 ** failing.index(row.method)),
-        "",
-    )
-    right = []
-    for number, (law, one) in enumerate(methods.items()):
-        dot = colour(number) | {"marker": "o", "markersize": 9, "linestyle": ""}
-        right.append(Line(law, [one[0].seconds], [max(LEAST, min(1.0, worst(one, *BEARING)))], dot, False))
-    error = Axis("error of the load against exact Hertz", log=True, limits=(0.3 * LEAST, 100.0))
-    cost, shape = Axis("CPU time of an evaluation", "s", log=True), Axis("b/a of the ellipse", log=True)
-    panels = [
-        Panel("Over the shape; constant: exact at b/a 0.1", shape, error, left),
-        Panel("On a ball in a raceway, b/a 0.08 to 0.18", cost, error, right, None),
-    ]
-    return [panels, *error_against_cost(contest, rows, RUNS.table)]
+    """Error over the shape; error against cost on a ball in a raceway, and in a run."""
+    axes = Axis("b/a of the ellipse", log=True), {"error": Axis("error of the load against exact Hertz", log=True)}
+    others = [row for row in rows if row.problem != "ellipse"]
+    return [*over(contest, of_problem(rows, "ellipse"), *axes), *error_against_cost(contest, others)]
 
 
-def worst(rows, low: float, high: float = 1.0) -> float:
-    """The greatest error of rows for b/a in [low, high]."""
-    return max((row.error for row in rows if low <= row.across <= high), default=math.nan)
-
-
-def _law_reading(contest, rows):
-    for law, mine in of_methods(of_problem(rows, "ellipse")).items():
-        if law == SCIPY:
-            yield f"Exact Hertz is found again by SciPy (Carlson's integrals, Brent) to {worst(mine, 0.0):.1g}."
-            continue
-        lost = [row.across for row in mine if row.status != DONE]
-        fails = f"; wrong by more than {WRONG:.0%} for b/a {min(lost):.2g} to {max(lost):.2g}" if lost else ""
-        yield (
-            f"{law}: {seconds(mine[0].seconds)} an evaluation, error {worst(mine, *BEARING):.2g} on a ball in a "
-            f"raceway, {worst(mine, 0.1):.2g} for b/a from 0.1 to 1{fails}."
-        )
-    yield from _runs_reading(rows)
-
-
-def _runs_reading(rows):
-    for name, problem in RUNS.table.items():
-        methods = of_methods(of_problem(rows, name, DONE))
-        words = (
-            f"{method} {min(row.error for row in mine):.1g} ({seconds(min(row.seconds for row in mine))})"
-            for method, mine in methods.items()
-        )
-        if methods:
-            yield f"{problem.title}: least error, and CPU time of a simulated second: {', '.join(words)}."
+def _reading(contest, rows):
+    """Cost of an evaluation and greatest errors of each row of the table of laws or of frictions; then the runs."""
+    for name, mine in of_methods(row for row in rows if row.problem not in RUNS.problems).items():
+        worst = {row.problem: row.error for row in sorted(mine, key=lambda row: row.error)}
+        words = ", ".join(f"{worst[one]:.2g} for {title}" for one, title in contest.problems.items() if one in worst)
+        yield f"{name}: {seconds(mine[0].seconds)} an evaluation; greatest error {words}."
+    yield from best_of(contest, [row for row in rows if row.problem in RUNS.problems])
 
 
 PATCHES = {"b/a = 1": 1.0, "b/a = 0.3": 0.3, "b/a = 0.1": 0.1}
@@ -239,8 +197,7 @@ def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict
         motions = [(math.cos(angle), math.sin(angle), spin) for angle in DIRECTIONS]
         off, cost = errors(name, shape, motions), _friction_cost(name)
     force, torque = map(float, off.max(axis=0))
-    error = max(force, torque)
-    return {"error": error, **cost, **_wrong(error), "force_error": force, "torque_error": torque}
+    return {"error": max(force, torque), **cost, "force_error": force, "torque_error": torque}
 
 
 def _friction_entries(problem, quick):
@@ -251,59 +208,42 @@ def _friction_entries(problem, quick):
 
 
 def _friction_panels(contest, rows):
-    order, lines = [*of_methods(rows)], []
+    """Errors of force and torque over spin, and a run."""
+    columns = {
+        "force_error": Axis("error of the force, over µN", log=True, limits=(1e-6, 10.0)),
+        "torque_error": Axis("error of the torque, over pure spin's", log=True, limits=(1e-6, 10.0)),
+    }
+    over_spin = [row for row in rows if row.problem in PATCHES and not math.isnan(row.across)]
+    runs = [row for row in rows if row.problem in RUNS.problems]
     across = Axis("spin x major semi-axis / slip", log=True)
-    limit = Line("", [SPINS[0], SPINS[-1]], [WRONG] * 2, {"color": "#71808c", "linewidth": 1.0}, False)
-    over_spin = [
-        dataclasses.replace(row, status=DONE) for row in rows if "force_error" in row.more and row.across > 0.0
-    ]
-    for key, words in (
-        ("force_error", "error of the force, over mu N"),
-        ("torque_error", "of the torque, over pure spin's"),
-    ):
-        up = Axis(words, log=True, limits=(1e-6, 10.0))
-        lines.append([])
-        for problem in dict.fromkeys(row.problem for row in over_spin):
-            mine = of_problem(over_spin, problem)
-            parts = curves(mine, order, lambda row: row.across, lambda row, key=key: row.more[key])
-            lines[-1].append(Panel(problem, across, up, [limit, *parts]))
-    return [*filter(None, lines), *error_against_cost(contest, rows, RUNS.table)]
-
-
-def _friction_reading(contest, rows):
-    for name, mine in of_methods(row for row in rows if row.problem in PATCHES).items():
-        words = []
-        for problem in PATCHES:
-            found = [row.more for row in of_problem(mine, problem) if "force_error" in row.more]
-            if found:
-                force, torque = (max(one[key] for one in found) for key in ("force_error", "torque_error"))
-                words.append(f"{force:.2g} and {torque:.2g} at {problem}")
-        cost = seconds(mine[0].seconds)
-        yield f"{name}: {cost} an evaluation; greatest errors of force and torque {', '.join(words)}."
-    yield from _runs_reading(rows)
+    return [*over(contest, over_spin, across, columns), *error_against_cost(contest, runs)]
 
 
 CHARTS = {
     "laws": Contest(
         title="Elastic laws: error over the shape of the contact, and cost",
-        problems={"ellipse": "an ellipse of every shape", "law in a run": RUNS.table["law in a run"].title},
+        problems={
+            "ellipse": "b/a from 0.001 to 1",
+            "raceway": "b/a from 0.08 to 0.18, balls in raceways",
+            "law in a run": RUNS.problems["law in a run"],
+        },
         entries=_law_entries,
         judge=judge_law,
-        command=lambda *entry: RUNS.command(*entry) if entry[0] in RUNS.table else "",
+        command=_command,
         panels=_law_panels,
-        read=_law_reading,
+        read=_reading,
         error="greatest error of load or friction",
-        cost="CPU time of a simulated second",
+        cost="CPU time",
     ),
     "friction": Contest(
         title="Friction over a contact patch that slides and spins: error of each model",
-        problems={**{name: name for name in PATCHES}, "friction in a run": RUNS.table["friction in a run"].title},
+        problems={**{name: name for name in PATCHES}, "friction in a run": RUNS.problems["friction in a run"]},
         entries=_friction_entries,
         judge=judge_friction,
-        command=lambda *entry: RUNS.command(*entry) if entry[0] in RUNS.table else "",
+        command=_command,
         panels=_friction_panels,
-        read=_friction_reading,
+        read=_reading,
         error="greatest error of load or friction",
-        cost="CPU time of a simulated second",
+        cost="CPU time",
     ),
 }

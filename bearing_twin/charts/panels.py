@@ -1,4 +1,4 @@
-"""Pictures of charts: panels of lines, bands, bars and maps as data, in SI units; the labels of axes have prefixes."""
+"""Pictures of charts: panels of lines, bands and maps as data, in SI units; the labels of axes have prefixes."""
 
 import math
 from collections.abc import Callable
@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from bearing_twin.base.units import inverse, labelled
-from bearing_twin.charts.rows import made, write_rows
 from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_line, frame, heading, save, scaled
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
@@ -24,13 +23,12 @@ CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""
 
 
 class Axis(NamedTuple):
-    """Quantity and SI unit of an axis; `shown` (factor, unit) where a prefix alone does not make it readable."""
+    """Quantity and SI unit of an axis."""
 
     name: str
     unit: str = "1"
     log: bool = False
     limits: tuple | None = None  # in SI
-    shown: tuple[float, str] | None = None
 
 
 class Line(NamedTuple):
@@ -46,10 +44,6 @@ class Line(NamedTuple):
         """Draws it."""
         axis.plot(self.x, self.y, **named, **self.look)
 
-    def curves(self) -> list[tuple]:
-        """Name, x and y of each curve of it."""
-        return [(self.name, self.x, self.y)]
-
 
 class Band(NamedTuple):
     """The area between two curves."""
@@ -64,28 +58,6 @@ class Band(NamedTuple):
     def draw(self, axis, **named) -> None:
         """Draws it."""
         axis.fill_between(self.x, self.low, self.high, linewidth=0, **named, **self.look)
-
-    def curves(self) -> list[tuple]:
-        """Name, x and y of each curve of it."""
-        return [(f"{self.name}, low", self.x, self.low), (f"{self.name}, high", self.x, self.high)]
-
-
-class Bars(NamedTuple):
-    """A histogram: edges (n + 1,) and heights (n,)."""
-
-    name: str
-    edges: Any
-    heights: Any
-    look: dict
-    label: bool = True
-
-    def draw(self, axis, **named) -> None:
-        """Draws it."""
-        axis.stairs(self.heights, self.edges, **named, **self.look)
-
-    def curves(self) -> list[tuple]:
-        """Name, x and y of each curve of it."""
-        return [(self.name, 0.5 * (self.edges[1:] + self.edges[:-1]), self.heights)]
 
 
 class Map(NamedTuple):
@@ -111,9 +83,12 @@ class Map(NamedTuple):
         axis.pcolormesh(x, y, self.z, cmap=self.colours, norm=norm)
         axis.grid(False)
 
-    def curves(self) -> list[tuple]:
-        """None."""
-        return []
+
+def curves_of(part: Line | Band | Map) -> list[tuple]:
+    """Name, x and y of each curve of a part; a map has none."""
+    if isinstance(part, Band):
+        return [(f"{part.name}, low", part.x, part.low), (f"{part.name}, high", part.x, part.high)]
+    return [(part.name, part.x, part.y)] if isinstance(part, Line) else []
 
 
 def _edges(centres, log: bool) -> np.ndarray:
@@ -153,22 +128,14 @@ def colour(place: int) -> dict:
     return {**ball_line(place), "linewidth": 2.0}
 
 
-def curve(name: str, points, number: int, lost=(), marker: str = "o") -> list[Line]:
+def curve(name: str, points, number: int, lost=()) -> list[Line]:
     """A method in its colour: a line through points (x, y), crosses at those without a result."""
     look = colour(number)
-    parts = [Line(name, *(np.reshape(points, (-1, 2)).T), look | {"marker": marker, "markersize": 5})]
+    parts = [Line(name, *(np.reshape(points, (-1, 2)).T), look | {"marker": "o", "markersize": 5})]
     if lost:
         cross = {**CROSS, "color": look["color"]}
         parts.append(Line(name + NO_RESULT, *np.transpose(lost), cross, False))
     return parts
-
-
-def bars_of(title: str, axis: Axis, values: dict[str, float]) -> Panel:
-    """A bar a name, from 0."""
-    look = {"color": colour(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}
-    parts = [Line(name, [0.0, one], [place] * 2, look, False) for place, (name, one) in enumerate(values.items())]
-    up = Axis("", limits=(-0.6, len(values) - 0.4))
-    return Panel(title, axis._replace(limits=(0.0, None)), up, parts, None, names=tuple(values))
 
 
 def dashed() -> dict:
@@ -186,8 +153,8 @@ def labels(sheet: Sheet) -> set[str]:
     return {part.name for row in sheet.rows for panel in row for part in panel.parts if part.label and part.name}
 
 
-def draw(sheet: Sheet, path: Path) -> Path:
-    """Writes the picture; raises BearingTwinError where that is impossible."""
+def draw(sheet: Sheet, path: Path, made: str) -> Path:
+    """Writes the picture, with what it was `made` with; raises BearingTwinError where that is impossible."""
     names = labels(sheet) if sheet.key else ()
     columns = max(1, min(len(names), int(KEY_WIDTH / (7 + max(map(len, names), default=0)))))
     tall = ROW * len(sheet.rows) + 0.9 + 0.3 * -(-len(names) // columns)
@@ -206,26 +173,13 @@ def draw(sheet: Sheet, path: Path) -> Path:
                 beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9}
                 axis.legend(frameon=False, **(beside if len(words) > MANY else {"loc": panel.legend, "fontsize": 10.5}))
     keys = keys if sheet.key else {}
-    footer = f"{sheet.footer}{'; ' if sheet.footer else ''}{made()}"
+    footer = "; ".join(filter(None, (sheet.footer, made)))
     key = figure.legend(
         keys.values(), keys, loc="outside lower left", ncols=columns, title=footer, alignment="left", frameon=False,
         fontsize=12, title_fontsize=9,
     )  # fmt: skip
     key.get_title().set_color(STYLE["soft"])
     return save(figure, path)
-
-
-def write_curves(sheet: Sheet, path: Path) -> None:
-    """Every curve as comma-separated values, SI; raises BearingTwinError where that is impossible."""
-    rows = (
-        (panel.title, name, *(f"{axis.name} [{axis.unit}]" for axis in (panel.x, panel.y)), f"{x:.10g}", f"{y:.10g}")
-        for row in sheet.rows
-        for panel in row
-        for part in panel.parts
-        for name, across, up in part.curves()
-        for x, y in zip(across, up, strict=True)
-    )
-    write_rows(path, ["panel", "curve", "x_is", "y_is", "x", "y"], rows)
 
 
 def _draw_panel(figure, axis, panel: Panel) -> None:
@@ -239,7 +193,7 @@ def _draw_panel(figure, axis, panel: Panel) -> None:
         axis.set_aspect("equal", adjustable="datalim")
     across, unit = _label(axis.xaxis, panel.x)
     density = (1.0 / across, inverse(unit)) if panel.y.unit == f"1/{panel.x.unit}" else None
-    up, unit = _label(axis.yaxis, panel.y._replace(shown=density or panel.y.shown))
+    up, unit = _label(axis.yaxis, panel.y, density)
     if panel.names:
         axis.set_yticks(range(len(panel.names)), panel.names)
     for part, drawn in zip((one for one in panel.parts if isinstance(one, Map)), axis.collections, strict=False):
@@ -253,10 +207,10 @@ def _draw_panel(figure, axis, panel: Panel) -> None:
             bar.ax.yaxis.set_major_formatter(_plain(per))
 
 
-def _label(along, axis: Axis) -> tuple[float, str]:
-    """Label and ticks of an axis in a readable unit; the factor into that unit, and the unit."""
+def _label(along, axis: Axis, shown: tuple[float, str] | None = None) -> tuple[float, str]:
+    """Label and ticks of an axis in a readable unit, or in that `shown`; the factor into that unit, and the unit."""
     low, high = along.get_view_interval()
-    factor, unit = axis.shown or scaled([low, high], axis.unit)
+    factor, unit = shown or scaled([low, high], axis.unit)
     along.set_label_text(labelled(axis.name, unit))
     wide = axis.log and high > FEW_DECADES * low
     if axis.log:
@@ -271,4 +225,4 @@ def _plain(factor: float) -> Callable[[float, int], str]:
 
 
 def _powers(factor: float) -> Callable[[float, int], str]:
-    return lambda value, _: f"$10^{{{math.log10(factor * value):.0f}}}$"
+    return lambda value, _: f"$10^{{{round(math.log10(factor * value))}}}$"

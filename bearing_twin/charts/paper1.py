@@ -11,14 +11,13 @@ import math
 import numpy as np
 
 from bearing_twin import reference
-from bearing_twin.charts.contest import Figures, Paper, seconds, timed
-from bearing_twin.charts.laws import law_cost
-from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, bars_of, colour
-from bearing_twin.charts.scenes import run, simulated
+from bearing_twin.charts.contest import Figures, Paper
+from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, colour
+from bearing_twin.charts.scenes import run
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.laws import steady_damping, steady_ratio
 from bearing_twin.kinds.bodies.derived import mass_of
-from bearing_twin.pictures import BALL_COLOURS, STYLE
+from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.run.scene import load_scene
 
 TIME = Axis("time", "s")
@@ -156,18 +155,13 @@ def bounces(quick: bool) -> Sheet:
 
 SCENE, EXACT, LAWS = "bearing_6203", "hertz_exact", ("hertz", "hertz_differential", "volumetric", "constant")
 FOLLOWED, OUTER, SPAN = 0, 1, 0.1  # ball, raceway, s of the curves
-LONG = ("run.duration=1", "run.output_rate=100")  # of the run that is timed
 
 
 def bearing(quick: bool) -> Sheet:
-    """Figure 5, contact point and normal of a ball, how far other laws are from exact Hertz, and their cost."""
+    """Figure 5: contact point and normal of a ball, and how far those by other laws are from exact Hertz."""
     span = 0.02 if quick else SPAN
-    keys, names = (f"run.duration={span}", "run.output_rate=4000"), ("point", "normal", "normal_load", "position")
-    found, costs = {}, {}
-    for law in (EXACT, *LAWS):
-        chosen = f"contact.normal={law}"
-        found[law] = run(SCENE, (*keys, chosen), names)
-        costs[law] = timed(simulated(SCENE, (*LONG, chosen))[0])[1]["seconds"]
+    keys, names = (f"run.duration={span}", "run.output_rate=4000"), ("point", "normal", "normal_load")
+    found = {law: run(SCENE, (*keys, f"contact.normal={law}"), names) for law in (EXACT, *LAWS)}
     time, exact, scene = found[EXACT].time, found[EXACT].values, found[EXACT].scene
     point, normal, load = (exact[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
     distances, reading = [], []
@@ -179,47 +173,19 @@ def bearing(quick: bool) -> Sheet:
             f"{law} against exact Hertz over {span:g} s: r_P within {away.max():.2g} m, n_A within {turned:.2g} rad, "
             f"load within {np.abs(f / load - 1.0).max():.2g}."
         )
-    evaluations = {law: law_cost(law)["seconds"] for law in costs}
-    for words, times in (("of an evaluation of the law", evaluations), ("of a simulated second of the bearing", costs)):
-        parts = ", ".join(f"{law} {times[law] / times[EXACT]:.2f}" for law in LAWS)
-        reading.append(f"CPU time {words} over that of exact Hertz ({seconds(times[EXACT])}): {parts}.")
-    reading.append("The paper: the volumetric law is cheaper than Hertz, the constant coefficient at least twice so.")
 
     def curves(values, letter):
         return [Line(rf"${letter}_{axis}$", time, values[:, k], colour(k)) for k, axis in enumerate("xyz")]
 
-    across, up, cost = Axis("x", "m"), Axis("y", "m"), Axis("CPU time", "s")
-    away = Axis("distance", "m", log=True, shown=(1.0, "m"))
-    cut = _cut(scene.parameters.geometry, exact)
     rows = [
         [
-            Panel(f"Figure 5: the bearing after {span:g} s", across, up, cut, "center", to_scale=True),
             Panel("Contact point of a ball with the outer raceway", TIME, Axis("r_P", "m"), curves(point, "r")),
             Panel("Normal of the raceway there", TIME, Axis("n_A"), curves(normal, "n")),
-        ],
-        [
-            Panel("Contact point by other laws, from that by exact Hertz", TIME, away, distances),
-            bars_of("An evaluation of the law", cost, evaluations),
-            bars_of("A simulated second of the bearing", cost, costs),
-        ],
+            Panel("Contact point by other laws, from exact Hertz", TIME, Axis("distance", "m", log=True), distances),
+        ]
     ]
-    footer = f"{SCENE}, {scene.parameters.drive.speed:g} rad/s; lines across contacts: normals on the outer raceway"
+    footer = f"{SCENE}, {scene.parameters.drive.speed:g} rad/s"
     return Sheet("Paper 1: the ball bearing of section 5", rows, footer, reading)
-
-
-def _cut(geometry, values) -> list[Line]:
-    """The bearing cut in its middle plane: bottoms of the grooves, balls, and normals on the outer raceway."""
-    ball, pitch, lines = 0.5 * geometry.ball_diameter, 0.5 * geometry.pitch_diameter, []
-    for place, radius in enumerate((pitch + ball, pitch - ball)):
-        look = {"color": STYLE["edge"], "linewidth": 2.0}
-        lines.append(Line("raceways", radius * np.cos(AROUND), radius * np.sin(AROUND), look, not place))
-    for number, centre in enumerate(values["position"][-1]):
-        foot, normal = (values[name][-1, number, OUTER] for name in ("point", "normal"))
-        name, look = ("the followed ball", colour(1)) if number == FOLLOWED else ("balls", colour(0))
-        lines.append(Line(name, centre[0] + ball * np.cos(AROUND), centre[1] + ball * np.sin(AROUND), look, number < 2))
-        ends = np.array([foot, foot - 0.6 * ball * normal])
-        lines.append(Line("normals", ends[:, 0], ends[:, 1], {"color": BALL_COLOURS[5], "linewidth": 2.0}, not number))
-    return lines
 
 
 CHARTS = {

@@ -15,14 +15,14 @@ from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet
 from bearing_twin.charts.scenes import Found, run
 from bearing_twin.kinds.beam.motion import beam_of
-from bearing_twin.pictures import BALL_COLOURS, STYLE
+from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.reference import strike
 from bearing_twin.run.scene import load_scene
 
 HEIGHTS = {50: (2, 4), 600: (3, 5)}  # mm: the paper's figures of bodies and of curves
 LOOKS = {"euler": "--", "timoshenko": "-"}
 TIME = Axis("time", "s")
-LENGTH, HEIGHT = Axis("along the beam", "m", shown=(1e3, "mm")), Axis("height", "m", shown=(1e3, "mm"))
+LENGTH = Axis("along the beam", "m")
 SHOWN, TOUCH = 1.5e-3, 1.2e-4  # s of the curves, of the forces at the first contact
 CELLS, QUARTER = 800, 1  # of the beam under a rigid contact; the place of a quarter of the span among the channels
 DAMPING, PERIODS = 0.005, 8  # of every mode; periods of the first mode after the last contact
@@ -38,12 +38,9 @@ def fall(height: int, theory: str, damping: float = 0.0, duration: float = SHOWN
 
 
 def drops(quick: bool) -> Sheet:
-    """Figures 1, 2 and 3: the problem, the start, the touch and the greatest deflection."""
-    rows = [[Panel("Figure 1: the problem", LENGTH, HEIGHT, _bodies(), "upper right", to_scale=True)], []]
-    reading = []
+    """Figures 1, 2 and 3: the beam at the touch and at its greatest deflection."""
+    panels, reading = [], []
     for height, (figure, _) in HEIGHTS.items():
-        title = f"Figure {figure}a: {height} mm above"
-        rows[0].append(Panel(title, LENGTH, HEIGHT, _bodies(1e-3 * height), None, to_scale=True))
         lines, seen = [], []
         for theory, dashes in LOOKS.items():
             found = fall(height, theory)
@@ -55,9 +52,9 @@ def drops(quick: bool) -> Sheet:
                 lines.append(Line(words, np.linspace(0.0, span, shapes.shape[1]), -shapes[row], look))
             seen.append(f"{1e6 * shapes.max():.1f} µm at {1e6 * time[last]:.0f} µs by {theory.capitalize()}")
         up = Axis("height above rest", "m", limits=(-1.15 * shapes.max(), 0.6 * shapes.max()))
-        rows[1].append(Panel(f"Figure {figure}b and c: fall from {height} mm", LENGTH, up, lines, "upper right"))
+        panels.append(Panel(f"Figure {figure}: fall from {height} mm", LENGTH, up, lines, "upper right"))
         reading.append(f"The beam is bent most, by the fall from {height} mm, by {' and '.join(seen)}.")
-    return Sheet("Paper 2: a sphere falls on a beam", rows, FOOTER, reading)
+    return Sheet("Paper 2: a sphere falls on a beam", [panels], FOOTER, reading)
 
 
 def histories(quick: bool) -> Sheet:
@@ -153,27 +150,6 @@ def claims(quick: bool) -> Sheet:
         )
     footer = f"{FOOTER}; the rigid contact, by {CELLS} cells, overshoots at its first step"
     return Sheet("Paper 2: two of its conclusions", rows, footer, reading)
-
-
-def _bodies(above: float = 0.0) -> list[Line]:
-    """Beam, supports and sphere as outlines; the fall as an arrow."""
-    parameters = load_scene("sphere_on_beam_drop_50mm").parameters
-    span, thick, radius = parameters.beam.span, parameters.beam.height, parameters.sphere.radius
-    ink, grey, blue, red = (
-        {"color": one, "linewidth": 2.0} for one in (STYLE["ink"], STYLE["edge"], BALL_COLOURS[0], BALL_COLOURS[5])
-    )
-    turn, middle, foot = np.linspace(0.0, 2.0 * math.pi, 121), 0.5 * span, thick * np.array([0.0, -0.7, 0.7, 0.0])
-    beam = f"beam, {1e3 * thick:g} x {1e3 * thick:g} x {1e3 * span:g} mm"
-    x, y = middle + radius * np.cos(turn), above + radius * (1.0 + np.sin(turn))
-    words = f"h = {1e3 * above:g} mm" if above else "falls from h = 50 and 600 mm"
-    at, ends = middle + (1.6 * radius if above else 0.0), [above or 0.05, 0.0 if above else 2.2 * radius]
-    supports = [-thick, -2.2 * thick, -2.2 * thick, -thick]
-    return [
-        Line(beam, [0.0, span, span, 0.0, 0.0], [0.0, 0.0, -thick, -thick, 0.0], ink),
-        Line(f"sphere, radius {1e3 * radius:g} mm", x, y, blue),
-        *(Line("supports", place + foot, supports, grey, not place) for place in (0.0, span)),
-        Line(words, [at, at], ends, {**red, "marker": "v"}),
-    ]
 
 
 CHARTS = {

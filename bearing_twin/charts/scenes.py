@@ -7,7 +7,7 @@ and report of a run, some milliseconds, are the same for all methods.
 
 import functools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -147,60 +147,33 @@ def _reference(scene: str, keys: tuple[str, ...], channels: tuple[str, ...]) -> 
     return run(scene, keys, channels)
 
 
-class Lazily(Mapping):
-    """A mapping whose names are listed, and whose values are made, when they are first read."""
+def contest_of(table: Mapping[str, Problem], timed_runs: bool = True, **words) -> Contest:
+    """The contest of a table of problems: every method at every setting and second number, against the reference."""
 
-    def __init__(self, names: Callable[[], Iterable[str]], make: Callable[[str], Any]):
-        self._names, self._make = names, functools.cache(make)
-
-    def __getitem__(self, name: str) -> Any:
-        return self._make(name)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._names())
-
-    def __len__(self) -> int:
-        return len(self._names())
-
-
-@dataclass(frozen=True, kw_only=True)
-class Scenes:
-    """A table of problems as the entries, the judge and the commands of a contest."""
-
-    table: Mapping[str, Problem]
-    timed: bool = True
-
-    def contest(self, **words) -> Contest:
-        """The contest of this table."""
-        titles = Lazily(lambda: self.table, lambda name: self.table[name].title)
-        return Contest(problems=titles, entries=self.entries, judge=self.judge, command=self.command, **words)
-
-    def entries(self, name: str, quick: bool) -> Iterator[tuple[str, float, float]]:
-        """Methods at every setting and second number; `quick`: the loosest two settings, the ends of the numbers."""
-        problem = self.table[name]
+    def entries(name: str, quick: bool) -> Iterator[tuple[str, float, float]]:
+        """`quick`: the loosest two settings, the ends of the second numbers."""
+        problem = table[name]
         values = (problem.values[0], problem.values[-1]) if quick and len(problem.values) > 1 else problem.values
         for method, row in problem.methods.items():
             ladder = row.ladder[:2] if quick else row.ladder
             yield from ((method, setting, value) for value in values for setting in ladder)
 
-    def keys(self, name: str, method: str, setting: float, across: float) -> tuple[str, ...]:
-        """The overrides of a run."""
-        problem = self.table[name]
+    def keys_of(name: str, method: str, setting: float, across: float) -> tuple[str, ...]:
+        problem = table[name]
         row = problem.methods[method]
         tuned = (f"{row.key}={setting:.9g}",) if row.key else ()
         return last_values((*problem.keys, *problem.across(across), *row.keys, *tuned))
 
-    def command(self, *entry) -> str:
-        """The command that repeats a run; empty for a method that is none of the product."""
-        problem = self.table[entry[0]]
+    def command(*entry) -> str:
+        """Empty for a method that is none of the product."""
+        problem = table[entry[0]]
         if problem.methods[entry[1]].solved:
             return ""
-        return " ".join(["bearing_twin simulate", problem.scene, *(f"--set {word}" for word in self.keys(*entry))])
+        return " ".join(["bearing_twin simulate", problem.scene, *(f"--set {word}" for word in keys_of(*entry))])
 
-    def judge(self, *entry) -> dict[str, Any]:
-        """One run against the reference."""
+    def judge(*entry) -> dict[str, Any]:
         name, method, setting, across = entry
-        problem, keys = self.table[name], self.keys(*entry)
+        problem, keys = table[name], keys_of(*entry)
         load_scene(problem.scene, keys)  # a refusal comes before the reference is computed
         exact = _reference(
             problem.scene, (*problem.keys, *problem.across(across), *problem.reference), problem.channels
@@ -210,9 +183,12 @@ class Scenes:
             work, found_of_work = solved(exact, setting)
         else:
             work, found_of_work = simulated(problem.scene, keys, problem.channels)
-        ended, cost = timed(work, times) if self.timed else (work(), {})
+        ended, cost = timed(work, times) if timed_runs else (work(), {})
         found = found_of_work(ended)
         return {**problem.norm(found, exact), **cost, "evaluations": found.evaluations, **problem.more}
+
+    titles = {name: problem.title for name, problem in table.items()}
+    return Contest(problems=titles, entries=entries, judge=judge, command=command, **words)
 
 
 def spread(low: float, high: float, count: int) -> tuple[float, ...]:

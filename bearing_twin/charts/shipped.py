@@ -4,25 +4,27 @@ Scenes are as shipped but for shorter runs. `tolerance`: the error found against
 scene at its own tolerance and at 5 %, against all other models of what it leaves open: settings of steps, steppers,
 elastic laws, contact points, beam theories, modes, steps and meshes. A model that gives other outputs is none of them:
 equilibria have no friction. The reference is the same scene far more exact, on a far finer mesh where no tolerance
-makes it so, with exact Hertz and the beam theory that was chosen.
+makes it so, with exact Hertz and the beam theory that was chosen. `cost`: CPU time of a run by the way it is taken.
 """
 
+import collections
 import functools
 import math
+import tempfile
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
 from bearing_twin.base.yaml_files import SCENES
-from bearing_twin.charts.contest import Contest, curves, in_rows, of_methods, of_problem
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, dashed
-from bearing_twin.charts.rows import DONE, Row
+from bearing_twin.charts.contest import DONE, Contest, Row, curves, in_rows, of_methods, of_problem, timed
+from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour, dashed
 from bearing_twin.charts.scenes import (
-    Lazily,
+    WITHOUT_CHECK,
     Method,
     Problem,
-    Scenes,
     contacts,
+    contest_of,
     greatest,
     load_and_friction,
     root_mean_square,
@@ -30,8 +32,10 @@ from bearing_twin.charts.scenes import (
 )
 from bearing_twin.kinds import SHIPPED, rules
 from bearing_twin.kinds.rules import SETTING, answers
+from bearing_twin.log.run_log import write_log
 from bearing_twin.pictures import BALL_COLOURS, STYLE
 from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.simulation import simulate
 
 TOLERANCES, MESHES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5), (1e-1, 3e-2, 1e-2)  # of soft discs, whose reference is a mesh
 LONGEST = {"bearing": 0.1, "shaft": 0.05, "ellipsoid_on_plane": 0.5, "two_bodies": 0.05}  # s of a run
@@ -121,9 +125,15 @@ def _tolerance_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
 
 CHOICE, LOOSE, LESS = "choice", 0.05, 0.5
 SHARES = (100.0, 30.0, 10.0, 3.0, 1.0 / 3.0, 0.1)  # of the chosen setting
-LAWS = ("hertz_exact", "volumetric", "constant")
+LAWS = {"contact.normal": ("hertz_exact", "volumetric", "constant")}
+CLOSED = {"solver.stepper": ("closed_form", "dop853")}
+OTHERS = {  # by kind: keys that rules answer, and what else they may be
+    **dict.fromkeys((rules.BEARING, rules.SHAFT, rules.ELLIPSOID), LAWS),
+    **dict.fromkeys((rules.SPHERES, rules.DISCS), CLOSED),
+    rules.BODIES: {"contact.tracking": ("closed", "algebraic", "differential")},
+    rules.BEAM: {"beam.theory": ("euler", "timoshenko")},
+}
 DIVISIONS = ((1, 8), (1, 12), (1, 16), (1, 24), (2, 8), (2, 12), (3, 6), (3, 12), (3, 18), (3, 24), (3, 36))
-EACH = 18  # scenes of a panel
 LOOKS = {
     "choice": {"color": BALL_COLOURS[0], "marker": "o", "markersize": 9, "linestyle": ""},
     "others that meet the tolerance": {"color": BALL_COLOURS[2], "marker": "d", "markersize": 5, "linestyle": ""},
@@ -158,18 +168,12 @@ def _chosen(problem: str) -> Problem:
     elif kind in (rules.SHAFT, rules.ELLIPSOID, rules.BODIES):
         for share in (100.0, 10.0, 0.1):
             found[f"tolerance {share:g} times"] = (f"wanted.tolerance={min(share * tolerance, 0.1):g}",)
-    if "contact.normal" in free and kind in (rules.BEARING, rules.SHAFT, rules.ELLIPSOID):
-        found |= {law: (f"contact.normal={law}",) for law in LAWS}
-    if kind in (rules.SPHERES, rules.DISCS) and "solver.stepper" in free:
-        found |= {one: (f"solver.stepper={one}",) for one in ("closed_form", "dop853")}
-    if kind == rules.BODIES:
-        found |= {one: (f"contact.tracking={one}",) for one in ("closed", "algebraic", "differential")}
+    for key, others in OTHERS.get(kind, {}).items():
+        found |= {one: (f"{key}={one}",) for one in others if key in free}
     if kind == rules.BEAM:
         for share in (0.5, 0.7, 1.5):
             few = {key: max(2, round(share * answered[key].value)) for key in ("solver.modes", "solver.steps")}
             found[f"{share:g} of modes and steps"] = tuple(f"{key}={one}" for key, one in few.items())
-        if "beam.theory" in free:
-            found |= {one: (f"beam.theory={one}",) for one in ("euler", "timoshenko")}
     if kind == rules.SOFT:
         for order, divisions in DIVISIONS:
             found[f"{divisions} divisions of order {order}"] = (f"mesh.order={order}", f"mesh.divisions={divisions}")
@@ -208,46 +212,93 @@ def _choice_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
 
 
 def _choice_panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
-    """Error over the tolerance, and CPU time over that of the choice: a line of points a scene."""
+    """Error over the tolerance and CPU time over that of the choice; a model that is better is left of and below both
+    lines.
+    """
     seconds = {row.problem: row.seconds for row in of_methods(rows)[CHOICE] if row.status == DONE}
     rows = [row for row in rows if row.status == DONE and row.problem in seconds]
-    edge, sheet = {"color": STYLE["ink"], "linewidth": 1.2, "linestyle": ":"}, []
-
-    def panel(title: str, what: str, limit: float, names: list[str], value) -> Panel:
-        parts = [Line("", [limit] * 2, [-0.5, len(names) - 0.5], edge, False)]
-        for place, (group, look) in reversed([*enumerate(LOOKS.items())]):
-            here = [
-                row for row in rows if row.problem in names and place == (0 if row.method == CHOICE else 2 - met(row))
-            ]
-            parts.append(Line(group, [*map(value, here)], [names.index(row.problem) for row in here], look))
-        short = tuple(name.partition(" at ")[0].removeprefix("bearing_").replace("_", " ") for name in names)
-        return Panel(f"shipped scenes {title}", Axis(what, "1", log=True), Axis(""), parts, names=short)
-
-    def error(row: Row) -> float:
-        return max(row.error / float(row.more["tolerance"]), 1e-6)
-
-    def cost(row: Row) -> float:
-        return row.seconds / seconds[row.problem]
-
+    across, up = Axis("error over the tolerance", log=True), Axis("CPU time over that of the choice", log=True)
+    edge, panels = {"color": STYLE["ink"], "linewidth": 1.2, "linestyle": ":"}, []
     for title, loose in (("at their own tolerance", False), ("at 5 %", True)):
-        names = [one for one in seconds if one.endswith(" 5 %") == loose]
-        for first in range(0, len(names), EACH):
-            part = names[first : first + EACH][::-1]
-            errors = panel(title, "error over the tolerance", 1.0, part, error)
-            sheet.append([errors, panel(title, "CPU time over that of the choice", LESS, part, cost)])
-    return sheet
+        if not (mine := [row for row in rows if row.problem.endswith(" 5 %") == loose]):
+            continue
+        groups = np.array([0 if row.method == CHOICE else 2 - met(row) for row in mine])
+        points = np.array(
+            [(max(row.error / float(row.more["tolerance"]), FLOOR), row.seconds / seconds[row.problem]) for row in mine]
+        )
+        x, y = ((one.min(), one.max()) for one in points.T)
+        parts = [Line("", [1.0, 1.0], y, edge, False), Line("", x, [LESS, LESS], edge, False)]
+        for place, (group, look) in reversed([*enumerate(LOOKS.items())]):
+            parts.append(Line(group, *points[groups == place].T, look))
+        panels.append(Panel(f"shipped scenes {title}", across, up, parts))
+    return [panels]
+
+
+RATE = 1000  # outputs a second
+RUNS = {  # title, scene, simulated seconds
+    "settled": ("6203, settled", "bearing_6203", 1.0),
+    "loose": ("6203 with clearance, lift-off", "bearing_6203_loose", 0.3),
+    "shaft": ("rotor between two 6203", "shaft_two_6203", 0.1),
+}
+
+
+def _exhaust(outputs) -> None:
+    collections.deque(outputs, maxlen=0)
+
+
+def _log(run) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        write_log(run, Path(folder) / "run.mcap")
+
+
+STAGES = {
+    "outputs as blocks": (lambda run: _exhaust(run.blocks()), (WITHOUT_CHECK,)),
+    "the same with a check": (lambda run: _exhaust(run.blocks()), ()),
+    "outputs one by one": (_exhaust, (WITHOUT_CHECK,)),
+    "into a log": (_log, (WITHOUT_CHECK,)),
+}
+
+
+def _judge_cost(problem: str, stage: str, *_) -> dict:
+    """One way to take a run, its CPU seconds a simulated second."""
+    _, scene, span = RUNS[problem]
+    work, keys = STAGES[stage]
+    run = simulate(load_scene(scene, (f"run.duration={span:g}", f"run.output_rate={RATE}", *keys)))
+    return {"error": 0.0, **timed(lambda: work(run), span)[1]}
+
+
+def _cost_panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
+    """A panel a run: a bar a stage, from 0."""
+    axis, up = Axis(contest.cost, "s", limits=(0.0, None)), Axis("", limits=(-0.6, len(STAGES) - 0.4))
+    bar, panels = {"color": colour(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}, []
+    for name, title in contest.problems.items():
+        if mine := of_problem(rows, name):
+            bars = [Line(row.method, [0.0, row.seconds], [place] * 2, bar, False) for place, row in enumerate(mine)]
+            panels.append(Panel(title, axis, up, bars, None, names=tuple(row.method for row in mine)))
+    return [panels]
 
 
 CHARTS = {
-    "tolerance": Scenes(table=Lazily(scenes, _requested)).contest(
+    "tolerance": contest_of(
+        {name: _requested(name) for name in scenes()},
         title="Error found against tolerance requested, in every shipped scene",
         panels=_tolerance_panels,
         read=_tolerance_reading,
     ),
-    "choice": Scenes(table=Lazily(at_tolerances, _chosen)).contest(
+    "choice": contest_of(
+        {name: _chosen(name) for name in at_tolerances()},
         title="Automatic choice against all other models: error and cost",
         panels=_choice_panels,
         read=_choice_reading,
         error="error over the tolerance requested",
+    ),
+    "cost": Contest(
+        title=f"Where the CPU time of a run goes ({RATE} outputs a simulated second, one core)",
+        problems={name: row[0] for name, row in RUNS.items()},
+        entries=lambda name, quick: ((stage, math.nan, math.nan) for stage in STAGES),
+        judge=_judge_cost,
+        panels=_cost_panels,
+        cost="CPU time of a simulated second",
+        wanted=math.inf,
     ),
 }

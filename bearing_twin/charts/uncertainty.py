@@ -12,9 +12,9 @@ import math
 import numpy as np
 from scipy import stats
 
-from bearing_twin.charts.contest import LEAST, Contest, of_methods, of_problem, timed
-from bearing_twin.charts.panels import CROSS, Axis, Band, Line, Panel, colour, curve, shade
-from bearing_twin.charts.rows import DONE
+from bearing_twin.charts.contest import DONE, Contest, error_against_cost, of_methods, of_problem, over, timed
+from bearing_twin.charts.panels import Axis, Band, Line, Panel, curve
+from bearing_twin.pictures import STYLE
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import Study, parse_study
 
@@ -27,6 +27,7 @@ POWERS = {  # of the contact time in each input, with its coefficient of variati
 }
 ONE_INPUT = {"one": ("gamma", 2e-5), "gamma": ("gamma", 6e-5), "heavy": ("lognormal", 1.5e-4)}  # deviations of alpha
 SAMPLERS = ("random", "latin_hypercube", "sobol")
+WORDS = {"random": "random samples", "latin_hypercube": "Latin hypercubes", "sobol": "Sobol sequences"}
 EXACT = "change_of_variable"
 
 
@@ -75,67 +76,35 @@ SIZES = tuple(float(32 * 4**power) for power in range(7))
 SEEDS = 15
 
 
-def judge_sampler(problem: str, method: str, setting: float, _: float) -> dict:
-    """A method at one size, by several seeds: medians and quartiles of the errors of mean and deviation."""
+def judge_sampler(problem: str, method: str, _: float, size: float) -> dict:
+    """A method at one size, by several seeds: medians of the errors of mean and deviation."""
     truth, seeds = truth_of(problem), range(1, SEEDS + 1) if method in SAMPLERS else (1,)
-    study = study_of(problem, method, setting)
-    runs, cost = [found(study, seed) for seed in seeds], timed(lambda: found(study, 1))
-    row = dict(cost[1])
-    for name, key, true in (("mean", "mean", truth.mean()), ("deviation", "std", truth.std())):
-        low, middle, high = np.quantile([abs(one[key] / true - 1.0) for one in runs], (0.25, 0.5, 0.75)).tolist()
-        row |= {f"{name}_error": middle, f"{name}_low": low, f"{name}_high": high}
-    return {"error": row["mean_error"], **row}
+    study = study_of(problem, method, size)
+    runs, cost = [found(study, seed) for seed in seeds], timed(lambda: found(study, 1))[1]
+    mean, deviation = (
+        float(np.median([abs(one[key] / true - 1.0) for one in runs]))
+        for key, true in (("mean", truth.mean()), ("std", truth.std()))
+    )
+    return {"error": mean, **cost, "deviation_error": deviation}
 
 
 def sampler_entries(problem, quick):
     """Every sampler over sizes, and the change of variable where there is one input."""
     for sampler in SAMPLERS:
-        yield from ((sampler, size, math.nan) for size in (SIZES[:2] if quick else SIZES))
+        yield from ((sampler, math.nan, size) for size in (SIZES[:2] if quick else SIZES))
     if problem in ONE_INPUT:
         yield EXACT, math.nan, math.nan
 
 
 def sampler_panels(contest, rows):
-    """Errors of mean and deviation over realisations, and of the mean over CPU time; a row a problem."""
-    lines = []
-    for problem, title in contest.problems.items():
-        mine, line = of_methods(of_problem(rows, problem, DONE)), []
-        for statistic, along in (("mean", "realisations"), ("deviation", "realisations"), ("mean", "CPU time")):
-            parts, timed_too = [], along == "CPU time"
-            for number, (method, ours) in enumerate(mine.items()):
-                if method == EXACT and not timed_too:
-                    continue
-                x = [row.seconds if timed_too else row.setting for row in ours]
-                low, middle, high = (
-                    [max(row.more[f"{statistic}_{one}"], LEAST) for row in ours] for one in ("low", "error", "high")
-                )
-                if method in SAMPLERS:
-                    parts.append(Band(f"{method}, middle half", x, low, high, shade(number), False))
-                parts += curve(method.replace("_", " "), [*zip(x, middle, strict=True)], number)
-            across, up = Axis(along, "s" if timed_too else "1", log=True), f"relative error of the {statistic}"
-            line.append(Panel(f"{title}: {statistic}", across, Axis(up, log=True), parts))
-        lines += [line] if mine else []
-    return lines
-
-
-def slope(rows) -> float:
-    """The exponent of the median error of the mean in the number of realisations."""
-    errors = np.log([max(row.error, LEAST) for row in rows])
-    return float(np.polyfit(np.log([row.setting for row in rows]), errors, 1)[0]) if len(rows) > 1 else math.nan
-
-
-def sampler_reading(contest, rows):
-    """The realisations that an error needs, and the rate of convergence."""
-    for problem, title in contest.problems.items():
-        words, methods = [], of_methods(of_problem(rows, problem, DONE))
-        for method in (one for one in SAMPLERS if one in methods):
-            sizes = [row.setting for row in methods[method] if row.error <= contest.wanted]
-            many = f"{min(sizes):.0f}" if sizes else f"more than {methods[method][-1].setting:.0f}"
-            words.append(f"{method.replace('_', ' ')} {many} (error falls as n^{slope(methods[method]):.2f})")
-        if words:
-            yield f"{title}: realisations for an error of the mean of {contest.wanted:g}: {', '.join(words)}."
-        for row in methods.get(EXACT, ()):
-            yield f"{title}: the change of variable needs no sample; error of the mean {row.error:.1g}."
+    """Errors of mean and deviation over realisations, and of the mean against CPU time; a row a problem."""
+    columns = {
+        "error": Axis("relative error of the mean", log=True),
+        "deviation_error": Axis("relative error of the deviation", log=True),
+    }
+    sampled = [row for row in rows if row.method in SAMPLERS]
+    left, (right,) = over(contest, sampled, Axis("realisations", log=True), columns), error_against_cost(contest, rows)
+    return [[*pair, cost] for pair, cost in zip(left, right, strict=True)]
 
 
 STATISTICS = {"mean": "mean", "deviation": "std", **{f"quantile {p}": p for p in ("0.05", "0.50", "0.95")}}
@@ -143,6 +112,7 @@ CLOSE, WIDE = 0.93, 0.97  # coverage between which an interval is what it says
 STUDIES = 1500.0  # of a cell: of a coverage of 95 % so many show less than CLOSE or more than WIDE once in 2800 cells
 MARKED = 0.9  # share of studies
 COUNTS = (128.0, 512.0, 2048.0)
+RING = {"linestyle": "", "marker": "o", "markersize": 13, "markerfacecolor": "none", "color": STYLE["ink"]}
 
 
 def judge_coverage(problem: str, method: str, samples: float, studies: float) -> dict:
@@ -161,52 +131,34 @@ def judge_coverage(problem: str, method: str, samples: float, studies: float) ->
     return {"error": abs(min(shares.values()) - 0.95), **shares, **marked}
 
 
-def is_marked(row, statistic: str) -> bool:
-    """True where nearly all studies of a row mark the interval of the statistic as unsafe."""
-    return float(row.more.get(f"{statistic} marked unsafe") or 0.0) >= MARKED
-
-
 def coverage_panels(contest, rows):
-    """A panel a statistic: coverage over the number of samples, a colour a sampler, dashes a problem."""
-    good, panels = [row for row in rows if row.status == DONE], []
-    ends = [min(row.setting for row in good), max(row.setting for row in good)]
-    least = min([0.9, *(row.more[name] for row in good for name in STATISTICS)])
-    across = Axis("samples", log=True, limits=(0.7 * ends[0], 1.4 * ends[1]))
-    up = Axis("share that contains the true value", limits=(0.05 * int(20.0 * least), 1.0))
-    for statistic in STATISTICS:
-        parts = [Band("93 to 97 %", ends, [CLOSE] * 2, [WIDE] * 2, {"color": "#71808c", "alpha": 0.25})]
-        for dashes, problem in zip(("-", "--", ":"), contest.problems, strict=True):
-            for number, (method, mine) in enumerate(of_methods(of_problem(good, problem)).items()):
-                look = {**colour(number), "linestyle": dashes, "marker": "o", "markersize": 5, "clip_on": False}
-                name, shares = f"{method.replace('_', ' ')}, {problem}", [row.more[statistic] for row in mine]
-                parts.append(Line(name, [row.setting for row in mine], shares, look))
-                unsafe = [(row.setting, row.more[statistic]) for row in mine if is_marked(row, statistic)]
-                if unsafe:
-                    parts.append(Line(f"{name}, unsafe", *np.transpose(unsafe), {**look, **CROSS}, False))
-        panels.append(Panel(statistic, across, up, parts))
-    return [panels[:2], panels[2:]]
+    """A row a problem, a panel a statistic: coverage over the number of samples, a line a sampler."""
+    across = Axis("samples", log=True, limits=(0.7 * COUNTS[0], 1.4 * COUNTS[-1]))
+    up = Axis("share of studies", "%", limits=(88.0, 100.0))
+
+    def panel(statistic: str, title: str, mine: list) -> Panel:
+        parts = [Band("93 to 97 %", COUNTS, 100.0 * CLOSE, 100.0 * WIDE, {"color": STYLE["soft"], "alpha": 0.25})]
+        for number, (method, ours) in enumerate(of_methods(mine).items()):
+            points = [(row.setting, 100.0 * row.more[statistic]) for row in ours]
+            parts += curve(WORDS[method], points, number)
+            marks = [float(row.more.get(f"{statistic} marked unsafe") or 0.0) >= MARKED for row in ours]
+            parts.append(Line("interval marked unsafe in nearly all studies", *np.array(points)[marks].T, RING))
+        return Panel(f"{statistic}, {title}", across, up, parts)
+
+    known = {row.problem for row in rows}
+    pairs = [(title, of_problem(rows, name, DONE)) for name, title in contest.problems.items() if name in known]
+    return [[panel(statistic, *pair) for statistic in STATISTICS] for pair in pairs]
 
 
 def coverage_reading(contest, rows):
     """Coverage by problem, and the cells that hold less or more than they say."""
     for problem, title in contest.problems.items():
-        cells = [(row, name, row.more[name]) for row in of_problem(rows, problem, DONE) for name in STATISTICS]
-        if not cells:
-            continue
-        shares, low = [one[2] for one in cells], [one for one in cells if one[2] < CLOSE]
-        words = [
-            f"{len(found)} {what} ({', '.join(f'{name} by {row.setting:.0f} {row.method}' for row, name, _ in found)})"
-            for what, found in (
-                (f"below {CLOSE:.0%}, marked unsafe", [one for one in low if is_marked(*one[:2])]),
-                (f"below {CLOSE:.0%}, not marked", [one for one in low if not is_marked(*one[:2])]),
-                (f"above {WIDE:.0%}", [one for one in cells if one[2] > WIDE]),
-            )
-            if found
-        ]
-        yield (
-            f"{title}: intervals hold the true value in {min(shares):.1%} to {max(shares):.1%} of the studies; of "
-            f"{len(cells)} cells {'; '.join(words) or 'none outside 93 to 97%'}."
-        )
+        mine = of_problem(rows, problem, DONE)
+        cells = {f"{name} by {one.setting:.0f} {one.method}": one.more[name] for one in mine for name in STATISTICS}
+        outside = ", ".join(f"{share:.1%} {cell}" for cell, share in cells.items() if not CLOSE <= share <= WIDE)
+        if cells:
+            ends = f"{min(cells.values()):.1%} to {max(cells.values()):.1%}"
+            yield f"{title}: {ends} of the intervals contain the true value; outside 93 to 97 %: {outside or 'none'}."
 
 
 CHARTS = {
@@ -216,16 +168,12 @@ CHARTS = {
         entries=sampler_entries,
         judge=judge_sampler,
         panels=sampler_panels,
-        read=sampler_reading,
+        error="relative error of the mean",
         wanted=1e-4,
     ),
     "coverage": Contest(
         title="Share of studies whose 95 % interval contains the true value",
-        problems={
-            "gamma": "gamma, deviation 0.53 of the mean",
-            "four": "four inputs",
-            "heavy": "lognormal, deviation 1.3",
-        },
+        problems={"gamma": "gamma", "four": "four inputs", "heavy": "lognormal"},
         entries=lambda problem, quick: (
             (sampler, size, 20.0 if quick else STUDIES)
             for sampler in SAMPLERS

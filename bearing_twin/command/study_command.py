@@ -138,8 +138,7 @@ def _listed() -> Outcome:
 
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
-    from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, refusals, shared, size_of
-    from bearing_twin.uq.summary import model_error_sentences
+    from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, model_error_sentences, refusals, shared, size_of
 
     if summary["stopped_because"].startswith(OUT_OF_TIME):
         few = f"{summary['samples']} sample{'s' * (summary['samples'] != 1)}"
@@ -208,7 +207,7 @@ def _swept(values, studies, units):
 
 
 def _remarks(found, unit: str, factor: float):
-    """Sentences about a quantity: how exact, what is unsafe, densities, modes."""
+    """Sentences about a quantity: how exact, what is unsafe, modes."""
     from bearing_twin.uq.result import in_words
 
     if "runs" in found:
@@ -220,9 +219,6 @@ def _remarks(found, unit: str, factor: float):
     shares = {key: one for key, one in found.get("sobol", {}).items() if key != "refused"}
     if few := [key for key, one in shares.items() if any(share.get("unsafe") for share in one.values())]:
         yield f"intervals of its shares from {in_words(few)} are unsafe: few rows far out decide; raise sensitivity"
-    for one in found["densities"]:
-        height = _interval(one["density"], (one["low"], one["high"]), 1.0 / factor)
-        yield f"density {height} 1/{unit} at {factor * one['value']:.6g} {unit}"
     if found["modality"]:
         yield _modes(found["modality"])
 

@@ -26,9 +26,8 @@ from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.stream import LARGEST_BLOCK, check_block, samples_message
 from bearing_twin.uq.inputs import numeric_keys
-from bearing_twin.uq.result import StudyResult, quantity_units
+from bearing_twin.uq.result import StudyResult, check_summary
 from bearing_twin.uq.study import Study, parse_study
-from bearing_twin.uq.summary import check_summary
 
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
@@ -173,7 +172,9 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     record = records[STUDY_RECORD]
     work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
-    study = parse_study({**parsed_json(record["study"]), **given}, "the study of the log")
+    keys = parsed_json(record["study"])
+    keys.pop("densities", None)  # of an earlier version
+    study = parse_study({**keys, **given}, "the study of the log")
     layout, numbers = [], array("d")
     for one in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):
         if one.topic.name == SUMMARY_TOPIC:
@@ -232,7 +233,7 @@ def _channels(study: Study) -> tuple[Channel, ...]:
     known = numeric_keys(study.kind)
     return (
         *(Channel(INPUT + one.key, known[one.key].unit, (), "") for one in study.inputs),
-        *(Channel(QUANTITY + name, unit, (), "") for name, unit in quantity_units(study).items()),
+        *(Channel(QUANTITY + name, unit, (), "") for name, unit in study.quantity_units.items()),
         Channel(STATUS, "1", (), ""),
         Channel(DOUBTFUL, "1", (), ""),
         *(Channel(HISTORY + name, "", (study.settings.history_points,), "") for name in study.histories),

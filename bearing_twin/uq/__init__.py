@@ -4,13 +4,13 @@ Others import
 
 * `study`: `load_study`, `parse_study`, `study_names`; the dataclasses `Study` and `Settings`.
 * `run`: `run_study` with its `Progress`; `memory_needed` and `refuse_too_large`, the memory of a study before it runs.
-* `result`: `StudyResult` with its table, and sentences about a result (`warnings_of`, `refusals`, `SweepInWords`).
-* `summary`: `check_summary` of a log, `model_error_sentences`.
+* `result`: `StudyResult` with its table, sentences about a result (`warnings_of`, `refusals`, `SweepInWords`,
+  `model_error_sentences`), `check_summary` of a log.
 * `schema`: `schema`, the JSON Schema of scenes and studies.
 * `inputs`: `numeric_keys` and `quantities_of` a kind of scene; inputs as distributions (`read_input`, `Joint`).
 * `propagation`, `realisations`: distributions by change of variable, for pictures (`derive`, `exact_distributions`).
 * `statistics`: `histogram`, `kernel_density`, `modality` of a sample.
 
-Inside the room: `distributions`, `entropy` (maximum entropy), `sampling` (points of the unit cube), `histories`
-(statistics over time), `workers` (processes, Dask).
+Inside the room: `distributions` with maximum entropy, `sampling` (points of the unit cube), `histories` (statistics
+over time), `workers` (processes, Dask).
 """

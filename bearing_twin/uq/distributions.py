@@ -1,25 +1,27 @@
 """Distributions of inputs: the table of those that have a name, any other of scipy.stats, and some that SciPy lacks.
 
-A new distribution is one function and one row of DISTRIBUTIONS.
+A new distribution is one function and one row of DISTRIBUTIONS. `greatest_entropy` gives the distribution that follows
+from what is known of a quantity (paper 3, eq. 3).
 """
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
 from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import brentq
-from scipy.special import expit, logit, ndtr
+from scipy.optimize import brentq, root
+from scipy.special import digamma, expit, logit, ndtr
 
-from bearing_twin.base.errors import StatisticError
+from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.units import Limits
 
 GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound than 1/500 of the range is refused
 FARTHEST_CUT = 30.0  # deviations; a normal cut off farther out on its tail loses digits and is refused
+BINS = 8192  # of a table, whose densities and distribution functions are then as in it to 1e-7 of the range
 SCIPY = "scipy."  # before the name of a distribution of scipy.stats
 LISTS = ("values", "weights", "x", "density")  # parameters that are lists of numbers
 LIMITS = {name: Limits(above=0.0) for name in ("std", "shape", "scale", "std_log", "a", "b")}
@@ -67,44 +69,14 @@ class DiscreteValues:
         return float(self.values[0]), float(self.values[-1])
 
 
-class _Continuous:
-    """A continuous distribution with the methods of a frozen one of SciPy that inputs use."""
-
-    def __init__(self, low, high):
-        self._low, self._high = float(low), float(high)
-
-    def support(self):
-        return self._low, self._high
-
-    def isf(self, u):
-        return self.ppf(1.0 - np.asarray(u, float))
-
-    def sf(self, x):
-        return 1.0 - self.cdf(x)
-
-    def mean(self):
-        return self.expect(lambda x: x)
-
-    def std(self):
-        mean = self.mean()
-        return math.sqrt(self.expect(lambda x: (x - mean) ** 2))
-
-    def expect(self, function):
-        """The mean of a function by the trapezoidal rule in the normal score, which converges exponentially."""
-        z = np.linspace(-9.0, 9.0, 1153)
-        x = np.piecewise(ndtr(-np.abs(z)), [z < 0.0], [self.ppf, self.isf])
-        weights = np.exp(-0.5 * z**2)
-        return float(weights @ function(x) / weights.sum())
-
-
-class Truncated(_Continuous):
+class Truncated:
     """A frozen SciPy distribution between two bounds, with its digits on both tails.
 
     Of a piece of one tail, which has its digits on that side alone, both quantiles are found there.
     """
 
     def __init__(self, whole, low, high):
-        super().__init__(max(low, whole.support()[0]), min(high, whole.support()[1]))
+        self._low, self._high = float(max(low, whole.support()[0])), float(min(high, whole.support()[1]))
         self._whole, self._below, self._above = whole, whole.cdf(low), whole.sf(high)
         self.mass = whole.sf(low) - self._above if self._below > 0.5 else whole.cdf(high) - self._below
 
@@ -136,59 +108,37 @@ class Truncated(_Continuous):
         x = np.asarray(x, float)
         return np.where((x >= self._low) & (x <= self._high), self._whole.pdf(x) / self.mass, 0.0)
 
+    def support(self):
+        return self._low, self._high
 
-class TableDensity(_Continuous):
-    """The density whose graph goes straight through the points (x, density), made to have the mass 1."""
+    def mean(self):
+        return self._expect(lambda x: x)
 
-    def __init__(self, x, density):
-        x, density = np.asarray(x, float), np.asarray(density, float)
-        _require(len(x) == len(density) >= 2, "x and density are lists of the same length, two places at least")
-        _require(np.all(np.diff(x) > 0.0), "the places x must rise")
-        _require(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
-        masses = 0.5 * np.diff(x) * (density[1:] + density[:-1])
-        self._x, self._density = x, density / masses.sum()
-        self._until = np.append(0.0, np.cumsum(masses)) / masses.sum()
-        filled = np.flatnonzero(masses)
-        super().__init__(float(x[filled[0]]), float(x[filled[-1] + 1]))
+    def std(self):
+        mean = self.mean()
+        return math.sqrt(self._expect(lambda x: (x - mean) ** 2))
 
-    def pdf(self, x):
-        return np.interp(x, self._x, self._density, left=0.0, right=0.0)
-
-    def cdf(self, x):
-        x = np.clip(np.asarray(x, float), self._x[0], self._x[-1])
-        piece = np.clip(np.searchsorted(self._x, x, side="right") - 1, 0, len(self._x) - 2)
-        return self._until[piece] + 0.5 * (x - self._x[piece]) * (self._density[piece] + self.pdf(x))
-
-    def ppf(self, u):
-        u = np.asarray(u, float)
-        piece = np.clip(np.searchsorted(self._until, u) - 1, 0, len(self._x) - 2)
-        left, slope = self._density[piece], (np.diff(self._density) / np.diff(self._x))[piece]
-        more = np.maximum(u - self._until[piece], 0.0)
-        height = np.sqrt(np.maximum(left**2 + 2.0 * slope * more, 0.0))  # the density at the quantile
-        with np.errstate(all="ignore"):
-            step = np.where(more > 0.0, 2.0 * more / (left + height), 0.0)
-        return np.clip(self._x[piece] + step, self._low, self._high)
-
-    def expect(self, function):
-        """The mean of a function by Gauss's rule of two points a piece, which is exact for mean and variance."""
-        half, middle = 0.5 * np.diff(self._x), 0.5 * (self._x[1:] + self._x[:-1])
-        points = (middle + side * half / math.sqrt(3.0) for side in (-1.0, 1.0))
-        return float(sum(half @ (function(x) * self.pdf(x)) for x in points))
+    def _expect(self, function):
+        """The mean of a function by the trapezoidal rule in the normal score, which converges exponentially."""
+        z = np.linspace(-9.0, 9.0, 1153)
+        x = np.piecewise(ndtr(-np.abs(z)), [z < 0.0], [self.ppf, self.isf])
+        weights = np.exp(-0.5 * z**2)
+        return float(weights @ function(x) / weights.sum())
 
 
 def truncated_exponential(low, high, mean):
     """The distribution on [low, high] whose density is exponential in x, with that mean.
 
-    Of all distributions with these bounds and this mean it has the greatest entropy. Raises ValueError with the
+    Of all distributions with these bounds and this mean it has the greatest entropy. Raises StudyError with the
     reason where the mean is the middle (that is the uniform distribution) or too near to a bound for doubles.
     """
     share = (mean - low) / (high - low)
     if not 0.0 < share < 1.0:
-        raise ValueError("the mean must lie between low and high")
+        raise StudyError("the mean must lie between low and high")
     if abs(share - 0.5) < 1e-9:
-        raise ValueError("with its mean in the middle it is the uniform distribution: give uniform, low and high")
+        raise StudyError("with its mean in the middle it is the uniform distribution: give uniform, low and high")
     if not _tilted_mean(-GREATEST_TILT) <= share <= _tilted_mean(GREATEST_TILT):
-        raise ValueError(f"the mean is nearer to a bound than 1/{GREATEST_TILT:g} of the range")
+        raise StudyError(f"the mean is nearer to a bound than 1/{GREATEST_TILT:g} of the range")
     tilt = brentq(lambda c: _tilted_mean(c) - share, -GREATEST_TILT, GREATEST_TILT, xtol=1e-15, rtol=1e-14)
     scale = (high - low) / abs(tilt)
     whole = stats.expon(low, scale) if tilt < 0.0 else stats.weibull_max(1.0, high, scale)  # its mirror image
@@ -205,7 +155,7 @@ def _tilted_mean(tilt):
 class Distribution(NamedTuple):
     """A row of DISTRIBUTIONS: `forms` = the sets of parameters it may be given by, `build` = those to SciPy's object.
 
-    `build` raises ValueError with the reason where the parameters do not go together.
+    `build` raises StudyError with the reason where the parameters do not go together.
     """
 
     forms: tuple[tuple[str, ...], ...]
@@ -282,18 +232,32 @@ def _truncated_gamma(low=0.0, high=math.inf, **whole):
     return found
 
 
+def _table(x, density):
+    """The density whose graph goes straight through the points (x, density), as a histogram of BINS, of mass 1."""
+    x, density = np.asarray(x, float), np.asarray(density, float)
+    _require(len(x) == len(density) >= 2, "x and density are lists of the same length, two places at least")
+    _require(np.all(np.diff(x) > 0.0), "the places x must rise")
+    _require(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
+    many = -(-BINS // (len(x) - 1)) * (len(x) - 1)  # as many in each piece
+    edges = np.interp(np.linspace(0.0, len(x) - 1.0, many + 1), np.arange(len(x)), x)
+    masses = np.diff(edges) * np.interp(0.5 * (edges[1:] + edges[:-1]), x, density)
+    filled = np.flatnonzero(masses)
+    first, last = filled[0], filled[-1] + 1
+    return stats.rv_histogram((masses[first:last], edges[first : last + 1]), density=False)
+
+
 def of_scipy(name, **parameters):
     """The frozen distribution `scipy.stats.NAME` with shape parameters, `loc` and `scale` by keyword."""
     family = getattr(stats, str(name), None)
     if not isinstance(family, (stats.rv_continuous, stats.rv_discrete)):
-        raise ValueError(
+        raise StudyError(
             f"scipy.stats has no distribution {echo(name)} that is given by numbers; see its documentation"
         )
     legal = [*(family.shapes or "").replace(" ", "").split(","), "loc"]
     legal = [one for one in legal if one] + ["scale"] * isinstance(family, stats.rv_continuous)
     wrong = [one for one in parameters if one not in legal]
     if wrong:
-        raise ValueError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {unknown(wrong[0], legal)}")
+        raise StudyError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {unknown(wrong[0], legal)}")
     lacking = [one for one in legal[: family.numargs] if one not in parameters]
     _require(not lacking, f"scipy.stats.{name} needs {', '.join(lacking)} too")
     frozen = family(**parameters)
@@ -302,23 +266,23 @@ def of_scipy(name, **parameters):
 
 
 def as_mapping(frozen) -> dict:
-    """A frozen `scipy.stats` distribution as a study file has it; raises ValueError for one that no file can hold."""
+    """A frozen `scipy.stats` distribution as a study file has it; raises StudyError for one that no file can hold."""
     family = frozen.dist
     if type(getattr(stats, family.name, None)) is not type(family):
-        raise ValueError(
+        raise StudyError(
             "only distributions by a name of scipy.stats can be stored with a study; give others as a table of x and "
             "density, or as values with weights"
         )
     names = [*filter(None, (family.shapes or "").replace(" ", "").split(",")), "loc", "scale"]
     given = dict(zip(names, frozen.args, strict=False)) | frozen.kwds
     if any(np.ndim(one) for one in given.values()):
-        raise ValueError("parameters of a distribution must be single numbers")
+        raise StudyError("parameters of a distribution must be single numbers")
     return {"distribution": f"{SCIPY}{family.name}", **{key: float(one) for key, one in given.items()}}
 
 
 def _require(condition, reason):
     if not condition:
-        raise ValueError(reason)
+        raise StudyError(reason)
 
 
 DISTRIBUTIONS = {
@@ -347,7 +311,7 @@ DISTRIBUTIONS = {
         _truncated_gamma,
         "a gamma distribution between bounds; mean and std are those of the whole one",
     ),
-    "table": Distribution((("x", "density"),), TableDensity, "a density of one's own, straight between its points"),
+    "table": Distribution((("x", "density"),), _table, "a density of one's own, straight between its points"),
     "fixed": Distribution((("value",),), lambda value: DiscreteValues(value), "a known value"),
     "empirical": Distribution((("values",),), DiscreteValues, "measured values, each equally likely"),
     "discrete": Distribution((("values", "weights"),), DiscreteValues, "single values, with their weights"),
@@ -376,3 +340,159 @@ def gamma_quantiles(shape: float, scale: float) -> Callable[[np.ndarray], np.nda
         spline = CubicHermiteSpline(t[::2], values[::2], slopes[::2])
         error = np.max(np.abs(np.exp(spline(t[1::2])) / x[1::2] - 1.0))
     return (lambda u: np.exp(spline(logit(u)))) if error <= MOST else None
+
+
+# From what is known of a quantity to the distribution of greatest entropy that knows no more (paper 3, eq. 3).
+#
+# Greatest entropy under given expectations of functions t_i(x) has the density exp(sum of l_i t_i(x)) on the support:
+#
+# | known | distribution |
+# |---|---|
+# | low, high | uniform |
+# | low, high, mean | truncated exponential (uniform where the mean is the middle) |
+# | low, high, mean, std | truncated normal, while std is below that of the truncated exponential |
+# | mean, std | normal |
+# | positive, mean | exponential |
+# | positive, mean, std | normal truncated at 0, while std < mean; exponential at std = mean; none beyond |
+# | positive, mean, mean_log | gamma |
+# | positive, mean_log, std_log | lognormal |
+#
+# Paper 3 says that positiveness and a bounded second moment give the gamma distribution. They do not: the gamma
+# distribution follows from E[X] and E[ln X]. `mean_log` is E[ln X] and `std_log` the deviation of ln X, X in SI units.
+
+FACTS = ("positive", "low", "high", "mean", "std", "mean_log", "std_log")
+PLENTY = 9.0  # deviations between mean and bound beyond which the bound cuts nothing off
+LEAST_SPREAD = 0.0025  # deviation over range that the quadrature between two bounds resolves
+
+
+def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
+    """Name and parameters of the distribution of greatest entropy, as DISTRIBUTIONS takes them.
+
+    `facts` holds numbers under the names of FACTS and `positive` True or False. Constraints are met to 1e-10.
+    Raises StudyError with the reason where no such distribution exists or the facts contradict each other.
+    """
+    wrong = [fact for fact in facts if fact not in FACTS]
+    if wrong:
+        raise StudyError(f"{echo(wrong[0])} is no fact; {unknown(wrong[0], FACTS)}")
+    if not isinstance(facts.get("positive", True), bool):
+        raise StudyError(f"positive = {echo(facts['positive'])} must be true or false")
+    given = frozenset(fact for fact in facts if fact != "positive" or facts[fact])
+    if given not in _SOLVERS:
+        legal = "; ".join(", ".join(fact for fact in FACTS if fact in one) for one in _SOLVERS)
+        raise StudyError(
+            f"no distribution of greatest entropy is known here for {', '.join(sorted(given)) or 'nothing'}; "
+            f"state one of these: {legal}"
+        )
+    for fact in given & {"std", "std_log"}:
+        _require(facts[fact] > 0.0, f"{fact} must be above 0; a certain value is fixed")
+    _require("positive" not in given or facts.get("mean", 1.0) > 0.0, "the mean of a positive quantity is above 0")
+    return _SOLVERS[given](**{fact: facts[fact] for fact in FACTS if fact in given and fact != "positive"})
+
+
+def _between(low, high):
+    _require(low < high, f"low = {low:g} must be below high = {high:g}")
+    return "uniform", {"low": low, "high": high}
+
+
+def _between_with_mean(low, high, mean):
+    _require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
+    if abs(mean - 0.5 * (low + high)) < 1e-9 * (high - low):
+        return _between(low, high)
+    return "truncated_exponential", {"low": low, "high": high, "mean": mean}
+
+
+def _between_with_mean_std(low, high, mean, std):
+    """exp(l t + q t^2) on 0 <= t <= 1 with q < 0, with l and q from E[t] and E[t^2]."""
+    _require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
+    share, spread = (mean - low) / (high - low), std / (high - low)
+    if min(share, 1.0 - share) > PLENTY * spread:  # the bounds cut nothing off
+        return "truncated_normal", {"mean": mean, "std": std, "low": low, "high": high}
+    _require(spread > LEAST_SPREAD, "std is so small against the bounds that one of them says nothing; leave it out")
+    _require(spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std")
+    points, weights = np.polynomial.legendre.leggauss(16)  # in each of 64 pieces
+    points = (np.arange(64)[:, None] + 0.5 * (points + 1.0)).ravel() / 64.0
+    powers, weights = np.stack([points, points**2]), np.tile(weights, 64)
+
+    def off(at):
+        """Errors of both moments, and their derivatives by l and q: the covariances of t and t^2."""
+        exponent = at @ powers
+        mass = weights * np.exp(exponent - exponent.max())
+        mass /= mass.sum()
+        centred = powers - (powers @ mass)[:, None]
+        return powers @ mass - (share, spread**2 + share**2), (centred * mass) @ centred.T
+
+    found = root(off, np.array([share, -0.5]) / spread**2, jac=True, tol=1e-14).x
+    error = np.max(np.abs(off(found)[0]))
+    _require(
+        error < 1e-10 and found[1] < 0.0,
+        f"with std = {std:g} the density of greatest entropy does not fall towards both bounds; "
+        "give a smaller std, or leave it out, or name a beta distribution",
+    )
+    width = math.sqrt(-0.5 / found[1])
+    center = float(found[0]) * width**2
+    scale = high - low
+    return "truncated_normal", {"mean": low + scale * center, "std": scale * width, "low": low, "high": high}
+
+
+def _positive_with_mean_log(mean, mean_log):
+    """ln k - psi(k) = ln E[X] - E[ln X], whose left side falls from infinity to 0 over the shapes k."""
+    gap = math.log(mean) - mean_log
+    _require(
+        gap > 0.0, f"mean_log = {mean_log:g} must be below ln(mean) = {math.log(mean):g}, whatever the distribution"
+    )
+    _require(1e-12 < gap < 1e3, f"ln(mean) - mean_log = {gap:g} is too small or too large for a gamma distribution")
+
+    def excess(log_shape):
+        shape = math.exp(log_shape)
+        return log_shape - float(digamma(shape)) - gap
+
+    # 1/(2k) < ln k - psi(k) < 1/k brackets the shape
+    log_shape = brentq(excess, math.log(0.4 / gap), math.log(1.1 / gap), xtol=1e-15, rtol=1e-15)
+    shape = math.exp(log_shape)
+    return "gamma", {"shape": shape, "scale": mean / shape}
+
+
+def _positive_with_mean_std(mean, std):
+    variation = std / mean
+    _require(
+        variation < 1.0 + 1e-9,
+        f"std/mean = {variation:g} above 1: on (0, inf) no distribution of greatest entropy exists; "
+        "name one that fits, such as lognormal or gamma, or state mean and mean_log",
+    )
+    if variation > 1.0 - 1e-9:
+        return "exponential", {"mean": mean}
+
+    def excess(cut):
+        first, spread = _cut_normal(cut)
+        return spread / first - variation
+
+    greatest = excess(FARTHEST_CUT) + variation
+    _require(
+        variation < greatest,
+        f"std/mean = {variation:g}, between {greatest:.4f} and 1, is exponential but for its last digits; "
+        "state the mean alone",
+    )
+    cut = brentq(excess, -1.0 / variation - 1.0, FARTHEST_CUT, xtol=1e-14, rtol=1e-14)
+    scale = mean / _cut_normal(cut)[0]
+    return "truncated_normal", {"mean": -cut * scale, "std": scale, "low": 0.0}
+
+
+def _cut_normal(cut) -> tuple[float, float]:
+    """Mean above the cut and deviation of a standard normal variable cut off below `cut`."""
+    rest = Truncated(stats.norm(), cut, math.inf)
+    return rest.mean() - cut, rest.std()
+
+
+_SOLVERS = {
+    frozenset({"low", "high"}): _between,
+    frozenset({"low", "high", "mean"}): _between_with_mean,
+    frozenset({"low", "high", "mean", "std"}): _between_with_mean_std,
+    frozenset({"mean", "std"}): lambda **given: ("normal", given),
+    frozenset({"positive", "mean"}): lambda **given: ("exponential", given),
+    frozenset({"positive", "mean", "std"}): _positive_with_mean_std,
+    frozenset({"positive", "mean", "mean_log"}): _positive_with_mean_log,
+    frozenset({"positive", "mean_log", "std_log"}): lambda **given: ("lognormal", given),
+}
+
+FORMS = tuple(_SOLVERS)
+"""The sets of facts that can be known together."""

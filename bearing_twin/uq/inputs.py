@@ -27,9 +27,9 @@ from bearing_twin.uq.distributions import (
     SCIPY,
     DiscreteValues,
     gamma_quantiles,
+    greatest_entropy,
     of_scipy,
 )
-from bearing_twin.uq.entropy import greatest_entropy
 
 
 @functools.cache
@@ -253,7 +253,7 @@ def read_input(key: str, mapping) -> Input:
             build = DISTRIBUTIONS[name].build if name in DISTRIBUTIONS else partial(of_scipy, name.removeprefix(SCIPY))
             one = Input(key, name, parameters, build(**parameters), stated)
             if name.startswith(SCIPY) and not np.isfinite([one.mean, one.std]).all():
-                raise ValueError(f"{name} with these parameters has no finite mean and deviation; give another one")
+                raise StudyError(f"{name} with these parameters has no finite mean and deviation; give another one")
             if not np.isfinite([one.mean, one.std]).all():
                 raise FloatingPointError
         return one
@@ -266,29 +266,29 @@ def read_input(key: str, mapping) -> Input:
 def _from_knowledge(mapping):
     rest = [word for word in mapping if word != "know"]
     if rest:
-        raise ValueError(f"{echo(rest[0])} does not go with know; the distribution follows from what is known alone")
+        raise StudyError(f"{echo(rest[0])} does not go with know; the distribution follows from what is known alone")
     if not isinstance(mapping["know"], Mapping):
-        raise ValueError(f"know must hold keys and values, not {echo(mapping['know'])}")
+        raise StudyError(f"know must hold keys and values, not {echo(mapping['know'])}")
     known = mapping["know"].items()
     return greatest_entropy({name: one if name == "positive" else _number(name, one, NO_LIMITS) for name, one in known})
 
 
 def _from_parameters(mapping):
     if "distribution" not in mapping:
-        raise ValueError(f"give distribution: with its parameters, or know: with facts; {unknown('', DISTRIBUTIONS)}")
+        raise StudyError(f"give distribution: with its parameters, or know: with facts; {unknown('', DISTRIBUTIONS)}")
     name = mapping["distribution"]
     given = {word: value for word, value in mapping.items() if word != "distribution"}
     if isinstance(name, str) and name.startswith(SCIPY):
         return name, {str(word): _number(word, value, NO_LIMITS) for word, value in given.items()}
     if not isinstance(name, str) or name not in DISTRIBUTIONS:
-        raise ValueError(f"{echo(name)} is no distribution; {unknown(name, DISTRIBUTIONS)}")
+        raise StudyError(f"{echo(name)} is no distribution; {unknown(name, DISTRIBUTIONS)}")
     row = DISTRIBUTIONS[name]
     wrong = [word for word in given if word not in row.parameters]
     if wrong:
-        raise ValueError(f"{echo(wrong[0])} is no parameter of {name}; {unknown(wrong[0], row.parameters)}")
+        raise StudyError(f"{echo(wrong[0])} is no parameter of {name}; {unknown(wrong[0], row.parameters)}")
     if not any(set(form) == set(given) for form in row.forms):
         forms = " or ".join(", ".join(form) for form in row.forms)
-        raise ValueError(f"{name} takes {forms}, not {', '.join(given) or 'nothing'}")
+        raise StudyError(f"{name} takes {forms}, not {', '.join(given) or 'nothing'}")
     return name, {
         word: _numbers(word, value) if word in LISTS else _number(word, value, LIMITS.get(word, NO_LIMITS))
         for word, value in given.items()
@@ -298,16 +298,16 @@ def _from_parameters(mapping):
 def _number(name, given, limits):
     value, problem = read_number(given, "", limits)
     if problem:
-        raise ValueError(f"{name} = {echo(given)} {problem}")
+        raise StudyError(f"{name} = {echo(given)} {problem}")
     return value
 
 
 def _numbers(name, given):
     if isinstance(given, str) or not isinstance(given, Iterable):
-        raise ValueError(f"{name} = {echo(given)} must be a list of numbers")
+        raise StudyError(f"{name} = {echo(given)} must be a list of numbers")
     values = tuple(_number(name, float(one) if isinstance(one, np.generic) else one, NO_LIMITS) for one in given)
     if not values:
-        raise ValueError(f"{name} must hold one number at least")
+        raise StudyError(f"{name} must hold one number at least")
     return values
 
 

@@ -291,7 +291,7 @@ def _outputs(run, task) -> np.ndarray:
 def task_of(study: Study) -> Task:
     """The task of a study."""
     settings, histories = study.settings, study.histories
-    at_medians = study.scene_at(median_inputs(study))
+    at_medians = study.scene_at(study.medians)
     refuse_outside(at_medians)
     medians = at_medians.parameters
     duration = (settings.history_duration or medians.run.duration) if histories else 0.0
@@ -307,7 +307,7 @@ def task_of(study: Study) -> Task:
         closed,
         HOMES.get(study.kind, ""),
     )
-    return task if closed else _with_one_stepper(task, median_inputs(study))
+    return task if closed else _with_one_stepper(task, study.medians)
 
 
 def _with_one_stepper(task: Task, medians) -> Task:
@@ -360,7 +360,7 @@ def _function(task: Task, name: str):
 
 def along(study: Study, index: int, function):
     """A function of all inputs (n, d) -> (n,) as one of input number `index` (n,), the others at their medians."""
-    middle = np.array(median_inputs(study))
+    middle = np.array(study.medians)
 
     def one(at):
         values = np.repeat(middle[None], len(at), axis=0)
@@ -390,14 +390,9 @@ def missing_moments(study: Study, task: Task, name: str, runs: Callable | None =
     return missing
 
 
-def median_inputs(study: Study) -> list[float]:
-    """The medians of the inputs."""
-    return [float(one.ppf(0.5)) for one in study.inputs]
-
-
 def mean_inputs(study: Study) -> np.ndarray:
     """The means of the inputs (1, d); medians where a mean is not finite or no whole number though it must be one."""
-    values, known = median_inputs(study), numeric_keys(study.kind)
+    values, known = study.medians, numeric_keys(study.kind)
     for index, one in enumerate(study.inputs):
         if np.isfinite(one.mean) and known[one.key].type != "integer":
             values[index] = one.mean

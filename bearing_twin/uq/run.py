@@ -37,11 +37,10 @@ from bearing_twin.uq.realisations import (
     uncertain_inputs,
     without_numbers,
 )
-from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, Tally, sweep_head
+from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, Tally, sobol_summary, summary_of, sweep_head
 from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
 from bearing_twin.uq.statistics import Estimate, estimate, sensitivity_points, sobol_indices
 from bearing_twin.uq.study import IN_A_ROW, Study, checkpoints, load_study
-from bearing_twin.uq.summary import sobol_summary, summary_of
 from bearing_twin.uq.workers import Ensemble
 
 OF_INPUTS = 0.5, 0.05, 0.95  # probabilities of all inputs at once, where there is no sample
@@ -385,7 +384,7 @@ def run_study(
     values, quantities, histories, status, doubtful = drawn.arrays()
     sentences = tuple(drawn.reasons.sentences), tuple(drawn.warnings.sentences)
     result = StudyResult(study, values, quantities, histories, status, sentences[0], doubtful, sentences[1], {})
-    summary = summary_of(result, found, missing, drawn, at_mean, model, asked)
+    summary = summary_of(asked, result, found, missing, drawn, at_mean, model)
     for name, one in sobol.items():
         summary["quantities"][name]["sobol"] = one
     if study.sweep is not None:

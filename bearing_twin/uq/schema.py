@@ -13,8 +13,7 @@ from bearing_twin.base.units import NO_LIMITS, Limits, with_unit
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.sections import ALIASES
-from bearing_twin.uq.distributions import DISTRIBUTIONS, LIMITS, LISTS, SCIPY
-from bearing_twin.uq.entropy import FORMS
+from bearing_twin.uq.distributions import DISTRIBUTIONS, FORMS, LIMITS, LISTS, SCIPY
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.study import GREATEST_SWEEP, OTHER_NAMES, Settings
 
@@ -78,11 +77,6 @@ def study_schema() -> dict[str, Any]:
         "quantities": _described("the requested quantities", items={"type": "string"}, **ONE_OR_MORE),
         "histories": _described(
             "channels of one number, over time", items={"type": "string"}, type=["string", "array"]
-        ),
-        "densities": _described(
-            "quantities and the values at which their density is requested",
-            type="object",
-            additionalProperties=numbers,
         ),
         "sweep": _described(
             "one key of the scene and its values",

@@ -37,7 +37,7 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy import fft, stats
+from scipy import fft
 from scipy.optimize import brentq
 from scipy.special import bdtrik, ndtri, stdtrit
 
@@ -48,7 +48,7 @@ from bearing_twin.uq.inputs import Joint
 MOMENTS = ("mean", "std", "skewness")
 FEWEST = {"mean": 2, "std": 4, "skewness": 8, "quantile": 1}  # samples
 FEWEST_DEGREES = 24.0  # of freedom of a sample's variance, below which its intervals are unsafe
-FAR_OUT = 3.0  # points of a replicate beyond a quantile, with which its estimates are nearly symmetric
+FAR_OUT = 5.0  # points of a replicate beyond a quantile, with which its estimates are nearly symmetric
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
 TOO_FEW, MORE = "samples are too few", "take 64 or more"  # which give every statistic, by any sampler
@@ -56,7 +56,6 @@ LEAST_BINS, GREATEST_BINS = 512, 2**16
 BINS_PER_BANDWIDTH = 8
 GREATEST_HISTOGRAM = 400
 REFLECTIONS = {"even": (fft.dct, fft.idct, 0), "odd": (fft.dst, fft.idst, 1)}  # transform, inverse, first wave
-NONE_SEEN = 3.7  # upper 97.5 % bound of the expected number of samples where none is seen
 
 
 class Estimate(NamedTuple):
@@ -114,19 +113,16 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
         return Estimate(value, value - half, value + half)
     mean, std = float(np.mean(kept)), float(np.std(kept))
     if name == "mean":
-        value, influence = mean, kept - mean
+        value, influence = mean, every - mean
     elif name == "std":
         value = std if replicates > 1 else std * math.sqrt(len(kept) / (len(kept) - 1.0))
         flat = std <= 1e-14 * abs(mean)
-        influence = np.zeros_like(kept) if flat else 0.5 * value * (((kept - mean) / std) ** 2 - 1.0)
+        influence = 0.0 * every if flat else 0.5 * value * (((every - mean) / std) ** 2 - 1.0)
     elif std <= 1e-14 * abs(mean):
         raise StatisticError("all samples are equal")
     else:
         z = (kept - mean) / std
         return Estimate(float(np.mean(z * z * z)), -math.inf, math.inf)
-    if len(kept) < len(every):
-        found, influence = influence, np.full(len(every), np.nan)
-        influence[np.isfinite(every)] = found
     return interval(value, influence, replicates)
 
 
@@ -147,8 +143,9 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1) -> Estima
     2 n/(k - (n - 3)/(n - 1)), n - 1 of normal points. The mean of a replicate deviates by its few points far out, but
     few replicates do not show their kurtosis: half of their number is left to them, as with a kurtosis of 4.7.
 
-    Unsafe where the sample leaves less than FEWEST_DEGREES. Raises StatisticError where all points of one replicate
-    failed.
+    Unsafe where the sample leaves less than FEWEST_DEGREES: few points far out decide, which no sampler spreads evenly,
+    and the replicates count as one sample of independent points. Raises StatisticError where all points of one
+    replicate failed.
     """
     stop_if_requested()
     parts = _finite_parts(influence, replicates)
@@ -162,7 +159,7 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1) -> Estima
     count, kurtosis = len(kept), float(np.mean(square * square)) / variance**2
     degrees = min(2.0 * count / (kurtosis - (count - 3.0) / (count - 1.0)), count - 1.0)
     safe = degrees >= FEWEST_DEGREES
-    if replicates > 1:
+    if replicates > 1 and safe:
         degrees = 1.0 / (1.0 / degrees + 2.0 / replicates)
         kept = np.array([part.mean() for part in parts])
         kept -= kept.mean()
@@ -220,20 +217,12 @@ def histogram(sample) -> tuple[np.ndarray, np.ndarray]:
     return edges, density
 
 
-class Density(NamedTuple):
-    """A density (m,) [1/unit of x] at the evenly spaced x (m,), and its bandwidth."""
+def kernel_density(sample) -> tuple[np.ndarray, np.ndarray]:
+    """Evenly spaced values (m,) and the kernel estimate of the density (m,) there, of mass 1 within its bounds.
 
-    x: np.ndarray
-    density: np.ndarray
-    bandwidth: float
-
-
-def kernel_density(sample) -> Density:
-    """Kernel estimate of a density with Silverman's bandwidth, of mass 1 within its bounds.
-
-    A positive sample has the density 0 at 0 (what a normal kernel would spread below is taken away), one that holds 0
-    has no slope there (it is put back), one with negative values no bound. A quantity that is positive and yet has a
-    density at 0 is underestimated there. Raises StatisticError for equal samples.
+    The bandwidth is Silverman's. A positive sample has the density 0 at 0 (what a normal kernel would spread below is
+    taken away), one that holds 0 has no slope there (it is put back), one with negative values no bound. A quantity
+    that is positive and yet has a density at 0 is underestimated there. Raises StatisticError for equal samples.
     """
     kept = _kept(sample, 2)
     bandwidth, least = silverman_bandwidth(kept), kept.min()
@@ -244,22 +233,7 @@ def kernel_density(sample) -> Density:
     width = (high - low) / bins
     smooth = smoothed(binned(kept, low, high, bins), bandwidth / width, "odd" if least > 0.0 else "even")
     smooth = np.maximum(smooth, 0.0)
-    return Density(low + (np.arange(bins) + 0.5) * width, smooth / (smooth.sum() * width), bandwidth)
-
-
-def densities_at(sample, values) -> list[Estimate]:
-    """`kernel_density` at `values`, with intervals of the scatter of the sample (not of the kernel's bias).
-
-    The variance is f / (2 sqrt(pi) n b), b being the bandwidth (B. W. Silverman, Density Estimation, 1986, 3.3).
-    Where no sample is near, the upper end is that of NONE_SEEN samples.
-    """
-    found, kept, values = kernel_density(sample), _kept(sample, 2), np.asarray(values, float)
-    heights = np.interp(values, found.x, found.density, left=0.0, right=0.0)
-    one = 1.0 / (2.0 * math.sqrt(math.pi) * len(kept) * found.bandwidth)  # of one sample
-    half = float(stats.norm.ppf(1.0 - TAIL)) * np.sqrt(heights * one)
-    possible = NONE_SEEN * one * ((values > 0.0) | (kept.min() < 0.0))
-    low, high = np.maximum(heights - half, 0.0), np.maximum(heights + half, possible)
-    return [Estimate(*row) for row in zip(heights.tolist(), low.tolist(), high.tolist(), strict=True)]
+    return low + (np.arange(bins) + 0.5) * width, smooth / (smooth.sum() * width)
 
 
 def silverman_bandwidth(sample: np.ndarray) -> float:

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats.distributions import rv_frozen
 
 from bearing_twin.base.errors import SceneError, StudyError, is_text
-from bearing_twin.base.parameters import choice, echo, plain, quantity, read, read_number, section, text, unknown
+from bearing_twin.base.parameters import choice, echo, plain, quantity, read, section, text, unknown
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.run.scene import Scene, listed_overrides, open_scene, parse_scene
@@ -132,7 +132,7 @@ class Study:
 
     `scene` is the scene's plain data with automatic choices still open; `given` maps each input's key to its
     distribution as in the file, `targets` are for each input the keys of the scene that take its value; `joint` draws
-    them. `densities` maps quantities to the values at which their density is wanted.
+    them.
     """
 
     name: str
@@ -143,7 +143,6 @@ class Study:
     correlation: tuple[tuple[str, str, float], ...]
     quantities: tuple[str, ...]
     histories: tuple[str, ...]
-    densities: dict[str, tuple[float, ...]]
     sweep: tuple[str, tuple[float, ...]] | None
     executor: str
     settings: Settings
@@ -165,6 +164,16 @@ class Study:
         rows = self.settings.sensitivity
         return rounded(self.settings.sampler, rows) if rows else 0
 
+    @property
+    def medians(self) -> list[float]:
+        """The medians of the inputs."""
+        return [float(one.ppf(0.5)) for one in self.inputs]
+
+    @property
+    def quantity_units(self) -> dict[str, str]:
+        """Unit of each quantity by its name."""
+        return {name: quantity_of(self.kind, name).unit for name in self.quantities}
+
     def scene_at(self, values: Iterable[float]) -> Scene:
         """The scene with these values of the inputs; raises SceneError where there is none."""
         return parse_scene(placed(self.scene, self.targets, values), "a realisation")
@@ -185,7 +194,6 @@ class Study:
             "correlation": [list(row) for row in self.correlation],
             "quantities": list(self.quantities),
             "histories": list(self.histories),
-            "densities": {name: list(values) for name, values in self.densities.items()},
             **({"sweep": {self.sweep[0]: list(self.sweep[1])}} if self.sweep else {}),
             "executor": self.executor,
             **plain(self.settings),
@@ -196,12 +204,13 @@ class Study:
 
 IMPOSSIBLE = 1e-12  # probability of values outside what a scene allows that is neglected
 FREE_KEYS = (
-    "name", "description", "scene", "set", "inputs", "correlation", "quantities", "histories", "densities", "sweep",
+    "name", "description", "scene", "set", "inputs", "correlation", "quantities", "histories", "sweep",
     "executor",
 )  # fmt: skip
 SETTINGS = tuple(item.name for item in dataclasses.fields(Settings))
 GREATEST_SWEEP = 1000
 OTHER_NAMES = {"companions": "checks"}  # keys of earlier versions
+GONE = {"densities": "densities is gone; estimate them from result.sample(quantity), as by scipy.stats.gaussian_kde"}
 
 
 def study_names() -> list[str]:
@@ -354,7 +363,11 @@ def _apply(mapping, kind, override):
 def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
     """The study; what is wrong is added to `problems`, and then the result is not to be used."""
     kind, legal = scene["kind"], (*FREE_KEYS, *SETTINGS)
-    problems += [f"{echo(key)} is not a key of a study; {unknown(key, legal)}" for key in mapping if key not in legal]
+    problems += [
+        GONE.get(key) or f"{echo(key)} is not a key of a study; {unknown(key, legal)}"
+        for key in mapping
+        if key not in legal
+    ]
     settings, found = read(Settings, {key: mapping[key] for key in SETTINGS if key in mapping})
     problems += found
     if settings.method == "chaos" and mapping.get("histories"):
@@ -405,7 +418,6 @@ def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
         correlation,
         quantities,
         problems.of(_histories, (), mapping.get("histories", ()), possible),
-        problems.of(_densities, {}, mapping.get("densities", {}), quantities),
         problems.of(_sweep, None, sweep, at_medians, targets),
         executor,
         dataclasses.replace(settings, stop=stop),
@@ -433,7 +445,7 @@ def _input(kind: str, key: str, given, taken) -> tuple[Input, Any, tuple[str, ..
     if isinstance(frozen, rv_frozen):
         try:
             given = {**(given if isinstance(given, Mapping) else {}), **as_mapping(frozen)}
-        except ValueError as error:
+        except StudyError as error:
             raise StudyError(f"input {key}: {error}") from None
     given = _in_si(given, numeric_keys(kind)[key].unit)
     targets = (key, *(checked_key(kind, one) for one in more))
@@ -507,24 +519,6 @@ def _histories(given, scene: Scene) -> tuple[str, ...]:
         if name not in channels:
             raise StudyError(f"histories: {echo(name)} is no channel of one number; {unknown(name, channels)}")
     return names
-
-
-def _densities(given, quantities) -> dict[str, tuple[float, ...]]:
-    """{quantity: values [SI]} at which densities are requested."""
-    _require(isinstance(given, Mapping), f"densities = {echo(given)} must map quantities to lists of values")
-    found = {}
-    for name, values in given.items():
-        numbers = [read_number(value) for value in (values if isinstance(values, (list, tuple)) else (values,))]
-        if name not in quantities:
-            raise StudyError(
-                f"densities: {echo(name)} is not among the study's quantities; {unknown(name, quantities)}"
-            )
-        _require(
-            1 <= len(numbers) <= GREATEST_SWEEP and not any(problem for _, problem in numbers),
-            f"densities: {name} must have a list of 1 to {GREATEST_SWEEP} numbers",
-        )
-        found[name] = tuple(float(value) for value, _ in numbers)
-    return found
 
 
 def _words(given, key) -> tuple[str, ...]:

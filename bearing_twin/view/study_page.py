@@ -25,9 +25,8 @@ from bearing_twin.base.units import (
 from bearing_twin.pictures import BALL_COLOURS, STYLE, finish, frame, heading, key_above
 from bearing_twin.uq.propagation import Derived, derive, through
 from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain_inputs
-from bearing_twin.uq.result import StudyResult, SweepInWords, refusals, size_of, sweep_of
+from bearing_twin.uq.result import BANDS, StudyResult, SweepInWords, model_error_sentences, refusals, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
-from bearing_twin.uq.summary import BANDS, model_error_sentences
 from bearing_twin.view.tables import DIGITS, error_notes
 
 BLUE, ORANGE, GREEN, RED, INK = 0, 1, 2, 5, 6  # numbers of colours
@@ -166,7 +165,7 @@ def _distribution(result, name, exact) -> Iterator[dict[str, Any]]:
         bars = np.where(inside, heights[np.clip(place, 0, len(heights) - 1)], 0.0)
         smooth = kernel_density(kept)
         lines.append((f"{len(kept)} samples", bars / factor, BLUE, {"filled": True, "width": 0.8}))
-        lines.append(("smoothed", np.interp(x, smooth.x, smooth.density, 0.0, 0.0) / factor, BLUE, {"width": 2.2}))
+        lines.append(("smoothed", np.interp(x, *smooth, 0.0, 0.0) / factor, BLUE, {"width": 2.2}))
     if exact is not None:
         lines.append(("change of variable", np.nan_to_num(exact.pdf(x)) / factor, INK, {"dashed": True}))
     title = f"{_words(name)}: 5, 50 and 95 % quantiles with intervals"
