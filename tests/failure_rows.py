@@ -306,9 +306,9 @@ FAILURES = (
     Failure(
         "a solver of a library at its defaults",
         "not offered; a chart shows its cost and error",
-        "chart newcomers --read --out docs/charts",
-        0,
-        "solve_ivp RK45 as first tried",
+        "simulate bearing_6203 --set solver.stepper=LSODA",
+        2,
+        "legal: auto, rodas4",
         "newcomers",
     ),
     Failure(

@@ -171,7 +171,7 @@ def test_old_names_name_the_chart_of_today(capsys, tmp_path):
     [
         (["laws", "--problem", "elipse"], "ellipse"),
         (["paper3", "--only", "99"], "99"),
-        (["laws", "--limit", "0"], "above zero"),
+        (["laws", "--limit", "0"], "above 0"),
         (["all", "--problem", "ellipse"], "one chart"),
         (["laws", "--out", "nowhere"], "not a folder"),
     ],
