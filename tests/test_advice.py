@@ -60,6 +60,7 @@ def found(pattern):
     return [(where, match) for where, text in sentences() for match in re.finditer(pattern, text)]
 
 
+@functools.cache
 def keys_at(where):
     """The keys that a sentence at this place may name: those of the kinds in its folder, or of all."""
     folder = re.match(r"kinds/(\w+)/", where)

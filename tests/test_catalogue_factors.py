@@ -20,10 +20,14 @@ def factor(ratio: float) -> float:
 
 def misses(published, balls: int, ball: float, pitch: float) -> tuple[float, float, float]:
     """By how much a set misses the published f0, and (relative) the number C0/(f0 D^2) and the dynamic rating."""
-    found = factor(ball / pitch)
-    static = 1e-3 * balls * published.factor * (1e3 * ball) ** 2
     dynamic = 1e-3 * basic_dynamic_rating(Geometry(balls=balls, ball_diameter=ball, pitch_diameter=pitch))
-    return found - published.factor, static / published.static - 1.0, dynamic / published.dynamic - 1.0
+    return *static_misses(published, balls, ball, pitch), dynamic / published.dynamic - 1.0
+
+
+def static_misses(published, balls: int, ball: float, pitch: float) -> tuple[float, float]:
+    """The first two of these."""
+    static = 1e-3 * balls * published.factor * (1e3 * ball) ** 2
+    return factor(ball / pitch) - published.factor, static / published.static - 1.0
 
 
 def nearest_set(published, pitch: float) -> tuple[int, float]:
@@ -31,7 +35,7 @@ def nearest_set(published, pitch: float) -> tuple[int, float]:
     best = (math.inf, 0, 0.0)
     for ball in (size for size in SOLD_BALLS if 0.1 < size / pitch < 0.35):
         for balls in range(6, 20):
-            off, static, _ = misses(published, balls, ball, pitch)
+            off, static = static_misses(published, balls, ball, pitch)
             best = min(best, (abs(off) / ROUNDING + abs(static) / 0.01, balls, ball))
     return best[1:]
 

@@ -1,5 +1,6 @@
 """Charts: each is made in its quick form, written, read again, and says in the right order who is more accurate."""
 
+import dataclasses
 import json
 import math
 from pathlib import Path
@@ -12,6 +13,7 @@ from bearing_twin import IntegrationError, SceneError
 from bearing_twin.base.errors import CoreError
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
+from bearing_twin.charts.bodies import DISCS
 from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Contest, Options, read_table, timed
 from bearing_twin.command.cli import main
 
@@ -36,6 +38,7 @@ PART = {  # the problem or sheet that is tried of each
 }
 PAPERS = ("paper1", "paper2", "paper3")
 WHOLE = "laws"  # is drawn as it is shown
+COARSER = "mesh.divisions=24", "mesh.order=4", "solver.step_share=0.9"  # a reference in a quarter of the time
 
 
 @pytest.fixture(scope="module")
@@ -48,6 +51,7 @@ def made(tmp_path_factory):
             # Costs are not asserted: once is enough. With a limit the clock ticks more coarsely than runs take.
             patch.setattr(engine, "LONG", 0.0)
             patch.setattr("bearing_twin.charts.uncertainty.SEEDS", 9)
+            patch.setitem(DISCS, "locking", dataclasses.replace(DISCS["locking"], reference=COARSER))
             return once(name)
 
     def once(name):

@@ -421,11 +421,11 @@ def test_a_log_in_several_files_is_one_log_and_each_can_be_read_alone(tmp_path, 
     assert ends == sorted(ends)
     with AnyReader([tmp_path / "bag"]) as reader:
         assert reader.message_count == described["message_count"]
-    found = []
+    first, found = read_log(files[0]), []
     for file in files:
         part = read_log(file)
         assert part.scene == SCENE
-        assert part.metadata[SCENE_RECORD] == read_log(files[0]).metadata[SCENE_RECORD]
+        assert part.metadata[SCENE_RECORD] == first.metadata[SCENE_RECORD]
         found += bits(part)
         held = list(raw_messages(file))
         (latched,) = (message for message in held if message.topic.name == "/bearing/scene")
