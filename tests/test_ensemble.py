@@ -145,9 +145,9 @@ def test_one_input_without_a_closed_form_takes_a_few_runs(quick_workers):
 
 
 def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path, quick_workers):
-    less = ["samples=20", "checks=0"]
-    by_two = run(LOSSY, [*less, "workers=2"])
-    by_one = run(LOSSY, [*less, "workers=1"], start=run(LOSSY, [*less, "samples=13", "workers=1"]))
+    less = {**LOSSY, "samples": 20, "checks": 0}
+    by_two = run(less, ["workers=2"])
+    by_one = run(less, ["workers=1"], start=run(less, ["samples=13", "workers=1"]))
     assert np.array_equal(by_one.quantities, by_two.quantities)
     assert digest(by_one, tmp_path, "one") == digest(by_two, tmp_path, "two")
 

@@ -23,8 +23,9 @@ def known_cases(name: str, cases):
 
 
 def ran(scene: str, overrides, names):
-    """Report, channels by name, and contacts that have ended."""
-    run = simulate(load_scene(scene, [*overrides, "solver.check=none"]))
+    """Report, channels by name, and contacts that have ended; of two values of a key the last counts."""
+    last = {one.partition("=")[0]: one for one in (*overrides, "solver.check=none")}
+    run = simulate(load_scene(scene, [*last.values()]))
     blocks = list(run.blocks())
     channels = {name: np.concatenate([block[name] for block in blocks]) for name in names}
     records = {name: np.concatenate([block.records[name] for block in blocks]) for name in blocks[0].records}
