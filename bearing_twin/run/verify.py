@@ -93,19 +93,15 @@ LONGEST_BEFORE = 1000.0  # s of simulated time that are not compared
 Progress = Callable[[float], None]
 
 
-def verify(
-    log,
-    progress: Progress | None = None,
-    longest: float | None = None,
-) -> Verification:
+def verify(log, progress: Progress | None = None, longest: float | None = None) -> Verification:
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels, or no records; what it has is
     compared, and so are those outputs alone that a log holds which is thinned, begins late, or was read with
-    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached. A
-    log that needs more than `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two
-    blocks, raises LogError: a log may say it begins after years.
+    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached. A log that needs
+    more than `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two blocks, raises
+    LogError: a log may say it begins after years.
     """
     if log.scene is None:
         raise LogError(
