@@ -90,7 +90,6 @@ def content_digest(path) -> str:
     digest, topics_told = hashlib.sha256(), {}
     for file in log_files(path):
         with reader_of(file) as reader:
-            reader.require_end()
             for item in reader.content():
                 if isinstance(item, Metadata):
                     if item.name != RUN_RECORD:
@@ -103,6 +102,7 @@ def content_digest(path) -> str:
                 head = topics_told[item.topic.name], item.log_time, item.publish_time, len(item.data)
                 digest.update(repr(head).encode())
                 digest.update(item.data)
+            reader.require_end()
     return digest.hexdigest()
 
 
