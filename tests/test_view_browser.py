@@ -20,8 +20,7 @@ from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
-from bearing_twin.view import page as pages
-from bearing_twin.view.page import DRAWN, write_gif, write_page
+from bearing_twin.view.page import DRAWN, write_page
 from bearing_twin.view.run_page import document_of_log, document_of_run
 from bearing_twin.view.study_page import document_of_study
 
@@ -42,13 +41,6 @@ def browser():
         page.on("pageerror", lambda error: wrong.append(str(error)))
         page.on("request", lambda asked: asked.is_navigation_request() or wrong.append(asked.url[:100]))
         yield page, wrong
-
-
-@pytest.fixture(scope="module")
-def browsers_there():
-    """Skips where there is no browser."""
-    with browser_page(*DESKTOP):
-        pass
 
 
 @pytest.fixture
@@ -214,13 +206,3 @@ def test_a_browser_without_webgl_shows_all_but_the_picture_and_says_so(browser, 
         assert page.locator("#space canvas").count() == 0
     finally:
         page.close()
-
-
-def test_an_animation_shows_the_motion_for_slides(browsers_there, tmp_path, monkeypatch):
-    monkeypatch.setattr(pages, "SECONDS", 1.0)
-    page = write_page(document_of_run(simulate(load_scene("two_spheres"))).document, tmp_path / "run.html")
-    with Image.open(write_gif(page, tmp_path / "run.gif")) as film:
-        assert film.n_frames > 10
-        first = np.asarray(film.convert("RGB"), float)
-        film.seek(film.n_frames - 1)
-        assert differs(first, np.asarray(film.convert("RGB"), float)) > 2e-4

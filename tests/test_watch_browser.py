@@ -8,14 +8,17 @@ import time
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from browsers import browser_page
+from PIL import Image
 
 from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.view import page as pages
 from bearing_twin.view.page_server import Feed, PageServer
-from bearing_twin.view.run_page import PERIOD, LiveRun, live_page
+from bearing_twin.view.run_page import PERIOD, LiveRun, document_of_run, live_page
 
 pytestmark = pytest.mark.environment
 
@@ -183,3 +186,16 @@ def test_without_the_token_it_is_only_to_look_at(browser, served):
     browser.wait_for_selector("#live", timeout=120_000)
     assert browser.locator("#live button:enabled").count() == 0
     assert "commands need the whole address" in browser.inner_text("#live-answer")
+
+
+def test_an_animation_of_a_page_moves(tmp_path, monkeypatch):
+    with browser_page(400, 300):
+        pass  # skips where there is no browser
+    monkeypatch.setattr(pages, "SECONDS", 1.0)
+    page = pages.write_page(document_of_run(simulate(load_scene("two_spheres"))).document, tmp_path / "run.html")
+    with Image.open(pages.write_gif(page, tmp_path / "run.gif")) as film:
+        assert film.n_frames > 10
+        first = np.asarray(film.convert("RGB"), float)
+        film.seek(film.n_frames - 1)
+        last = np.asarray(film.convert("RGB"), float)
+    assert (np.abs(last - first).max(axis=-1) > 12.0).mean() > 2e-4
