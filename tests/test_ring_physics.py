@@ -241,6 +241,16 @@ def test_loads_come_from_a_table(tmp_path):
     assert abs(closure(out)) < 1e-5
 
 
+def test_rows_of_a_table_however_near_are_a_jump():
+    rows = "[0,0,-400,0,0,0],[0.004,0,-400,0,0,0]"
+    near, apart = (
+        advanced(motion(f"rings.inner.table=[{rows},[{time},0,-900,0,0,0]]", scene=RIG), 1e-3, 12)
+        for time in ("0.004000000001", "0.00400001")
+    )
+    assert near.normal_load == pytest.approx(apart.normal_load, abs=1e-2 * apart.normal_load.max())
+    assert near.inner_ring_load[-1, 1] == apart.inner_ring_load[-1, 1]
+
+
 @pytest.mark.parametrize(
     ("text", "words"),
     [

@@ -349,9 +349,8 @@ class BearingMotion(CommandedBearing):
             apart = time_apart(self.bearing.ball_radius, self.state)
             together = min(duration, LONGEST_TOGETHER)
             pieces.append(0.99 * apart if apart > TOGETHER * together else together)
-        jump = self.loading.until_next(self.elapsed) if self.bodies.active else 0.0
-        if jump > SHORTEST_PART * duration:
-            pieces.append(jump)
+        if self.bodies.active:
+            pieces.append(self.loading.until_next(self.elapsed))
         if self.goal_speed != self.drive.speed:
             pieces.append(abs(self.goal_speed - self.drive.speed) / self.parameters.drive.acceleration)
         if not self._changed:
