@@ -212,9 +212,7 @@ def _choice_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
 
 
 def _choice_panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
-    """Error over the tolerance and CPU time over that of the choice; a model that is better is left of and below both
-    lines.
-    """
+    """Error over the tolerance and CPU time over that of the choice: better models are left of and below both lines."""
     seconds = {row.problem: row.seconds for row in of_methods(rows)[CHOICE] if row.status == DONE}
     rows = [row for row in rows if row.status == DONE and row.problem in seconds]
     across, up = Axis("error over the tolerance", log=True), Axis("CPU time over that of the choice", log=True)

@@ -259,7 +259,7 @@ def curves(title: str, unit: str, *rows: tuple) -> CurvePanel:
 
 
 def energies(*rows: tuple) -> CurvePanel:
-    """The panel of energies, whose sum tells."""
+    """The panel of energies with their sum."""
     return curves("Energy", "J", *rows)._replace(stacked=True)
 
 

@@ -23,7 +23,7 @@ inline Blocks blocks_of(const double *state, int balls) {
 }
 
 // Rates of all balls. near[k] says whether ball k may touch the next ahead. Damping never pulls, and what elastic energy is
-// left then is lost at once, of which no error of a motion tells: with `storing` = 1 the integral of losses takes in what
+// left then is lost at once, which no error of a motion shows: with `storing` = 1 the integral of losses takes in what
 // contacts of balls store, too (`add_stored`).
 struct AllBalls {
   const Bearing &bearing;
