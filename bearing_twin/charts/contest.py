@@ -319,9 +319,9 @@ def curves(rows: Iterable[Row], order: list[str], x, y, lost=None) -> list[Line]
     return parts
 
 
-def error_against_cost(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
-    """A panel a problem: error across, CPU time up, crosses at the right edge for failures."""
-    methods = [*of_methods(rows)]
+def error_against_cost(contest: Contest, rows: list[Row], order: list[str] | None = None) -> list[list[Panel]]:
+    """A panel a problem: error across, CPU time up, crosses at the right edge for failures; colours as in `curves`."""
+    methods = order or [*of_methods(rows)]
     known = [row.error for row in rows if row.status == DONE and row.error > 0.0]
     least = max(LEAST, min(known, default=LEAST) / 3.0)
     edge = min(10.0 * max(known, default=1.0), GREATEST)
@@ -351,9 +351,11 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
-def over(contest: Contest, rows: list[Row], across: Axis, columns: Mapping[str, Axis]) -> list[list[Panel]]:
-    """A row of panels a problem: columns of the rows, by name with their axis, over `across`."""
-    order = [*of_methods(rows)]
+def over(
+    contest: Contest, rows: list[Row], across: Axis, columns: Mapping[str, Axis], order: list[str] | None = None
+) -> list[list[Panel]]:
+    """A row of panels a problem: columns of the rows, by name with their axis, over `across`; colours as in `curves`."""
+    order = order or [*of_methods(rows)]
 
     def panel(title: str, mine: list[Row], column: str, up: Axis) -> Panel:
         lost = None if column == "seconds" else lambda row: (row.across, 1.0)

@@ -126,7 +126,8 @@ def _law_panels(contest, rows):
     """Error over the shape; error against cost on a ball in a raceway, and in a run."""
     axes = Axis("b/a of the ellipse", log=True), {"error": Axis("error of the load against exact Hertz", log=True)}
     others = [row for row in rows if row.problem != "ellipse"]
-    return [*over(contest, of_problem(rows, "ellipse"), *axes), *error_against_cost(contest, others)]
+    order = [*of_methods(rows)]
+    return [*over(contest, of_problem(rows, "ellipse"), *axes, order), *error_against_cost(contest, others, order)]
 
 
 def _reading(contest, rows):
@@ -216,7 +217,8 @@ def _friction_panels(contest, rows):
     over_spin = [row for row in rows if row.problem in PATCHES and not math.isnan(row.across)]
     runs = [row for row in rows if row.problem in RUNS.problems]
     across = Axis("spin x major semi-axis / slip", log=True)
-    return [*over(contest, over_spin, across, columns), *error_against_cost(contest, runs)]
+    order = [*of_methods(rows)]
+    return [*over(contest, over_spin, across, columns, order), *error_against_cost(contest, runs, order)]
 
 
 CHARTS = {
