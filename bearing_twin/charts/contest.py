@@ -354,7 +354,7 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
 def over(
     contest: Contest, rows: list[Row], across: Axis, columns: Mapping[str, Axis], order: list[str] | None = None
 ) -> list[list[Panel]]:
-    """A row of panels a problem: columns of the rows, by name with their axis, over `across`; colours as in `curves`."""
+    """A row of panels a problem: columns of the rows, by name with their axis, over `across`, in colours by `order`."""
     order = order or [*of_methods(rows)]
 
     def panel(title: str, mine: list[Row], column: str, up: Axis) -> Panel:
