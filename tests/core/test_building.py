@@ -134,8 +134,13 @@ def test_sanitizers_find_nothing_in_what_the_tests_of_the_core_do(tmp_path, need
     flags = "-O0 -DCORE_INLINE=inline -fsanitize=address,undefined -fno-sanitize-recover=all"
     done = run(sys.executable, ROOT / "core" / "build.py", "--into", tmp_path, f"--flags={flags}")
     assert done.returncode == 0, done.stderr
-    asan = run("g++", "-print-file-name=libasan.so").stdout.strip()
-    there = os.environ | {"LD_PRELOAD": asan, "ASAN_OPTIONS": "detect_leaks=0", "BEARING_TWIN_CORE": str(tmp_path)}
+    # the library of C++ too, without which AddressSanitizer finds no `throw` to watch in extensions of other packages
+    preloaded = [run("g++", f"-print-file-name={name}").stdout.strip() for name in ("libasan.so", "libstdc++.so")]
+    there = os.environ | {
+        "LD_PRELOAD": " ".join(preloaded),
+        "ASAN_OPTIONS": "detect_leaks=0",
+        "BEARING_TWIN_CORE": str(tmp_path),
+    }
     words = [
         sys.executable,
         "-m",
