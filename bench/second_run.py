@@ -3,7 +3,8 @@
 The true error is the difference from a run that is refined three times as a second run is (1e-3 of the tolerance; an
 eighth of a fixed step), or on a mesh three times as fine, in the same norm, up to the horizon. Without scenes: every
 shipped scene that moves, cut to SPAN, and `--drawn` more drawn by chance from `--seed` (by default the hash of
-the commit). `--cost` gives CPU time of a checked run over that of both runs alone instead.
+the commit). `--cost` gives instead CPU time of a checked run over that of both runs alone, and its wall time over that
+of the dearer one, for a processor with two free cores; `--span 5` makes runs long enough to be timed.
 """
 
 import argparse
@@ -21,7 +22,7 @@ from bearing_twin.run.scene import choose, load_scene, scene_names
 from bearing_twin.run.second_run import Differences, difference, has_second_run
 from bearing_twin.run.simulation import Simulation
 
-SPAN, KNOWABLE, TIMES = 0.05, 1e-8, 3
+SPAN, KNOWABLE, TIMES, REPEATED = 0.05, 1e-8, 3, 3
 DRAWN_FROM = ("bearing_6203", "bearing_6203_loose", "bearing_6203_tilted", "bearing_6205", "bearing_6203_rig_400N")
 DRAWN_FROM += ("bearing_6203_sudden", "ellipsoid_rocking", "two_spheres", "shaft_angular_pair", "sphere_on_beam_long")
 OF_KIND = {
@@ -60,20 +61,26 @@ def refined(kind, parameters, choice, times: int):
 
 
 def whole(scene, parameters, choice):
-    """All outputs of a motion of these parameters as blocks in the cut of a run, its figures, and its CPU seconds."""
-    kind, blocks = KINDS[scene.kind], []
-    figures, run = (
-        kind.figures_of(scene.parameters, choice),
-        Simulation(dataclasses.replace(scene, parameters=parameters)),
-    )
-    run._motion = kind.motion(parameters, choice)
-    began = time.process_time()
-    while run.sequence + 1 < scene.outputs:
-        blocks.append(run.advance(min(run.chunk_outputs, scene.outputs - run.sequence - 1)))
-    spent = time.process_time() - began
-    for block in blocks:
+    """All outputs of a motion of these parameters as blocks in the cut of a run, and its figures."""
+    kind = KINDS[scene.kind]
+    figures, blocks = kind.figures_of(scene.parameters, choice), []
+    for block in advanced(alone(scene, parameters, choice), scene.outputs):
         figures.add(block)
-    return blocks, figures, spent
+        blocks.append(block)
+    return blocks, figures
+
+
+def alone(scene, parameters, choice) -> Simulation:
+    """A run of the scene with the motion of these parameters."""
+    run = Simulation(dataclasses.replace(scene, parameters=parameters))
+    run._motion = KINDS[scene.kind].motion(parameters, choice)
+    return run
+
+
+def advanced(run: Simulation, outputs: int):
+    """The blocks of a run."""
+    while run.sequence + 1 < outputs:
+        yield run.advance(min(run.chunk_outputs, outputs - run.sequence - 1))
 
 
 def truth(scene, kind, choice):
@@ -93,8 +100,8 @@ def errors(scene):
         checked.advance(min(checked.chunk_outputs, scene.outputs - checked.sequence - 1))
     report = checked.report(last=True)
     plain = load_scene(scene.resolved(), ("solver.check=none",))
-    own, figures, _ = whole(plain, scene.parameters, choice)
-    true, exact, _ = truth(plain, kind, choice)
+    own, figures = whole(plain, scene.parameters, choice)
+    true, exact = truth(plain, kind, choice)
     comparison, found = kind.comparison(scene.parameters, choice), Differences(scene.parameters.wanted.tolerance)
     horizon = report.errors.get("horizon_s")
     for one, other in ((joined(own), joined(true)),):  # a finer mesh has chunks of other lengths
@@ -117,19 +124,23 @@ def errors(scene):
     return outputs, of_figures, horizon
 
 
-def cost(scene) -> tuple[float, float, float]:
-    """CPU seconds of a checked run, of the run alone, and of the second run alone, after one that compiles."""
+def cost(scene) -> str:
+    """Cells of a row: CPU and wall time of a checked run beside those of the run and of the second run alone."""
     kind, choice = KINDS[scene.kind], choose(scene)
     plain = load_scene(scene.resolved(), ("solver.check=none",))
     second = kind.comparison(scene.parameters, choice).refined()
-    for _ in range(2):
-        checked = Simulation(scene)
-        began = time.process_time()
-        while checked.sequence + 1 < scene.outputs:
-            checked.advance(min(checked.chunk_outputs, scene.outputs - checked.sequence - 1))
-        spent = time.process_time() - began
-        alone = [whole(plain, *made)[2] for made in ((scene.parameters, choice), second)]
-    return spent, *alone
+    least = np.full((3, 2), np.inf)
+    for _ in range(REPEATED):
+        runs = Simulation(scene), alone(plain, scene.parameters, choice), alone(plain, *second)
+        for row, run in enumerate(runs):
+            began = time.process_time(), time.perf_counter()
+            for _block in advanced(run, scene.outputs):
+                pass
+            taken = time.process_time() - began[0], time.perf_counter() - began[1]
+            least[row] = np.minimum(least[row], taken)
+    (checked, wall), *each = least
+    both, dearer = sum(one[0] for one in each), max(one[1] for one in each)
+    return f"{checked:.3f} | {both:.3f} | {checked / both:.2f} | {wall:.3f} | {dearer:.3f} | {wall / dearer:.2f}"
 
 
 def main() -> None:
@@ -147,20 +158,22 @@ def main() -> None:
     rows = [(name, ()) for name in given.scene or ([] if given.drawn else scene_names())]
     ratios, held = {}, {}  # by kind: estimates over true errors, and whether figures are within a factor of 3
     head = (
-        "checked run [CPU s] | both alone | ratio" if given.cost else "output | estimated | true | ratio | horizon [s]"
+        "checked run [CPU s] | both alone | ratio | checked run [wall s] | dearer alone | ratio"
+        if given.cost
+        else "output | estimated | true | ratio | horizon [s]"
     )
     print(f"| scene | {head} |\n|---|{'---|' * (head.count('|') + 1)}")
     for name, words in [*rows, *drawn(seed, given.drawn)]:
         try:
             scene = load_scene(name, words)
-            short = min(scene.parameters.run.duration, given.span) if scene.kind in ("bearing", "shaft") else 0.0
-            scene = load_scene(name, (*words, f"run.duration={short}")) if short else scene
+            moves = scene.kind in ("bearing", "shaft")
+            span = given.span if given.cost else min(scene.parameters.run.duration, given.span)
+            scene = load_scene(name, (*words, f"run.duration={span}")) if moves else scene
             if not has_second_run(KINDS[scene.kind], scene.parameters, choose(scene)):
                 continue
             label = " ".join((name, *words))
             if given.cost:
-                both = cost(scene)
-                print(f"| {label} | {both[0]:.3f} | {sum(both[1:]):.3f} | {both[0] / sum(both[1:]):.2f} |", flush=True)
+                print(f"| {label} | {cost(scene)} |", flush=True)
                 continue
             outputs, figures, horizon = errors(scene)
         except BearingTwinError as error:
