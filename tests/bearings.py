@@ -1,13 +1,10 @@
 """Bearing runs for tests: short names for a scene with overrides, its motion, and its energies."""
 
-import math
-
 import numpy as np
-from contact_reference import about_z, ball_position, single_contact, with_patch
 from runs import a_choice
 
 from bearing_twin.charts.scenes import last_values
-from bearing_twin.kinds.bearing import ORBIT_ANGLE, SPIN, VELOCITY, BearingMotion
+from bearing_twin.kinds.bearing import BearingMotion
 from bearing_twin.run.scene import load_scene
 
 TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")
@@ -42,26 +39,6 @@ def run(*overrides, count=40, period=5e-5, **names):
 def flat(out):
     """All numbers of a motion's outputs in one array."""
     return np.array(out.numbers).ravel()
-
-
-def in_ball_frame(state, k, vector):
-    """A vector of `bearing_link` in the frame of ball k."""
-    angle = state[k, ORBIT_ANGLE]
-    return about_z(math.cos(angle), -math.sin(angle), vector)
-
-
-def raceway_contacts(moving):
-    """Both contacts of each ball of a motion, one at a time, with the friction model that its bearing has."""
-    bearing, state, still = moving.bearing, moving.state, (0.0, 0.0, 0.0)
-    for k in range(len(state)):
-        motion = ball_position(state, k), tuple(state[k, VELOCITY : VELOCITY + 3]), tuple(state[k, SPIN : SPIN + 3])
-        centre, speed = in_ball_frame(state, k, bearing.offset), moving.drive.speed
-        inner = single_contact(bearing, bearing.inner, centre, speed, *motion)
-        outer = single_contact(bearing, bearing.outer, still, 0.0, *motion)
-        yield (
-            with_patch(bearing, 0, centre, speed, motion[0], inner),
-            with_patch(bearing, 1, still, 0.0, motion[0], outer),
-        )
 
 
 def errors(moving, found, exact):

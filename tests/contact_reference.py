@@ -53,11 +53,6 @@ def along_groove(terms, radial):
     return np.polynomial.polynomial.polyval(max(abs(radial) - 1.0, terms[-1]), terms[:-1])
 
 
-def ball_position(state, k):
-    """Centre of ball k in its own frame [m]."""
-    return np.array([state[k, 0], 0.0, state[k, 2]])
-
-
 def single_contact(bearing, raceway, centre, ring_speed, position, velocity, spin):
     """The contact with a raceway whose ring has its centre at `centre` and turns at `ring_speed`; friction at a point.
 

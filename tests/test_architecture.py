@@ -80,7 +80,6 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "core.py": ("version", "the library in use, for logs and those who ask"),
     "kinds/soft_discs/motion.py": ("elastic_forces", "the core's forces, for tests of them alone"),
     "contact/elasticity.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
-    "contact/hertz_impact.py": ("FORCE_TIME_INVARIANT", "a published number that tests hold impacts to"),
     "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
     "shapes.py": (

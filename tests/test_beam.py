@@ -217,13 +217,6 @@ def test_an_euler_beam_is_flagged_where_it_is_wrong():
     assert any("touches 3 times" in flag for flag in reported("sphere_on_beam_long", "wanted.tolerance=0.01").flags)
 
 
-def test_a_scene_of_an_earlier_version_keeps_its_beam():
-    from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
-
-    old = {"beam": {"span": 0.1}, "sphere": {}, "run": {}}
-    assert SphereOnBeamScene.upgraded(old)["beam"]["theory"] == "euler"
-
-
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
 
 
@@ -386,15 +379,11 @@ def test_damping_takes_energy_and_the_books_still_balance():
     assert kinetic + stored + dissipated == pytest.approx(0.5 * motion.sphere.mass * 1e-4, rel=1e-9)
 
 
-def test_numbers_that_are_not_finite_and_endless_bouncing_stop_the_run(monkeypatch):
+def test_numbers_that_are_not_finite_stop_the_run():
     beam, modes, sphere, speed, until = parts()
     for method in ("modes", "volterra"):
         with pytest.raises(IntegrationError, match="not finite"):
             solve_impact(beam, modes._replace(shape=math.nan * modes.shape), sphere, speed, until, 40, method)
-    heavy = sphere._replace(gravity=5000.0)
-    monkeypatch.setattr("bearing_twin.kinds.beam.motion.GREATEST_CONTACTS", 20)
-    with pytest.raises(IntegrationError, match=r"does not end|still bounces"):
-        solve_impact(beam, modes, heavy, speed, 20.0, 8)
 
 
 @pytest.mark.parametrize(

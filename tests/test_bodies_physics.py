@@ -10,7 +10,7 @@ from reference.ellipsoid import contact_delay, rocking_rate
 from runs import a_choice
 
 from bearing_twin import reference
-from bearing_twin.base.errors import IntegrationError, SceneError
+from bearing_twin.base.errors import SceneError
 from bearing_twin.base.sample import joined
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.elasticity import coefficient_of
@@ -28,7 +28,6 @@ pytestmark = pytest.mark.usefixtures("pictures_once")
 
 
 GRAVITY = 9.80665
-OUTSIDE = "solver.allow_invalid=on"
 STORED = ("kinetic_energy", "potential_energy", "elastic_energy")
 LOST = ("dissipated_viscous", "dissipated_friction")
 STEEL = effective_modulus(MATERIALS["steel"], MATERIALS["steel"])
@@ -94,6 +93,7 @@ def test_restitution_is_what_was_asked_for(speed):
 
 def test_bounce_heights_fall_as_the_square_of_the_restitution():
     report, values = ran("ellipsoid_on_plane")
+    assert contact(0, report)["start_s"] == pytest.approx(math.sqrt(2.0 / GRAVITY), rel=1e-15)  # known to rounding
     tops = []
     for here, after in zip(report.figures["contacts"][:6], report.figures["contacts"][1:7], strict=True):
         inside = (values["time"] > here["start_s"]) & (values["time"] < after["start_s"])
@@ -230,11 +230,6 @@ def test_no_touch_is_stepped_over(height, velocity, spin):
     assert (values["position"][:, 2] > 0.5 * smallest).all()
 
 
-def test_the_touch_is_known_to_rounding():
-    report, _ = ran("ellipsoid_on_plane", "run.duration=0.5")
-    assert contact(0, report)["start_s"] == pytest.approx(math.sqrt(2.0 / GRAVITY), rel=1e-15)
-
-
 def test_a_contact_ends_once():
     """A touch of 4 ns followed the first impact at 1e-3, where the approach at its end was positive by rounding."""
     for tolerance in (1e-2, 1e-3, 1e-4, 1e-6):
@@ -282,12 +277,6 @@ def test_the_volumetric_law_delays_every_lossless_bounce_by_its_stiffness():
     delay = contact_delay(ratio, tau)
     assert delay == pytest.approx(0.00190585 * tau, rel=1e-3)
     assert volumetric - hertz == pytest.approx(delay * np.arange(len(hertz)), rel=2e-3, abs=1e-11)
-
-
-def test_a_body_through_the_plane_stops_the_run():
-    jelly = "body.material={young_modulus: 1e3, poisson_ratio: 0.4, density: 1000.0}"
-    with pytest.raises(IntegrationError, match="pressed in by half"):
-        list(simulate(load_scene("ellipsoid_on_plane", [jelly])))
 
 
 STEEL_BALL = MATERIALS["steel"]

@@ -62,12 +62,6 @@ def test_a_radial_load_moves_the_ring_as_sjoevalls_integral_says(clearance):
         RIG, [500.0, 0.0, 0.0], ball_angle=angles, drive__speed=0.0, geometry__radial_clearance=clearance
     )
     assert found.displacement[:, 0].mean() == pytest.approx(brentq(lambda x: force(x) - 500.0, 0.0, 1e-4), rel=3e-3)
-    # Operating points of a public test rig, a ball on the load line and two beside it; that a circle moved aside goes
-    # back is not in them.
-    for angle, moved, greatest in ((0.0, 21.853e-6, 591.5), (math.pi / 8.0, 22.118e-6, 518.4)):
-        point = equilibrium(RIG, [1000.0, 0.0, 0.0], ball_angle=angle, **AT_REST)
-        assert point.displacement[0] == pytest.approx(moved, rel=5e-4)
-        assert point.ball_load[:, 0].max() == pytest.approx(greatest, rel=1e-3)
 
 
 def test_loads_are_balanced_and_the_stiffness_is_their_slope():

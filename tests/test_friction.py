@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 from bearings import (
     TURNED_REST,
-    in_ball_frame,
     motion,
     run,
     stored_energy,
 )
-from contact_reference import ball_position, friction_by, single_contact, with_patch
+from contact_reference import friction_by
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import dblquad
@@ -22,10 +21,9 @@ from bearing_twin import simulate
 from bearing_twin.charts.laws import hardest
 from bearing_twin.contact.elasticity import (
     elliptic_b_d,
-    semi_axes,
 )
 from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR
-from bearing_twin.kinds.bearing import MOTION, ORBIT_ANGLE, SPIN, VELOCITY, contact_details
+from bearing_twin.kinds.bearing import ORBIT_ANGLE, contact_details
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
 
@@ -103,37 +101,7 @@ def test_friction_takes_energy_within_its_limits_and_turns_with_the_motion(ratio
 
 
 SPOT = "contact.friction=spot"
-MIDDLE = (0.0, 0.0, 0.0)
 AXIAL = ("gravity=[0.0, 0.0, 0.0]", "drive.offset=[0.0, 0.0, 2.0e-5]")
-
-
-def contact_of(overrides=(), k=2):
-    """The inner contact of ball k of a bearing with spots, by itself."""
-    moving = motion(SPOT, *TURNED_REST, *overrides)
-    state, bearing = moving.state, moving.bearing
-    centre, position = in_ball_frame(state, k, bearing.offset), ball_position(state, k)
-    velocity, spin = tuple(state[k, VELOCITY:SPIN]), tuple(state[k, SPIN:MOTION])
-    contact = single_contact(bearing, bearing.inner, centre, moving.drive.speed, position, velocity, spin)
-    return moving, centre, position, contact
-
-
-def test_pure_spinning_and_pure_sliding_in_closed_form():
-    """3/8 mu N a E(m) against the spin, mu N against the slip; the slip's smoothing is far below both."""
-    moving, centre, position, contact = contact_of(("contact.friction_regularisation=1e-6",))
-    bearing = moving.bearing
-    major, minor = semi_axes(contact.curvature_small, contact.curvature_large, contact.approach)
-    limit = bearing.patch[0] * contact.normal_load
-    spinning = contact._replace(slip=MIDDLE, spin_rate=-3e3)
-    found = with_patch(bearing, 0, centre, 0.0, position, spinning)
-    torque = 0.375 * limit * major * ellipe(1.0 - (minor / major) ** 2)
-    assert found.spin_moment == pytest.approx(torque, rel=1e-2)
-    assert np.linalg.norm(found.friction) < 1e-9 * limit
-    assert found.dissipation == pytest.approx(3e3 * torque, rel=1e-2)
-    sliding = contact._replace(spin_rate=0.0)
-    found = with_patch(bearing, 0, centre, 0.0, position, sliding)
-    along = np.array(contact.slip) / np.linalg.norm(contact.slip)
-    assert np.array(found.friction) == pytest.approx(-limit * along, rel=1e-9, abs=1e-9 * limit)
-    assert abs(found.spin_moment) < 1e-12 * limit
 
 
 def test_far_below_the_smoothing_speed_friction_is_that_at_a_point_and_drilling_linear():

@@ -121,20 +121,6 @@ def test_what_a_channel_is_called_leads_out_of_no_folder(tmp_path, monkeypatch, 
     assert "escaped" in (tmp_path / "deep" / "tables" / "channels.csv").read_text()
 
 
-def test_cut_log_tells_what_can_be_recovered_and_gives_it(log_path, tmp_path):
-    share, whole = 0.7, bits(read_log(log_path))
-    data = log_path.read_bytes()
-    log_path.write_bytes(data[: int(share * len(data))])
-    with pytest.raises(LogError) as error:
-        read_log(log_path)
-    found = recover(log_path, tmp_path / "saved.mcap")
-    assert "bearing_twin recover" in str(error.value)
-    saved = read_log(tmp_path / "saved.mcap")
-    assert bits(saved) == whole[: found.samples]
-    assert (share - 0.25) * 400 < found.samples < 400
-    assert saved.scene == SCENE
-
-
 def test_cut_before_the_first_chunk_cannot_be_recovered(log_path, tmp_path):
     log_path.write_bytes(log_path.read_bytes()[:100])
     with pytest.raises(LogError, match=r"nothing in .*run.mcap can be recovered"):

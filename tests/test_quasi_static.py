@@ -93,30 +93,6 @@ def test_the_stiffness_of_a_preloaded_bearing():
     assert max(abs(stiffness[i, j]) / scale[i, j] for i, j in zeros) < 1e-12
 
 
-def test_speed_parts_the_angles_of_an_angular_contact_bearing():
-    """Both contacts and the friction that carries the gyroscopic moment hold the thrust, on either raceway."""
-    parted = []
-    for rpm in (0.0, 5000.0, 10000.0):
-        thrust = parameters(f"drive.speed={rpm * math.pi / 30.0}", scene="bearing_218_thrust")
-        _, found = solved(thrust, support_of(thrust))
-        inner, outer = found.contacts.angle[0]
-        load, friction = found.contacts.load[0], found.contacts.friction[0]
-        axial = load * np.sin([inner, outer]) + [1.0, -1.0] * friction * np.cos([inner, outer])
-        assert 16.0 * axial == pytest.approx([17800.0, 17800.0], rel=1e-9)
-        parted.append((inner, outer))
-    angle = thrust.geometry.contact_angle
-    assert parted[0][0] == pytest.approx(parted[0][1], abs=1e-12)
-    assert parted[2][1] < parted[1][1] < angle < parted[0][0] < parted[1][0] < parted[2][0]
-
-
-def test_a_speed_that_throws_the_balls_out_is_the_reason():
-    fast = parameters("drive.speed=4000.0", scene="bearing_218_thrust")
-    with pytest.raises(SceneError, match="is carried at rest; a speed of 4000 rad/s"):
-        solved(fast, support_of(fast))
-    with pytest.raises(SceneError, match="the greatest in this direction is a load"):
-        solved(fast, pushed((0.0, 0.0, 1e8)))
-
-
 def test_a_contact_angle_is_that_at_which_the_unloaded_balls_touch():
     thrust = parameters("rings.inner.load=[0,0,1e-3]", "drive.speed=0.0", scene="bearing_218_thrust")
     _, found = solved(thrust, support_of(thrust))

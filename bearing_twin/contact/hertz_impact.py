@@ -24,9 +24,6 @@ def contact_constant(power):
 CONTACT_CONSTANT = contact_constant(HERTZIAN)
 """C_H, the 2.94 of paper 3, eq. (2)."""
 
-FORCE_TIME_INVARIANT = 1.25 * CONTACT_CONSTANT
-"""Peak force * contact time / (reduced mass * speed) = 3.6790939804, whatever the bodies."""
-
 
 def greatest_approach(coefficient, reduced_mass, speed, power=HERTZIAN):
     """Approach [m] at which the bodies stand still against each other; for Hertz (5 mu v^2 / (4 c))^(2/5)."""
