@@ -76,13 +76,13 @@ def test_a_command_before_the_first_message_leaves_the_start_to_it(command):
 
 
 def test_a_late_stream_reports_its_lag_catches_up_and_gives_up_what_is_hopeless():
-    stream = Stream([[0, 10], [20, 30], [40], [50]])
+    stream = Stream([[0, 10], [20, 30], [40], [50], [60]])
     stream.drive(until_ms=10)
     stream.clock = START + 320 * MS  # computing the second batch took long
     stream.turn(stream.clock)
     stream.turn(stream.clock)
     assert len(stream.delivered()) == 4
-    assert stream.lag_ns == 290 * MS > LAG_SHOWN
+    assert stream.lag_ns == 290 * MS > LAG_SHOWN * 1e9
     assert stream.progress()["real_time_factor"] < 0.1
     for turn in (1, 2):  # what was given up adds up
         stream.clock += 2 * GREATEST_LAG
@@ -91,6 +91,10 @@ def test_a_late_stream_reports_its_lag_catches_up_and_gives_up_what_is_hopeless(
         assert stream.lag_ns > GREATEST_LAG
         assert stream.due(60 * MS) == stream.clock + (30 - 10 * turn) * MS
     assert 4 * GREATEST_LAG < stream.given_up_ns < 4 * GREATEST_LAG + 320 * MS
+    stream.drive()  # the last message is in time again
+    assert stream.lag_ns == 0
+    assert stream.progress()["lag_s"] > 2e-9 * GREATEST_LAG
+    assert stream.progress()["lag_s"] == 0.0
 
 
 def test_what_was_computed_ahead_goes_out_up_to_and_with_the_time_asked_for():

@@ -8,6 +8,7 @@ import signal
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -28,7 +29,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.base.errors import BearingTwinError, Stopped, echo, harmless
+from bearing_twin.base.errors import BearingTwinError, Stopped, echo, harmless, name_of_peer
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.messages import (
@@ -54,6 +55,7 @@ from bearing_twin.nodes.node_parameters import (
 from bearing_twin.nodes.pacing import Timed
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
+SHARE_SHOWN = 0.5  # of the time, from which on a node that is late says that it publishes
 MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
 
 
@@ -87,6 +89,7 @@ class Outlet:
         if problems:
             node.get_logger().warning("; ".join(problems))
         self.published = 0
+        self._node, self._spent, self._asked = node, Counter(), time.monotonic()
 
     @property
     def publishers(self):
@@ -111,8 +114,26 @@ class Outlet:
         """Publishes a message, if it has been made."""
         publisher = self._publishers.get(message.topic)
         if publisher is not None and message.cdr:
+            began = time.perf_counter()
             publisher.publish(message.cdr)
+            self._spent[message.topic] += time.perf_counter() - began
             self.published += 1
+
+    def slow_topic(self) -> str:
+        """Names the topic that took longest to publish since the last call, and its subscribers; "" if all were quick.
+
+        To a process of this machine that is suspended Fast DDS opens shared memory anew for every message.
+        """
+        spent, self._spent = self._spent, Counter()
+        asked, self._asked = self._asked, time.monotonic()
+        share = spent.total() / (self._asked - asked)
+        if share < SHARE_SHOWN:
+            return ""
+        [(name, _)] = spent.most_common(1)
+        topic = self._publishers[name].topic_name
+        nodes = sorted({name_of_peer(one.node_name) for one in self._node.get_subscriptions_info_by_topic(topic)})
+        advice = f"see whether a subscriber is suspended ({', '.join(nodes)})"
+        return f"; publishing takes {share:.0%} of the time, most on {topic}: {advice}"
 
 
 class PolledGroup(CallbackGroup):

@@ -12,7 +12,7 @@ from concurrent.futures import Future
 from fractions import Fraction
 from typing import NamedTuple
 
-LAG_SHOWN = 100_000_000  # ns of lag from which on a stream does not keep up
+LAG_SHOWN = 0.1  # s of lag from which on a stream does not keep up
 SLOWEST = 1e-9  # times real time
 FASTEST = "fastest"  # as fast as possible
 ENDED = "the node has ended its work"
@@ -49,7 +49,7 @@ class PacedStream(ABC):
         self.paused = False
         self.given_up_ns = self._running = self._passed = 0
         self._pending: deque[Timed] = deque()
-        self._progress = 0, 0  # running and passed time at the last call
+        self._progress = 0, 0, 0  # running, passed and given up time at the last call
         self.restart()
 
     @abstractmethod
@@ -110,14 +110,14 @@ class PacedStream(ABC):
     def progress(self) -> dict[str, float | str]:
         """Numbers for diagnostics, from any thread: pace since the last call, without pauses (0 if nothing ran), lag.
 
-        Lag beyond GREATEST_LAG was given up.
+        Lag beyond GREATEST_LAG was given up, and counts as lag until the next call.
         """
-        before, self._progress = self._progress, (self._running, self._passed)
-        running, passed = (late - early for late, early in zip(self._progress, before, strict=True))
+        before, self._progress = self._progress, (self._running, self._passed, self.given_up_ns)
+        running, passed, given_up = (late - early for late, early in zip(self._progress, before, strict=True))
         return {
             "real_time_factor": passed / running if running > 0 else 0.0,
             "wanted_real_time_factor": float(self.factor) or FASTEST,
-            "lag_s": self.lag_ns * 1e-9,
+            "lag_s": max(self.lag_ns, given_up) * 1e-9,
             "given_up_s": self.given_up_ns * 1e-9,
         }
 

@@ -423,6 +423,9 @@ class SimNode(BaseNode):
             self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
             return
         slow, message, numbers = self.loop.look(time.monotonic_ns())
+        held_up_by = self._outlet.slow_topic()
+        if slow:
+            message += held_up_by
         if slow and not self._warned:
             self._warned = True
             self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")

@@ -211,7 +211,7 @@ class SimulationLoop(PacedStream):
             slow, word = (True, f"slower than {times}real time") if requested else (False, "as fast as possible")
             numbers["lag_s"] += held * 1e-9 if requested else 0.0
             message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
-        elif self.lag_ns > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested:
+        elif numbers["lag_s"] > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested:
             slow, message = True, f"cannot keep up: {factor:.3g} of {requested:g} times real time"
         else:
             message = "running" if requested else "running as fast as possible"
