@@ -91,6 +91,14 @@ def test_a_run_that_is_worse_than_wanted_is_doubtful_and_says_what_mends_it(scen
     assert any(mend in flag for flag in report.flags)
 
 
+@pytest.mark.parametrize(("law", "mend"), [("line", "contact.normal: johnson"), ("johnson", "kind: soft_discs")])
+def test_large_errors_of_discs_name_a_model_that_discs_have(law, mend):
+    report = reported("two_discs", f"contact.normal={law}", "motion.first_velocity=100")
+    [flag] = [one for one in report.flags if "to mend it" in one]
+    assert mend in flag.partition("to mend it")[2]
+    assert "hertz" not in flag
+
+
 def test_what_is_left_out_of_an_impact_stands_beside_its_figures():
     """Rayleigh's v / (50 c) of the energy of two spheres, Hunter's 1.04 (v / c)^(3/5) of one on a half-space."""
     bar = math.sqrt(2.06e11 / 7800.0)

@@ -90,7 +90,7 @@ def test_an_overhung_load_is_shared_by_levers():
     assert force[:, 1] == pytest.approx(by_lever, rel=0.05)
 
 
-def bearing_stiffness(capsys, parameters, side, ring):
+def bearing_stiffness(capsys, parameters, side, ring, *more):
     """The 5 x 5 stiffness that `bearing_twin bearing` gives for one bearing with its ring held there."""
     geometry = getattr(parameters, side).geometry
     words = [f"geometry.{key}={getattr(geometry, key)}" for key in ("radial_clearance", "inner_conformity")]
@@ -103,7 +103,7 @@ def bearing_stiffness(capsys, parameters, side, ring):
         ",".join(f"{one:.17g}" for one in ring[3:]),
     ]
     speed = ["--set", f"drive.speed={parameters.drive.speed}", "--ball-angle", str(angle), "--json"]
-    assert main([*command, *held, *speed]) == 0
+    assert main([*command, *held, *speed, *more]) == 0
     return np.array(json.loads(capsys.readouterr().out)["stiffness"])
 
 
@@ -119,6 +119,20 @@ def test_natural_frequencies_are_those_of_the_bearings_stiffness(capsys):
     squares = linalg.eigh(stiffness, np.diag([mass] * 3 + [inertia] * 2), eigvals_only=True)
     modes, _ = modes_of(parameters, "hertz")
     assert modes.frequencies == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-6)
+
+
+def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(capsys):
+    """At 2000 rad/s outer raceway control would make a 6203 5 % softer."""
+    parameters = parameters_of("drive.speed=2000", *STILL)
+    found = balance_of(parameters, "hertz", 2000.0)
+    stiffness = {control: np.zeros((5, 5)) for control in ("shared", "outer")}
+    for control, whole in stiffness.items():
+        for side in SIDES:
+            across = coupling(parameters, side)
+            ring = across @ found.coordinates + middles(parameters)[side]
+            whole += across.T @ bearing_stiffness(capsys, parameters, side, ring, "--control", control) @ across
+    assert np.diag(found.stiffness) == pytest.approx(np.diag(stiffness["shared"]), rel=1e-6)
+    assert found.stiffness[0, 0] > 1.04 * stiffness["outer"][0, 0]
 
 
 @pytest.mark.parametrize("speed", [100.0, 900.0])

@@ -188,7 +188,8 @@ def _draw_panel(figure, axis, panel: Panel) -> None:
     axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear")
     for part in panel.parts:
         part.draw(axis, **({"label": part.name} if part.label else {}))
-    axis.set(xlim=panel.x.limits, ylim=panel.y.limits)
+    limits = {"xlim": panel.x.limits, "ylim": panel.y.limits}
+    axis.set(**{name: one for name, one in limits.items() if one})  # None would fix those that are
     if panel.to_scale:
         axis.set_aspect("equal", adjustable="datalim")
     across, unit = _label(axis.xaxis, panel.x)

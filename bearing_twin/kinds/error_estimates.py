@@ -67,7 +67,8 @@ class ModelErrors:
 
     in_stretches = False  # blocks may hold many outputs
     outputs: tuple[str, ...] = ()
-    law_source, law_mend = LAW, HERTZ_MENDS
+    law_source = LAW
+    law_mend = HERTZ_MENDS  # what would reduce the error of the law
 
     def __init__(self, parameters, choice: Choice):
         self.parameters, self.choice = parameters, choice
@@ -79,9 +80,9 @@ class ModelErrors:
         """Errors of the elastic law, or what `law_source` names, by figure."""
         return {}
 
-    def law_of(self, output: str) -> tuple[float, str]:
-        """Error of the elastic law in a requested output, in its norm, and what would reduce it."""
-        return 0.0, ""
+    def law_of(self, output: str) -> float:
+        """Error of the elastic law in a requested output, in its norm."""
+        return 0.0
 
     def friction(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of the friction model by figure."""
@@ -103,7 +104,7 @@ class ModelErrors:
         for source, errors in by_source.items():
             for key, error in errors.items():
                 found.setdefault(key, {})[source] = error
-        outputs = {name: (ModelError(self.law_source, *self.law_of(name)),) for name in self.outputs}
+        outputs = {name: (ModelError(self.law_source, self.law_of(name), self.law_mend),) for name in self.outputs}
         return Errors(found, outputs=outputs, notes=self.notes(), mends={self.law_source: self.law_mend})
 
 

@@ -186,13 +186,13 @@ class BeamModelErrors(ModelErrors):
             found |= zip(OF_BEAM, euler_errors_of_beam(self.parameters), strict=True)
         return found
 
-    def law_of(self, output: str) -> tuple[float, str]:
+    def law_of(self, output: str) -> float:
         """Of Euler's beam against Timoshenko's: of its peaks, and of forces over time those of later contacts, too."""
         if theory_of(self.parameters) != EULER:
-            return 0.0, ""
+            return 0.0
         found = euler_errors(self.parameters)
         peaks = max(found.peak, found.time)
-        return peaks if output == "peaks" else max(peaks, found.forces), self.law_mend
+        return peaks if output == "peaks" else max(peaks, found.forces)
 
     def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""

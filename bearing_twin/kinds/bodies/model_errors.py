@@ -29,7 +29,6 @@ from bearing_twin.kinds.bodies.impact import SETTING
 from bearing_twin.kinds.bodies.parameters import FIXED_STEP, TwoBodiesScene, TwoSpheresScene
 from bearing_twin.kinds.error_estimates import (
     FRICTION_MODEL,
-    HERTZ_MENDS,
     LAW,
     Comparison,
     ModelErrors,
@@ -151,9 +150,9 @@ class SphereErrors(PairErrors):
         """By the law's coefficient."""
         return {} if LAWS[self.choice.law].measured else self.scaled(figures, self._share)
 
-    def law_of(self, output: str) -> tuple[float, str]:
+    def law_of(self, output: str) -> float:
         """Error of the law, as large as that of the peaks."""
-        return self._share, HERTZ_MENDS
+        return self._share
 
     def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of a sphere's shape, (a / R)^2 of the load, and the energy lost to vibration."""
@@ -186,9 +185,15 @@ class DiscErrors(PairErrors):
         """By contact times: a longer contact is softer by as much, and deeper."""
         return self.scaled(figures, line_contact_error(self.parameters)[0] + self._law_difference)
 
-    def law_of(self, output: str) -> tuple[float, str]:
+    def law_of(self, output: str) -> float:
         """Error that another law of line contact removes; the rest is common to all of them."""
-        return self._law_difference, "contact.normal: johnson costs no more"
+        return self._law_difference
+
+    @property
+    def law_mend(self) -> str:
+        if self.choice.law == "johnson":
+            return "kind: soft_discs computes discs by finite elasticity"
+        return "contact.normal: johnson costs no more"
 
     def notes(self) -> dict[str, str]:
         error = 100.0 * line_contact_error(self.parameters)[0]
@@ -234,9 +239,9 @@ class BouncingErrors(ModelErrors):
         pressure = (self._law_error + self._share) * abs(figures["peak_pressure_pa"]) / 3.0
         return found | {"peak_pressure_pa": pressure}
 
-    def law_of(self, output: str) -> tuple[float, str]:
+    def law_of(self, output: str) -> float:
         """Peak loads go with this share of the coefficient's error."""
-        return self._share, HERTZ_MENDS
+        return self._share
 
     def friction(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Error of friction over the contact patch, as a share of its effect; not known at a point.

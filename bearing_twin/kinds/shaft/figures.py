@@ -26,7 +26,6 @@ from bearing_twin.kinds.bearing import (
 )
 from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import (
-    HERTZ_MENDS,
     NOT_MODELLED,
     Comparison,
     Errors,
@@ -383,9 +382,9 @@ class ShaftModelErrors(ModelErrors):
         loads = self._of_loads(figures, dict.fromkeys(SIDES, share))
         return loads | self._of_motion(figures, (share, share), False) if self._balance_errors() else loads
 
-    def law_of(self, output: str) -> tuple[float, str]:
+    def law_of(self, output: str) -> float:
         """At most what the coefficient of a contact is wrong by."""
-        return law_error(self.parameters, self.choice.law), HERTZ_MENDS
+        return law_error(self.parameters, self.choice.law)
 
     def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of equilibria, as measured against the motion of balls, and of the half-space."""

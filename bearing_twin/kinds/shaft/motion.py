@@ -376,7 +376,8 @@ def choose(parameters: ShaftScene) -> Choice:
         share = two_digits(100.0 * error)
         warnings.append(f"the law {law} differs by {share} % from exact Hertz here; contact.normal: hertz is exact")
     reason = (
-        f"{sentences(found)}; balls are in balance at every instant, in cages that orbit as loaded balls roll; "
+        f"{sentences(found)}; balls are in balance at every instant, their gyroscopic moment carried by both "
+        "raceways, in cages that orbit as loaded balls roll; "
         f"loads of moving balls differ by up to {two_digits(100.0 * off)} % of the greatest"
     )
     return Choice(law, found["solver.stepper"].value, error, reason, tuple(warnings))
