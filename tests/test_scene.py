@@ -67,6 +67,11 @@ def test_overrides_change_one_key_each_in_order():
 
 def test_a_key_given_twice_must_have_one_value():
     assert load_scene("bearing_6203", ["drive.speed=1e2", "drive.speed = 100.0"]).parameters.drive.speed == 100.0
+    given = ["run.duration=0.1", "run.duration=100ms", "run.duration=1e-1 s", "geometry.ball_diameter=6.746 mm"]
+    assert load_scene("bearing_6203", [*given, "geometry.ball_diameter=6.746e-3"]).parameters.run.duration == 0.1
+    for other in ("100", "0.1 min", "0.1 mm"):
+        with pytest.raises(SceneError, match="keep one of them"):
+            load_scene("bearing_6203", ["run.duration=100ms", f"run.duration={other}"])
     with pytest.raises(SceneError, match=r"drive\.speed is given as '100' and as '200'; keep one of them"):
         load_scene("bearing_6203", ["drive.speed=100", "run.duration=0.1", "drive.speed=200"])
 

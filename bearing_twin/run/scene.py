@@ -4,6 +4,7 @@ import copy
 import dataclasses
 import functools
 import json
+import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -27,6 +28,7 @@ from bearing_twin.base.parameters import (
 )
 from bearing_twin.base.report import Choice, parsed_json
 from bearing_twin.base.sample import Channel
+from bearing_twin.base.units import UNITS
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import catalogue_scenes
@@ -123,15 +125,17 @@ def listed_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
     for override in several:
         key, equals, text = (part.strip() for part in override.partition("="))
         first = given.setdefault(ALIASES.get(key, key), text) if equals else text
-        if _meant(first) != _meant(text):
+        if not _equal(first, text):
             raise SceneError(f"{key} is given as {echo(first)} and as {echo(text)}; keep one of them")
     return several
 
 
-def _meant(text: str) -> float | str:
-    """The number in an override, else its word, of a switch by its first name."""
-    number, _ = read_number(text)
-    return SWITCHED.get(text.lower(), text) if number is None else number
+def _equal(first: str, second: str) -> bool:
+    """True for one word or switch, and for numbers that are equal in some unit, as 0.1 and 100ms."""
+    if SWITCHED.get(first.lower(), first) == SWITCHED.get(second.lower(), second):
+        return True
+    numbers = ([read_number(one, unit)[0] for one in (first, second)] for unit in UNITS)
+    return any(None not in pair and math.isclose(*pair) for pair in numbers)
 
 
 def gives(overrides: Iterable[str], key: str) -> bool:
