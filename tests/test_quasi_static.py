@@ -361,15 +361,33 @@ def test_a_ring_that_nothing_holds_in_a_direction_is_found_and_called_loose():
     assert loose_directions(found, support, solver.scales) == ["theta_y"]
 
 
-def test_balls_off_the_inner_ring_press_the_outer_one_by_their_orbit_alone():
-    given_ = parameters("geometry.radial_clearance=2e-5", "drive.speed=1000.0")
-    _, found = solved(given_, pushed((0.0, -50.0, 0.0)), -0.5 * math.pi)
+@pytest.mark.parametrize("control", ["outer", "inner", "shared"])
+@pytest.mark.parametrize(
+    ("scene", "keys", "load"),
+    [("bearing_6203", ("geometry.radial_clearance=2e-5", "drive.speed=1000.0"), (0.0, -50.0, 0.0)),
+     ("7204B", ("drive.speed=1500.0",), (0.0, -300.0, 100.0))],
+)  # fmt: skip
+def test_balls_off_the_inner_ring_press_the_outer_one_by_their_orbit_alone(scene, keys, load, control):
+    """Where a 7204B has no contact, its groove lies at 80 degrees: that angle says nothing about a ball's orbit."""
+    given_ = parameters(*keys, f"model.control={control}", scene=scene)
+    _, found = solved(given_, pushed(load), -0.5 * math.pi)
     off = found.contacts.load[:, 0] == 0.0
     assert off.sum() >= 3
-    g = given_.geometry
-    orbit = 500.0 * (1.0 - g.ball_diameter / g.pitch_diameter)
+    g, speed = given_.geometry, given_.drive.speed
+    orbit = 0.5 * speed * (1.0 - g.ball_diameter / g.pitch_diameter)
     mass = 7850.0 * math.pi / 6.0 * g.ball_diameter**3
+    assert found.contacts.orbit[off] == pytest.approx(orbit, rel=1e-12)
     assert found.contacts.load[off, 1] == pytest.approx(0.5 * mass * g.pitch_diameter * orbit**2, rel=1e-9)
+    pressed = found.contacts.orbit**2 * 0.5 * mass * g.pitch_diameter
+    assert found.contacts.centrifugal == pytest.approx(pressed, rel=1e-9)
+
+
+def test_balls_that_the_inner_raceway_controls_find_their_balance():
+    """Those that hardly touched it had none, as their gyroscopic moment set in at once: this load was refused."""
+    given_ = parameters("drive.speed=300.0", "model.control=inner", scene="7204B")
+    _, found = solved(given_, pushed((0.0, -80.0, 40.0)))
+    assert found.loads[:3] == pytest.approx([0.0, -80.0, 40.0], abs=1e-7)
+    assert np.abs(left_of(found.contacts)).max() <= 1e-9 * found.contacts.load.max()
 
 
 @pytest.mark.parametrize(

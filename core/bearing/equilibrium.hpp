@@ -90,7 +90,7 @@ CORE_INLINE auto push_of(const Seat &seat, const Groove &groove, const Plane<R, 
 // Forces on a ball besides its contacts [N], and heights of the raceways under it [m].
 struct Surroundings : Plane<Pack> { Pack inner{}, outer{}; };
 
-// Cosine and sine of a contact angle a, beyond 60 degrees those of 120 - |a| degrees, at least 0.
+// For `speeds_of`: cosine and sine of a contact angle a, beyond 60 degrees those of 120 - |a| degrees, at least 0.
 template <class X>
 CORE_INLINE auto turned_back(const Push<X> &push) {
   auto level = value_of(push.n_r) >= LEVEL, beyond = value_of(push.n_r) <= -LEVEL;
@@ -101,24 +101,33 @@ CORE_INLINE auto turned_back(const Push<X> &push) {
   return std::pair{cosine, sine};
 }
 
+// A ball with more than this share of its centrifugal load on the inner raceway rolls on both.
+constexpr double ROLLS = 0.25;  // of it  # tuned: below the share of 0.7 at which equilibria were compared with motion
+
 // Centrifugal load F_c = m d_m omega_m^2 / 2 [N] and M_g / D [N], M_g = J omega_R omega_m sin(beta), J = m D^2/10; and over
 // the ring's speed: the orbit's, and the roll's along the ball's axis times gamma, and times its pitch.
 template <class X>
 struct Speeds { X centrifugal, gyroscopic, orbit, roll, pitch; };
 
-// Beyond 60 degrees, where only a ball that carries next to nothing has its centre, they go back to those of level
-// contacts, without a jump, at which a ball would find no balance.
+// The speeds of a ball that rolls on both raceways follow from both contact angles. A ball clear of the inner one has none
+// there: it orbits and rolls as at angle zero, without a gyroscopic moment. In between speeds change with the load on the
+// inner raceway, and beyond 60 degrees angles go back to those of level contacts: at a jump a ball finds no balance.
 template <class I, class O>
 CORE_INLINE auto speeds_of(const Seat &seat, const Push<I> &inner, const Push<O> &outer) {
   constexpr unsigned COLUMNS = columns_of<I> | columns_of<O>;
   const double gamma = seat.gamma(), square = seat.ball_mass * seat.pitch_diameter * seat.speed * seat.speed;
+  const double level_orbit = 0.5 * (1.0 - gamma), level_roll = 0.5 * (1.0 - gamma * gamma);
   auto [c_o, s_o] = turned_back(outer);
   auto [c_i, s_i] = turned_back(inner);
   auto lean = widened<COLUMNS>(s_o / (c_o + gamma));
   if (seat.share_inner > seat.share_outer) lean = widened<COLUMNS>(s_i / (c_i - gamma));
   auto p_o = (c_o + lean * s_o) / (1.0 + gamma * c_o), p_i = (c_i + lean * s_i) / (1.0 - gamma * c_i);
-  auto roll = 1.0 / (p_o + p_i);
-  auto orbit = p_o * roll, pitch = lean * roll;
+  const double enough = ROLLS * 0.5 * square * level_orbit * level_orbit;
+  auto part = minimum((1.0 / (enough + 1e-300)) * inner.load, 1.0);
+  auto rolls = part * part * (3.0 - 2.0 * part);
+  auto rolling = 1.0 / (p_o + p_i);
+  auto orbit = level_orbit + rolls * (p_o * rolling - level_orbit), roll = level_roll + rolls * (rolling - level_roll);
+  auto pitch = rolls * (lean * rolling);
   return Speeds<decltype(roll)>{0.5 * square * (orbit * orbit), 0.1 * square * (pitch * orbit), orbit, roll, pitch};
 }
 
@@ -138,7 +147,7 @@ CORE_INLINE auto balance_of(const Seat &seat, const Push<I> &inner, const Push<O
   if (seat.speed != 0.0) {
     auto speeds = speeds_of(seat, inner, outer);
     centrifugal = speeds.centrifugal;
-    gyroscopic = select(value_of(inner.load) > 0.0, speeds.gyroscopic, none);
+    gyroscopic = speeds.gyroscopic;
   }
   auto of_inner = seat.share_inner * gyroscopic, of_outer = seat.share_outer * gyroscopic;
   auto force_r = inner.load * inner.n_r - of_inner * inner.n_z, force_z = inner.load * inner.n_z + of_inner * inner.n_r;
@@ -451,7 +460,6 @@ class Ring {
       auto inner = push_of(*seat, seat->inner, Plane<Pack>{opening.r - b.place.r, opening.z - b.place.z}, b.weight.inner);
       auto outer = push_of(*seat, seat->outer, b.place, b.weight.outer);
       auto speeds = speeds_of(*seat, inner, outer);
-      Pack gyroscopic = select(inner.load > 0.0, speeds.gyroscopic, Pack{});
       for (int lane = 0; lane < LANES; lane++) {
         int ball = int(&b - balls.data()) * LANES + lane;
         if (ball >= count) break;
@@ -461,17 +469,15 @@ class Ring {
           const Groove &groove = race == 0 ? seat->inner : seat->outer;
           double n = push.n_r[lane], share = race == 0 ? seat->share_inner : -seat->share_outer;
           row[0 + race] = push.approach[lane], row[2 + race] = push.load[lane];
-          row[4 + race] = std::atan2(push.n_z[lane], n), row[6 + race] = share * gyroscopic[lane];
+          row[4 + race] = std::atan2(push.n_z[lane], n), row[6 + race] = share * speeds.gyroscopic[lane];
           row[8 + race] = curvature_across_groove(seat->ball_radius, groove.groove_radius);
           row[10 + race] = curvature_along_groove(seat->ball_radius, groove.locus_radius, groove.groove_radius, race == 0 ? -n : n);
         }
-        const double gamma = seat->gamma();
-        bool rolls = inner.load[lane] > 0.0 && inner.n_r[lane] >= LEVEL && outer.n_r[lane] >= LEVEL;
-        row[16] = rolls ? speeds.orbit[lane] : 0.5 * (1.0 - gamma);
-        row[12] = seat->speed * row[16];
-        row[13] = seat->speed * (rolls ? speeds.roll[lane] : 0.5 * (1.0 - gamma * gamma)) / gamma;
-        row[14] = seat->speed * (rolls ? speeds.pitch[lane] : 0.0) / gamma;
+        row[12] = seat->speed * speeds.orbit[lane];
+        row[13] = seat->speed * speeds.roll[lane] / seat->gamma();
+        row[14] = seat->speed * speeds.pitch[lane] / seat->gamma();
         row[15] = speeds.centrifugal[lane];
+        row[16] = speeds.orbit[lane];
       }
     }
   }
