@@ -123,9 +123,20 @@ def test_what_has_no_equilibrium_says_why_and_leaves_the_others():
         (RIG, [0.0, 1.0, 0.0], {"drive__speed": math.inf}, "drive.speed"),
         (RIG, np.ones((4, 3)), {"drive__speed": [1.0, 2.0]}, "broadcast"),
         (RIG, np.ones((2, 3)), {"geometry__balls": [7, 8]}, "geometry.balls"),
+        (RIG, [0.0, 1.0, 0.0], {"ball_angle": math.nan}, "ball_angle must be finite"),
+        (RIG, [0.0, 1.0, 0.0], {"ball_angle": "x"}, "ball_angle must be finite"),
+        (RIG, [0.0, 1.0, 0.0], {"drive__speed": [None, 1.0]}, "drive.speed = .* must be numbers or words"),
         ("two_spheres", [0.0, 1.0, 0.0], {}, "no bearing"),
     ],
 )
 def test_what_is_not_possible_is_refused_in_a_sentence(scene, loads, changes, words):
     with pytest.raises(SceneError, match=words):
         equilibrium(scene, loads, **changes)
+
+
+def test_no_load_gives_arrays_of_no_case():
+    found = equilibrium(RIG, np.zeros((0, 3)), drive__speed=np.zeros(0))
+    balls = equilibrium(RIG, [0.0, -500.0, 0.0]).ball_azimuth.size
+    assert found.ball_load.shape == (0, balls, 2)
+    assert found.stiffness.shape == (0, 5, 5)
+    assert "0 equilibria" in repr(found)

@@ -119,6 +119,24 @@ def test_numbers_of_numpy_are_numbers_of_a_scene():
         load_scene({"kind": "bearing", "drive": {"offset": np.zeros((2, 3))}})
 
 
+def test_a_designation_may_be_a_number_of_numpy():
+    assert load_scene(np.int64(6308)) == load_scene("6308")
+
+
+@pytest.mark.parametrize(
+    ("begin", "words"),
+    [
+        (lambda path: simulate("two_spheres", failure=path), "failure = .* must be a Failure"),
+        (lambda path: run_study("discs_small_10", cancelled=3), "cancelled = 3 must be a function"),
+        (lambda path: run_study("discs_small_10", start=3), "start = 3 must be the result of a study"),
+        (lambda path: bearing_twin.write_study(simulate("two_spheres"), path), r"hand over run_study\(study\)"),
+    ],
+)
+def test_arguments_of_another_type_are_refused_in_a_sentence(begin, words, tmp_path):
+    with pytest.raises(BearingTwinError, match=words):
+        begin(tmp_path / "x.mcap")
+
+
 def test_a_block_gives_rows_by_number_and_channels_by_name():
     block = next(simulate("two_spheres").blocks())
     assert np.array_equal(block["normal_load"], [sample["normal_load"] for sample in block])
@@ -189,6 +207,17 @@ def test_public_functions_say_what_they_take_and_give(function):
     assert all(one.annotation is not inspect.Parameter.empty for one in signature.parameters.values())
 
 
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda one: one.__name__)
+def test_docstrings_of_public_functions_have_every_parameter_and_the_errors(function):
+    """In the style of NumPy."""
+    text = inspect.getdoc(function)
+    for name, one in inspect.signature(function).parameters.items():
+        stars = {inspect.Parameter.VAR_KEYWORD: r"\*\*"}.get(one.kind, "")
+        assert re.search(rf"^{stars}{name} : ", text, re.MULTILINE), name
+    taken = {"Parameters", "Raises"} if inspect.signature(function).parameters else set()
+    assert taken | {"Returns"} <= set(re.findall(r"^(\w+)\n-+$", text, re.MULTILINE)) or not taken
+
+
 @pytest.mark.parametrize("owner", [Run, LogStream, StudyResult], ids=lambda one: one.__name__)
 def test_what_they_give_has_types_and_words(owner):
     for one in filter(inspect.isfunction, parts_of(owner)):
@@ -227,6 +256,15 @@ def test_a_result_is_a_short_table(make, reported):
     text = repr(make())
     assert len(text) < 2500
     assert all(one in text for one in reported), text
+
+
+def test_what_is_iterated_says_what_it_holds(tmp_path):
+    run = simulate("two_spheres")
+    write_log(run, tmp_path / "run.mcap", max_loss=np.float32(0.0))
+    shown = [repr(one) for one in (run, read_log(tmp_path / "run.mcap"), next(run.blocks()))]
+    for text, words in zip(shown, ("two_spheres: 401 outputs", "two_spheres", "400 outputs from 0"), strict=True):
+        assert words in text
+        assert len(text) < 500
 
 
 def _reported(scene):

@@ -147,7 +147,7 @@ class Sample:
         return f"Sample {self.sequence} at {1e-9 * self.time_ns:.9g} s: {', '.join(self.values)}"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Block:
     """Consecutive solver outputs: `values[name]` has shape (count, *channel.shape); `time_ns` is int64 (count,).
 
@@ -172,6 +172,10 @@ class Block:
 
     def __len__(self) -> int:
         return len(self.time_ns)
+
+    def __repr__(self) -> str:
+        ends = " to ".join(f"{1e-9 * time:.9g}" for time in self.time_ns[[0, -1]]) if len(self) else "0 to 0"
+        return f"Block of {len(self)} outputs from {self.first_sequence}, {ends} s: {', '.join(self.values)}"
 
     def __getitem__(self, row: int | str):
         """The `Sample` of a row, counted from the first or, below 0, behind the last; by name a channel of all rows."""

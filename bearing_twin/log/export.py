@@ -48,12 +48,33 @@ class Exported(NamedTuple):
 def export_log(
     log: Any, to: str, out: str | PathLike, topic: str | None = None, watch: Callable = lambda blocks, stream: blocks
 ) -> Exported:
-    """Writes the log of a run or a study as `to` (a key of FORMATS) at the path `out`, which must not exist.
+    """Writes the log of a run or a study as tables or a data set.
 
-    `log` is its path, or what `read_log` gave of it: the same samples, gaps allowed.
-    `watch(blocks, stream)` is handed the blocks on their way. Raises LogError for a damaged log, saying what `recover`
-    would save, and for a path that cannot be written; BearingTwinError where a package is missing. What was begun is
-    then removed.
+    Parameters
+    ----------
+    log : str, path or LogStream
+        The log, or what `read_log` gave of it; outputs may be missing in it.
+    to : str
+        "csv" or "parquet", a folder of tables, or "netcdf", one file; columns and attributes name the SI units.
+    out : str or path
+        The folder or the file, which must not exist.
+    topic : str, optional
+        The topic of the samples, where there are several.
+    watch : function
+        Called with (blocks, stream); gives the blocks that are written.
+
+    Returns
+    -------
+    Exported
+        The files that were written.
+
+    Raises
+    ------
+    LogError
+        For a damaged log, saying what `recover` would save, and a path that cannot be written. What was begun is
+        removed.
+    BearingTwinError
+        Where a package of the extra `export` is missing.
     """
     if to not in FORMATS:
         raise LogError(f"a log cannot be written as {echo(to)}; {unknown(to, FORMATS)}")

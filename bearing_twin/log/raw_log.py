@@ -453,10 +453,24 @@ class Recovered(NamedTuple):
 
 
 def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
-    """Writes all that can be read of the log at `path` to a new log at `out`: messages of any encoding and metadata.
+    """Writes all that can be read of a log to a new log: messages of any encoding and metadata.
 
-    Raises LogError if `out` exists or nothing can be saved. A damaged chunk is left out whole; what else is left out is
-    among the problems.
+    Parameters
+    ----------
+    path : str or path
+        A log that is damaged or was not completed.
+    out : str or path
+        The new log, which must not exist.
+
+    Returns
+    -------
+    Recovered
+        Numbers of messages and samples, and one sentence for each problem: a damaged chunk is left out whole.
+
+    Raises
+    ------
+    LogError
+        If `out` exists or nothing can be saved.
     """
     problems: list[str] = []
     messages = samples = 0

@@ -9,6 +9,7 @@ import platform
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import version
+from numbers import Real
 from os import PathLike
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -106,12 +107,32 @@ def known_choice(choice: Choice, scene: Scene | None) -> Choice:
 def read_log(
     path: Any, allow_gaps: bool = False, topic: str | None = None, last_run: bool = False, run: int | None = None
 ) -> "LogStream":
-    """The samples of a log (.mcap file or bag folder), as the run gave them out.
+    """The samples of a log, as the run gave them out.
 
-    Raises LogError if it is no log, is damaged (then also how much `recover` saves) or holds no `samples`; with several
-    such topics `topic` chooses one. While iterating, outputs that are missing or begin again raise LogError unless
-    `allow_gaps`. Of the recording of a node that was reset or started again, `run` selects one run (1 is the first),
-    and `last_run` the last; without either all are read.
+    Parameters
+    ----------
+    path : str or path
+        An .mcap file or a bag folder.
+    allow_gaps : bool
+        False: outputs that are missing or begin again raise LogError while iterating. True: they are passed over and
+        counted, and an unfinished log is read as far as it goes.
+    topic : str, optional
+        The topic of the samples, where there are several.
+    last_run : bool
+        True takes the last run alone of the recording of a node that was reset or started again.
+    run : int, optional
+        Takes one run alone, the first being 1. Without `run` and `last_run` all are read.
+
+    Returns
+    -------
+    LogStream
+        Iterated it gives one `Sample` an output, `blocks()` many outputs at once; `scene`, `channels` with units and
+        meanings, `report`, `to_xarray()`.
+
+    Raises
+    ------
+    LogError
+        If it is no log, is damaged (then also how much `recover` saves) or holds no samples.
     """
     return LogStream(path, allow_gaps, topic, -1 if last_run and run is None else run)
 
@@ -166,6 +187,10 @@ class LogStream:
         refuse_misfits(self.path, self.scene, self.channels)
         self.frame: str = "" if first is None else first.header.frame_id
         self.begins_s: float = 1e-9 * int(first.time_ns[0]) if first is not None and first.first_sequence else 0.0
+
+    def __repr__(self) -> str:
+        scene = "a recording without its scene" if self.scene is None else self.scene.name
+        return f"Log of {scene} in {self.path}: {self.end} outputs of {len(self.channels)} channels on {self.topic}"
 
     @property
     def seconds(self) -> float:
@@ -485,15 +510,35 @@ class LogWriter(RawLogWriter):
 
 
 def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss: float = 0.0) -> LogSummary:
-    """Simulates `run` to its end into a new log at `path`, as far as it comes.
+    """Simulates a run to its end into a new log, as far as it comes.
 
-    What was written more than `max_loss` [s] ago is on disk whatever happens; 0 = as chunks become full, which gives
-    the same bytes for the same run. Raises LogError if `path` exists, before anything is computed; whatever the run
-    raises passes through after the log is completed with the outputs so far, and with the report on them.
+    Parameters
+    ----------
+    run : Run
+        What `simulate` gave; it is begun anew.
+    path : str or path
+        The log, an .mcap file that must not exist.
+    run_record : bool
+        False leaves out what differs from run to run: date, host, cost.
+    max_loss : float
+        What was written more than so long ago [s] is on disk whatever happens; 0 = as chunks become full, which gives
+        the same bytes for the same run.
+
+    Returns
+    -------
+    LogSummary
+        Path, numbers of messages and samples, size [bytes].
+
+    Raises
+    ------
+    LogError
+        If `path` exists, before anything is computed, or the disk is full.
+    IntegrationError
+        Where the run breaks off, after the log is completed with the outputs so far and the report on them.
     """
     if not hasattr(run, "blocks"):
         raise LogError(f"a log is written of a run, and {echo(run)} is none; hand over simulate(scene)")
-    if isinstance(max_loss, bool) or not isinstance(max_loss, (int, float)) or not 0.0 <= max_loss < math.inf:
+    if isinstance(max_loss, bool) or not isinstance(max_loss, Real) or not 0.0 <= max_loss < math.inf:
         raise LogError(f"max_loss = {echo(max_loss)} must be a number in s, at least 0")
     samples, described = 0, {**choice_record(run.choice), OUTPUTS_KEY: run.scene.outputs}
     if begins := getattr(run, "begins", 0):

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.base.errors import LogError, shortened
+from bearing_twin.base.errors import LogError, echo, shortened
 from bearing_twin.base.report import parsed_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.log import cdr
@@ -146,16 +146,56 @@ class StudyLog:
 
 
 def write_study(result: StudyResult, path: str | PathLike, run_record: bool = True) -> Path:
-    """Writes a result with all its samples to a new log; raises LogError if `path` exists. See `StudyLog`."""
+    """Writes a result with all its samples to a new log.
+
+    Parameters
+    ----------
+    result : StudyResult
+        What `run_study` gave.
+    path : str or path
+        The log, an .mcap file that must not exist.
+    run_record : bool
+        False leaves out what differs from run to run: date, host, cost.
+
+    Returns
+    -------
+    Path
+        The log.
+
+    Raises
+    ------
+    LogError
+        If `path` exists or cannot be written.
+    """
+    if not isinstance(result, StudyResult):
+        raise LogError(
+            f"the log of a study is written of its result, and {echo(result)} is none; hand over run_study(study)"
+        )
     with StudyLog(result.study, path, run_record, max_loss=0.0) as log:
         log.finish(result)
     return Path(path)
 
 
 def read_study(path: str | PathLike, unfinished: bool = False) -> StudyResult:
-    """The result in a log of a study, as it was written; raises LogError where there is none, or not all of it.
+    """The result in a log of a study, as it was written.
 
-    With `unfinished` also a study that was broken off, as far as it came, to go on from; its summary is empty.
+    Parameters
+    ----------
+    path : str or path
+        The log.
+    unfinished : bool
+        True takes a study that was broken off, too, as far as it came, to go on from as the `start` of `run_study`; its
+        summary is empty.
+
+    Returns
+    -------
+    StudyResult
+        As `run_study` gave it.
+
+    Raises
+    ------
+    LogError
+        Where there is no study, or not all of it.
     """
     try:
         return _study_in(path, unfinished)

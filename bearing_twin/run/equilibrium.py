@@ -62,23 +62,22 @@ def equilibrium(
     >>> np.round(1e6 * found.displacement[:, 1], 1)
     array([-19.9, -33.1])
     """
-    try:
-        given = np.asarray(loads, float)
-    except (TypeError, ValueError):
-        given = np.asarray(np.nan)
-    if given.ndim == 0 or given.shape[-1] not in (3, 5) or not np.isfinite(given).all():
+    given = _finite(loads)
+    if given is None or given.ndim == 0 or given.shape[-1] not in (3, 5):
         raise SceneError(
             f"loads must be finite numbers, (..., 3) in N or (..., 5) with moments in N m, not {echo(loads)}"
         )
+    angle = _finite(0.0 if ball_angle is None else ball_angle)
+    if angle is None:
+        raise SceneError(f"ball_angle must be finite numbers in rad, not {echo(ball_angle)}")
     keys = [name.replace("__", ".") for name in changes]
-    values = [np.asarray(value) for value in changes.values()]
-    angle = np.nan if ball_angle is None else np.asarray(ball_angle, float)
+    values = [_numbers_or_words(key, value) for key, value in zip(keys, changes.values(), strict=True)]
     try:
-        shape = np.broadcast_shapes(given.shape[:-1], np.shape(angle), *(one.shape for one in values))
+        shape = np.broadcast_shapes(given.shape[:-1], angle.shape, *(one.shape for one in values))
     except ValueError as error:
-        shapes = ", ".join(str(one.shape) for one in values)
+        shapes = ", ".join(str(one.shape) for one in (angle, *values))
         raise SceneError(
-            f"loads of {given.shape} and changes of {shapes} do not broadcast to one array of cases"
+            f"loads of {given.shape}, ball_angle and changes of {shapes} do not broadcast to one array of cases"
         ) from error
     forces = np.zeros((*shape, 5))
     forces[..., : given.shape[-1]] = given
@@ -92,8 +91,30 @@ def equilibrium(
     return Equilibria(*(one.reshape((*shape, *one.shape[1:])) for one in vars(found).values()))
 
 
+def _finite(numbers) -> np.ndarray | None:
+    """An array of finite numbers; None for what is none."""
+    try:
+        found = np.asarray(numbers, float)
+    except (TypeError, ValueError):
+        return None
+    return found if np.isfinite(found).all() else None
+
+
+def _numbers_or_words(key: str, value) -> np.ndarray:
+    """The values of a key as an array; raises SceneError for what has neither numbers nor words."""
+    try:
+        found = np.asarray(value)
+    except ValueError:  # rows of different length
+        found = np.asarray(None)
+    if found.dtype.kind not in "biufU":
+        raise SceneError(f"{key} = {echo(value)} must be numbers or words, one for each case")
+    return found
+
+
 def _scenes(scene, keys, values, cases: int) -> tuple[list[Scene], np.ndarray]:
-    """The scenes with different values of the keys, and for each case the number of its own."""
+    """The scenes with different values of the keys, and for each case the number of its own; one without a case."""
+    if not cases:
+        keys = []
     if not keys:
         different, which = [()], np.zeros(cases, np.intp)
     else:

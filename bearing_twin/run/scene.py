@@ -8,6 +8,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from numbers import Integral
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -102,7 +103,33 @@ def scene_names() -> list[str]:
 
 
 def load_scene(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] = ()) -> Scene:
-    """The scene of that name or YAML file, with overrides such as `contact.normal=volumetric`; raises SceneError."""
+    """A scene by its name, its file or its plain data, checked and complete.
+
+    Parameters
+    ----------
+    name_or_path : str, path or mapping
+        Name of a shipped scene, designation of a bearing such as "6308", path of a YAML file, or the keys of a scene.
+    overrides : list of str
+        Keys and values that replace those of the scene, such as `contact.normal=volumetric` or `drive.speed=3000rpm`:
+        numbers in SI, or with their unit.
+
+    Returns
+    -------
+    Scene
+        `parameters` are the values of all keys [SI], `channels` what each output of a run holds, `resolved()` the keys
+        as plain data.
+
+    Raises
+    ------
+    SceneError
+        Naming every problem: a name that is none, keys that are not known, values out of range or in contradiction.
+
+    Examples
+    --------
+    >>> import bearing_twin
+    >>> bearing_twin.load_scene("6308", ["drive.speed=3000rpm"]).parameters.drive.speed
+    314.159265358979
+    """
     return parse_scene(*_opened(name_or_path, overrides))
 
 
@@ -144,7 +171,25 @@ def gives(overrides: Iterable[str], key: str) -> bool:
 
 
 def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:
-    """The scene in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
+    """The scene in a YAML text or a mapping.
+
+    Parameters
+    ----------
+    text_or_mapping : str or mapping
+        The keys of a scene, in SI or with units.
+    origin : str
+        Names the text in errors; without a key `name` it is the name of the scene.
+
+    Returns
+    -------
+    Scene
+        As by `load_scene`.
+
+    Raises
+    ------
+    SceneError
+        Naming every problem.
+    """
     return checked(read_scene(text_or_mapping, origin), origin)
 
 
@@ -174,8 +219,8 @@ def _from_json(text: str, origin: str):
 
 def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     """The plain data of a scene as given, with its overrides, and where it comes from."""
-    if isinstance(source, int) and not isinstance(source, bool):
-        source = str(source)  # a designation, as YAML reads it without quotes
+    if isinstance(source, Integral) and not isinstance(source, bool):
+        source = str(source)  # a designation, as YAML and columns of a table have it
     if isinstance(source, Mapping):
         text, origin = source, f"scene {source.get('name', 'without a name')}"
     elif (found := _catalogued(source)) is not None:

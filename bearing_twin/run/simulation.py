@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError, no_progress
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError, echo, no_progress
 from bearing_twin.base.report import Choice, Report
 from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, outputs_at_once, side_by_side
 from bearing_twin.base.stopping import SIGNALLED, Halt, signal_flag
@@ -366,6 +366,12 @@ class Run:
         for block in self.blocks():
             yield from block
 
+    def __repr__(self) -> str:
+        model = f"{self.choice.law} and {self.choice.stepper}"
+        return (
+            f"Run of {self.scene.name}: {self.outputs} outputs in {self.scene.parameters.run.duration:.6g} s by {model}"
+        )
+
     def __reduce__(self):
         raise BearingTwinError("a run cannot be copied or sent: take its scene, report, blocks or log")
 
@@ -381,11 +387,41 @@ def simulate(
     progress: Callable[[float], None] | None = None,
     failure: Failure | None = None,
 ) -> Run:
-    """A run of the scene, or of that by its name, path or plain data; nothing is computed before it is iterated.
+    """A run of a scene; nothing is computed before it is iterated.
 
-    `progress` is called with the share done after each block. The run starts from the last good state of a `failure`,
-    or from that in a log (`failure.continued`).
+    Parameters
+    ----------
+    scene : Scene, str, path or mapping
+        A scene, or what `load_scene` takes.
+    progress : function, optional
+        Called with the share done, up to 1, after each block.
+    failure : Failure, optional
+        The run starts from the last good state of a run that failed (`run.failure.read_failure`), or from the end of
+        that in a log (`run.failure.continued`).
+
+    Returns
+    -------
+    Run
+        Iterated it gives one `Sample` an output, `blocks()` many outputs at once: `sample["normal_load"]` is an array
+        of the shape, unit and frame that the channel of that name in `channels` states. `report` has the figures with
+        their SI units and the error estimates, `to_xarray()` the whole run.
+
+    Raises
+    ------
+    SceneError
+        For a scene that cannot be used.
+    IntegrationError
+        While iterating, where the integration breaks off: `reason`, `seconds`, `body` and `contact` say where.
+
+    Examples
+    --------
+    >>> import bearing_twin
+    >>> run = bearing_twin.simulate("two_spheres")
+    >>> max(float(sample["normal_load"]) for sample in run) > 1e5  # N
+    True
     """
     if progress is not None and not callable(progress):
         raise SceneError(no_progress(progress, "load_scene"))
+    if failure is not None and not isinstance(failure, Failure):
+        raise SceneError(f"failure = {echo(failure)} must be a Failure, as run.failure.read_failure gives it")
     return Run(scene if isinstance(scene, Scene) else load_scene(scene), progress, failure)

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import StatisticError, Stopped, StudyError, no_progress
+from bearing_twin.base.errors import StatisticError, Stopped, StudyError, echo, no_progress
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
@@ -318,7 +318,7 @@ def run_study(
 
     Parameters
     ----------
-    study
+    study : Study, str, path or mapping
         A study, or the name, path or plain data of one.
     progress : function, optional
         Called with a `Progress` after every batch and every few realisations, from this thread.
@@ -344,6 +344,10 @@ def run_study(
     began = time.monotonic()
     if progress is not None and not callable(progress):
         raise StudyError(no_progress(progress, "load_study"))
+    if not (cancelled is None or callable(cancelled) or hasattr(cancelled, "is_set")):
+        raise StudyError(f"cancelled = {echo(cancelled)} must be a function or a threading.Event")
+    if not isinstance(start, StudyResult | None):
+        raise StudyError(f"start = {echo(start)} must be the result of a study, as run_study or read_study gives it")
     study = study if isinstance(study, Study) else load_study(study)
     asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
     limit = study.settings.time_limit or np.inf

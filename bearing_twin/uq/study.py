@@ -219,13 +219,20 @@ def study_names() -> list[str]:
 
 
 def load_study(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] = ()) -> Study:
-    """A study by its name, the path of its YAML file, or its plain data.
+    """A study by its name, its file or its plain data, checked and complete.
 
     Parameters
     ----------
+    name_or_path : str, path or mapping
+        Name of a shipped study, path of a YAML file, or the keys of a study.
     overrides : list of str
         Such as `samples=500`, `stop.tolerance=1e-7`, `inputs.<key>.std=4e-5`, or a key of the scene:
         `motion.first_velocity=50`.
+
+    Returns
+    -------
+    Study
+        For `run_study`.
 
     Raises
     ------
@@ -239,7 +246,27 @@ def load_study(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] 
 
 
 def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable[str] = ()) -> Study:
-    """The study in a YAML text or a mapping; `origin` names it in errors and, without a `name` key, is its name."""
+    """The study in a YAML text or a mapping.
+
+    Parameters
+    ----------
+    text_or_mapping : str or mapping
+        The keys of a study.
+    origin : str
+        Names the text in errors; without a key `name` it is the name of the study.
+    overrides : list of str
+        As for `load_study`.
+
+    Returns
+    -------
+    Study
+        As by `load_study`.
+
+    Raises
+    ------
+    StudyError
+        Naming every problem.
+    """
     mapping = STUDIES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
     if not isinstance(mapping, Mapping) or "scene" not in mapping:
         raise StudyError(f"{origin} has no key `scene`; start it with `scene: two_spheres` or another scene")

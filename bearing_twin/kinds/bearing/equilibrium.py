@@ -652,7 +652,7 @@ def solved_cases(scenes, laws, which, loads, tilting: bool, first) -> Equilibria
     free = np.array([True] * 3 + [tilting] * 2)
     azimuths = azimuths_of(scenes[0].geometry.balls, first[:, None])
     parts = []
-    for begin in range(0, len(loads), AT_ONCE):
+    for begin in range(0, max(len(loads), 1), AT_ONCE):  # no case gives arrays without rows
         part = slice(begin, begin + AT_ONCE)
         of, given = which[part], (free, np.where(free, loads[part], 0.0), np.where(free, 0.0, held[which[part]]))
         numbers, balls = seats[of], (azimuths.shape[1],)
