@@ -181,10 +181,14 @@ def _samplers() -> str:
 
 
 def _reading(name: str) -> str:
-    """Sentences of a chart, from the table that stands beside its picture; empty where there is none."""
-    if not [*CHARTED.glob(f"{name}.csv"), *CHARTED.glob(f"{name}_*.txt")]:
-        return ""
-    return "".join(f"* {sentence}\n" for sentence in chart_of(name).read_again(CHARTED, name))
+    """Sentences of a chart, from the table or the texts beside its pictures; empty where there are none."""
+    chart, table = chart_of(name), CHARTED / f"{name}.csv"
+    if table.is_file():
+        sentences = chart.reading(read_table(table))
+    else:
+        texts = (CHARTED / f"{name}_{sheet}.txt" for sheet in getattr(chart, "sheets", ()))
+        sentences = [line for text in texts if text.is_file() for line in text.read_text("utf-8").splitlines()]
+    return "".join(f"* {sentence}\n" for sentence in sentences)
 
 
 def _failures() -> str:

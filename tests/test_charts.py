@@ -70,13 +70,15 @@ def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, request, caplog
     assert not caplog.records  # Matplotlib's words would stand between the sentences
     assert found.reading
     assert all(sentence.strip() for sentence in found.reading)
-    folder = Path(found.tables[0]).parent
     for picture in found.pictures:
         with Image.open(picture) as image:
             assert image.width == (1600 if name == WHOLE else 640)
-    assert chart_of(name).read_again(folder, name) == found.reading
-    if name not in PAPERS:
+    if name in PAPERS:
+        texts = (Path(table).with_suffix(".txt").read_text("utf-8") for table in found.tables)
+        assert "".join(texts).splitlines() == found.reading
+    else:
         rows = read_table(Path(found.tables[0]))
+        assert chart_of(name).reading(rows) == found.reading
         assert {row.status for row in rows} <= {DONE, REFUSED, FAILED, STOPPED}
         assert any(row.status == DONE for row in rows)
         assert all(row.reason for row in rows if row.status != DONE)
@@ -212,10 +214,27 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
     assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
     assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
     assert rows[3].more == {"of my own": 2.0}
-    ((panel,),) = engine.error_against_cost(contest(judge), rows)
+    ((panel,),) = contest(judge).sheet(rows).rows
     (lost,) = [part for part in panel.parts if part.name == "m, no result"]
     assert len(lost.x) == 3
     assert np.isfinite([lost.x, lost.y]).all(), "a cross each in the picture"
+
+
+def test_runs_that_were_stopped_have_no_cost_and_no_error():
+    rows = [engine.Row("raceway", "hertz", seconds=1.0, status=STOPPED, reason="stopped after 1 CPU seconds")]
+    (sentence,) = chart_of("laws").reading(rows)
+    assert "stopped" in sentence
+    assert "hertz" in sentence
+
+
+def test_a_method_has_one_colour_in_all_charts(made):
+    colours = {}
+    for name in ("steppers", "newcomers", "bodies"):
+        rows = made(name).rows
+        for method, look in engine.looks_of(rows, chart_of(name).labels).items():
+            colours.setdefault(method, set()).add(look.colour)
+        assert len(set(engine.looks_of(rows, chart_of(name).labels).values())) == len({row.method for row in rows})
+    assert {method: len(found) for method, found in colours.items()} == dict.fromkeys(colours, 1)
 
 
 def test_an_installation_that_cannot_run_makes_no_chart():

@@ -74,6 +74,8 @@ MOVING = {
 
 SPEEDS = spread(50.0, 2000.0, 7)  # rad/s of the inner ring
 LATE = 0.5  # s: friction has turned the axes of the balls' spin by then
+EQUILIBRIUM = "equilibrium"
+MOVED = {name: f"moving balls, {name}" for name in ("rodas4", "rodas3")}
 
 
 def loads_and_angles(found, exact) -> dict[str, float]:
@@ -93,9 +95,11 @@ def held(title: str, *keys: str) -> Problem:
         keys=("gravity=[0,0,0]", "cage.kind=even", f"run.duration={LATE}", "run.output_rate=1000", *keys),
         reference=("model.dimension=prescribed", "solver.stepper=rodas4", "wanted.tolerance=1e-6"),
         methods={
-            "equilibrium": tolerances(1e-3, keys=("model.dimension=quasi_static",)),
-            "moving balls, rodas4": tolerances(1e-3, keys=("model.dimension=prescribed", "solver.stepper=rodas4")),
-            "moving balls, rodas3": tolerances(1e-3, keys=("model.dimension=prescribed", "solver.stepper=rodas3")),
+            EQUILIBRIUM: tolerances(1e-3, keys=("model.dimension=quasi_static",)),
+            **{
+                name: tolerances(1e-3, keys=("model.dimension=prescribed", f"solver.stepper={stepper}"))
+                for stepper, name in MOVED.items()
+            },
         },
         norm=loads_and_angles,
         channels=("normal_load", "contact_angle"),
@@ -112,23 +116,26 @@ HELD = {
 }
 
 
-def _dimension_panels(contest, rows):
+def _dimension_panels(contest, rows, looks):
     columns = {
         "normal_load_error": Axis("error of ball loads", log=True),
         "contact_angle_error": Axis("error of contact angles", log=True),
         "seconds": Axis(contest.cost, "s", log=True),
     }
-    return over(contest, rows, Axis("speed of the inner ring", "rad/s", log=True), columns)
+    return over(contest, rows, looks, Axis("speed of the inner ring", "rad/s", log=True), columns)
 
 
 def _dimension_reading(contest, rows):
     """Differences between equilibria and moving balls at the ends of the speeds, and costs."""
-    for row in rows:
-        if row.method == "equilibrium" and row.status == DONE and row.across in (SPEEDS[0], SPEEDS[-1]):
-            yield (
-                f"{contest.problems[row.problem]}, {row.across:g} rad/s: equilibria differ from balls that move by "
-                f"{row.more['normal_load_error']:.1g} in loads and {row.more['contact_angle_error']:.1g} in angles."
-            )
+    for name, title in contest.problems.items():
+        words = (
+            f"{row.more['normal_load_error']:.1g} in loads and {row.more['contact_angle_error']:.1g} in angles at "
+            f"{row.across:g} rad/s"
+            for row in of_problem(rows, name, DONE)
+            if row.method == EQUILIBRIUM and row.across in (SPEEDS[0], SPEEDS[-1])
+        )
+        if words := ", by ".join(words):
+            yield f"{title}: equilibria differ from balls that move by {words}."
     yield from best_of(contest, rows)
 
 
@@ -197,12 +204,14 @@ TRIED = {name: dataclasses.replace(MOVING[name], methods=TRIED_METHODS) for name
 
 def _tried_reading(contest, rows):
     """Error of each method as it is first tried, and the cost of the requested error."""
-    first = {name: method.ladder[0] for name, method in TRIED_METHODS.items()}
-    for method, setting in first.items():
-        mine = [row for row in rows if (row.method, row.setting) == (method, setting)]
-        words = (f"{row.problem} {f'{row.error:.1g}' if row.status == DONE else row.status}" for row in mine)
-        if mine:
-            yield f"{method} as first tried, at {setting:g}: error {', '.join(words)}."
+    known = {row.problem for row in rows}
+    titles = (title for name, title in contest.problems.items() if name in known)
+    words = []
+    for method, tried in TRIED_METHODS.items():
+        mine = (row for row in rows if (row.method, row.setting) == (method, tried.ladder[0]))
+        errors = dict.fromkeys(f"{row.error:.1g}" if row.status == DONE else row.status for row in mine)
+        words.append(f"{method} at {tried.ladder[0]:g}: {', '.join(errors)}")
+    yield f"Errors of first attempts ({'; '.join(titles)}): {'; '.join(words)}."
     yield from best_of(contest, rows)
 
 
@@ -287,7 +296,7 @@ def _bad(row) -> bool:
     return row.status not in (DONE, REFUSED) or FAILS < row.error < math.inf
 
 
-def _map_panels(contest, rows) -> list[list[Panel]]:
+def _map_panels(contest, rows, looks) -> list[list[Panel]]:
     """A map a problem and method; crosses where a run fails, dots where the software refuses."""
     found = []
     for name, problem in MAPS.items():
@@ -312,12 +321,11 @@ def _map_panels(contest, rows) -> list[list[Panel]]:
 
 
 def _map_reading(contest, rows):
-    """Numbers of cells that are refused and that fail, by problem."""
-    for name, title in contest.problems.items():
-        if mine := of_problem(rows, name):
-            refused, bad = len(of_problem(mine, name, REFUSED)), sum(map(_bad, mine))
-            words = f"{refused} of {len(mine)} cells refused, {bad} with an error above {FAILS:g} or no result"
-            yield f"{title.partition(' [')[0]}: {words}."
+    """Numbers of cells that are refused and that fail, and the greatest error of the others, by method."""
+    for method, mine in of_methods(rows).items():
+        refused, bad = sum(row.status == REFUSED for row in mine), sum(map(_bad, mine))
+        worst = max((row.error for row in mine if row.status == DONE and not _bad(row)), default=math.nan)
+        yield f"{method}: of {len(mine)} cells {refused} refused, {bad} failed; errors of the others up to {worst:.1g}."
 
 
 CHARTS = {
@@ -335,6 +343,7 @@ CHARTS = {
         wanted=1e-2,
         panels=_dimension_panels,
         read=_dimension_reading,
+        labels={MOVED.get(name, name): MOVED.get(name, name) for name in STEPPER_FACTS},
     ),
     "newcomers": contest_of(
         TRIED,

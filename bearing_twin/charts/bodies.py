@@ -33,7 +33,7 @@ def pair(title: str, scene: str, contact: float, *keys: str, closed: bool = Fals
 
 BODIES = {
     "spheres": pair("two elastic steel spheres, 20 m/s", "two_spheres", 7.13e-5, closed=True),
-    "lossy spheres": pair("the same, restitution 0.8", "two_spheres", 7.13e-5, "contact.restitution=0.8"),
+    "lossy spheres": pair("two steel spheres, restitution 0.8", "two_spheres", 7.13e-5, "contact.restitution=0.8"),
     "discs": pair("two discs, line contact", "two_discs", 6.49e-3, closed=True),
     "ellipsoid": pair(
         "a tri-axial ellipsoid meets a plane", "ellipsoid_tumbling", 5.1e-5, "start.height=1e-6",

@@ -12,6 +12,7 @@ import dataclasses
 import datetime
 import functools
 import importlib.metadata
+import itertools
 import math
 import platform
 import signal
@@ -30,6 +31,7 @@ from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import drafted
 from bearing_twin.base.units import prefixed, two_digits
 from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, curves_of, draw, labels
+from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.pictures import STYLE
 
 LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
@@ -164,85 +166,6 @@ class Made(NamedTuple):
     rows: list[Row]
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
-class Contest:
-    """A chart of runs.
-
-    `problems`: title by name. `entries(problem, quick)` gives methods with setting and across. `judge(problem, method,
-    setting, across)` gives error, seconds, ... and further columns by name; it raises BearingTwinError where there is
-    no result. `panels(contest, rows)` draws the rows, `read(contest, rows)` says what they show. `wanted` is the error
-    at which costs are compared, `own` are methods of the reference's own family.
-    """
-
-    title: str
-    problems: Mapping[str, str]
-    entries: Callable[[str, bool], Iterable[tuple[str, float, float]]]
-    judge: Callable[[str, str, float, float], dict[str, Any]]
-    command: Callable[[str, str, float, float], str] = lambda *entry: ""
-    panels: Callable[["Contest", list[Row]], list[list[Panel]]] = lambda contest, rows: error_against_cost(
-        contest, rows
-    )
-    read: Callable[["Contest", list[Row]], Iterable[str]] = lambda contest, rows: best_of(contest, rows)
-    error: str = "relative error"
-    cost: str = "CPU time of a run"
-    wanted: float = 1e-3
-    own: tuple[str, ...] = ()
-
-    def run(self, entry: Entry, limit: float = 0.0) -> Row:
-        """One run as a row, whatever comes of it; raises CoreError where nothing can run."""
-        row = Row(*entry, command=self.command(*entry))
-        try:
-            with limited(limit), np.errstate(all="ignore"):
-                found = self.judge(*entry)
-        except CoreError:
-            raise
-        except SceneError as error:
-            return dataclasses.replace(row, status=REFUSED, reason=str(error))
-        except Stopped:
-            reason = f"stopped after {limit:g} CPU seconds"
-            return dataclasses.replace(row, status=STOPPED, seconds=limit, reason=reason)
-        except (BearingTwinError, ArithmeticError, ValueError) as error:
-            return dataclasses.replace(row, status=FAILED, reason=str(error) or type(error).__name__)
-        own = {name: found.pop(name) for name in COLUMNS if name in found}
-        if not math.isfinite(own["error"]):
-            own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
-        return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
-
-    def measure(self, options: Options) -> list[Row]:
-        """All runs, problem by problem and method by method."""
-        names = wanted_of(options.problems, self.problems)
-        tasks = [(problem, *one) for problem in names for one in self.entries(problem, options.quick)]
-        rows = []
-        for task in tasks:
-            rows.append(self.run(task, options.limit))
-            options.update(len(rows) / len(tasks))
-        return rows
-
-    def sheet(self, rows: list[Row]) -> Sheet:
-        """The picture of rows."""
-        panels = self.panels(self, rows)
-        crosses = any(part.name.endswith(NO_RESULT) for line in panels for panel in line for part in panel.parts)
-        sheet = Sheet(self.title, panels, "crosses: no result" if crosses else "", [])
-        sheet.key = len(labels(sheet)) <= MOST
-        return sheet
-
-    def reading(self, rows: list[Row]) -> list[str]:
-        """Sentences that read the rows."""
-        return [*self.read(self, rows), *found_again(rows, self.own), *without_result(rows)]
-
-    def make(self, folder: Path, name: str, options: Options) -> Made:
-        """Runs the chart and writes picture and table."""
-        rows = self.measure(options)
-        picture, table = folder / f"{name}.png", folder / f"{name}.csv"
-        write_table(rows, table)
-        draw(self.sheet(rows), picture, made_with())
-        return Made(self.reading(rows), [str(picture)], [str(table)], rows)
-
-    def read_again(self, folder: Path, name: str) -> list[str]:
-        """Sentences that read the table of an earlier run; raises OSError or ValueError where there is none."""
-        return self.reading(read_table(folder / f"{name}.csv"))
-
-
 def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
     """The requested names, in their order, all for none; raises BearingTwinError for one that is not known."""
     words, known = set(words), list(known)
@@ -294,7 +217,7 @@ def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, f
 
 
 def of_methods(rows: Iterable[Row]) -> dict[str, list[Row]]:
-    """Rows by method; the place of a method gives its colour, the same in all panels."""
+    """Rows by method."""
     found: dict[str, list[Row]] = {}
     for row in rows:
         found.setdefault(row.method, []).append(row)
@@ -306,44 +229,39 @@ def of_problem(rows: Iterable[Row], problem: str, *status: str) -> list[Row]:
     return [row for row in rows if row.problem == problem and (not status or row.status in status)]
 
 
-def curves(rows: Iterable[Row], order: list[str], x, y, lost=None) -> list[Line]:
+def cheapest(rows: Iterable[Row], problem: str, method: str, wanted: float) -> Row | None:
+    """The cheapest run of a method within the requested error; None if there is none."""
+    good = (row for row in of_problem(rows, problem, DONE) if row.method == method and row.error <= wanted)
+    return min(good, key=lambda row: row.seconds, default=None)
+
+
+class Look(NamedTuple):
+    """Label of a method, and the number of its colour."""
+
+    label: str
+    colour: int
+
+
+def looks_of(rows: Iterable[Row], labels: Mapping[str, str]) -> dict[str, Look]:
+    """The look of each method: one with a label has the colour of its place among them, others have the free ones."""
+    fixed = {method: Look(label, place) for place, (method, label) in enumerate(labels.items())}
+    methods = of_methods(rows)
+    used = {look.colour for method, look in fixed.items() if method in methods}
+    free = (place for place in itertools.count() if place not in used)
+    return {method: fixed.get(method) or Look(method, next(free)) for method in methods}
+
+
+def curves(rows: Iterable[Row], looks: Mapping[str, Look], x, y, lost=None) -> list[Line]:
     """A curve a method through (x(row), y(row)) of its results, a cross at `lost(row)`, if given, for the others.
 
-    Its colour is that of its place in `order`. Results whose y is NaN are left out, smaller ones than LEAST raised.
+    Results whose y is NaN are left out, smaller ones than LEAST raised.
     """
     parts = []
     for method, mine in of_methods(rows).items():
         good = sorted((x(row), max(y(row), LEAST)) for row in mine if row.status == DONE and not math.isnan(y(row)))
         crosses = [lost(row) for row in mine if row.status != DONE] if lost else []
-        parts += curve(method, good, order.index(method), crosses)
+        parts += curve(*looks[method], good, crosses)
     return parts
-
-
-def error_against_cost(contest: Contest, rows: list[Row], order: list[str] | None = None) -> list[list[Panel]]:
-    """A panel a problem: error across, CPU time up, crosses at the right edge for failures; colours as in `curves`."""
-    methods = order or [*of_methods(rows)]
-    known = [row.error for row in rows if row.status == DONE and row.error > 0.0]
-    least = max(LEAST, min(known, default=LEAST) / 3.0)
-    edge = min(10.0 * max(known, default=1.0), GREATEST)
-    across = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge))
-
-    def panel(title: str, here: list[Row]) -> Panel:
-        costs = [row.seconds for row in here if row.seconds > 0.0] or [1.0]
-        middle = math.sqrt(min(costs) * max(costs))  # a decade at least, lest noise look like a difference
-        ends = min(0.8 * min(costs), middle / DECADE), max(1.25 * max(costs), middle * DECADE)
-        parts = curves(
-            here,
-            methods,
-            lambda row: max(row.error, least),
-            lambda row: row.seconds,
-            lambda row: (edge, row.seconds if row.seconds > 0.0 else min(costs) * 1.3 ** methods.index(row.method)),
-        )
-        limit = Line("", [contest.wanted] * 2, ends, WANTED_LOOK, False)
-        return Panel(title, across, Axis(contest.cost, "s", log=True, limits=ends), [limit, *parts])
-
-    pairs = ((title, of_problem(rows, name)) for name, title in contest.problems.items())
-    panels = [panel(title, here) for title, here in pairs if here]
-    return in_rows(panels, 2 if len(panels) in (2, 4) else 3)
 
 
 def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
@@ -351,42 +269,69 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
+def error_against_cost(contest: "Contest", rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
+    """A panel a problem: error across, CPU time up, crosses at the right edge where there is no result."""
+    known = [row.error for row in rows if row.status == DONE and row.error > 0.0]
+    least = max(LEAST, min(known, default=LEAST) / 3.0)
+    beyond = 10.0 if any(row.status != DONE for row in rows) else 1.0
+    edge = max(min(beyond * max(known, default=1.0), GREATEST), contest.wanted)
+    across = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge))
+    places = {method: place for place, method in enumerate(looks)}
+
+    def panel(title: str, here: list[Row]) -> Panel:
+        costs = [row.seconds for row in here if row.seconds > 0.0] or [1.0]
+        middle = math.sqrt(min(costs) * max(costs))  # a decade at least, lest noise look like a difference
+        ends = min(0.8 * min(costs), middle / DECADE), max(1.25 * max(costs), middle * DECADE)
+        parts = curves(
+            here,
+            looks,
+            lambda row: max(row.error, least),
+            lambda row: row.seconds,
+            lambda row: (edge, row.seconds if row.seconds > 0.0 else min(costs) * 1.3 ** places[row.method]),
+        )
+        limit = Line(f"error of {contest.wanted:g}", [contest.wanted] * 2, ends, WANTED_LOOK)
+        return Panel(title, across, Axis(contest.cost, "s", log=True, limits=ends), [limit, *parts])
+
+    pairs = ((title, of_problem(rows, name)) for name, title in contest.problems.items())
+    panels = [panel(title, here) for title, here in pairs if here]
+    return in_rows(panels, 2 if len(panels) in (2, 4) else 3)
+
+
 def over(
-    contest: Contest, rows: list[Row], across: Axis, columns: Mapping[str, Axis], order: list[str] | None = None
+    contest: "Contest", rows: list[Row], looks: Mapping[str, Look], across: Axis, columns: Mapping[str, Axis]
 ) -> list[list[Panel]]:
-    """A row of panels a problem: columns of the rows, by name with their axis, over `across`, in colours by `order`."""
-    order = order or [*of_methods(rows)]
+    """A row of panels a problem: columns of the rows, by name with their axis, over `across`."""
 
     def panel(title: str, mine: list[Row], column: str, up: Axis) -> Panel:
         lost = None if column == "seconds" else lambda row: (row.across, 1.0)
         return Panel(
-            title, across, up, curves(mine, order, lambda row: row.across, lambda row: row.value(column), lost)
+            title, across, up, curves(mine, looks, lambda row: row.across, lambda row: row.value(column), lost)
         )
 
     pairs = ((title, of_problem(rows, name)) for name, title in contest.problems.items())
     return [[panel(title, mine, *column) for column in columns.items()] for title, mine in pairs if mine]
 
 
-def cheapest(rows: Iterable[Row], problem: str, method: str, wanted: float) -> Row | None:
-    """The cheapest run of a method within the requested error; None if there is none."""
-    good = (row for row in of_problem(rows, problem, DONE) if row.method == method and row.error <= wanted)
-    return min(good, key=lambda row: row.seconds, default=None)
-
-
-def best_of(contest: Contest, rows: list[Row]) -> list[str]:
-    """A sentence a problem: the CPU time at which each method has the requested error, the cheapest first."""
-    sentences = []
+def best_of(contest: "Contest", rows: list[Row]) -> list[str]:
+    """Which methods have the requested error, their CPU time over the least of each problem, and these least times."""
+    shares: dict[str, list[float]] = {}
+    never: dict[str, list[str]] = {}
+    least = []
     for name, title in contest.problems.items():
-        methods = of_methods(of_problem(rows, name))
-        found = {method: cheapest(rows, name, method, contest.wanted) for method in methods}
-        good = sorted((row for row in found.values() if row), key=lambda row: row.seconds)
-        words = ", ".join(f"{row.method} {seconds(row.seconds)}" for row in good) or "none"
-        never = ", ".join(method for method, row in found.items() if not row)
-        if methods:
-            at = f" at an error of {contest.wanted:g}" if math.isfinite(contest.wanted) else ""
-            text = f"{title}: {contest.cost}{at}: {words}"
-            sentences.append(text + (f"; at no setting: {never}." if never else "."))
-    return sentences
+        found = {one: cheapest(rows, name, one, contest.wanted) for one in of_methods(of_problem(rows, name))}
+        costs = {method: row.seconds for method, row in found.items() if row}
+        if costs:
+            least.append(f"{title} {seconds(min(costs.values()))}")
+        for method in found:
+            if method in costs:
+                shares.setdefault(method, []).append(costs[method] / min(costs.values()))
+            else:
+                never.setdefault(method, []).append(title)
+    at = f" for errors up to {contest.wanted:g}" if math.isfinite(contest.wanted) else ""
+    words = (f"{method} {span(mine)}" for method, mine in sorted(shares.items(), key=lambda pair: max(pair[1])))
+    sentences = [f"{contest.cost}{at}, relative to the least of each problem: {'; '.join(words)}."] if shares else []
+    sentences += [f"Least: {'; '.join(least)}."] if least else []
+    return sentences + ([f"Not at any setting: {where(never)}."] if never else [])
 
 
 def seconds(value: float) -> str:
@@ -395,20 +340,110 @@ def seconds(value: float) -> str:
     return f"{two_digits(factor * value)} {unit}"
 
 
-def found_again(rows: Iterable[Row], own: Iterable[str]) -> list[str]:
-    """A sentence on how near methods other than the reference's `own` come to it: a check of the reference."""
-    nearest: dict[str, Row] = {}
-    for row in sorted(rows if own else (), key=lambda row: row.error):
+def span(values: Sequence[float]) -> str:
+    """The least and the greatest of some numbers in words, two digits."""
+    return " to ".join(dict.fromkeys((two_digits(min(values)), two_digits(max(values)))))
+
+
+def where(titles: Mapping[str, Sequence[str]]) -> str:
+    """Methods in words, each with the problems that it stands with."""
+    return "; ".join(f"{method} ({'; '.join(mine)})" for method, mine in titles.items())
+
+
+def confirmed(rows: Iterable[Row], own: Iterable[str]) -> list[str]:
+    """A sentence on how near methods other than the reference's `own` come to it."""
+    nearest: dict[str, float] = {}
+    for row in rows if own else ():
         if row.method not in own and row.status == DONE:
-            nearest.setdefault(row.problem, row)
-    words = ", ".join(f"{name} to {row.error:.1g} ({row.method})" for name, row in nearest.items())
-    return [f"References found again by other methods: {words}."] if words else []
+            nearest[row.problem] = min(row.error, nearest.get(row.problem, math.inf))
+    worst = max(nearest.values(), default=0.0)
+    return [f"Methods of other families confirm the references within {worst:.1g}."] if nearest else []
 
 
-def without_result(rows: Iterable[Row]) -> list[str]:
-    """A sentence on the runs that were refused, failed or were stopped."""
-    words = dict.fromkeys(f"{row.method} on {row.problem} ({row.status})" for row in rows if row.status != DONE)
-    return [f"Without a result: {', '.join(words)}."] if words else []
+def failures(problems: Mapping[str, str], rows: Iterable[Row]) -> list[str]:
+    """A sentence on the runs that failed or were stopped; what is refused is in the picture alone."""
+    found: dict[str, dict[str, None]] = {}
+    for row in rows:
+        if row.status in (FAILED, STOPPED):
+            found.setdefault(row.method, {})[problems[row.problem]] = None
+    return (
+        [f"Runs failed or were stopped: {where({method: [*mine] for method, mine in found.items()})}."] if found else []
+    )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Contest:
+    """A chart of runs.
+
+    `problems`: title by name. `entries(problem, quick)` gives methods with setting and across. `judge(problem, method,
+    setting, across)` gives error, seconds, ... and further columns by name; it raises BearingTwinError where there is
+    no result. `panels(contest, rows, looks)` draws the rows, `read(contest, rows)` says what they show. `labels` are
+    words for methods in the picture, and their order is that of the colours. `wanted` is the error at which costs are
+    compared, `own` are methods of the reference's own family.
+    """
+
+    title: str
+    problems: Mapping[str, str]
+    entries: Callable[[str, bool], Iterable[tuple[str, float, float]]]
+    judge: Callable[[str, str, float, float], dict[str, Any]]
+    command: Callable[[str, str, float, float], str] = lambda *entry: ""
+    panels: Callable[["Contest", list[Row], Mapping[str, Look]], list[list[Panel]]] = error_against_cost
+    read: Callable[["Contest", list[Row]], Iterable[str]] = best_of
+    labels: Mapping[str, str] = dataclasses.field(default_factory=lambda: {name: name for name in STEPPER_FACTS})
+    error: str = "relative error"
+    cost: str = "CPU time of a run"
+    wanted: float = 1e-3
+    own: tuple[str, ...] = ()
+
+    def run(self, entry: Entry, limit: float = 0.0) -> Row:
+        """One run as a row, whatever comes of it; raises CoreError where nothing can run."""
+        row = Row(*entry, command=self.command(*entry))
+        try:
+            with limited(limit), np.errstate(all="ignore"):
+                found = self.judge(*entry)
+        except CoreError:
+            raise
+        except SceneError as error:
+            return dataclasses.replace(row, status=REFUSED, reason=str(error))
+        except Stopped:
+            reason = f"stopped after {limit:g} CPU seconds"
+            return dataclasses.replace(row, status=STOPPED, seconds=limit, reason=reason)
+        except (BearingTwinError, ArithmeticError, ValueError) as error:
+            return dataclasses.replace(row, status=FAILED, reason=str(error) or type(error).__name__)
+        own = {name: found.pop(name) for name in COLUMNS if name in found}
+        if not math.isfinite(own["error"]):
+            own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
+        return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
+
+    def measure(self, options: Options) -> list[Row]:
+        """All runs, problem by problem and method by method."""
+        names = wanted_of(options.problems, self.problems)
+        tasks = [(problem, *one) for problem in names for one in self.entries(problem, options.quick)]
+        rows = []
+        for task in tasks:
+            rows.append(self.run(task, options.limit))
+            options.update(len(rows) / len(tasks))
+        return rows
+
+    def sheet(self, rows: list[Row]) -> Sheet:
+        """The picture of rows."""
+        panels = self.panels(self, rows, looks_of(rows, self.labels))
+        crosses = any(part.name.endswith(NO_RESULT) for line in panels for panel in line for part in panel.parts)
+        sheet = Sheet(self.title, panels, "crosses: no result" if crosses else "", [])
+        sheet.key = len(labels(sheet)) <= MOST
+        return sheet
+
+    def reading(self, rows: list[Row]) -> list[str]:
+        """Sentences that read the rows."""
+        return [*self.read(self, rows), *confirmed(rows, self.own), *failures(self.problems, rows)]
+
+    def make(self, folder: Path, name: str, options: Options) -> Made:
+        """Runs the chart and writes picture and table."""
+        rows = self.measure(options)
+        picture, table = folder / f"{name}.png", folder / f"{name}.csv"
+        write_table(rows, table)
+        draw(self.sheet(rows), picture, made_with())
+        return Made(self.reading(rows), [str(picture)], [str(table)], rows)
 
 
 def write_curves(sheet: Sheet, path: Path) -> None:
@@ -457,9 +492,3 @@ class Paper:
             made.reading.extend(sheet.reading)
             options.update(place / len(wanted))
         return made
-
-    def read_again(self, folder: Path, name: str) -> list[str]:
-        """The sentences of the sheets that were made in a folder; raises OSError where there are none."""
-        found = [folder / f"{name}_{sheet}.txt" for sheet in self.sheets]
-        found = [one for one in found if one.is_file()] or found[:1]
-        return [line for one in found for line in one.read_text(encoding="utf-8").splitlines()]

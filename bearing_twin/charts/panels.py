@@ -15,9 +15,9 @@ from bearing_twin.base.units import inverse, labelled
 from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_line, frame, heading, save, scaled
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
-FEW_DECADES = 300.0  # of an axis that spans less, 2 and 5 are labelled too
+FEW_DECADES = 100.0  # of an axis that spans less, 2 and 5 are labelled too
 KEY_WIDTH = 170  # letters of a line of the legend below all panels
-MANY = 8  # entries of a legend that stands inside its panel
+MANY = 6  # entries of a legend that stands inside its panel
 NO_RESULT = ", no result"  # behind the name of a method
 CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 
@@ -128,8 +128,8 @@ def colour(place: int) -> dict:
     return {**ball_line(place), "linewidth": 2.0}
 
 
-def curve(name: str, points, number: int, lost=()) -> list[Line]:
-    """A method in its colour: a line through points (x, y), crosses at those without a result."""
+def curve(name: str, number: int, points, lost=()) -> list[Line]:
+    """A method in the colour of that number: a line through points (x, y), crosses at those without a result."""
     look = colour(number)
     parts = [Line(name, *(np.reshape(points, (-1, 2)).T), look | {"marker": "o", "markersize": 5})]
     if lost:

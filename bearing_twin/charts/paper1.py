@@ -12,6 +12,7 @@ import numpy as np
 
 from bearing_twin import reference
 from bearing_twin.charts.contest import Figures, Paper
+from bearing_twin.charts.laws import LAW_LABELS
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, colour
 from bearing_twin.charts.scenes import run
 from bearing_twin.contact.elasticity import coefficient_of
@@ -29,6 +30,11 @@ TWO = (
 APART = {1: "[0.006,0,0.034]", 2: "[0.006,0,0.0307]"}  # m: the first body's centre, by figure
 ARROW = 0.012  # m
 AROUND = np.linspace(0.0, 2.0 * math.pi, 181)
+
+
+def _place(law: str) -> int:
+    """The number of a law's colour, as in the chart of laws."""
+    return [*LAW_LABELS].index(law)
 
 
 def _outline(body, name: str, place: int) -> Line:
@@ -108,8 +114,8 @@ def delays(case: int) -> tuple[np.ndarray, np.ndarray]:
 def bounces(quick: bool) -> Sheet:
     """Figures 3 and 4: altitude over time, one impact enlarged, and Hertz's delay impact by impact."""
     looks = {
-        "hertz": {"color": BALL_COLOURS[5], "linewidth": 3.4},
-        "volumetric": {"color": BALL_COLOURS[0], "linewidth": 1.8, "linestyle": "--"},
+        "hertz": {**colour(_place("hertz")), "linewidth": 3.4},
+        "volumetric": {**colour(_place("volumetric")), "linewidth": 1.8, "linestyle": "--"},
     }
 
     def altitude(law: str, *keys: str):
@@ -119,14 +125,14 @@ def bounces(quick: bool) -> Sheet:
     whole, near, parts, reading, instants = [], [], [], [], []
     for law, look in looks.items():
         time, height, contacts = altitude(law, f"run.output_rate={1000 if quick else 5000}")
-        whole.append(Line(law, time, height, look))
+        whole.append(Line(LAW_LABELS[law], time, height, look))
         instants.append(contacts[-2]["start_s"])
     middle, reach = 0.5 * sum(instants), abs(instants[0] - instants[1]) + 1e-3
     for law, look in looks.items():
         fine = (f"run.output_rate={2e4 if quick else 1e5:g}", f"run.duration={middle + reach:.9g}")
         time, height, _ = altitude(law, *fine)
         inside = time >= middle - reach
-        near.append(Line(law, time[inside] - middle, height[inside], look))
+        near.append(Line(LAW_LABELS[law], time[inside] - middle, height[inside], look))
     for name, case in CASES.items():
         found, exact = (one[1:] for one in delays(case))
         impacts = np.arange(2, len(found) + 2)
@@ -165,10 +171,10 @@ def bearing(quick: bool) -> Sheet:
     time, exact, scene = found[EXACT].time, found[EXACT].values, found[EXACT].scene
     point, normal, load = (exact[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
     distances, reading = [], []
-    for place, law in enumerate(LAWS):
+    for law in LAWS:
         p, n, f = (found[law].values[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
         away, turned = np.linalg.norm(p - point, axis=1), np.linalg.norm(n - normal, axis=1).max()
-        distances.append(Line(law, time, np.maximum(away, 1e-18), colour(place)))
+        distances.append(Line(LAW_LABELS[law], time, np.maximum(away, 1e-18), colour(_place(law))))
         reading.append(
             f"{law} against exact Hertz over {span:g} s: r_P within {away.max():.2g} m, n_A within {turned:.2g} rad, "
             f"load within {np.abs(f / load - 1.0).max():.2g}."

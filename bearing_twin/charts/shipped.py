@@ -11,13 +11,13 @@ import collections
 import functools
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
 
 from bearing_twin.base.yaml_files import SCENES
-from bearing_twin.charts.contest import DONE, Contest, Row, curves, in_rows, of_methods, of_problem, timed
+from bearing_twin.charts.contest import DONE, Contest, Look, Row, curves, in_rows, of_methods, of_problem, timed
 from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour, dashed
 from bearing_twin.charts.scenes import (
     WITHOUT_CHECK,
@@ -100,27 +100,26 @@ def _by_kind(rows: list[Row]) -> Iterator[tuple[str, list[Row]]]:
             yield kind.replace("_", " "), mine
 
 
-def _tolerance_panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
+def _tolerance_panels(contest: Contest, rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
     """A panel a kind: tolerance across, error up, a line a scene; on the dashed line they are equal."""
-    found, ends, order = [], [min(TOLERANCES), max(TOLERANCES)], [*of_methods(rows)]
-    across, up = Axis("tolerance requested", log=True), Axis("error found", log=True, limits=(FLOOR, 10.0))
+    found, ends = [], [min(TOLERANCES), max(TOLERANCES)]
+    across, up = Axis("tolerance requested", log=True), Axis("error found", log=True, limits=(0.3 * FLOOR, 2.0))
     for kind, mine in _by_kind(rows):
         lines = curves(
-            mine, order, lambda row: row.setting, lambda row: max(row.error, FLOOR), lambda row: (row.setting, 1.0)
+            mine, looks, lambda row: row.setting, lambda row: max(row.error, FLOOR), lambda row: (row.setting, 1.0)
         )
-        found.append(Panel(kind, across, up, [Line("error = tolerance", ends, ends, dashed(), False), *lines]))
+        found.append(Panel(kind, across, up, [Line("error = tolerance", ends, ends, dashed()), *lines]))
     return in_rows(found, 2)
 
 
 def _tolerance_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
-    """Numbers of runs that meet their tolerance, by kind, and those that do not."""
-    for kind, mine in _by_kind([row for row in rows if row.status == DONE]):
-        missed = [f"{row.method} at {row.setting:g}" for row in mine if row.error > row.setting]
-        words = f"; not met: {', '.join(missed)}" if missed else ""
-        yield (
-            f"{kind}: {len(mine) - len(missed)} of {len(mine)} runs meet the tolerance requested; the median error is "
-            f"{np.median([row.error / row.setting for row in mine]):.2g} of it{words}."
-        )
+    """Number of runs that meet their tolerance, those that do not, and median errors by kind."""
+    ended = [row for row in rows if row.status == DONE]
+    missed = [f"{row.method} at {row.setting:g}" for row in ended if row.error > row.setting]
+    words = f"; not {', '.join(missed)}" if missed else ""
+    yield f"{len(ended) - len(missed)} of {len(ended)} runs meet the tolerance requested{words}."
+    medians = (f"{kind} {np.median([row.error / row.setting for row in mine]):.1g}" for kind, mine in _by_kind(ended))
+    yield f"Median error over the tolerance: {', '.join(medians)}."
 
 
 CHOICE, LOOSE, LESS = "choice", 0.05, 0.5
@@ -211,7 +210,7 @@ def _choice_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
         yield f"{row.problem}: {best.method} takes {share:.2g} of the time, with an error of {best.error:.2g}."
 
 
-def _choice_panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
+def _choice_panels(contest: Contest, rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
     """Error over the tolerance and CPU time over that of the choice: better models are left of and below both lines."""
     seconds = {row.problem: row.seconds for row in of_methods(rows)[CHOICE] if row.status == DONE}
     rows = [row for row in rows if row.status == DONE and row.problem in seconds]
@@ -250,10 +249,10 @@ def _log(run) -> None:
 
 
 STAGES = {
-    "outputs as blocks": (lambda run: _exhaust(run.blocks()), (WITHOUT_CHECK,)),
-    "the same with a check": (lambda run: _exhaust(run.blocks()), ()),
-    "outputs one by one": (_exhaust, (WITHOUT_CHECK,)),
-    "into a log": (_log, (WITHOUT_CHECK,)),
+    "blocks of outputs": (lambda run: _exhaust(run.blocks()), (WITHOUT_CHECK,)),
+    "blocks, with a second run": (lambda run: _exhaust(run.blocks()), ()),
+    "single outputs": (_exhaust, (WITHOUT_CHECK,)),
+    "written to a log": (_log, (WITHOUT_CHECK,)),
 }
 
 
@@ -265,7 +264,7 @@ def _judge_cost(problem: str, stage: str, *_) -> dict:
     return {"error": 0.0, **timed(lambda: work(run), span)[1]}
 
 
-def _cost_panels(contest: Contest, rows: list[Row]) -> list[list[Panel]]:
+def _cost_panels(contest: Contest, rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
     """A panel a run: a bar a stage, from 0."""
     axis, up = Axis(contest.cost, "s", limits=(0.0, None)), Axis("", limits=(-0.6, len(STAGES) - 0.4))
     bar, panels = {"color": colour(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}, []

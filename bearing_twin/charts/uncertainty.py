@@ -27,8 +27,13 @@ POWERS = {  # of the contact time in each input, with its coefficient of variati
 }
 ONE_INPUT = {"one": ("gamma", 2e-5), "gamma": ("gamma", 6e-5), "heavy": ("lognormal", 1.5e-4)}  # deviations of alpha
 SAMPLERS = ("random", "latin_hypercube", "sobol")
-WORDS = {"random": "random samples", "latin_hypercube": "Latin hypercubes", "sobol": "Sobol sequences"}
 EXACT = "change_of_variable"
+LABELS = {
+    "random": "random samples",
+    "latin_hypercube": "Latin hypercubes",
+    "sobol": "Sobol sequences",
+    EXACT: "change of variable",
+}
 
 
 @functools.cache
@@ -96,14 +101,15 @@ def sampler_entries(problem, quick):
         yield EXACT, math.nan, math.nan
 
 
-def sampler_panels(contest, rows):
+def sampler_panels(contest, rows, looks):
     """Errors of mean and deviation over realisations, and of the mean against CPU time; a row a problem."""
     columns = {
         "error": Axis("relative error of the mean", log=True),
         "deviation_error": Axis("relative error of the deviation", log=True),
     }
     sampled = [row for row in rows if row.method in SAMPLERS]
-    left, (right,) = over(contest, sampled, Axis("realisations", log=True), columns), error_against_cost(contest, rows)
+    left = over(contest, sampled, looks, Axis("realisations", log=True), columns)
+    (right,) = error_against_cost(contest, rows, looks)
     return [[*pair, cost] for pair, cost in zip(left, right, strict=True)]
 
 
@@ -131,16 +137,16 @@ def judge_coverage(problem: str, method: str, samples: float, studies: float) ->
     return {"error": abs(min(shares.values()) - 0.95), **shares, **marked}
 
 
-def coverage_panels(contest, rows):
+def coverage_panels(contest, rows, looks):
     """A row a problem, a panel a statistic: coverage over the number of samples, a line a sampler."""
     across = Axis("samples", log=True, limits=(0.7 * COUNTS[0], 1.4 * COUNTS[-1]))
-    up = Axis("share of studies", "%", limits=(88.0, 100.0))
+    up = Axis("share of studies", "%", limits=(90.0, 100.0))
 
     def panel(statistic: str, title: str, mine: list) -> Panel:
         parts = [Band("93 to 97 %", COUNTS, 100.0 * CLOSE, 100.0 * WIDE, {"color": STYLE["soft"], "alpha": 0.25})]
-        for number, (method, ours) in enumerate(of_methods(mine).items()):
+        for method, ours in of_methods(mine).items():
             points = [(row.setting, 100.0 * row.more[statistic]) for row in ours]
-            parts += curve(WORDS[method], points, number)
+            parts += curve(*looks[method], points)
             marks = [float(row.more.get(f"{statistic} marked unsafe") or 0.0) >= MARKED for row in ours]
             parts.append(Line("interval marked unsafe in nearly all studies", *np.array(points)[marks].T, RING))
         return Panel(f"{statistic}, {title}", across, up, parts)
@@ -154,11 +160,15 @@ def coverage_reading(contest, rows):
     """Coverage by problem, and the cells that hold less or more than they say."""
     for problem, title in contest.problems.items():
         mine = of_problem(rows, problem, DONE)
-        cells = {f"{name} by {one.setting:.0f} {one.method}": one.more[name] for one in mine for name in STATISTICS}
-        outside = ", ".join(f"{share:.1%} {cell}" for cell, share in cells.items() if not CLOSE <= share <= WIDE)
+        cells = {
+            f"{name} of {one.setting:.0f} by {LABELS[one.method]}": 100.0 * one.more[name]
+            for one in mine
+            for name in STATISTICS
+        }
+        wide = (f"{cell} {share:.1f} %" for cell, share in cells.items() if not CLOSE <= 0.01 * share <= WIDE)
         if cells:
-            ends = f"{min(cells.values()):.1%} to {max(cells.values()):.1%}"
-            yield f"{title}: {ends} of the intervals contain the true value; outside 93 to 97 %: {outside or 'none'}."
+            words = f"{min(cells.values()):.1f} to {max(cells.values()):.1f} % of the intervals contain the true value"
+            yield f"{title}: {words}; outside 93 to 97 %: {', '.join(wide) or 'none'}."
 
 
 CHARTS = {
@@ -168,6 +178,7 @@ CHARTS = {
         entries=sampler_entries,
         judge=judge_sampler,
         panels=sampler_panels,
+        labels=LABELS,
         error="relative error of the mean",
         wanted=1e-4,
     ),
@@ -181,6 +192,7 @@ CHARTS = {
         ),
         judge=judge_coverage,
         panels=coverage_panels,
+        labels=LABELS,
         read=coverage_reading,
     ),
 }
