@@ -466,3 +466,6 @@ def test_descriptions_of_bags_are_anybodys(tmp_path):
         (folder / "metadata.yaml").write_text(text)
         with pytest.raises(LogError):
             read_log(folder)
+    (folder / "metadata.yaml").write_text(lines + "relative_file_paths: [metadata.yaml, metadata.yaml]")
+    with pytest.raises(LogError, match="names a file twice"):
+        read_log(folder)

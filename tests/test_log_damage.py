@@ -17,7 +17,7 @@ from runs import bits, made_up_block, made_up_run, made_up_scene
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import BAD_INPUT, main
-from bearing_twin.log import cdr
+from bearing_twin.log import cdr, raw_log
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.cdr import encoded
 from bearing_twin.log.mcap_read import McapReader
@@ -59,19 +59,20 @@ def hostile(path, channels, records=()):
 
 
 @pytest.mark.parametrize(
-    ("doubled", "records", "said"),
+    ("second", "records", "said"),
     [
-        (True, (), "the SampleBlock at output 0 contradicts itself"),
-        (False, ((0, 3),), "records on /bearing/records/companion have 0 columns"),
-        (False, ((2, 3), (3, 1)), "records on /bearing/records/companion have 3 columns"),
+        (("a", ()), (), "the SampleBlock at output 0 contradicts itself"),
+        (("b", (0,)), (), "the SampleBlock at output 0 contradicts itself"),
+        (("b", ()), ((0, 3),), "the SampleBlock at output 0 contradicts itself"),
+        (("b", ()), ((2, 3), (3, 1)), "records on /bearing/records/companion have 3 columns"),
     ],
 )
 @pytest.mark.parametrize("words", [["report"], ["export", "--to", "csv", "--out", "tables"], ["view"]])
 def test_blocks_that_contradict_themselves_are_refused_by_all_who_read(
-    words, doubled, records, said, tmp_path, monkeypatch, capsys
+    words, second, records, said, tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    channels = (Channel("a", "m", (), ""), Channel("a" if doubled else "b", "m", (), ""))
+    channels = (Channel("a", "m", (), ""), Channel(second[0], "m", second[1], ""))
     rows = [((Channel("x", "m", (width,), ""),), count) for width, count in records]
     hostile(tmp_path / "run.mcap", channels, rows)
     assert main([words[0], "run.mcap", *words[1:]]) == BAD_INPUT
@@ -336,3 +337,16 @@ def test_the_index_of_a_long_log_is_whole(tmp_path, monkeypatch):
     chunks = make_reader(io.BytesIO((tmp_path / "run.mcap").read_bytes())).get_summary().chunk_indexes
     assert len(chunks) == 600
     assert sum(contents.counts.values()) == 600 * 18 == len(list(raw_messages(tmp_path / "run.mcap")))
+
+
+def test_the_description_of_a_bag_costs_little_however_many_topics_come(tmp_path, monkeypatch):
+    """It lists all topics, so that writing it at each new one would cost their square."""
+    written = []
+    monkeypatch.setattr(raw_log, "put_whole", lambda path, data: written.append(data.count(b"topic_metadata")))
+    with RawLogWriter(tmp_path / "bag") as log:
+        for number in range(300):
+            log.write(log.add_topic(f"/{number}", cdr.CLOCK), number, number, bytes(4))
+        assert written[:10] == [*range(10)]
+        log.flush()
+        assert written[-1] == 300
+    assert sum(written) < 5000

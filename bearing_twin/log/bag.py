@@ -345,6 +345,8 @@ def log_files(path) -> list[Path]:
         or sorted(path.glob(f"*{SQLITE}"))
     )
     missing = [file.name for file in files if not file.is_file()]
+    if len(set(files)) < len(files):
+        raise LogError(f"{path / 'metadata.yaml'} names a file twice; remove it to read the files beside it")
     if not files or missing:
         what = f"lacks its file {missing[0]}" if missing else "holds no .mcap file"
         raise LogError(f"the bag folder {path} {what}; give a log written by bearing_twin or `ros2 bag record`")

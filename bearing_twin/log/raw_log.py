@@ -40,6 +40,7 @@ RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs 
 BEGINS_KEY = "begins"  # in SCENE_RECORD: the number of the first output of a run that continues another
 STATE_RECORD = "bearing_twin_state"  # of a whole run: the state at its end, to continue from
 RETRY = 1.0  # s between tries while the disk is full
+LEAST_LISTED = 10  # of so many topics one may wait for the next flush to be in the description of a bag: it is long
 KEPT_KEY = "kept_rate_hz"  # of a topic in a log, beside what rosbag2 says of it
 WHOLE_SPAN = 0.5e9 / SLOW_RATE  # ns: a SampleBlock that covers less is an impact or the end of a run
 
@@ -145,7 +146,8 @@ class RawLogWriter:
                 said = f"{path} cannot be made ({error.strerror}); give another place for the log"
                 raise refused(said, error) from error
         self._lock, self._unbroken, self._ended = threading.Lock(), Unbroken(), threading.Event()
-        self._closed = self._stale = False
+        self._closed = False
+        self._unlisted = 0  # topics that the description of the bag lacks
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._number, self._began = 0, None  # of the file; time of its first message [ns]
         self._topics: dict[int, StoredTopic] = {}
@@ -231,7 +233,8 @@ class RawLogWriter:
         """Describes a topic as it is stored in another log, of any encoding, and returns its number."""
         with self._unbroken, self._lock:
             number = self._writer.register(topic)
-            self._topics[number], self._stale = topic, True
+            self._topics[number] = topic
+            self._unlisted += 1
         return number
 
     def keep_all(self, topic: int, on: bool) -> None:
@@ -261,7 +264,7 @@ class RawLogWriter:
         done = False
         while not done:  # while the disk is full the writer stops at each message, which it has taken or dropped
             with self._patience():
-                if self._stale:
+                if LEAST_LISTED * self._unlisted > len(self._topics):
                     self._write_bag_file()
                 if not self._splits:
                     self._writer.write_all(rest)
@@ -285,6 +288,8 @@ class RawLogWriter:
         with self._unbroken, self._lock, self._patience():
             if not self._closed:
                 self._writer.flush()
+                if self._unlisted:
+                    self._write_bag_file()
 
     def add_metadata(self, name: str, values: Mapping[str, object]) -> None:
         """Adds a metadata record of texts, which the following files of a split log repeat as it was last."""
@@ -395,7 +400,7 @@ class RawLogWriter:
                 self.flush()
 
     def _write_bag_file(self) -> None:
-        self._stale = False
+        self._unlisted = 0
         if self._folder is None:
             return
         counts = Counter(self._writer.counts)

@@ -404,7 +404,7 @@ class _Records:
             self._parts = (records_of(path, one.topic.ros_type, one.data) for one in messages)
         else:
             parts = [records_of(path, one.topic.ros_type, one.data) for one in messages]
-            if len(widths := {one.shape[1] for one in parts}) != 1 or 0 in widths:
+            if len({one.shape[1] for one in parts}) != 1:
                 said = f"records on {messages[0].topic.name} have {parts[-1].shape[1]} columns"
                 raise LogError(f"{path}: {said}; record it again")
             rows = np.concatenate(parts)

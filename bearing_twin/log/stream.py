@@ -438,6 +438,8 @@ def check_block(place, message) -> None:
         message.count == len(message.time_ns) > 0
         and len(message.channel_name) == len(message.channel_unit) == len(message.channel_width)
         and len(message.channel_name) == len(set(message.channel_name))
+        and np.all(message.channel_width > 0)
+        and row > 0
         and len(message.values) == message.count * row
     )
     if not fits:

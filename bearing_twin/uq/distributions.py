@@ -23,6 +23,7 @@ GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound th
 FARTHEST_CUT = 30.0  # deviations; a normal cut off farther out on its tail loses digits and is refused
 BINS = 8192  # of a table, whose densities and distribution functions are then as in it to 1e-7 of the range
 SCIPY = "scipy."  # before the name of a distribution of scipy.stats
+SLOW = ("ksone", "kstwo", "studentized_range")  # of these; others take a second at most
 LISTS = ("values", "weights", "x", "density")  # parameters that are lists of numbers
 LIMITS = {name: Limits(above=0.0) for name in ("std", "shape", "scale", "std_log", "a", "b")}
 
@@ -40,10 +41,11 @@ class DiscreteValues:
         _require(
             len(weights) == len(values), f"there are {len(weights)} weights for {len(values)} values; give one each"
         )
-        _require(np.all(weights >= 0.0) and weights.sum() > 0.0, "weights are 0 or above, and one is above 0")
+        _require(np.all(weights >= 0.0) and np.any(weights > 0.0), "weights are 0 or above, and one is above 0")
         order = np.argsort(values)
         order = order[weights[order] > 0.0]
-        self.values, self.shares = values[order], weights[order] / weights.sum()
+        shares = weights[order] / weights.max()  # first, for the sum of great ones is infinite
+        self.values, self.shares = values[order], shares / shares.sum()
         self._until = np.cumsum(self.shares)
 
     def ppf(self, u):
@@ -240,7 +242,7 @@ def _table(x, density):
     _require(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
     many = -(-BINS // (len(x) - 1)) * (len(x) - 1)  # as many in each piece
     edges = np.interp(np.linspace(0.0, len(x) - 1.0, many + 1), np.arange(len(x)), x)
-    masses = np.diff(edges) * np.interp(0.5 * (edges[1:] + edges[:-1]), x, density)
+    masses = np.diff(edges) * np.interp(0.5 * (edges[1:] + edges[:-1]), x, density / density.max())
     filled = np.flatnonzero(masses)
     first, last = filled[0], filled[-1] + 1
     return stats.rv_histogram((masses[first:last], edges[first : last + 1]), density=False)
@@ -260,6 +262,7 @@ def of_scipy(name, **parameters):
         raise StudyError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {unknown(wrong[0], legal)}")
     lacking = [one for one in legal[: family.numargs] if one not in parameters]
     _require(not lacking, f"scipy.stats.{name} needs {', '.join(lacking)} too")
+    _require(name not in SLOW, f"scipy.stats.{name} takes minutes for a few numbers; give its density as a table")
     frozen = family(**parameters)
     _require(frozen.support()[0] <= frozen.support()[1], f"these parameters make no distribution scipy.stats.{name}")
     return frozen

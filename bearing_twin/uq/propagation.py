@@ -53,7 +53,7 @@ def tails(source: Input, function, scores=SCORES, strict=True) -> Tails:
     raises StudyError if the quantity is not finite within 4 deviations (in normal scores).
     """
     with np.errstate(all="ignore"):
-        at = source.at_score(scores)
+        at = np.fmax.accumulate(source.at_score(scores))  # SciPy's narrow gamma distributions step back near -4.5
         values = np.asarray(function(at), float)
         left = ndtr(-np.abs(scores))
         back = np.piecewise(at, [scores < 0.0], [source.cdf, source.distribution.sf])
@@ -70,6 +70,10 @@ def tails(source: Input, function, scores=SCORES, strict=True) -> Tails:
     depth = -log_ndtr(-np.abs(scores))
     lower = _exponent(depth[first : middle + 1][::-1], values[first : middle + 1][::-1])
     upper = _exponent(depth[middle : last + 1], values[middle : last + 1])
+    if strict:  # lost digits there matter to no moment
+        counted = usable | (finite & (np.abs(scores) <= COUNTED_SCORE))
+        first = middle - _run(counted[middle::-1]) + 1
+        last = middle + _run(counted[middle:]) - 1
     return Tails(scores[first : last + 1], values[first : last + 1], lower, upper)
 
 
