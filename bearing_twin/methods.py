@@ -13,12 +13,16 @@ NOTHING = 1e-12  # share of a stretch that is too short for a step
 
 
 class StepperFacts(NamedTuple):
-    """A stepper: its order, whether its step adapts, its treatment of stiffness, and its source."""
+    """A stepper: its order, whether its step adapts, its treatment of stiffness, and its source.
+
+    `coupled`: it moves a ring with mass and a cage together with the balls, and takes samples between its steps.
+    """
 
     order: int
     adaptive: bool
     treats: str
     source: str
+    coupled: bool = False
 
 
 STEPPER_FACTS = {
@@ -27,6 +31,7 @@ STEPPER_FACTS = {
         True,
         "contact and friction implicitly",
         "Hairer and Wanner, Solving ODE II, 2nd ed. 1996, section IV.7: RODAS, order 4(3), L-stable",
+        coupled=True,
     ),
     "rodas4_landing": StepperFacts(
         4,
@@ -39,6 +44,7 @@ STEPPER_FACTS = {
         True,
         "contact and friction implicitly",
         "Sandu et al., Atmospheric Environment 31 (1997) 3459: RODAS3, order 3(2), L-stable",
+        coupled=True,
     ),
     "imex": StepperFacts(
         2,
@@ -53,7 +59,7 @@ STEPPER_FACTS = {
     "dop853": StepperFacts(8, True, "nothing implicitly", "SciPy DOP853; a reference"),
     "radau": StepperFacts(5, True, "everything implicitly", "SciPy Radau IIA; a reference"),
 }
-
+COUPLED = tuple(name for name, facts in STEPPER_FACTS.items() if facts.coupled)
 
 OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED, UNTRACKED = range(9)
 

@@ -15,7 +15,7 @@ from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.parameters import describe
 from bearing_twin.coefficients import EXPLICIT, ROSENBROCK
 from bearing_twin.kinds.bearing import VELOCITY, BearingScene, stability_limits
-from bearing_twin.methods import STEPPER_FACTS
+from bearing_twin.methods import COUPLED, STEPPER_FACTS
 from bearing_twin.shapes import (
     quaternion_from_vector,
     quaternion_product,
@@ -203,6 +203,10 @@ def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
     assert all(len(method.source) > 10 and method.order >= 2 for method in STEPPER_FACTS.values())
     options = next(row.options for row in describe(BearingScene) if row.key == "solver.stepper")
     assert options == ("auto", *STEPPER_FACTS)
+
+
+def test_every_rosenbrock_method_that_does_not_land_moves_a_ring_and_a_cage():
+    assert set(COUPLED) == {name for name, method in ROSENBROCK.items() if not method.lands}
 
 
 SPAN = 4.8e-5

@@ -22,6 +22,7 @@ from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.validity import LAW_TOLERANCE
 from bearing_twin.kinds.contract import lazy_import
 from bearing_twin.kinds.error_estimates import LARGE
+from bearing_twin.methods import COUPLED
 
 BEARING, SHAFT, SPHERES, DISCS = "bearing", "shaft", "two_spheres", "two_discs"
 BEAM, ELLIPSOID, BODIES, SOFT = "sphere_on_beam", "ellipsoid_on_plane", "two_bodies", "soft_discs"
@@ -148,8 +149,9 @@ RULES = (
         example=("bearing_6203",),
     ),
     Rule(
-        (BEARING,), "cage.kind", "none", "a cage is wanted, and solver.stepper is another than rodas4 or rodas3",
-        "because solver.stepper moves balls without a cage, although they have clearance; rodas4 and rodas3 move one",
+        (BEARING,), "cage.kind", "none", f"a cage is wanted, and solver.stepper is another than {' or '.join(COUPLED)}",
+        "because solver.stepper moves balls without a cage, although they have clearance; "
+        f"{' or '.join(COUPLED)} moves one",
         lazy_import(f"{FACTS}:moves_no_cage"), example=("bearing_6203_loose", "solver.stepper=imex"),
     ),
     Rule(

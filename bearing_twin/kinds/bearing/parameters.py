@@ -25,6 +25,7 @@ from bearing_twin.kinds.bearing.lubricant import (
     rolling_speed,
 )
 from bearing_twin.kinds.bearing.rings import (
+    COMMON_STEPS,
     LOADS,
     QUASI_STATIC,
     Cage,
@@ -103,8 +104,9 @@ def sensor_problems(parameters, geometry) -> list[str]:
         )
     if not any(sensor.direction):
         problems.append("sensor.direction must not be zero; give it along which axis it measures")
-    if (stepper := parameters.solver.stepper) not in ("auto", "rodas4", "rodas3"):
-        problems.append(f"solver.stepper = {stepper} takes no samples between its steps; use rodas4, rodas3 or auto")
+    if (stepper := parameters.solver.stepper) not in COMMON_STEPS:
+        legal = " or ".join(COMMON_STEPS)
+        problems.append(f"solver.stepper = {stepper} takes no samples between its steps; use {legal}")
     ratio = geometry.ball_diameter / geometry.pitch_diameter
     for number, one in enumerate(parameters.defects):
         share = {"outer": 1.0 - ratio, "inner": 1.0 + ratio, "ball": 1.0 / ratio - ratio}[one.on]

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 from bearing_twin.base.parameters import choice, number_table, quantity, section
 from bearing_twin.contact.friction import AUTO
+from bearing_twin.methods import COUPLED
 
 SHARED, OUTER, INNER = "shared", "outer", "inner"
 CONTROLS = {AUTO: (1.0, 1.0), SHARED: (1.0, 1.0), OUTER: (0.0, 2.0), INNER: (2.0, 0.0)}
@@ -174,7 +175,7 @@ SHOULDER = 0.3  # of a ball: where the land of a ring stands, inside or outside 
 QUASI_STATIC, PRESCRIBED, FREE_RING = "quasi_static", "prescribed", "free"
 EVEN, POCKETS = "even", "pockets"
 LOADS = "loads"  # of wanted.outputs
-COMMON_STEPS = AUTO, "rodas4", "rodas3"  # of solver.stepper: what moves balls that step together
+COMMON_STEPS = AUTO, *COUPLED  # of solver.stepper: what moves balls that step together
 
 
 @dataclass(frozen=True)
