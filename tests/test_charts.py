@@ -1,5 +1,6 @@
 """Charts: each is made in its quick form, written, read again, and says in the right order who is more accurate."""
 
+import ctypes
 import dataclasses
 import json
 import math
@@ -254,6 +255,21 @@ def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
     rows = contest(judge).measure(Options(limit=0.2))
     assert [row.status for row in rows] == [DONE, STOPPED, DONE]
     assert "0.2 CPU seconds" in rows[1].reason
+
+
+def test_a_run_is_stopped_where_arguments_of_the_core_are_converted():
+    """`ctypes` makes an ArgumentError of whatever is raised there."""
+
+    class Slow:
+        @classmethod
+        def from_param(cls, value):
+            while True:
+                pass
+
+    function = ctypes.CDLL(None).abs
+    function.argtypes = (Slow,)
+    rows = contest(lambda *entry: function(1)).measure(Options(limit=0.02))
+    assert {row.status for row in rows} == {STOPPED}
 
 
 def test_a_timing_is_of_one_run_over_what_it_did():

@@ -7,6 +7,7 @@ sheets of its figures.
 """
 
 import contextlib
+import ctypes
 import csv
 import dataclasses
 import datetime
@@ -188,13 +189,21 @@ def limited(seconds: float) -> Iterator[None]:
         yield
         return
 
+    passed = False
+
     def stop(*_):
+        nonlocal passed
+        passed = True
         raise Stopped
 
     before = signal.signal(signal.SIGPROF, stop)
     signal.setitimer(signal.ITIMER_PROF, seconds)
     try:
         yield
+    except ctypes.ArgumentError as error:  # of whatever is raised while ctypes converts an argument
+        if passed:
+            raise Stopped from error
+        raise
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         signal.signal(signal.SIGPROF, before)
