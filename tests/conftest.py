@@ -1,6 +1,7 @@
 """Settings for all tests, and the choice of those that fit into a time."""
 
 import gc
+import json
 import multiprocessing
 import os
 import signal
@@ -15,6 +16,7 @@ from hypothesis import settings
 from processes import own_domain
 
 from bearing_twin.base.process import one_processor
+from bearing_twin.command import cli
 
 one_processor()
 gc.disable()  # until all tests are collected: what modules hold is no garbage
@@ -128,6 +130,46 @@ def pictures_once(quick_pictures, monkeypatch):
             drawn(figure, path)
 
     monkeypatch.setattr(Figure, "savefig", saved)
+
+
+@pytest.fixture
+def typed(capsys):
+    """What a command prints, `out` and `err`: a function of its words and of the exit code it has to end with."""
+
+    def run(*words, code=cli.DONE):
+        capsys.readouterr()
+        ended = cli.main([*map(str, words)])
+        printed = capsys.readouterr()
+        assert ended == code, printed.err
+        return printed
+
+    return run
+
+
+@pytest.fixture
+def asked(typed):
+    """The object that a command prints as JSON, in one line."""
+
+    def run(*words, code=cli.DONE):
+        out = typed(*words, "--json", code=code).out
+        assert out.count("\n") == 1
+        return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+
+    return run
+
+
+@pytest.fixture
+def refused(typed):
+    """The sentence that a command refuses its words with."""
+
+    def run(*words):
+        out, err = typed(*words, code=cli.BAD_INPUT)
+        assert out == ""
+        assert err.startswith("bearing_twin: ")
+        assert len(err.splitlines()) == 1
+        return err
+
+    return run
 
 
 @pytest.fixture

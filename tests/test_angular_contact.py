@@ -12,7 +12,6 @@ import pytest
 from scipy.optimize import brentq, fsolve
 from scipy.special import ellipe, ellipk
 
-from bearing_twin.command import cli
 from bearing_twin.kinds.bearing import CONTROLS, solver_of, support_of
 from bearing_twin.run.scene import load_scene
 
@@ -92,11 +91,10 @@ def integral(ratio):
 
 
 @pytest.mark.parametrize("rpm", [0.0, 1000.0, 5000.0, 10000.0])
-def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, capsys):
+def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, typed):
     """Harris' criterion from the loads, angles and ellipses of the shared equilibrium."""
     words = "bearing", "bearing_218_thrust", "--set", f"drive.speed={rpm * math.pi / 30.0}", "--json"
-    assert cli.main([*words, "--control", "shared"]) == cli.DONE
-    both = json.loads(capsys.readouterr().out)
+    both = json.loads(typed(*words, "--control", "shared").out)
     inner, outer = (
         both[f"normal_load_{ring}_n"][0]
         * both[f"semi_major_{ring}_m"][0]
@@ -105,16 +103,14 @@ def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, capsys):
     )
     parted = both["contact_angle_inner_rad"][0] - both["contact_angle_outer_rad"][0]
     wanted = "outer" if rpm and outer * math.cos(parted) > inner else "shared"
-    assert cli.main(list(words)) == cli.DONE
-    assert json.loads(capsys.readouterr().out)["control"] == wanted
+    assert json.loads(typed(*words).out)["control"] == wanted
 
 
 def test_a_word_of_earlier_versions_is_read_as_its_alias():
     assert load_scene("bearing_6203", ["model.control=settled"]).parameters.model.control == "shared"
 
 
-def test_a_contact_angle_beyond_the_model_is_named_as_the_cause(capsys):
-    assert cli.main(["bearing", "bearing_218_thrust", "--set", "drive.speed=2300"]) == cli.BAD_INPUT
-    said = capsys.readouterr().err
+def test_a_contact_angle_beyond_the_model_is_named_as_the_cause(refused):
+    said = refused("bearing", "bearing_218_thrust", "--set", "drive.speed=2300")
     assert "beyond the 60 degrees that are modelled" in said
     assert "at rest" in said

@@ -1,34 +1,17 @@
 """The subcommand `bearing`: keys, the meaning of its options, tables, sweeps, pictures, bad input."""
 
 import csv
-import json
 import math
 import re
 
 import numpy as np
 import pytest
 
-from bearing_twin.command import cli
-
 DOWN = ("bearing", "bearing_6203", "--load", "0,-1000,0")
 
 
-def answered(capsys, *words):
-    assert cli.main([*words, "--json"]) == cli.DONE, capsys.readouterr().err
-    return json.loads(capsys.readouterr().out)
-
-
-def refused(capsys, *words):
-    assert cli.main(list(words)) == cli.BAD_INPUT
-    said = capsys.readouterr()
-    assert said.out == ""
-    lines = [line for line in said.err.splitlines() if "compil" not in line]
-    assert len(lines) == 1
-    return lines[0]
-
-
-def test_the_answer_has_its_keys_in_si_units(capsys):
-    found = answered(capsys, *DOWN)
+def test_the_answer_has_its_keys_in_si_units(asked):
+    found = asked(*DOWN)
     sizes = {"ring_displacement_m": 3, "misalignment_rad": 2, "ring_force_n": 3, "ring_moment_nm": 2, "stiffness": 5}
     for key in (
         "normal_load_{}_n",
@@ -45,29 +28,29 @@ def test_the_answer_has_its_keys_in_si_units(capsys):
     assert found["basic_life_mrev"] == pytest.approx((found["basic_dynamic_rating_n"] / 1000.0) ** 3, rel=1e-9)
     assert found["static_safety"] == pytest.approx(found["basic_static_rating_n"] / 1000.0, rel=1e-9)
     assert found["equivalent_dynamic_load_n"] == found["equivalent_static_load_n"] == pytest.approx(1000.0, rel=1e-9)
-    thrust = answered(capsys, "bearing", "bearing_6203", "--load", "0,0,1000")
+    thrust = asked("bearing", "bearing_6203", "--load", "0,0,1000")
     life = (thrust["basic_dynamic_rating_n"] / thrust["equivalent_dynamic_load_n"]) ** 3
     assert thrust["basic_life_mrev"] == pytest.approx(life, rel=1e-9)
     assert thrust["equivalent_static_load_n"] == pytest.approx(500.0, rel=1e-9)  # Y_0 of ISO 76, X_0 F_r being nothing
     assert found["normal_load_inner_n"][0] == max(found["normal_load_inner_n"])  # ball 0 lies on the load line
-    assert found == answered(capsys, *DOWN, "--set", "gravity=[0,0,0]")
+    assert found == asked(*DOWN, "--set", "gravity=[0,0,0]")
 
 
-def test_numbers_of_options_may_have_units(capsys):
-    plain = answered(capsys, "bearing", "6308", "--load", "0,-2000,0", "--moment", "0.5,0")
-    assert plain == answered(capsys, "bearing", "6308", "--load", "0, -2kN, 0", "--moment", "500 N mm,0")
-    held = answered(capsys, "bearing", "6308", "--displacement", "0,-10um,0", "--misalignment", "0.1°,-")
+def test_numbers_of_options_may_have_units(asked):
+    plain = asked("bearing", "6308", "--load", "0,-2000,0", "--moment", "0.5,0")
+    assert plain == asked("bearing", "6308", "--load", "0, -2kN, 0", "--moment", "500 N mm,0")
+    held = asked("bearing", "6308", "--displacement", "0,-10um,0", "--misalignment", "0.1°,-")
     assert held["ring_displacement_m"][1] == pytest.approx(-1e-5, rel=1e-12)
     assert held["misalignment_rad"][0] == pytest.approx(math.radians(0.1), rel=1e-12)
     keys = "--set", "drive.speed=314.15926535897933", "--set", "geometry.radial_clearance=2e-5"
-    plain, given = answered(capsys, *DOWN, *keys), answered(capsys, *DOWN, "--speed", "3000rpm", "--clearance", "20um")
+    plain, given = asked(*DOWN, *keys), asked(*DOWN, "--speed", "3000rpm", "--clearance", "20um")
     assert given["speed_rad_s"] == pytest.approx(100.0 * math.pi, rel=1e-12)
     assert given["ring_displacement_m"] == pytest.approx(plain["ring_displacement_m"], rel=1e-9, abs=1e-15)
 
 
-def test_no_friction_is_computed_and_the_catalogue_estimates_it(capsys):
+def test_no_friction_is_computed_and_the_catalogue_estimates_it(asked):
     """6308, 2 kN, 1750 rpm: Palmgren's rule with grease of 32 mm^2/s."""
-    found = answered(capsys, "bearing", "6308", "--load", "0,-2kN,0")
+    found = asked("bearing", "6308", "--load", "0,-2kN,0")
     assert found["drive_torque_nm"] is None
     assert "no friction" in found["not_computed"]["drive_torque_nm"]
     without_load, by_load = 1e-7 * 56000.0 ** (2.0 / 3.0) * 65.0**3, 0.0005 * (2000.0 / 24006.0) ** 0.55 * 2000.0 * 65.0
@@ -79,43 +62,43 @@ def test_no_friction_is_computed_and_the_catalogue_estimates_it(capsys):
     assert stiffness[2][3] != 0.0 < stiffness[0][0]
 
 
-def test_fault_frequencies_of_a_shaft_turn(capsys):
+def test_fault_frequencies_of_a_shaft_turn(asked):
     turn = "--set", f"drive.speed={2.0 * math.pi!r}"
-    found = answered(capsys, *DOWN, *turn)["fault_frequencies_hz"]
+    found = asked(*DOWN, *turn)["fault_frequencies_hz"]
     assert found == pytest.approx(
         {"bpfi": 4.94681, "bpfo": 3.05319, "ftf": 0.381649, "ball_spin": 0.5 * 3.98802}, rel=2e-6
     )
-    found = answered(capsys, "bearing", "bearing_6203", *turn)["fault_frequencies_hz"]
+    found = asked("bearing", "bearing_6203", *turn)["fault_frequencies_hz"]
     assert (found["bpfi"], found["ftf"]) == pytest.approx((4.9462, 0.38173), abs=5e-5)
 
 
-def test_the_ring_is_where_loads_and_options_put_it(capsys):
-    held = answered(capsys, "bearing", "bearing_6203")  # where the scene holds it
+def test_the_ring_is_where_loads_and_options_put_it(asked):
+    held = asked("bearing", "bearing_6203")  # where the scene holds it
     assert held["ring_displacement_m"] == [0.0, 0.0, 1e-5]
     assert held["normal_load_inner_n"] == pytest.approx([48.497] * 8, rel=1e-4)
-    rig = answered(capsys, "bearing", "bearing_6203_rig_400N")  # by the scene's loads
+    rig = asked("bearing", "bearing_6203_rig_400N")  # by the scene's loads
     assert rig["ring_force_n"] == pytest.approx([0.0, 400.0, 0.0], abs=1e-6)
-    mixed = answered(capsys, "bearing", "bearing_6203", "--load", "-,-300,-", "--displacement", "1e-6,-,-")
+    mixed = asked("bearing", "bearing_6203", "--load", "-,-300,-", "--displacement", "1e-6,-,-")
     assert mixed["ring_displacement_m"][0] == 1e-6
     assert mixed["ring_displacement_m"][2] == 0.0  # the scene's offset of 10 micrometres is not in it
     assert mixed["ring_force_n"][1:] == pytest.approx([300.0, 0.0], abs=1e-6)
     assert mixed["misalignment_rad"] == [0.0, 0.0]
-    free = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,50", "--moment", "0.5,0")
+    free = asked("bearing", "bearing_6203", "--load", "0,-300,50", "--moment", "0.5,0")
     assert free["ring_moment_nm"] == pytest.approx([-0.5, 0.0], abs=1e-8)
-    tilted = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,50", "--misalignment", "1e-4,-")
+    tilted = asked("bearing", "bearing_6203", "--load", "0,-300,50", "--misalignment", "1e-4,-")
     assert tilted["misalignment_rad"][0] == 1e-4
     assert tilted["ring_moment_nm"][1] == pytest.approx(0.0, abs=1e-8)
-    moved = answered(capsys, "bearing", "bearing_6203", "--displacement", "0,-1e-5,0")
-    again = answered(capsys, "bearing", "bearing_6203", "--load", f"0,{-moved['ring_force_n'][1]!r},0")
+    moved = asked("bearing", "bearing_6203", "--displacement", "0,-1e-5,0")
+    again = asked("bearing", "bearing_6203", "--load", f"0,{-moved['ring_force_n'][1]!r},0")
     assert again["ring_displacement_m"][1] == pytest.approx(-1e-5, rel=1e-8)
 
 
-def test_the_arm_of_a_tilt_and_the_place_of_ball_0(capsys):
-    pitch = answered(capsys, "bearing", "bearing_6203", "--moment", "0.5,0", "--arm", "pitch")
-    groove = answered(capsys, "bearing", "bearing_6203", "--moment", "0.5,0")
+def test_the_arm_of_a_tilt_and_the_place_of_ball_0(asked):
+    pitch = asked("bearing", "bearing_6203", "--moment", "0.5,0", "--arm", "pitch")
+    groove = asked("bearing", "bearing_6203", "--moment", "0.5,0")
     assert 1.005 < pitch["misalignment_rad"][0] / groove["misalignment_rad"][0] < 1.03
-    between = answered(capsys, *DOWN, "--ball-angle", "-67.5")
-    assert answered(capsys, *DOWN, "--ball-angle", "-72067.5")["ring_displacement_m"] == between["ring_displacement_m"]
+    between = asked(*DOWN, "--ball-angle", "-67.5")
+    assert asked(*DOWN, "--ball-angle", "-72067.5")["ring_displacement_m"] == between["ring_displacement_m"]
     assert between["normal_load_inner_n"][0] == pytest.approx(between["normal_load_inner_n"][7], rel=1e-6)
     assert between["ball_azimuth_rad"][0] == pytest.approx(math.radians(-67.5))
     # Without an angle ball 0 stands on the line of the load, also along +x, else on that of what is held.
@@ -125,14 +108,13 @@ def test_the_arm_of_a_tilt_and_the_place_of_ball_0(capsys):
         (("--load", "0,0,1000", "--misalignment", "0,1e-4"), 90.0),
         (("--load", "-,-,500", "--displacement", "-1e-5,0,-", "--misalignment", "0,1e-4"), 180.0),
     ):
-        assert math.degrees(answered(capsys, "bearing", "bearing_6203", *words)["ball_azimuth_rad"][0]) == azimuth
-    assert answered(capsys, *DOWN, "--ball-angle", "-67.5deg") == between
+        assert math.degrees(asked("bearing", "bearing_6203", *words)["ball_azimuth_rad"][0]) == azimuth
+    assert asked(*DOWN, "--ball-angle", "-67.5deg") == between
 
 
-def printed(capsys, *words):
+def printed(typed, *words):
     """What a command prints; never wider than a terminal."""
-    assert cli.main(list(words)) == cli.DONE
-    out = capsys.readouterr().out
+    out = typed(*words).out
     assert max(map(len, out.splitlines())) <= 80
     return out
 
@@ -144,49 +126,49 @@ def cells_below(out, begin, count):
     return [line[22:].split() if line.startswith(" ") else line.split() for line in lines[first : first + count]]
 
 
-def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(capsys):
+def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(typed):
     """Negative cells of five digits and an exponent are the longest; light balls stand beside heavy ones."""
     words = "--load", "-,-300,-", "--displacement", "1e-6,-,-", "--misalignment", "2e-4,0"
-    rows = cells_below(printed(capsys, "bearing", "bearing_6203", *words), "stiffness", 5)
+    rows = cells_below(printed(typed, "bearing", "bearing_6203", *words), "stiffness", 5)
     assert [len([float(cell) for cell in row]) for row in rows] == [5] * 5
-    out = printed(capsys, "bearing", "6203", "--load", "0,-1000,0")
+    out = printed(typed, "bearing", "6203", "--load", "0,-1000,0")
     cells = cells_below(out, "ball  ", 8)
     assert [len(row) for row in cells] == [10] * 8
     assert {row[1] for row in cells} >= {"180.00", "-90.00"}
     assert "90 % of bearings" in out
-    out = printed(capsys, "bearing", "bearing_218_thrust", "--load", "0,-100000,170000")
+    out = printed(typed, "bearing", "bearing_218_thrust", "--load", "0,-100000,170000")
     assert re.search(r"^load .* 0 +-100000 +170000 ", out, flags=re.MULTILINE)
-    out = printed(capsys, "bearing", "6308", "--load", "0,-3000,0")
+    out = printed(typed, "bearing", "6308", "--load", "0,-3000,0")
     (life,) = re.findall(r"^basic life +2500 million turns, (\d+) h ", out, flags=re.MULTILINE)
     assert float(life) == pytest.approx(2502.5e6 / 1750.0 / 60.0, rel=5e-3)
-    out = printed(capsys, "bearing", "6308", "--load", "0,-3000,0", "--si")
+    out = printed(typed, "bearing", "6308", "--load", "0,-3000,0", "--si")
     assert re.search(r"^stiffness +7.8788e\+07, 0, 0, 0, 0$", out, flags=re.MULTILINE)
     for law, named in (("hertz", False), ("volumetric", True)):
-        out = printed(capsys, "bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}")
+        out = printed(typed, "bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}")
         assert ("elastic law:" in out, "half-spaces:" in out, "57 ± 28 N mm" in out) == (named, True, True), law
     words = "bearing", "6308", "--speed", "3000rpm", "--load", "0,-3kN,500", "--set", "lubricant.kind=grease"
-    held = printed(capsys, *words)
+    held = printed(typed, *words)
     assert "tilts are held" in held
     assert "grease, VG100, 40 °C, 101 mm²/s" in " ".join(held.split())
-    assert "tilts are held" not in printed(capsys, *words, "--moment", "0,0")
-    assert "90 % of bearings" in printed(capsys, *DOWN, "--sweep", "load=100:1000:4")
+    assert "tilts are held" not in printed(typed, *words, "--moment", "0,0")
+    assert "90 % of bearings" in printed(typed, *DOWN, "--sweep", "load=100:1000:4")
 
 
-def test_sweeps_are_curves(capsys, tmp_path, pictures_once):
+def test_sweeps_are_curves(tmp_path, pictures_once, asked):
     picture = tmp_path / "curves.png"
-    found = answered(capsys, *DOWN, "--sweep", "load=100:1000:4", "--plot", str(picture))
+    found = asked(*DOWN, "--sweep", "load=100:1000:4", "--plot", str(picture))
     assert found["values"] == pytest.approx([100.0, 400.0, 700.0, 1000.0])
     assert [force[1] for force in found["ring_force_n"]] == pytest.approx(found["values"])
     assert (found["refused"], found["plot"]) == ([], str(picture))
     assert picture.read_bytes().startswith(b"\x89PNG")
-    over = answered(capsys, *DOWN, "--sweep", "clearance=-5um:20um:3")
+    over = asked(*DOWN, "--sweep", "clearance=-5um:20um:3")
     assert over["sweep"] == "geometry.radial_clearance"
     assert over["values"] == pytest.approx([-5e-6, 7.5e-6, 2e-5])
     moved = [row[1] for row in over["ring_displacement_m"]]
     assert moved == sorted(moved, reverse=True)
-    fast = answered(capsys, "bearing", "bearing_218_thrust", "--sweep", "speed=0:1000:3")
+    fast = asked("bearing", "bearing_218_thrust", "--sweep", "speed=0:1000:3")
     assert fast["greatest_contact_angle_inner_rad"] == sorted(fast["greatest_contact_angle_inner_rad"])
-    great = answered(capsys, *DOWN, "--sweep", "load=10000:40000:4")
+    great = asked(*DOWN, "--sweep", "load=10000:40000:4")
     assert [one is None for one in great["stiffness"]] == [False, False, True, True]
     assert [one["value"] for one in great["refused"]] == pytest.approx([30000.0, 40000.0])
     assert "the greatest in this direction" in great["refused"][0]["reason"]
@@ -216,93 +198,87 @@ def test_sweeps_are_curves(capsys, tmp_path, pictures_once):
         (("--load", "0,-1,0", "--mass", "0"), "in kg, above 0"),
     ],
 )
-def test_bad_input_is_one_sentence(words, sentence, capsys):
-    said = refused(capsys, "bearing", "bearing_6203", *words)
+def test_bad_input_is_one_sentence(words, sentence, refused):
+    said = refused("bearing", "bearing_6203", *words)
     assert re.search(sentence, said), said
 
 
-def test_other_kinds_are_refused(capsys):
+def test_other_kinds_are_refused(refused):
     for words in (("--load", "0,0,1"), ("--sweep", "speed=0:100:3"), ("--sweep", "load=1:2:3")):
-        assert "scene two_discs is no bearing" in refused(capsys, "bearing", "two_discs", *words)
+        assert "scene two_discs is no bearing" in refused("bearing", "two_discs", *words)
 
 
-def test_a_result_is_a_table_and_a_sheet(capsys, tmp_path, pictures_once):
-    found = answered(capsys, *DOWN)
-    assert cli.main([*DOWN, "--csv"]) == cli.DONE
-    rows = dict(csv.reader(capsys.readouterr().out.splitlines()))
+def test_a_result_is_a_table_and_a_sheet(tmp_path, pictures_once, asked, refused, typed):
+    found = asked(*DOWN)
+    rows = dict(csv.reader(typed(*DOWN, "--csv").out.splitlines()))
     assert float(rows["ring_displacement_m[1]"]) == found["ring_displacement_m"][1]
     assert float(rows["fault_frequencies_hz.bpfo"]) == found["fault_frequencies_hz"]["bpfo"]
-    assert cli.main([*DOWN, "--sweep", "load=100:300:3", "--csv"]) == cli.DONE
-    curves = list(csv.DictReader(capsys.readouterr().out.splitlines()))
+    curves = list(csv.DictReader(typed(*DOWN, "--sweep", "load=100:300:3", "--csv").out.splitlines()))
     assert [float(row["load"]) for row in curves] == [100.0, 200.0, 300.0]
     assert [float(row["ring_force_n[1]"]) for row in curves] == pytest.approx([100.0, 200.0, 300.0])
-    assert cli.main(["bearing", "6308", "--csv"]) == cli.DONE  # without a load the row of the catalogue
-    row = dict(csv.reader(capsys.readouterr().out.splitlines()))
+    row = dict(csv.reader(typed("bearing", "6308", "--csv").out.splitlines()))
     assert (float(row["ball_diameter_m"]), row["balls"]) == (15.081e-3, "8")
     sheet = tmp_path / "sheet.html"
-    assert cli.main([*DOWN, "--out", str(sheet)]) == cli.DONE
-    capsys.readouterr()
+    typed(*DOWN, "--out", sheet)
     text = sheet.read_text(encoding="utf-8")
     assert "static safety" in text
     assert "data:image/png;base64," in text
-    assert "exists" in refused(capsys, *DOWN, "--out", str(sheet))
+    assert "exists" in refused(*DOWN, "--out", str(sheet))
     assert sheet.read_text(encoding="utf-8") == text
 
 
-def test_a_speed_that_no_bearing_runs_at_is_doubtful(capsys):
+def test_a_speed_that_no_bearing_runs_at_is_doubtful(asked):
     """15000 rad/s on a 6203: n d_m is 4.1e6 mm/min."""
-    (flag,) = answered(capsys, "bearing", "6203", "--speed", "15000")["flags"]
+    (flag,) = asked("bearing", "6203", "--speed", "15000")["flags"]
     assert "143239 rpm" in flag
-    loaded = answered(capsys, "bearing", "6308", "--speed", "3000", "--load", "0,-2kN,0")  # in rad/s, but meant in rpm
+    loaded = asked("bearing", "6308", "--speed", "3000", "--load", "0,-2kN,0")  # in rad/s, but meant in rpm
     assert any("28647.9 rpm" in one for one in loaded["flags"])
-    assert not answered(capsys, "bearing", "6203", "--speed", "15000rpm")["flags"]
+    assert not asked("bearing", "6203", "--speed", "15000rpm")["flags"]
 
 
-def test_a_mass_on_the_stiffness_has_natural_frequencies(capsys):
+def test_a_mass_on_the_stiffness_has_natural_frequencies(asked):
     """Held tilts: f = sqrt(k/m)/2 pi along the axes of a radial load; free tilts make all lower."""
-    found = answered(capsys, *DOWN, "--mass", "20kg")
+    found = asked(*DOWN, "--mass", "20kg")
     stiffness = found["stiffness"]
     wanted = sorted(math.sqrt(stiffness[i][i] / 20.0) / (2.0 * math.pi) for i in range(3))
     assert found["natural_frequencies_hz"] == pytest.approx(wanted, rel=1e-9)
     assert [abs(one) for one in found["natural_directions"][2]] == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
-    free = answered(capsys, "bearing", "bearing_6203", "--load", "0,-300,100", "--mass", "20000 g", "--moment", "0,0")
+    free = asked("bearing", "bearing_6203", "--load", "0,-300,100", "--mass", "20000 g", "--moment", "0,0")
     # the matrix of the mass is condensed: det K = det K_tilts det K_condensed
     k = np.array(free["stiffness"])
     stiffest = np.linalg.eigvalsh(k[:3, :3] / 20.0) ** 0.5 / (2.0 * math.pi)  # with tilts held there
     assert all(one < other for one, other in zip(free["natural_frequencies_hz"], stiffest, strict=True))
     product = math.prod((2.0 * math.pi * one) ** 2 * 20.0 for one in free["natural_frequencies_hz"])
     assert product * np.linalg.det(k[3:, 3:]) == pytest.approx(np.linalg.det(k), rel=1e-5)
-    over = answered(capsys, *DOWN, "--mass", "20kg", "--sweep", "load=500:1000:2")
+    over = asked(*DOWN, "--mass", "20kg", "--sweep", "load=500:1000:2")
     assert over["natural_frequencies_hz"][1] == pytest.approx(found["natural_frequencies_hz"], rel=1e-6)
 
 
-def test_a_sweep_is_a_file_and_given_once(capsys, tmp_path):
+def test_a_sweep_is_a_file_and_given_once(tmp_path, asked, refused, typed):
     path = tmp_path / "stiffness.csv"
-    assert cli.main([*DOWN, "--sweep", "speed=0:3000rpm:3", "--out", str(path)]) == cli.DONE
-    capsys.readouterr()
+    typed(*DOWN, "--sweep", "speed=0:3000rpm:3", "--out", path)
     rows = list(csv.DictReader(path.open(encoding="utf-8")))
-    alone = answered(capsys, *DOWN, "--speed", rows[2]["drive.speed"])
+    alone = asked(*DOWN, "--speed", rows[2]["drive.speed"])
     assert float(rows[2]["stiffness[1][1]"]) == pytest.approx(alone["stiffness"][1][1], rel=1e-6)
     sweeps = "--sweep", "load=200:400:2", "--sweep", "speed=0:3000rpm:3"
-    assert "equilibrium() in Python takes arrays" in refused(capsys, *DOWN, *sweeps)
+    assert "equilibrium() in Python takes arrays" in refused(*DOWN, *sweeps)
 
 
-def test_balls_that_the_rings_squeeze_are_warned_of(capsys):
+def test_balls_that_the_rings_squeeze_are_warned_of(asked):
     """Basic life and static safety count the load alone, and interference of 100 um presses each ball with 4 kN."""
     for clearance, squeezed in (("-100um", True), ("0", False), ("13um", False)):
         words = "--clearance", clearance, "--load", "0,-2kN,0", "--speed", "3000rpm"
-        found = answered(capsys, "bearing", "6308", *words)
+        found = asked("bearing", "6308", *words)
         assert any("squeeze" in flag for flag in found["flags"]) == squeezed
         assert (found["reference_life_mrev"] < 0.1 * found["basic_life_mrev"]) == squeezed
 
 
-def test_numbers_that_want_a_unit_are_noted_and_rounding_is_0(capsys):
+def test_numbers_that_want_a_unit_are_noted_and_rounding_is_0(refused, typed):
     for words, note in (
         (("--set", "temperatures.inner_ring=80"), "give 80°C"),
         (("--sweep", "speed=0:3000:3"), "give 3000rpm"),
     ):
-        assert cli.main(["bearing", "6308", "--load", "0,-2kN,0", *words]) == cli.DONE
-        assert note in capsys.readouterr().err
-    assert "legal: C2, CN, C3, C4, C5" in refused(capsys, "bearing", "6308/C6")
-    out = printed(capsys, "simulate", "6308", "--duration", "10ms", "--set", "rings.inner.load=0,-2kN,500N")
+        assert note in typed("bearing", "6308", "--load", "0,-2kN,0", *words).err
+    assert "legal: C2, CN, C3, C4, C5" in refused("bearing", "6308/C6")
+    out = printed(typed, "simulate", "6308", "--duration", "10ms", "--set", "rings.inner.load=0,-2kN,500N")
     assert re.search(r"^ring force +0, 2000, -500 N$", out, flags=re.MULTILINE)

@@ -1,7 +1,6 @@
 """Bearings by designation: dimensions, ball sets, ratings against published ones, scenes, rows of the user's own."""
 
 import itertools
-import json
 import math
 import os
 from statistics import median
@@ -9,7 +8,6 @@ from statistics import median
 import pytest
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.command import cli
 from bearing_twin.kinds.bearing import (
     ANGULAR_CONTACT,
     DEEP_GROOVE,
@@ -182,7 +180,7 @@ def own_rows():
     entries.cache_clear()
 
 
-def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatch, capsys, own_rows):
+def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatch, own_rows, asked):
     folder = tmp_path / "bearing_twin" / "bearings"
     folder.mkdir(parents=True)
     row = (
@@ -195,8 +193,7 @@ def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatc
     assert row_of("MINE1")["source"] == "measured"
     other = tmp_path / "other.yaml"
     other.write_text("6308: {bore: 40e-3, outside_diameter: 90e-3}\n", encoding="utf-8")
-    assert cli.main(["bearing", "6308", "--catalogue", str(other), "--json"]) == cli.DONE
-    found = json.loads(capsys.readouterr().out)
+    found = asked("bearing", "6308", "--catalogue", other)
     assert found["found"] == "rule"
     assert (found["balls"], found["balls_doubt"]) == (8, 2)
     assert found["ball_diameter_m"] == pytest.approx(0.29 * 50e-3)
@@ -215,27 +212,21 @@ def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatc
         ("A: 3", "must hold keys and values"),
     ],
 )
-def test_a_file_that_is_no_catalogue_is_refused(text, sentence, tmp_path, capsys, own_rows):
+def test_a_file_that_is_no_catalogue_is_refused(text, sentence, tmp_path, own_rows, refused):
     path = tmp_path / "mine.yaml"
     path.write_text(text, encoding="utf-8")
-    assert cli.main(["bearing", "6308", "--catalogue", str(path)]) == cli.BAD_INPUT
-    said = capsys.readouterr().err
-    assert sentence in said
-    assert "Traceback" not in said
+    assert sentence in refused("bearing", "6308", "--catalogue", path)
 
 
-def test_the_command_answers_by_designation(capsys):
-    assert cli.main(["bearing", "6308", "--json"]) == cli.DONE
-    row = json.loads(capsys.readouterr().out)
+def test_the_command_answers_by_designation(asked):
+    row = asked("bearing", "6308")
     assert (row["bore_m"], row["outside_diameter_m"], row["width_m"], row["balls"]) == (0.04, 0.09, 0.023, 8)
     assert row["basic_dynamic_rating_n"] == pytest.approx(40.8e3, rel=0.01)
-    assert cli.main(["bearing", "6308", "--load", "0,-3000,0", "--json"]) == cli.DONE
-    found = json.loads(capsys.readouterr().out)
+    found = asked("bearing", "6308", "--load", "0,-3000,0")
     assert found["catalogue"]["found"] == "factors"
     assert found["basic_life_mrev"] == pytest.approx((row["basic_dynamic_rating_n"] / 3000.0) ** 3, rel=1e-9)
     assert found["ring_force_n"][1] == pytest.approx(3000.0)
-    assert cli.main(["bearing", "--list", "--json"]) == cli.DONE
-    listed = json.loads(capsys.readouterr().out)
+    listed = asked("bearing", "--list")
     assert len(listed["bearings"]) == len(ENTRIES)
     assert listed["own_folder"].endswith(os.path.join("bearing_twin", "bearings"))
 

@@ -2,7 +2,6 @@
 
 import ctypes
 import dataclasses
-import json
 import math
 from pathlib import Path
 
@@ -16,7 +15,6 @@ from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
 from bearing_twin.charts.bodies import DISCS
 from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Contest, Options, read_table, timed
-from bearing_twin.command.cli import main
 
 PART = {  # the problem or sheet that is tried of each
     "laws": "ellipse",
@@ -168,12 +166,10 @@ def test_papers_say_what_was_computed_independently(made):
     assert "truncated normal, with 0.059 nat more than gamma" in densities
 
 
-def test_old_names_name_the_chart_of_today(capsys, tmp_path):
+def test_old_names_name_the_chart_of_today(tmp_path, asked, refused):
     for old, new in RENAMED.items():
-        assert main(["chart", old, "--out", str(tmp_path)]) == 2
-        assert new in capsys.readouterr().err
-    assert main(["chart", "--list", "--json"]) == 0
-    assert {row["chart"] for row in json.loads(capsys.readouterr().out)["charts"]} == set(CHARTS)
+        assert new in refused("chart", old, "--out", tmp_path)
+    assert {row["chart"] for row in asked("chart", "--list")["charts"]} == set(CHARTS)
 
 
 @pytest.mark.parametrize(
@@ -186,10 +182,9 @@ def test_old_names_name_the_chart_of_today(capsys, tmp_path):
         (["laws", "--out", "nowhere"], "not a folder"),
     ],
 )
-def test_words_that_do_not_fit_are_refused(words, says, capsys, tmp_path, monkeypatch):
+def test_words_that_do_not_fit_are_refused(words, says, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
-    assert main(["chart", *words]) == 2
-    assert says in capsys.readouterr().err
+    assert says in refused("chart", *words)
 
 
 def contest(judge, count=3):

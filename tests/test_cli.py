@@ -1,6 +1,5 @@
 """The command line from outside: exit codes, one JSON object, one sentence for each mistake, nothing overwritten."""
 
-import json
 import os
 import re
 import signal
@@ -21,25 +20,6 @@ COMMAND = [sys.executable, "-m", "bearing_twin"]
 SHORT = ["bearing_6203", "--duration", "0.02"]
 
 
-def asked(capsys, *words, code=DONE):
-    """The JSON object a subcommand prints."""
-    assert main([*map(str, words), "--json"]) == code
-    out = capsys.readouterr().out
-    assert out.endswith("\n")
-    assert len(out.splitlines()) == 1
-    return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
-
-
-def refused(capsys, *words):
-    """The sentence a subcommand refuses with."""
-    assert main(list(map(str, words))) == BAD_INPUT
-    captured = capsys.readouterr()
-    assert captured.out == ""
-    assert captured.err.startswith("bearing_twin: ")
-    assert len(captured.err.splitlines()) == 1
-    return captured.err
-
-
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     path = tmp_path_factory.mktemp("cli") / "run.mcap"
@@ -47,8 +27,8 @@ def log(tmp_path_factory):
     return path
 
 
-def test_simulate_prints_one_json_object_with_what_was_asked_for(capsys):
-    result = asked(capsys, "simulate", *SHORT, "--set", "geometry.balls=3", "--set", "contact.normal=volumetric")
+def test_simulate_prints_one_json_object_with_what_was_asked_for(asked):
+    result = asked("simulate", *SHORT, "--set", "geometry.balls=3", "--set", "contact.normal=volumetric")
     assert result["law"] == "volumetric"
     assert result["scene"] == "bearing_6203"
     assert result["simulated_s"] == pytest.approx(0.02)
@@ -62,26 +42,24 @@ def test_simulate_prints_one_json_object_with_what_was_asked_for(capsys):
     assert result["stepper"] in ("rk4", "rodas4", "dop853", "radau")
 
 
-def test_without_json_the_result_is_a_table_on_standard_output(capsys):
-    assert main(["simulate", *SHORT]) == DONE
-    short, err = capsys.readouterr()
+def test_without_json_the_result_is_a_table_on_standard_output(typed):
+    short, err = typed("simulate", *SHORT)
     words = ("normal", "ball", "cage speed", "status", "times real time")
     assert sorted(words, key=short.index) == [*words]  # loads first, then figures, then how it went
     assert " rpm" in short
     assert not any(one in err for one in words)
-    assert main(["simulate", *SHORT, "--verbose"]) == DONE
-    whole = capsys.readouterr().out
+    whole = typed("simulate", *SHORT, "--verbose").out
     for words in ("cage speed", "choice reason", "ball steps", "model errors", "not included", "pressure"):
         assert words in whole
         assert words not in short.replace("with --verbose", "") or words == "cage speed"
 
 
-def test_a_run_is_logged_reported_and_verified(log, capsys):
-    verification = asked(capsys, "verify", log)
+def test_a_run_is_logged_reported_and_verified(log, asked):
+    verification = asked("verify", log)
     assert verification["greatest_deviation"] == 0.0
     assert verification["samples"] == 21
     # Friction at a point has no moment of spin, so that its torque is exactly 0, which needs no warning.
-    report = asked(capsys, "report", log, "--strict")
+    report = asked("report", log, "--strict")
     assert report["model_errors"]["friction_model"]["drive_torque_nm"] > 100.0 * abs(report["drive_torque_nm"])
     assert report["flags"] == []
     assert report["status"] == "done"
@@ -91,31 +69,29 @@ def test_a_run_is_logged_reported_and_verified(log, capsys):
     assert len(report["greatest_normal_load_inner_n"]) == 8
 
 
-def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, capsys, pictures_once):
+def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, pictures_once, asked):
     for words in (["simulate", *SHORT], ["report", log]):
         picture = tmp_path / f"{words[0]}.png"
-        assert asked(capsys, *words, "--plot", picture)["plot"] == str(picture)
+        assert asked(*words, "--plot", picture)["plot"] == str(picture)
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_strict_turns_doubt_into_exit_code_3(capsys):
+def test_strict_turns_doubt_into_exit_code_3(asked):
     # far too much interference for the half-space: the ellipse is as wide as the ball's cap
     words = ["simulate", *SHORT, "--set", "geometry.radial_clearance=-1.3e-4"]
-    assert asked(capsys, *words)["flags"]
-    assert asked(capsys, *words, "--strict", code=DOUBTFUL)["flags"]
+    assert asked(*words)["flags"]
+    assert asked(*words, "--strict", code=DOUBTFUL)["flags"]
 
 
-def test_scenes_and_keys_are_listed(capsys):
+def test_scenes_and_keys_are_listed(asked, typed):
     loaded = [load_scene(name) for name in scene_names()]
     listed = [{"name": one.name, "kind": one.kind, "description": one.description} for one in loaded]
-    assert asked(capsys, "scenes")["scenes"] == listed
-    assert main(["scenes"]) == DONE
-    shown = capsys.readouterr().out.split()
+    assert asked("scenes")["scenes"] == listed
+    shown = typed("scenes").out.split()
     assert set(shown) >= {word for row in listed for word in row["description"].split()}, "words are cut"
-    keys = asked(capsys, "scenes", "--keys")["keys"]
+    keys = asked("scenes", "--keys")["keys"]
     assert [key["key"] for key in keys] == [row.key for kind in KINDS.values() for row in describe(kind.parameters)]
-    assert main(["scenes", "--keys"]) == DONE
-    out, err = capsys.readouterr()
+    out, err = typed("scenes", "--keys")
     assert "contact.friction_coefficient" in out
     assert err == ""
 
@@ -161,9 +137,9 @@ def test_scenes_and_keys_are_listed(capsys):
         (["contact", "--bearing", "6203", "--angle", "a lot", "--load", "5"], "'a lot' must be a number in rad;"),
     ],
 )
-def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, capsys, tmp_path, monkeypatch):
+def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
-    assert sentence in refused(capsys, *words)
+    assert sentence in refused(*words)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -177,9 +153,8 @@ def test_help_is_a_word_too(capsys):
     assert said[0] == said[1]
 
 
-def test_no_subcommand_shows_the_help(capsys):
-    assert main([]) == BAD_INPUT
-    err = capsys.readouterr().err
+def test_no_subcommand_shows_the_help(typed):
+    err = typed(code=BAD_INPUT).err
     assert all(name in err for name in COMMANDS)
 
 
@@ -194,7 +169,7 @@ def test_no_subcommand_shows_the_help(capsys):
 def test_help_and_lists_import_nothing_heavy(commands, more):
     heavy = ("numpy", "scipy", "matplotlib", *more)
     code = (
-        f"import sys\nfrom bearing_twin.command.cli import main\nfor words in {commands}:\n"
+        f"import sys\nfrom bearing_twin.command.cli import BAD_INPUT, main\nfor words in {commands}:\n"
         f"    try:\n        code = main(words)\n    except SystemExit as end:\n        code = end.code\n"
         f"    assert code == 0\n    print([name for name in {heavy} if name in sys.modules], file=sys.stderr)"
     )
@@ -223,7 +198,7 @@ def test_ctrl_c_while_modules_load_is_one_line(tmp_path):
         (signal.SIGTERM, 128 + signal.SIGTERM),
     ],
 )
-def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, capsys, quick_starts):
+def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, quick_starts, asked):
     path = tmp_path / "run.mcap"
     long = ["bearing_6203", "--duration", "86400", "--set", "run.output_rate=100"]
     words = [*COMMAND, "simulate", *long, "--out", str(path)]
@@ -237,13 +212,13 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, caps
     assert process.returncode == code
     assert out == ""
     assert "Traceback" not in err
-    report = asked(capsys, "report", path)
+    report = asked("report", path)
     assert report["samples"] > 20
     assert report["missing_outputs"] == 0
 
 
 @pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGTERM])
-def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatch, capsys):
+def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatch):
     def run(arguments):
         signal.raise_signal(number)
         return Outcome({}, [])
@@ -281,8 +256,8 @@ def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatc
         (["study", "spheres_alpha_4e-5", "--set", "samples=20", "--set", "samples=30"], "samples"),
     ],
 )
-def test_a_key_that_is_given_two_values_is_refused(words, key, capsys):
-    assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(capsys, *words))
+def test_a_key_that_is_given_two_values_is_refused(words, key, refused):
+    assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(*words))
 
 
 def test_a_result_of_every_sort_of_value_is_shown(capsys):
@@ -292,7 +267,7 @@ def test_a_result_of_every_sort_of_value_is_shown(capsys):
         assert words in out
 
 
-def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, capsys, monkeypatch, pictures_once):
+def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, monkeypatch, pictures_once, asked, refused):
     """One rule for pictures, sheets, logs and tables; a pipe is never written to."""
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe.png")
@@ -307,14 +282,14 @@ def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, capsys, mo
     }
     for name, words in commands.items():
         (tmp_path / name).write_text("precious")
-        assert "exists and is not overwritten; give another name, or --force" in refused(capsys, *words)
+        assert "exists and is not overwritten; give another name, or --force" in refused(*words)
         assert (tmp_path / name).read_text() == "precious"
-        asked(capsys, *words, "--force")
+        asked(*words, "--force")
         assert (tmp_path / name).stat().st_size > 100
-    assert "pipe.png exists" in refused(capsys, "simulate", *SHORT, "--plot", "pipe.png", "--force")
-    assert "the file that is read" in refused(capsys, "recover", "run.mcap", "run.mcap", "--force")
+    assert "pipe.png exists" in refused("simulate", *SHORT, "--plot", "pipe.png", "--force")
+    assert "the file that is read" in refused("recover", "run.mcap", "run.mcap", "--force")
 
 
-def test_a_pipe_in_the_place_of_a_failure_is_not_waited_for(tmp_path, capsys):
+def test_a_pipe_in_the_place_of_a_failure_is_not_waited_for(tmp_path, refused):
     os.mkfifo(tmp_path / "failure.json")
-    assert "is no file" in refused(capsys, "explain", tmp_path / "failure.json")
+    assert "is no file" in refused("explain", tmp_path / "failure.json")

@@ -1,6 +1,5 @@
 """Expectations of people of a command line: units, tables that fit, examples that work, completion, near names."""
 
-import json
 import math
 import os
 import re
@@ -13,7 +12,7 @@ import pytest
 from bearing_twin.base.errors import LONGEST_ECHO, name_of_peer
 from bearing_twin.base.units import UNITS, for_people, known_digits, readable
 from bearing_twin.command import cli, commands
-from bearing_twin.command.cli import BAD_INPUT, DONE, main
+from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.results import show_result
 from bearing_twin.run.scene import load_scene
@@ -34,18 +33,16 @@ def shown(capsys, result):
     return capsys.readouterr().out
 
 
-def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch):
+def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch, asked, typed):
     out = shown(capsys, RESULT)
     for words in ("668.08 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.057296, 0 °", "20 ms", "12.346 kN", "1066"):
         assert words in out, out
     assert "MPa" in out
     monkeypatch.setattr(commands, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
-    assert cli.main(["scenes", "--si"]) == cli.DONE
-    out = capsys.readouterr().out
+    out = typed("scenes", "--si").out
     for words in ("69.961 rad/s", "0.0015 N m", "0, -2.5e-06, 1e-05 m", "1.066e+09"):
         assert words in out, out
-    assert cli.main(["scenes", "--json", "--si"]) == cli.DONE
-    assert json.loads(capsys.readouterr().out) == RESULT
+    assert asked("scenes", "--si") == RESULT
 
 
 @pytest.mark.parametrize(
@@ -129,18 +126,18 @@ def test_every_help_has_examples_that_parse_and_fits_eighty_columns(monkeypatch)
         ("run.duration", "3weeks", "3ms", ["s", "µs"]),
     ],
 )
-def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, wrong, right, others, capsys):
+def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, wrong, right, others, typed):
     assert load_scene("bearing_6203", [f"{key}={right}"]).kind == "bearing"
-    assert main(["simulate", "bearing_6203", "--set", f"{key}={wrong}"]) == BAD_INPUT
-    named = capsys.readouterr().err.rpartition("units that are read:")[2]
+    named = typed("simulate", "bearing_6203", "--set", f"{key}={wrong}", code=BAD_INPUT).err.rpartition(
+        "units that are read:"
+    )[2]
     assert {re.sub(r"[\d\[\], ]", "", right), *others} <= {one.strip() for one in named.split(",")}
 
 
 @pytest.mark.parametrize(("speed", "noted"), [("3000", True), ("100", False), ("30000rpm", False)])
 @pytest.mark.parametrize("words", [("bearing", "6203", "--speed={}"), ("bearing", "6203", "--set=drive.speed={}")])
-def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(words, speed, noted, capsys):
-    assert main([word.format(speed) for word in words] + ["--load", "0,-1kN,0"]) == DONE
-    assert ("28647.9 rpm" in capsys.readouterr().err) == noted
+def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(words, speed, noted, typed):
+    assert ("28647.9 rpm" in typed(*(word.format(speed) for word in words), "--load", "0,-1kN,0").err) == noted
 
 
 def completions(line, tmp_path):
@@ -170,11 +167,10 @@ def test_commands_options_and_words_are_completed(tmp_path, quick_starts):
         assert completions(f"bearing_twin {line}", tmp_path) == offered
 
 
-def test_a_missing_package_for_completion_is_named(monkeypatch, capsys):
+def test_a_missing_package_for_completion_is_named(monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "argcomplete", None)
     monkeypatch.setenv("_ARGCOMPLETE", "1")
-    assert cli.main(["scenes"]) == cli.BAD_INPUT
-    assert "pip install '.[completion]'" in capsys.readouterr().err
+    assert "pip install '.[completion]'" in refused("scenes")
 
 
 def test_names_of_peers_bring_no_control_characters_to_a_terminal():

@@ -1,6 +1,5 @@
 """Logs that the program wrote before kinds had rows: other words in their scenes, and no topics for records."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -42,15 +41,14 @@ def test_a_log_without_records_is_read_and_its_scene_simulated_again(path):
 
 
 @pytest.mark.parametrize("path", RECORDED_TODAY, ids=named)
-def test_a_report_on_it_gives_no_figure_another_meaning(path, capsys):
+def test_a_report_on_it_gives_no_figure_another_meaning(path, typed):
     log = read_log(path)
     report, _ = report_of(log)
     plain = {f"greatest_{one.name}" for one in log.channels} | {f"{one.name}_at_end" for one in log.channels}
     for key in report.figures.keys() & KINDS[log.scene.kind].meanings_of().keys():
         assert not any(key.startswith(name) for name in plain), "drawn from a channel, its name of another meaning"
     assert report.samples == log.scene.outputs
-    assert cli.main(["report", str(path), "--json"]) == 0
-    capsys.readouterr()
+    typed("report", path, "--json")
 
 
 def test_scenes_in_them_have_the_words_of_today():
@@ -61,7 +59,7 @@ def test_scenes_in_them_have_the_words_of_today():
     assert parameters["bearing_6203"].wanted.tolerance == pytest.approx(1e-3)
 
 
-def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, capsys):
+def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, asked):
     """The sensor is filtered against aliasing since, and its housing acts back on the balls: the levels differ."""
     log = read_log(OF_A_SENSOR)
     samples = np.concatenate([one.records["acceleration"][:, 1] for one in log.blocks()])
@@ -71,9 +69,7 @@ def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, 
     for command, *same in (("spectrum", "rate_hz", "rms"), ("report", "acceleration_rms_m_s2")):
         said = []
         for path in (OF_A_SENSOR, tmp_path / "now.mcap"):
-            capsys.readouterr()
-            assert cli.main([command, str(path), "--json"]) == 0
-            said.append(json.loads(capsys.readouterr().out))
+            said.append(asked(command, path))
         assert said[0][same[-1]] == pytest.approx(samples.std(), rel=1e-6)
         assert [said[0][key] for key in same] == pytest.approx([said[1][key] for key in same], rel=0.3)
         assert said[0].get("verdict") == said[1].get("verdict")

@@ -1,6 +1,5 @@
 """`bearing_twin.equilibrium`: closed forms, balances, the command and the run of the same scene, refusals."""
 
-import json
 import math
 
 import numpy as np
@@ -8,7 +7,6 @@ import pytest
 from scipy.optimize import brentq
 
 from bearing_twin import SceneError, equilibrium, load_scene, simulate
-from bearing_twin.command import cli
 from bearing_twin.contact.elasticity import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 
@@ -80,7 +78,7 @@ def test_loads_are_balanced_and_the_stiffness_is_their_slope():
     assert slope == pytest.approx(np.tile(2.0 * step, (40, 1)), rel=1e-3, abs=1e-7)
 
 
-def test_it_is_what_the_command_and_the_run_of_the_scene_find(capsys):
+def test_it_is_what_the_command_and_the_run_of_the_scene_find(asked):
     """Cases of one array are each as if alone."""
     clearance, speed = np.array([[5e-6], [2e-5]]), np.array([0.0, 1500.0])
     load = [100.0, -700.0, 200.0, 0.5, -1.0]
@@ -89,8 +87,7 @@ def test_it_is_what_the_command_and_the_run_of_the_scene_find(capsys):
     assert found.ball_load.shape == (2, 2, BALLS, 2)
     for i, j in np.ndindex(2, 2):
         words = "--load", "100,-700,200", "--moment", "0.5,-1", "--clearance", repr(clearance[i, 0].item())
-        cli.main(["bearing", RIG, *words, "--speed", repr(speed[j].item()), "--json"])
-        reported = json.loads(capsys.readouterr().out)
+        reported = asked("bearing", RIG, *words, "--speed", speed[j])
         assert found.displacement[i, j, :3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
         assert found.ball_load[i, j, :, 0] == pytest.approx(reported["normal_load_inner_n"], rel=1e-9)
         assert found.stiffness[i, j] == pytest.approx(np.array(reported["stiffness"]), rel=1e-9, abs=1e-3)

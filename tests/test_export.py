@@ -43,13 +43,12 @@ def study(tmp_path_factory):
     return path
 
 
-def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, capsys):
+def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, typed):
     whole = joined(list(read_log(log).blocks()))
     whole.values["drive_torque"][-1] = np.nan
     write_log(made_up_run(load_scene("bearing_6203"), [whole.part(0, 5), whole.part(9, 21)]), tmp_path / "gap.mcap")
     words = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]
-    assert cli.main([*words, "--strict"]) == cli.DOUBTFUL
-    reported = capsys.readouterr()
+    reported = typed(*words, "--strict", code=cli.DOUBTFUL)
     assert (json.loads(reported.out)["rows"], json.loads(reported.out)["missing_outputs"]) == (17, 4)
     assert "4 outputs are missing from the log" in reported.err
     found = columns_in(tmp_path / "out" / "outputs.csv", "csv")
@@ -200,34 +199,30 @@ def test_the_realisations_of_a_study_come_out_too(to, study, tmp_path):
     assert set(frame["failed"]) == {""}
 
 
-def test_the_command_writes_and_refuses(log, tmp_path, capsys):
+def test_the_command_writes_and_refuses(log, tmp_path, asked, refused):
     out = tmp_path / "run.nc"
     words = ["export", str(log), "--to", "netcdf", "--out", str(out)]
-    assert cli.main([*words, "--json"]) == cli.DONE
-    assert json.loads(capsys.readouterr().out)["rows"] == 21
+    assert asked(*words)["rows"] == 21
     for more, sentence in (
         (words, "exists and is not overwritten"),
         (["export", str(log), "--to", "csv", "--out", str(tmp_path / "no" / "x")], "is not a folder"),
         (["export", str(log), "--to", "csv", "--out", str(tmp_path / "one.csv")], "give a folder"),
         (["export", "none.mcap", "--to", "csv", "--out", str(tmp_path / "x")], "there is no log"),
     ):
-        assert cli.main(more) == cli.BAD_INPUT
-        assert sentence in capsys.readouterr().err
+        assert sentence in refused(*more)
     assert sorted(tmp_path.iterdir()) == [out]
     assert tuple(FORMATS) == log_commands.EXPORTS
 
 
-def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, capsys):
+def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, refused, typed):
     path, data = tmp_path / "damaged.mcap", bytearray(log.read_bytes())
     path.write_bytes(data[: int(0.8 * len(data))])
     words = ["export", str(path), "--to", "csv", "--out", str(tmp_path / "x")]
-    assert cli.main([*words, "--strict"]) == cli.DOUBTFUL
-    assert "has no end" in capsys.readouterr().err
+    assert "has no end" in typed(*words, "--strict", code=cli.DOUBTFUL).err
     shutil.rmtree(tmp_path / "x")
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
-    assert cli.main(words) == cli.BAD_INPUT
-    assert "is damaged at byte" in capsys.readouterr().err
+    assert "is damaged at byte" in refused(*words)
     assert list(tmp_path.iterdir()) == [path]
 
 

@@ -159,68 +159,58 @@ def overloaded_words() -> list[str]:
     return ["bearing_6203_rig_400N", *(word for override in OVERLOADED for word in ("--set", override))]
 
 
-def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figures(tmp_path, monkeypatch, capsys):
+def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figures(tmp_path, monkeypatch, asked, typed):
     monkeypatch.chdir(tmp_path)
-    assert main(["simulate", *overloaded_words(), "--out", "run.mcap", "--json"]) == BAD_INPUT
-    reported, error = capsys.readouterr()
+    reported, error = typed("simulate", *overloaded_words(), "--out", "run.mcap", "--json", code=BAD_INPUT)
     ran = json.loads(reported)
     assert "bearing_twin: after 0.01 s: at 0.0105 s a load of" in error
     assert "bearing_twin explain failure_" in error
     assert (ran["status"], ran["samples"], ran["simulated_s"]) == ("failed: overload", 11, pytest.approx(0.01))
     assert (ran["failure_at_s"], ran["failure_body"]) == (pytest.approx(0.0105), "inner ring")
 
-    assert main(["report", "run.mcap", "--json", "--strict"]) == DOUBTFUL
-    reported, error = capsys.readouterr()
+    reported, error = typed("report", "run.mcap", "--json", "--strict", code=DOUBTFUL)
     logged = json.loads(reported)
     assert {key: logged.get(key) for key in ran} == ran
     assert f"bearing_twin: warning: the run failed {ran['failure']}" in error
-    assert main(["verify", "run.mcap", "--json", "--strict"]) == DONE
-    assert json.loads(capsys.readouterr().out)["samples"] == 11
-    assert main(["view", "run.mcap", "--json"]) == DONE
-    assert "The run failed after" in capsys.readouterr().err
+    assert asked("verify", "run.mcap", "--strict")["samples"] == 11
+    assert "The run failed after" in typed("view", "run.mcap", "--json").err
 
     short = load_scene("bearing_6203_rig_400N", [*OVERLOADED[:3], "run.duration=0.01"])
     whole = [sample["normal_load"] for sample in simulate(short)]
     np.testing.assert_allclose([sample["normal_load"] for sample in read_log("run.mcap")], whole, rtol=1e-3, atol=0.1)
 
 
-def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys):
+def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys, asked, refused, typed):
     monkeypatch.chdir(tmp_path)
     spoilt("normal_load", (40, 3, 1), np.nan)
     words = [word for override in PINNED for word in ("--set", override)]
     assert main(["simulate", "bearing_6203", *words]) == BAD_INPUT
     [file] = tmp_path.glob("failure_*.json")
     assert f"bearing_twin explain {file.name}" in capsys.readouterr().err
-    assert main(["explain", file.name, "--json", "--out", "rest.mcap"]) == DONE
-    reported = json.loads(capsys.readouterr().out)
+    reported = asked("explain", file.name, "--out", "rest.mcap")
     assert (reported["body"], reported["contact"], reported["at_s"]) == ("ball 3", "outer race", pytest.approx(0.24))
     assert (reported["continued_from_s"], reported["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.4))
     assert (reported["tolerance"], reported["status"]) == (pytest.approx(1e-4), "done")
     assert reported["last_good"]["normal_load outer race"] > 0.0
-    assert main(["report", "rest.mcap", "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["samples"] == 201
+    assert asked("report", "rest.mcap")["samples"] == 201
     done = forked(lambda: main(["explain", file.name, "--json", "--out", "full.mcap"]), largest_file=300_000)
     assert (done.returncode, json.loads(done.stdout)) == (BAD_INPUT, {k: v for k, v in reported.items() if k != "log"})
     assert "the log is incomplete: full.mcap cannot grow" in done.stderr
     # fails again where the tolerance is as loose as before, and says so
-    assert main(["explain", file.name, "--tolerance", "1e-3", "--strict"]) == DOUBTFUL
-    said = capsys.readouterr()
+    said = typed("explain", file.name, "--tolerance", "1e-3", "--strict", code=DOUBTFUL)
     assert "it fails again" in said.err
     assert "normal_load outer race" in said.out
     assert len(list(tmp_path.glob("failure_*.json"))) == 2
     assert main(["explain", file.name, "--until", "0.25"]) == DONE
-    assert main(["explain", file.name, "--stop", "--json"]) == DONE
-    assert "continued_to_s" not in json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert "continued_to_s" not in json.loads(typed("explain", file.name, "--stop", "--json").out.splitlines()[-1])
     # a node goes on beyond the end of its scene, and so does the report on its failure
     Path("node.json").write_text(file.read_text().replace("duration: 0.4", "duration: 0.1"))
-    assert main(["explain", "node.json", "--json"]) == DONE
-    reported = json.loads(capsys.readouterr().out)
+    reported = asked("explain", "node.json")
     assert (reported["continued_from_s"], reported["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.299))
-    assert main(["explain", "node.json", "--until", "0.15"]) == BAD_INPUT
-    assert "--until 0.15 must be later than 0.199 s" in capsys.readouterr().err
+    assert "--until 0.15 must be later than 0.199 s" in refused("explain", "node.json", "--until", "0.15")
 
 
-def test_a_file_that_is_no_failure_and_a_state_that_no_bearing_is_in_are_refused(spoilt, tmp_path, capsys):
+def test_a_file_that_is_no_failure_and_a_state_that_no_bearing_is_in_are_refused(spoilt, tmp_path, refused):
     spoilt("normal_load", (40, 3, 1), np.nan)
     path = write_failure(failed(BALLS), tmp_path)
     text = path.read_text(encoding="utf-8")
@@ -233,8 +223,7 @@ def test_a_file_that_is_no_failure_and_a_state_that_no_bearing_is_in_are_refused
         ("seconds", "soon", "not the file of a failed run"),
     ):
         path.write_text(json.dumps(json.loads(text) | {key: value}), encoding="utf-8")
-        assert main(["explain", str(path)]) == BAD_INPUT
-        assert words in capsys.readouterr().err
+        assert words in refused("explain", path)
     path.write_text(text, encoding="utf-8")
     failure = read_failure(path)
     Simulation(failure.scene).resume(failure)

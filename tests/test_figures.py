@@ -11,7 +11,7 @@ from runs import a_choice, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.sample import Block, joined
 from bearing_twin.base.units import suffix_of
-from bearing_twin.command.cli import DONE, DOUBTFUL, main
+from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import BearingFigures, missing
@@ -69,12 +69,6 @@ def gathered(scene, choice, blocks):
     return gathering
 
 
-def asked(capsys, *words, code=DONE):
-    assert main([*map(str, words), "--json"]) == code
-    captured = capsys.readouterr()
-    return json.loads(captured.out), captured.err
-
-
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_how_a_stream_is_cut_changes_no_figure(name):
     scene, choice, whole = blocks_of(name)
@@ -98,8 +92,8 @@ def test_every_figure_says_what_it_is(name):
         assert len(words) > 10, key
 
 
-def test_the_figures_of_every_kind_are_listed_with_units(capsys):
-    rows, _ = asked(capsys, "scenes", "--figures")
+def test_the_figures_of_every_kind_are_listed_with_units(asked, typed):
+    rows = asked("scenes", "--figures")
     listed = {(row["kind"], row["figure"]): row for row in rows["figures"]}
     for name, kind in KINDS.items():
         for key, meaning in kind.meanings_of().items():
@@ -107,11 +101,10 @@ def test_the_figures_of_every_kind_are_listed_with_units(capsys):
             assert row["meaning"] == meaning
             assert key.endswith(suffix_of(row["unit"]))
     assert not listed
-    assert main(["scenes", "--figures"]) == DONE
-    assert "mean over the second half of the run" in " ".join("".join(capsys.readouterr()).split())
+    assert "mean over the second half of the run" in " ".join("".join(typed("scenes", "--figures")).split())
 
 
-def test_missing_outputs_are_counted(tmp_path, capsys):
+def test_missing_outputs_are_counted(tmp_path, typed):
     scene = made_up_scene(balls=2)
     whole = made_up_block(scene, 400)
     parts = [whole.part(0, 130), whole.part(137, 300), whole.part(301, 400)]
@@ -120,7 +113,8 @@ def test_missing_outputs_are_counted(tmp_path, capsys):
     assert found.report(scene.name).samples == 392
     log = tmp_path / "gaps.mcap"
     write_log(made_up_run(scene, parts), log)
-    result, err = asked(capsys, "report", log, "--strict", code=DOUBTFUL)
+    out, err = typed("report", log, "--strict", "--json", code=DOUBTFUL)
+    result = json.loads(out)
     assert (result["missing_outputs"], result["samples"]) == (8, 392)
     assert "8 outputs are missing" in err
 

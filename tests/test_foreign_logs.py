@@ -153,7 +153,7 @@ LEGAL = {  # how the file is made, messages that are passed over, a word of the 
 
 
 @pytest.mark.parametrize("what", LEGAL)
-def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what, source, tmp_path, capsys):
+def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what, source, tmp_path, capsys, asked):
     make, foreign, word = LEGAL[what]
     path, saved = tmp_path / "run.mcap", tmp_path / "saved.mcap"
     make(path, source)
@@ -168,8 +168,7 @@ def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what
     recovered = recover(path, saved)
     assert (recovered.messages, recovered.samples) == (len(source) + foreign, OUTPUTS)
     assert len(recovered.problems) == (what == "an attachment of 80 MB")  # larger than what is read
-    assert main(["report", str(saved), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out).get("messages_foreign", 0) == foreign
+    assert asked("report", saved).get("messages_foreign", 0) == foreign
 
 
 def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
@@ -195,19 +194,19 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
     assert reported(saved) == reported(path)
 
 
-def test_a_page_names_a_few_of_the_topics_that_it_does_not_show(source, tmp_path, capsys):
+def test_a_page_names_a_few_of_the_topics_that_it_does_not_show(source, tmp_path, typed):
     others = [(f"/other/{k}", cdr.STRING, 0, b"\0\1\0\0\2\0\0\0x\0") for k in range(50)]
     by_mcap(tmp_path / "run.mcap", source + others)
-    assert main(["view", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "run.html")]) == DONE
-    assert "/other/0 (std_msgs/msg/String), /other/1 (std_msgs/msg/String)" in (said := capsys.readouterr().err)
+    assert "/other/0 (std_msgs/msg/String), /other/1 (std_msgs/msg/String)" in (
+        said := typed("view", tmp_path / "run.mcap", "--out", tmp_path / "run.html").err
+    )
     assert "and 47 others" in said
 
 
-def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, capsys):
+def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, typed):
     path = tmp_path / "run.mcap"
     growing(path, source)
-    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
-    out, err = capsys.readouterr()
+    out, err = typed("report", path, "--json", "--strict", code=DOUBTFUL)
     assert 50 <= json.loads(out)["samples"] < OUTPUTS
     assert "has no end" in err
     with pytest.raises(LogError, match="bearing_twin recover"):
@@ -262,13 +261,12 @@ BAGS = {
 
 
 @pytest.mark.parametrize("what", BAGS)
-def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, capsys):
+def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, asked):
     make, name = BAGS[what]
     make(tmp_path / "run", source)
     path = tmp_path / name
     assert bits(read_log(path)) == bits(BLOCK)
-    assert main(["report", str(path), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["samples"] == OUTPUTS
+    assert asked("report", path)["samples"] == OUTPUTS
     assert recover(path, tmp_path / "saved.mcap").messages == len(source)
     assert bits(read_log(tmp_path / "saved.mcap")) == bits(BLOCK)
 

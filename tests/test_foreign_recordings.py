@@ -10,7 +10,6 @@ import pytest
 from foreign_writers import by_mcap, by_rosbags
 from rosbags.rosbag2 import StoragePlugin
 
-from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
 from bearing_twin.log.cdr import encoded
 from bearing_twin.log.run_log import read_log
@@ -32,45 +31,37 @@ def wire(scene, namespaces):
             yield name, topic.ros_type, ARRIVAL + stamp_ns, data
 
 
-def said(capsys, *words):
-    """The result of a command as its JSON."""
-    assert main([*words, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
 @pytest.mark.parametrize(
     ("write", "name"), [(partial(by_rosbags, storage=StoragePlugin.MCAP), "bag"), (by_mcap, "run.mcap")]
 )
-def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_path, capsys):
+def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_path, asked):
     write(tmp_path / name, wire(SCENE, ["/left/bearing"]))
     log = read_log(tmp_path / name)
     assert "bearing_twin" not in log.metadata
     assert log.scene.parameters == SCENE.parameters
     run = simulate(SCENE)
     samples = sum(len(block) for block in run.blocks())
-    found = said(capsys, "report", str(tmp_path / name))
+    found = asked("report", str(tmp_path / name))
     assert {key: found[key] for key in run.report.figures} == run.report.figures
     assert found["samples"] == samples
     assert found["law"] == run.choice.law
     assert log.choice[3:] == run.choice[3:] or log.choice.setting != log.choice.setting
-    assert said(capsys, "verify", str(tmp_path / name))["greatest_deviation"] == 0.0
+    assert asked("verify", str(tmp_path / name))["greatest_deviation"] == 0.0
 
 
-def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, capsys):
+def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, asked, typed):
     path = tmp_path / "run.mcap"
     by_mcap(path, wire(SCENE, ["/bearing"]))
-    found = said(capsys, "report", str(path))
+    found = asked("report", str(path))
     assert (found["compute_s"], found["real_time_factor"]) == (None, None)
-    assert main(["report", str(path)]) == 0
-    assert "real time" not in capsys.readouterr().out
-    assert main(["report", str(path), "--verbose"]) == 0
-    rows = [line.split() for line in capsys.readouterr().out.splitlines()]
+    assert "real time" not in typed("report", path).out
+    rows = [line.split() for line in typed("report", path, "--verbose").out.splitlines()]
     assert ["compute", "-"] in rows
     assert ["real", "time", "factor", "-"] in rows
 
 
 @pytest.mark.parametrize(("law", "words"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")])
-def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, words, tmp_path, capsys):
+def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, words, tmp_path, asked):
     def renamed(topic, ros_type, time_ns, data):
         if topic.endswith("/scene"):
             said = json.loads(cdr.deserialise(cdr.STRING, data).data)
@@ -81,21 +72,20 @@ def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law
 
     path = tmp_path / "run.mcap"
     by_mcap(path, (renamed(*message) for message in wire(SCENE, ["/bearing"])))
-    found = said(capsys, "report", str(path))
+    found = asked("report", str(path))
     assert found["law"] == "hertz"
     assert words in found["warnings"][-1]
-    assert said(capsys, "verify", str(path))["greatest_deviation"] == 0.0
+    assert asked("verify", str(path))["greatest_deviation"] == 0.0
 
 
-def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, capsys):
+def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, refused, asked):
     path = tmp_path / "both.mcap"
     by_mcap(path, wire(SCENE, ["/left", "/right"]))
-    assert main(["verify", str(path)]) == 2
-    sentence = capsys.readouterr().err
+    sentence = refused("verify", path)
     assert "/left/samples, /right/samples" in sentence
     assert "--topic" in sentence
     for topic in ("/left/samples", "/right/samples"):
-        assert said(capsys, "verify", str(path), "--topic", topic)["greatest_deviation"] == 0.0
-        assert said(capsys, "report", str(path), "--topic", topic)["samples"] == SCENE.outputs
+        assert asked("verify", str(path), "--topic", topic)["greatest_deviation"] == 0.0
+        assert asked("report", str(path), "--topic", topic)["samples"] == SCENE.outputs
         page = str(tmp_path / "page.html")
-        assert said(capsys, "view", str(path), "--topic", topic, "--out", page)["outputs_shown"] == SCENE.outputs
+        assert asked("view", str(path), "--topic", topic, "--out", page)["outputs_shown"] == SCENE.outputs

@@ -11,7 +11,6 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 from bearing_twin import load_scene, simulate
-from bearing_twin.command import cli
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.bearing import (
     contact_torque,
@@ -103,13 +102,12 @@ def test_differential_slip_is_that_of_a_curved_patch():
     assert films(lubricant, numbers, [load], [1.234])[0, 4] == pytest.approx(moment, rel=1e-4)
 
 
-def answered(capsys, load, rpm, *changes):
-    words = ["bearing", "6203", "--load", f"0,{-load},0", "--speed", f"{rpm}rpm", "--json"]
-    assert cli.main([*words, *(word for one in changes for word in ("--set", one))]) == cli.DONE
-    return json.loads(capsys.readouterr().out)
+def answered(asked, load, rpm, *changes):
+    words = ["bearing", "6203", "--load", f"0,{-load},0", "--speed", f"{rpm}rpm"]
+    return asked(*words, *(word for one in changes for word in ("--set", one)))
 
 
-def test_the_table_of_a_6203(capsys):
+def test_the_table_of_a_6203(asked):
     """Parts in N mm, by a program of other authorship: films before the factors of the inlet, slip on a whole film."""
     rows = (
         (400, 1750, (3.861, 4.144), (0.9829, 0.9515), 1.113, 1.019, 0.143, 6.195, (4.85, 8.24)),
@@ -120,7 +118,7 @@ def test_the_table_of_a_6203(capsys):
     for load, rpm, film, (heated, starved), hysteresis, slip, thickness, skf, palmgren in rows:
         for place, kind in enumerate(("grease", "oil")):
             set_kind = f"lubricant.kind={kind}"
-            found = answered(capsys, load, rpm, *TABLE_SCENE, set_kind, "lubricant.boundary_friction=0.05")
+            found = answered(asked, load, rpm, *TABLE_SCENE, set_kind, "lubricant.boundary_friction=0.05")
             parts = {name: 1e3 * one for name, one in found["friction_torque_nm"].items()}
             expected = {
                 "film": film[place] * heated * (starved if kind == "grease" else 1.0),
@@ -133,7 +131,7 @@ def test_the_table_of_a_6203(capsys):
             assert found["friction_loss_w"] == pytest.approx(1e-3 * parts["total"] * found["speed_rad_s"], rel=1e-12)
             assert 1e6 * found["film_m"] == pytest.approx(thickness, rel=1e-2)
             assert found["lambda"] == pytest.approx(1e7 * found["film_m"], rel=1e-9)
-        mixed = answered(capsys, load, rpm, *TABLE_SCENE, "lubricant.kind=grease")["friction_torque_nm"]
+        mixed = answered(asked, load, rpm, *TABLE_SCENE, "lubricant.kind=grease")["friction_torque_nm"]
         assert 1e3 * mixed["skf"] == pytest.approx(skf, rel=1e-3)
     assert 1e3 * mixed["slip"] == pytest.approx(1.831, rel=1e-2)  # at 200 1/min films carry a part of the load
 
@@ -162,16 +160,14 @@ def test_greased_bearings_come_near_to_the_formula_of_skf():
     assert 0.8 < min(ratios) < 0.95 < np.median(ratios) < 1.1 < max(ratios) < 1.4
 
 
-def test_spin_of_an_angular_contact_and_of_its_mirror_image_adds_to_slip(capsys):
+def test_spin_of_an_angular_contact_and_of_its_mirror_image_adds_to_slip(typed):
     scene = ("bearing", "7205B", "--speed", "1750rpm", "--json", "--set", "lubricant.kind=grease")
     found = []
     for axial in (500, -500):
-        assert cli.main([*scene, "--load", f"0,0,{axial}"]) == cli.DONE
-        found.append(json.loads(capsys.readouterr().out)["friction_torque_nm"])
+        found.append(json.loads(typed(*scene, "--load", f"0,0,{axial}").out)["friction_torque_nm"])
     assert found[0] == pytest.approx(found[1], rel=1e-6)
     assert 0.5 < found[0]["total"] / found[0]["skf"] < 2.0
-    assert cli.main(["bearing", "7205B", *scene[2:], "--load", "0,-500,0"]) == cli.DONE
-    radial = json.loads(capsys.readouterr().out)["friction_torque_nm"]
+    radial = json.loads(typed("bearing", "7205B", *scene[2:], "--load", "0,-500,0").out)["friction_torque_nm"]
     assert found[0]["slip"] / found[0]["hysteresis"] > 1.5 * radial["slip"] / radial["hysteresis"]
 
 
@@ -199,13 +195,9 @@ def test_viscosities_of_grades_and_between_two_temperatures():
         (["lubricant.kind=honey"], "grease"),
     ],
 )
-def test_bad_lubricants_get_a_sentence(capsys, changes, word):
+def test_bad_lubricants_get_a_sentence(changes, word, refused):
     words = [word for one in changes for word in ("--set", one)]
-    assert cli.main(["bearing", "6203", "--load", "0,-400,0", *words]) == cli.BAD_INPUT
-    said = capsys.readouterr()
-    assert said.out == ""
-    assert word in said.err
-    assert len(said.err.splitlines()) == 1
+    assert word in refused("bearing", "6203", "--load", "0,-400,0", *words)
 
 
 def last_of(run):
@@ -277,27 +269,25 @@ def test_power_closes_with_every_part(kind):
         assert abs(found["energy_closure"]) < 1e-5, name
 
 
-def test_moving_balls_take_the_torque_of_equilibria(capsys):
+def test_moving_balls_take_the_torque_of_equilibria(typed):
     """Within 3 %; of a bearing that a load pushes to one side of equilibria with balls anywhere."""
     for scene, angles in (("bearing_6203", (0.0,)), ("bearing_6203_rig_400N", np.arange(0.0, 45.0, 5.0) - 90.0)):
         still = []
         for angle in angles:
             words = "--set", "lubricant.kind=grease", "--json", "--ball-angle", f"{angle}"
-            assert cli.main(["bearing", scene, *words]) == cli.DONE
-            still.append(json.loads(capsys.readouterr().out)["friction_torque_nm"]["total"])
+            still.append(json.loads(typed("bearing", scene, *words).out)["friction_torque_nm"]["total"])
         given = scene, "lubricant.kind=grease", "run.duration=0.2"
         moving = [report_of(*given, f"wanted.tolerance={one}")["drive_torque_nm"] for one in ("1e-3", "1e-5")]
         assert moving[0] == pytest.approx(np.mean(still), rel=0.03)
         assert moving[0] == pytest.approx(moving[1], rel=1e-3)
 
 
-def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(capsys):
+def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(asked):
     """Equilibria add up slip by rolling and by spin, which is an upper bound; friction at a point has no spin."""
     combined = ("rings.inner.load=[0, -400, 300]", "run.duration=0.05", "solver.check=none")
     torque = [report_of("bearing_6203_greased", *combined, *more) for more in ((), ("contact.friction=point",))]
     whole, rolling = (one["drive_torque_nm"] for one in torque)
-    assert cli.main(["bearing", "bearing_6203_greased", "--set", combined[0], "--json"]) == 0
-    most = json.loads(capsys.readouterr().out)["friction_torque_nm"]["total"]
+    most = asked("bearing", "bearing_6203_greased", "--set", combined[0])["friction_torque_nm"]["total"]
     assert 1.1 * rolling < whole < most
     for load, friction in (("[0, -400, 0]", "point"), ("[0, -400, 1]", "spot")):
         scene = load_scene("bearing_6203_greased", [f"rings.inner.load={load}"])
@@ -334,7 +324,7 @@ def test_films_of_moving_contacts_are_given_out():
         assert values["film_ratio"][here, side] == pytest.approx(expected[:, 1], rel=1e-6)
 
 
-def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(capsys):
+def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(typed):
     """At one place of the balls those of `bearing`, over many those of moving balls within 3 %; all work is lost."""
     greased = ("lubricant.kind=grease", "contact.normal=hertz", "solver.check=none")
     scene = load_scene(
@@ -347,8 +337,7 @@ def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command
     )
     angle = f"{math.degrees(first['orbit_angle'][0])}"
     words = ("bearing", "bearing_6203_rig_400N", "--ball-angle", angle, "--json")
-    assert cli.main([*words, "--set", greased[0], "--set", greased[1]]) == cli.DONE
-    answer = json.loads(capsys.readouterr().out)
+    answer = json.loads(typed(*words, "--set", greased[0], "--set", greased[1]).out)
     assert first["drive_torque"] == pytest.approx(answer["friction_torque_nm"]["total"], rel=1e-6)
     films_of_loads = first["film_thickness"][first["film_thickness"] > 0.0]
     assert films_of_loads.min() == pytest.approx(answer["film_m"], rel=1e-6)

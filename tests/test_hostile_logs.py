@@ -135,7 +135,7 @@ def places(data, at=()):
             yield from places(one, (*at, key))
 
 
-def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_the_end(logs, capsys):
+def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_the_end(logs):
     result, chance = read_study(logs / "study.mcap"), random.Random(46)
     summary = result.as_dict()
     check_summary(summary, result.study, len(result.status))
@@ -184,14 +184,15 @@ def test_names_of_topics_are_anybodys(logs, tmp_path, capsys):
     reported(several, tmp_path, capsys)
 
 
-def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_path, capsys):
+def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_path, capsys, typed):
     """File systems take any bytes as a name; Python shows those that are no text as half characters."""
     source = tmp_path / os.fsdecode(b"half \xff.mcap")
     source.write_bytes((logs / "run.mcap").read_bytes()[:-200])
     whole = tmp_path / os.fsdecode(b"whole \xff.mcap")
     assert main(["recover", str(source), str(whole)]) == 0
     source.write_bytes(source.read_bytes()[:2000])
-    assert main(["recover", str(source), str(tmp_path / "nothing.mcap")]) == 2
-    assert "half \\udcff.mcap at byte" in " ".join(capsys.readouterr().err.split())
+    assert "half \\udcff.mcap at byte" in " ".join(
+        typed("recover", source, tmp_path / "nothing.mcap", code=2).err.split()
+    )
     reported(whole, tmp_path, capsys)
     reported(source, tmp_path, capsys)

@@ -272,13 +272,12 @@ def test_a_force_that_is_assumed_never_reports_success():
     assert math.isfinite(run.report.figures["peak_stress_pa"])
 
 
-def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkeypatch, capsys):
+def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkeypatch, typed):
     def refuse(*_):
         raise BearingTwinError("the disk is full")
 
     monkeypatch.setattr(ShownStream, "write", refuse)
-    assert main(["simulate", "two_spheres", "--plot", str(tmp_path / "a.png"), "--json"]) == BAD_INPUT
-    reported, error = capsys.readouterr()
+    reported, error = typed("simulate", "two_spheres", "--plot", tmp_path / "a.png", "--json", code=BAD_INPUT)
     assert json.loads(reported)["peak_force_n"] > 0.0
     assert "plot" not in json.loads(reported)
     assert error.strip().endswith("bearing_twin: the disk is full")
@@ -290,7 +289,7 @@ def logged(run, block, path):
     return read_log(write_log(made, path).path)
 
 
-def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys):
+def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys, asked):
     """A record that was altered by 1 uN, and one that is not there."""
     run = simulate(load_scene("two_spheres", ["run.output_rate=5e5"]))
     whole = joined(list(run.blocks()))
@@ -307,8 +306,7 @@ def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys):
         assert ("e-06, the greatest of its columns in SI" in out) == (name == "altered")
         assert ("the log has more or fewer records of contact than a new run" in error) == (name == "none")
         assert ("deviation of contact  more or fewer records than in a new run" in out) == (name == "none")
-    assert main(["verify", str(path), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["records_not_as_many"] == ["contact"]
+    assert asked("verify", path)["records_not_as_many"] == ["contact"]
 
 
 def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatch):

@@ -44,14 +44,6 @@ def changes(case):
     return [word for one in case.overrides for word in ("--set", one)]
 
 
-def asked(capsys, *words):
-    """The JSON that a command prints, one line on standard output."""
-    assert main([*map(str, words), "--json"]) == DONE
-    out = capsys.readouterr().out
-    assert out.count("\n") == 1
-    return json.loads(out)
-
-
 @pytest.fixture(scope="module", params=CASES)
 def case(request):
     return CASES[request.param]
@@ -84,9 +76,9 @@ def test_something_happens_in_the_run(case, ran):
     assert bool(np.any((loads[1:] > 0.0) & (loads[:-1] == 0.0))) is case.begins
 
 
-def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, capsys):
+def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, asked):
     log, run = simulated
-    reported = asked(capsys, "report", log)
+    reported = asked("report", log)
     assert set(run) <= set(reported)
     assert set(reported) - set(run) == OF_THE_LOG
     assert reported["missing_outputs"] == 0
@@ -95,8 +87,8 @@ def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, capsys):
     assert {key: repr(run[key]) for key in both} == {key: repr(reported[key]) for key in both}
 
 
-def test_the_log_verifies(ran, capsys):
-    found = asked(capsys, "verify", ran)
+def test_the_log_verifies(ran, asked):
+    found = asked("verify", ran)
     assert found["greatest_deviation"] == 0.0
     assert found["samples"] > 10
 
@@ -120,10 +112,10 @@ def test_a_replay_gives_the_bytes_of_the_log(ran):
     assert now == pytest.approx(2 * (logged[-1].log_time - logged[0].log_time), abs=1e3)
 
 
-def test_the_topics_of_the_scene_are_those_of_its_log(case, ran, tmp_path, capsys):
+def test_the_topics_of_the_scene_are_those_of_its_log(case, ran, tmp_path, asked):
     scene = tmp_path / "scene.yaml"
     scene.write_text(read_log(ran).scene.text)
-    listed = asked(capsys, "topics", scene)["topics"]
+    listed = asked("topics", scene)["topics"]
     names = {one["topic"]: one["type"] for one in listed}
     logged = {one.topic.name: one.topic.ros_type for one in raw_messages(ran)}
     assert set(logged) <= set(names)
@@ -132,7 +124,7 @@ def test_the_topics_of_the_scene_are_those_of_its_log(case, ran, tmp_path, capsy
     assert all(one["meaning"] for one in listed)
 
 
-def test_the_run_has_a_page(case, ran, tmp_path, capsys):
+def test_the_run_has_a_page(case, ran, tmp_path):
     page = tmp_path / "run.html"
     assert main(["view", str(ran), "--out", str(page)]) == DONE
     text = page.read_text(encoding="utf-8")
@@ -141,7 +133,7 @@ def test_the_run_has_a_page(case, ran, tmp_path, capsys):
     assert "http://" not in text.replace("http://www.w3.org", "")  # nothing is fetched
 
 
-def test_a_study_of_a_few_realisations(case, tmp_path, capsys, quick_workers):
+def test_a_study_of_a_few_realisations(case, tmp_path, quick_workers, asked):
     scene = load_scene(case.scene)
     value = scene.parameters
     for name in case.uncertain.split("."):
@@ -162,7 +154,7 @@ def test_a_study_of_a_few_realisations(case, tmp_path, capsys, quick_workers):
             }
         )
     )
-    found = asked(capsys, "study", study, "--seed", 3)
+    found = asked("study", study, "--seed", 3)
     assert (found["samples"], found["failed"]) == (4, {})
     one = found["quantities"][case.quantity]
     assert one["mean"] > 0.0
@@ -173,9 +165,8 @@ def test_a_study_of_a_few_realisations(case, tmp_path, capsys, quick_workers):
     ("change", "word"),
     [("nonsense.key=1", "nonsense"), ("run.duration=never", "run.duration"), ("run.duration=-1", "run.duration")],
 )
-def test_a_key_or_value_that_is_none_is_refused(case, change, word, capsys):
-    assert main(["simulate", case.scene, "--set", change]) == BAD_INPUT
-    out, err = capsys.readouterr()
+def test_a_key_or_value_that_is_none_is_refused(case, change, word, typed):
+    out, err = typed("simulate", case.scene, "--set", change, code=BAD_INPUT)
     assert out == ""
     assert word in err
     assert "Traceback" not in err

@@ -1,11 +1,8 @@
 """How a bearing in balance answers an error of its contact law: against equilibria of other moduli, and as reported."""
 
-import json
-
 import numpy as np
 import pytest
 
-from bearing_twin.command import cli
 from bearing_twin.contact.validity import FELT, gap_error
 from bearing_twin.kinds.bearing import Support, response_of, solver_of
 from bearing_twin.run.scene import load_scene
@@ -49,13 +46,8 @@ def test_the_response_is_the_derivative_of_equilibria_by_the_moduli(name, suppor
         assert np.abs(reported - slope).max() <= 0.02 * np.abs(slope).max() + 1e-4
 
 
-def answered(capsys, *words):
-    assert cli.main(["bearing", *words, "--json"]) == cli.DONE
-    return json.loads(capsys.readouterr().out)
-
-
-def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(capsys):
-    loaded = answered(capsys, "bearing_6203", "--load", "0,-1000,0")
+def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(asked):
+    loaded = asked("bearing", "bearing_6203", "--load", "0,-1000,0")
     reported, radius = loaded["model_errors"]["half_space"], 0.5 * 6.75e-3
     wide = FELT * gap_error(max(loaded["semi_major_inner_m"]), radius, 1.04 * radius)
     assert reported["normal_load_n"] < 0.2 * wide * max(loaded["normal_load_inner_n"])
@@ -63,7 +55,7 @@ def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(capsys):
     assert 0.3 * wide < reported["ring_displacement_m"][1] / 12.35e-6 < wide
     assert reported["ring_displacement_m"][::2] == [0.0, 0.0]  # where symmetry holds it, without what is rounding
     y = f"0,{loaded['ring_displacement_m'][1]!r},0"
-    held = answered(capsys, "bearing_6203", "--displacement", y)
+    held = asked("bearing", "bearing_6203", "--displacement", y)
     reported = held["model_errors"]["half_space"]
     assert held["normal_load_inner_n"] == pytest.approx(loaded["normal_load_inner_n"], rel=1e-6)
     assert reported["normal_load_n"] > 0.5 * wide * max(held["normal_load_inner_n"])
@@ -71,9 +63,9 @@ def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(capsys):
     assert 0.3 * wide < reported["ring_force_n"][1] / 1000.0 < wide
 
 
-def test_what_a_law_is_off_by_is_told_as_the_other_law_finds_it(capsys):
+def test_what_a_law_is_off_by_is_told_as_the_other_law_finds_it(asked):
     words = ("bearing_6203", "--displacement", "0,-12e-6,0")
-    exact, rough = answered(capsys, *words), answered(capsys, *words, "--set", "contact.normal=volumetric")
+    exact, rough = asked("bearing", *words), asked("bearing", *words, "--set", "contact.normal=volumetric")
     off = abs(rough["ring_force_n"][1] - exact["ring_force_n"][1])
     assert off > 1.0
     assert rough["model_errors"]["law"]["ring_force_n"][1] == pytest.approx(off, rel=0.2)

@@ -84,10 +84,9 @@ def test_indices_of_curves_are_within_the_arrays_of_a_message():
 
 
 @pytest.mark.parametrize("program", LAYOUTS)
-def test_the_layouts_in_the_package_are_what_the_command_writes(program, tmp_path, capsys):
+def test_the_layouts_in_the_package_are_what_the_command_writes(program, tmp_path, asked):
     """`bearing_twin layouts bearing_6203 --out config/layouts` writes them again."""
-    assert main(["layouts", "bearing_6203", "--for", program, "--out", str(tmp_path), "--json"]) == 0
-    [path] = json.loads(capsys.readouterr().out)["files"].values()
+    [path] = asked("layouts", "bearing_6203", "--for", program, "--out", tmp_path)["files"].values()
     name = f"bearing_6203{LAYOUTS[program].suffix}"
     with open(path, "rb") as file:
         assert file.read() == share_path("config", "layouts", name).read_bytes()
@@ -181,25 +180,23 @@ def test_two_bearings_share_one_picture():
     assert yaml.safe_load(content)["Visualization Manager"]["Global Options"]["Fixed Frame"] == "world"
 
 
-def test_a_log_is_laid_out_by_its_own_names(tmp_path, capsys):
+def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, typed):
     scene = made_up_scene()
     write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
     words = ["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "new"), "--for", "plotjuggler", "--json"]
-    assert main(words) == 0
-    reported = json.loads(capsys.readouterr().out)
+    reported = json.loads(typed(*words).out)
     [path] = reported["files"].values()
     assert path.endswith("run.plotjuggler.xml")
     assert reported["open_with"] == {"plotjuggler": f"plotjuggler --datafile {tmp_path / 'run.mcap'} --layout {path}"}
     with open(path, "rb") as file:
         assert file.read() == LAYOUTS["plotjuggler"].made(panels(scene))
-    assert main(words) == 2
-    assert "is not overwritten" in capsys.readouterr().err
+    assert "is not overwritten" in refused(*words)
     Path(path).write_text("another")
     assert main([*words, "--force"]) == 0
     assert Path(path).read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
 
 
-def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path, capsys):
+def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path):
     (tmp_path / "scene.yaml").write_text("kind: bearing\nname: ../../escaped\n")
     (tmp_path / "deep").mkdir()
     words = ["--out", str(tmp_path / "deep" / "new"), "--for", "plotjuggler"]
@@ -207,12 +204,13 @@ def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path, capsys):
     assert [one.name for one in (tmp_path / "deep" / "new").iterdir()] == ["_.._escaped.plotjuggler.xml"]
 
 
-def test_a_study_is_shown_by_view(tmp_path, capsys):
+def test_a_study_is_shown_by_view(tmp_path, typed):
     only = ["quantities=[peak_force]", "stop.quantity=peak_force"]
     study = load_study("spheres_alpha_4e-5", [*only, "method=ensemble", "samples=40", "workers=1"])
     path = write_study(run_study(study), tmp_path / "study.mcap")
-    assert main(["layouts", str(path), "--out", str(tmp_path)]) == 2
-    assert f"bearing_twin view {path} shows it" in " ".join(capsys.readouterr().err.split())
+    assert f"bearing_twin view {path} shows it" in " ".join(
+        typed("layouts", path, "--out", tmp_path, code=2).err.split()
+    )
 
 
 @pytest.mark.parametrize(
@@ -223,25 +221,22 @@ def test_a_study_is_shown_by_view(tmp_path, capsys):
         (["there_is_none.mcap"], "there is no log"),
     ],
 )
-def test_what_cannot_be_laid_out_is_refused(words, sentence, tmp_path, capsys):
-    assert main(["layouts", *words, "--out", str(tmp_path)]) == 2
-    assert sentence in capsys.readouterr().err
+def test_what_cannot_be_laid_out_is_refused(words, sentence, tmp_path, refused):
+    assert sentence in refused("layouts", *words, "--out", tmp_path)
 
 
-def test_a_kind_without_topics_of_its_own_is_refused(tmp_path, capsys):
+def test_a_kind_without_topics_of_its_own_is_refused(tmp_path, refused):
     path = tmp_path / "swing.yaml"
     path.write_text("kind: toy\n", encoding="utf-8")
-    assert main(["layouts", str(path), "--out", str(tmp_path)]) == 2
-    assert "swing has neither wrenches nor contacts nor state" in capsys.readouterr().err
+    assert "swing has neither wrenches nor contacts nor state" in refused("layouts", path, "--out", tmp_path)
     assert not list(tmp_path.glob("swing.*.*"))
 
 
 @pytest.mark.parametrize("out", ["run.mcap", "run.mcap/below"])
-def test_layouts_that_are_to_go_into_a_file_are_told_where_they_go(out, tmp_path, capsys, monkeypatch):
+def test_layouts_that_are_to_go_into_a_file_are_told_where_they_go(out, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     write_log(simulate(load_scene("two_spheres")), "run.mcap")
-    assert main(["layouts", "run.mcap", "--out", out]) == 2
-    said = capsys.readouterr().err
+    said = refused("layouts", "run.mcap", "--out", out)
     assert f"--out {out} cannot be made (" in said
     assert "layouts go into a folder: name another" in said
     assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]

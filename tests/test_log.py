@@ -64,7 +64,7 @@ def test_samples_come_back_bit_for_bit(tmp_path, name):
     assert summary.messages == len(found)
 
 
-def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_simulated_before_it(tmp_path, capsys):
+def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_simulated_before_it(tmp_path, typed):
     scene = load_scene("bearing_6203", ["run.duration=0.12"])
     whole = joined(list(simulate(scene).blocks()))
     write_log(made_up_run(scene, [whole.part(60, 100), whole.part(100, 121)]), tmp_path / "late.mcap")
@@ -72,38 +72,34 @@ def test_a_recording_of_all_outputs_that_begins_late_verifies_and_says_what_is_s
     found = verify(read_log(tmp_path / "late.mcap"), reached.append)
     assert (found.samples, found.greatest, found.missing) == (61, 0.0, 0)
     assert reached[0] < 0.06 < reached[-1] == pytest.approx(0.12)
-    assert main(["verify", str(tmp_path / "late.mcap"), "--json"]) == DONE
-    captured = capsys.readouterr()
+    captured = typed("verify", tmp_path / "late.mcap", "--json")
     assert json.loads(captured.out)["samples"] == 61
     assert "begins at 0.06 s: the run up to there is simulated first" in captured.err
-    assert main(["verify", str(tmp_path / "late.mcap"), "--before", "0.05"]) == BAD_INPUT
-    assert "0.06 s of this log, before output 60, would be simulated" in capsys.readouterr().err
-    assert main(["report", str(tmp_path / "late.mcap"), "--json"]) == DONE
-    captured = capsys.readouterr()
+    said = typed("verify", tmp_path / "late.mcap", "--before", "0.05", code=BAD_INPUT)
+    assert "0.06 s of this log, before output 60, would be simulated" in said.err
+    captured = typed("report", tmp_path / "late.mcap", "--json")
     assert json.loads(captured.out)["begins_s"] == pytest.approx(0.06)
     assert "begins at 0.06 s" in captured.err
 
 
-def test_a_log_with_gaps_is_verified_where_it_has_outputs(tmp_path, capsys):
+def test_a_log_with_gaps_is_verified_where_it_has_outputs(tmp_path, typed):
     scene = load_scene("bearing_6203", ["run.duration=0.12"])
     whole = joined(list(simulate(scene).blocks()))
     write_log(made_up_run(scene, [whole.part(0, 50), whole.part(80, 121)]), tmp_path / "gap.mcap")
     with pytest.raises(LogError, match="30 outputs are missing"):
         verify(read_log(tmp_path / "gap.mcap"))
-    assert main(["verify", str(tmp_path / "gap.mcap"), "--json"]) == DONE
-    captured = capsys.readouterr()
+    captured = typed("verify", tmp_path / "gap.mcap", "--json")
     found = json.loads(captured.out)
     assert (found["samples"], found["greatest_deviation"], found["outputs_missing"]) == (91, 0.0, 30)
     assert "30 outputs are missing in the log, and nothing is known of them" in captured.err
 
 
 @pytest.mark.parametrize("name", ["bearing_6203", "ellipsoid_rocking"])
-def test_a_run_is_continued_from_its_log_as_one_long_run_to_the_bit(name, tmp_path, capsys):
+def test_a_run_is_continued_from_its_log_as_one_long_run_to_the_bit(name, tmp_path, typed):
     first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
     assert main(["simulate", name, "--duration", "0.05", "--out", str(first), "--json"]) == DONE
     assert main(["simulate", str(first), "--continue", "0.02s", "--out", str(second), "--json"]) == DONE
-    assert main(["verify", str(second), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out.splitlines()[-1])["greatest_deviation"] == 0.0
+    assert json.loads(typed("verify", second, "--json").out.splitlines()[-1])["greatest_deviation"] == 0.0
     log = read_log(second)
     *_, last = log
     assert 1e-9 * last.time_ns == pytest.approx(0.07, abs=1e-9 * log.scene.output_period_ns)
@@ -497,7 +493,7 @@ def test_records_that_come_out_of_order_are_put_in_theirs(tmp_path):
         assert all(np.array_equal(mine[name], theirs[name], equal_nan=True) for name in theirs)
 
 
-def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, capsys):
+def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, typed):
     """As of a node whose law and load were changed while it ran: each run with its own scene, the last by default."""
     path = tmp_path / "reset.mcap"
     scenes = [
@@ -526,14 +522,12 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, capsys):
         assert found.errors["errors_by_source"] == run.report.errors["errors_by_source"]
         assert bits(stream) == bits(joined(list(simulate(scene).blocks())))
         for command in ("report", "verify"):
-            assert main([command, str(path), "--json", "--run", str(number)]) == DONE
-            reported = capsys.readouterr()
+            reported = typed(command, path, "--json", "--run", number)
             assert json.loads(reported.out)["samples"] == outputs
             assert "holds 3 runs" not in reported.err  # it is the run that was asked for
         assert json.loads(reported.out)["greatest_deviation"] == 0.0
         assert document_of_log(path, run=number)["facts"][3] == ("outputs", str(outputs))
-    assert main(["report", str(path), "--json"]) == DONE
-    assert "run 3 of 3" in capsys.readouterr().err
+    assert "run 3 of 3" in typed("report", path, "--json").err
     assert read_log(path, last_run=True).run == 3
     (note,) = document_of_log(path)["notes"]  # a command has a topic that the kind knows
     assert "run 3 of 3" in note
@@ -541,7 +535,5 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, capsys):
         list(read_log(path))
     assert sum(map(len, read_log(path, allow_gaps=True).blocks())) == 41 + 21 + 31
     for wrong in ("0", "4", "-2"):
-        assert main(["report", str(path), "--run", wrong]) == BAD_INPUT
-        assert "give one from 1 to 3" in capsys.readouterr().err
-    assert main(["export", str(path), "--to", "csv", "--out", str(tmp_path / "tables")]) == DONE
-    assert "holds 3 runs" in capsys.readouterr().err
+        assert "give one from 1 to 3" in refused("report", path, "--run", wrong)
+    assert "holds 3 runs" in typed("export", path, "--to", "csv", "--out", tmp_path / "tables").err

@@ -43,7 +43,7 @@ def test_a_run_whose_log_has_no_room_goes_on_to_its_end(whole, tmp_path, monkeyp
     assert 0 < len(samples) < whole["samples"]
 
 
-def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path, monkeypatch, capsys):
+def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path, monkeypatch, typed):
     monkeypatch.chdir(tmp_path)
     write = os.pwritev
 
@@ -54,8 +54,9 @@ def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path
 
     monkeypatch.setattr(os, "pwritev", full)
     words = ("rings.inner.change.time=0.0105", "rings.inner.change.load=[0, -7e5, 0]", "cage.kind=none")
-    assert main(["simulate", "bearing_6203_rig_400N", *(f"--set={one}" for one in words), "--out", "run.mcap"]) == 2
-    out, error = capsys.readouterr()
+    out, error = typed(
+        "simulate", "bearing_6203_rig_400N", *(f"--set={one}" for one in words), "--out", "run.mcap", code=BAD_INPUT
+    )
     assert "failed: overload" in out
     for sentence in ("the log is incomplete: run.mcap cannot grow", "a load of", "bearing_twin explain failure_"):
         assert sentence in " ".join(error.split())
@@ -63,12 +64,11 @@ def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path
 
 @pytest.mark.parametrize("out", ["run.mcap", "bag"])
 @pytest.mark.parametrize("written", [0, 1])
-def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, whole, tmp_path, monkeypatch, capsys):
+def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, whole, tmp_path, monkeypatch, typed):
     """Neither the head of its file nor, behind that, its scene."""
     monkeypatch.chdir(tmp_path)
     full_after(written, monkeypatch)
-    assert main(["simulate", *LONG, "--out", out, "--json"]) == BAD_INPUT
-    out, error = capsys.readouterr()
+    out, error = typed("simulate", *LONG, "--out", out, "--json", code=BAD_INPUT)
     assert {key: one for key, one in json.loads(out).items() if key not in FOR_MACHINES} == whole
     (line,) = [one for one in error.splitlines() if one.startswith("bearing_twin: there is no log: ")]
     assert line.count("No space left on device") == line.count("(") == line.count(".mcap") == 1
@@ -76,13 +76,12 @@ def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, w
     assert not list(tmp_path.iterdir())
 
 
-def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, capsys):
+def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, typed):
     def broken(*_):
         raise OSError(errno.EIO, "Input/output error")
 
     monkeypatch.setattr(os, "pwritev", broken)
-    assert main(["simulate", *LONG, "--out", str(tmp_path / "run.mcap")]) == BAD_INPUT
-    out, error = capsys.readouterr()
+    out, error = typed("simulate", *LONG, "--out", tmp_path / "run.mcap", code=BAD_INPUT)
     assert not out
     assert "run.mcap cannot be written (Input/output error); give another place for the log" in error
     assert "log is incomplete" not in error
@@ -112,7 +111,7 @@ def cut_short(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("words", [["report"], ["verify"], ["view"], ["export", "--to", "csv"]], ids=lambda one: one[0])
-def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(words, cut_short, capsys):
+def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(words, cut_short, capsys, asked):
     command, *rest = words
     recover(cut_short, "saved.mcap")
     write_log(simulate(SHORT), "whole.mcap")
@@ -121,8 +120,7 @@ def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(word
         assert main([command, path, *rest, *out, "--strict", "--force"]) == code
         assert capsys.readouterr().err.lower().count(ENDS) == (code == DOUBTFUL)
         if command in ("report", "verify") and code == DOUBTFUL:
-            assert main([command, path, "--json"]) == DONE
-            found = json.loads(capsys.readouterr().out)
+            found = asked(command, path)
             assert (found["log_ends_s"], found["scene_ends_s"]) == pytest.approx((9.9e-5, 2e-4))
 
 

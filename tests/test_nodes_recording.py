@@ -11,7 +11,7 @@ from mcap.writer import Writer
 from runs import made_up_block, made_up_run, made_up_scene, receive
 
 from bearing_twin.base.errors import LogError
-from bearing_twin.command.cli import DOUBTFUL, main
+from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, offered_qos, raw_messages
@@ -94,7 +94,7 @@ def test_losses_and_restarts_are_counted():
 
 
 @pytest.mark.parametrize(("firsts", "mixed"), [((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)])
-def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_lost(firsts, mixed, tmp_path, capsys):
+def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_lost(firsts, mixed, tmp_path, typed):
     """Two bearings in one namespace; one that is started again while its old end is still known steps back once."""
     path = tmp_path / "out.mcap"
     recording = recording_of(path, SAMPLES)
@@ -108,11 +108,12 @@ def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_los
     assert (status["samples_lost"], status["mixed"], status["uncounted"]) == (2, SAMPLES * mixed, SAMPLES)
     assert ("outputs are mixed" in warning_of(status)) is mixed
     recording.close()
-    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
-    assert ("several nodes sent samples at a time" in capsys.readouterr().err) is mixed
+    assert (
+        "several nodes sent samples at a time" in typed("report", path, "--json", "--strict", code=DOUBTFUL).err
+    ) is mixed
 
 
-def test_messages_are_counted_by_their_numbers_and_a_report_tells_what_was_lost(tmp_path, capsys):
+def test_messages_are_counted_by_their_numbers_and_a_report_tells_what_was_lost(tmp_path, typed):
     """Of several publishers, or without numbers, nobody can count."""
     path = tmp_path / "out.mcap"
     recording = recording_of(path, "/one", "/two", "/three", "/four", SAMPLES)
@@ -129,13 +130,12 @@ def test_messages_are_counted_by_their_numbers_and_a_report_tells_what_was_lost(
     assert read_log(path).losses == {
         "messages_lost": 3, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/four /three /two",
     }  # fmt: skip
-    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
-    said = capsys.readouterr()
+    said = typed("report", path, "--json", "--strict", code=DOUBTFUL)
     assert json.loads(said.out)["messages_lost"] == 3
     assert "3 messages were lost on the way to the recorder" in said.err
 
 
-def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, capsys):
+def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked):
     path, large = tmp_path / "out.mcap", bytes(LARGEST_MESSAGE)
     recording = recording_of(path, "/other", SAMPLES, ros_type=cdr.STRING)
     recording.receive_all("/other", [1] * 4, [1] * 4, [b"before", large, large + b"1", b"after"], [1, 2, 3, 4])
@@ -146,8 +146,7 @@ def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, capsys
     assert warning_of(status).startswith("4 messages are not logged")
     recording.close()
     assert [len(one.data) for one in raw_messages(path) if one.topic.name == "/other"] == [6, LARGEST_MESSAGE, 5]
-    assert main(["report", str(path), "--strict", "--json"]) == DOUBTFUL
-    assert json.loads(capsys.readouterr().out)["messages_unreadable"] == 4
+    assert asked("report", path, "--strict", code=DOUBTFUL)["messages_unreadable"] == 4
 
 
 def test_no_more_topics_are_recorded_than_are_read(tmp_path, monkeypatch):

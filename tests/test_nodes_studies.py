@@ -10,7 +10,6 @@ from itertools import pairwise
 import pytest
 
 from bearing_twin.base.errors import BearingTwinError, LogError, StudyError
-from bearing_twin.command.cli import main
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.nodes.studies import (
     ABORTED,
@@ -53,11 +52,10 @@ def figures(studies):
     return studies.status()[2]
 
 
-def test_an_answer_is_what_the_command_prints(capsys, tmp_path):
+def test_an_answer_is_what_the_command_prints(tmp_path, asked):
     answer = answered(Studies(str(tmp_path / "logs")))
     words = [word for override in QUICK.overrides for word in ("--set", override)]
-    assert main(["study", QUICK.study, *words, "--samples", "500", "--seed", "7", "--json"]) == 0
-    printed = json.loads(capsys.readouterr().out)
+    printed = asked("study", QUICK.study, *words, "--samples", "500", "--seed", "7")
     summary = json.loads(answer.summary)
     assert summary.pop("log") == answer.log
     assert summary.pop("seconds") > 0.0

@@ -1,6 +1,5 @@
 """Runs from equilibria: against balls that move by themselves, against static answers, in every command."""
 
-import json
 import math
 
 import numpy as np
@@ -9,7 +8,6 @@ from bearings import motion
 from runs import a_choice
 
 from bearing_twin.base.errors import IntegrationError, SceneError
-from bearing_twin.command import cli
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import bearing_motion, cage_needed, contact_details
@@ -173,7 +171,7 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
     assert amplitude == pytest.approx(12.7, rel=0.03)
 
 
-def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(capsys):
+def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(asked):
     """Against balls that move, whose spin axes have settled; the command flags what the run reports."""
     keys = NO_GRAVITY, "cage.kind=even", "drive.offset=[0,-3e-6,2e-5]", "drive.speed=1500", OUTSIDE
     times = "run.duration=0.5", "run.output_rate=100", "solver.check=none"
@@ -183,8 +181,7 @@ def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(capsys):
     reported = report.errors["wanted_errors"]["loads"]["model_errors"]["left_out"]
     assert 0.1 * reported < np.abs(found - exact).max() / exact.max() < reported < 1.0
     words = [word for key in keys for word in ("--set", key)]
-    cli.main(["bearing", "bearing_6203", *words, "--json"])
-    (flag,) = [one for one in json.loads(capsys.readouterr().out)["flags"] if "of the greatest" in one]
+    (flag,) = [one for one in asked("bearing", "bearing_6203", *words)["flags"] if "of the greatest" in one]
     assert f"{100.0 * reported:.2g} %" in flag
 
 

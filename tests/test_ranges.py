@@ -9,7 +9,7 @@ import pytest
 from bearing_twin import read_log
 from bearing_twin.base.errors import SceneError, StudyError
 from bearing_twin.charts.laws import hardest
-from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
+from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.rules import FASTEST_CHANGE, RANGES
@@ -151,25 +151,18 @@ def test_what_runs_all_the_same_is_marked_in_every_output_and_never_done(name):
     assert report.as_dict()["outside_range"] == list(report.outside)
 
 
-def test_command_and_log_say_the_same(tmp_path, capsys):
+def test_command_and_log_say_the_same(tmp_path, asked, refused):
     words = ("simulate", "two_discs", "--set", "disc.thickness=0.5")
-    assert main([*words]) == BAD_INPUT
-    assert "outside its range" in capsys.readouterr().err
+    assert "outside its range" in refused(*words)
     log = str(tmp_path / "run.mcap")
-    assert main([*words, "--allow-invalid", "--strict", "--json", "--out", log]) == DOUBTFUL
-    stated = json.loads(capsys.readouterr().out)
-    assert main(["report", log, "--json"]) == DONE
-    reported = json.loads(capsys.readouterr().out)
+    stated = asked(*words, "--allow-invalid", "--strict", "--out", log, code=DOUBTFUL)
+    reported = asked("report", log)
     for key in ("status", "flags", "outside_range"):
         assert reported[key] == stated[key]
-    assert main(["verify", log, "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["deviations"]["outside_range"] == 0.0
+    assert asked("verify", log)["deviations"]["outside_range"] == 0.0
     assert {float(sample["outside_range"]) for sample in read_log(log)} == {1.0}
-    assert main(["bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE]) == BAD_INPUT
-    capsys.readouterr()
-    assert main(["bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE, "--allow-invalid",
-                 "--json"]) == DONE  # fmt: skip
-    answer = json.loads(capsys.readouterr().out)
+    refused("bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE)
+    answer = asked("bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE, "--allow-invalid")
     assert set(answer["outside_range"]) <= set(answer["flags"])
 
 

@@ -92,7 +92,7 @@ def test_a_housing_gives_way_to_its_load():
     assert np.mean((soft - held)[-len(held) // 4 :]) == pytest.approx(-500.0 / 1e7, rel=1e-2)
 
 
-def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tmp_path, capsys):
+def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tmp_path, asked):
     log, longer = tmp_path / "run.mcap", tmp_path / "longer.mcap"
     keys = ("--set", "sensor.rate=12300", "--set", "solver.check=none")
     scene = ("simulate", "bearing_6205_spall_outer", *keys)
@@ -100,8 +100,7 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     found = samples_of(read_log(log))
     assert len(found) == 2461
     assert found[:, 0] == pytest.approx(np.arange(2461) / 12300.0, abs=1e-12)
-    capsys.readouterr()
-    assert not any(printed(capsys, "verify", log)["deviations"].values())
+    assert not any(asked("verify", log)["deviations"].values())
     waves = [
         cdr.deserialise(cdr.WAVEFORM, one.data) for one in LogReader(log).messages({"/bearing/records/acceleration"})
     ]
@@ -122,7 +121,6 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     whole, rest = samples_of(read_log(longer)), samples_of(read_log(more))
     assert np.array_equal(rest, whole[-len(rest) :])
     assert 1230 <= len(rest) < 6000
-    capsys.readouterr()
 
 
 def test_samples_go_on_from_a_snapshot_to_the_bit_and_afresh_from_one_of_an_older_version():
@@ -152,7 +150,7 @@ def test_a_waveform_is_no_longer_than_is_read(tmp_path, monkeypatch):
     assert np.array_equal(samples_of(read_log(tmp_path / "run.mcap")), samples_of(run))
 
 
-def test_a_thinned_log_has_all_samples_of_its_sensor(tmp_path, capsys):
+def test_a_thinned_log_has_all_samples_of_its_sensor(tmp_path, asked, refused):
     run = simulate(load_scene("bearing_6205_spall_outer", ["solver.check=none", "run.duration=0.75"]))
     with LogWriter(
         tmp_path / "run.mcap", run.scene, stream.choice_record(run.choice), safety=Safety(kept_rate=5.0)
@@ -161,14 +159,11 @@ def test_a_thinned_log_has_all_samples_of_its_sensor(tmp_path, capsys):
         for block in run.blocks():
             log.write_all(messages.messages(block))
         log.write_all(messages.flush())
-    assert cli.main(["spectrum", str(tmp_path / "run.mcap"), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+    found = asked("spectrum", tmp_path / "run.mcap")
     assert (found["verdict"], found["rate_hz"]) == ("outer", pytest.approx(run.scene.parameters.sensor.rate))
-    assert cli.main(["spectrum", str(tmp_path / "run.mcap"), "--key", "cage_speed"]) == 2
-    assert "leave out --key" in capsys.readouterr().err
+    assert "leave out --key" in refused("spectrum", tmp_path / "run.mcap", "--key", "cage_speed")
     write_log(simulate(load_scene("bearing_6203", ["run.duration=0.01"])), tmp_path / "none.mcap")
-    assert cli.main(["spectrum", str(tmp_path / "none.mcap")]) == 2
-    assert "its scene has no `sensor`" in capsys.readouterr().err
+    assert "its scene has no `sensor`" in refused("spectrum", tmp_path / "none.mcap")
 
 
 @pytest.fixture(scope="module")
@@ -188,16 +183,10 @@ def played(tmp_path_factory):
     return found
 
 
-def printed(capsys, *words) -> dict:
-    """The JSON that a command prints."""
-    assert cli.main([*map(str, words), "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
-def test_spectrum_names_the_spalls_that_scenes_have(played, capsys):
+def test_spectrum_names_the_spalls_that_scenes_have(played, asked):
     for on, family in SPALLS.items():
         log, run = played[on]
-        found = printed(capsys, "spectrum", log)
+        found = asked("spectrum", log)
         lines = {one["name"]: one for one in found["lines"]}
         assert found["verdict"] == on
         assert lines[family]["off"] == pytest.approx(0.0, abs=3e-3)
@@ -205,14 +194,14 @@ def test_spectrum_names_the_spalls_that_scenes_have(played, capsys):
         sides = [lines[f"{family}{sign}fs"]["over_noise_db"] for sign in "+-"]
         assert (min(sides) > 15.0) == (on == "inner")
         assert health(log) == [(STALE, 0), (WARN, 1), (WARN, 2)][: 2 + (on == "outer")]
-        logged = printed(capsys, "report", log)
+        logged = asked("report", log)
         for figure, name in (("bpfo", "BPFO"), ("bpfi", "BPFI"), ("bsf", "2BSF")):
             assert run[f"{figure}_over_noise_db"] == logged[f"{figure}_over_noise_db"]
             assert run[f"{figure}_over_noise_db"] == pytest.approx(lines[name]["over_noise_db"], abs=1e-3)
         assert run["acceleration_rms_m_s2"] == pytest.approx(found["rms"], rel=1e-6)
     assert lines["BPFI"]["over_noise_db"] > 20.0
     sound, _ = played["sound"]
-    assert printed(capsys, "spectrum", sound)["verdict"] == "nothing stands out"
+    assert asked("spectrum", sound)["verdict"] == "nothing stands out"
     assert health(sound) == [(STALE, 0), (OK, 1)]
 
 

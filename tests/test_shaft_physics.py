@@ -1,6 +1,5 @@
 """A shaft on two bearings: statics, frequencies, unbalance, loads over time, an independent integration."""
 
-import json
 import math
 
 import numpy as np
@@ -13,7 +12,7 @@ from shafts import energy, motion_of, outputs_of, parameters_of
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.sample import joined
-from bearing_twin.command.cli import BAD_INPUT, main
+from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds import KINDS
@@ -90,7 +89,7 @@ def test_an_overhung_load_is_shared_by_levers():
     assert force[:, 1] == pytest.approx(by_lever, rel=0.05)
 
 
-def bearing_stiffness(capsys, parameters, side, ring, *more):
+def bearing_stiffness(asked, parameters, side, ring, *more):
     """The 5 x 5 stiffness that `bearing_twin bearing` gives for one bearing with its ring held there."""
     geometry = getattr(parameters, side).geometry
     words = [f"geometry.{key}={getattr(geometry, key)}" for key in ("radial_clearance", "inner_conformity")]
@@ -102,26 +101,25 @@ def bearing_stiffness(capsys, parameters, side, ring, *more):
         "--misalignment",
         ",".join(f"{one:.17g}" for one in ring[3:]),
     ]
-    speed = ["--set", f"drive.speed={parameters.drive.speed}", "--ball-angle", str(angle), "--json"]
-    assert main([*command, *held, *speed, *more]) == 0
-    return np.array(json.loads(capsys.readouterr().out)["stiffness"])
+    speed = ["--set", f"drive.speed={parameters.drive.speed}", "--ball-angle", angle]
+    return np.array(asked(*command, *held, *speed, *more)["stiffness"])
 
 
-def test_natural_frequencies_are_those_of_the_bearings_stiffness(capsys):
+def test_natural_frequencies_are_those_of_the_bearings_stiffness(asked):
     parameters = parameters_of("drive.speed=0", "shaft.unbalances=[]", "contact.relaxation_time=0")
     found = balance_of(parameters, "hertz", 0.0)
     stiffness = np.zeros((5, 5))
     for side in SIDES:
         across = coupling(parameters, side)
         ring = across @ found.coordinates + middles(parameters)[side]
-        stiffness += across.T @ bearing_stiffness(capsys, parameters, side, ring) @ across
+        stiffness += across.T @ bearing_stiffness(asked, parameters, side, ring) @ across
     mass, inertia = parameters.shaft.mass, parameters.shaft.inertia[0]
     squares = linalg.eigh(stiffness, np.diag([mass] * 3 + [inertia] * 2), eigvals_only=True)
     modes, _ = modes_of(parameters, "hertz")
     assert modes.frequencies == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-6)
 
 
-def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(capsys):
+def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(asked):
     """At 2000 rad/s outer raceway control would make a 6203 5 % softer."""
     parameters = parameters_of("drive.speed=2000", *STILL)
     found = balance_of(parameters, "hertz", 2000.0)
@@ -130,7 +128,7 @@ def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(capsys):
         for side in SIDES:
             across = coupling(parameters, side)
             ring = across @ found.coordinates + middles(parameters)[side]
-            whole += across.T @ bearing_stiffness(capsys, parameters, side, ring, "--control", control) @ across
+            whole += across.T @ bearing_stiffness(asked, parameters, side, ring, "--control", control) @ across
     assert np.diag(found.stiffness) == pytest.approx(np.diag(stiffness["shared"]), rel=1e-6)
     assert found.stiffness[0, 0] > 1.04 * stiffness["outer"][0, 0]
 
@@ -391,10 +389,9 @@ def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run)
         (("drive={acceleration: 1e6, change: {time: 0.1, speed: 6e4}}",), "at 60183.3 rad/s the balls are thrown"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_sentence(changes, words, capsys):
+def test_what_cannot_be_is_refused_in_one_sentence(changes, words, typed):
     command = ["simulate", "shaft_two_6203", *(word for change in changes for word in ("--set", change))]
-    assert main(command) == BAD_INPUT
-    error = capsys.readouterr().err.strip().splitlines()
+    error = typed(*command, code=BAD_INPUT).err.strip().splitlines()
     assert len(error) == 1
     with pytest.raises(SceneError, match=words):
         choose(load_scene("shaft_two_6203", changes))

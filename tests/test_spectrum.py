@@ -1,7 +1,5 @@
 """What `bearing_twin spectrum` says of records made by formulas that share nothing with the product."""
 
-import json
-
 import numpy as np
 import pytest
 import scipy.io
@@ -74,11 +72,6 @@ BEARING = ("--bearing", "6205", "--speed", "1775rpm")  # the shaft's line is 0.3
 FAMILY = {"outer": "BPFO", "inner": "BPFI", "ball": "2BSF"}
 
 
-def spectrum(capsys, path, *options) -> dict:
-    assert cli.main(["spectrum", str(path), *options, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
-
-
 def saved(tmp_path, samples, rate=RATE):
     path = tmp_path / "record.npz"
     np.savez(path, x=samples, rate=rate)
@@ -98,11 +91,11 @@ RECORDS = (
 )
 
 
-def test_damaged_raceways_are_named_and_their_lines_found(capsys, tmp_path):
+def test_damaged_raceways_are_named_and_their_lines_found(tmp_path, asked):
     for made in RECORDS:
         shaft = made.get("shaft", SHAFT)
         path = saved(tmp_path, record(**{"seconds": 5.0} | made), made.get("rate", RATE))
-        found = spectrum(capsys, path, "--bearing", "6205", "--speed", f"{60.18 * shaft}rpm")
+        found = asked("spectrum", path, "--bearing", "6205", "--speed", f"{60.18 * shaft}rpm")
         assert found["verdict"] == made["damage"], made
         assert found["shaft_hz"] == pytest.approx(shaft, rel=1e-3), made
         assert found["by_order"] == ("wander" in made)
@@ -112,7 +105,7 @@ def test_damaged_raceways_are_named_and_their_lines_found(capsys, tmp_path):
         assert line["off"] == pytest.approx(line["found_hz"] / line["expected_hz"] - 1.0, abs=1e-9)
 
 
-def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(capsys, tmp_path):
+def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(tmp_path, asked):
     # BPFO and the sidebands of BPFI lie next to three and four orders
     times = np.arange(int(5.0 * RATE)) / RATE
     for bearing, rpm, part, order in (
@@ -125,30 +118,30 @@ def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(cap
         load = 1.0 + 0.8 * (part == "inner") * np.cos(2.0 * np.pi * shaft * times)
         blows = 5.0 * load * np.exp(-800.0 * since) * np.sin(2.0 * np.pi * 3000.0 * since)
         made = saved(tmp_path, blows + np.random.default_rng(1).standard_normal(len(times)))
-        found = spectrum(capsys, made, "--bearing", bearing, "--speed", f"{rpm}rpm")
+        found = asked("spectrum", made, "--bearing", bearing, "--speed", f"{rpm}rpm")
         assert (found["verdict"], found["by_order"]) == (part, False), bearing
         assert found["shaft_hz"] == pytest.approx(shaft, rel=2e-3), bearing
 
 
-def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(capsys, tmp_path):
+def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(tmp_path, asked):
     healthy = [{"seed": seed, "shaft_lines": lines} for seed in (10, 11) for lines in (0.0, 20.0)]
     for made in (*healthy, {"wander": 0.02}, {"damage": "outer", "strength": 0.05}):
         assert (
-            spectrum(capsys, saved(tmp_path, record(seconds=5.0, **made)), *BEARING)["verdict"] == "nothing stands out"
+            asked("spectrum", saved(tmp_path, record(seconds=5.0, **made)), *BEARING)["verdict"] == "nothing stands out"
         ), made
     for seed in range(4):
         made = record("ball", seconds=5.0, seed=seed, strength=(0.5, 1.0, 2.0, 4.0)[seed])
-        assert spectrum(capsys, saved(tmp_path, made), *BEARING)["verdict"] in ("ball", "nothing stands out")
+        assert asked("spectrum", saved(tmp_path, made), *BEARING)["verdict"] in ("ball", "nothing stands out")
 
 
-def test_sidebands_show_how_damage_goes_through_the_load(capsys, tmp_path):
-    found = spectrum(capsys, saved(tmp_path, record("inner", strength=4.0, slip=0.003)), *BEARING)
+def test_sidebands_show_how_damage_goes_through_the_load(tmp_path, asked):
+    found = asked("spectrum", saved(tmp_path, record("inner", strength=4.0, slip=0.003)), *BEARING)
     level = {one["name"]: one["over_noise_db"] for one in found["lines"]}
     assert min(level["BPFI-fs"], level["BPFI+fs"]) > 15.0 > level["BPFO+fs"]
     assert {f"{k}{name}" for k in ("", "2x", "3x") for name in (*FAMILY.values(), "FTF")} <= level.keys()
 
 
-def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
+def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
     samples = record("outer", seconds=1.0, strength=2.0).astype(np.float32)
     times = np.arange(len(samples)) / RATE
     header = 'time,"acceleration, along z"'
@@ -175,8 +168,8 @@ def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
         "d.mat": ("--key", "DE_time", "--rate", "12kHz"),
         "e.mcap": ("--topic", "/shaken", "--key", "linear_acceleration.z"),
     }
-    found = {name: spectrum(capsys, tmp_path / name, *given, *BEARING) for name, given in options.items()}
-    found["its own speed"] = spectrum(capsys, tmp_path / "d.mat", *options["d.mat"], *BEARING[:2])
+    found = {name: asked("spectrum", tmp_path / name, *given, *BEARING) for name, given in options.items()}
+    found["its own speed"] = asked("spectrum", tmp_path / "d.mat", *options["d.mat"], *BEARING[:2])
     for name, one in found.items():
         assert one["verdict"] == "outer", name
         assert one["rms"] == pytest.approx(float(np.std(samples, dtype=float)), rel=1e-4), name
@@ -184,16 +177,15 @@ def test_one_record_in_every_kind_of_file_says_the_same(capsys, tmp_path):
         assert line["found_hz"] == pytest.approx(first["found_hz"], rel=1e-6), name
 
 
-def test_kurtosis_and_band_and_picture(capsys, tmp_path, quick_pictures):
+def test_kurtosis_and_band_and_picture(tmp_path, quick_pictures, asked, typed):
     random = np.random.default_rng(1)
     path = saved(tmp_path, random.standard_normal(120_000))
-    assert spectrum(capsys, path, *BEARING)["kurtosis"] == pytest.approx(3.0, abs=0.1)
+    assert asked("spectrum", path, *BEARING)["kurtosis"] == pytest.approx(3.0, abs=0.1)
     wanted = ("--band", "2kHz,5.9kHz", "--plot", str(tmp_path / "p.png"))
-    found = spectrum(capsys, path, *BEARING, *wanted)
+    found = asked("spectrum", path, *BEARING, *wanted)
     assert found["band_hz"] == [2000.0, 5900.0]
     assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
-    assert cli.main(["spectrum", str(path), *BEARING]) == 0
-    assert capsys.readouterr().out.split("\n")[0].split(maxsplit=1) == ["verdict", "nothing stands out"]
+    assert typed("spectrum", path, *BEARING).out.split("\n")[0].split(maxsplit=1) == ["verdict", "nothing stands out"]
 
 
 def with_gap(samples):
@@ -226,14 +218,11 @@ BAD = {  # what is wrong: the arrays of a file, options, a word of the sentence
 
 
 @pytest.mark.parametrize("wrong", BAD)
-def test_a_record_of_no_use_is_refused_in_a_sentence(capsys, tmp_path, wrong):
+def test_a_record_of_no_use_is_refused_in_a_sentence(tmp_path, wrong, refused):
     arrays, options, word = BAD[wrong]
     np.savez(tmp_path / "record.npz", **arrays)
     rate = () if "time" in arrays else ("--rate", "12kHz")
-    assert cli.main(["spectrum", str(tmp_path / "record.npz"), *(options or (*BEARING, *rate))]) == 2
-    said = capsys.readouterr()
-    assert word in said.err
-    assert (len(said.err.strip().splitlines()), said.out) == (1, "")
+    assert word in refused("spectrum", tmp_path / "record.npz", *(options or (*BEARING, *rate)))
 
 
 def test_files_that_are_none_are_refused(capsys, tmp_path):
@@ -244,7 +233,8 @@ def test_files_that_are_none_are_refused(capsys, tmp_path):
     assert cli.main(["spectrum", str(tmp_path / "none.csv"), *BEARING]) == 2
 
 
-def test_a_speed_without_a_unit_is_said_in_rpm(capsys, tmp_path):
+def test_a_speed_without_a_unit_is_said_in_rpm(tmp_path, typed):
     path = saved(tmp_path, record("outer", seconds=3.0, strength=2.0))
-    assert cli.main(["spectrum", str(path), *BEARING[:2], "--speed", "185.9", "--rate", "12kHz"]) == 0
-    assert "is in rad/s, 1775.21 rpm" in capsys.readouterr().err
+    assert (
+        "is in rad/s, 1775.21 rpm" in typed("spectrum", path, *BEARING[:2], "--speed", "185.9", "--rate", "12kHz").err
+    )

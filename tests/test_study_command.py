@@ -14,7 +14,7 @@ from runs import full_after
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.command import study_command
-from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
+from bearing_twin.command.cli import BAD_INPUT, DOUBTFUL, INTERRUPTED
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.study_log import StudyLog, read_study
 from bearing_twin.uq import workers as ensemble
@@ -28,24 +28,8 @@ from bearing_twin.view.study_page import document_of_study, path_of, plot_study
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 
 
-def asked(capsys, *words):
-    assert main(["study", *map(str, words), "--json"]) == DONE
-    out = capsys.readouterr().out
-    assert out.count("\n") == 1
-    return json.loads(out)
-
-
-def refused(capsys, *words):
-    assert main(["study", *map(str, words), "--json"]) == BAD_INPUT
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.startswith("bearing_twin: ")
-    assert "Traceback" not in err
-    return err
-
-
-def test_the_json_is_what_its_readers_rely_on(capsys):
-    found = asked(capsys, *QUICK, "--samples", 1000, "--seed", 7)
+def test_the_json_is_what_its_readers_rely_on(asked):
+    found = asked("study", *QUICK, "--samples", 1000, "--seed", 7)
     assert (found["samples"], found["seed"], found["failed"]) == (1000, 7, {})
     assert found["seconds"] > 0.0
     assert found["stopped_because"] == "all 1000 samples are done"
@@ -56,10 +40,10 @@ def test_the_json_is_what_its_readers_rely_on(capsys):
     assert set(one["quantiles"]["0.05"]) == {"value", "low", "high"}
     assert {"modes", "p_value"} <= set(one["modality"])
     assert 0.0 < one["half_width"] < one["std"]
-    assert asked(capsys, *QUICK, "--samples", 1000, "--seed", 7)["quantities"] == found["quantities"]
-    assert asked(capsys, *QUICK, "--samples", 1000, "--seed", 8)["quantities"] != found["quantities"]
+    assert asked("study", *QUICK, "--samples", 1000, "--seed", 7)["quantities"] == found["quantities"]
+    assert asked("study", *QUICK, "--samples", 1000, "--seed", 8)["quantities"] != found["quantities"]
     key = "inputs.contact.measured_alpha"
-    found = asked(capsys, *QUICK, "--set", f"{key}.std=2e-5", "--set", "method=change_of_variable")
+    found = asked("study", *QUICK, "--set", f"{key}.std=2e-5", "--set", "method=change_of_variable")
     assert found["quantities"]["contact_duration"]["std"] == pytest.approx(1.09856054e-5, rel=1e-8)
     assert "std 2e-05" in found["inputs"]["contact.measured_alpha"]
 
@@ -78,19 +62,20 @@ def test_the_json_is_what_its_readers_rely_on(capsys):
         ([*QUICK, "--sampels", "3"], "did you mean --samples?"),
     ],
 )
-def test_bad_input_ends_with_one_sentence(words, sentence, capsys):
-    assert sentence in refused(capsys, *words)
+def test_bad_input_ends_with_one_sentence(words, sentence, refused):
+    assert sentence in refused("study", *words)
 
 
-def test_doubts_make_three_with_strict(capsys):
-    assert main(["study", *QUICK, "--samples", "50", "--strict"]) == DOUBTFUL
-    assert "checked realisations: peak pressure" in capsys.readouterr().err
+def test_doubts_make_three_with_strict(typed):
+    assert (
+        "checked realisations: peak pressure"
+        in typed("study", *QUICK, "--samples", "50", "--strict", code=DOUBTFUL).err
+    )
 
 
-def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
+def test_a_person_sees_intervals_modes_and_why_it_stopped(typed):
     words = ["--set", "stop.relative_tolerance=0.05", "--samples", "100000", "--set", "sensitivity=32"]
-    assert main(["study", *QUICK, *words]) == DONE
-    out = capsys.readouterr().out
+    out = typed("study", *QUICK, *words).out
     assert re.search(r"contact_duration +mean +6\d\.\d+ \[\S+, \S+\] +µs", out)
     assert "0.95 quantile" in out
     assert "contact_duration: " in out
@@ -98,51 +83,47 @@ def test_a_person_sees_intervals_modes_and_why_it_stopped(capsys):
     assert re.search(r"contact_duration +contact.measured_alpha", out)
 
 
-def test_an_open_end_of_an_interval_is_explained_where_there_is_one(capsys):
+def test_an_open_end_of_an_interval_is_explained_where_there_is_one(typed):
     few, many = (["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000"))
-    assert main(["study", *QUICK, *few]) == DONE
-    out = capsys.readouterr().out
+    out = typed("study", *QUICK, *few).out
     assert re.search(r"0.95 quantile +\S+ \[\S+, \?\]", out)
     assert "?: the samples are too few to bound" in out
-    assert main(["study", *QUICK, *many]) == DONE
-    assert "?" not in capsys.readouterr().out
+    assert "?" not in typed("study", *QUICK, *many).out
 
 
-def test_a_study_goes_on_from_its_log(capsys, tmp_path, quick_workers):
+def test_a_study_goes_on_from_its_log(tmp_path, quick_workers, asked, refused):
     first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
-    asked(capsys, *QUICK, "--samples", 500, "--out", first)
-    found = asked(capsys, *QUICK, "--samples", 1500, "--resume", first, "--out", second)
+    asked("study", *QUICK, "--samples", 500, "--out", first)
+    found = asked("study", *QUICK, "--samples", 1500, "--resume", first, "--out", second)
     assert found["log"] == str(second)
-    whole = asked(capsys, *QUICK, "--samples", 1500)
+    whole = asked("study", *QUICK, "--samples", 1500)
     assert found["quantities"] == whole["quantities"]
     assert np.array_equal(read_study(second).values[:500], read_study(first).values)
-    assert "exists" in refused(capsys, *QUICK, "--out", second)
+    assert "exists" in refused("study", *QUICK, "--out", second)
 
 
-def test_the_list_names_every_study_and_quantity(capsys):
-    found = asked(capsys, "--list")
+def test_the_list_names_every_study_and_quantity(asked, typed):
+    found = asked("study", "--list")
     studies = [load_study(name) for name in study_names()]
     listed = [{"name": one.name, "scene": one.scene["name"], "description": one.description} for one in studies]
     assert found["studies"] == listed
     assert {(one["kind"], one["quantity"]) for one in found["quantities"]} == {
         (kind, name) for kind, row in KINDS.items() for name in row.quantities_of()
     }
-    assert main(["study", "--list"]) == DONE
-    assert "greatest_ball_load" in capsys.readouterr().out
+    assert "greatest_ball_load" in typed("study", "--list").out
 
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
-def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, capsys):
+def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, asked, typed):
     """A lognormal contact time, as that of `bearing_twin chart coverage`: the std is held in 91 to 95 %."""
     wide = "inputs.contact.measured_alpha={distribution: lognormal, mean_log: -9.1, std_log: 1.0}"
     words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0"]
-    found = asked(capsys, *words)["quantities"]["contact_duration"]
+    found = asked("study", *words)["quantities"]["contact_duration"]
     assert {"std"} <= set(found["unsafe"]) <= {"mean", "std"}
     assert found["skewness_interval"] == [None, None]
-    main(["study", *map(str, words)])
-    out = " ".join(capsys.readouterr().out.split())
+    out = " ".join(typed("study", *words).out.split())
     assert "std" in re.search(r"the intervals? of (.*?) (?:is|are) unsafe", out).group(1)
-    calm = asked(capsys, *QUICK, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0")
+    calm = asked("study", *QUICK, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0")
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 
 
@@ -254,37 +235,34 @@ def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and
 
 
 @pytest.mark.parametrize("count", [1, 200])
-def test_units_do_not_depend_on_how_many_samples_there_are(count, capsys):
-    assert main(["study", *QUICK, "--samples", str(count), "--set", "modality=no"]) == DONE
-    out = capsys.readouterr().out
+def test_units_do_not_depend_on_how_many_samples_there_are(count, typed):
+    out = typed("study", *QUICK, "--samples", count, "--set", "modality=no").out
     assert re.search(r"0.50 quantile .* µs$", out, re.MULTILINE)
     assert re.search(r"0.50 quantile .* kN$", out, re.MULTILINE)
     assert re.search(r"contact_duration: error of the model ± \S+ µs", out)
 
 
-def test_a_time_limit_that_no_realisation_keeps_is_a_failure(capsys, tmp_path):
+def test_a_time_limit_that_no_realisation_keeps_is_a_failure(tmp_path, asked, refused):
     log = tmp_path / "none.mcap"
-    assert "its time_limit of 1e-09 s was reached before" in refused(capsys, *QUICK, "--set", "time_limit=1e-9")
-    assert "raise it" in refused(capsys, *QUICK, "--set", "time_limit=1e-9", "--out", log)
+    assert "its time_limit of 1e-09 s was reached before" in refused("study", *QUICK, "--set", "time_limit=1e-9")
+    assert "raise it" in refused("study", *QUICK, "--set", "time_limit=1e-9", "--out", log)
     assert not log.exists()
     # What needs no sampling is there, however short the time.
-    assert asked(capsys, *QUICK, "--set", "time_limit=1e-9", "--set", "method=change_of_variable")["samples"] == 0
+    assert asked("study", *QUICK, "--set", "time_limit=1e-9", "--set", "method=change_of_variable")["samples"] == 0
 
 
-def test_a_time_limit_is_told_first_and_is_what_to_raise(capsys, monkeypatch):
+def test_a_time_limit_is_told_first_and_is_what_to_raise(monkeypatch, typed):
     """The first piece takes all the time there is, and more samples were asked for already."""
     monkeypatch.setattr("bearing_twin.uq.workers.CLOSED_CHUNK", 3)
     evaluate = ensemble.realise
     monkeypatch.setattr(ensemble, "realise", lambda task, values: [evaluate(task, values), time.sleep(0.3)][0])
-    assert main(["study", *QUICK, "--set", "time_limit=0.2", "--set", "checks=0"]) == DONE
-    lines = " ".join(capsys.readouterr().out.split())
+    lines = " ".join(typed("study", *QUICK, "--set", "time_limit=0.2", "--set", "checks=0").out.split())
     assert lines.startswith("ended early: its time_limit of 200 ms was reached with 3 samples; raise time_limit")
     assert lines.count("3 samples are too few; raise time_limit") == 1
 
 
-def test_what_cannot_be_said_of_so_few_samples_is_said_once(capsys):
-    assert main(["study", *QUICK, "--samples", "2"]) == DONE
-    out, err = (" ".join(text.split()) for text in capsys.readouterr())
+def test_what_cannot_be_said_of_so_few_samples_is_said_once(typed):
+    out, err = (" ".join(text.split()) for text in typed("study", *QUICK, "--samples", "2"))
     assert out.count("all quantities: no std, skewness or modality, because 2 samples are too few") == 1
     assert (out.count("too few"), out.count("unsafe"), err.count("yield")) == (2, 1, 2)  # one of them says what ? is
     two, three = ({"refused": {"mean": "it is so", "std": why}} for why in ("of this", "it is so"))
@@ -298,11 +276,10 @@ def test_what_cannot_be_said_of_so_few_samples_is_said_once(capsys):
 SWEPT = ["samples=50", "modality=no", "checks=0", "histories=[]"]
 
 
-def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(capsys):
+def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(asked, typed):
     words = ["spheres_alpha_4e-5", *(word for override in SWEPT for word in ("--set", override))]
-    found = asked(capsys, *words)
-    assert main(["study", *words]) == DONE
-    out = capsys.readouterr().out
+    found = asked("study", *words)
+    out = typed("study", *words).out
     assert out.startswith("at motion.first_velocity = 20 m/s, as in the scene; the sweep of it is below\n")
     title, header, *rows = out[out.index("sweep of motion") :].splitlines()[:16]
     assert title == "sweep of motion.first_velocity [m/s]"
@@ -318,8 +295,7 @@ def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(capsys):
             )
             assert (low, high) == pytest.approx(factor * np.array(one["quantities"][name]["mean_interval"]), rel=0.01)
             assert row.endswith(unit)
-    assert main(["study", *QUICK, "--samples", "50"]) == DONE
-    assert "sweep" not in capsys.readouterr().out
+    assert "sweep" not in typed("study", *QUICK, "--samples", "50").out
 
 
 def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it(drawn):
@@ -368,19 +344,17 @@ def test_a_bearing_is_studied_by_worker_processes(name, quick_workers):
     assert result.sample("cage_speed") == pytest.approx(theory, rel=0.2)
 
 
-def test_the_log_of_a_study_is_reported_as_the_command_did(capsys, tmp_path, pictures_once):
+def test_the_log_of_a_study_is_reported_as_the_command_did(tmp_path, pictures_once, asked, refused):
     log = tmp_path / "study.mcap"
-    found = asked(capsys, *QUICK, "--samples", 200, "--out", log)
-    assert main(["report", str(log), "--json", "--plot", str(tmp_path / "study.png")]) == DONE
-    again = json.loads(capsys.readouterr().out)
+    found = asked("study", *QUICK, "--samples", 200, "--out", log)
+    again = asked("report", log, "--plot", tmp_path / "study.png")
     assert again["quantities"] == found["quantities"]
     assert matplotlib.image.imread(again["plot"]).shape[0] > 300
     for words, sentence in (("verify", "that is the log of a study"), ("simulate", "is a log, no scene")):
-        assert main([words, str(log)]) == BAD_INPUT
-        assert sentence in capsys.readouterr().err
+        assert sentence in refused(words, log)
 
 
-def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, capsys):
+def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, asked, refused, typed):
     """What a crash leaves is recovered and gone on from, with the numbers of one run."""
     words = [*QUICK, "--set", "method=ensemble", "--set", "batch=100", "--set", "modality=no", "--seed", 7]
     overrides = [word for word in map(str, words[1:]) if "=" in word]
@@ -394,11 +368,12 @@ def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, capsys)
                 crashed.write_bytes((tmp_path / "going.mcap").read_bytes())
 
         log.finish(run_study(study, keep=keep))
-    assert main(["recover", str(crashed), str(tmp_path / "saved.mcap")]) == DONE
-    capsys.readouterr()
+    typed("recover", crashed, tmp_path / "saved.mcap")
     assert len(read_study(tmp_path / "saved.mcap", unfinished=True).values) == 300
-    assert "go on with" in refused_report(tmp_path / "saved.mcap", capsys)
-    found = asked(capsys, *words, "--samples", 500, "--resume", tmp_path / "saved.mcap", "--out", tmp_path / "all.mcap")
+    assert "go on with" in refused("report", tmp_path / "saved.mcap")
+    found = asked(
+        "study", *words, "--samples", 500, "--resume", tmp_path / "saved.mcap", "--out", tmp_path / "all.mcap"
+    )
     whole = read_study(tmp_path / "going.mcap")
     rest = read_study(tmp_path / "all.mcap")
     assert found["quantities"] == whole.summary["quantities"]
@@ -423,22 +398,16 @@ def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
     assert peak < 1.6 * numbers.nbytes
 
 
-def refused_report(path, capsys):
-    assert main(["report", str(path)]) == BAD_INPUT
-    return capsys.readouterr().err
-
-
 @pytest.mark.parametrize("from_write", [0, 5])
-def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, capsys):
+def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, typed):
     full_after(from_write, monkeypatch)
     words = ["study", *QUICK, "--samples", "500", "--set", "modality=no", "--out", str(tmp_path / "s.mcap"), "--json"]
-    assert main(words) == BAD_INPUT
-    out, err = capsys.readouterr()
+    out, err = typed(*words, code=BAD_INPUT)
     assert json.loads(out)["samples"] == 500
     assert "No space left on device" in err
 
 
-def test_a_study_stopped_by_ctrl_c_draws_no_picture(capsys, tmp_path, monkeypatch):
+def test_a_study_stopped_by_ctrl_c_draws_no_picture(tmp_path, monkeypatch, typed):
     """Drawing took seconds more."""
 
     def interrupted(study, progress, cancelled, start, keep):
@@ -447,6 +416,5 @@ def test_a_study_stopped_by_ctrl_c_draws_no_picture(capsys, tmp_path, monkeypatc
 
     monkeypatch.setattr("bearing_twin.uq.run.run_study", interrupted)
     picture = tmp_path / "x.png"
-    assert main(["study", *QUICK, "--plot", str(picture)]) == INTERRUPTED
-    assert f"{picture} is not drawn" in capsys.readouterr().err
+    assert f"{picture} is not drawn" in typed("study", *QUICK, "--plot", picture, code=INTERRUPTED).err
     assert not picture.exists()

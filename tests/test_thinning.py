@@ -8,7 +8,7 @@ import pytest
 from runs import a_choice, bits, made_up_block, made_up_scene, receive
 
 from bearing_twin.base.sample import Block, joined
-from bearing_twin.command.cli import DONE, DOUBTFUL, main
+from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.raw_log import KEPT_RATE, RawLogWriter, Safety, Thinning, recover
@@ -68,16 +68,14 @@ def test_recover_still_says_that_it_is_thinned(made_up, tmp_path):
     assert len(list(log)) == 1000 // EVERY
 
 
-def test_an_hour_of_the_default_log_is_half_a_gigabyte_and_verifies_where_it_has_outputs(tmp_path, capsys):
+def test_an_hour_of_the_default_log_is_half_a_gigabyte_and_verifies_where_it_has_outputs(tmp_path, asked, typed):
     run = simulate(load_scene("bearing_6203", ["run.duration=2", "solver.stepper=rodas4", "contact.normal=hertz"]))
     path = thin_log(tmp_path / "run.mcap", run, run.blocks())
     assert path.stat().st_size / 2.0 * 3600.0 < 0.5e9
     checked = verify(read_log(path))
     assert (checked.samples, checked.greatest) == (11, 0.0)
-    assert main(["verify", str(path), "--json"]) == DONE
-    assert json.loads(capsys.readouterr().out)["kept_outputs_hz"] == KEPT_RATE
-    assert main(["report", str(path), "--json", "--strict"]) == DOUBTFUL
-    said = capsys.readouterr()
+    assert asked("verify", path)["kept_outputs_hz"] == KEPT_RATE
+    said = typed("report", path, "--json", "--strict", code=DOUBTFUL)
     found = json.loads(said.out)
     assert (found["samples"], found["missing_outputs"], found["kept_outputs_hz"]) == (11, 0, KEPT_RATE)
     assert abs(found["energy_closure"]) < 1e-3  # sums need no output in between

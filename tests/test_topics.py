@@ -1,13 +1,11 @@
 """Topics: their tables in docs/topics.md and of a scene; robot_description, whose frames and shapes are the bodies'."""
 
-import json
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
 from runs import made_up_block, made_up_scene
 
-from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.contract import ONCE, Output
 from bearing_twin.kinds.topics import box, sphere, urdf
@@ -83,9 +81,8 @@ def test_numbers_colours_and_places_are_written_in_full():
 
 
 @pytest.mark.parametrize("name", ["bearing_6203", "two_spheres", "sphere_on_beam", "ellipsoid_on_plane"])
-def test_every_topic_of_a_scene_is_listed_once(name, capsys):
-    assert main(["topics", name, "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["topics"]
+def test_every_topic_of_a_scene_is_listed_once(name, asked):
+    rows = asked("topics", name)["topics"]
     scene = load_scene(name)
     assert [row["topic"] for row in rows] == [topic.full_name for topic in topics(scene)]
     rates = {row["topic"]: row["rate"] for row in rows}
@@ -93,11 +90,9 @@ def test_every_topic_of_a_scene_is_listed_once(name, capsys):
     assert {row["qos"] for row in rows if row["rate"] == "once, latched"} == {"reliable, transient local, depth 1"}
 
 
-def test_the_kinds_list_every_ball_in_one_row(capsys):
-    assert main(["topics", "--json"]) == 0
-    rows = json.loads(capsys.readouterr().out)["topics"]
+def test_the_kinds_list_every_ball_in_one_row(asked, typed):
+    rows = asked("topics")["topics"]
     assert {row["kind"] for row in rows} == set(KINDS)
     balls = [row for row in rows if row["topic"].startswith("ball_")]
     assert [(row["topic"], row["frame"]) for row in balls] == [("ball_<k>/wrench", "ball_<k>")]
-    assert main(["topics", "bearing_6203"]) == 0
-    assert "/bearing/ball_7/wrench" in capsys.readouterr().out
+    assert "/bearing/ball_7/wrench" in typed("topics", "bearing_6203").out

@@ -1,13 +1,11 @@
 """A kind of scene that nobody knew before passes every command: one file and its row are all it takes."""
 
-import json
 import math
 
 import numpy as np
 import pytest
 import toy_kind
 
-from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import topics
@@ -26,11 +24,6 @@ def scene(tmp_path):
     path = tmp_path / "swing.yaml"
     path.write_text(SCENE, encoding="utf-8")
     return path
-
-
-def asked(capsys, *words):
-    assert main([*map(str, words), "--json"]) == DONE
-    return json.loads(capsys.readouterr().out)
 
 
 def test_the_house_knows_it_as_any_other():
@@ -53,17 +46,17 @@ def test_it_runs_from_python(scene):
     assert report.costs["evaluations"] >= 501
 
 
-def test_its_log_is_reported_to_the_bit_and_verified(scene, tmp_path, capsys):
+def test_its_log_is_reported_to_the_bit_and_verified(scene, tmp_path, asked):
     log, first, second = (tmp_path / name for name in ("swing.mcap", "run.png", "log.png"))
-    simulated = asked(capsys, "simulate", scene, "--out", log, "--plot", first)
-    reported = asked(capsys, "report", log, "--plot", second)
+    simulated = asked("simulate", scene, "--out", log, "--plot", first)
+    reported = asked("report", log, "--plot", second)
     own = {"plot", "missing_outputs"}
     assert {key: one for key, one in simulated.items() if key not in own} == {
         key: one for key, one in reported.items() if key not in own
     }
     for picture in (first, second):
         assert picture.read_bytes().startswith(b"\x89PNG")
-    assert asked(capsys, "verify", log) == {
+    assert asked("verify", log) == {
         "log": str(log),
         "samples": 1001,
         "greatest_deviation": 0.0,
@@ -72,28 +65,26 @@ def test_its_log_is_reported_to_the_bit_and_verified(scene, tmp_path, capsys):
     assert read_log(log).channels == toy_kind.CHANNELS
 
 
-def test_its_table_its_keys_and_its_figures_are_shown(scene, capsys):
-    assert main(["simulate", str(scene)]) == DONE
-    captured = capsys.readouterr()
+def test_its_table_its_keys_and_its_figures_are_shown(scene, asked, typed):
+    captured = typed("simulate", scene)
     assert "position at end" in captured.out + captured.err
-    keys = [row["key"] for row in asked(capsys, "scenes", "--keys")["keys"] if row["kind"] == "toy"]
+    keys = [row["key"] for row in asked("scenes", "--keys")["keys"] if row["kind"] == "toy"]
     assert keys == [
         *("body.mass", "body.stiffness", "body.damping", "start"),
         *("run.duration", "run.output_rate", "run.publish_rate"),
     ]
-    figures = {row["figure"]: row for row in asked(capsys, "scenes", "--figures")["figures"] if row["kind"] == "toy"}
+    figures = {row["figure"]: row for row in asked("scenes", "--figures")["figures"] if row["kind"] == "toy"}
     assert figures["greatest_velocity_m_s"]["unit"] == "m/s"
     assert figures["greatest_velocity_m_s"]["meaning"] == "of the body, greatest magnitude"
 
 
-def test_its_mistakes_are_named(scene, capsys):
+def test_its_mistakes_are_named(scene, refused):
     for change, words in (
         ("body.damping=90", "stay below 80 N s/m"),
         ("body.masss=1", "did you mean mass?"),
         ("run.duration=-1", "run.duration"),
     ):
-        assert main(["simulate", str(scene), "--set", change]) == BAD_INPUT
-        assert words in capsys.readouterr().err
+        assert words in refused("simulate", scene, "--set", change)
 
 
 @pytest.mark.environment

@@ -15,7 +15,6 @@ from runs import a_choice, made_up_block, made_up_run, made_up_scene
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.report import json_text
 from bearing_twin.base.sample import Block, Channel
-from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
@@ -275,10 +274,9 @@ def test_a_study_shows_densities_with_their_quantiles(study):
     assert html(document)
 
 
-def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
+def test_view_of_a_scene_says_what_it_wrote(tmp_path, typed):
     out = tmp_path / "page.html"
-    assert main(["view", "two_spheres", "--out", str(out), "--json"]) == DONE
-    captured = capsys.readouterr()
+    captured = typed("view", "two_spheres", "--out", out, "--json")
     reported = json.loads(captured.out)
     assert (reported["view"], reported["bytes"], reported["shows"]) == (str(out), out.stat().st_size, "two_spheres")
     assert "is run for 7.848e-05 s" in captured.err
@@ -299,20 +297,18 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, capsys):
         (["two_spheres", "--topic", "/left/samples"], "give --topic and --run with a log"),
     ],
 )
-def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, capsys, monkeypatch, words, sentence):
+def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, monkeypatch, words, sentence, refused):
     monkeypatch.chdir(tmp_path)
-    assert main(["view", *words]) == BAD_INPUT
-    error = capsys.readouterr().err
-    assert sentence in error
-    assert len(error.splitlines()) == 1
+    assert sentence in refused("view", *words)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_animation_without_its_library_says_what_to_install_before_a_run(tmp_path, monkeypatch, capsys):
+def test_an_animation_without_its_library_says_what_to_install_before_a_run(tmp_path, monkeypatch, refused):
     monkeypatch.setitem(sys.modules, "playwright.sync_api", None)
     monkeypatch.chdir(tmp_path)
-    assert main(["view", "two_spheres", "--gif", "film.gif"]) == BAD_INPUT
-    assert "animations need the package playwright; install it with: pip install '.[view]'" in capsys.readouterr().err
+    assert "animations need the package playwright; install it with: pip install '.[view]'" in refused(
+        "view", "two_spheres", "--gif", "film.gif"
+    )
     assert list(tmp_path.iterdir()) == []
     with pytest.raises(BearingTwinError, match=r"pip install '\.\[view\]'"), pages.browser_page(9, 9):
         pass
