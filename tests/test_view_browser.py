@@ -166,9 +166,33 @@ def test_outputs_that_come_later_are_shown(opened):
     assert page.evaluate("bearingView.store.count") <= 5000
 
 
+def test_keys_move_the_time_but_not_those_of_the_browser_or_of_a_control(opened):
+    page = opened(document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document)
+    now = "bearingView.player.time"
+    page.keyboard.press("ArrowRight")
+    moved = page.evaluate(now)
+    assert moved > 0.0
+    page.keyboard.press("Control+ArrowRight")  # Alt with an arrow leads back to the page before
+    page.evaluate("document.querySelector('#details select').focus()")
+    page.keyboard.press("ArrowRight")
+    assert page.evaluate(now) == moved
+    page.evaluate("document.getElementById('time').focus()")
+    page.keyboard.press("ArrowLeft")
+    assert page.evaluate(now) == 0.0
+
+
+def test_the_time_of_a_single_output_is_in_seconds(opened):
+    page = opened(document_of_run(simulate(load_scene("bearing_6203", ["run.duration=1e-9"]))).document)
+    assert page.evaluate("[bearingView.store.count, bearingView.timeUnit]") == [1, "s"]
+
+
+WIDER = "document.documentElement.scrollWidth > innerWidth"
+
+
 def test_a_study_is_drawn(opened):
     overrides = ["samples=600", "sensitivity=64", "workers=1"]
     document = document_of_study(run_study(load_study("discs_small_10", overrides)))
+    assert not opened(document, PHONE).evaluate(WIDER)  # wide parts scroll by themselves
     page = opened(document)
     kept(page, "study")
     assert page.evaluate("document.querySelector('img').naturalWidth") > 800

@@ -26,13 +26,13 @@ class Page {
     } else if (drawn) $("space").prepend(make("p", { class: "note empty" }, NOTHING_IN_SPACE));
     if (view.details) this.details = new Details($("details"), view, store, (body) => this.select(body));
     const curves = this.panes.add("Curves", "curves");
-    curves.append(sentences("Of this page", found.notes, "doubt"));
+    curves.append(sentences("Notes", found.notes, "doubt"));
     [this.timeFactor, this.timeUnit] = timed(store.last);
     this.charts = view.panels.map((panel) => new Chart(curves, this.panelSpec(panel), (x) => this.seek(x / this.timeFactor)));
     if (!view.panels.length) curves.append(make("p", { class: "note" }, "There is no channel that can be drawn as a curve."));
     const noun = view.details?.noun || "number";
     this.panes.add("Figures").append(figureTable(found.figures), ...found.tables.map((one) => ballTable(one, one.noun || noun)));
-    showModel(this.panes.add("Model"), found, view.words);
+    showModel(this.panes.add("Model"), found, ["Why this model", "The run"], view.words);
     this.player = new Player($("player"), store, view.period, (time, place) => this.show(time, place), (moving) => this.stage?.sharpen(moving));
     if (this.details) this.select(heaviest(store, view.details));
     this.legend();
@@ -42,9 +42,10 @@ class Page {
   showStudy() {
     const { found } = this;
     document.body.classList.add("flat", "still");
-    this.panes.add("Results").append(make("img", { src: found.picture, alt: "distributions, convergence, shares of the variance" }));
-    this.panes.add("Statistics").append(...found.statistics.flatMap(({ title, rows }) => [card(title), figureTable(rows)]));
-    showModel(this.panes.add("Study"), found, "");
+    const picture = make("img", { src: found.picture, alt: "distributions, convergence, shares of the variance" });
+    this.panes.add("Results").append(make("div", { class: "scroll" }, picture));
+    this.panes.add("Statistics").append(...found.statistics.map(({ title, rows }) => card(title, figureTable(rows, "statistic"))));
+    showModel(this.panes.add("Study"), found, ["Sampling", "The study"]);
   }
 
   panelSpec(panel) {
@@ -62,7 +63,7 @@ class Page {
       select.value = String(stage.factor);
       tools.append(make("label", {}, view.enlarged.words, select));
     }
-    tools.append(make("button", { type: "button", id: "home", onclick: () => stage.home() }, "turn back"));
+    tools.append(make("button", { type: "button", id: "home", onclick: () => stage.home() }, "reset view"));
   }
 
   legend() {
@@ -157,9 +158,9 @@ function headings(found) {
   }
 }
 
-function showModel(pane, found, words) {
+function showModel(pane, found, [why, what], words = "") {
   pane.append(sentences("Warnings", [...found.flags, ...found.warnings], "doubt"), sentences("Errors", found.errors, ""));
-  pane.append(card("Why this model", make("p", {}, found.reason || "The log does not say.")), card("The run", factList(found.facts)));
+  pane.append(card(why, make("p", {}, found.reason || "The log does not say.")), card(what, factList(found.facts)));
   if (words) pane.append(card("The picture", make("p", {}, words)));
   pane.append(make("p", { class: "note" }, `Made by bearing_twin ${found.version} with three.js and uPlot (MIT licence); this file needs no network.`));
 }
@@ -213,8 +214,11 @@ class Player {
     return select;
   }
 
+  // Keys with another one held are the browser's, and those of a control its own; arrows on the slider are the player's.
   key(event, flip) {
-    if (["INPUT", "SELECT", "BUTTON"].includes(event.target.tagName) && event.key === " ") return;
+    const { target } = event, own = ["INPUT", "SELECT"].includes(target.tagName) && target !== this.slider;
+    if (event.altKey || event.ctrlKey || event.metaKey || own) return;
+    if (event.key === " " && (target === this.slider || target.tagName === "BUTTON")) return;
     const act = { " ": flip, ArrowRight: () => this.step(1), ArrowLeft: () => this.step(-1) }[event.key];
     if (!act) return;
     act();

@@ -30,7 +30,7 @@ function prefixed(size, unit, prefixes) {
 }
 
 // Factor and unit of times up to `size` seconds.
-const timed = (size) => prefixed(Math.abs(size) || 1e-12, "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
+const timed = (size) => prefixed(Math.abs(size), "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
 
 function digits(value, count = 4) {
   if (!Number.isFinite(value)) return "–";
@@ -61,10 +61,10 @@ function table(sort, columns, rows) {
   return make("div", { class: "scroll" }, make("table", { class: sort }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body)));
 }
 
-function figureTable(rows) {
+function figureTable(rows, noun = "figure") {
   const more = [["error", "error"], ["95 % interval", "interval"]].filter(([, key]) => rows.some((row) => row[key]));
   const words = (row) => make("div", {}, row.words, make("div", { class: "meaning" }, row.meaning));
-  return table("figures", [["figure"], ["value"], ["unit"], ...more.map(([words]) => [words])],
+  return table("figures", [[noun], ["value"], ["unit"], ...more.map(([words]) => [words])],
     rows.map((row) => [words(row), row.value, row.unit, ...more.map(([, key]) => (key === "error" && row.error ? `± ${row.error}` : row[key] || ""))]));
 }
 
