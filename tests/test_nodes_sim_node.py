@@ -406,6 +406,30 @@ def test_what_cannot_be_run_is_refused(parameters, words):
     assert words in str(refused.value)
 
 
+def test_a_run_that_a_command_has_ruined_ends_no_node(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)  # where the file of the failure is written
+    late = "rings.inner.change={time: 0.0105, load: [0, -7e5, 0]}"
+    with ros_executor() as executor:
+        given = {"scene": "bearing_6203_rig_400N", "overrides": [late], "start_paused": True}
+        node, seen = started(executor, SimNode, **given), []
+        watcher = plain_node(executor)
+        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        speed = watcher.create_publisher(Float64, "/bearing/command/speed", 10)
+        spin_until(executor, lambda: watcher.count_subscribers("/bearing/command/speed"), "discovery")
+        speed.publish(Float64(data=200.0))
+        spin_until(executor, lambda: node.loop and node.loop.commands.counts["taken"], "the command")
+        for run in (1, 2):
+            call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=False))
+            spin_until(executor, lambda: seen and seen[-1].level == DiagnosticStatus.ERROR, "the failure")
+            assert "~/reset" in seen[-1].message
+            assert not node.done.is_set()
+            answer = call(executor, watcher, Trigger, RESET, Trigger.Request())
+            assert (answer.success, answer.message) == (True, f"run {run + 1} starts at 0 s")
+            spin_until(executor, lambda: seen[-1].level != DiagnosticStatus.ERROR or node.loop.failure, "another run")
+            seen.clear()
+        assert list(tmp_path.glob("failure_*.json"))
+
+
 def test_a_law_is_switched_by_a_parameter_of_the_running_node(tmp_path):
     with ros_executor(threads=2) as executor:
         node = started(executor, SimNode, log=str(tmp_path / "run.mcap"))

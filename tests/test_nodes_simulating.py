@@ -277,9 +277,13 @@ def test_the_log_holds_every_topic_when_the_node_ends_in_the_middle(tmp_path):
     assert logged == set(expected(outputs))
 
 
-def test_a_run_that_breaks_off_delivers_and_logs_all_before(tmp_path):
-    late = "rings.inner.change={time: 0.0105, load: [0, -7e5, 0]}"
-    scene = load_scene("bearing_6203_rig_400N", [late, "cage.kind=none"])
+OVERLOADED = load_scene(
+    "bearing_6203_rig_400N", ["rings.inner.change={time: 0.0105, load: [0, -7e5, 0]}", "cage.kind=none"]
+)
+
+
+def test_a_run_that_fails_by_itself_delivers_and_logs_all_before(tmp_path):
+    scene = OVERLOADED
     loop = Loop(Simulation(scene), tmp_path / "run.mcap")
     with pytest.raises(IntegrationError, match=r"^after 0.01 s: at 0.0105 s a load of"):
         loop.drive(200)
@@ -288,6 +292,21 @@ def test_a_run_that_breaks_off_delivers_and_logs_all_before(tmp_path):
     log = read_log(tmp_path / "run.mcap")
     assert sum(map(len, log.blocks())) == 11
     assert (log.report["status"], log.report["failure_body"]) == ("failed: overload", "inner ring")
+
+
+def test_a_run_that_fails_after_a_command_waits_for_a_reset(tmp_path):
+    loop = Loop(Simulation(OVERLOADED), tmp_path / "run.mcap")
+    command = Command("command/speed", "std_msgs/msg/Float64", lambda message: ("set_speed", message.data), "")
+    loop.commands.offer(command, SimpleNamespace(data=200.0))
+    for run, log in ((1, "run.mcap"), (2, "run_2.mcap")):
+        loop.drive(200)
+        assert loop.failure.body == "inner ring"
+        assert not loop.over
+        assert "~/reset" in loop.look()[1]
+        assert read_log(tmp_path / log).report["status"] == "failed: overload"
+        loop.reset(loop.clock)
+        assert loop.failure is None
+        assert loop.run == run + 1
 
 
 @pytest.mark.parametrize("tells_time", [False, True])

@@ -183,6 +183,7 @@ class SimNode(BaseNode):
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._values, self._scene = values, scene
         self._log, self._logs, self._warned = None, 0, False
+        self._failure: IntegrationError | None = None  # the last that was logged
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._halt, self._started = Halt(), time.monotonic()
@@ -282,6 +283,10 @@ class SimNode(BaseNode):
             self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=LOG_PERIOD)
         if self._commands.speed_warning:  # apart from refusals, among which the throttle would drop it
             self.get_logger().warning(self._commands.speed_warning, once=True)
+        if self.loop.failure is not self._failure:
+            self._failure = self.loop.failure
+            if self._failure is not None:
+                self.get_logger().error(f"{self._explained(self._failure)}; the node waits for ~/reset")
         if self.loop.over and not self.done.is_set():
             wait_for_acknowledgement(self._outlet.publishers)
             self._report()
@@ -292,11 +297,17 @@ class SimNode(BaseNode):
     def _ended(self, error: Exception | None) -> None:
         if error is None or isinstance(error, Stopped):
             return
-        if left := isinstance(error, IntegrationError) and write_failure(error, Path(self._values["log"]).parent):
-            error = BearingTwinError(f"{error}; look into it: bearing_twin explain {left}")
+        if isinstance(error, IntegrationError):
+            error = BearingTwinError(self._explained(error))
         with suppress(InvalidHandle):  # of a node closed before its first output, which its worker outlives
             self._publish_status(ERROR, str(error), {})
         self.fail(error)
+
+    def _explained(self, error: IntegrationError) -> str:
+        """The sentence of a failed run, and the command that explains the file written of it, if one could be."""
+        few = self.loop is None or self.loop.run <= MOST_LOGS
+        file = write_failure(error, Path(self._values["log"]).parent) if few else None
+        return f"{error}; look into it: bearing_twin explain {file}" if file else str(error)
 
     # Commands
 
@@ -339,7 +350,7 @@ class SimNode(BaseNode):
 
     def _say_failure(self, future: Future) -> None:
         if not future.cancelled() and (error := future.exception()) is not None:
-            self.get_logger().error(f"an accepted command could not be carried out: {error}")
+            self.get_logger().error(f"an accepted command could not be carried out, the run goes on: {error}")
 
     @guarded
     def _on_pause(self, request, response):
@@ -433,6 +444,8 @@ class SimNode(BaseNode):
         numbers |= {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs}
         warning = self.loop.warning()
         level, message = WARN if slow or warning else OK, "; ".join(filter(None, (message, warning)))
+        if self.loop.failure is not None:
+            level = ERROR
         if self._log is not None:
             log_level, log_says, room = self.watch_log(self._log, Path(self._values["log"]).parent)
             level, message = (log_level, log_says) if log_says else (level, message)

@@ -6,7 +6,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Container
 from pathlib import Path
 
-from bearing_twin.base.errors import BearingTwinError, Interrupted, echo
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, echo
 from bearing_twin.kinds.contract import Command
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.pacing import LAG_SHOWN, PacedStream, Timed
@@ -103,7 +103,8 @@ class SimulationLoop(PacedStream):
     """A simulation that is computed ahead by a chunk, and whose messages are delivered when they are due.
 
     Every method runs in the worker's thread, except `look`. `run` counts from 1. `tells_time`: whether every instant is
-    published as time, also where no message is due.
+    published as time, also where no message is due. A run that fails raises IntegrationError. One without an end that
+    peers have changed, by commands or another scene, keeps it as `failure` instead and waits for a reset.
 
     Parameters
     ----------
@@ -151,6 +152,7 @@ class SimulationLoop(PacedStream):
         self._chunk = max(1, min(CHUNK_NS // period, simulation.chunk_outputs))
         self._total = self._duration_ns // period + 1 if self._duration_ns else None
         self._done = self._flushed = False
+        self.failure: IntegrationError | None = None
         self._began: int | None = None
         self._judge_at = self._silent_until = 0
         self._errors: dict[str, float | str] = {}
@@ -159,7 +161,7 @@ class SimulationLoop(PacedStream):
     @property
     def over(self) -> bool:
         """True once everything was delivered and nothing more will come by itself or by a reset."""
-        return self.finished and not self._repeat
+        return self.finished and not self._repeat and self.failure is None
 
     def turn(self, now: int) -> int | None:
         """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
@@ -176,12 +178,18 @@ class SimulationLoop(PacedStream):
         self._computing = now
         try:
             wake_at = super().turn(now)
+        except IntegrationError as error:
+            changed, ends = self.run > 1 or self.commands.counts["taken"], self._total is not None and not self._repeat
+            if ends or not changed:
+                raise
+            self.failure, self._done, self.finished = error, True, True
+            self._errors = errors_of(self.simulation.report())
         finally:
             self._computing = None
         if not self.finished or self.over:
             return wake_at
         self.close()
-        if self._repeat < 0 or self.paused:
+        if self._repeat < 0 or self.paused or self.failure:
             return None
         if now < self._began + self._repeat:
             return self._began + self._repeat
@@ -202,7 +210,9 @@ class SimulationLoop(PacedStream):
         covered = self._chunk * self.simulation.output_period_ns / requested if requested else 0
         held = 0 if since is None or now - since < max(LONG_NS, covered) else now - since
         factor, slow = numbers["real_time_factor"], False
-        if self.paused:
+        if self.failure:
+            message = f"{self.failure}; the node waits for ~/reset"
+        elif self.paused:
             message = "paused"
         elif self.finished and not self.over:
             message = "waiting for the next start"
@@ -235,7 +245,7 @@ class SimulationLoop(PacedStream):
         status, said = str(self._errors.get("status", "")), ""
         if self.simulation.choice.outside:  # also before the run is judged
             said = "a model runs outside its range"
-        elif status.startswith(("doubtful", "failed")):
+        elif not self.failure and status.startswith(("doubtful", "failed")):
             said = f"the run is {status}"
         return "; ".join(filter(None, (said, self.commands.warning())))
 
