@@ -302,7 +302,7 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it(drawn):
     result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
     panels = drawn(result)
     panel = panels["Peak force over the sweep"]
-    assert (panel.get_xlabel(), panel.get_ylabel()) == ("motion.first_velocity [m/s]", "peak force [kN]")
+    assert (panel.get_xlabel(), panel.get_ylabel()) == ("first velocity [m/s]", "peak force [kN]")
     lines = {line.get_label(): line.get_xydata() for line in panel.get_lines()}
     studies = result.summary["sweep"]["studies"]
     means = [(one["value"], 1e-3 * one["quantities"]["peak_force"]["mean"]) for one in studies]

@@ -446,10 +446,14 @@ class Contest:
         """Sentences that read the rows."""
         return [*self.read(self, rows), *confirmed(rows, self.own), *failures(self.problems, rows)]
 
+    def files(self, folder: Path, name: str, options: Options) -> list[Path]:
+        """Picture and table."""
+        return [folder / f"{name}.png", folder / f"{name}.csv"]
+
     def make(self, folder: Path, name: str, options: Options) -> Made:
         """Runs the chart and writes picture and table."""
         rows = self.measure(options)
-        picture, table = folder / f"{name}.png", folder / f"{name}.csv"
+        picture, table = self.files(folder, name, options)
         write_table(rows, table)
         draw(self.sheet(rows), picture, made_with())
         return Made(self.reading(rows), [str(picture)], [str(table)], rows)
@@ -487,13 +491,21 @@ class Paper:
         numbers = {str(figure): name for name, row in self.sheets.items() for figure in row.figures}
         return {name: name for name in self.sheets} | numbers
 
+    def wanted(self, options: Options) -> list[str]:
+        """The requested sheets; raises BearingTwinError for a word that is none of them."""
+        return [*dict.fromkeys(self.problems[one] for one in wanted_of(options.problems, self.problems))]
+
+    def files(self, folder: Path, name: str, options: Options) -> list[Path]:
+        """Picture, table of curves and sentences of each requested sheet."""
+        return [folder / f"{name}_{part}.{ending}" for part in self.wanted(options) for ending in ("png", "csv", "txt")]
+
     def make(self, folder: Path, name: str, options: Options) -> Made:
         """Draws the requested sheets: picture, table of curves and sentences of each."""
-        made = Made([], [], [], [])
-        wanted = dict.fromkeys(self.problems[one] for one in wanted_of(options.problems, self.problems))
+        made, wanted = Made([], [], [], []), self.wanted(options)
+        paths = iter(self.files(folder, name, options))
         for place, part in enumerate(wanted, start=1):
             sheet = self.sheets[part].make(options.quick)
-            picture, table, reading = (folder / f"{name}_{part}.{ending}" for ending in ("png", "csv", "txt"))
+            picture, table, reading = next(paths), next(paths), next(paths)
             write_curves(sheet, table)
             reading.write_text("".join(f"{one}\n" for one in sheet.reading), encoding="utf-8")
             made.pictures.append(str(draw(sheet, picture, made_with())))

@@ -18,6 +18,7 @@ WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 FEW_DECADES = 100.0  # of an axis that spans less, 2 and 5 are labelled too
 KEY_WIDTH = 170  # letters of a line of the legend below all panels
 MANY = 6  # entries of a legend that stands inside its panel
+BESIDE = "beside"  # the place of a legend for which no corner of its panel is free
 NO_RESULT = ", no result"  # behind the name of a method
 CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 
@@ -170,8 +171,9 @@ def draw(sheet: Sheet, path: Path, made: str) -> Path:
             handles, words = axis.get_legend_handles_labels()
             keys |= dict(zip(words, handles, strict=True))
             if panel.legend and not sheet.key and words:
+                aside = len(words) > MANY or panel.legend == BESIDE
                 beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9}
-                axis.legend(frameon=False, **(beside if len(words) > MANY else {"loc": panel.legend, "fontsize": 10.5}))
+                axis.legend(frameon=False, **(beside if aside else {"loc": panel.legend, "fontsize": 10.5}))
     keys = keys if sheet.key else {}
     footer = "; ".join(filter(None, (sheet.footer, made)))
     key = figure.legend(

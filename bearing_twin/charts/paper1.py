@@ -185,8 +185,13 @@ def bearing(quick: bool) -> Sheet:
 
     rows = [
         [
-            Panel("Contact point of a ball with the outer raceway", TIME, Axis("r_P", "m"), curves(point, "r")),
-            Panel("Normal of the raceway there", TIME, Axis("n_A"), curves(normal, "n")),
+            Panel(
+                "Contact point of a ball with the outer raceway",
+                TIME,
+                Axis("its coordinates r_P", "m"),
+                curves(point, "r"),
+            ),
+            Panel("Normal of the raceway there", TIME, Axis("its components n_A"), curves(normal, "n")),
             Panel("Contact point by other laws, from exact Hertz", TIME, Axis("distance", "m", log=True), distances),
         ]
     ]

@@ -78,7 +78,7 @@ def histories(quick: bool) -> Sheet:
             peaks = ", ".join(f"{one['peak_force_n']:.1f}" for one in figures["contacts"])
             words.append(f"by {theory.capitalize()} {peaks} N and a restitution of {figures['restitution']:.4f}")
         reading.append(f"The contacts of the fall from {height} mm reach {'; '.join(words)}.")
-    return Sheet("Paper 2: deflection and stress of the beam", rows, f"{FOOTER}; undamped", reading)
+    return Sheet("Paper 2: deflection and stress of the beam", rows, f"{FOOTER}; undamped", reading, key=True)
 
 
 def rigid(height: int):

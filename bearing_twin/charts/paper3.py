@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from bearing_twin.charts.contest import Figures, Paper
-from bearing_twin.charts.panels import Axis, Band, Line, Map, Panel, Sheet, colour, dashed, shade
+from bearing_twin.charts.panels import BESIDE, Axis, Band, Line, Map, Panel, Sheet, colour, dashed, shade
 from bearing_twin.charts.scenes import run
 from bearing_twin.pictures import STYLE
 from bearing_twin.uq.distributions import DISTRIBUTIONS, greatest_entropy
@@ -179,15 +179,20 @@ def force_panels(result, figures: tuple[str, str, str]) -> list[list[Panel]]:
     at, matrix = found["autocorrelation_time_s"], np.array(found["autocorrelation"])
     square = Map("correlation of F(t) and F(t')", "1", at, at, matrix, "RdBu_r", (-1.0, 1.0))
     lines = [
-        Line(f"with {one.key.rpartition('.')[2].replace('_', ' ')}", t, found[f"correlation with {one.key}"], colour(n))
+        Line(
+            f"with {one.key.rpartition('.')[2].replace('_', ' ')}",
+            t,
+            found[f"correlation with {one.key}"],
+            colour(n),
+        )
         for n, one in enumerate(result.study.inputs)
     ]
     lines.append(Line("deviation / its greatest", t, std / std.max(), {**colour(5), "linestyle": "--"}))
     correlation = Axis("correlation of the force", limits=(-1.0, 1.0))
     return [
         [
-            Panel(f"{figures[0]}10 runs, mean, mean ± deviation", TIME, FORCE, band),
-            Panel("Correlation of the force with the inputs", TIME, correlation, lines),
+            Panel(f"{figures[0]}10 runs, mean ± deviation", TIME, FORCE, band),
+            Panel("Correlation of the force with the inputs", TIME, correlation, lines, BESIDE),
         ],
         [
             Panel(f"{figures[1]}density of the force", TIME, FORCE, [cloud]),

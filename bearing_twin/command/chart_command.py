@@ -6,7 +6,7 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.units import Limits
-from bearing_twin.command.outcome import Outcome, quantity
+from bearing_twin.command.outcome import Outcome, quantity, refuse_existing
 from bearing_twin.command.terminal import progress, say, show_rows, show_text
 
 HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
@@ -16,7 +16,7 @@ ALL = "all"
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `chart` to its parser."""
-    text = f"its name; --list tells what each shows and how long it takes; {ALL}: every one of them"
+    text = f"its name; --list says what each shows and how long it takes; {ALL}: every one of them"
     parser.add_argument("chart", nargs="?", metavar="CHART", help=text)
     parser.add_argument("--list", action="store_true", help="what each chart compares, and about how long it takes")
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
@@ -29,7 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Makes one chart, or all; raises BearingTwinError with a sentence for a folder or a word that does not fit."""
-    from bearing_twin.charts import CHARTS
+    from bearing_twin.charts import CHARTS, chart_of
+    from bearing_twin.charts.contest import LIMIT, Options
 
     if arguments.list:
         return _list()
@@ -42,7 +43,12 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise BearingTwinError(f"{folder} is not a folder; make it first, or give another one")
     if arguments.chart == ALL and arguments.problem:
         raise BearingTwinError("--problem goes with one chart; name it in the place of all")
-    return _all(arguments, folder) if arguments.chart == ALL else _made(arguments.chart, arguments, folder)
+    options = Options(tuple(arguments.problem or ()), limit=arguments.limit or LIMIT, quick=arguments.quick)
+    names = CHARTS if arguments.chart == ALL else (arguments.chart,)
+    for name in names:
+        for path in chart_of(name).files(folder, name, options):
+            refuse_existing(path)
+    return _all(folder, options) if arguments.chart == ALL else _made(arguments.chart, folder, options)
 
 
 def _refuse(word: str) -> None:
@@ -66,14 +72,12 @@ def _list() -> Outcome:
     return Outcome({"charts": [dict(zip(keys, row, strict=True)) for row in rows]}, [], show)
 
 
-def _made(name: str, arguments, folder: Path) -> Outcome:
+def _made(name: str, folder: Path, options) -> Outcome:
     """One chart: rows, pictures, tables, and the sentences that read it."""
     from bearing_twin.charts import chart_of
-    from bearing_twin.charts.contest import LIMIT, Options
 
     with progress(f"chart {name}") as update:
-        options = Options(tuple(arguments.problem or ()), update, arguments.limit or LIMIT, arguments.quick)
-        made = chart_of(name).make(folder, name, options)
+        made = chart_of(name).make(folder, name, options._replace(update=update))
 
     def show():
         show_text("\n".join([*made.reading, *(f"picture: {one}" for one in made.pictures)]))
@@ -82,11 +86,11 @@ def _made(name: str, arguments, folder: Path) -> Outcome:
     return Outcome(made._asdict() | {"rows": [dataclasses.asdict(row) for row in made.rows]}, [], show)
 
 
-def _all(arguments, folder: Path) -> Outcome:
+def _all(folder: Path, options) -> Outcome:
     """Every chart, one after the other."""
     from bearing_twin.charts import CHARTS
 
     for name, chart in CHARTS.items():
         say(f"chart {name}, about {chart.seconds:.0f} s")
-        _made(name, arguments, folder)
+        _made(name, folder, options)
     return Outcome({"charts": [*CHARTS]}, [], lambda: show_text("\n".join(CHARTS)))

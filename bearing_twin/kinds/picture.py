@@ -27,7 +27,7 @@ from bearing_twin.pictures import (
 
 GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
 MOST_PANELS, ROWS = 16, 5  # panels of curves; in one column
-BODIES, ROW = 2.5, 1.9  # height of bodies above the curves in rows; of a row in inches
+BODIES, ROW = 2.2, 2.1  # height of bodies above the curves in rows; of a row in inches
 ABOVE, BELOW = 1.2, 0.9  # inches above and below all panels
 POINT = 0.01  # of what is shown of time: a shorter contact is a point
 MISSED = 10  # outputs in a contact: fewer may pass its peak by
@@ -92,7 +92,7 @@ class RunPicture:
         parts = figure.add_gridspec(1, 2, wspace=0.14) if beside else figure.add_gridspec(2, 1, height_ratios=shares)
         tall = figure.get_figheight()
         parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / tall, bottom=BELOW / tall)
-        axes = parts[1].subgridspec(rows, columns, hspace=0.7, wspace=0.14).subplots(sharex=True, squeeze=False)
+        axes = parts[1].subgridspec(rows, columns, hspace=0.8, wspace=0.14).subplots(sharex=True, squeeze=False)
         factor, unit = prefixed(float(values["time"][-1]), "s")
         for axis in axes.ravel()[len(panels) :]:
             axis.set_axis_off()
@@ -103,7 +103,7 @@ class RunPicture:
         if self.draw_bodies:
             self.draw_bodies(figure, parts[0], values)
         title = scene.description or scene.name if scene is not None else "Recorded run"
-        return finish(figure, title, self._footer(), path, size=17, errors=errors)
+        return finish(figure, title[:1].upper() + title[1:], self._footer(), path, size=17, errors=errors)
 
     def _draw_curves(self, axis, panel: CurvePanel, time, values, seconds: float) -> None:
         """One panel of the view over `time`, which is `seconds` times that in s."""

@@ -36,6 +36,7 @@ ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in wo
 MOST_QUANTITIES = 12
 SHOWN_QUANTILES = ("0.05", "0.50", "0.95")
 STATISTICS = ("mean", "std", "skewness")
+IN_WORDS = {"std": "standard deviation"}
 
 
 def document_of_study(result: StudyResult) -> dict[str, Any]:
@@ -195,7 +196,8 @@ def _convergence(summary, exact) -> Iterator[dict[str, Any]]:
     unit, factor = unit_of(summary["quantities"][path["quantity"]])
     samples, *columns = path_of(summary)
     value, low, high = (factor * one for one in columns)
-    what = f"{path['probability']:g} quantile" if path["statistic"] == "quantile" else path["statistic"]
+    statistic = IN_WORDS.get(path["statistic"], path["statistic"])
+    what = f"{path['probability']:g} quantile" if statistic == "quantile" else statistic
     edge = {"width": 0.6}
     lines = [("95 % interval, high", high, BLUE, edge), ("low", low, BLUE, edge)]
     lines.append((what, value, BLUE, {"points": True, "width": 2.2}))
@@ -241,8 +243,8 @@ def _swept(result, name, sweep, words) -> dict[str, Any]:
     lines = [(*line[:3], {"points": True, **line[3]}) for line in lines]
     place = {"low": None, "high": None, "value": words.place, "colour": INK, "open": []}
     more = {"bands": [[0, 1, BLUE, "5 to 95 %"]], "wide": True, "spans": [place] if words.place is not None else []}
-    title = f"{_words(name)} over the sweep"
-    return _chart(title, _words(name).lower(), unit, words.values, lines, words.key, words.unit, **more)
+    title, swept = f"{_words(name)} over the sweep", _words(words.key.rpartition(".")[2]).lower()
+    return _chart(title, _words(name).lower(), unit, words.values, lines, swept, words.unit, **more)
 
 
 def study_shares(names, summary) -> Iterator[dict[str, Any]]:
@@ -258,7 +260,7 @@ def _statistics(found) -> list[dict[str, str]]:
     rows, own = [], unit_of(found)
     error = found.get("error")  # a log of an earlier version has none
     for key in STATISTICS:
-        words = {"mean": "mean", "std": "standard deviation"}.get(key, key)
+        words = IN_WORDS.get(key, key)
         ends = tuple(found[f"{key}_interval"] or (None, None))
         unit = ("", 1.0) if key == "skewness" else own
         rows.append(_row(words, found[key], ends, unit, error if key == "mean" else None))

@@ -219,11 +219,11 @@ def _panels(parameters) -> tuple[CurvePanel, ...]:
             curves(f"Force of the {side} bearing on the shaft", "N", *along_axes("bearing_force", 3 * b))
             for b, side in enumerate(SIDES)
         ),
-        curves("Load on the shaft but its weight", "N", *along_axes("load")),
         *(
             ball_curves(f"Load on each ball, {side} bearing, inner raceway", "N", f"{side}_normal_load", balls, 0)
             for side, balls in ((side, getattr(parameters, side).geometry.balls) for side in SIDES)
         ),
+        curves("Load on the shaft, without its weight", "N", *along_axes("load")),
         curves("Speed of the shaft", "rad/s", ("shaft_speed", "about z")),
         energies(("kinetic_energy", "kinetic"), ("elastic_energy", "in the contacts")),
         curves(
