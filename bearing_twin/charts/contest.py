@@ -339,8 +339,8 @@ def best_of(contest: "Contest", rows: list[Row]) -> list[str]:
     at = f" for errors up to {contest.wanted:g}" if math.isfinite(contest.wanted) else ""
     words = (f"{method} {span(mine)}" for method, mine in sorted(shares.items(), key=lambda pair: max(pair[1])))
     sentences = [f"{contest.cost}{at}, relative to the least of each problem: {'; '.join(words)}."] if shares else []
-    sentences += [f"Least: {'; '.join(least)}."] if least else []
-    return sentences + ([f"Not at any setting: {where(never)}."] if never else [])
+    sentences += [f"The least: {'; '.join(least)}."] if least else []
+    return sentences + ([f"Not accurate enough at any setting: {where(never)}."] if never else [])
 
 
 def seconds(value: float) -> str:
@@ -376,7 +376,9 @@ def failures(problems: Mapping[str, str], rows: Iterable[Row]) -> list[str]:
         if row.status in (FAILED, STOPPED):
             found.setdefault(row.method, {})[problems[row.problem]] = None
     return (
-        [f"Runs failed or were stopped: {where({method: [*mine] for method, mine in found.items()})}."] if found else []
+        [f"Failed or stopped at some settings: {where({method: [*mine] for method, mine in found.items()})}."]
+        if found
+        else []
     )
 
 

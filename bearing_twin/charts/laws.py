@@ -40,7 +40,7 @@ SCIPY = "SciPy"
 LAW_LABELS = {
     "hertz": "Hertz by a rational function",
     "hertz_exact": "Hertz solved exactly",
-    "volumetric": "volumetric",
+    "volumetric": "volumetric law",
     "constant": "constant coefficient",
     "hertz_differential": "Hertz, states projected",
     "hertz_unprojected": "Hertz, states not projected",
@@ -155,7 +155,8 @@ def _reading(contest, rows):
     for name, mine in of_methods(alone).items():
         worst = {row.problem: max(row.error, LEAST) for row in sorted(mine, key=lambda row: row.error)}
         words = ", ".join(f"{worst[one]:.1g} for {title}" for one, title in contest.problems.items() if one in worst)
-        yield f"{name}: {seconds(mine[0].seconds)} an evaluation; greatest error {words}."
+        label = contest.labels[name]
+        yield f"{name} ({label}): {seconds(mine[0].seconds)} an evaluation; greatest error {words}."
     yield from best_of(contest, [row for row in rows if row.problem in RUNS.problems])
 
 
@@ -245,7 +246,7 @@ CHARTS = {
         title="Elastic laws: error over the shape of the contact, and cost",
         problems={
             "ellipse": "b/a from 0.001 to 1",
-            "raceway": "balls in raceways, b/a from 0.08 to 0.18",
+            "raceway": "balls in raceways (b/a from 0.08 to 0.18)",
             "law in a run": RUNS.problems["law in a run"],
         },
         entries=_law_entries,

@@ -116,7 +116,7 @@ def _tolerance_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
     """Number of runs that meet their tolerance, those that do not, and median errors by kind."""
     ended = [row for row in rows if row.status == DONE]
     missed = [f"{row.method} at {row.setting:g}" for row in ended if row.error > row.setting]
-    words = f"; not {', '.join(missed)}" if missed else ""
+    words = f"; not met: {', '.join(missed)}" if missed else ""
     yield f"{len(ended) - len(missed)} of {len(ended)} runs meet the tolerance requested{words}."
     medians = (f"{kind} {np.median([row.error / row.setting for row in mine]):.1g}" for kind, mine in _by_kind(ended))
     yield f"Median error over the tolerance: {', '.join(medians)}."
