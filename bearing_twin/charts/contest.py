@@ -7,8 +7,8 @@ sheets of its figures.
 """
 
 import contextlib
-import ctypes
 import csv
+import ctypes
 import dataclasses
 import datetime
 import functools

@@ -27,7 +27,7 @@ TWO = (
     *("first.angular_velocity=[0,0,0]", "second.shape=ellipsoid", "second.semi_axes=[0.025,0.03,0.015]"),
     *("second.turn=[0,-0.3,0]", "gravity=[0,0,0]", "run.duration=1e-6", "run.output_rate=1e6", "run.publish_rate=1e6"),
 )
-APART = {1: "[0.006,0,0.034]", 2: "[0.006,0,0.0307]"}  # m: the first body's centre, by figure
+POSITIONS = {1: "[0.006,0,0.034]", 2: "[0.006,0,0.0307]"}  # m: the first body's centre, by figure
 ARROW = 0.012  # m
 AROUND = np.linspace(0.0, 2.0 * math.pi, 181)
 
@@ -47,7 +47,7 @@ def _outline(body, name: str, place: int) -> Line:
 def contact_frame(quick: bool) -> Sheet:
     """Figures 1 and 2: opposing points of two bodies, and the frame of their contact."""
     panels, reading = [], []
-    for figure, position in APART.items():
+    for figure, position in POSITIONS.items():
         keys = (*TWO, f"first.position={position}")
         found = run("two_bodies_ellipsoid", keys, ("contact_point", "normal", "approach"))
         point, normal = (found.values[name][0][[0, 2]] for name in ("contact_point", "normal"))
@@ -62,11 +62,11 @@ def contact_frame(quick: bool) -> Sheet:
             tip = ends[0] + ARROW * one
             look = {"color": BALL_COLOURS[place], "linewidth": 2.5}
             parts.append(Line(name, [ends[0][0], tip[0]], [ends[0][1], tip[1]], look))
-        apart = approach < 0.0
-        what = "opposing points of bodies apart" if apart else "frame of a contact, depth enlarged"
+        separated = approach < 0.0
+        what = "opposing points of separated bodies" if separated else "frame of a contact, depth enlarged"
         across, up = Axis("x", "m"), Axis("z", "m")
         panels.append(Panel(f"Figure {figure}: {what}", across, up, parts, "lower left", to_scale=True))
-        words = f"a gap of {-1e3 * approach:.3g} mm" if apart else f"an approach of {1e3 * approach:.3g} mm"
+        words = f"a gap of {-1e3 * approach:.3g} mm" if separated else f"an approach of {1e3 * approach:.3g} mm"
         reading.append(f"Figure {figure}: the opposing points lie on one normal of both surfaces, with {words}.")
     title = "Paper 1: opposing points of two ellipsoids, and the frame of their contact"
     return Sheet(title, [panels], "two_bodies_ellipsoid, section y = 0", reading)

@@ -22,7 +22,7 @@ No source: a sphere of steel that meets a half-space in five transits leaves a q
 Hunter's estimate (`hertz_impact.restitution_lost_on_half_space`; `tests/test_calculator.py`).
 """
 
-BEARS, LEVEL = 0.1, 1e-9
+COUNTED, LEVEL = 0.1, 1e-9
 """Share of the greatest load of a ball, below which it says nothing of the bearing; an angle [rad] that is 0."""
 
 LAW_TOLERANCE = 0.005
@@ -67,28 +67,28 @@ def gap_error(semi_axis, ball_radius: float, groove_radius):
 
 
 def shoulder_warning(nominal_angle: float, angles, loads) -> str | None:
-    """Warning of balls that bear load where one ring of an angular contact bearing has no shoulder.
+    """Warning of balls that carry load where one ring of an angular contact bearing has no shoulder.
 
     `nominal_angle` [rad] is the one without load, 0 of a deep groove; `angles` [rad] those on the outer raceway, above
-    0 on the side of the shoulders, and `loads` [N] those on the inner one. Balls with less than BEARS of the greatest
+    0 on the side of the shoulders, and `loads` [N] those on the inner one. Balls with less than COUNTED of the greatest
     do not count.
     """
-    enough = BEARS * max(loads)
+    enough = COUNTED * max(loads)
     bearing = (float(angle) for angle, load in zip(angles, loads, strict=True) if load > enough)
     least = min(bearing, default=math.inf) + 0.0  # without -0
     if nominal_angle <= 0.0 or least > LEVEL:
         return None
     return (
-        f"balls bear load at a contact angle of {least:.3g} rad: where geometry.contact_angle is above 0 one ring "
+        f"balls carry load at a contact angle of {least:.3g} rad: where geometry.contact_angle is above 0 one ring "
         "has no shoulder on that side, and a real bearing comes apart; an axial load must keep the angles above 0"
     )
 
 
 def law_warning(law: str, error: float, axis_ratio: float) -> str | None:
-    """Warning of a law whose load is off exact Hertz by `error` (relative) at this semi-axis ratio b/a."""
+    """Warning of a law whose load has an `error` (relative) against exact Hertz at this semi-axis ratio b/a."""
     if abs(error) <= LAW_TOLERANCE:
         return None
-    return f"law {law} is {100.0 * error:+.2g} % off exact Hertz at b/a = {axis_ratio:.3g}: outside its curve of 0.5 %"
+    return f"law {law} differs by {100.0 * error:+.2g} % from exact Hertz at b/a = {axis_ratio:.3g}: more than 0.5 %"
 
 
 def wave_transit(size: float, young_modulus: float, density: float) -> float:

@@ -135,9 +135,8 @@ struct ModeSteps {
   }
 };
 
-// The motion of a sphere and a beam in pieces of time: contacts, and free flight between them.
-
-// The motion of a sphere and a beam in pieces of time, within each of which the force between them is a cubic.
+// The motion of a sphere and a beam in pieces of time: contacts and the free flights between them. Within each piece the force is
+// a cubic.
 
 // Shares of a piece at which work is summed and forces are found: the points of Gauss and Lobatto for four values.
 constexpr double ROOT5 = 2.23606797749978969641;
@@ -217,7 +216,7 @@ struct Impact {
   }
 };
 
-// Sphere and beam apart: both move in closed form, and the next touch is found without stepping over any.
+// Sphere and beam separated: both move in closed form, and the next touch is found without stepping over any.
 
 struct Approach {
   double value, rate;  // [m], [m/s]

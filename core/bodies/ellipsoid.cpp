@@ -28,7 +28,7 @@ struct EllipsoidState {
 };
 
 // The contact of one state: forces on the body in fixed axes, about its centre with the arm `arm` [m]. `approach_rate` [m/s] is
-// that of the point of application, `slip` [m/s] its velocity along the plane, `effective_mass` [kg] what a blow there moves,
+// that of the point of application, `slip` [m/s] its velocity along the plane, `effective_mass` [kg] the mass that an impact there moves,
 // `ratio_rate` [1/s] that of P/Q.
 struct PlaneContact {
   double approach, approach_rate, normal_load;

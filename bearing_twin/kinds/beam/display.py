@@ -1,7 +1,7 @@
 """The topics of a sphere on a beam: wrenches, the contact, frames and markers, as fields of messages.
 
 The frame of the scene has its origin at one support, at the height of the upper surface at rest, x along the beam to
-the other support and z against the blow.
+the other support and z against the motion of the sphere.
 """
 
 import numpy as np
@@ -92,7 +92,7 @@ def view(facts, channels) -> View:
     """x along the beam from its middle, y against the sphere's motion; the upper face at rest is y = 0."""
     parameters = facts.scene.parameters
     beam, radius, point = parameters.beam, parameters.sphere.radius, parameters.blow.point
-    struck = (point - 0.5) * beam.span
+    impact_x = (point - 0.5) * beam.span
     drawn = (
         Channel("sphere_rest", "m", (3,), "centre of the sphere at the first touch"),
         Channel("sphere_way", "m", (3,), "from there"),
@@ -107,7 +107,7 @@ def view(facts, channels) -> View:
     return view_of(
         channels,
         drawn,
-        rows=lambda sample: _rows(sample, struck, radius, struck + 1.25 * radius),
+        rows=lambda sample: _rows(sample, impact_x, radius, impact_x + 1.25 * radius),
         panels=(
             curves("Contact force", "N", ("normal_load", "force")),
             points("Deflection, along the sphere's motion", "m", "deflection"),
@@ -140,10 +140,10 @@ def watched_points(parameters) -> dict[int, str]:
     return {0: "impact"} | {k + 1: f"{share:g} of the span" for k, share in enumerate(shares) if share != point}
 
 
-def _rows(sample, struck: float, radius: float, beside: float) -> dict[str, np.ndarray]:
+def _rows(sample, impact_x: float, radius: float, beside: float) -> dict[str, np.ndarray]:
     """The arrow of the force stands `beside` the sphere, which would hide it."""
     rest, way, blow, above = (np.zeros((len(sample["normal_load"]), 3)) for _ in range(4))
-    rest[:, 0], rest[:, 1] = struck, radius
+    rest[:, 0], rest[:, 1] = impact_x, radius
     way[:, 1] = -sample["sphere_position"]
     blow[:, 1] = -sample["normal_load"]
     above[:, 0], above[:, 1] = beside, 0.1 * radius

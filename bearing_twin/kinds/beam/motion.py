@@ -522,8 +522,8 @@ def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:
     return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, outputs))
 
 
-FINEST_TRIAL = 1e-4  # tolerance: what matters more is seen, and what matters less costs more than it tells
-SHARE = 0.1  # of the tolerance, that a trial may be off
+FINEST_TRIAL = 1e-4  # tolerance of the comparison of both theories, at the least
+SHARE = 0.1  # tolerance of that comparison over the scene's
 TRIAL_STEPS = 40  # a contact, good to 1e-5
 INSTANTS = 400  # of a contact, at which forces are compared
 
@@ -555,7 +555,7 @@ class EulerErrors(NamedTuple):
                 f"{'high' if self.first_peak > 0.0 else 'low'}"
             )
         elif self.time > tolerance:
-            found.append(f"Euler's beam has the sphere in contact for a time {100.0 * self.time:.2g} % off")
+            found.append(f"Euler's beam has an error of {100.0 * self.time:.2g} % in the time in contact")
         if contacts > 1:
             found.append(f"the sphere touches {contacts} times, and what follows a second touch needs shear")
         return found
@@ -784,7 +784,7 @@ class WatchedPoints:
 
     def _bending(self, states, force, *_):
         q = self._found.coordinates(states)
-        return tuple(q @ modal.T + force[:, None] * still for modal, still in (self._deflection, self._stress))
+        return tuple(q @ modal.T + force[:, None] * static for modal, static in (self._deflection, self._stress))
 
     def _channels(self, states, force, position, velocity):
         found, (deflection, stress) = self._found, self._bending(states, force)

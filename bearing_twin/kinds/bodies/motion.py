@@ -44,7 +44,7 @@ TIME, STEP, IN_CONTACT, DRIFT, WRITTEN, OFF = range(6)
 two bodies also the distance [m] of the opposing points from meeting their equations, at the end of a step."""
 RECORD = 20
 BEGAN = 1
-RUB = slice(13, 16)
+FRICTION_IMPULSE = slice(13, 16)
 """Of ContactRecord: begin of the contact [s], impulse of friction (3,) [N s]."""
 MOVING = ("state", "clock", "record", "counts", "_last", "_ended", "_touched", "_now")  # what `advance` changes
 COUNTED = ("steps", "rejections", "evaluations", "touches")
@@ -68,11 +68,11 @@ FAILURES_OF_PAIR = FAILURES | {
     NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
     TOO_DEEP: "the bodies are pressed into each other by a third of the least size; stiffen them or slow them down",
     UNTRACKED: "the opposing points are no contact of the chosen law: the surfaces are flat or conform there; "
-    "use contact.normal: overlap, lighter blows, or other shapes",
+    "use contact.normal: overlap, lower speeds, or other shapes",
 }
 FAILURES_OF_OVERLAP = FAILURES_OF_PAIR | {
     UNTRACKED: "the overlap leaves the region around the opposing points, or they are lost: the surfaces "
-    "conform, or the blow is too hard; use lighter blows, stiffer bodies, or other shapes"
+    "conform, or the impact is too hard; use lower speeds, stiffer bodies, or other shapes"
 }
 
 
@@ -275,7 +275,7 @@ PAIR_CHANNELS = (
     Channel("approach", "m", (), "of the opposing points; negative = gap"),
     Channel("normal_load", "N", (), "on the first body, against normal, at contact_point"),
     Channel("friction_force", "N", (3,), "on the first body, at contact_point"),
-    Channel("drilling_torque", "N m", (), "friction of the spot on the first body about normal"),
+    Channel("drilling_torque", "N m", (), "spin friction moment on the first body about normal"),
     Channel("spin_rate", "rad/s", (), "first body minus second, about normal"),
     Channel("contact_point", "m", (3,), "where the forces act; between the bodies while there is a gap"),
     Channel("normal", "1", (3,), "outward of the first body at its opposing point"),
@@ -401,5 +401,5 @@ class PairMotion(Bouncing):
 
     def contacts(self, records: np.ndarray) -> np.ndarray:
         """Of the impulse of friction its magnitude."""
-        rubbed = [np.linalg.norm(row) for row in records[:, RUB]]
-        return np.column_stack([records[:, : RUB.start], rubbed, records[:, RUB.stop]])
+        size = np.linalg.norm(records[:, FRICTION_IMPULSE], axis=1)
+        return np.column_stack([records[:, : FRICTION_IMPULSE.start], size, records[:, FRICTION_IMPULSE.stop]])

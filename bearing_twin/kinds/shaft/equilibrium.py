@@ -260,10 +260,10 @@ class ShaftSolver(EquilibriumSolver):
 
     def refuse_thrown_out(self, support: Support) -> None:
         """Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest."""
-        loose, still = loose_directions(self, support, self.scales), self._at_rest()
+        loose, at_rest = loose_directions(self, support, self.scales), self._at_rest()
         if loose and self.speed:
-            still.settle(support)
-            if not loose_directions(still, support, self.scales):
+            at_rest.settle(support)
+            if not loose_directions(at_rest, support, self.scales):
                 raise SceneError(
                     f"at {self.speed:g} rad/s the balls are thrown outwards so far that nothing holds the shaft along "
                     f"{', '.join(loose)}; lower the speed, or preload the bearings more"
@@ -348,7 +348,7 @@ def explained(error: IntegrationError, parameters: ShaftScene, law: str, speed: 
     return error
 
 
-STILL = 1e-6  # of the motion's square: a mode with less of it across the axis does not whirl
+AXIAL = 1e-6  # of the motion's square: a mode with less of it across the axis does not whirl
 REAL = 1e-6  # of a root, of the greatest: an imaginary part that is less is none
 
 
@@ -392,7 +392,7 @@ def _forward_share(shape: np.ndarray, lever: float) -> float | None:
     across = shape * np.array([1.0, 1.0, 0.0, lever, lever])
     ahead = (abs(across[0] + 1j * across[1]) ** 2 + abs(across[3] + 1j * across[4]) ** 2) / 2.0
     whole = float(np.sum(np.abs(across) ** 2))
-    return float(ahead) / whole if whole > STILL * (whole + abs(shape[2]) ** 2) else None
+    return float(ahead) / whole if whole > AXIAL * (whole + abs(shape[2]) ** 2) else None
 
 
 def modes_at(matrices: Matrices, speed: float) -> WhirlModes:

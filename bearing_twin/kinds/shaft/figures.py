@@ -252,11 +252,11 @@ ALIKE = 0.1  # of the greatest load: a balance whose greatest is nearer than thi
 
 
 class Response(NamedTuple):
-    """Changes of a shaft in balance by contacts that bear more: of its `coordinates` (5,), of what they press it with.
+    """Changes of a shaft in balance where contacts are stiffer: of its `coordinates` (5,) and the bearings' `forces`.
 
     `forces` (2, 3) [N] are those of the bearings' contacts on it. For each bearing: the `greatest` load of its contacts
-    [N], the greatest `share` that one bears more, and the part of that which is `kept`: what contacts share only moves
-    a shaft whose loads are given, and a preload by offsets keeps it.
+    [N], the greatest `share` by which a contact would carry more at the same approach, and the part of it that is
+    `kept`: the shaft gives way, so that loads from outside are carried as before, but a preload by offsets grows.
     """
 
     coordinates: np.ndarray
@@ -270,9 +270,9 @@ class Response(NamedTuple):
 def response_of(
     parameters: ShaftScene, law: str, speed: float, time: float, shares: tuple[float, float], wide: bool
 ) -> Response:
-    """The response of the balance at `time` [s] to contacts of each bearing that bear a share more than by their law.
+    """The response of the balance at `time` [s] to contacts that carry more than by their law, by `shares` of bearings.
 
-    With `wide` also what bodies are no half-spaces. Found by one more balance with raceways that are higher by as much.
+    With `wide` also by the error of the half-space. Found by a second balance, with raceways higher by as much.
     Raises SceneError where nothing carries the loads.
     """
     solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
@@ -317,9 +317,9 @@ class ShaftComparison(Comparison):
     def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Of the loads of both bearings."""
         names = [f"{side}_normal_load" for side in SIDES]
-        apart = [np.abs(own[name] - second[name]).max(axis=(1, 2)) for name in names]
+        errors = [np.abs(own[name] - second[name]).max(axis=(1, 2)) for name in names]
         sizes = [own[name].max(axis=(1, 2)) for name in names]
-        return {"ball_loads": (np.maximum(*apart), np.maximum(*sizes))}
+        return {"ball_loads": (np.maximum(*errors), np.maximum(*sizes))}
 
 
 class ShaftModelErrors(ModelErrors):
@@ -388,10 +388,10 @@ class ShaftModelErrors(ModelErrors):
 
     def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of equilibria, as measured against the motion of balls, and of the half-space."""
-        still = self._balance_errors()
-        if not still:
+        of_balance = self._balance_errors()
+        if not of_balance:
             return {}
-        found = self._of_loads(figures, still)
+        found = self._of_loads(figures, of_balance)
         for side in SIDES:
             load = f"{side}_greatest_ball_load_n"
             pressure, life = f"{side}_peak_pressure_pa", f"{side}_reference_life_mrev"
@@ -402,7 +402,7 @@ class ShaftModelErrors(ModelErrors):
             found[load] += of_load * abs(figures[load])
             found[pressure] += (of_load + here) / 3.0 * abs(figures[pressure])
             found[life] = LIFE * share * kept * abs(figures[life])
-        return found | self._of_motion(figures, tuple(still[side] for side in SIDES), True)
+        return found | self._of_motion(figures, tuple(of_balance[side] for side in SIDES), True)
 
     def _at_ends(self, shares: tuple[float, float] = (0.0, 0.0), wide: bool = True) -> list[Response]:
         """The responses to these shares at the start and at the end of the run."""
@@ -412,7 +412,7 @@ class ShaftModelErrors(ModelErrors):
         return [response_of(*made_of, float(speed), float(time), shares, wide) for speed, time in ends]
 
     def _of_motion(self, figures: Mapping[str, Any], shares: tuple[float, ...], wide: bool) -> dict[str, Any]:
-        """Errors of places, forces and modes where contacts bear these shares more, in the balance at the end."""
+        """Errors of places, forces and modes where contacts carry these shares more, in the balance at the end."""
         end = self._at_ends(shares, wide)[-1]
         most, (place, tilt) = max(end.share.values()), np.split(np.abs(end.coordinates), [3])
         found = {"displacement_m": place.tolist(), "tilt_rad": tilt.tolist()}
@@ -437,5 +437,5 @@ class ShaftModelErrors(ModelErrors):
             "structure": "shaft and housings are rigid",
             "works": "those of loads and bearings have errors of a tenth of wanted.tolerance of what was done either "
             "way, of which little may be left over whole turns, and by up to twice the tolerance where the speed "
-            "changes or shaft.start is equilibrium; energy_closure is the balance of both and tells less",
+            "changes or shaft.start is equilibrium; energy_closure, the balance of both, shows less of them",
         }

@@ -258,7 +258,7 @@ class ShaftMotion:
     def operating_point(self, sample) -> OperatingPoint:
         """The shaft of an output about its centre of mass, the balls in balance where their cages have taken them.
 
-        Its loads are those that both bearings bear there. Raises BearingTwinError.
+        Its loads are those that both bearings carry there. Raises BearingTwinError.
         """
         coordinates, speed = (*sample["position"], *sample["tilt"]), float(sample["shaft_speed"])
         places = zip(self.rotor.seats, sample["orbit_angle"].tolist(), strict=True)

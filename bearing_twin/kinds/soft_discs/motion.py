@@ -82,7 +82,7 @@ class DiscBody(NamedTuple):
     stiffness: float
     exponent: float
 
-    def handed_over(self) -> _HalfDisc:
+    def as_structure(self) -> _HalfDisc:
         """Numbers and arrays that the core reads; the arrays must live as long."""
         mesh = self.mesh
         edges, side = mesh.rim_nodes.shape
@@ -107,7 +107,7 @@ class Solved:
 
     `frames` (f, discs, 2, n) are displacements [m] of the half disc, and of the half of the other, at multiples of
     `frame_step` [s]. Heights are above the wall; of two discs above the place of first touch, each away from the
-    other. `ended` tells that the disc has left for good.
+    other. `ended` is true if the disc has left for good.
     """
 
     step: float
@@ -175,7 +175,7 @@ def body_of(parameters: SoftDiscsScene, stiffness: float) -> DiscBody:
 def elastic_forces(body: DiscBody, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Forces (2, n) of elasticity at the nodes; energy, least det F and least stretch (3,) of half the disc."""
     load, found = np.zeros_like(displacement), np.empty(3)
-    _elastic(body.handed_over(), displacement, load, found)
+    _elastic(body.as_structure(), displacement, load, found)
     return load, found
 
 
@@ -210,7 +210,7 @@ def _greatest_eigenvalues(mesh: DiscMesh) -> tuple[float, float, float]:
 
 def _greatest_eigenvalue(body) -> float:
     size = len(body.mesh.mass)
-    root, load, disc = np.sqrt(body.mesh.mass), np.zeros((2, size)), body.handed_over()
+    root, load, disc = np.sqrt(body.mesh.mass), np.zeros((2, size)), body.as_structure()
 
     def operate(vector):
         _stiffness(disc, vector.reshape(2, size) / root, load)
@@ -236,7 +236,7 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
     states = np.zeros((2, 3, 2, size))  # of both discs: displacement, velocity, room for forces
     for state, one in zip(states, bodies_of(parameters).values(), strict=False):
         state[1, 1, :-1] = -wall_speed(one) / wave_speed(parameters)
-    disc, other = (body.handed_over() for body in bodies)
+    disc, other = (body.as_structure() for body in bodies)
     least = parameters.run.duration / unit
     most = max(LONGEST * contact_time(parameters) / unit, least)
     every = max(1, math.ceil(least / step / max(frames - 1, 1)))

@@ -49,7 +49,7 @@ class Penalty:
 
 
 @dataclass(frozen=True)
-class Thrown:
+class Approaching:
     """Motion of the disc at the start: it just touches and moves as a whole."""
 
     first_velocity: float = quantity(
@@ -117,7 +117,7 @@ class SoftDiscsScene(SceneParameters):
         "stvk = St. Venant-Kirchhoff, which paper 3 takes; linear = small strains",
     )
     contact: Penalty = section(Penalty)
-    motion: Thrown = section(Thrown)
+    motion: Approaching = section(Approaching)
     mesh: DiscMesh = section(DiscMesh)
     solver: CentralDifferences = section(CentralDifferences)
     wanted: WantedOfDisc = section(WantedOfDisc)
