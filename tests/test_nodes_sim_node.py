@@ -4,6 +4,7 @@ import math
 import re
 import threading
 import time
+from array import array
 from functools import cache
 
 import pytest
@@ -163,6 +164,8 @@ def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only(paused):
     results = node.set_parameters([Parameter(name, value=value) for name, value in given])
     assert [result.successful for result in results] == [False, False, False, True, True, True]
     assert "or fastest" in results[2].reason
+    [result] = node.set_parameters([Parameter("real_time_factor", Parameter.Type.DOUBLE_ARRAY, array("d"))])
+    assert "must be a number, or fastest" in result.reason
     assert node.get_parameter("real_time_factor").value == 2.0
     spin_until(executor, lambda: float(node.loop.factor) == 2.0, "the new pace")
 

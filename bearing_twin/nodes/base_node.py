@@ -200,9 +200,9 @@ def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] |
     changeable = {one.name: one for one in table if not one.read_only}
 
     def convert(changes: list[Parameter]) -> list[Parameter]:
-        return [  # an empty list keeps its type, for it has none by itself
+        return [
             Parameter(one.name, value=converted(changeable[one.name], one.value))
-            if one.name in changeable and one.value != []
+            if one.name in changeable and type(one.value) in (int, str)
             else one
             for one in changes
         ]
