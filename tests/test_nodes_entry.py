@@ -74,6 +74,8 @@ MISTAKES = (
     ("sim_node", "scene:=bearing_6203 x:=", "x:=", "write -p NAME:=VALUE"),
     ("recorder_node", "-p log:=run.mcap:=2 -p :=x", "write -p NAME:=VALUE"),
     ("sim_node", "-r __ns:=a", "-r __ns:=/NAMESPACE"),
+    ("sim_node", "-r __ns:=/a/", "-r __ns:=/NAMESPACE"),
+    ("recorder_node", "-r __ns:=/a//b", "-r __ns:=/NAMESPACE"),
     ("sim_node", "--params-file {}/no.yaml", "YAML"),
 )
 

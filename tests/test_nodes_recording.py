@@ -135,6 +135,18 @@ def test_messages_are_counted_by_their_numbers_and_a_report_tells_what_was_lost(
     assert "3 messages were lost on the way to the recorder" in said.err
 
 
+@pytest.mark.parametrize(("publishers", "numbers"), [(2, (40, 3)), (1, (1, 40))])
+def test_what_was_counted_as_lost_stays_so_when_another_publisher_comes(publishers, numbers, tmp_path):
+    recording = recording_of(tmp_path / "out.mcap", "/one")
+    receive(recording, "/one", 1, 1, b"", 4)
+    receive(recording, "/one", 1, 1, b"", 9)
+    recording.publishers("/one", publishers)
+    for number in numbers:
+        receive(recording, "/one", 1, 1, b"", number)
+    status = recording.status()
+    assert (status["messages_lost"], status["lost_on"], status["uncounted"]) == (4, "/one", "/one")
+
+
 def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked):
     path, large = tmp_path / "out.mcap", bytes(LARGEST_MESSAGE)
     recording = recording_of(path, "/other", SAMPLES, ros_type=cdr.STRING)

@@ -132,7 +132,7 @@ class Outlet:
         [(name, _)] = spent.most_common(1)
         topic = self._publishers[name].topic_name
         nodes = sorted({name_of_peer(one.node_name) for one in self._node.get_subscriptions_info_by_topic(topic)})
-        advice = f"see whether a subscriber is suspended ({', '.join(nodes)})"
+        advice = f"publish less, or see whether a subscriber is suspended ({', '.join(nodes)})"
         return f"; publishing takes {share:.0%} of the time, most on {topic}: {advice}"
 
 

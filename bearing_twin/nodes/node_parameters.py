@@ -179,6 +179,8 @@ def check_arguments(words: Sequence[str]) -> None:
             if word.endswith(":="):
                 said = f"-p {echo(word)} has no value"
                 raise BearingTwinError(f"{said}; omit it, or write -p \"{word}''\" for an empty text")
+        if word.startswith("__ns:=") and (word.endswith("/") or "//" in word) and word != "__ns:=/":
+            raise BearingTwinError(f"-r {echo(word)} has a slash too many; write -r __ns:=/NAMESPACE")
         if option == "--params-file" and not Path(word).is_file():
             raise BearingTwinError(f"{word} is not a file of parameters; give the path of a YAML file")
 

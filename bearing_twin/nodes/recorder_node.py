@@ -98,10 +98,11 @@ class RecordedTopic:
         self.name, self.number, self.ros_type = name, number, ros_type
         self.sent, self.outputs = Sequences(), Sequences() if ros_type in NUMBERED else None
         self.several = False  # publishers, now or before, or one that gives messages no numbers
+        self.lost = 0  # messages, while they could be counted
 
     @property
     def counted(self) -> bool:
-        """True where it is known how many messages were lost."""
+        """True while it is known how many messages were lost."""
         return not (self.several or self.sent.restarts)
 
 
@@ -177,6 +178,7 @@ class Recording:
             recorded.several |= None in sent_numbers
             before = recorded.sent.lost
             recorded.sent.note_all([one - 1 for one in sent_numbers if one is not None])
+            recorded.lost = recorded.sent.lost if recorded.counted else recorded.lost
             if recorded.outputs:
                 lost = sum(recorded.outputs.note(*one) for one in ranges)
                 if recorded.sent.lost == before and None not in sent_numbers:
@@ -199,9 +201,9 @@ class Recording:
     def status(self) -> dict[str, float | str]:
         """Counts so far: topics, messages, and what was lost, of messages, solver outputs and rows of records.
 
-        `lost_on` names the topics with lost messages, `uncounted` those whose lost messages nobody can count: several
-        publishers, or no numbers; `mixed` those on which outputs of several stand among each other. Messages are
-        dropped while the disk is full; those that no reader takes are unreadable.
+        `lost_on` names the topics with lost messages, `uncounted` those whose lost messages nobody can count, or not
+        any more: several publishers, or no numbers; `mixed` those on which outputs of several stand among each other.
+        Messages are dropped while the disk is full; those that no reader takes are unreadable.
         """
         with self._lock:
             topics = sorted(self.topics.values(), key=lambda one: one.name)
@@ -210,11 +212,11 @@ class Recording:
         return {
             "topics": len(topics),
             "messages": self.messages,
-            "messages_lost": sum(one.sent.lost for one in counted),
+            "messages_lost": sum(one.lost for one in topics),
             "messages_before": sum(one.sent.before for one in counted),
             "messages_dropped": self.log.dropped,
             "messages_unreadable": self.unreadable,
-            "lost_on": " ".join(one.name for one in counted if one.sent.lost),
+            "lost_on": " ".join(one.name for one in topics if one.lost),
             "uncounted": " ".join(one.name for one in topics if not one.counted),
             "mixed": " ".join(one.name for one in topics if one.outputs and one.outputs.mixed >= MIXED),
             "samples_received": sum(stream.received for stream in outputs),
