@@ -14,17 +14,15 @@ import pytest
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from bearing_twin.command import study_command
+from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import write_log
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
-from bearing_twin.uq.result import check_summary
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
-from bearing_twin.view.study_page import document_of_study
 
 ESCAPE = "\x1b[2J\u202e"
 HALF = "half \ud800"  # a character that UTF-8 cannot hold, but JSON
@@ -118,13 +116,15 @@ def test_samples_that_are_none_of_the_scene_beside_them_are_anybodys(change, log
     reported(rewritten(logs / "run.mcap", tmp_path / "x.mcap", data=renamed), tmp_path, capsys)
 
 
+def with_summary(source, out, text):
+    """The log of a study again, with this text as its summary."""
+    content = b"\0\1\0\0" + struct.pack("<I", len(text.encode()) + 1) + text.encode() + b"\0"
+    return rewritten(source, out, data=lambda name, one: content if name.endswith("summary") else one)
+
+
 @pytest.mark.parametrize("text", SUMMARIES)
 def test_the_summary_of_a_study_is_anybodys(text, logs, tmp_path, capsys):
-    content = b"\0\1\0\0" + struct.pack("<I", len(text.encode()) + 1) + text.encode() + b"\0"
-    path = rewritten(
-        logs / "study.mcap", tmp_path / "x.mcap", data=lambda name, one: content if name.endswith("summary") else one
-    )
-    reported(path, tmp_path, capsys)
+    reported(with_summary(logs / "study.mcap", tmp_path / "x.mcap", text), tmp_path, capsys)
 
 
 def places(data, at=()):
@@ -135,47 +135,26 @@ def places(data, at=()):
             yield from places(one, (*at, key))
 
 
-def test_a_summary_that_is_wrong_anywhere_is_refused_as_it_is_read_or_shown_to_the_end(logs):
-    result, chance = read_study(logs / "study.mcap"), random.Random(46)
-    summary = result.as_dict()
-    check_summary(summary, result.study, len(result.status))
-    refused, shown, others = 0, 0, (None, [], {}, ESCAPE, -1, 0, 1e308, math.nan, True, [1.0], {"a": 1})
-    for at in chance.sample([*places(summary)][1:], 20):
+OTHERS = (None, [], {}, ESCAPE, "</script>", -1, 0, 1e308, math.nan, True, [1.0], {"a": 1})
+
+
+def test_a_summary_that_is_wrong_anywhere_is_refused_or_shown_to_the_end(logs, tmp_path, capsys):
+    summary, chance = read_study(logs / "study.mcap").as_dict(), random.Random(46)
+    for number, at in enumerate(chance.sample([*places(summary)][1:], 12)):
         changed = copy.deepcopy(summary)
-        functools.reduce(operator.getitem, at[:-1], changed)[at[-1]] = chance.choice(others)
-        try:
-            check_summary(changed, result.study, len(result.status))
-        except ValueError:
-            refused += 1
-            continue
-        again = dataclasses.replace(result, summary=changed)
-        study_command.show(again.as_dict() | {"seconds": 0.0})
-        assert document_of_study(again)["kind"] == "study"
-        assert again.doubts is not None
-        shown += 1
-    assert min(refused, shown) > 4
+        functools.reduce(operator.getitem, at[:-1], changed)[at[-1]] = chance.choice(OTHERS)
+        path = with_summary(logs / "study.mcap", tmp_path / f"{number}.mcap", json.dumps(changed))
+        reported(path, tmp_path, capsys)
+        if not number % 6:  # which takes a second
+            assert main(["report", str(path), "--plot", str(tmp_path / f"{number}.png")]) in (0, 2)
 
 
-@pytest.mark.parametrize(
-    ("where", "change"),
-    [
-        ("samples", lambda found: found.update(samples=1)),
-        ("quantities", lambda found: found["quantities"].pop("peak_force")),
-        ("histories", lambda found: found["histories"].update(approach={"realisations": 0, "time_s": []})),
-        ("convergence", lambda found: found["convergence"]["samples"].append(1)),
-        ("convergence", lambda found: found["convergence"].update(quantity="another")),
-        ("convergence", lambda found: found["convergence"]["low"].append(1.0)),
-        ("convergence", lambda found: found["convergence"].pop("high")),
-        ("companions", lambda found: found["quantities"]["peak_force"].pop("error")),
-        ("quantities.peak_force.mean", lambda found: found["quantities"]["peak_force"].update(mean="1")),
-    ],
-)
-def test_a_summary_of_another_study_names_what_is_wrong(where, change, logs):
-    result = read_study(logs / "study.mcap")
-    changed = copy.deepcopy(result.as_dict())
-    change(changed)
-    with pytest.raises(ValueError, match=rf"^summary\.{where} is not as a study gives it"):
-        check_summary(changed, result.study, len(result.status))
+@pytest.mark.parametrize("change", [{"samples": 1}, {"quantities": {}}])
+def test_the_summary_of_another_study_is_refused(change, logs, tmp_path):
+    summary = read_study(logs / "study.mcap").as_dict() | change
+    path = with_summary(logs / "study.mcap", tmp_path / "x.mcap", json.dumps(summary))
+    with pytest.raises(LogError, match="its summary is that of another study"):
+        read_study(path)
 
 
 def test_names_of_topics_are_anybodys(logs, tmp_path, capsys):

@@ -205,3 +205,10 @@ def test_weights_and_densities_need_no_size():
 def test_distributions_that_take_minutes_are_refused_at_once(given):
     with pytest.raises(StudyError, match="takes minutes"):
         read_input("x", {"distribution": f"scipy.{given.pop('name')}", **given})
+
+
+def test_the_density_of_a_narrow_input_has_one_mode():
+    """Rounding of the quantity makes its density rough, which counts as nothing."""
+    given = {RADIUS: {"distribution": "beta", "low": 0.019, "high": 0.0191, "mean": 0.01905, "std": 1e-9}}
+    found = run_study(load_study({**BALLS, "inputs": given})).as_dict()["quantities"]["contact_duration"]
+    assert found["modality"]["modes"] == 1

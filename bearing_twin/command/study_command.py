@@ -4,6 +4,7 @@ import argparse
 import contextlib
 import signal
 import threading
+from functools import partial
 
 from bearing_twin.base.errors import LogError, StudyError
 from bearing_twin.base.report import json_text
@@ -86,17 +87,19 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 def report(log, picture) -> Outcome:
     """The result in the log of a study, with its picture if one is requested."""
-    from bearing_twin.log.study_log import read_study
+    from bearing_twin.log.study_log import read_study, reading_study
     from bearing_twin.uq.result import sweep_of
 
-    result = read_study(log)
-    swept = {"sweep": sweep_of(result)} if "sweep" in result.summary else {}  # a log of an earlier version has no units
-    summary = result.as_dict() | swept | {"log": str(log)}
-    if picture:
-        from bearing_twin.view.study_page import plot_study
+    with reading_study(log):
+        result = read_study(log)
+        # a log of an earlier version has no units
+        swept = {"sweep": sweep_of(result)} if "sweep" in result.summary else {}
+        summary = result.as_dict() | swept | {"log": str(log)}
+        if picture:
+            from bearing_twin.view.study_page import plot_study
 
-        summary["plot"] = str(plot_study(result, picture))
-    return Outcome(summary, list(result.doubts), lambda: show(summary))
+            summary["plot"] = str(plot_study(result, picture))
+        return Outcome(summary, list(result.doubts), partial(reading_study(log)(show), summary))
 
 
 @contextlib.contextmanager

@@ -235,6 +235,7 @@ class Topic(NamedTuple):
     Of a topic at 1 Hz `fields(parameters)` makes what takes blocks by `add(block)` and gives the fields by `fields()`.
     `together`: `fields` takes many outputs at once, as one `Output` whose sample has one row an output in front of all
     its arrays; so have the arrays it gives. What is no array is then the same in every message of the topic.
+    `full_name`, with the namespace, and the quality of service `qos` are put in by `log.stream.topics`.
     """
 
     name: str
@@ -244,6 +245,8 @@ class Topic(NamedTuple):
     meaning: str
     frame: str = ""
     together: bool = False
+    full_name: str = ""
+    qos: Any = None
 
 
 class Command(NamedTuple):

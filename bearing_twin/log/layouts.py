@@ -10,10 +10,10 @@ from xml.sax.saxutils import quoteattr
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.paths import share_path
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import Facts
+from bearing_twin.kinds.contract import Facts, Topic
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import LogStream
-from bearing_twin.log.stream import Channelled, topics
+from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import Scene
 
 ENERGIES = ("kinetic_energy", "elastic_energy", "potential_energy", "drive_work", "dissipated")
@@ -90,7 +90,7 @@ def panels_of_log(log: LogStream) -> Panels:
     return panels(log.scene, log.namespace, log.frame.removesuffix(KINDS[log.scene.kind].frame))
 
 
-def _contact_plots(table: dict[str, Channelled], place: str, balls: int) -> list[Plot]:
+def _contact_plots(table: dict[str, Topic], place: str, balls: int) -> list[Plot]:
     if "contacts" not in table:
         return []
     topic = table["contacts"]
@@ -108,13 +108,13 @@ def _contact_plots(table: dict[str, Channelled], place: str, balls: int) -> list
     ]
 
 
-def _wrench_plot(topic: Channelled, place: str) -> Plot:
+def _wrench_plot(topic: Topic, place: str) -> Plot:
     body = topic.name.removesuffix("/wrench")
     curves = (Curve(f"{place}/{topic.name}", topic.ros_type, ("wrench", "force", axis), f"F{axis}") for axis in "xyz")
     return Plot(f"force on {body.replace('_', ' ')} [N]", tuple(curves))
 
 
-def _state_plots(table: dict[str, Channelled], place: str) -> list[Plot]:
+def _state_plots(table: dict[str, Topic], place: str) -> list[Plot]:
     if "state" not in table or table["state"].ros_type != cdr.STATE:
         return []
     shown = {

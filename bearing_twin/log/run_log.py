@@ -21,6 +21,7 @@ from bearing_twin.base.errors import LogError, SceneError, echo
 from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parsed_json
 from bearing_twin.base.sample import Block, Channel, Sample, between
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.kinds.contract import Topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, path_of
 from bearing_twin.log.mcap_read import LoggedMessage
@@ -37,7 +38,6 @@ from bearing_twin.log.raw_log import (
 )
 from bearing_twin.log.stream import (
     NUMBERED,
-    Channelled,
     MessageStream,
     block_of,
     channels_of,
@@ -489,14 +489,14 @@ class LogWriter(RawLogWriter):
             self.__exit__(*sys.exc_info())
             raise
 
-    def write(self, topic: Channelled, stamp_ns: int, cdr_bytes: bytes) -> None:
+    def write(self, topic: Topic, stamp_ns: int, cdr_bytes: bytes) -> None:
         """Adds one message as `MessageStream` made it, its stamp as log and publish time.
 
         Raises LogError, saying what was kept, when the disk is full.
         """
         self.write_all(((topic, stamp_ns, cdr_bytes),))
 
-    def write_all(self, messages: Iterable[tuple[Channelled, int, bytes]]) -> None:
+    def write_all(self, messages: Iterable[tuple[Topic, int, bytes]]) -> None:
         """`write` for many."""
         super().write_all((self._numbers[topic.name], stamp, stamp, data) for topic, stamp, data in messages)
 

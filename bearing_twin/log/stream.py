@@ -39,30 +39,7 @@ RELIABLE = Qos(depth=math.ceil(KEPT_SECONDS * SLOW_RATE))
 LATCHED = Qos(depth=1, durability="transient_local")
 
 
-class Channelled(NamedTuple):
-    """A topic of a scene as nodes and logs need it: its full name and quality of service beside its row."""
-
-    row: Topic
-    full_name: str
-    qos: Qos
-
-    @property
-    def name(self) -> str:
-        """The name relative to the scene's namespace."""
-        return self.row.name
-
-    @property
-    def rate(self) -> str:
-        """Rate: once, with publications, with markers or with samples."""
-        return self.row.rate
-
-    @property
-    def ros_type(self) -> str:
-        """The type, as `package/msg/Name`."""
-        return self.row.ros_type
-
-
-def topics(scene) -> tuple[Channelled, ...]:
+def topics(scene) -> tuple[Topic, ...]:
     """The topic table of a scene, in the order in which one instant's messages are given out."""
     kind = KINDS[scene.kind]
     rows = [
@@ -79,10 +56,9 @@ def topics(scene) -> tuple[Channelled, ...]:
     depth = min(max(RELIABLE.depth, math.ceil(KEPT_SECONDS * rate)), DEEPEST)
     kept = {ONCE: LATCHED, PUBLISH: RELIABLE._replace(depth=depth)}
     return tuple(
-        Channelled(
-            row,
-            row.name if row.name.startswith("/") else f"{kind.namespace}/{row.name}",
-            kept.get(row.rate, RELIABLE),
+        row._replace(
+            full_name=row.name if row.name.startswith("/") else f"{kind.namespace}/{row.name}",
+            qos=kept.get(row.rate, RELIABLE),
         )
         for row in rows
     )
@@ -134,7 +110,7 @@ class MessageStream:
         self.publish_every = max(1, round(run.output_rate / run.publish_rate))
         self.markers_every = max(1, round(run.output_rate / SLOW_RATE))
         self._every = {PUBLISH: self.publish_every, MARKERS: self.markers_every}
-        self._gathered = {topic: topic.row.fields(scene.parameters) for topic in self.topics if topic.rate == SECOND}
+        self._gathered = {topic: topic.fields(scene.parameters) for topic in self.topics if topic.rate == SECOND}
         if self._gathered:
             self._every[SECOND] = max(1, round(run.output_rate))
         row_bytes = 8 * sum(channel.width for channel in scene.channels)
@@ -145,15 +121,13 @@ class MessageStream:
         self._frame_prefix = frame_prefix
         self._frame = f"{frame_prefix}{KINDS[scene.kind].frame}"
         self._by_name = {topic.name: topic for topic in self.topics}
-        self._encoders = {
-            topic.name: Encoder(topic.ros_type, f"{frame_prefix}{topic.row.frame}") for topic in self.topics
-        }
+        self._encoders = {topic.name: Encoder(topic.ros_type, f"{frame_prefix}{topic.frame}") for topic in self.topics}
         self._waiting: list[Block] = []
         self._recorded = dict.fromkeys(self._tables, 0)
         self._first = self._next = 0
         self._begun = False
 
-    def messages(self, block: Block, wanted: Container[str] | None = None) -> list[tuple[Channelled, int, bytes]]:
+    def messages(self, block: Block, wanted: Container[str] | None = None) -> list[tuple[Topic, int, bytes]]:
         """(topic, stamp [ns], CDR) of every message due in `block`, in order of time.
 
         With `wanted`, only the topics of these names are made; where none is due, one message without bytes marks how
@@ -167,7 +141,7 @@ class MessageStream:
         if block.first_sequence != self._next:
             found += self._rest(wanted)
             self._first = block.first_sequence
-            self._gathered = {topic: topic.row.fields(self._scene.parameters) for topic in self._gathered}
+            self._gathered = {topic: topic.fields(self._scene.parameters) for topic in self._gathered}
         self._next = block.first_sequence + len(block)
         due, done = self._instants(block, wanted), 0
         for row in self._rows_due(block.first_sequence, len(block)):
@@ -183,26 +157,26 @@ class MessageStream:
             self._waiting.append(block.part(done, len(block)))
         return found
 
-    def flush(self) -> list[tuple[Channelled, int, bytes]]:
+    def flush(self) -> list[tuple[Topic, int, bytes]]:
         """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
         return list(self._rest(None))
 
-    def scene_message(self, time_ns: int = 0) -> tuple[Channelled, int, bytes]:
+    def scene_message(self, time_ns: int = 0) -> tuple[Topic, int, bytes]:
         """The message of the topic `scene`."""
         stamp_ns = self.start_time_ns + time_ns
         text = {"data": scene_text(self._scene, self._choice)}
         return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
 
-    def _latched(self, block: Block) -> Iterator[tuple[Channelled, int, bytes]]:
+    def _latched(self, block: Block) -> Iterator[tuple[Topic, int, bytes]]:
         """The messages that are sent once: the scene, and the kind's own."""
         time_ns = int(block.time_ns[0])
         yield self.scene_message(time_ns)
         output, stamp_ns = self._output(block[0]), self.start_time_ns + time_ns
         for topic in self.topics:
-            if topic.rate == ONCE and topic.row.fields is not None:
-                yield topic, stamp_ns, encoded(topic.ros_type, topic.row.fields(output), stamp_ns, "")
+            if topic.rate == ONCE and topic.fields is not None:
+                yield topic, stamp_ns, encoded(topic.ros_type, topic.fields(output), stamp_ns, "")
 
-    def _rest(self, wanted: Container[str] | None) -> Iterator[tuple[Channelled, int, bytes]]:
+    def _rest(self, wanted: Container[str] | None) -> Iterator[tuple[Topic, int, bytes]]:
         """The records and the SampleBlock of the outputs that wait."""
         if not self._waiting:
             return
@@ -244,12 +218,12 @@ class MessageStream:
         for topic in self.topics:
             if topic.rate == SECOND or not rows.get(topic.rate) or (wanted is not None and topic.name not in wanted):
                 continue
-            if topic.row.together:
+            if topic.together:
                 if topic.rate not in together:
                     sample = block.sampled(rows[topic.rate])
                     together[topic.rate] = self._output(sample), self.start_time_ns + sample.time_ns
                 output, stamps_ns = together[topic.rate]
-                data = self._encoders[topic.name].encoded(topic.row.fields(output), stamps_ns)
+                data = self._encoders[topic.name].encoded(topic.fields(output), stamps_ns)
                 made = zip(rows[topic.rate], stamps_ns.tolist(), data, strict=True)
             else:
                 made = (self._at_once(topic, row, single(row)) for row in rows[topic.rate])
@@ -267,11 +241,11 @@ class MessageStream:
             gathered.add(block.part(done, len(block)))
         return found
 
-    def _at_once(self, topic: Channelled, row: int, output: Output) -> tuple[int, int, bytes]:
+    def _at_once(self, topic: Topic, row: int, output: Output) -> tuple[int, int, bytes]:
         """The row, stamp and bytes of a topic at one output."""
         stamp_ns = self.start_time_ns + output.sample.time_ns
-        frame = output.frame(topic.row.frame)
-        return row, stamp_ns, encoded(topic.ros_type, topic.row.fields(output), stamp_ns, frame)
+        frame = output.frame(topic.frame)
+        return row, stamp_ns, encoded(topic.ros_type, topic.fields(output), stamp_ns, frame)
 
     def _output(self, sample: Sample) -> Output:
         law = f"{self._choice.law} ({OUTSIDE})" if self._scene.marked else self._choice.law
@@ -332,10 +306,10 @@ def _numberless_rows(scene: Scene) -> dict[str, TopicRow]:
     return {row.topic: row for row in rows}
 
 
-def _row(topic: Channelled, name: str, rates: dict[str, str]) -> TopicRow:
-    frame = topic.row.frame or "-"
+def _row(topic: Topic, name: str, rates: dict[str, str]) -> TopicRow:
+    frame = topic.frame or "-"
     return TopicRow(
-        name, topic.ros_type.replace("/msg/", "/"), rates[topic.rate], _words(topic.qos), frame, topic.row.meaning
+        name, topic.ros_type.replace("/msg/", "/"), rates[topic.rate], _words(topic.qos), frame, topic.meaning
     )
 
 
@@ -360,23 +334,16 @@ def samples_message(
     start_time_ns: int = 0,
 ) -> bytes:
     """bearing_twin_msgs/SampleBlock of outputs at `time_ns` (count,) with `values` (count, total width)."""
-    encoder, described = _block_encoder(channels, frame)
     fields = {
-        "first_sequence": np.array([first_sequence]),
-        "count": np.array([len(time_ns)]),
-        **described,
-        "time_ns": time_ns[None],
-        "values": values[None],
+        "first_sequence": first_sequence,
+        "count": len(time_ns),
+        "channel_name": [channel.name for channel in channels],
+        "channel_unit": [channel.unit for channel in channels],
+        "channel_width": [channel.width for channel in channels],
+        "time_ns": time_ns,
+        "values": values,
     }
-    return encoder.encoded(fields, np.array([start_time_ns + int(time_ns[0])]))[0]
-
-
-@functools.lru_cache(maxsize=8)
-def _block_encoder(channels: tuple[Channel, ...], frame: str) -> tuple[Encoder, dict]:
-    """Encoder of the SampleBlocks of these channels, and the fields that are the same in all of them."""
-    names, units = [channel.name for channel in channels], [channel.unit for channel in channels]
-    widths = [channel.width for channel in channels]
-    return Encoder(cdr.SAMPLE_BLOCK, frame), {"channel_name": names, "channel_unit": units, "channel_width": widths}
+    return encoded(cdr.SAMPLE_BLOCK, fields, start_time_ns + int(time_ns[0]), frame)
 
 
 def sample_range(data: bytes) -> tuple[int, int]:

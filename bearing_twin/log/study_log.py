@@ -7,11 +7,13 @@ quantities as a message each, for programs that plot. `/bearing/study/summary` i
 is in the metadata.
 """
 
+import contextlib
 import itertools
 import json
 import math
 import time
 from array import array
+from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
 
@@ -26,7 +28,7 @@ from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.stream import LARGEST_BLOCK, check_block, samples_message
 from bearing_twin.uq.inputs import numeric_keys
-from bearing_twin.uq.result import StudyResult, check_summary
+from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.study import Study, parse_study
 
 NAMESPACE = "/bearing"
@@ -197,9 +199,16 @@ def read_study(path: str | PathLike, unfinished: bool = False) -> StudyResult:
     LogError
         Where there is no study, or not all of it.
     """
-    try:
+    with reading_study(path):
         return _study_in(path, unfinished)
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:  # whoever wrote it
+
+
+@contextlib.contextmanager
+def reading_study(path) -> Iterator[None]:
+    """Around what reads or shows the content of a study's log, which anybody may have written: errors as LogError."""
+    try:
+        yield
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         said = shortened(f"{type(error).__name__}: {error}")
         raise LogError(f"{path} does not hold what a study writes ({said}); run the study again") from error
 
@@ -254,8 +263,8 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     status, reasons = columns(STATUS)[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
     if len(status) and not 0 <= status.min() <= status.max() <= len(reasons):
         raise ValueError("a realisation that failed has no reason")
-    if summary is not None:
-        check_summary(summary, study, count)
+    if summary is not None and (summary["samples"], {*summary["quantities"]}) != (count, {*study.quantities}):
+        raise ValueError("its summary is that of another study")
     return StudyResult(
         study,
         inputs,

@@ -4,16 +4,14 @@ A new distribution is one function and one row of DISTRIBUTIONS. `greatest_entro
 from what is known of a quantity (paper 3, eq. 3).
 """
 
-import functools
 import math
 from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
-from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq, root
-from scipy.special import digamma, expit, logit, ndtr
+from scipy.special import digamma, ndtr
 
 from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.parameters import echo, unknown
@@ -319,30 +317,6 @@ DISTRIBUTIONS = {
     "empirical": Distribution((("values",),), DiscreteValues, "measured values, each equally likely"),
     "discrete": Distribution((("values", "weights"),), DiscreteValues, "single values, with their weights"),
 }
-
-
-# Quantiles of a gamma variable from a table: SciPy finds each by iteration, which a million of them wait for.
-#
-# Over t = log(u/(1 - u)) stands a cubic spline of the logarithm of the value, which is nearly straight far out. SciPy's
-# `NumericalInversePolynomial` is no substitute: it is good to 1e-6 in the tails, and hangs for some shapes.
-
-MOST = 1e-11  # relative error
-NODES, FARTHEST = 8192, 38.0  # over |t| <= FARTHEST: as far out as doubles reach
-
-
-@functools.lru_cache(maxsize=4)
-def gamma_quantiles(shape: float, scale: float) -> Callable[[np.ndarray], np.ndarray] | None:
-    """Quantiles (n,) at probabilities (n,) in (0, 1); None where the error between nodes would be above MOST."""
-    t, distribution = np.linspace(-FARTHEST, FARTHEST, 2 * NODES - 1), stats.gamma(shape, scale=scale)
-    with np.errstate(all="ignore"):
-        x = np.where(t < 0.0, distribution.ppf(expit(t)), distribution.isf(expit(-t)))  # u has no digits left near 1
-        slopes = np.nan_to_num(expit(t) * expit(-t) / (distribution.pdf(x) * x), posinf=0.0)
-        values = np.log(x)
-        if not np.isfinite(values).all():
-            return None
-        spline = CubicHermiteSpline(t[::2], values[::2], slopes[::2])
-        error = np.max(np.abs(np.exp(spline(t[1::2])) / x[1::2] - 1.0))
-    return (lambda u: np.exp(spline(logit(u)))) if error <= MOST else None
 
 
 # From what is known of a quantity to the distribution of greatest entropy that knows no more (paper 3, eq. 3).

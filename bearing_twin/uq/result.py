@@ -1,11 +1,7 @@
-"""The result of a study: every realisation as arrays and as a table, and the summary of each quantity.
-
-A summary that comes from a log is checked by `check_summary`, whole, before it is used.
-"""
+"""The result of a study: every realisation as arrays and as a table, and the summary of each quantity."""
 
 import contextlib
 import csv
-import itertools
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -171,7 +167,7 @@ def warnings_of(summary: Mapping[str, Any]) -> list[str]:
         sentences.append(f"{failed} of {count} realisations failed; the statistics are those of the others")
     if summary["stopped_because"].startswith("failed"):
         sentences.append(summary["stopped_because"])
-    return [*sentences, *summary["notes"]]
+    return [*sentences, *map(str, summary["notes"])]
 
 
 def size_of(found: Mapping[str, Any]) -> float:
@@ -279,8 +275,9 @@ class SweepInWords:
 # The summary of a study as plain data: statistics of quantities and histories, failures, warnings and notes.
 
 PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
-GRID = 2001  # points of a density whose modes are counted
+GRID = 201  # points of a density whose modes are counted
 SURROGATE_POINTS = 2**14  # of a polynomial chaos
+BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
 POOR = 0.01  # error of an interpolant that is reported
 BEYOND = 0.0005  # probability left out on either side where modes of an exact density are counted
 
@@ -525,125 +522,3 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for
 def _words_of(source: str) -> str:
     """A source of errors in words."""
     return WORDS.get(source, source.replace("_", " "))
-
-
-# The check of a summary from a log, whose shape is written as its values are: `str` for a text, `float` for a finite
-# number, `complex` for one that may be NaN or infinite, `int` for a count, None for null, a tuple for any of several, a
-# list of the shape of all its items or of each, and a mapping of keys to shapes: `key?` may be absent, `str` and
-# `_probability` stand for all other keys. Keys that nothing reads are left out.
-
-PATH = ("samples", "estimate", "half_width", "low", "high")  # columns of the convergence; without ends in older logs
-BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
-
-
-_SHAPES = {
-    str: lambda value: isinstance(value, str),
-    int: lambda value: isinstance(value, int) and value >= 0,
-    float: lambda value: isinstance(value, (int, float)) and math.isfinite(value),
-    complex: lambda value: isinstance(value, (int, float)),
-    None: lambda value: value is None,
-}
-
-
-def _probability(key) -> bool:
-    return key.replace(".", "", 1).isdecimal()
-
-
-_KNOWN = (float, None)
-_INTERVAL = {"value": float, "low": _KNOWN, "high": _KNOWN}
-_QUANTITY = {
-    **dict.fromkeys(("unit", "method"), str),
-    **dict.fromkeys(MOMENTS, _KNOWN),
-    **dict.fromkeys((f"{name}_interval" for name in MOMENTS), ([_KNOWN, _KNOWN], None)),
-    "quantiles": {_probability: _INTERVAL},
-    "unsafe": [str],
-    "refused": {str: str},
-    "modality": ({"modes": int, "p_value": _KNOWN}, None),
-    "sobol?": {"refused?": str, str: {"first": _INTERVAL, "total": _INTERVAL}},
-    "runs?": [{"input": float, "value": float}],
-    "interpolation_error?": float,
-    "error?": _KNOWN,
-    "errors_by_source?": {str: _KNOWN},
-}
-_SUMMARY = {
-    **dict.fromkeys(("study", "scene", "sampler", "stopped_because"), str),
-    "samples": int,
-    "seed": float,
-    "inputs": {str: str},
-    "quantities": {str: _QUANTITY},
-    "failed": {str: int},
-    "doubts": {str: int},
-    "notes": [str],
-    "convergence": {
-        **dict.fromkeys(("quantity", "statistic"), str),
-        "probability?": float,
-        "samples": [int],
-        "estimate": [complex],
-        "half_width": [complex],
-        "low?": [_KNOWN],
-        "high?": [_KNOWN],
-    },
-    "histories": {str: {"realisations": int, "time_s": [float], **{f"{name}?": [float] for name in BANDS}}},
-    "companions?": {"realisations": int, "failed": int, "where": str, "errors_unknown": {str: str}},
-    "sweep?": {
-        "key": str,
-        "unit?": str,
-        "at?": _KNOWN,
-        "values?": [float],
-        "studies": [{"value": float, "quantities": {str: _QUANTITY}}],
-    },
-}
-
-
-def check_summary(summary, study: Study, samples: int) -> None:
-    """Raises ValueError, naming what is wrong, where a summary is not that of the study with so many samples."""
-    wrong = next(_misfits(summary, _SUMMARY, "summary"), None) or next(_contradictions(summary, study, samples), None)
-    if wrong:
-        raise ValueError(f"{wrong} is not as a study gives it")
-
-
-def _misfits(value, shape, where: str) -> Iterator[str]:
-    """The places in a value that have not the shape."""
-    if isinstance(shape, list) and isinstance(value, list):
-        if len(shape) > 1 and len(value) != len(shape):
-            yield where
-        for one, of in zip(value, itertools.cycle(shape)):
-            yield from _misfits(one, of, where)
-    elif isinstance(shape, dict) and isinstance(value, dict):
-        others = next((shape[key] for key in (str, _probability) if key in shape), None)
-        for key in (key for key in shape if isinstance(key, str) and not key.endswith("?") and key not in value):
-            yield f"{where}.{key}"
-        for key, one in value.items():
-            if (of := shape.get(key, shape.get(f"{key}?", others))) is not None:
-                yield from _misfits(one, of, f"{where}.{key}")
-    elif isinstance(shape, tuple):
-        tried = [next(_misfits(value, one, where), "") for one in shape]
-        yield from tried[:1] if all(tried) else ()
-    elif isinstance(shape, (list, dict)) or not _SHAPES[shape](value):
-        yield where
-
-
-def _contradictions(summary, study: Study, samples: int) -> Iterator[str]:
-    """The places in a summary of the right shape that do not fit each other, or the study."""
-    path, quantities = summary["convergence"], summary["quantities"]
-    sweep = summary.get("sweep", {"key": None, "studies": []})
-    errors = {"error", "errors_by_source"} if "companions" in summary else set()
-    for where, fits in (
-        ("samples", summary["samples"] == samples),
-        ("quantities", quantities.keys() == {*study.quantities}),
-        ("histories", summary["histories"].keys() == {*study.histories}),
-        ("failed", not summary["failed"] or samples > 0),
-        ("convergence", {len(path["samples"])} == {len(path[key]) for key in PATH if key in path}),
-        ("convergence", ("low" in path) == ("high" in path)),
-        ("convergence", path["quantity"] in quantities),
-        ("convergence", path["statistic"] != "quantile" or "probability" in path),
-        ("sweep", sweep["key"] == (study.sweep[0] if study.sweep and "sweep" in summary else None)),
-        ("sweep", all(one["quantities"].keys() == quantities.keys() for one in sweep["studies"])),
-        ("companions", all(errors <= one.keys() for one in quantities.values())),
-        *(
-            (f"histories.{name}", {len(one[key]) for key in BANDS if key in one} <= {len(one["time_s"])})
-            for name, one in summary["histories"].items()
-        ),
-    ):
-        if not fits:
-            yield f"summary.{where}"

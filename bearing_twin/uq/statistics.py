@@ -112,13 +112,14 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
         half = error * float(stdtrit(replicates - 1, 1.0 - TAIL))
         return Estimate(value, value - half, value + half)
     mean, std = float(np.mean(kept)), float(np.std(kept))
+    if std <= 1e-14 * abs(mean):  # rounding alone
+        mean, std = float(kept[0]), 0.0
     if name == "mean":
         value, influence = mean, every - mean
     elif name == "std":
         value = std if replicates > 1 else std * math.sqrt(len(kept) / (len(kept) - 1.0))
-        flat = std <= 1e-14 * abs(mean)
-        influence = 0.0 * every if flat else 0.5 * value * (((every - mean) / std) ** 2 - 1.0)
-    elif std <= 1e-14 * abs(mean):
+        influence = 0.5 * value * (((every - mean) / std) ** 2 - 1.0) if std else 0.0 * every
+    elif not std:
         raise StatisticError("all samples are equal")
     else:
         z = (kept - mean) / std

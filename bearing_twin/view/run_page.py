@@ -24,7 +24,7 @@ from bearing_twin.log.mcap_read import DamagedLog
 from bearing_twin.log.raw_log import recover
 from bearing_twin.log.run_log import choice_in, read_log, scene_record
 from bearing_twin.log.stream import block_of, channels_of, check_block, topics
-from bearing_twin.log.study_log import STUDY_RECORD, read_study
+from bearing_twin.log.study_log import STUDY_RECORD, read_study, reading_study
 from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.run.report import DONE, DOUBTFUL, report_of
 from bearing_twin.run.scene import Scene, read_logged
@@ -182,7 +182,8 @@ def _document(
 ) -> dict[str, Any]:
     stream = read_log(path, True, topic, last_run=True, run=run)
     if STUDY_RECORD in stream.metadata:
-        return document_of_study(read_study(path))
+        with reading_study(path):
+            return document_of_study(read_study(path))
     omitted = some_of(_omitted(path, stream))
     said = [f"Left out, because no kind of scene has such topics: {omitted}."] if omitted else []
     said += [f"{note[:1].upper()}{note[1:]}." for note in (*stream.notes, stream.run_note) if note]
