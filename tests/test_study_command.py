@@ -22,8 +22,9 @@ from bearing_twin.uq.result import SweepInWords, refusals, sweep_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import load_study, parse_study, study_names
-from bearing_twin.view import study_page
-from bearing_twin.view.study_page import document_of_study, path_of, plot_study
+from bearing_twin.view import study_picture
+from bearing_twin.view.study_page import document_of_study
+from bearing_twin.view.study_picture import path_of, plot_study
 
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 
@@ -139,7 +140,9 @@ def test_pictures_of_little_and_of_nothing(tmp_path, pictures_once):
 def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_path, monkeypatch, quick_workers):
     """Five quantities of eight samples, which are looked at once."""
     drawn = []
-    monkeypatch.setattr(study_page, "finish", lambda figure, title, footer, path, **_: drawn.append((figure, footer)))
+    monkeypatch.setattr(
+        study_picture, "finish", lambda figure, title, footer, path, **_: drawn.append((figure, footer))
+    )
     speeds = {"motion.first_velocity": {"distribution": "uniform", "low": 5.0, "high": 15.0}}
     names = ["peak_force", "contact_duration", "greatest_approach", "impulse", "restitution"]
     mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": names, "modality": "no", "checks": 0}
@@ -161,7 +164,7 @@ def drawn(tmp_path, monkeypatch):
 
     def draw(result):
         kept = []
-        monkeypatch.setattr(study_page, "finish", lambda figure, title, footer, path, **_: kept.append(figure))
+        monkeypatch.setattr(study_picture, "finish", lambda figure, title, footer, path, **_: kept.append(figure))
         plot_study(result, tmp_path / "x.png")
         kept[0].draw_without_rendering()
         return {axis.get_title(loc="left"): axis for axis in kept[0].axes}
@@ -308,7 +311,7 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it(drawn):
     means = [(one["value"], 1e-3 * one["quantities"]["peak_force"]["mean"]) for one in studies]
     assert lines["mean"] == pytest.approx(np.array(means), rel=1e-12)
     assert lines["the other panels"][:, 0].tolist() == [20.0, 20.0]
-    assert study_page._footer(result).startswith("at motion.first_velocity = 20 m/s; 50 samples")
+    assert study_picture._footer(result).startswith("at motion.first_velocity = 20 m/s; 50 samples")
     assert (panel.get_xscale(), panels["Contact duration over the sweep"].get_yscale()) == ("log", "linear")
     tops = [axis.title.get_window_extent().y1 for axis in panels.values()]
     assert max(tops) < panel.figure.bbox.height - 80, "the title of the picture has no room"

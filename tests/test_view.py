@@ -28,7 +28,8 @@ from bearing_twin.uq.study import load_study
 from bearing_twin.view import page as pages
 from bearing_twin.view.page import SCRIPTS, STEPS, Frames, html, packed
 from bearing_twin.view.run_page import described_view, document_of_log, document_of_run
-from bearing_twin.view.study_page import document_of_study, study_charts
+from bearing_twin.view.study_page import document_of_study
+from bearing_twin.view.study_picture import figure_of
 from bearing_twin.view.tables import tables_of_page
 
 SHORT = {  # a short run of each kind
@@ -260,16 +261,19 @@ def study():
 
 
 def test_a_study_shows_densities_with_their_quantiles(study):
-    charts = {one["title"].partition(":")[0]: one for one in study_charts(study, study.study.quantities, ())}
-    found = charts["Contact duration"]
-    x, bars = found["x"], found["ys"][0]
-    assert np.isclose(bars.sum() * (x[1] - x[0]), 1.0, atol=0.03)
-    assert found["xLabel"] == "contact duration [µs]"
-    assert len(found["spans"]) == 3
-    assert all(one["low"] <= one["value"] <= one["high"] for one in found["spans"])
+    axes = figure_of(study, study.study.quantities, ()).axes
+    panel = next(one for one in axes if one.get_title(loc="left") == "Contact duration")
+    smoothed, *_ = panel.lines
+    for x, density in (panel.collections[0].get_paths()[0].vertices.T, smoothed.get_data()):
+        assert np.isclose(abs(np.trapezoid(density, x)), 1.0, atol=0.03)
+    assert panel.get_xlabel() == "contact duration [µs]"
+    quantiles = [one.get_xdata()[0] for one in panel.lines if len(one.get_xdata()) == 2]
+    intervals = [one.get_extents().transformed(panel.transData.inverted()).intervalx for one in panel.patches]
+    assert len(quantiles) == len(intervals) == 3
+    assert all(low <= one <= high for one, (low, high) in zip(quantiles, intervals, strict=True))
     document = document_of_study(study)
     rows = {row["words"]: row for row in document["statistics"][0]["rows"]}
-    assert np.isclose(float(rows["50 % quantile"]["value"]), found["spans"][1]["value"], rtol=1e-3)
+    assert np.isclose(float(rows["50 % quantile"]["value"]), quantiles[1], rtol=1e-3)
     assert rows["mean"]["interval"]
     assert html(document)
 

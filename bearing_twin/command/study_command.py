@@ -70,7 +70,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         problem = error
     written = {"log": str(log)} if log and not problem else {}
     if picture and not cancelled.is_set():  # which takes seconds
-        from bearing_twin.view.study_page import plot_study
+        from bearing_twin.view.study_picture import plot_study
 
         written["plot"] = str(plot_study(result, picture))
     summary = result.as_dict() | written
@@ -96,7 +96,7 @@ def report(log, picture) -> Outcome:
         swept = {"sweep": sweep_of(result)} if "sweep" in result.summary else {}
         summary = result.as_dict() | swept | {"log": str(log)}
         if picture:
-            from bearing_twin.view.study_page import plot_study
+            from bearing_twin.view.study_picture import plot_study
 
             summary["plot"] = str(plot_study(result, picture))
         return Outcome(summary, list(result.doubts), partial(reading_study(log)(show), summary))
