@@ -1,5 +1,6 @@
 """`bearing_twin node` against a node of the test: what ros2 would do, and one sentence for what is not there."""
 
+import contextlib
 import functools
 import json
 import os
@@ -123,6 +124,16 @@ def answer(toy, capsys):
     return run
 
 
+@pytest.fixture
+def at_once(toy, monkeypatch):
+    """Commands of a test share one view of the graph, as each own one takes seconds to find a node."""
+    from bearing_twin.nodes import graph
+
+    with graph.Graph(300.0) as one:
+        monkeypatch.setattr(graph, "Graph", lambda wait: contextlib.nullcontext(one))
+        yield
+
+
 def test_topics_are_read_timed_and_written(toy, answer, capsys):
     assert answer("topic", "echo", "/toy/wrench", "--once", "--json", "--field", "wrench.force") == {
         "x": 2.5,
@@ -142,8 +153,6 @@ def test_topics_are_read_timed_and_written(toy, answer, capsys):
     assert toy == [250.0]
     assert cli.main(["node", "topic", "pub", "--once", "/toy/speed", "std_msgs/msg/Float64", "{data: -1}"]) == cli.DONE
     assert "/toy warns: too slow\\x1b[31m" in capsys.readouterr().err
-    typo = ("topic", "pub", "/toy/sped", "std_msgs/msg/Float64", "{data: 2}", "--wait", "2")
-    until(lambda: "did you mean /toy/speed?" in answer(*typo, code=cli.BAD_INPUT))
     other = answer("topic", "pub", "/toy/speed", "std_msgs/msg/String", "{data: a}", code=cli.BAD_INPUT)
     assert "/toy/speed takes std_msgs/msg/Float64, not std_msgs/msg/String" in other
 
@@ -191,6 +200,18 @@ def until(holds):
         time.sleep(0.01)
 
 
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (("topic", "pub", "/toy/sped", "std_msgs/msg/Float64", "{data: 2}"), "/toy/speed"),
+        (("service", "call", "/toy/paus"), "/toy/pause"),
+        (("study", "a", "--action", "/bearing/run_studdy"), "/bearing/run_study"),
+    ],
+)
+def test_a_name_that_nobody_has_is_answered_with_near_ones(words, meant, answer):
+    until(lambda: f"did you mean {meant}?" in answer(*words, "--wait", "2", code=cli.BAD_INPUT))
+
+
 def test_what_is_there_is_listed(answer):
     def whole(holds, *words):
         until(lambda: holds(answer(*words, "--json")))
@@ -208,7 +229,7 @@ def test_what_is_there_is_listed(answer):
     whole(lambda found: found["ends"] == [end], "topic", "info", "/toy/wrench")
 
 
-def test_parameters_are_read_and_set(answer):
+def test_parameters_are_read_and_set(at_once, answer):
     assert answer("param", "set", "/toy", "pace", "2", "--json") == {"pace": 2.0}  # a whole number for a real one
     assert answer("param", "get", "/toy", "pace", "--json") == {"pace": 2.0}
     assert answer("param", "get", "/toy", "changes", "--json") == {"changes": []}
@@ -223,7 +244,7 @@ def test_parameters_are_read_and_set(answer):
     assert "/toy refuses pace = 'x'" in answer("param", "set", "/toy", "pace", "x", code=cli.BAD_INPUT)
 
 
-def test_services_are_called(answer):
+def test_services_are_called(at_once, answer):
     assert answer("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
     assert answer("service", "call", "/toy/pause", "--json", code=cli.BAD_INPUT) == {
         "success": False,
@@ -232,38 +253,21 @@ def test_services_are_called(answer):
     assert answer("service", "call", "/toy/pause", code=cli.BAD_INPUT).endswith(
         "bearing_twin: /toy/pause: as you say\n"
     )
-    wrong = [
-        (
-            ("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 1}"),
-            "must be of type 'bool'",
-        ),
-        (
-            ("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{date: 1}"),
-            "has no field 'date'; did you mean data?",
-        ),
-        (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data:true}"), "write a space behind the colon"),
-        (("service", "call", "/toy/pause", "std_srvs/Trigger"), "takes std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
-        (("service", "call", "/toy/pause", "no_such/srv/Type"), "the type no_such/srv/Type cannot be imported"),
-        (
-            ("service", "call", "/toy/pause", "std_srvs/srv/SetBol"),
-            "std_srvs has no srv 'SetBol'; did you mean SetBool",
-        ),
-        (("service", "call", "/toy/pause", "os; x"), "'os; x' is not a type of this group; write package/srv/Name"),
-        (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: "), "is no YAML"),
-        (("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
-    ]
-    for words, sentence in wrong:
-        assert sentence in answer(*words, code=cli.BAD_INPUT)
-    typo = ("service", "call", "/toy/paus", "--wait", "2")
-    until(lambda: "did you mean /toy/pause?" in answer(*typo, code=cli.BAD_INPUT))
+    typed = ("service", "call", "/toy/pause")
+    for words, sentence in [
+        (("std_srvs/srv/SetBool", "{data: 1}"), "must be of type 'bool'"),
+        (("std_srvs/Trigger",), "takes std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
+        (("std_srvs/srv/SetBol",), "std_srvs has no srv 'SetBol'; did you mean SetBool"),
+        (("std_srvs/srv/SetBool", "{data: "), "is no YAML"),
+        (("std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
+    ]:
+        assert sentence in answer(*typed, *words, code=cli.BAD_INPUT)
 
 
-def test_a_study_is_run_by_a_node(answer):
+def test_a_study_is_run_by_a_node(at_once, answer):
     assert "4 samples, 0 failed" in answer("study", "a")
     assert "the study was aborted: why" in answer("study", "bad", code=cli.BAD_INPUT)
     assert "the study was aborted: why" in answer("study", "a", "--samples", "0", code=cli.BAD_INPUT)  # not the default
-    wrong = ("study", "a", "--action", "/bearing/run_studdy", "--wait", "2")
-    until(lambda: "did you mean /bearing/run_study?" in answer(*wrong, code=cli.BAD_INPUT))
 
 
 def test_a_study_by_a_node_tells_its_doubts_as_the_command_does(toy, capsys):
@@ -309,7 +313,14 @@ def test_a_goal_whose_node_is_gone_is_not_waited_for(answer, monkeypatch):
 def test_messages_become_data_and_back(toy):
     import ros
 
-    from bearing_twin.nodes.messages import MessageError, filled, plain
+    from bearing_twin.nodes.messages import (
+        InterfaceError,
+        MessageError,
+        MissingInterfacesError,
+        filled,
+        interface,
+        plain,
+    )
 
     data = {"wrench": {"force": {"x": 1, "y": "2e-3"}}, "header": {"frame_id": "a", "stamp": {"sec": 3}}}
     message = filled(ros.WrenchStamped, data)
@@ -320,12 +331,18 @@ def test_messages_become_data_and_back(toy):
         ({"header": {"frame_id": 3}}, "header: The 'frame_id' field must be of type 'str'"),
         ({"wrench": 3}, "wrench = 3 must be fields with values"),
         ([1], "must be fields with values, as {header: ..., wrench: ...}"),
+        ({"weight": 3}, "WrenchStamped has no field 'weight'; legal: header, wrench"),
+        ({"wrench:3": None}, "write a space behind the colon"),
     ]:
         with pytest.raises(MessageError, match=sentence):
             filled(ros.WrenchStamped, wrong)
     assert plain(filled(ros.DiagnosticStatus, {"level": 255}))["level"] == 255
     with pytest.raises(MessageError, match="The 'level' field must be of type 'bytes'"):
         filled(ros.DiagnosticStatus, {"level": 256})
+    with pytest.raises(MissingInterfacesError, match="the type no_such/srv/Type cannot be imported"):
+        interface("no_such/srv/Type", "srv")
+    with pytest.raises(InterfaceError, match="'os; x' is not a type of this group; write package/srv/Name"):
+        interface("os; x", "srv")
 
 
 @pytest.mark.parametrize(("load", "times"), [(0.3, 1.0), (4.0, 2.0), (50.0, 3.0)])
