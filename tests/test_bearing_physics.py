@@ -33,14 +33,6 @@ from bearing_twin.run.simulation import Simulation, simulate
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
 
 
-def test_published_frequencies_of_the_6203():
-    """8 balls of 0.2656 in on a 1.122 in circle, per shaft turn; the ball's own spin, half of the usual table entry."""
-    cage = cage_speed(1.0, 0.2656, 1.122)
-    assert cage == pytest.approx(0.38164, abs=5e-6)
-    assert [8 * cage, 8 * (1.0 - cage)] == pytest.approx([3.0531, 4.9469], abs=5e-5)  # passes on outer and inner race
-    assert roll_rate(1.0, 0.2656, 1.122) == pytest.approx(1.9939, abs=1e-4)
-
-
 def cage_speed_with_slip(inner_speed, axis_distance, arms, slips):
     """Orbital speed [rad/s] at contact angle zero with the tangential slips [m/s] (ball minus raceway) at both races.
 

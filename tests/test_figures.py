@@ -221,13 +221,6 @@ def test_where_nothing_does_work_energy_is_a_share_of_what_is_stored(tolerance):
         assert (report.status == "failed: energy") == (abs(share) > 0.01)
 
 
-def test_equilibria_have_no_friction_torque():
-    run = simulate(load_scene("bearing_6203_rig_400N", ("model.dimension=quasi_static", "run.duration=0.005")))
-    assert len(list(run.blocks())) == 1
-    assert not {"friction_torque_nm", "drive_torque_nm", "dissipated_j"} & set(run.report.figures)
-    assert "friction" in run.report.errors["errors_unknown"]["left_out"]
-
-
 @pytest.mark.parametrize("name", ["cage_offset", "land_force", "inner_ring_load_work", "cage_slip"])
 def test_a_channel_that_logs_of_earlier_versions_have_not_changes_no_other_figure(name):
     scene, found = made_up_scene(balls=2), []

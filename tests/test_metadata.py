@@ -53,12 +53,14 @@ def test_the_manifest_is_valid(manifest):
     assert warnings == []
 
 
-def test_versions_agree(setup_words, manifest):
+def test_versions_and_licences_agree(setup_words):
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     changelog = re.search(r"^## ([\d.]+)", (ROOT / "CHANGELOG.md").read_text(encoding="utf-8"), flags=re.MULTILINE)
-    said = {setup_words["version"], manifest[1].version, str(citation["version"]), changelog[1]}
-    assert said == {bearing_twin.__version__}
-    assert citation["license"] == setup_words["license"] == manifest[1].licenses[0]
+    texts = [(ROOT / name).read_text(encoding="utf-8") for name in ("package.xml", "msg_schemas/package.xml")]
+    versions = [re.search(r"<version>([^<]+)</version>", text)[1] for text in texts]
+    assert {setup_words["version"], *versions, str(citation["version"]), changelog[1]} == {bearing_twin.__version__}
+    licences = [re.search(r"<license[^>]*>([^<]+)</license>", text)[1] for text in texts]
+    assert {citation["license"], *licences} == {setup_words["license"]}
     assert {"cff-version", "message", "title", "authors"} <= set(citation)
 
 

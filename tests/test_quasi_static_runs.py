@@ -239,7 +239,8 @@ def test_equilibria_say_what_they_are_not_good_for():
     assert [words for words in sudden.outside if "drive.change.offset" in words]
     assert not choose(load_scene("bearing_6203_rig_400N", [QUASI_STATIC])).warnings
     report, _ = whole("bearing_6203_rig_400N", QUASI_STATIC, "run.duration=0.02")
-    assert not {"drive_torque_nm", "dissipated_j", "cage_slip"} & set(report.figures)
+    assert "friction" in report.errors["errors_unknown"]["left_out"]
+    assert not {"friction_torque_nm", "drive_torque_nm", "dissipated_j", "cage_slip"} & set(report.figures)
     quantity = KINDS["bearing"].quantities_of()["drive_torque"]
     assert math.isnan(quantity.figure(report.figures))
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from doc_tables import PAGES, ROOT, TABLES, names_in, written
+from pages import TUTORIALS, without_code
 from size import words_by_hand
 
 from bearing_twin.base.yaml_files import SCENES
@@ -74,9 +75,9 @@ def anchors(text):
     return {re.sub(r"[^\w\- ]", "", head).strip().lower().replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("page", [*TEXTS, "CONTRIBUTING.md"])
+@pytest.mark.parametrize("page", [*TEXTS, "CONTRIBUTING.md", *(str(one.relative_to(ROOT)) for one in TUTORIALS)])
 def test_links_lead_somewhere(page):
-    text = (ROOT / page).read_text(encoding="utf-8")
+    text = without_code(ROOT / page)
     for link in re.findall(r"\]\(([^)]+)\)", text):
         if "://" in link:
             continue  # of others
