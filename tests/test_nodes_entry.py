@@ -75,7 +75,8 @@ MISTAKES = (
     ("recorder_node", "-p log:=run.mcap:=2 -p :=x", "write -p NAME:=VALUE"),
     ("sim_node", "-r __ns:=a", "-r __ns:=/NAMESPACE"),
     ("sim_node", "-r __ns:=/a/", "-r __ns:=/NAMESPACE"),
-    ("recorder_node", "-r __ns:=/a//b", "-r __ns:=/NAMESPACE"),
+    ("sim_node", "-r command/speed:=command/load", "one name to two topics"),
+    ("sim_node", "-r ~/pause:=~/reset", "one name to two topics or services"),
     ("sim_node", "--params-file {}/no.yaml", "YAML"),
 )
 

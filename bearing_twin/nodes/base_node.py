@@ -399,6 +399,11 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
         failure = error
     except OSError as error:
         failure = BearingTwinError(f"{error.filename or 'a file'} cannot be used ({error.strerror or error})")
+    except RCLError as error:
+        if node is not None:
+            raise
+        conflict = "see whether -r gives one name to two topics or services of different types"
+        failure = BearingTwinError(f"ROS refuses the node ({error}); {conflict}".replace("\n", " "))
     except Exception as error:
         if type(error).__module__ != "rclpy.exceptions":
             raise

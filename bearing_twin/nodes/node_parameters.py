@@ -179,8 +179,8 @@ def check_arguments(words: Sequence[str]) -> None:
             if word.endswith(":="):
                 said = f"-p {echo(word)} has no value"
                 raise BearingTwinError(f"{said}; omit it, or write -p \"{word}''\" for an empty text")
-        if word.startswith("__ns:=") and (word.endswith("/") or "//" in word) and word != "__ns:=/":
-            raise BearingTwinError(f"-r {echo(word)} has a slash too many; write -r __ns:=/NAMESPACE")
+        if word.startswith("__ns:=") and word.endswith("/") and word != "__ns:=/":
+            raise BearingTwinError(f"-r {echo(word)} ends with a slash; write -r __ns:=/NAMESPACE")
         if option == "--params-file" and not Path(word).is_file():
             raise BearingTwinError(f"{word} is not a file of parameters; give the path of a YAML file")
 
@@ -189,7 +189,7 @@ def advice(error: str) -> str:
     """The next step where ROS cannot be initialised, by the text of its error."""
     if "log level" in error:
         return "the levels are debug, info, warn, error and fatal"
-    if "logging" in error:
+    if "logging" in error or "for writing" in error:
         return "give a ROS_LOG_DIR"
     if "params file" in error:
         return "give a YAML file that begins with the name of a node and ros__parameters:"
