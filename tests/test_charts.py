@@ -281,3 +281,11 @@ def test_a_timing_is_of_one_run_over_what_it_did():
     found, cost = timed(lambda: sum(range(10_000)), 10_000)
     assert found == 49_995_000
     assert 0.0 < cost["seconds"] < 1e-5
+
+
+def test_a_clock_that_ticks_more_coarsely_than_a_run_takes_does_not_repeat_it_for_ever(monkeypatch):
+    ran = []
+    monkeypatch.setattr(engine.time, "process_time", lambda: len(ran) // 10 * 0.01)
+    _, cost = timed(lambda: ran.append(1))
+    assert cost["seconds"] == pytest.approx(1e-3, rel=0.2)
+    assert len(ran) < 1000
