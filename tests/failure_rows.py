@@ -268,7 +268,7 @@ FAILURES = (
         "the second run measures the error; the run is doubtful and reports its horizon",
         "simulate bearing_6203_rig_1000N --set cage.kind=pockets --set run.duration=0.3",
         0,
-        "more than the requested 0.001: beyond the run's horizon",
+        "more than the requested 0.001: after the run's horizon",
         "dimensions",
     ),
     Failure(

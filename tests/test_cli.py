@@ -114,7 +114,7 @@ def test_scenes_and_keys_are_listed(asked, typed):
         (["simulate", "bearing_6203", "--plot", "none/run.png"], "none is not a folder"),
         (["simulate", "bearing_6203", "--out", "none/run.mcap"], "does not exist"),
         (["simulate", "none.yaml"], "there is no scene file"),
-        (["simulate", "two_spheres", "--max-loss", "0.1"], "is gone: bearing_twin.write_log"),
+        (["simulate", "two_spheres", "--max-loss", "0.1"], "was removed: use bearing_twin.write_log"),
         (["completion", "bash"], "register-python-argcomplete"),
         (["report", "none.mcap"], "there is no log"),
         (["report", sys.executable], "is not an MCAP file"),

@@ -67,6 +67,9 @@ def test_load_is_the_slope_of_the_energy_and_stiffness_that_of_the_load(name):
         assert at(gap)[1:] == (0.0, 0.0, 0.0)
 
 
+NEAR_HERTZ = {"volumetric": 0.01}  # greatest differences of laws that are not Hertz's, at curvatures of 3 and 40 /m
+
+
 def test_every_law_in_use_is_the_row_of_its_name():
     """A law that follows the curvatures is near Hertz, another gives the number it is given."""
     hertz = hertz_coefficient(3.0, 40.0, 1e11)
@@ -74,7 +77,7 @@ def test_every_law_in_use_is_the_row_of_its_name():
         row, law = LAWS[name], elasticity(name, 1e11, 123.0)
         found = coefficient_of(name, 3.0, 40.0, 1e11, 123.0)
         assert found == fresh_coefficient(law, 3.0, 40.0)
-        assert found == pytest.approx(hertz if row.follows else 123.0, rel=0.01 if name == "volumetric" else 1e-10)
+        assert found == pytest.approx(hertz if row.follows else 123.0, rel=NEAR_HERTZ.get(name, 1e-10))
         assert (law.power, law.follows, law.carried > 0) == (row.power, row.follows, row.carries)
 
 

@@ -221,7 +221,9 @@ def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, f
         return found, {"seconds": first / times, "spread": math.nan}
     timer = timeit.Timer(work, timer=time.process_time)
     number = 1
-    while timer.timeit(number) < ENOUGH:  # doubled: with a limit set the clock may tick more coarsely than one run takes
+    while (
+        timer.timeit(number) < ENOUGH
+    ):  # doubled: with a limit set the clock may tick more coarsely than one run takes
         number *= 2
     low, middle, high = np.quantile(timer.repeat(REPEATS, number), (0.25, 0.5, 0.75)).tolist()
     return found, {"seconds": middle / number / times, "spread": (high - low) / middle if middle > 0.0 else math.nan}

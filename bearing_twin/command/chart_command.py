@@ -56,7 +56,7 @@ def _refuse(word: str) -> None:
     from bearing_twin.charts import CHARTS, RENAMED
 
     if word in RENAMED:
-        raise BearingTwinError(f"the chart {word} is gone: {RENAMED[word]} answers its question")
+        raise BearingTwinError(f"the chart {word} was removed: use chart {RENAMED[word]}")
     raise BearingTwinError(f"{echo(word)} is not a chart; {unknown(word, [*CHARTS, ALL])}")
 
 

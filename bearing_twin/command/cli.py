@@ -38,11 +38,11 @@ KEYS_OF_OPTIONS = {  # options of other commands: what sets the same in a scene
 }
 COMPLETING = "_ARGCOMPLETE"  # the shell sets it where it wants completions
 GONE = {  # commands, options and words of earlier versions: what there is in their place
-    "completion": 'eval "$(register-python-argcomplete bearing_twin)" completes commands and options in a shell',
+    "completion": 'type eval "$(register-python-argcomplete bearing_twin)" in the shell instead',
     "--markdown": "docs/topics.md has these tables",
-    "--max-loss": "bearing_twin.write_log(run, path, max_loss=...) in Python limits what a crash takes along",
-    "rerun": "Rerun opens a log itself, as rerun run.mcap",
-    "--read": "the tables that chart writes are CSV files",
+    "--max-loss": "use bearing_twin.write_log(run, path, max_loss=...) in Python",
+    "rerun": "open the log itself, as rerun run.mcap",
+    "--read": "read the CSV files that chart writes",
 }
 WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose
 WRITING = {"chart", "layouts", "recover"}  # commands that keep what they have written; others write whole or nothing
@@ -64,7 +64,7 @@ class _Parser(argparse.ArgumentParser):
         if action.choices is None or value in action.choices:
             return
         if value in GONE:
-            raise BearingTwinError(f"{value} is gone: {GONE[value]}")
+            raise BearingTwinError(f"{value} was removed: {GONE[value]}")
         name = "/".join(action.option_strings) or action.metavar or action.dest
         raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
 
@@ -140,7 +140,7 @@ def _main(argv) -> int:
         return BAD_INPUT
     if word is not None and word not in COMMANDS:
         if word in GONE:
-            raise BearingTwinError(f"{word} is gone: {GONE[word]}")
+            raise BearingTwinError(f"{word} was removed: {GONE[word]}")
         raise BearingTwinError(f"{echo(word)} is not a subcommand; {unknown(word, COMMANDS)}")
     arguments, rest = parser.parse_known_args(argv)
     if rest:
@@ -251,7 +251,7 @@ def _refuse(rest, subparser):
     if option in options:
         raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {option}")
     if option in GONE:
-        raise BearingTwinError(f"{option} is gone: {GONE[option]}")
+        raise BearingTwinError(f"{option} was removed: {GONE[option]}")
     if option in KEYS_OF_OPTIONS and "--set" in options:
         raise BearingTwinError(
             f"{echo(option)} is not an option of {subparser.prog}; set a key of the scene "

@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
     """Answers one contact; raises SceneError with a sentence for what makes no contact."""
     if arguments.shapes is not None:
         raise SceneError(
-            "--shapes is gone: simulate the scene, whose channels are curvatures, approach and load; for all laws side "
-            "by side give these curvatures by --curvature-small and --curvature-large"
+            "--shapes was removed: simulate the scene, whose channels are curvatures, approach and load; to compare "
+            "all laws give these curvatures by --curvature-small and --curvature-large"
         )
     from bearing_twin.contact import calculator, validity
     from bearing_twin.contact.materials import effective_modulus

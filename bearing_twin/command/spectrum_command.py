@@ -109,7 +109,9 @@ def _show(result: dict) -> None:
         )
         for one in result["lines"]
     )
-    show_columns(("line", "expected\n[Hz]", "found\n[Hz]", "off\n[%]", "amplitude\n[m/s²]", "over noise\n[dB]"), rows)
+    show_columns(
+        ("line", "expected\n[Hz]", "found\n[Hz]", "difference\n[%]", "amplitude\n[m/s²]", "over noise\n[dB]"), rows
+    )
 
 
 def _band(text: str) -> tuple[float, float]:

@@ -140,8 +140,8 @@ def roughness(friction: FrictionModel) -> list[str]:
     if friction.error <= COARSE_ERROR:
         return []
     return [
-        f"the friction {friction.name} is up to {100.0 * friction.error:.2g} % off where sliding and spin are alike; "
-        "patch is closer"
+        f"the friction {friction.name} has an error of up to {100.0 * friction.error:.2g} % where sliding and spin are "
+        "alike; that of patch is smaller"
     ]
 
 

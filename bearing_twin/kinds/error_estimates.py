@@ -25,8 +25,8 @@ the beam theory, against Timoshenko's; the friction model, against friction over
 modelled, one sentence each, with a number where one can be computed."""
 LARGE = 0.1  # of a figure: a greater error is marked, and is outside what a model is for
 LATER = (
-    "beyond the run's horizon errors grow by the motion itself; a tenth of wanted.tolerance moves that instant on, and "
-    "no tolerance mends what follows"
+    "after the run's horizon the motion itself amplifies every error; a tenth of wanted.tolerance delays the horizon, "
+    "and no tolerance removes it"
 )
 
 

@@ -210,7 +210,9 @@ FREE_KEYS = (
 SETTINGS = tuple(item.name for item in dataclasses.fields(Settings))
 GREATEST_SWEEP = 1000
 OTHER_NAMES = {"companions": "checks"}  # keys of earlier versions
-GONE = {"densities": "densities is gone; estimate them from result.sample(quantity), as by scipy.stats.gaussian_kde"}
+GONE = {
+    "densities": "densities was removed; estimate them from result.sample(quantity), as by scipy.stats.gaussian_kde"
+}
 
 
 def study_names() -> list[str]:

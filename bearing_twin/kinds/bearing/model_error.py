@@ -515,7 +515,7 @@ class BearingErrors:
         notes = {NOT_MODELLED: EQUILIBRIA} if self.choice.stepper == QUASI_STATIC else {}
         if self.choice.law in LAWS and LAWS[self.choice.law].measured:
             notes[LAW] = f"the law {self.choice.law} is given by the scene; nothing is known of its error"
-        model, beyond = FRICTIONS[self.parameters.contact.friction], "not what the motion makes of it, as in roll rates"
+        model, beyond = FRICTIONS[self.parameters.contact.friction], "not their effect on the motion, as on roll rates"
         if not model.over_patch:
             notes[FRICTION_MODEL] = (
                 "contact.friction: point has no friction of spin: errors are the torque and loss that it would add, "
