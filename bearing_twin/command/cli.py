@@ -88,10 +88,10 @@ def program() -> NoReturn:
 def main(argv=None) -> int:
     """Run one subcommand and return the exit code; never a traceback for what a user can cause."""
     one_processor()
-    return while_read(lambda: _told(sys.argv[1:] if argv is None else list(argv)))
+    return while_read(lambda: _exit_code(sys.argv[1:] if argv is None else list(argv)))
 
 
-def _told(argv) -> int:
+def _exit_code(argv) -> int:
     """The exit code, with one sentence for what a user can cause."""
     try:
         with ended_by_signals():
@@ -152,26 +152,33 @@ def _main(argv) -> int:
     units, force = SI.set(arguments.si or arguments.json), FORCE.set(arguments.force)
     try:
         outcome = COMMANDS[arguments.command].run(arguments)
-        with to_standard_output():
-            if outcome.result is None:
-                pass  # it was printed as it came
-            elif arguments.json:
-                from bearing_twin.base.report import json_text
-
-                sys.stdout.write(json_text(outcome.result) + "\n")
-            else:
-                _show(outcome, arguments.si)
-            sys.stdout.flush()
-        warnings = [f"bearing_twin: warning: {harmless(in_shown_units(one))}" for one in outcome.warnings]
-        complete = arguments.json or getattr(arguments, "verbose", True)  # commands without --verbose show all
-        for line in warnings if complete else _shortened(warnings):
-            print(line, file=sys.stderr)
+        _present(outcome, arguments)
         if outcome.problem:
             raise BearingTwinError(in_shown_units(outcome.problem))
     finally:
         SI.reset(units)
         FORCE.reset(force)
     return DOUBTFUL if outcome.warnings and arguments.strict else DONE
+
+
+def _present(outcome, arguments) -> None:
+    """Prints the result to standard output and the warnings to standard error."""
+    from bearing_twin.command.terminal import in_shown_units
+
+    with to_standard_output():
+        if outcome.result is None:
+            pass  # it was printed as it came
+        elif arguments.json:
+            from bearing_twin.base.report import json_text
+
+            sys.stdout.write(json_text(outcome.result) + "\n")
+        else:
+            _show(outcome, arguments.si)
+        sys.stdout.flush()
+    warnings = [f"bearing_twin: warning: {harmless(in_shown_units(one))}" for one in outcome.warnings]
+    complete = arguments.json or getattr(arguments, "verbose", True)  # commands without --verbose show all
+    for line in warnings if complete else _shortened(warnings):
+        print(line, file=sys.stderr)
 
 
 def _shortened(warnings: list[str]) -> list[str]:

@@ -24,7 +24,6 @@ from bearing_twin.command.outcome import (
     Subcommand,
     add_changes,
     add_verbose,
-    failure_kept,
     new_log,
     overrides_of,
     picture_path,
@@ -73,6 +72,7 @@ def _simulate(arguments) -> Outcome:
     log = new_log(arguments.out) if arguments.out else None
 
     from bearing_twin.command.results import show_report
+    from bearing_twin.run.failure import failure_sentence
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import cost_of, simulate
 
@@ -87,7 +87,7 @@ def _simulate(arguments) -> Outcome:
         incomplete, failure = ended(drawing, log)
     problems = [incomplete] if incomplete else []
     if failure is not None:
-        problems.append(failure_kept(failure, log.parent if log else Path()))
+        problems.append(failure_sentence(failure, log.parent if log else Path()))
         if run.simulation.sequence < 0:  # nothing came before it
             raise BearingTwinError("; ".join(problems)) from failure
     report = run.report

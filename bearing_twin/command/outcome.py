@@ -6,7 +6,7 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.parameters import echo, read_number
 from bearing_twin.base.units import NO_LIMITS, Limits
 from bearing_twin.command.terminal import show_rows
@@ -184,12 +184,3 @@ def new_path(text, suffixes: tuple[str, ...], noun: str, replaced: bool = False)
     if not (replaced and path.is_file()):
         refuse_existing(path)
     return path
-
-
-def failure_kept(error: IntegrationError, folder: Path) -> str:
-    """Message about a run that failed and the file that it leaves in `folder`."""
-    from bearing_twin.run.failure import write_failure
-
-    path = write_failure(error, folder)
-    more = f"; look into it and go on from the last good state: bearing_twin explain {path}" if path else ""
-    return f"{error}{more}"

@@ -15,7 +15,6 @@ from bearing_twin.command.outcome import (
     Subcommand,
     add_changes,
     cleared,
-    failure_kept,
     new_path,
     overrides_of,
 )
@@ -112,6 +111,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     scene = load_scene(arguments.what, overrides)
     note_bare_numbers(scene, overrides)
     own = scene.parameters.run.duration
+    from bearing_twin.run.failure import failure_sentence
     from bearing_twin.run.scene import late_keys
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
@@ -128,8 +128,8 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
         try:
             document = document_of_run(run_).document
         except IntegrationError as error:
-            raise BearingTwinError(failure_kept(error, Path())) from error
-    return document, failure_kept(run_.failure, Path()) if run_.failure else ""
+            raise BearingTwinError(failure_sentence(error, Path())) from error
+    return document, failure_sentence(run_.failure, Path()) if run_.failure else ""
 
 
 def _of_study(arguments) -> tuple[dict[str, Any], str]:

@@ -25,10 +25,10 @@ def _run(name: str) -> int:
     from bearing_twin.base import process
 
     process.prepare()
-    return process.while_read(lambda: _said(name))
+    return process.while_read(lambda: _exit_code(name))
 
 
-def _said(name: str) -> int:
+def _exit_code(name: str) -> int:
     """The exit code of a node, with one sentence where it cannot run."""
     from bearing_twin.base.errors import BearingTwinError, missing_package
     from bearing_twin.base.process import leave, one_processor

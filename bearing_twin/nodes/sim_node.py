@@ -56,7 +56,7 @@ from bearing_twin.nodes.messages import (
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, THINNED, NodeParameter, safety_of
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST, Worker
 from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop, log_path
-from bearing_twin.run.failure import write_failure
+from bearing_twin.run.failure import failure_sentence
 from bearing_twin.run.scene import Scene, gives, late_keys, load_scene, refuse_outside
 from bearing_twin.run.simulation import Simulation
 
@@ -183,7 +183,7 @@ class SimNode(BaseNode):
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._values, self._scene = values, scene
         self._log, self._logs, self._warned = None, 0, False
-        self._failure: IntegrationError | None = None  # the last that was logged
+        self._logged_failure: IntegrationError | None = None
         safety = safety_of(values)
         self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
         self._halt, self._started = Halt(), time.monotonic()
@@ -283,10 +283,9 @@ class SimNode(BaseNode):
             self.get_logger().warning(self._commands.refusals.popleft(), throttle_duration_sec=LOG_PERIOD)
         if self._commands.speed_warning:  # apart from refusals, among which the throttle would drop it
             self.get_logger().warning(self._commands.speed_warning, once=True)
-        if self.loop.failure is not self._failure:
-            self._failure = self.loop.failure
-            if self._failure is not None:
-                self.get_logger().error(f"{self._explained(self._failure)}; the node waits for ~/reset")
+        if self.loop.failure is not None and self.loop.failure is not self._logged_failure:
+            self._logged_failure = self.loop.failure
+            self.get_logger().error(f"{self._explained(self.loop.failure)}; the node waits for ~/reset")
         if self.loop.over and not self.done.is_set():
             wait_for_acknowledgement(self._outlet.publishers)
             self._report()
@@ -304,10 +303,9 @@ class SimNode(BaseNode):
         self.fail(error)
 
     def _explained(self, error: IntegrationError) -> str:
-        """The sentence of a failed run, and the command that explains the file written of it, if one could be."""
+        """The sentence of a failed run; it leaves a file, but not after more runs than there may be logs."""
         few = self.loop is None or self.loop.run <= MOST_LOGS
-        file = write_failure(error, Path(self._values["log"]).parent) if few else None
-        return f"{error}; look into it: bearing_twin explain {file}" if file else str(error)
+        return failure_sentence(error, Path(self._values["log"]).parent) if few else str(error)
 
     # Commands
 

@@ -204,12 +204,10 @@ class SimulationLoop(PacedStream):
     def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
         """Failure to keep up, state, and numbers since the last look; from any thread.
 
-        `now` tells how long the outputs that are computed meanwhile have taken so far.
+        `now` is the wall time [ns], by which outputs that are computed meanwhile may take long.
         """
-        since, requested, numbers = self._computing, float(self.factor), self.progress()
-        covered = self._chunk * self.simulation.output_period_ns / requested if requested else 0
-        held = 0 if since is None or now - since < max(LONG_NS, covered) else now - since
-        factor, slow = numbers["real_time_factor"], False
+        requested, numbers = float(self.factor), self.progress()
+        held, factor, slow = self._held_up_ns(now), numbers["real_time_factor"], False
         if self.failure:
             message = f"{self.failure}; the node waits for ~/reset"
         elif self.paused:
@@ -239,6 +237,12 @@ class SimulationLoop(PacedStream):
             **self._errors,
         }
         return slow, message, numbers
+
+    def _held_up_ns(self, now: int) -> int:
+        """Wall time for which the outputs under way have been computed; 0 where it is no longer than usual."""
+        since, requested = self._computing, float(self.factor)
+        covered = self._chunk * self.simulation.output_period_ns / requested if requested else 0
+        return 0 if since is None or now - since < max(LONG_NS, covered) else now - since
 
     def warning(self) -> str:
         """A model outside its range or a doubtful run, and what `commands` warns of; "" if nothing."""

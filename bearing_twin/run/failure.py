@@ -163,6 +163,13 @@ def write_failure(error: IntegrationError, folder: Path) -> Path | None:
     return None
 
 
+def failure_sentence(error: IntegrationError, folder: Path) -> str:
+    """The sentence of a run that failed, with the command that explains the file it leaves in `folder`, if it does."""
+    path = write_failure(error, folder)
+    more = f"; look into it and go on from the last good state: bearing_twin explain {path}" if path else ""
+    return f"{error}{more}"
+
+
 def read_failure(path) -> Failure:
     """The failure in a file; raises BearingTwinError where there is none."""
     path = Path(path)
