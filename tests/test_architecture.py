@@ -19,9 +19,9 @@ ROOMS = (
     "methods",
     "coefficients",
     "shapes",
+    "pictures",
     "contact",
     "reference",
-    "pictures",
     "vibration",
     "kinds",
     "run",
@@ -54,7 +54,7 @@ APART = {
     ("command", "nodes"),
     *(
         (room, "reference")
-        for room in ("pictures", "vibration", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
+        for room in ("vibration", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
     ),
 }
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs

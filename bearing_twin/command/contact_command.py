@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     result["flags"] += flags
     result |= more
     if picture:
-        from bearing_twin.pictures import plot_contact
+        from bearing_twin.contact.picture import plot_contact
 
         result["plot"] = str(plot_contact(result, first.poisson_ratio, picture))
     return Outcome(result, result["flags"], lambda: _show(result))
