@@ -15,8 +15,8 @@ from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.nodes.watch_node import number_of, vector_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
+from bearing_twin.view.live_page import MOST_ROWS, PERIOD, ROWS, Again, LiveRun, live_page
 from bearing_twin.view.page import STEPS
-from bearing_twin.view.run_page import MOST_ROWS, PERIOD, ROWS, Again, LiveRun, live_page
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 200)

@@ -17,8 +17,9 @@ from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.view import page as pages
+from bearing_twin.view.live_page import PERIOD, LiveRun, live_page
 from bearing_twin.view.page_server import Feed, PageServer
-from bearing_twin.view.run_page import PERIOD, LiveRun, document_of_run, live_page
+from bearing_twin.view.run_page import document_of_run
 
 pytestmark = pytest.mark.environment
 

@@ -69,7 +69,7 @@ class Arrows(NamedTuple):
     from_point: bool = False
 
 
-class Spots(NamedTuple):
+class ContactEllipses(NamedTuple):
     """Contact ellipses across `normal` (..., 3), enlarged, coloured by `pressure`; `point`, `on` as of `Arrows`.
 
     The major axis is the series `major_axis`, or the direction `along` as seen in the plane of contact.

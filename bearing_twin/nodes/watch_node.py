@@ -31,8 +31,8 @@ from bearing_twin.nodes.graph import full_name, quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.simulation_loop import check_speed
+from bearing_twin.view.live_page import Again, LiveRun, live_page
 from bearing_twin.view.page_server import Feed, PageServer, Refused
-from bearing_twin.view.run_page import Again, LiveRun, live_page
 
 
 def number_of(command: Mapping[str, Any], key: str, called: str = "") -> float:

@@ -1,6 +1,6 @@
 """The page of a run, a log or a study for the browser: one file that needs no network.
 
-* `run_page`: `document_of_run`, `document_of_log`, `live_page` of a run that goes on.
+* `run_page`: `document_of_run`, `document_of_log`; `live_page`: `live_page` of a run that goes on.
 * `study_page`: `document_of_study`; `study_picture`: `plot_study`.
 * `page`: `write_page` puts a document into the page, `write_gif` animates it; outputs thinned and packed.
 * `page_server`: `PageServer` serves the page of a run that goes on, its events and its commands.

@@ -1,7 +1,6 @@
-"""The document of a run or a log: outputs, panels, figures, model and warnings; the page of a run that goes on.
+"""The document of a run or a log: outputs, panels, figures, model and warnings.
 
-Of a damaged log the document holds what can be recovered. A live page is made of the messages of a run's topics, whose
-outputs come as events `frames`, packed as those of a document.
+Of a damaged log the document holds what can be recovered.
 """
 
 import tempfile
@@ -11,25 +10,22 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import IntegrationError, LogError, SceneError
-from bearing_twin.base.report import Choice, Report
-from bearing_twin.base.sample import Channel, Sample
+from bearing_twin.base.errors import IntegrationError
+from bearing_twin.base.report import Report
 from bearing_twin.base.units import sentence_for_people
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
-from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, some_of
 from bearing_twin.log.mcap_read import DamagedLog
 from bearing_twin.log.raw_log import recover
-from bearing_twin.log.run_log import choice_in, read_log, scene_record
-from bearing_twin.log.stream import block_of, channels_of, check_block, topics
+from bearing_twin.log.run_log import read_log
+from bearing_twin.log.stream import topics
 from bearing_twin.log.study_log import STUDY_RECORD, read_study, reading_study
 from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.run.report import DONE, DOUBTFUL, report_of
-from bearing_twin.run.scene import Scene, read_logged
 from bearing_twin.run.simulation import Run
-from bearing_twin.view.page import POLICY, Frames, described_series, described_unit, file_text, html, packed, passed_on
+from bearing_twin.view.page import Frames, described_series, described_unit, packed, passed_on
 from bearing_twin.view.study_page import document_of_study
 from bearing_twin.view.tables import tables_of_page
 
@@ -44,7 +40,7 @@ class Viewed(NamedTuple):
     missing: int
 
 
-def view_of(stream) -> View:
+def run_view(stream) -> View:
     """The view of a run or a log by its kind; drawn from its channels where the kind or the scene is not known."""
     scene, choice = stream.scene, stream.choice
     if scene is None or not {one.name for one in scene.channels} <= {one.name for one in stream.channels}:
@@ -57,7 +53,7 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
 
     A run that breaks off is shown as far as it came. Raises LogError, or IntegrationError, for one without an output.
     """
-    view = view_of(stream)
+    view = run_view(stream)
     frames = Frames(view)
     shown = passed_on(stream.blocks(), frames)
     if isinstance(stream, Run):
@@ -79,14 +75,14 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
         "title": report.scene or "Recorded run",
         "subtitle": stream.scene.description if stream.scene else "a recording without its scene",
         "notes": [sentence_for_people(one) for one in said if one],
-        **_told(stream.scene, report),
+        **_tables(stream.scene, report),
         "view": described_view(view),
-        "packed": _packed(frames.time, frames.values, view),
+        "packed": packed_outputs(frames.time, frames.values, view),
     }
     return Viewed(document, report, missing)
 
 
-def _told(scene, report: Report) -> dict[str, Any]:
+def _tables(scene, report: Report) -> dict[str, Any]:
     """Content of the tables of the page: figures, model with reason, warnings."""
     meanings = KINDS[scene.kind].meanings_of() if scene else {}
     took = report.compute_seconds
@@ -121,7 +117,8 @@ def badges(status: str, law: str, stepper: str, warnings: int) -> list[dict[str,
     )
 
 
-def _packed(time: np.ndarray, values: Mapping[str, np.ndarray], view: View) -> dict[str, Any]:
+def packed_outputs(time: np.ndarray, values: Mapping[str, np.ndarray], view: View) -> dict[str, Any]:
+    """Outputs at `time` [s] as a page reads them: the series of the view described, and their numbers packed."""
     described = [described_series(one) for one in view.series]
     return {"frames": len(time), "series": described, "data": packed(time, values, view.series)}
 
@@ -207,121 +204,3 @@ def _omitted(path, stream) -> list[str]:
         for name, ros_type in found.items()
         if name not in OF_ROS and "/records/" not in name and name.rpartition("/")[2] not in known
     )
-
-
-LARGEST_SCENE = 1 << 20  # characters
-LARGEST_BLOCK = 1 << 24  # B
-PERIOD = 0.05  # s between events, at least
-ROWS = 5  # outputs for every PERIOD since the last event, at most: as many as a page can draw
-MOST_ROWS = 100  # outputs in one event, at most
-
-
-class LiveRun:
-    """The run of a scene as its topics tell it; `said` is the text of the topic `scene`.
-
-    `latest` are times [s] and the series of the last event. Raises BearingTwinError for a text that is no scene.
-    """
-
-    def __init__(self, said: str):
-        self.said = said
-        self.scene, self.choice = _read(said)
-        self.channels: tuple[Channel, ...] = ()
-        self.view: View | None = None
-        self.latest: tuple[np.ndarray, dict[str, np.ndarray]] = np.empty(0), {}
-        self._next: int | None = None
-        self._due = 0.0
-
-    def frames(self, data: bytes, now: float) -> str:
-        """The event `frames` of a SampleBlock that came at `now` [s]; empty where none is due.
-
-        Raises LogError for bytes that are no block of this scene, and Again where the run has begun again.
-        """
-        if self._next is not None and now < self._due:
-            return ""
-        if len(data) > LARGEST_BLOCK:
-            raise LogError(f"samples of {len(data)} bytes are too long for a page")
-        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block("samples", message)
-        channels = channels_of(self.scene, message)
-        if self.view is None:
-            self.channels = channels
-            self.view = view_of(self)
-        first, following = int(message.first_sequence), self._next
-        passed = PERIOD + (0.0 if self._next is None else now - self._due)
-        self._next, self._due = first + int(message.count), now + PERIOD
-        if channels != self.channels or (following is not None and first < following):
-            self.view = self._next = None
-            raise Again("the run has begun again")
-        block = block_of(channels, message)
-        step = -(-len(block) // int(min(MOST_ROWS, ROWS * passed / PERIOD)))
-        rows = range((len(block) - 1) % step, len(block), step)
-        return self._encoded(block.sampled(rows))
-
-    def _encoded(self, sample: Sample) -> str:
-        self.latest = 1e-9 * np.asarray(sample.time_ns), self.view.rows(sample)
-        return packed(*self.latest, self.view.series)
-
-
-class Again(LogError):
-    """The run has begun again, or another one: what a page shows so far is over."""
-
-
-def _read(said: str) -> tuple[Scene, Choice]:
-    """Scene and model in the text of the topic `scene`."""
-    if len(said) > LARGEST_SCENE:
-        raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
-    try:
-        record = scene_record(said)
-        text = record["scene"]
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
-    return read_logged(text, "the topic scene"), choice_in(record)
-
-
-LIVE = {"sort": "good", "name": "", "text": "live"}
-
-
-def live_page(run: LiveRun, node: str) -> bytes:
-    """The page; the first outputs of `run` have come. It may ask its own server alone.
-
-    Raises Again where the run begins again at this moment, in another thread.
-    """
-    (time, values), view = run.latest, run.view
-    if view is None:
-        raise Again("the run has just begun again; the page comes with its first outputs")
-    document = {
-        "kind": "run",
-        "title": run.scene.name,
-        "subtitle": f"{node}, live: {run.scene.description}",
-        "notes": [
-            "Of the outputs that come, some are shown, and the last few thousand kept: peaks between them are missing "
-            "from the curves. A log has all of them."
-        ],
-        "badges": [LIVE, *badges("", run.choice.law, run.choice.stepper, 0)[1:]],
-        "facts": [
-            ("elastic law", run.choice.law or "-"),
-            ("method", run.choice.stepper or "-"),
-            ("kind of scene", run.scene.kind),
-            ("node", node),
-        ],
-        "reason": run.choice.reason,
-        "status": "live",
-        **{key: [] for key in ("warnings", "flags", "figures", "tables", "errors")},
-        "live": {
-            "commands": [one.name for one in KINDS[run.scene.kind].commands()],
-            "speed": _acting(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
-            "load": _acting(values, ("ring_load", "varying_load"), 3),
-        },
-        "view": described_view(view),
-        "packed": _packed(time, values, view),
-    }
-    page = html(document).replace(POLICY, f"{POLICY}; connect-src 'self'", 1)
-    head, _, rest = page.partition("</head>")
-    body, _, end = rest.rpartition("</body>")
-    style, script = f"<style>\n{file_text('live.css')}\n</style>\n", f"<script>\n{file_text('live.js')}\n</script>\n"
-    return "".join((head, style, "</head>", body, script, "</body>", end)).encode()
-
-
-def _acting(values, series: tuple[str, ...], width: int) -> list[float]:
-    """The last row of the first of these series that is there, to begin the controls with; else `width` zeros."""
-    return next((np.ravel(values[one][-1]).tolist() for one in series if one in values), [0.0] * width)

@@ -331,7 +331,7 @@ class ArrowMarks extends Mark {
   }
 }
 
-class SpotMarks extends Mark {
+class EllipseMarks extends Mark {
   build(mark, store) {
     this.rows = rowsOf(store, mark.normal, 3);
     const material = new THREE.MeshBasicMaterial({ side: THREE.DoubleSide, depthTest: false, transparent: true, opacity: 0.92 });
@@ -458,7 +458,7 @@ class TrailMarks extends Mark {
   }
 }
 
-const MARK_VIEWS = { arrows: ArrowMarks, spots: SpotMarks, movingmesh: MovingMeshMarks, bar: BarMarks, trail: TrailMarks };
+const MARK_VIEWS = { arrows: ArrowMarks, contactellipses: EllipseMarks, movingmesh: MovingMeshMarks, bar: BarMarks, trail: TrailMarks };
 
 // The picture in space: camera, bodies and marks, what is chosen in it, and the words that say its scales.
 

@@ -56,11 +56,11 @@ from bearing_twin.kinds.views import (
     PALETTE,
     RED,
     Arrows,
+    ContactEllipses,
     Details,
     Enlarged,
     Look,
     Solid,
-    Spots,
     View,
     along_axes,
     ball_curves,
@@ -466,7 +466,7 @@ def _marks(geometry):
             "normal_load", on="balls", radius=0.5 * ball,
         ),
         Arrows("ring_load", "load on the inner ring", "N", "ring_load", RING_ARROW * bore, (RED,), from_point=True),
-        Spots(
+        ContactEllipses(
             "ellipses", "contact ellipses", "normal", "semi_major", "semi_minor", "peak_pressure", 0.45 * ball,
             on="balls", radius=0.5 * ball,
         ),

@@ -39,10 +39,10 @@ from bearing_twin.kinds.views import (
     ORANGE,
     STEEL,
     Arrows,
+    ContactEllipses,
     Enlarged,
     Look,
     Solid,
-    Spots,
     Trail,
     View,
     along_axes,
@@ -305,7 +305,7 @@ def bouncing_view(facts, channels) -> View:
                 "load", "normal load on the body", "N", "push", ARROW * size, (ORANGE,), "normal_load",
                 point="contact_point",
             ),
-            Spots(
+            ContactEllipses(
                 "contact", "contact", "push", "semi_major", "semi_minor", "peak_pressure", SPOT * size,
                 major_axis="major_axis", point="contact_point",
             ),

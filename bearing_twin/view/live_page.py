@@ -1,0 +1,135 @@
+"""The page of a run that goes on: made of the messages of its topics, with controls that command its node.
+
+Outputs come as events `frames`, packed as those of a document.
+"""
+
+import numpy as np
+
+from bearing_twin.base.errors import LogError, SceneError
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Channel, Sample
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.views import View
+from bearing_twin.log import cdr
+from bearing_twin.log.run_log import choice_in, scene_record
+from bearing_twin.log.stream import block_of, channels_of, check_block
+from bearing_twin.run.scene import Scene, read_logged
+from bearing_twin.view.page import POLICY, file_text, html, packed
+from bearing_twin.view.run_page import badges, described_view, packed_outputs, run_view
+
+LARGEST_SCENE = 1 << 20  # characters
+LARGEST_BLOCK = 1 << 24  # B
+PERIOD = 0.05  # s between events, at least
+ROWS = 5  # outputs for every PERIOD since the last event, at most: as many as a page can draw
+MOST_ROWS = 100  # outputs in one event, at most
+
+
+class LiveRun:
+    """The run of a scene as its topics tell it; `said` is the text of the topic `scene`.
+
+    `latest` are times [s] and the series of the last event. Raises BearingTwinError for a text that is no scene.
+    """
+
+    def __init__(self, said: str):
+        self.said = said
+        self.scene, self.choice = _read(said)
+        self.channels: tuple[Channel, ...] = ()
+        self.view: View | None = None
+        self.latest: tuple[np.ndarray, dict[str, np.ndarray]] = np.empty(0), {}
+        self._next: int | None = None
+        self._due = 0.0
+
+    def frames(self, data: bytes, now: float) -> str:
+        """The event `frames` of a SampleBlock that came at `now` [s]; empty where none is due.
+
+        Raises LogError for bytes that are no block of this scene, and Again where the run has begun again.
+        """
+        if self._next is not None and now < self._due:
+            return ""
+        if len(data) > LARGEST_BLOCK:
+            raise LogError(f"samples of {len(data)} bytes are too long for a page")
+        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block("samples", message)
+        channels = channels_of(self.scene, message)
+        if self.view is None:
+            self.channels = channels
+            self.view = run_view(self)
+        first, following = int(message.first_sequence), self._next
+        passed = PERIOD + (0.0 if self._next is None else now - self._due)
+        self._next, self._due = first + int(message.count), now + PERIOD
+        if channels != self.channels or (following is not None and first < following):
+            self.view = self._next = None
+            raise Again("the run has begun again")
+        block = block_of(channels, message)
+        step = -(-len(block) // int(min(MOST_ROWS, ROWS * passed / PERIOD)))
+        rows = range((len(block) - 1) % step, len(block), step)
+        return self._encoded(block.sampled(rows))
+
+    def _encoded(self, sample: Sample) -> str:
+        self.latest = 1e-9 * np.asarray(sample.time_ns), self.view.rows(sample)
+        return packed(*self.latest, self.view.series)
+
+
+class Again(LogError):
+    """The run has begun again, or another one: what a page shows so far is over."""
+
+
+def _read(said: str) -> tuple[Scene, Choice]:
+    """Scene and model in the text of the topic `scene`."""
+    if len(said) > LARGEST_SCENE:
+        raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
+    try:
+        record = scene_record(said)
+        text = record["scene"]
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
+    return read_logged(text, "the topic scene"), choice_in(record)
+
+
+LIVE = {"sort": "good", "name": "", "text": "live"}
+
+
+def live_page(run: LiveRun, node: str) -> bytes:
+    """The page; the first outputs of `run` have come. It may ask its own server alone.
+
+    Raises Again where the run begins again at this moment, in another thread.
+    """
+    (time, values), view = run.latest, run.view
+    if view is None:
+        raise Again("the run has just begun again; the page comes with its first outputs")
+    document = {
+        "kind": "run",
+        "title": run.scene.name,
+        "subtitle": f"{node}, live: {run.scene.description}",
+        "notes": [
+            "Of the outputs that come, some are shown, and the last few thousand kept: peaks between them are missing "
+            "from the curves. A log has all of them."
+        ],
+        "badges": [LIVE, *badges("", run.choice.law, run.choice.stepper, 0)[1:]],
+        "facts": [
+            ("elastic law", run.choice.law or "-"),
+            ("method", run.choice.stepper or "-"),
+            ("kind of scene", run.scene.kind),
+            ("node", node),
+        ],
+        "reason": run.choice.reason,
+        "status": "live",
+        **{key: [] for key in ("warnings", "flags", "figures", "tables", "errors")},
+        "live": {
+            "commands": [one.name for one in KINDS[run.scene.kind].commands()],
+            "speed": _acting(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
+            "load": _acting(values, ("ring_load", "varying_load"), 3),
+        },
+        "view": described_view(view),
+        "packed": packed_outputs(time, values, view),
+    }
+    page = html(document).replace(POLICY, f"{POLICY}; connect-src 'self'", 1)
+    head, _, rest = page.partition("</head>")
+    body, _, end = rest.rpartition("</body>")
+    style, script = f"<style>\n{file_text('live.css')}\n</style>\n", f"<script>\n{file_text('live.js')}\n</script>\n"
+    return "".join((head, style, "</head>", body, script, "</body>", end)).encode()
+
+
+def _acting(values, series: tuple[str, ...], width: int) -> list[float]:
+    """The last row of the first of these series that is there, to begin the controls with; else `width` zeros."""
+    return next((np.ravel(values[one][-1]).tolist() for one in series if one in values), [0.0] * width)
