@@ -115,10 +115,10 @@ def test_the_force_of_an_even_cage_is_what_turns_it(rig):
     ("scene", "overrides"), [(RIG, ()), (RIG, ("cage.kind=pockets",)), ("bearing_6203_unbalance", ())]
 )
 def test_the_torque_of_the_drive_is_what_is_lost_and_stored_less_the_work_of_the_loads(scene, overrides):
-    """Over the outputs from 50 on of 101: work over angle, which the noise of single outputs leaves alone."""
+    """Over the last 50 outputs of 101: work over angle, which the noise of single outputs leaves alone."""
     done = simulate(load_scene(scene, ("run.duration=0.05", "run.output_rate=2000", *overrides)))
     values = {name: np.concatenate([block.values[name] for block in done.blocks()]) for name in WORKS}
-    late = {name: array[-1] - array[49] for name, array in values.items()}
+    late = {name: array[-1] - array[50] for name, array in values.items()}
     stored = late["kinetic_energy"] + late["elastic_energy"] + late["potential_energy"]
     turning = late["dissipated"] + stored - late["inner_ring_load_work"]
     torque = done.report.figures["drive_torque_nm"]

@@ -499,22 +499,19 @@ void add(const std::int64_t *column, const double *row, double seconds, bool beg
 
 }  // namespace
 
-// Adds outputs (count, width) to the greatest and to the stretches (capacity, stretch width) from row `done[1]` on, which is
-// 0; fills `done` with how many outputs were written and the row after the last. Every call begins a stretch.
+// Adds outputs (count, width), the first of which has `before` others before it in the run, to the greatest and to the
+// stretches (capacity, stretch width), of which there are `done[1]` and the others are 0. Every `stretch_length` outputs one
+// begins. Fills `done` with how many outputs were added and how many stretches there are.
 CORE_EXPORT void core_sum_outputs(const std::int64_t *columns, const double *numbers, std::int64_t count, std::int64_t width,
-                                  const std::int64_t *time_ns, std::int64_t first_sequence, std::int64_t stretch_length,
+                                  const std::int64_t *time_ns, std::int64_t before, std::int64_t stretch_length,
                                   std::int64_t balls, double *greatest, double *stretches, std::int64_t capacity,
                                   std::int64_t stretch_width, std::int64_t *done) {
-  std::int64_t stretch = done[1];
-  for (std::int64_t n = 0; n < count; n++) {
-    bool begins = n == 0 || (first_sequence + n) % stretch_length == 0;
-    if (begins && n > 0) stretch++;
-    if (stretch == capacity) {
-      done[0] = n, done[1] = stretch;
-      return;
-    }
-    add(columns, numbers + n * width, 1e-9 * double(time_ns[n]), begins, {greatest, int(balls)},
-        {stretches + stretch * stretch_width, int(balls)});
+  std::int64_t &added = done[0], &begun = done[1];
+  for (added = 0; added < count; added++) {
+    bool begins = (before + added) % stretch_length == 0;
+    if (begins && begun == capacity) return;
+    begun += begins;
+    add(columns, numbers + added * width, 1e-9 * double(time_ns[added]), begins, {greatest, int(balls)},
+        {stretches + (begun - 1) * stretch_width, int(balls)});
   }
-  done[0] = count, done[1] = stretch + 1;
 }

@@ -26,9 +26,8 @@ from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, TORQUE, dimension_of
 from bearing_twin.kinds.contract import STORED, adds_up
 
-STRETCH = 50  # outputs, by their numbers: sums over the second half of a run begin at the end of such a stretch
 STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands
-MOST_STRETCHES = 256  # that are kept; more are added two by two
+MOST_STRETCHES = 256  # of outputs, whose sums are kept; more are added two by two
 RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
 RING_WIDTH = sum(RING.values())
 RING_COLUMNS = tuple(slice(end - RING[name], end) for name, end in zip(RING, accumulate(RING.values()), strict=True))
@@ -94,13 +93,14 @@ def columns_of(layout: Layout) -> np.ndarray:
 class Sums:
     """The stretches of a run so far, in memory that does not grow with it, and the greatest of its contacts.
 
-    Outputs are summed one after the other, so that sums do not depend on how a stream of them is cut.
+    All stretches are of one length, but for the last: the second half of a run begins within a 128th of it. Outputs are
+    summed one after the other, so that sums do not depend on how a stream of them is cut.
     """
 
     def __init__(self, balls: int):
-        self.outputs = self.stretches = 0
+        self.outputs, self.stretches, self._length = 0, 0, 1
         self._balls, self._greatest = balls, np.zeros(1, greatest_of(balls))
-        self._rows = np.zeros(MOST_STRETCHES + 1, stretch_of(balls))
+        self._rows = np.zeros(MOST_STRETCHES, stretch_of(balls))
 
     @property
     def greatest(self) -> np.void:
@@ -113,32 +113,28 @@ class Sums:
         return self._rows[: self.stretches]
 
     def add(self, block: Block, columns: np.ndarray) -> None:
-        """Takes in a block that ends, unless it is the last, before a sequence number divisible by STRETCH."""
+        """Takes in a block."""
         numbers, times, done = block.matrix(), block.time_ns, 0
         room = self._rows.view(float).reshape(len(self._rows), -1)
         while done < len(block):
             rest, ended = numbers[done:], np.array([0, self.stretches])
             _sum_outputs(
-                *(columns, rest, *rest.shape, times[done:], block.first_sequence + done, STRETCH, self._balls),
+                *(columns, rest, *rest.shape, times[done:], self.outputs, self._length, self._balls),
                 *(self._greatest.view(float), room, *room.shape, ended),
             )
             taken, self.stretches = ended.tolist()
-            done += taken
-            if self.stretches > MOST_STRETCHES:
+            done, self.outputs = done + taken, self.outputs + taken
+            if done < len(block):
                 self._halve()
-        self.outputs += len(block)
 
     def _halve(self) -> None:
-        """Makes one stretch of every two; of an odd number the last stays as it is."""
-        pairs, odd = divmod(self.stretches, 2)
-        last = self._rows[self.stretches - 1].copy()
+        """Makes one stretch of every two, all of which are complete."""
+        pairs = self.stretches // 2
         for name in SUMS:
-            one, other = self._rows[name][0 : 2 * pairs : 2], self._rows[name][1 : 2 * pairs : 2]
+            one, other = self._rows[name][0::2], self._rows[name][1::2]
             self._rows[name][:pairs] = other.copy() if name in LAST else TOGETHER.get(name, np.add)(one, other)
         self._rows[pairs:] = 0.0
-        if odd:
-            self._rows[pairs] = last
-        self.stretches = pairs + odd
+        self.stretches, self._length = pairs, 2 * self._length
 
     def from_row(self, first: int) -> dict:
         """All stretches from number `first` on as one, by the names of `stretch_of`."""

@@ -37,7 +37,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_solver,
     weighed_support,
 )
-from bearing_twin.kinds.bearing.figures import STRETCH
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
@@ -289,6 +288,7 @@ EQUILIBRIA = (  # what is known of a run from them
     "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
 )
 LEAST_LOAD = 0.01  # of the greatest load: the friction limit of one that carries less is no scale
+STRETCH = 50  # outputs, by their numbers, that are summed before they are added to those before
 TILTING = "ring_moment_nm", "misalignment_rad"
 SUMS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 STANDS = 1e-12  # rad/s: a ring that turns no faster stands, and work over its angle says nothing of a torque

@@ -38,7 +38,7 @@ MEANINGS = {
         f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
         for key, suffix, words in (
             ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
-            ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest over the run"),
+            ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest of all outputs"),
             ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}, > 0 where the ring is pushed along +z"),
             ("semi_major", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
             ("semi_minor", "_m", f"of the ellipse on the {{ring}} raceway, {PEAK}"),
@@ -48,10 +48,10 @@ MEANINGS = {
         for ring in ("inner", "outer")
     },
     "cage_slip": "1 - cage_speed / cage_speed_theory; none without a cage",
-    "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest over the run; none without a cage",
+    "greatest_pocket_force_n": "of the cage on a ball along its orbit, greatest of all outputs; none without a cage",
     "cage_eccentricity_m": f"distance of the cage's centre from the axis, {LATE}; none where it stays centred",
     "cage_whirl_rad_s": f"of the cage's centre round the axis, about +z, {LATE}; none where it stays centred",
-    "greatest_land_force_n": "of the land on the cage, greatest over the run; none without guidance by a land",
+    "greatest_land_force_n": "of the land on the cage, greatest of all outputs; none without guidance by a land",
     "friction_torque_nm": f"of each ball, not the bearing's: the friction of its raceways about its "
     f"centre, {LATE}; none from equilibria",
     "acceleration_rms_m_s2": f"of the sensor's samples, {LAST}",
