@@ -247,7 +247,7 @@ def test_the_second_run_estimates_the_error_of_a_stiff_penalty():
         force = np.concatenate([block.values["normal_load"] for block in run.blocks()])
         return force, run.report.errors["wanted_errors"]["forces"]["error"]
 
-    (found, estimate), (exact, _) = run_of(84, "second_run"), run_of(126, "none")
+    (found, estimate), (exact, _) = run_of(48, "second_run"), run_of(72, "none")
     error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
     assert 0.65 * error < estimate < 1.5 * error
 
