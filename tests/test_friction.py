@@ -23,7 +23,7 @@ from bearing_twin.contact.elasticity import (
     elliptic_b_d,
 )
 from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR
-from bearing_twin.kinds.bearing import ORBIT_ANGLE, contact_details
+from bearing_twin.kinds.bearing import contact_details
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
 
@@ -152,24 +152,6 @@ def test_every_stepper_agrees_with_radau():
         for name, close in (("normal_load", 1e-3), ("raceway_torque", 1e-3), ("drilling_torque", 3e-3)):
             exact = getattr(reference, name)
             assert np.abs(getattr(out, name) - exact).max() < close * np.abs(exact).max(), (stepper, name)
-
-
-def test_balls_that_touch_are_integrated_with_their_spots():
-    """A row of touching balls by one dense matrix: energy closes, and the same as by rk4."""
-    full = ("geometry.balls=12", "initial.motion=rest", "drive.offset=[0.0, -2.0e-6, 1.0e-5]", SPOT)
-    outs = []
-    for stepper in ("rodas4", "rk4"):
-        moving = motion(*full, stepper=stepper)
-        apart = 2.0 * math.asin((6.746e-3 - 1e-6) / (2.0 * moving.state[0, 0]))
-        moving.state[0, ORBIT_ANGLE] = moving.state[1, ORBIT_ANGLE] - apart
-        start = stored_energy(moving.first_outputs())[0]
-        out = moving.advance(np.arange(1, 11) * 2e-5, 2e-4)
-        residual = out.drive_work[-1] - (stored_energy(out)[-1] - start) - out.dissipated[-1]
-        assert abs(residual) < 1e-3 * out.gross_work[-1]
-        outs.append(out)
-    for name in ("drilling_torque", "raceway_torque"):
-        found, expected = (getattr(out, name) for out in outs)
-        assert found == pytest.approx(expected, abs=1e-3 * np.abs(expected).max())
 
 
 def test_friction_over_the_patch_has_its_name_in_the_field():

@@ -134,28 +134,6 @@ def test_oil_takes_few_more_evaluations_than_dry_contacts():
     assert costs[0] < costs[1] < 2.0 * costs[0]
 
 
-@pytest.mark.parametrize(
-    ("polar", "speed", "wanted"),
-    [
-        (0.0, 0.0, (192.83, 192.83, 289.77, 2150.4, 2150.4)),
-        (1e-4, 183.26, (178.85, 207.90, 289.77)),
-    ],
-)
-def test_a_shaft_on_a_preloaded_bearing_rings_where_it_should(polar, speed, wanted):
-    """Frequencies [Hz] of a shaft of 0.5 kg and 1e-4 kg m^2, balls without friction; 10 um of axial preload."""
-    moving = motion(
-        *FREE, f"rings.inner.inertia=[1.0e-4,{polar}]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
-        "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
-    )  # fmt: skip
-    assert moving.body_state[2] == pytest.approx(1e-5, rel=1e-5)
-    system = System(moving, moving.state, np.zeros(BODY_COLUMNS) + moving.body_state)
-    system.drive = RingDrive(0.0, speed, 0.0)
-    found = np.linalg.eigvals(system.jacobian())
-    lines = np.sort(found.imag[(found.imag > 2.0 * np.pi * 100.0) & (found.imag < 2.0 * np.pi * 3000.0)]) / (2 * np.pi)
-    for line in wanted:
-        assert np.abs(lines / line - 1.0).min() < 5e-3, (line, lines)
-
-
 def test_a_ball_rings_across_the_grooves_and_along_the_load():
     """3778 Hz and 42.9 kHz of a ball between rings that are held, 10 um of axial preload, without friction."""
     moving = motion(
