@@ -181,6 +181,11 @@ def test_keys_move_the_time_but_not_those_of_the_browser_or_of_a_control(opened)
     assert page.evaluate(now) == 0.0
 
 
+def test_forces_that_no_output_has_are_said_to_be_none(opened):
+    page = opened(document_of_run(simulate(load_scene("ellipsoid_tumbling", ["run.duration=0.05"]))).document)
+    assert page.locator("#legend").inner_text().count("none at any output") == 2
+
+
 def test_the_time_of_a_single_output_is_in_seconds(opened):
     page = opened(document_of_run(simulate(load_scene("bearing_6203", ["run.duration=1e-9"]))).document)
     assert page.evaluate("[bearingView.store.count, bearingView.timeUnit]") == [1, "s"]

@@ -248,6 +248,8 @@ function quaternionAt(quaternion, store, name, frame, column) {
 const up = new THREE.Vector3(0.0, 1.0, 0.0), ahead = new THREE.Vector3(0.0, 0.0, 1.0), hidden = new THREE.Matrix4().makeScale(0, 0, 0);
 const normalOf = new THREE.Vector3(), majorOf = new THREE.Vector3(), minorOf = new THREE.Vector3(), sizeOf = new THREE.Vector3();
 
+const NONE = "none at any output"; // forces and contacts between outputs are not drawn
+
 // Number of rows of `length` numbers in a series.
 const rowsOf = (store, name, length) => store.get(name).width / length;
 
@@ -303,7 +305,7 @@ class ArrowMarks extends Mark {
 
   measure() {
     const { mark, store } = this;
-    this.greatest = (mark.size ? store.greatest(mark.size) : store.greatest(mark.vector, 3)) || 1.0;
+    this.greatest = mark.size ? store.greatest(mark.size) : store.greatest(mark.vector, 3);
   }
 
   update(place, factor, stage) {
@@ -326,8 +328,8 @@ class ArrowMarks extends Mark {
   }
 
   legend() {
-    const { mark } = this;
-    return [{ swatches: mark.colours, words: mark.words, scale: `longest ${withUnit(this.greatest, mark)}` }];
+    const { mark, greatest } = this;
+    return [{ swatches: mark.colours, words: mark.words, scale: greatest ? `longest ${withUnit(greatest, mark)}` : NONE }];
   }
 }
 
@@ -342,7 +344,7 @@ class EllipseMarks extends Mark {
 
   measure() {
     const { mark, store } = this;
-    this.greatest = store.greatest(mark.pressure) || 1.0;
+    this.greatest = store.greatest(mark.pressure);
     this.factor = roundedDown(mark.reach / store.greatest(mark.semi_major));
   }
 
@@ -371,8 +373,9 @@ class EllipseMarks extends Mark {
   }
 
   legend() {
-    const series = this.store.get(this.mark.pressure);
-    return [{ scaleTo: withUnit(this.greatest, series), words: `${this.mark.words}, by pressure`, scale: `×${this.factor}` }];
+    const words = `${this.mark.words}, by pressure`;
+    if (!this.greatest) return [{ words, scale: NONE }];
+    return [{ scaleTo: withUnit(this.greatest, this.store.get(this.mark.pressure)), words, scale: `×${this.factor}` }];
   }
 }
 
