@@ -34,7 +34,8 @@ def equilibrium(
         Azimuths of ball 0 from +x towards +y [rad], which broadcast against the cases; without, on the load line.
     **changes : array_like
         Keys of the scene, written with `__` for each dot, and their values in SI units, or words: numbers broadcast
-        against the cases, as in `geometry__radial_clearance=np.linspace(0.0, 4e-5, 9)`.
+        against the cases, as in `geometry__radial_clearance=np.linspace(0.0, 4e-5, 9)`. A key that is a list is set
+        in the scene: `load_scene("6308", ["gravity=[0,0,0]"])`.
 
     Returns
     -------
