@@ -7,6 +7,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from runs import bits, made_up_block, made_up_run, made_up_scene
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import main
-from bearing_twin.log import cdr, raw_log
+from bearing_twin.log import cdr, raw_log, run_log
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.cdr import encoded
 from bearing_twin.log.mcap_read import McapReader
@@ -265,7 +266,7 @@ def test_a_split_that_finds_no_room_loses_nothing(tmp_path, monkeypatch):
 def test_killed_writer_leaves_a_recoverable_log(tmp_path):
     program = """
 import sys, time
-from bearing_twin.log import cdr, raw_log
+from bearing_twin.log import cdr, raw_log, run_log
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.raw_log import Safety
 from bearing_twin.log.raw_log import RawLogWriter
@@ -345,3 +346,45 @@ def test_the_description_of_a_bag_costs_little_however_many_topics_come(tmp_path
         log.flush()
         assert written[-1] == 300
     assert sum(written) < 5000
+
+
+def waved(path, starts, size=1 << 16):
+    """A log of a Waveform of so many samples from each of these numbers on, and of an output behind each."""
+    with RawLogWriter(path) as log:
+        waves, samples = (
+            log.add_topic(f"/bearing/{name}", ros_type)
+            for name, ros_type in (("records/acceleration", cdr.WAVEFORM), ("samples", cdr.SAMPLE_BLOCK))
+        )
+        for number, first in enumerate(starts):
+            said = {"first_sequence": first, "rate": float(size), "unit": "m/s^2", "samples": np.ones(size, np.float32)}
+            log.write(waves, number, number, encoded(cdr.WAVEFORM, said, 0, ""))
+            at = np.array([(number + 1) * 10**9])
+            log.write(
+                samples, number, number, samples_message((Channel("a", "m", (), ""),), number, at, np.ones((1, 1)))
+            )
+    return path
+
+
+def test_a_long_record_is_read_piece_by_piece(tmp_path):
+    path = waved(tmp_path / "run.mcap", [k << 16 for k in range(60)])  # 15 MB of samples
+    tracemalloc.start()
+    try:
+        assert sum(len(block.records["acceleration"]) for block in read_log(path).blocks()) == 60 << 16
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_records_between_two_outputs_are_not_without_end(tmp_path, monkeypatch):
+    monkeypatch.setattr(run_log, "MOST_HELD", 1000)
+    path = waved(tmp_path / "run.mcap", [k * 300 for k in range(4)], 300)
+    assert len(list(read_log(path).blocks())) == 4
+    monkeypatch.setattr(run_log, "MOST_HELD", 500)
+    with pytest.raises(LogError, match="more numbers on /bearing/records/acceleration than are held at once"):
+        list(read_log(path).blocks())
+
+
+def test_a_record_that_goes_back_is_refused(tmp_path):
+    path = waved(tmp_path / "run.mcap", [0, 600, 300], 300)
+    with pytest.raises(LogError, match="is behind a later one"):
+        list(read_log(path).blocks())

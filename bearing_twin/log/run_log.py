@@ -7,6 +7,7 @@ import json
 import math
 import platform
 import sys
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from importlib.metadata import version
 from numbers import Real
@@ -42,7 +43,6 @@ from bearing_twin.log.stream import (
     block_of,
     channels_of,
     check_block,
-    checked_waveform,
     choice_record,
     records_of,
     refuse_misfits,
@@ -54,6 +54,7 @@ from bearing_twin.run.failure import failure_in
 from bearing_twin.run.scene import Scene, choose, read_logged
 from bearing_twin.run.simulation import Run
 
+MOST_HELD = 1 << 24  # numbers of records that are held together, 128 MB
 LOSSES = {  # of a recording: what happened to messages
     "messages_lost": "were lost on the way to the recorder",
     "messages_dropped": "were dropped on a full disk",
@@ -161,7 +162,10 @@ class LogStream:
         self.topic = _chosen(path, {name for name in kept if "/records/" not in name}, topic)
         self.kept_rate: float = kept[self.topic]
         self.namespace = self.topic.rpartition("/")[0]
-        self._tables = {one.name for one in stored if one.name.startswith(f"{self.namespace}/records/")}
+        self._tables: dict[str, set[str]] = {}  # topics of records with their types
+        for one in stored:
+            if one.name.startswith(f"{self.namespace}/records/"):
+                self._tables.setdefault(one.name, set()).add(one.ros_type)
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
         self._runs = self._found_runs()
         self.runs = len(self._runs)
@@ -182,7 +186,7 @@ class LogStream:
         self.choice = known_choice(choice_in(described), self.scene)
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
-        first = next(self._samples(), None)
+        first = next(self._decoded(self._stored(self.topic)), None)
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
         refuse_misfits(self.path, self.scene, self.channels)
         self.frame: str = "" if first is None else first.header.frame_id
@@ -295,33 +299,34 @@ class LogStream:
     def blocks(self) -> Iterator[Block]:
         """The blocks as recorded; raises LogError where the log is damaged or outputs are missing."""
         self.missing, self._reached = 0, 0
-        expected, held, records = None, None, self._records()
+        expected = None
         names = [channel.name for channel in self.channels]
         widths = [channel.width for channel in self.channels]
-        for message in self._samples():
-            if message.channel_name != names or message.channel_width.tolist() != widths:
-                raise LogError(f"{self.path} changes its channels at output {message.first_sequence}; record it again")
-            if expected is not None and message.first_sequence != expected:
-                self._gap(expected, message.first_sequence)
-            expected = self._reached = message.first_sequence + message.count
-            block = block_of(self.channels, message)
+        stored = {name: self._stored(name) for name in (self.topic, *self._tables)}
+        for run in self._read:
+            parts = {name: itertools.islice(one, run.stop[name] - run.start[name]) for name, one in stored.items()}
+            held, records = None, self._records(run, parts)
+            for message in self._decoded(parts[self.topic]):
+                if message.channel_name != names or message.channel_width.tolist() != widths:
+                    raise LogError(
+                        f"{self.path} changes its channels at output {message.first_sequence}; record it again"
+                    )
+                if expected is not None and message.first_sequence != expected:
+                    self._gap(expected, message.first_sequence)
+                expected = self._reached = message.first_sequence + message.count
+                if held is not None:
+                    yield _with_records(held, records, int(held.time_ns[-1]))
+                held = block_of(self.channels, message)
             if held is not None:
-                until = int(held.time_ns[-1])
-                yield dataclasses.replace(held, records={name: rows.until(until) for name, rows in records.items()})
-            held = block
-        if held is not None:
-            yield dataclasses.replace(held, records={name: rows.until(np.inf) for name, rows in records.items()})
+                yield _with_records(held, records, np.inf)
 
-    def _records(self) -> dict[str, "_Records"]:
-        """The records of the log by the name of their table."""
-        found: dict[str, list[LoggedMessage]] = {}
-        for message in itertools.chain.from_iterable(one.others for one in self._read):
-            if message.topic.name in self._tables and message.topic.ros_type in NUMBERED:
-                found.setdefault(message.topic.name, []).append(message)
+    def _records(self, run: "_Run", parts: Mapping[str, Iterator[LoggedMessage]]) -> dict[str, "_Records"]:
+        """The records of a run by the name of their table, from its messages by topic."""
         rates = {table.name: table.rate for table in tables_of(self.scene)}
         return {
-            (name := topic.rpartition("/")[2]): _Records(self.path, messages, bool(rates.get(name)))
-            for topic, messages in found.items()
+            (table := name.rpartition("/")[2]): _Records(self.path, name, parts[name], types, bool(rates.get(table)))
+            for name, types in self._tables.items()
+            if run.stop[name] > run.start[name]
         }
 
     def _described(self) -> dict[str, str]:
@@ -330,11 +335,12 @@ class LogStream:
         Of several runs each has its own, for a node that is started again may play another scene.
         """
         place = f"{self.namespace}/scene"
-        upto = itertools.chain.from_iterable(one.others for one in self._runs[: self.run])
-        if not (messages := [one for one in upto if one.topic.name == place]):
+        count = self._read[-1].stop[place]
+        if not count:
             return {}
+        (last,) = itertools.islice(self._in_order(place), count - 1, count)
         try:
-            return scene_record(cdr.deserialise(cdr.STRING, messages[-1].data).data)
+            return scene_record(cdr.deserialise(cdr.STRING, last.data).data)
         except (ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
 
@@ -362,57 +368,89 @@ class LogStream:
         Messages are in the order of time, except for a recording by the clock of a simulation that began again: its
         runs overlap in time, and follow each other in the file.
         """
-        found: list[tuple[int, tuple[int, int], LoggedMessage | None]] = []
+        found: list[tuple[int, tuple[int, int], str]] = []
         for one in self._reader.in_file_order({self.topic, f"{self.namespace}/scene", *self._tables}):
-            sampled = one.topic.name == self.topic and one.topic.ros_type == cdr.SAMPLE_BLOCK
-            found.append((one.log_time, sample_range(one.data) if sampled else (0, 0), None if sampled else one))
+            name = one.topic.name
+            if name != self.topic:
+                found.append((one.log_time, (0, 0), name))
+            elif one.topic.ros_type == cdr.SAMPLE_BLOCK:
+                found.append((one.log_time, sample_range(one.data), name))
         by_time = sorted(found, key=lambda row: row[0])
         self._by_time = _breaks(by_time) < _breaks(found)
-        runs, waiting, blocks = [_Run()], [], 0
-        for _, (first, count), message in by_time if self._by_time else found:
-            if message is not None:
-                waiting.append(message)
-            else:
-                if count and first < runs[-1].end:
-                    runs.append(_Run(blocks))
-                blocks += 1
-                runs[-1].others += waiting
-                waiting = []
-                runs[-1].stop, runs[-1].end = blocks, first + count
-        runs[-1].others += waiting
+        runs, seen = [_Run()], Counter[str]()
+        for _, (first, count), name in by_time if self._by_time else found:
+            if count and first < runs[-1].end:
+                runs.append(_Run(runs[-1].stop))
+            seen[name] += 1
+            if name == self.topic:
+                runs[-1].stop, runs[-1].end = seen.copy(), first + count
+        runs[-1].stop = seen
         return runs
 
-    def _samples(self) -> Iterator[Any]:
-        """The SampleBlocks of the topic of the samples, checked."""
-        messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({self.topic})
-        found = (one.data for one in messages if one.topic.ros_type == cdr.SAMPLE_BLOCK)
-        for data in itertools.islice(found, self._read[0].start, self._read[-1].stop):
-            block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+    def _in_order(self, topic: str) -> Iterator[LoggedMessage]:
+        """The messages of a topic as the runs count them."""
+        messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({topic})
+        return (one for one in messages if topic != self.topic or one.topic.ros_type == cdr.SAMPLE_BLOCK)
+
+    def _stored(self, topic: str) -> Iterator[LoggedMessage]:
+        """The messages of a topic in the runs that are read."""
+        return itertools.islice(self._in_order(topic), self._read[0].start[topic], self._read[-1].stop[topic])
+
+    def _decoded(self, messages: Iterable[LoggedMessage]) -> Iterator[Any]:
+        """The SampleBlocks in messages, checked."""
+        for one in messages:
+            block = cdr.deserialise(cdr.SAMPLE_BLOCK, one.data)
             check_block(self.path, block)
             yield block
+
+
+def _with_records(block: Block, records: Mapping[str, "_Records"], time_ns: float) -> Block:
+    """The block with the records up to a time."""
+    return dataclasses.replace(block, records={name: rows.until(time_ns) for name, rows in records.items()})
 
 
 class _Records:
     """The records of one table in order of time, which are taken as outputs go on.
 
-    Events are sorted all together; waveforms are evenly `sampled`, and unpacked one by one, for they may be long.
+    Events are held and sorted all together; waveforms, which may be long, are read one by one.
     """
 
-    def __init__(self, path, messages: list[LoggedMessage], sampled: bool):
-        if all(one.topic.ros_type == cdr.WAVEFORM for one in messages):
-            messages = sorted(messages, key=lambda one: checked_waveform(path, one.data).first_sequence)
-            self._parts = (records_of(path, one.topic.ros_type, one.data) for one in messages)
-        else:
-            parts = [records_of(path, one.topic.ros_type, one.data) for one in messages]
-            if len({one.shape[1] for one in parts}) != 1:
-                said = f"records on {messages[0].topic.name} have {parts[-1].shape[1]} columns"
-                raise LogError(f"{path}: {said}; record it again")
-            rows = np.concatenate(parts)
-            rows = rows[np.argsort(rows[:, 0], kind="stable")]
-            if sampled:  # earlier versions wrote samples with more digits
-                rows[:, 1:] = rows[:, 1:].astype(np.float32)
-            self._parts = iter([rows])
+    def __init__(self, path, topic: str, messages: Iterable[LoggedMessage], types: set[str], sampled: bool):
+        self._path, self._topic = path, topic
+        parts = (records_of(path, one.topic.ros_type, one.data) for one in messages if one.topic.ros_type in types)
+        self._parts = self._growing(parts) if types == {cdr.WAVEFORM} else iter([self._sorted(parts, sampled)])
         self._rest = next(self._parts)
+
+    def _growing(self, parts: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+        reached = -math.inf
+        for part in parts:
+            if part[0, 0] < reached:
+                said = f"a Waveform at {part[0, 0]:.6g} s on {self._topic} is behind a later one"
+                raise LogError(f"{self._path}: {said}; record it again")
+            reached = part[-1, 0]
+            yield part
+
+    def _sorted(self, parts: Iterator[np.ndarray], sampled: bool) -> np.ndarray:
+        held, size = [], 0
+        for part in parts:
+            held.append(part)
+            size += part.size
+            self._refuse_many(size)
+            if part.shape[1] != held[0].shape[1]:
+                raise LogError(
+                    f"{self._path}: records on {self._topic} have {part.shape[1]} columns, not {held[0].shape[1]} as "
+                    "before; record it again"
+                )
+        rows = np.concatenate(held)
+        rows = rows[np.argsort(rows[:, 0], kind="stable")]
+        if sampled:  # earlier versions wrote samples with more digits
+            rows[:, 1:] = rows[:, 1:].astype(np.float32)
+        return rows
+
+    def _refuse_many(self, size: int) -> None:
+        if size > MOST_HELD:
+            said = f"more numbers on {self._topic} than are held at once, {MOST_HELD}"
+            raise LogError(f"{self._path} has {said}; its outputs are too far apart, or its records too many")
 
     def until(self, time_ns: float) -> np.ndarray:
         """The records up to `time_ns` that were not taken before."""
@@ -420,21 +458,21 @@ class _Records:
         while len(taken[-1]) == len(self._rest) and (following := next(self._parts, None)) is not None:
             self._rest = following
             taken.append(between(following, -np.inf, time_ns))
+            self._refuse_many(sum(one.size for one in taken))
         self._rest = self._rest[len(taken[-1]) :]
         return taken[0] if len(taken) == 1 else np.concatenate(taken)
 
 
 @dataclasses.dataclass
 class _Run:
-    """One run of a log: its SampleBlocks from number `start` to before `stop`, and the number behind its last output.
+    """One run of a log: by topic the number of messages before it and up to its end; the number behind its last output.
 
-    `others` are the messages of its records and scene.
+    Messages of a topic are counted in the order in which they are read.
     """
 
-    start: int = 0
-    stop: int = 0
+    start: Counter[str] = dataclasses.field(default_factory=Counter)
+    stop: Counter[str] = dataclasses.field(default_factory=Counter)
     end: int = 0
-    others: list[LoggedMessage] = dataclasses.field(default_factory=list)
 
 
 def _breaks(rows: list[tuple]) -> int:
