@@ -235,6 +235,11 @@ def test_runs_that_were_stopped_have_no_cost_and_no_error():
     assert "hertz" in sentence
 
 
+def test_a_law_without_a_label_is_read_by_its_name():
+    rows = [engine.Row("raceway", "new", error=0.1, seconds=1e-6, status=DONE)]
+    assert chart_of("laws").reading(rows)[0].startswith("new: ")
+
+
 def test_a_method_has_one_colour_in_all_charts(made):
     colours = {}
     for name in ("steppers", "newcomers", "bodies"):

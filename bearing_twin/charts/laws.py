@@ -155,8 +155,8 @@ def _reading(contest, rows):
     for name, mine in of_methods(alone).items():
         worst = {row.problem: max(row.error, LEAST) for row in sorted(mine, key=lambda row: row.error)}
         words = ", ".join(f"{worst[one]:.1g} for {title}" for one, title in contest.problems.items() if one in worst)
-        label = contest.labels[name]
-        yield f"{name} ({label}): {seconds(mine[0].seconds)} an evaluation; greatest error {words}."
+        called = f"{name} ({contest.labels[name]})" if name in contest.labels else name
+        yield f"{called}: {seconds(mine[0].seconds)} an evaluation; greatest error {words}."
     yield from best_of(contest, [row for row in rows if row.problem in RUNS.problems])
 
 
