@@ -18,7 +18,7 @@ from ros import (
     started,
 )
 
-from bearing_twin.nodes import base_node
+from bearing_twin.nodes import base_node, outlet
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
 
@@ -60,18 +60,18 @@ def test_a_topic_on_which_publishing_takes_most_of_the_time_is_named_with_its_su
     with ros_executor() as executor:
         talker, listener = plain_node(executor, "talker"), plain_node(executor, "sleeper")
         topics = [(name, "std_msgs/msg/Float64", Qos()) for name in ("quick", "held_up")]
-        outlet = base_node.Outlet(talker, topics, publish_clock=False)
+        out = outlet.Outlet(talker, topics, publish_clock=False)
         listener.create_subscription(Float64, "held_up", print, 1)
         spin_until(executor, lambda: talker.count_subscribers("held_up"), "discovery")
         monkeypatch.setattr(rclpy.publisher.Publisher, "publish", lambda self, data: time.sleep(len(data)))
-        outlet.deliver(Timed(0, "quick", b""))
-        assert outlet.slow_topic() == ""
-        outlet.deliver(Timed(0, "held_up", b"1"))
-        said = outlet.slow_topic()
+        out.deliver(Timed(0, "quick", b""))
+        assert out.slow_topic() == ""
+        out.deliver(Timed(0, "held_up", b"1"))
+        said = out.slow_topic()
         assert "/held_up" in said
         assert "sleeper" in said
         assert "quick" not in said
-        assert outlet.slow_topic() == ""
+        assert out.slow_topic() == ""
 
 
 def test_two_nodes_of_one_name_are_told(tmp_path):
@@ -90,15 +90,15 @@ def test_two_nodes_of_one_name_are_told(tmp_path):
 
 
 def test_a_node_says_which_subscribers_it_waits_for(monkeypatch):
-    monkeypatch.setattr(base_node, "DISCOVERY_PATIENCE", 0.02)
-    monkeypatch.setattr(base_node, "DISCOVERY_GRACE", 0.0)
+    monkeypatch.setattr(outlet, "DISCOVERY_PATIENCE", 0.02)
+    monkeypatch.setattr(outlet, "DISCOVERY_GRACE", 0.0)
     names = ["/a", "/b", "/c", "/d", "/e", "/f"]
     for heard in ((), ("/b",), ("/b", "/c", "/d", "/e", "/f"), names):
         said = []
         publishers = [
             SimpleNamespace(topic_name=one, get_subscription_count=lambda found=one in heard: found) for one in names
         ]
-        base_node.wait_for_subscribers(publishers, 0.1, said.append)
+        outlet.wait_for_subscribers(publishers, 0.1, said.append)
         unheard = [one for one in names if one not in heard]
         assert len(said) == 2 * bool(unheard)
         for one in said:

@@ -36,9 +36,9 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
-from bearing_twin.nodes.base_node import Outlet
 from bearing_twin.nodes.messages import compatible_profile, qos_words, stamp
 from bearing_twin.nodes.node_parameters import ParameterError
+from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import REMEDY, RecorderNode
 from bearing_twin.nodes.replay_node import ReplayNode

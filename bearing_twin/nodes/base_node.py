@@ -1,4 +1,4 @@
-"""The base of all nodes of the package: parameters, publishers, guarded callbacks, status, start and end."""
+"""The base of all nodes of the package: parameters, guarded callbacks, status, start and end."""
 
 import functools
 import math
@@ -8,8 +8,7 @@ import signal
 import sys
 import threading
 import time
-from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -18,30 +17,21 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
-from rclpy.duration import Duration
-from rclpy.event_handler import PublisherEventCallbacks
-from rclpy.exceptions import InvalidTopicNameException
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
-from rclpy.publisher import Publisher
 from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
-from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.base.errors import BearingTwinError, Stopped, echo, harmless, name_of_peer
-from bearing_twin.log.bag import Qos
+from bearing_twin.base.errors import BearingTwinError, Stopped
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.messages import (
     ERROR,
     OK,
     WARN,
-    burst_profile,
     diagnostics,
     interface,
-    qos_profile,
     rclpy,
-    stamp,
 )
 from bearing_twin.nodes.node_parameters import (
     NodeParameter,
@@ -52,88 +42,14 @@ from bearing_twin.nodes.node_parameters import (
     limits_of,
     problem_of,
 )
-from bearing_twin.nodes.pacing import Timed
+from bearing_twin.nodes.outlet import MANY
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
-SHARE_SHOWN = 0.5  # of the time, from which on a node that is late says that it publishes
-MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
-
-
-class Outlet:
-    """Publishes serialised messages as they are, and counts them; publishes /clock with `publish_clock`.
-
-    A topic whose type is not installed, or whose name is not legal in ROS, is omitted with a warning; raises
-    BearingTwinError where that is all.
-    Of more than MANY topics ROS does not warn of subscribers with another quality of service.
-    """
-
-    def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
-        self._publishers, problems, topics = {}, [], list(topics)
-        # First, as it comes before a topic of this name: a node has one type of message under each name.
-        clock = qos_profile(Qos(1, "best_effort"))
-        self._clock = node.create_publisher(ClockMessage, "/clock", clock) if publish_clock else None
-        # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.
-        events = PublisherEventCallbacks(use_default_callbacks=len(topics) <= MANY)
-        for name, ros_type, qos in topics:
-            try:
-                form = interface(ros_type, "msg"), name, burst_profile(qos)
-                self._publishers[name] = node.create_publisher(*form, event_callbacks=events)
-            except BearingTwinError as error:
-                problems.append(f"{harmless(name)} is not published: {error}")
-            except InvalidTopicNameException:
-                problems.append(f"{echo(name)} is not published: it is not a legal name of a topic in ROS")
-            except RCLError:
-                problems.append(f"{echo(name)} is not published: the node has a topic of this name with another type")
-        if problems and not self._publishers:
-            raise BearingTwinError(problems[0])
-        if problems:
-            node.get_logger().warning("; ".join(problems))
-        self.published = 0
-        self._node, self._spent, self._asked = node, Counter(), time.monotonic()
-
-    @property
-    def publishers(self):
-        """The publishers of the topics."""
-        return self._publishers.values()
-
-    def subscribed_topics(self) -> set[str]:
-        """The names of the topics that have a subscriber."""
-        return {name for name, publisher in self._publishers.items() if publisher.get_subscription_count()}
-
-    @property
-    def has_clock(self) -> bool:
-        """True if time is published."""
-        return self._clock is not None
-
-    def tick(self, time_ns: int) -> None:
-        """Publishes the time, if the outlet has a clock."""
-        if self._clock:
-            self._clock.publish(ClockMessage(clock=stamp(time_ns)))
-
-    def deliver(self, message: Timed) -> None:
-        """Publishes a message, if it has been made."""
-        publisher = self._publishers.get(message.topic)
-        if publisher is not None and message.cdr:
-            began = time.perf_counter()
-            publisher.publish(message.cdr)
-            self._spent[message.topic] += time.perf_counter() - began
-            self.published += 1
-
-    def slow_topic(self) -> str:
-        """Names the topic that took longest to publish since the last call, and its subscribers; "" if all were quick.
-
-        To a process of this machine that is suspended Fast DDS opens shared memory anew for every message.
-        """
-        spent, self._spent = self._spent, Counter()
-        asked, self._asked = self._asked, time.monotonic()
-        share = spent.total() / (self._asked - asked)
-        if share < SHARE_SHOWN:
-            return ""
-        [(name, _)] = spent.most_common(1)
-        topic = self._publishers[name].topic_name
-        nodes = sorted({name_of_peer(one.node_name) for one in self._node.get_subscriptions_info_by_topic(topic)})
-        advice = f"publish less, or see whether a subscriber is suspended ({', '.join(nodes)})"
-        return f"; publishing takes {share:.0%} of the time, most on {topic}: {advice}"
+LITTLE = 1e9  # B free on the disk of a log, below which a node warns
+POLL = 0.1  # s: how soon the main thread sees that a node is done
+NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
+ANSWER_PERIOD = 0.01  # s between answers of one service: a client keeps ten answers to all clients
+LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 
 
 class PolledGroup(CallbackGroup):
@@ -155,18 +71,6 @@ def waiting_messages(subscription: Subscription) -> Iterator[tuple[bytes, dict]]
     with suppress(InvalidHandle), handle:
         while (found := handle.take_message(message, True)) is not None:
             yield found
-
-
-ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge no sooner than the next heartbeat of DDS, 3 s apart by default
-DISCOVERY_POLL = 0.02  # s
-DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node logs what it waits for
-LITTLE = 1e9  # B free on the disk of a log, below which a node warns
-SOME = 3  # topics that are named of those without a subscriber
-DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
-POLL = 0.1  # s: how soon the main thread sees that a node is done
-NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
-ANSWER_PERIOD = 0.01  # s between answers of one service: a client keeps ten answers to all clients
-LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 
 
 def size_text(size: float) -> str:
@@ -323,43 +227,6 @@ def guarded(callback: Callable) -> Callable:
         return response
 
     return safe
-
-
-def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
-    """Waits until reliable subscribers have everything that was published; False if they take longer."""
-    end = time.monotonic() + seconds
-    for publisher in publishers:
-        left = max(0.0, end - time.monotonic())
-        if not publisher.wait_for_all_acked(Duration(nanoseconds=round(left * 1e9))):
-            return False
-    return True
-
-
-def wait_for_subscribers(
-    publishers: Collection[Publisher],
-    seconds: float,
-    say: Callable[[str], None],
-    stopping: Callable[[], bool] = lambda: False,
-) -> None:
-    """Waits until each publisher has a subscriber, at most `seconds`, or until `stopping()`.
-
-    Reports a long or vain wait to `say`.
-    """
-    if not seconds:
-        return
-    begin, said = time.monotonic(), False
-    while not stopping() and (unheard := [one.topic_name for one in publishers if not one.get_subscription_count()]):
-        more = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
-        state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{more}"
-        waited = time.monotonic() - begin
-        if waited > seconds:
-            say(f"continues after {seconds:g} s, although {state}")
-            return
-        if waited > DISCOVERY_PATIENCE and not said:
-            said = True
-            say(f"waiting up to {seconds:g} s for subscribers (discovery); {state}")
-        time.sleep(DISCOVERY_POLL)
-    time.sleep(DISCOVERY_GRACE)
 
 
 interrupted = threading.Event()

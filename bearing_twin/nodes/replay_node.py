@@ -16,15 +16,13 @@ from bearing_twin.log.mcap_read import LoggedMessage, StoredTopic
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     BaseNode,
-    Outlet,
     declare,
     guarded,
     run,
-    wait_for_acknowledgement,
-    wait_for_subscribers,
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
+from bearing_twin.nodes.outlet import Outlet, wait_for_acknowledgement, wait_for_subscribers
 from bearing_twin.nodes.pacing import LAG_SHOWN, PacedStream, Timed, Worker
 
 # fmt: off

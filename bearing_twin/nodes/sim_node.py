@@ -32,14 +32,11 @@ from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     LOG_PERIOD,
     BaseNode,
-    Outlet,
     declare,
     given_parameters,
     guarded,
     run,
     values_of,
-    wait_for_acknowledgement,
-    wait_for_subscribers,
 )
 from bearing_twin.nodes.messages import (
     DIAGNOSTICS_PERIOD,
@@ -54,6 +51,7 @@ from bearing_twin.nodes.messages import (
     qos_profile,
 )
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, THINNED, NodeParameter, safety_of
+from bearing_twin.nodes.outlet import Outlet, wait_for_acknowledgement, wait_for_subscribers
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST, Worker
 from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop, log_path
 from bearing_twin.run.failure import failure_sentence
