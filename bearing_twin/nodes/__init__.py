@@ -5,8 +5,8 @@
 * `graph`: `Graph`, the other nodes as the command line sees them; `messages`: types of messages, and data from them.
 * `launching`: what the launch files start; `demo`: the demonstration.
 
-Inside the room: `base_node` (the base of all nodes), `outlet` (publishers of messages that are bytes), `pacing` (messages
-on the wall clock, a thread), `node_parameters` (parameters as data), `simulation_loop`, `studies` (the work of sim_node
-and uq_node, without ROS).
+Inside the room: `base_node` (the base of all nodes), `outlet` (publishers of messages that are bytes), `pacing`
+(messages on the wall clock, a thread), `node_parameters` (parameters as data), `simulation_loop`, `studies` (the work
+of sim_node and uq_node, without ROS).
 sim_node is three files: wiring in `sim_node`, commands and runs in `simulation_loop`, time in `pacing`.
 """
