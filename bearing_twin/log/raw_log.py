@@ -209,23 +209,21 @@ class RawLogWriter:
         definition: str | None = None,
         type_hash: str | None = None,
         qos: tuple[Qos, ...] = (Qos(),),
-        kept: float | None = None,
         outside: str = "",
     ) -> int:
         """Describes a topic (full name, type, `ros2msg` text with dependencies, RIHS01 hash) and returns its number.
 
-        A text or hash of None is that of the common message of this type. `kept` is the number of its messages a second
-        that are logged, 0 = all; None = as the log does. `outside` stands beside all of them: the models that were
-        outside their range.
+        A text or hash of None is that of the common message of this type. `outside` stands beside all of its messages:
+        the models that were outside their range.
         """
         definition = cdr.schema_text(ros_type) if definition is None else definition
         type_hash = cdr.type_hash(ros_type) if type_hash is None else type_hash
         seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
-        rate = (0.0 if seldom else self._safety.kept_rate) if kept is None else kept
+        rate = 0.0 if seldom else self._safety.kept_rate
         metadata = {"offered_qos_profiles": qos_text(tuple(qos)), "topic_type_hash": type_hash}
         metadata |= ({KEPT_KEY: f"{rate:g}"} if rate else {}) | ({OUTSIDE: outside} if outside else {})
         number = self.copy_topic(StoredTopic(name, ros_type, definition, "cdr", metadata))
-        if rate and kept is None:
+        if rate:
             self._thinned[number] = Thinning(ros_type, rate)
         return number
 

@@ -382,7 +382,7 @@ class Chaos(NamedTuple):
     predict: Callable[[np.ndarray], np.ndarray]
 
 
-def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0) -> Chaos:
+def expand(joint: Joint, function, degree=None, seed=0) -> Chaos:
     """The polynomial chaos expansion of a quantity.
 
     Parameters
@@ -390,7 +390,7 @@ def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0) -> Chaos
     function
         Of values (n, d) of the inputs [SI]; returns (n,).
     degree : int, optional
-        Total degree. Without it the degree is raised until the error is below `tolerance`, or the next degree would
+        Total degree. Without it the degree is raised until the error is below TOLERANCE, or the next degree would
         take more than MOST_RUNS runs; `error` then says what was reached.
 
     Raises StudyError for no or more than four uncertain inputs, inputs without a density, or a quantity that is not
@@ -416,7 +416,7 @@ def expand(joint: Joint, function, degree=None, tolerance=1e-4, seed=0) -> Chaos
             return polynomial(*columns)
 
         error = float(np.sqrt(np.mean((predict(fresh) - truth) ** 2))) / (float(np.std(truth)) or 1.0)
-        if error < tolerance or (one + 2) ** len(nodes) + runs > MOST_RUNS:
+        if error < TOLERANCE or (one + 2) ** len(nodes) + runs > MOST_RUNS:
             break
     squares = coefficients[1:] ** 2
     used = chaospy.glexindex(one + 1, dimensions=len(nodes), graded=True, reverse=True)[1:] > 0
