@@ -24,6 +24,7 @@ from bearing_twin.base.sample import Block, joined
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
+from bearing_twin.log.export import export_log
 from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety
 from bearing_twin.log.run_log import LogWriter, read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
@@ -536,4 +537,6 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, type
     assert sum(map(len, read_log(path, allow_gaps=True).blocks())) == 41 + 21 + 31
     for wrong in ("0", "4", "-2"):
         assert "give one from 1 to 3" in refused("report", path, "--run", wrong)
+    export_log(read_log(path, run=2), "csv", tmp_path / "second")
+    assert len((tmp_path / "second" / "outputs.csv").read_text().splitlines()) == 1 + 21
     assert "holds 3 runs" in typed("export", path, "--to", "csv", "--out", tmp_path / "tables").err

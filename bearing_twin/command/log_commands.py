@@ -237,7 +237,7 @@ def _explain_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _explain(arguments: argparse.Namespace) -> Outcome:
     """The reasons for a scene's models; of a failure, its cause, and a run that continues."""
-    from bearing_twin.run.failure import read_failure, shortened
+    from bearing_twin.run.failure import read_failure, with_duration
 
     if not arguments.failure.endswith(".json"):
         return _reasons(arguments)
@@ -258,7 +258,7 @@ def _explain(arguments: argparse.Namespace) -> Outcome:
     if not arguments.stop:
         scene = failure.tightened(arguments.tolerance)
         continued, warnings, incomplete = _continued(
-            failure, shortened(scene, _end(failure, scene, arguments.until)), log
+            failure, with_duration(scene, _end(failure, scene, arguments.until)), log
         )
         result |= continued
     return Outcome(result, warnings, lambda: _show_failure(result, failure), problem=incomplete)

@@ -14,7 +14,6 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import SQLITE, SUFFIX, LogReader
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import checked_waveform
-from bearing_twin.run.dataset import tables_of
 
 TIMES = {"time_ns": 1e-9, "time": 1.0, "t": 1.0, "time_s": 1.0, "seconds": 1.0}
 TIME_UNIT = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]\s*$")  # behind the name of a column, in any language
@@ -193,7 +192,7 @@ def _field(message, topic: str, path: str):
 def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
     """The samples of the sensor of a scene, with the course of the speed."""
     log = read_log(path, topic=topic, last_run=True, run=run)
-    if all(table.name != ACCELERATION for table in tables_of(log.scene)):
+    if all(table.name != ACCELERATION for table in (log.scene.tables if log.scene else ())):
         raise LogError(
             f"{path} holds no {ACCELERATION}: its scene has no `sensor`; add one, or name a topic by --topic"
         )

@@ -22,7 +22,7 @@ from bearing_twin.base.paths import file_name, put_whole
 from bearing_twin.log.bag import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
-from bearing_twin.run.dataset import ChannelAxis, axes_of, dataset_of, source_of, tables_of
+from bearing_twin.run.dataset import ChannelAxis, axes_of, dataset_of, source_of
 
 OUTPUTS, SAMPLES, CHANNELS, RECORD = "outputs", "realisations", "channels.csv", "record_"
 TIMES = ("sequence", "time_ns", "time")  # number of the output, exact time [ns], time [s]
@@ -53,7 +53,7 @@ def export_log(
     Parameters
     ----------
     log : str, path or LogStream
-        The log, or what `read_log` gave of it; outputs may be missing in it.
+        The log, or what `read_log` gave of it: the same run, topic and samples; outputs may be missing in it.
     to : str
         "csv" or "parquet", a folder of tables, or "netcdf", one file; columns and attributes name the SI units.
     out : str or path
@@ -84,9 +84,10 @@ def export_log(
     if not target.absolute().parent.is_dir():
         raise LogError(f"{target.absolute().parent} is not a folder; make it first, or give another path")
     write = FORMATS[to]
+    run = None
     if isinstance(log, LogStream):
-        log, topic = log.path, topic or log.topic
-    stream = read_log_or_study(log, topic)
+        log, topic, run = log.path, topic or log.topic, log.run
+    stream = read_log_or_study(log, topic, run)
     begun: list[Path] = []
     try:
         written = write(stream, target, begun, watch)
@@ -102,9 +103,9 @@ def export_log(
         raise
 
 
-def read_log_or_study(log, topic: str | None):
+def read_log_or_study(log, topic: str | None, run: int | None = None):
     """The stream of a run's log, gaps allowed, or the result in that of a study."""
-    stream = read_log(log, allow_gaps=True, topic=topic)
+    stream = read_log(log, allow_gaps=True, topic=topic, run=run)
     return read_study(log) if STUDY_RECORD in stream.metadata else stream
 
 
@@ -120,7 +121,7 @@ def groups_of(stream) -> list[Group]:
     ]
     tables = [
         Group(f"{RECORD}{table.name}", (), tuple((one.name, one.unit, one.meaning) for one in table.columns))
-        for table in tables_of(stream.scene)
+        for table in (stream.scene.tables if stream.scene else ())
     ]
     return sorted(groups, key=lambda group: len(group.axes)) + tables
 

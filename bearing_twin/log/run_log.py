@@ -49,7 +49,7 @@ from bearing_twin.log.stream import (
     sample_range,
     topics,
 )
-from bearing_twin.run.dataset import dataset_of, tables_of
+from bearing_twin.run.dataset import dataset_of
 from bearing_twin.run.failure import failure_in
 from bearing_twin.run.scene import Scene, choose, read_logged
 from bearing_twin.run.simulation import Run
@@ -322,7 +322,7 @@ class LogStream:
 
     def _records(self, run: "_Run", parts: Mapping[str, Iterator[LoggedMessage]]) -> dict[str, "_Records"]:
         """The records of a run by the name of their table, from its messages by topic."""
-        rates = {table.name: table.rate for table in tables_of(self.scene)}
+        rates = {table.name: table.rate for table in (self.scene.tables if self.scene else ())}
         return {
             (table := name.rpartition("/")[2]): _Records(self.path, name, parts[name], types, bool(rates.get(table)))
             for name, types in self._tables.items()

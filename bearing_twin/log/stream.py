@@ -29,7 +29,6 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import DEEPEST, Qos
 from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.run.scene import Scene, choose, load_scene, parse_scene, scene_names
-from bearing_twin.run.second_run import tables_of
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
 WAVEFORM_RATE = 10.0  # Hz, of the messages of an evenly sampled signal, and then of sample blocks
@@ -48,7 +47,7 @@ def topics(scene) -> tuple[Topic, ...]:
         *kind.topics(scene.parameters),
         *(
             Topic(f"records/{table.name}", _record_type(table), SAMPLES, None, table.meaning, kind.frame)
-            for table in tables_of(kind, scene.parameters)
+            for table in scene.tables
         ),
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
@@ -114,7 +113,7 @@ class MessageStream:
         if self._gathered:
             self._every[SECOND] = max(1, round(run.output_rate))
         row_bytes = 8 * sum(channel.width for channel in scene.channels)
-        self._tables: dict[str, Table] = {table.name: table for table in tables_of(KINDS[scene.kind], scene.parameters)}
+        self._tables: dict[str, Table] = {table.name: table for table in scene.tables}
         block_rate = WAVEFORM_RATE if any(table.rate for table in self._tables.values()) else SLOW_RATE
         self.block_outputs = max(1, min(round(run.output_rate / block_rate), LARGEST_BLOCK // row_bytes))
         self._scene, self._choice = scene, choice or choose(scene)

@@ -9,7 +9,6 @@ import bearing_twin
 from bearing_twin.base.errors import wanted
 from bearing_twin.base.sample import Channel
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.second_run import tables_of as kind_tables
 
 LABELS = {
     "axis": ("x", "y", "z"),
@@ -113,14 +112,9 @@ def source_of(stream) -> dict[str, str]:
     }
 
 
-def tables_of(scene) -> tuple:
-    """The tables of records of a scene; none without one."""
-    return () if scene is None else kind_tables(KINDS[scene.kind], scene.parameters)
-
-
 def _records(blocks, scene) -> dict:
     found = {}
-    for table in tables_of(scene):
+    for table in scene.tables if scene else ():
         rows = [block.records[table.name] for block in blocks if len(block.records.get(table.name, ()))]
         matrix = np.concatenate(rows) if rows else np.zeros((0, len(table.columns)))
         for place, column in enumerate(table.columns):

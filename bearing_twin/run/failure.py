@@ -220,7 +220,7 @@ def continued(log, seconds: float, overrides: Iterable[str] = ()) -> Failure:
     return Failure(scene, "", "", math.nan, "", "", end, {}, sequence, state)
 
 
-def shortened(scene: Scene, seconds: float) -> Scene:
+def with_duration(scene: Scene, seconds: float) -> Scene:
     """The scene with another duration."""
     run = dataclasses.replace(scene.parameters.run, duration=seconds)
     return dataclasses.replace(scene, parameters=dataclasses.replace(scene.parameters, run=run))

@@ -28,13 +28,14 @@ from bearing_twin.base.parameters import (
     unknown,
 )
 from bearing_twin.base.report import Choice, parsed_json
-from bearing_twin.base.sample import Channel
+from bearing_twin.base.sample import Channel, Table
 from bearing_twin.base.units import UNITS
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import catalogue_scenes
 from bearing_twin.kinds.rules import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice
+from bearing_twin.run.second_run import tables_of
 
 DESIGNATION = re.compile(r"[A-Za-z]{0,6}[ -]{0,3}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as SKF 6205-2RS/C3
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
@@ -58,6 +59,11 @@ class Scene:
     def channels(self) -> tuple[Channel, ...]:
         """Channels of one sample of this scene, in order; last a mark, where a model runs outside its range."""
         return tuple(KINDS[self.kind].channels(self.parameters)) + (MARK,) * self.marked
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """Tables of what a run of this scene records between outputs."""
+        return tables_of(KINDS[self.kind], self.parameters)
 
     @property
     def allows_invalid(self) -> bool:
