@@ -11,6 +11,9 @@ struct BodyResults { double *state, *states; };
 
 namespace coupled_balls {
 
+// A step: `cut_at_walls` shortens it, `make_step` linearises at its start (`linearise`, `factorise_system`) and solves the
+// stages (`solve_stage`), `end_step` finds the state at its end and the error. Then it is repeated, or `give_out` writes the
+// outputs in it and `move_on` begins the next.
 class Integration {
  public:
   Integration(const Chunk &chunk, const CoupledBodies &bodies, const Results &results, const BodyResults &body_results)
@@ -126,20 +129,20 @@ class Integration {
     y[ANGLE] = body[CAGE_ANGLE] + k.pocket, y[ORBIT_RATE] = broadcast<Pack>(body[COORDINATES + CAGE_ANGLE]);
   }
 
-  void prescribe_shaft(BodyState &y, double moment) const {
+  void prescribe_shaft(BodyState &y, double instant) const {
     if (bodies.torque_driven()) return;
-    y[SHAFT] = bodies.shaft_angle + moment * (bodies.shaft_speed + 0.5 * bodies.shaft_acceleration * moment);
-    y[COORDINATES + SHAFT] = bodies.shaft_speed + bodies.shaft_acceleration * moment;
+    y[SHAFT] = bodies.shaft_angle + instant * (bodies.shaft_speed + 0.5 * bodies.shaft_acceleration * instant);
+    y[COORDINATES + SHAFT] = bodies.shaft_speed + bodies.shaft_acceleration * instant;
   }
 
-  // Rates of all at the states `y`, `moment` [s] into the chunk; those of the bodies by their inertia there.
+  // Rates `f` of all at their states `y`, at an instant [s] of the chunk; those of an even cage by its inertia with its balls there.
   template <bool DERIVATIVES>
-  void evaluate(double moment) {
+  void evaluate(double instant) {
     Pushes push{};
     Pack carried{};
-    prescribe_shaft(e.y, moment);
+    prescribe_shaft(e.y, instant);
     for (BallBlock &k : blocks) {
-      if (k.meets_defects) k.heights = heights_at(bearing.defects, k.places, broadcast<Pack>(moment - time));
+      if (k.meets_defects) k.heights = heights_at(bearing.defects, k.places, broadcast<Pack>(instant - time));
       follow_cage(k.y, e.y, k);
       if (DERIVATIVES && touching.active()) std::fill(&k.tile[0][0], &k.tile[0][0] + TILE_ROWS * TILE_COLUMNS, Pack{});
       if (bearing.over_patch()) forces_of_block<true, DERIVATIVES>(bearing, bodies, layout, k, e.y, push);
@@ -150,7 +153,7 @@ class Integration {
     double over_inertia[MOST_FREE];
     std::copy(e.over_inertia, e.over_inertia + MOST_FREE, over_inertia);
     if (layout.even) over_inertia[layout.slot[CAGE_ANGLE]] = 1.0 / (bodies.inertia[CAGE_ANGLE] + total(carried));
-    body_rates<DERIVATIVES>(bodies, layout, moment, over_inertia, e, push);
+    body_rates<DERIVATIVES>(bodies, layout, instant, over_inertia, e, push);
     if (DERIVATIVES) std::copy(over_inertia, over_inertia + MOST_FREE, e.over_inertia);
   }
 

@@ -1,6 +1,15 @@
 // The rates of balls and of the bodies they meet, their Jacobian, and its linear system I/g - J. The Jacobian of a ball is
-// a tile: its rates by its own motion and by the bodies', and the bodies' forces by its motion. Places follow from
-// velocities; then each ball is eliminated, a small system of the bodies is left, and its solution goes back to the balls.
+// a tile: its rates by its own motion and by the bodies', and the bodies' forces by its motion.
+//
+// With the places put in by their velocities, place = g (right + velocity), and the velocities v_j of ball j and s of the
+// bodies the system is an arrowhead, whose bodies the balls' Schur complement leaves (`factorise_block`, `factorise`):
+//
+//     B_j v_j - U_j s = r_j           B_j = I/g - J_jj  (`inverse`),  B_j^-1 U_j  (`answer`)
+//     -sum_j V_j v_j + C s = r        V_j: the inverse of the inertia times `to_bodies`
+//     (C - sum_j V_j B_j^-1 U_j) s = r + sum_j V_j B_j^-1 r_j        (`corner`, `eliminate_block`)
+//     v_j = B_j^-1 r_j + B_j^-1 U_j s                                (`eliminated`, `follow_block`)
+//
+// Balls that touch others are not eliminated one by one: `TouchingBalls` solves them with the bodies.
 #pragma once
 #include <vector>
 #include "elements.hpp"
@@ -61,7 +70,7 @@ struct BallBlock : StepStates<BallState> {
 // The bodies in a step; `force` and its derivatives by places and velocities of the free coordinates are their own.
 struct BodyStep : StepStates<BodyState> {
   BodyState y{}, f{}, first{}, right{}, slope{};
-  double over_inertia[MOST_FREE]{};  // where the step starts
+  double over_inertia[MOST_FREE]{};  // 1 / inertia of the free coordinates, where the step starts
   double by_place[MOST_FREE + INTEGRALS][MOST_FREE]{}, by_speed[MOST_FREE + INTEGRALS][MOST_FREE]{};
   double answer_to_place[MOST_FREE][MOST_FREE]{}, corner[MOST_FREE][MOST_FREE]{}, inverse[MOST_FREE][MOST_FREE]{};
 };

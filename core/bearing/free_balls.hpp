@@ -245,8 +245,8 @@ class Integration : StepStates<BallState> {
       if (!(error[lane] <= 1.0)) continue;
       if (method.ends_steps_at_contacts) share[lane] = landing_share(lane);
       if (share[lane] < LANDED) continue;
-      double moment = time[lane] + step[lane];
-      until[lane] = moment >= chunk.duration * (1.0 - NEGLIGIBLE) ? HUGE_VAL : moment;
+      double end_time = time[lane] + step[lane];
+      until[lane] = end_time >= chunk.duration * (1.0 - NEGLIGIBLE) ? HUGE_VAL : end_time;
     }
   }
 

@@ -101,7 +101,9 @@ CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pac
           turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + spin_moment), turned(contact.pressure)};
 }
 
-// Moment of a contact on the inner ring about its centre: about x and y as the tilts work, about z about the ring's axis.
+// Moment of a contact on the inner ring about its centre, as in `between_raceways`: about x and y by virtual work of tilts of
+// first order, in which the ball's place counts in the ring's axes and the force in those of bearing_link; about z about the
+// ring's axis.
 CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position, const Vector &force, const Vector &torque) {
   Vector offset = into_ring(ring_axes(ring.tilt.x, ring.tilt.y), position - ring.centre);
   Vector level = cross(offset, force) + torque;
@@ -111,7 +113,7 @@ CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position
 
 // The numbers of one ball in the order of the own channels, then its shares in the sums.
 struct BallRow {
-  Pack own[66], shares[SUMS];
+  Pack own[66], shares[SUMS];  // as many as all own channels are wide
   int next = 0;
   CORE_INLINE void put(const Pack &x) { own[next++] = x; }
   CORE_INLINE void put(const Vector &v) { put(v.x), put(v.y), put(v.z); }
