@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from reference.ellipsoid import contact_delay, rocking_rate
-from runs import a_choice
+from runs import a_choice, reported
 
 from bearing_twin import reference
 from bearing_twin.base.errors import SceneError
@@ -233,10 +233,8 @@ def test_no_touch_is_stepped_over(height, velocity, spin):
 def test_a_contact_ends_once():
     """A touch of 4 ns followed the first impact at 1e-3, where the approach at its end was positive by rounding."""
     for tolerance in (1e-2, 1e-3, 1e-4, 1e-6):
-        run = simulate(load_scene("ellipsoid_tumbling", ["run.duration=0.4", f"wanted.tolerance={tolerance}"]))
-        for _ in run.blocks():
-            pass
-        assert [one["duration_s"] > 5e-5 for one in run.report.figures["contacts"]] == [True] * 4, tolerance
+        report = reported("ellipsoid_tumbling", "run.duration=0.4", f"wanted.tolerance={tolerance}")
+        assert [one["duration_s"] > 5e-5 for one in report.figures["contacts"]] == [True] * 4, tolerance
 
 
 def test_fixed_steps_converge():
@@ -490,10 +488,8 @@ def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
 
     def contacts(tolerance):
         words = ("run.duration=0.03", "solver.companion=off", f"wanted.tolerance={tolerance}")
-        run = simulate(load_scene("two_bodies_ellipsoid", words))
-        for _ in run.blocks():
-            pass
-        return np.array([(one["peak_force_n"], one["impulse_ns"]) for one in run.report.figures["contacts"]])
+        report = reported("two_bodies_ellipsoid", *words)
+        return np.array([(one["peak_force_n"], one["impulse_ns"]) for one in report.figures["contacts"]])
 
     exact = contacts(1e-10)
     for tolerance in (1e-2, 1e-5):
@@ -503,13 +499,11 @@ def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
 def test_a_contact_that_goes_on_at_the_end_has_no_duration_to_warn_of():
     """It has lasted a twentieth of its time, a part of a transit of waves."""
     words = "start.height=1.00165", "run.duration=0.452", "run.output_rate=1000", "solver.check=none"
-    run = simulate(load_scene("ellipsoid_on_plane", words))
-    for _ in run.blocks():
-        pass
-    (contact,) = run.report.figures["contacts"]
+    report = reported("ellipsoid_on_plane", *words)
+    (contact,) = report.figures["contacts"]
     assert 0.0 < contact["duration_s"] < 4e-5
     assert contact["impulse_ns"] is None is contact["restitution"]
-    assert not any("wave" in flag for flag in run.report.flags)
+    assert not any("wave" in flag for flag in report.flags)
 
 
 def test_contacts_of_two_runs_are_compared_in_their_order_and_the_least_that_one_lacks_count_whole():
@@ -532,9 +526,8 @@ def test_the_moment_of_changing_curvatures_that_two_bodies_lack_is_a_model_error
     """The same body on the same plane, with this moment and without: the first contact, of 134 us."""
     reports = []
     for name in ("ellipsoid_rocking", "two_bodies_ellipsoid"):
-        run = simulate(load_scene(name, ["run.duration=0.024"]))
-        list(run.blocks())
-        reports.append(run.report.as_dict())
+        report = reported(name, "run.duration=0.024")
+        reports.append(report.as_dict())
     with_moment, without = reports
     difference = abs(without["peak_force_n"] - with_moment["peak_force_n"])
     assert difference > 100.0 * without["peak_force_n_error"]  # which is the method's alone

@@ -5,6 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
+from runs import reported
 
 from bearing_twin import SceneError, load_scene, simulate
 from bearing_twin.kinds.bearing import scene_equilibrium
@@ -177,9 +178,8 @@ def test_work_over_high_waves_closes_at_the_default_tolerance():
 def test_work_over_waves_of_a_ball_closes_where_its_axis_is_inclined():
     """Under axial load, where its place turns by two components of the spin."""
     changes = "sensor.on=none", "rings.inner.load=[0,-1000,400]", "defects=[{on: ball, waviness: [6, 5e-7, 0]}]"
-    run = simulate(load_scene("bearing_6205_spall_outer", [*changes, "run.duration=0.02", "solver.check=none"]))
-    list(run.blocks())
-    assert abs(run.report.figures["energy_closure"]) < 2e-6
+    report = reported("bearing_6205_spall_outer", *changes, "run.duration=0.02", "solver.check=none")
+    assert abs(report.figures["energy_closure"]) < 2e-6
 
 
 @pytest.mark.parametrize("changes", [(), ("cage.kind=even",)])
@@ -189,9 +189,8 @@ def test_the_energy_balance_of_balls_that_leave_a_wavy_raceway_closes_as_the_tol
     missing = []
     for tolerance in (1e-4, 1e-5, 1e-6):
         settings = (*waves, *changes, "solver.check=none", f"wanted.tolerance={tolerance}")
-        run = simulate(load_scene("bearing_6203", settings))
-        list(run.blocks())
-        missing.append(abs(run.report.figures["energy_closure"]))
+        report = reported("bearing_6203", *settings)
+        missing.append(abs(report.figures["energy_closure"]))
     assert missing[0] < 5e-5
     assert missing[2] < 0.1 * missing[0]
 
@@ -206,19 +205,17 @@ def test_work_over_a_narrow_spall_of_a_ball_closes_where_contacts_wander_off_it(
     )
     spall = "defects=[{on: ball, spall: {place: 1.0, length: 3e-4, depth: 1e-4}}]"
     settings = "run.duration=0.012", "solver.check=none", "wanted.tolerance=1e-4"
-    run = simulate(load_scene("bearing_6203", [*inclined, spall, *settings]))
-    list(run.blocks())
-    assert abs(run.report.figures["energy_closure"]) < 1e-5
+    report = reported("bearing_6203", *inclined, spall, *settings)
+    assert abs(report.figures["energy_closure"]) < 1e-5
 
 
 SPALL_OF_RUN_UP = "defects=[{on: outer, spall: {place: -1.57, length: 0.5e-3, width: 0.5e-3, depth: 1e-5}}]"
 
 
 def test_a_ring_that_a_torque_drives_over_a_spall_has_no_energy_balance():
-    run = simulate(load_scene("bearing_6203_run_up", ["run.duration=0.005", "cage.kind=even", SPALL_OF_RUN_UP]))
-    list(run.blocks())
-    assert run.report.status == "done"
-    assert run.report.figures["energy_closure"] is None
+    report = reported("bearing_6203_run_up", "run.duration=0.005", "cage.kind=even", SPALL_OF_RUN_UP)
+    assert report.status == "done"
+    assert report.figures["energy_closure"] is None
 
 
 def test_a_ball_crosses_the_middle_of_a_pit_as_exactly_as_its_tolerance_says():

@@ -12,10 +12,10 @@ from bearings import (
 from contact_reference import friction_by
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from runs import reported
 from scipy.integrate import dblquad
 from scipy.special import ellipe
 
-from bearing_twin import simulate
 from bearing_twin.charts.laws import hardest
 from bearing_twin.contact.elasticity import (
     elliptic_b_d,
@@ -164,9 +164,8 @@ def spinning(friction):
         "contact": contact | {"restitution": 0.5},
         "run": {"duration": SECONDS, "output_rate": 1e3},
     }
-    run = simulate(load_scene(scene))
-    list(run.blocks())
-    return run.report.as_dict()
+    report = reported(scene)
+    return report.as_dict()
 
 
 @pytest.mark.parametrize("friction", [name for name, one in FRICTIONS.items() if one.over_patch])

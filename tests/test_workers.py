@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_ensemble import LONG_RUN, LOSSY, ROOT, alive, children, run, wait_for
+from sources import ROOT
+from test_ensemble import LONG_RUN, LOSSY, alive, children, run, wait_for
 
 from bearing_twin.base.errors import StudyError
 from bearing_twin.kinds import KINDS
