@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from sources import ROOT
-from test_ensemble import LONG_RUN, LOSSY, alive, children, run, wait_for
+from test_ensemble import LONG_RUN, LOSSY, children, run, wait_for
 
 from bearing_twin.base.errors import StudyError
 from bearing_twin.kinds import KINDS
@@ -21,6 +21,13 @@ from bearing_twin.uq import workers
 from bearing_twin.uq.realisations import realise, task_of
 from bearing_twin.uq.study import parse_study
 from bearing_twin.uq.workers import Ensemble
+
+
+def alive(pid) -> bool:
+    try:
+        return "Z" not in Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
+    except OSError:
+        return False
 
 
 def test_a_worker_is_a_fork_where_there_is_no_other_thread():
