@@ -17,11 +17,9 @@ GROUND = ("base", "core")
 ROOMS = (
     *GROUND,
     "methods",
-    "coefficients",
     "shapes",
     "pictures",
     "contact",
-    "reference",
     "vibration",
     "kinds",
     "run",
@@ -52,13 +50,9 @@ CORE_ROOMS = (
 APART = {
     ("nodes", "command"),
     ("command", "nodes"),
-    *(
-        (room, "reference")
-        for room in ("vibration", "kinds", "run", "uq", "log", "view", "nodes", "command", "__main__")
-    ),
 }
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
-PHYSICS = ("methods", "coefficients", "shapes", "contact", "kinds")
+PHYSICS = ("methods", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "inputs", "sampling", "propagation", "statistics", "histories"),
 }

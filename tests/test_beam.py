@@ -14,6 +14,7 @@ from solved_impact import SolvedImpact
 
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.base.stopping import SIGNALLED, Halt
+from bearing_twin.charts.reference import strike
 from bearing_twin.kinds.beam.motion import (
     BeamImpact,
     ImpactingSphere,
@@ -32,7 +33,6 @@ from bearing_twin.kinds.beam.motion import (
     static_stress,
     stress_shapes,
 )
-from bearing_twin.reference import strike
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 

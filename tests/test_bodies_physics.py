@@ -9,9 +9,9 @@ import pytest
 from reference.ellipsoid import contact_delay, rocking_rate
 from runs import a_choice, reported
 
-from bearing_twin import reference
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.sample import joined
+from bearing_twin.charts import reference
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.laws import damping_number, law_names, restitution_of, steady_ratio

@@ -7,6 +7,7 @@ from collections import namedtuple
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from bearing_twin import load_scene, read_log
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
@@ -131,6 +132,16 @@ def test_the_run_has_a_page(case, ran, tmp_path):
     assert text.lower().startswith("<!doctype html>")
     assert case.scene in text
     assert "http://" not in text.replace("http://www.w3.org", "")  # nothing is fetched
+
+
+def test_the_run_has_a_picture(ran, tmp_path, typed):
+    picture = tmp_path / "run.png"
+    said = typed("report", ran, "--plot", picture)
+    assert "not drawn" not in said.err
+    pixels = imread(picture)[..., :3]
+    drawn = np.ptp(pixels, axis=-1) > 0.3  # in colour: curves and bodies, not axes and letters
+    for half in (*np.array_split(drawn, 2, axis=0), *np.array_split(drawn, 2, axis=1)):
+        assert half.mean() > 1e-3
 
 
 def test_a_study_of_a_few_realisations(case, tmp_path, quick_workers, asked):

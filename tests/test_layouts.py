@@ -217,7 +217,7 @@ def test_a_study_is_shown_by_view(tmp_path, typed):
     ("words", "sentence"),
     [
         (["bearing_6203", "--for", "rvis"], "--for 'rvis' is not known; did you mean rviz?"),
-        (["bearing_6203", "--for", "rerun"], "Rerun opens a log itself"),
+        (["bearing_6203", "--for", "rerun"], "open the log itself"),
         (["there_is_none.mcap"], "there is no log"),
     ],
 )

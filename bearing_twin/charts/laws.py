@@ -26,12 +26,12 @@ from bearing_twin.charts.contest import (
     timed,
 )
 from bearing_twin.charts.panels import Axis
+from bearing_twin.charts.reference import patch_friction_exact
 from bearing_twin.charts.scenes import Problem, contest_of, load_and_friction, spread, tolerances
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.elasticity import carried_course, coefficient_of, curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, patch_by
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.reference import patch_friction_exact
 
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
 SHAPES = {"ellipse": spread(1e-3, 1.0, 25), "raceway": spread(*BEARING, 5)}  # b/a

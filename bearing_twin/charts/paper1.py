@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from bearing_twin import reference
+from bearing_twin.charts import reference
 from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.laws import LAW_LABELS
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, colour

@@ -423,5 +423,5 @@ def simulate(
     if progress is not None and not callable(progress):
         raise SceneError(no_progress(progress, "load_scene"))
     if failure is not None and not isinstance(failure, Failure):
-        raise SceneError(f"failure = {echo(failure)} must be a Failure, as run.failure.read_failure gives it")
+        raise SceneError(f"failure = {echo(failure)} must be a Failure, as read_failure gives it")
     return Run(scene if isinstance(scene, Scene) else load_scene(scene), progress, failure)

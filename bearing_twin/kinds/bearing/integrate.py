@@ -29,7 +29,6 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
-from bearing_twin.coefficients import EXPLICIT
 from bearing_twin.contact.elasticity import elastic
 from bearing_twin.core import (
     FLAG,
@@ -64,6 +63,7 @@ from bearing_twin.kinds.bearing.system import (
 )
 from bearing_twin.methods import (
     EVALUATIONS,
+    EXPLICIT,
     JACOBIANS,
     NOT_FINITE,
     NOTHING,
