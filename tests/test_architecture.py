@@ -17,6 +17,7 @@ GROUND = ("base", "core")
 ROOMS = (
     *GROUND,
     "methods",
+    "coefficients",
     "shapes",
     "pictures",
     "contact",
@@ -52,7 +53,7 @@ APART = {
     ("command", "nodes"),
 }
 REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
-PHYSICS = ("methods", "shapes", "contact", "kinds")
+PHYSICS = ("methods", "coefficients", "shapes", "contact", "kinds")
 NUMBERS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "inputs", "sampling", "propagation", "statistics", "histories"),
 }

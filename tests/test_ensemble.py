@@ -20,11 +20,11 @@ from starts import STEM
 import bearing_twin.uq.realisations
 import bearing_twin.uq.result
 from bearing_twin.base.errors import LogError, StudyError
+from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import write_log
 from bearing_twin.log.study_log import REALISATIONS_TOPIC, SAMPLES_TOPIC, read_study, write_study
-from bearing_twin.methods import ROSENBROCK
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.realisations import NEVER_MEET, realise, task_of

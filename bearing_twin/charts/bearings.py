@@ -24,8 +24,9 @@ from bearing_twin.charts.bodies import OUTSIDE, beam_impact, disc
 from bearing_twin.charts.contest import DONE, REFUSED, best_of, in_rows, of_methods, of_problem, over
 from bearing_twin.charts.panels import Axis, Line, Map, Panel
 from bearing_twin.charts.scenes import Found, Method, Problem, contest_of, load_and_friction, spread, steps, tolerances
+from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.kinds.bearing import BearingMotion, rates
-from bearing_twin.methods import ROSENBROCK, STEPPER_FACTS
+from bearing_twin.methods import STEPPER_FACTS
 
 LOADS = ("normal_load", "friction_force")
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")

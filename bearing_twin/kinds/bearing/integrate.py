@@ -29,6 +29,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.coefficients import EXPLICIT
 from bearing_twin.contact.elasticity import elastic
 from bearing_twin.core import (
     FLAG,
@@ -63,7 +64,6 @@ from bearing_twin.kinds.bearing.system import (
 )
 from bearing_twin.methods import (
     EVALUATIONS,
-    EXPLICIT,
     JACOBIANS,
     NOT_FINITE,
     NOTHING,

@@ -8,6 +8,7 @@ import numpy as np
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.stopping import SIGNALLED
+from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.accelerometer import ACCELERATION, INSTANTS, Accelerometer
 from bearing_twin.kinds.bearing.defects import defect_numbers
@@ -74,7 +75,7 @@ from bearing_twin.kinds.bearing.system import (
     coupled_bodies_of,
     numbers_of,
 )
-from bearing_twin.methods import EVALUATIONS, JACOBIANS, REJECTIONS, ROSENBROCK, STEPS
+from bearing_twin.methods import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 
 MOVING = ("state", "orientation", "steps", "carried", "body_state")  # arrays that a chunk moves on
 ARRAYS = (*MOVING, "_load", "_load_rate", "counts")

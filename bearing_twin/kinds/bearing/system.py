@@ -14,6 +14,7 @@ import numpy as np
 from numpy.polynomial import Chebyshev, Polynomial
 from numpy.polynomial.chebyshev import chebinterpolate, chebpts1
 
+from bearing_twin.coefficients import EXPLICIT, MOST_STAGES, ROSENBROCK
 from bearing_twin.contact.elasticity import Elasticity, elasticity, fresh_coefficient, hertz_coefficient, semi_axes
 from bearing_twin.contact.friction import FRICTIONS, POINT, patch_by
 from bearing_twin.contact.laws import LAWS
@@ -39,7 +40,6 @@ from bearing_twin.kinds.bearing.rings import (
     shaft_inertia,
     tilts,
 )
-from bearing_twin.methods import EXPLICIT, MOST_STAGES, ROSENBROCK
 from bearing_twin.shapes import ball_in_groove, groove_curvatures
 
 # Velocity and angular velocity: radial, tangential, axial, in the frame that turns with the ball about the axis.
