@@ -101,8 +101,8 @@ CORE_INLINE auto turned_back(const Push<X> &push) {
   return std::pair{cosine, sine};
 }
 
-// A ball with more than this share of its centrifugal load on the inner raceway rolls on both.
-constexpr double ROLLS = 0.25;  // of it  # tuned: below the share of 0.7 at which equilibria were compared with motion
+// A ball that presses on the inner raceway with more than this share of its centrifugal load rolls on both.
+constexpr double ROLLS = 0.25;  // tuned: below the share of 0.7 at which equilibria were compared with motion
 
 // Centrifugal load F_c = m d_m omega_m^2 / 2 [N] and M_g / D [N], M_g = J omega_R omega_m sin(beta), J = m D^2/10; and over
 // the ring's speed: the orbit's, and the roll's along the ball's axis times gamma, and times its pitch.
