@@ -149,7 +149,7 @@ def test_the_pages_are_built_without_a_warning_and_without_a_network(tmp_path):
         )
         assert fetched == [], page
     api = (tmp_path / "api.html").read_text(encoding="utf-8")
-    assert "The scene of that name or YAML file" in api
+    assert "A scene by its name, its file or its plain data" in api
 
 
 def placed(block, folder) -> bool:
