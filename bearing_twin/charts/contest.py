@@ -221,9 +221,8 @@ def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, f
         return found, {"seconds": first / times, "spread": math.nan}
     timer = timeit.Timer(work, timer=time.process_time)
     number = 1
-    while (
-        timer.timeit(number) < ENOUGH
-    ):  # doubled: with a limit set the clock may tick more coarsely than one run takes
+    # Doubled, for with a limit set the clock may tick more coarsely than one run takes.
+    while timer.timeit(number) < ENOUGH:
         number *= 2
     low, middle, high = np.quantile(timer.repeat(REPEATS, number), (0.25, 0.5, 0.75)).tolist()
     return found, {"seconds": middle / number / times, "spread": (high - low) / middle if middle > 0.0 else math.nan}
@@ -375,15 +374,9 @@ def confirmed(rows: Iterable[Row], own: Iterable[str]) -> list[str]:
 
 def failures(problems: Mapping[str, str], rows: Iterable[Row]) -> list[str]:
     """A sentence on the runs that failed or were stopped; what is refused is in the picture alone."""
-    found: dict[str, dict[str, None]] = {}
-    for row in rows:
-        if row.status in (FAILED, STOPPED):
-            found.setdefault(row.method, {})[problems[row.problem]] = None
-    return (
-        [f"Failed or stopped at some settings: {where({method: [*mine] for method, mine in found.items()})}."]
-        if found
-        else []
-    )
+    lost = of_methods(row for row in rows if row.status in (FAILED, STOPPED))
+    found = {method: [*dict.fromkeys(problems[row.problem] for row in mine)] for method, mine in lost.items()}
+    return [f"Failed or stopped at some settings: {where(found)}."] if found else []
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

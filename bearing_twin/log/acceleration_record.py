@@ -192,7 +192,7 @@ def _field(message, topic: str, path: str):
 def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
     """The samples of the sensor of a scene, with the course of the speed."""
     log = read_log(path, topic=topic, last_run=True, run=run)
-    if all(table.name != ACCELERATION for table in (log.scene.tables if log.scene else ())):
+    if all(table.name != ACCELERATION for table in log.tables):
         raise LogError(
             f"{path} holds no {ACCELERATION}: its scene has no `sensor`; add one, or name a topic by --topic"
         )

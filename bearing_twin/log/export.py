@@ -121,7 +121,7 @@ def groups_of(stream) -> list[Group]:
     ]
     tables = [
         Group(f"{RECORD}{table.name}", (), tuple((one.name, one.unit, one.meaning) for one in table.columns))
-        for table in (stream.scene.tables if stream.scene else ())
+        for table in stream.tables
     ]
     return sorted(groups, key=lambda group: len(group.axes)) + tables
 

@@ -20,7 +20,7 @@ import numpy as np
 import bearing_twin
 from bearing_twin.base.errors import LogError, SceneError, echo
 from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parsed_json
-from bearing_twin.base.sample import Block, Channel, Sample, between
+from bearing_twin.base.sample import Block, Channel, Sample, Table, between
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.contract import Topic
 from bearing_twin.log import cdr
@@ -197,6 +197,11 @@ class LogStream:
         return f"Log of {scene} in {self.path}: {self.end} outputs of {len(self.channels)} channels on {self.topic}"
 
     @property
+    def tables(self) -> tuple[Table, ...]:
+        """Tables of what the scene records between outputs; none where the log does not hold its scene."""
+        return self.scene.tables if self.scene else ()
+
+    @property
     def seconds(self) -> float:
         """Duration of the run [s]: to its last output where that is known, else its scene's; else infinite."""
         if self.scene is None:
@@ -322,7 +327,7 @@ class LogStream:
 
     def _records(self, run: "_Run", parts: Mapping[str, Iterator[LoggedMessage]]) -> dict[str, "_Records"]:
         """The records of a run by the name of their table, from its messages by topic."""
-        rates = {table.name: table.rate for table in (self.scene.tables if self.scene else ())}
+        rates = {table.name: table.rate for table in self.tables}
         return {
             (table := name.rpartition("/")[2]): _Records(self.path, name, parts[name], types, bool(rates.get(table)))
             for name, types in self._tables.items()
