@@ -157,6 +157,34 @@ def test_a_node_interrupted_while_it_imports_ends_quietly(number):
     assert (result.returncode, result.stderr) == (0, "")
 
 
+@pytest.mark.parametrize(("failure", "code"), [("None", 0), ("BearingTwinError('no disk')", 2)])
+def test_a_node_that_cannot_leave_ros_ends_with_its_own_code(failure, code):
+    """Destroying it never returns and holds the interpreter, as Fast DDS does now and then."""
+    program = f"""
+import ctypes, sys
+from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.nodes import base_node
+
+class Stuck(base_node.BaseNode):
+    def __init__(self):
+        super().__init__("stuck", "test")
+        self.failure = {failure}
+        self.done.set()
+
+    def close(self):
+        pass
+
+    def destroy_node(self):
+        while True:
+            ctypes.PyDLL(None).pause()
+
+base_node.LONGEST_GOODBYE = 0.1
+sys.exit(base_node.run("stuck", Stuck))
+"""
+    result = run("", python=("-c", program))
+    assert (result.returncode, result.stderr) == (code, "stuck: no disk\n" if code else "")
+
+
 def test_a_missing_interface_package_is_named():
     names = "sim_node", "recorder_node", "replay_node", "uq_node"
     said = run("", python=without("bearing_twin_msgs", *names))

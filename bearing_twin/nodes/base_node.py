@@ -1,5 +1,6 @@
 """The base of all nodes of the package: parameters, guarded callbacks, status, start and end."""
 
+import ctypes
 import functools
 import math
 import os
@@ -24,6 +25,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
 
 from bearing_twin.base.errors import BearingTwinError, Stopped
+from bearing_twin.core import Function
 from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.messages import (
     ERROR,
@@ -49,7 +51,10 @@ LITTLE = 1e9  # B free on the disk of a log, below which a node warns
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
 ANSWER_PERIOD = 0.01  # s between answers of one service: a client keeps ten answers to all clients
+LONGEST_GOODBYE = 5.0  # s a node that has put all away may take to leave ROS
 LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
+
+_exit_at_alarm = Function("core_exit_at_alarm", None, (ctypes.c_int,))
 
 
 class PolledGroup(CallbackGroup):
@@ -276,11 +281,13 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
             raise
         failure = BearingTwinError(f"{error}".replace("\n", " "))
     finally:
-        at_end = _end(node)
+        at_end = _closed(node)
         failure = failure or at_end
-    if failure is not None:
-        print(f"{name}: {failure}", file=sys.stderr)
-    return 0 if failure is None else 2
+        if failure is not None:
+            print(f"{name}: {failure}", file=sys.stderr)
+        code = 0 if failure is None else 2
+        _announce_end(node, code)
+    return code
 
 
 def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
@@ -293,18 +300,29 @@ def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
         raise BearingTwinError(f"{said}; {advice(str(error))}".replace("\n", " ")) from error
 
 
-def _end(node: BaseNode | None) -> Exception | None:
-    """Closes the node and ROS; returns why the node failed, if it did."""
-    failure = None
-    if node is not None:
-        try:
-            node.close()
-        except Exception as error:
-            failure = error
-        failure = node.failure or failure
-        # The end of each publisher is announced to all peers: thousands end with the process instead.
+def _closed(node: BaseNode | None) -> Exception | None:
+    """Closes the node; returns why it failed, if it did."""
+    if node is None:
+        return None
+    try:
+        node.close()
+    except Exception as error:
+        return node.failure or error
+    return node.failure
+
+
+def _announce_end(node: BaseNode | None, code: int) -> None:
+    """Destroys a closed node and ends ROS, so that all peers learn of it.
+
+    There Fast DDS 2 can wait for ever, holding the interpreter: after LONGEST_GOODBYE the process ends with its
+    exit code.
+    """
+    sys.stderr.flush()
+    _exit_at_alarm(code)
+    signal.setitimer(signal.ITIMER_REAL, LONGEST_GOODBYE)
+    # The end of each publisher is announced to all peers: thousands end with the process instead.
+    if node is not None and len(list(node.publishers)) <= MANY:
         with suppress(Exception):
-            if len(list(node.publishers)) <= MANY:
-                node.destroy_node()
+            node.destroy_node()
     rclpy.try_shutdown()
-    return failure
+    signal.setitimer(signal.ITIMER_REAL, 0.0)
