@@ -115,6 +115,7 @@ def test_scenes_and_keys_are_listed(asked, typed):
         (["simulate", "bearing_6203", "--out", "none/run.mcap"], "does not exist"),
         (["simulate", "none.yaml"], "there is no scene file"),
         (["simulate", "two_spheres", "--max-loss", "0.1"], "was removed: use bearing_twin.write_log"),
+        (["scenes", "--schema"], "was removed: bearing_twin scenes --keys"),
         (["completion", "bash"], "register-python-argcomplete"),
         (["report", "none.mcap"], "there is no log"),
         (["report", sys.executable], "is not an MCAP file"),

@@ -229,3 +229,16 @@ def test_sentences_beside_tables_have_the_units_of_these(si, people):
 )
 def test_what_is_no_si_number_of_people_stays_in_a_sentence(text):
     assert sentence_for_people(text) == text
+
+
+SOURCED = ("no source: ", "ISO", "paper")
+OWN = ("contact.exponent", "contact.restitution")  # 1: as paper 3's bed of springs, and no loss
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_numbers_of_physics_that_are_there_by_default_say_where_they_come_from(kind):
+    """Of contacts, cages, grooves and materials; sizes, speeds and loads are the user's scene."""
+    for row in describe(KINDS[kind].parameters):
+        about = row.key.startswith(("contact.", "cage.")) or row.key.endswith("conformity") or "material" in row.key
+        if about and row.type == "number" and row.default and row.key not in OWN:
+            assert any(word in row.help for word in SOURCED), row.key

@@ -42,6 +42,7 @@ GONE = {  # commands, options and words of earlier versions: what there is in th
     "--markdown": "docs/topics.md has these tables",
     "--max-loss": "use bearing_twin.write_log(run, path, max_loss=...) in Python",
     "rerun": "open the log itself, as rerun run.mcap",
+    "--schema": "bearing_twin scenes --keys lists every key with its limits",
     "--read": "read the CSV files that chart writes",
 }
 WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose

@@ -3,7 +3,6 @@
 import argparse
 
 from bearing_twin.command.outcome import Outcome, Subcommand, listed
-from bearing_twin.command.terminal import show_text
 
 
 def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
@@ -12,7 +11,6 @@ def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
     lists.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
     lists.add_argument("--figures", action="store_true", help="list every figure of a run: unit, meaning")
     lists.add_argument("--rules", action="store_true", help="list the rules by which models and methods are chosen")
-    lists.add_argument("--schema", action="store_true", help="the JSON Schema of scene and study files, for editors")
 
 
 def _scenes(arguments: argparse.Namespace) -> Outcome:
@@ -25,8 +23,6 @@ def _scenes(arguments: argparse.Namespace) -> Outcome:
         return _scene_figures()
     if arguments.rules:
         return _scene_rules()
-    if arguments.schema:
-        return _scene_schema()
     header = ("name", "kind", "description")
     return listed("scenes", header, ({name: head[name] for name in header} for head in SCENES.heads()))
 
@@ -60,14 +56,6 @@ def _scene_rules() -> Outcome:
         for row in RULES
     )
     return listed("rules", header, found)
-
-
-def _scene_schema() -> Outcome:
-    from bearing_twin.base.report import json_text
-    from bearing_twin.uq.schema import schema
-
-    found = schema()
-    return Outcome(found, [], lambda: show_text(json_text(found)))
 
 
 SCENES = Subcommand(

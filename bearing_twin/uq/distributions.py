@@ -354,8 +354,8 @@ def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
     if not isinstance(facts.get("positive", True), bool):
         raise StudyError(f"positive = {echo(facts['positive'])} must be true or false")
     given = frozenset(fact for fact in facts if fact != "positive" or facts[fact])
-    if given not in _SOLVERS:
-        legal = "; ".join(", ".join(fact for fact in FACTS if fact in one) for one in _SOLVERS)
+    if given not in FORMS:
+        legal = "; ".join(", ".join(fact for fact in FACTS if fact in one) for one in FORMS)
         raise StudyError(
             f"no distribution of greatest entropy is known here for {', '.join(sorted(given)) or 'nothing'}; "
             f"state one of these: {legal}"
@@ -363,7 +363,7 @@ def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
     for fact in given & {"std", "std_log"}:
         _require(facts[fact] > 0.0, f"{fact} must be above 0; a certain value is fixed")
     _require("positive" not in given or facts.get("mean", 1.0) > 0.0, "the mean of a positive quantity is above 0")
-    return _SOLVERS[given](**{fact: facts[fact] for fact in FACTS if fact in given and fact != "positive"})
+    return FORMS[given](**{fact: facts[fact] for fact in FACTS if fact in given and fact != "positive"})
 
 
 def _between(low, high):
@@ -460,7 +460,7 @@ def _cut_normal(cut) -> tuple[float, float]:
     return rest.mean() - cut, rest.std()
 
 
-_SOLVERS = {
+FORMS = {
     frozenset({"low", "high"}): _between,
     frozenset({"low", "high", "mean"}): _between_with_mean,
     frozenset({"low", "high", "mean", "std"}): _between_with_mean_std,
@@ -470,6 +470,4 @@ _SOLVERS = {
     frozenset({"positive", "mean", "mean_log"}): _positive_with_mean_log,
     frozenset({"positive", "mean_log", "std_log"}): lambda **given: ("lognormal", given),
 }
-
-FORMS = tuple(_SOLVERS)
-"""The sets of facts that can be known together."""
+"""The distribution of greatest entropy by the set of facts that is known."""
