@@ -115,7 +115,7 @@ def wait_until_gone(mark):
 
 def test_a_study_by_goal_is_logged_and_reaches_whoever_comes_late(tmp_path):
     feedback = []
-    with ros_executor(threads=3) as executor:
+    with ros_executor(threads=8) as executor:
         started(executor, UqNode, log_folder=str(tmp_path / "logs"))
         client = client_of(executor)
         state, result = outcome(executor, sent(executor, client, feedback, **QUICK, seed=7))
@@ -135,7 +135,7 @@ def test_a_study_by_goal_is_logged_and_reaches_whoever_comes_late(tmp_path):
 
 def test_a_cancel_ends_worker_processes_at_once_and_the_next_study_is_served(tmp_path):
     mark = f"BEARING_TWIN_TEST={tmp_path}"
-    with ros_executor(threads=3) as executor:
+    with ros_executor(threads=8) as executor:
         started(executor, UqNode, log_folder=str(tmp_path), workers=1)
         client = client_of(executor)
         os.environ["BEARING_TWIN_TEST"] = str(tmp_path)
@@ -153,7 +153,7 @@ def test_a_cancel_ends_worker_processes_at_once_and_the_next_study_is_served(tmp
 
 def test_one_runs_four_wait_in_order_the_next_is_refused_and_bad_ones_are_answered_meanwhile(capfd, monkeypatch):
     monkeypatch.setattr("bearing_twin.nodes.uq_node.LOG_PERIOD", PATIENCE)
-    with ros_executor(threads=3) as executor:
+    with ros_executor(threads=8) as executor:
         node = started(executor, UqNode, log_folder="")
         client, seen = client_of(executor), []
         watcher = plain_node(executor)

@@ -48,6 +48,7 @@ from bearing_twin.nodes.outlet import MANY
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
 LITTLE = 1e9  # B free on the disk of a log, below which a node warns
+THREADS = 8  # in which callbacks run; up to five goals of uq_node wait in theirs
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
 ANSWER_PERIOD = 0.01  # s between answers of one service: a client keeps ten answers to all clients
@@ -188,10 +189,10 @@ class BaseNode(Node):
 
 
 class Executor(MultiThreadedExecutor):
-    """Two threads; an exception in a callback, as of a request that rclpy cannot read, is counted and ends no node."""
+    """THREADS; an exception in a callback, as of a request that rclpy cannot read, is counted and ends no node."""
 
     def __init__(self, context=None):
-        super().__init__(num_threads=2, context=context)
+        super().__init__(num_threads=THREADS, context=context)
         self.faults = 0
 
     def turn(self, node: Node) -> None:

@@ -2,13 +2,14 @@
 
 import sys
 import threading
-from collections import deque
+from concurrent.futures import ThreadPoolExecutor, wait
 from functools import partial
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from std_msgs.msg import String
 
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
 from bearing_twin.nodes.base_node import LOG_PERIOD, BaseNode, declare, guarded, run
@@ -16,7 +17,6 @@ from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, OK, SERVICE, WARN, R
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Studies, StudyLimits, aborted
 from bearing_twin.uq.run import Progress
-from bearing_twin.uq.study import Study
 
 PARAMETERS = (
     NodeParameter("log_folder", "studies", "folder of a log (MCAP) of every study with all its samples; empty = none"),
@@ -34,7 +34,6 @@ PARAMETERS = (
     NodeParameter(ALLOW_INVALID, False, "let studies run models outside their ranges, marked"),
 )
 QUEUE = 4  # goals that may wait while a study runs
-LOOK_PERIOD = 0.1  # s between looks for waiting goals that were cancelled
 RESULT_TIMEOUT = 30  # s for which a result can be requested again
 LATCHED = Qos(depth=1, durability="transient_local")
 SWITCH = 0.0005  # s for which a study may hold the interpreter while a callback waits; the default of 5 ms adds up
@@ -47,8 +46,8 @@ CLOSE_TIMEOUT = 30.0  # s for the statistics and the log of a study that is ende
 class UqNode(BaseNode):
     """Serves the action run_study; see PARAMETERS. Raises BearingTwinError for parameters it cannot use.
 
-    A goal is read when it is accepted and waits in a queue; its study runs in a thread of its own, for which one thread
-    of the executor waits, while the other serves goals, cancels and timers.
+    A goal is read when it is accepted. Studies run one after the other in the one thread of a pool, while each goal
+    waits for its own in a thread of the executor.
     """
 
     def __init__(self, **options):
@@ -56,11 +55,8 @@ class UqNode(BaseNode):
         values = declare(self, PARAMETERS)
         limits = StudyLimits(**{name: values[name] for name in StudyLimits._fields})
         self.studies = Studies(values["log_folder"], limits, [one for one in values["study_folders"] if one])
-        self._lock, self._idle = threading.Lock(), threading.Event()
-        self._idle.set()
-        self._waiting: deque = deque()  # handles of goals
-        self._unanswered = 0  # accepted goals
-        self._read: dict[bytes, tuple[Goal, Study] | GoalAnswer] = {}  # what the goals are, by their ids
+        self._lock, self._accepted = threading.Lock(), 0  # goals that are not answered yet
+        self._pool, self._runs = ThreadPoolExecutor(1), set()  # futures of studies that wait or run
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
         group = ReentrantCallbackGroup()
         self._server = ActionServer(
@@ -70,114 +66,42 @@ class UqNode(BaseNode):
             self._on_execute,
             callback_group=group,
             goal_callback=self._on_goal,
-            handle_accepted_callback=self._on_accepted,
             cancel_callback=lambda goal_handle: CancelResponse.ACCEPT,
             goal_service_qos_profile=SERVICE,
             result_service_qos_profile=SERVICE,
             cancel_service_qos_profile=SERVICE,
             result_timeout=RESULT_TIMEOUT,
         )
-        self.every(LOOK_PERIOD, self._on_look, group)
         self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics, group)
         self.get_logger().info("ready for goals of the action run_study")
 
     def close(self) -> None:
         """Ends the running study, with a log of its samples so far; may be called twice."""
         self.studies.closing = True
-        self._idle.wait(CLOSE_TIMEOUT)
+        self._pool.shutdown(wait=False, cancel_futures=True)
+        wait(self._runs, CLOSE_TIMEOUT)
 
     def destroy_node(self) -> None:
         self._server.destroy()
         super().destroy_node()
 
-    # The queue
-
-    def _begin_next(self) -> None:
-        """Executes the first goal that waits, where no study runs and that goal has been read."""
-        with self._lock:
-            ready = self._waiting and bytes(self._waiting[0].goal_id.uuid) in self._read
-            if not ready or not self._idle.is_set() or self.studies.closing:
-                return
-            self._idle.clear()
-            first = self._waiting.popleft()
-        self._execute(first)
-
-    def _answer_early(self, goal_handle, answer: GoalAnswer) -> None:
-        """Takes a goal out of the queue and has it executed with this answer."""
-        with self._lock:
-            if goal_handle not in self._waiting:  # its turn has come meanwhile
-                return
-            self._waiting.remove(goal_handle)
-            self._read[bytes(goal_handle.goal_id.uuid)] = answer
-        self._execute(goal_handle)
-        self._begin_next()
-
-    def _execute(self, goal_handle) -> None:
-        try:
-            goal_handle.execute()
-        except Exception:  # a cancel changed the state of the goal meanwhile: it is executed as cancelled
-            goal_handle.execute()
-
-    # Callbacks
-
     def _on_goal(self, goal) -> GoalResponse:
         with self._lock:
-            if self._unanswered <= QUEUE:
-                self._unanswered += 1
+            if self._accepted <= QUEUE:
+                self._accepted += 1
                 return GoalResponse.ACCEPT
         reason = f"a study runs and {QUEUE} wait, so the queue is full: try again when one has ended"
         self.studies.note_refusal(reason)
         self.get_logger().warning(f"goal refused: {reason}", throttle_duration_sec=LOG_PERIOD)
         return GoalResponse.REJECT
 
-    def _on_accepted(self, goal_handle) -> None:
-        request, key = goal_handle.request, bytes(goal_handle.goal_id.uuid)
-        goal = Goal(request.study, tuple(request.overrides), request.samples, request.seed)
-        with self._lock:
-            self._waiting.append(goal_handle)  # before it is read, which one that comes later may do faster
-        try:
-            self._read[key] = goal, self.studies.read(goal)
-        except Exception as error:
-            self._answer_early(goal_handle, aborted(error))
-        else:
-            self._begin_next()
-
     def _on_execute(self, goal_handle) -> RunStudy.Result:
-        found = self._read.pop(bytes(goal_handle.goal_id.uuid))
-        if isinstance(found, GoalAnswer):
-            return self._answered(goal_handle, found)
-        cancelled, answers = threading.Event(), []
-
-        def run_study():
-            try:
-                answers.append(self.studies.run(*found, cancelled.is_set, partial(self._tell, goal_handle)))
-            finally:
-                self._idle.set()
-                self._begin_next()
-
-        study = threading.Thread(target=run_study, name="study", daemon=True)
-        study.start()
-        while study.is_alive() and not cancelled.is_set():
-            study.join(CANCEL_PERIOD)
-            if goal_handle.is_cancel_requested:
-                cancelled.set()
-                study.join(CANCEL_TIMEOUT)
-        return self._answered(goal_handle, answers[0] if answers else CANCELLED_LATE)
-
-    def _tell(self, goal_handle, progress: Progress, statistic: str) -> None:
-        feedback = RunStudy.Feedback(
-            done=int(progress.done),
-            total=int(progress.total),
-            quantity=statistic,
-            estimate=float(progress.estimate),
-            half_width=float(progress.half_width),
-            seconds_left=float(progress.seconds_left),
-        )
-        goal_handle.publish_feedback(feedback)
-
-    def _answered(self, goal_handle, answer: GoalAnswer) -> RunStudy.Result:
+        try:
+            answer = self._answer(goal_handle)
+        except Exception as error:
+            answer = aborted(error)
         with self._lock:
-            self._unanswered -= 1
+            self._accepted -= 1
         self.studies.note(answer)
         text = f"{answer.state}: {answer.message}" + (f"; log: {answer.log}" if answer.log else "")
         if answer.problem:
@@ -199,16 +123,37 @@ class UqNode(BaseNode):
             stopped_because=answer.stopped_because,
         )
 
-    @guarded
-    def _on_look(self):
-        for goal_handle in list(self._waiting):
-            if goal_handle.is_cancel_requested and bytes(goal_handle.goal_id.uuid) in self._read:
-                self._answer_early(goal_handle, CANCELLED_EARLY)
+    def _answer(self, goal_handle) -> GoalAnswer:
+        """The answer to a goal, once its study has run or it was cancelled; raises for one that makes no study."""
+        request, cancelled = goal_handle.request, threading.Event()
+        goal = Goal(request.study, tuple(request.overrides), request.samples, request.seed)
+        study, tell = self.studies.read(goal), partial(self._tell, goal_handle)
+        run = self._pool.submit(self.studies.run, goal, study, cancelled.is_set, tell)
+        self._runs.add(run)
+        run.add_done_callback(self._runs.discard)
+        while not (run.done() or goal_handle.is_cancel_requested):
+            wait([run], CANCEL_PERIOD)
+        if run.cancel():  # it had not begun
+            return aborted(BearingTwinError("the node was ended")) if self.studies.closing else CANCELLED_EARLY
+        cancelled.set()
+        return run.result() if wait([run], CANCEL_TIMEOUT).done else CANCELLED_LATE
+
+    def _tell(self, goal_handle, progress: Progress, statistic: str) -> None:
+        feedback = RunStudy.Feedback(
+            done=int(progress.done),
+            total=int(progress.total),
+            quantity=statistic,
+            estimate=float(progress.estimate),
+            half_width=float(progress.half_width),
+            seconds_left=float(progress.seconds_left),
+        )
+        goal_handle.publish_feedback(feedback)
 
     @guarded
     def _on_diagnostics(self):
         doing, problem, values = self.studies.status()
-        values |= {"doing": doing, "waiting": len(self._waiting), "queue": QUEUE}
+        waiting = sum(not run.running() for run in list(self._runs))
+        values |= {"doing": doing, "waiting": waiting, "queue": QUEUE}
         self.report(WARN if problem else OK, problem or doing, values)
 
 
