@@ -688,7 +688,8 @@ def first_peak_error(parameters) -> float:
 
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""
-PEAK_SAMPLES = 4000  # instants at which deflection and stress are looked through for the greatest
+SCANNED, MOST_SCANNED = 20.0, 1_000_000
+"""Instants at which deflection and stress are scanned for the greatest: in a Hertz contact time, and in all at most."""
 
 
 def choose(parameters) -> Choice:
@@ -753,6 +754,8 @@ class WatchedPoints:
 
     def __init__(self, parameters: SphereOnBeamScene, found: BeamImpact):
         self._found, beam, modes = found, found.beam, found.modes
+        scale = hertz_contact_time(found.sphere, impact_speed(parameters.blow))
+        self._scanned = math.ceil(min(SCANNED * found.end / scale, MOST_SCANNED)) + 1
         points = np.array([parameters.blow.point, *parameters.outputs.points]) * beam.span
         stations = np.linspace(0.0, beam.span, parameters.outputs.stations)
         self._deflection, self._stress = deflection_shapes(beam, modes, points), stress_shapes(beam, modes, points)
@@ -768,7 +771,7 @@ class WatchedPoints:
 
     def greatest(self) -> list[float]:
         """Greatest deflection [m] and bending stress [Pa] by magnitude, of all observed points and the whole motion."""
-        times, found = np.linspace(0.0, self._found.end, PEAK_SAMPLES), []
+        times, found = np.linspace(0.0, self._found.end, self._scanned), []
         for column, values in enumerate(self.at_points(times)):
             top, point = np.unravel_index(np.argmax(np.abs(values)), values.shape)
             near = np.linspace(times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)], 101)
