@@ -63,7 +63,7 @@ def measured(outputs: int, messages: int, folder: Path) -> Cost:
     rates = [f"run.output_rate={outputs}", f"run.publish_rate={messages}"]
     scene, log = folder / f"{outputs}_{messages}.yaml", folder / f"{outputs}_{messages}.mcap"
     scene.write_text(load_scene("bearing_6203", rates).text, encoding="utf-8")
-    recording = {"log": str(log), "full": True}
+    recording = {"log": str(log)}
     with started("sim_node", node_command("sim_node", {"scene": str(scene)}), folder) as simulating:
         heard(simulating, "ready after")
         [alone] = least([simulating])

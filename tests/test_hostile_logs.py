@@ -11,6 +11,7 @@ import random
 import struct
 
 import pytest
+from foreign_writers import serialise
 from mcap.reader import make_reader
 from mcap.writer import Writer
 
@@ -111,7 +112,7 @@ def test_samples_that_are_none_of_the_scene_beside_them_are_anybodys(change, log
             return data
         block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
         names = [change.get(name, name) for name in block.channel_name]
-        return cdr.serialised(cdr.SAMPLE_BLOCK, dataclasses.replace(block, channel_name=names))
+        return serialise(cdr.SAMPLE_BLOCK, dataclasses.replace(block, channel_name=names))
 
     reported(rewritten(logs / "run.mcap", tmp_path / "x.mcap", data=renamed), tmp_path, capsys)
 

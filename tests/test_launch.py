@@ -30,13 +30,18 @@ def test_every_default_is_read_again_as_it_is_typed(table):
 
 
 def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node():
-    words = {"scene": "1e3", "overrides": "['run.duration=1', 'contact.normal=hertz']", "duration": "2", "full": "True"}
+    words = {
+        "scene": "1e3",
+        "overrides": "['run.duration=1', 'contact.normal=hertz']",
+        "duration": "2",
+        "fsync": "True",
+    }
     words |= {"keep_files": "3", "log": "", "record": "x.mcap"}
     assert values_given(SIMULATION, words) == {
         "scene": "1e3",
         "overrides": ["run.duration=1", "contact.normal=hertz"],
         "duration": 2.0,
-        "full": True,
+        "fsync": True,
         "keep_files": 3,
     }
     assert values_given(SIMULATION, {"overrides": "run.duration=1"}) == {"overrides": ["run.duration=1"]}
@@ -44,7 +49,7 @@ def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node()
         "duration:soon": "parameter duration = 'soon' must be a number",
         "duration:nan": "must be finite",
         "duration:-1": "must lie between 0 and 86400 s",
-        "full:maybe": "must be true or false",
+        "fsync:maybe": "must be true or false",
         "keep_files:1.5": "must be a whole number",
         "overrides:[1, 2]": "must be a list of texts",
     }.items():
@@ -117,10 +122,10 @@ def parameters_of(node):
 
 
 def test_arguments_reach_the_node_and_its_recorder():
-    words = {"scene": "1e3", "duration": "2", "full": "false", "record": "two.mcap", "log": "own.mcap"}
+    words = {"scene": "1e3", "duration": "2", "fsync": "false", "record": "two.mcap", "log": "own.mcap"}
     recorder, node = started("simulate", **words)[0]
-    assert set(parameters_of(node)) == {"scene", "duration", "full", "log", "discovery"}
-    assert set(parameters_of(recorder)) == {"full", "log"}
+    assert set(parameters_of(node)) == {"scene", "duration", "fsync", "log", "discovery"}
+    assert set(parameters_of(recorder)) == {"fsync", "log"}
     assert set(parameters_of(started("simulate", **words, discovery="0")[0][1])) == set(parameters_of(node))
     assert set(parameters_of(started("simulate", scene="6308")[0][0])) == {"scene"}
 

@@ -62,7 +62,7 @@ def test_a_recorder_that_is_held_up_again_and_again_loses_nothing(tmp_path):
     with (
         ros_executor() as executor,
         executable(executor, "sim_node", *words_of(simulating)) as sim_node,
-        executable(executor, "recorder_node", *words_of({"log": log, "full": True})) as recorder,
+        executable(executor, "recorder_node", *words_of({"log": log})) as recorder,
     ):
         watcher = plain_node(executor)
         watcher.create_subscription(DiagnosticArray, "/diagnostics", heard, 100)

@@ -218,7 +218,7 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number, quick_s
     path = tmp_path / "run.mcap"
     with ros_executor() as executor:
         heard_here = heard(plain_node(executor), [("/bearing/samples", cdr.SAMPLE_BLOCK)])["/bearing/samples"]
-        with executable(executor, "sim_node", "-p", f"log:={path}", "-p", "full:=true") as node:
+        with executable(executor, "sim_node", "-p", f"log:={path}") as node:
             spin_until(executor, lambda: heard_here or node.poll() is not None, "outputs")
             node.send_signal(number)
             said = node.communicate(timeout=300)[1]

@@ -124,7 +124,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     for place, messages in ((path, recorded), (direct, written), *(((own, logged),) if brief else ())):
         for message in raw_messages(place):
             messages[message.topic.name].append(padded(message.data))
-    assert not brief or logged == written  # a log keeps every message unless thinning is requested
+    assert not brief or logged == written
     for name, ros_type in names:
         # A busy machine may lose what comes at the publish rate, ten deep, but no output.
         left = iter(written[name])

@@ -125,7 +125,7 @@ def test_a_publisher_that_offers_less_than_those_before_is_recorded_too(tmp_path
     with ros_executor() as executor:
         talker = plain_node(executor)
         first = talker.create_publisher(Float64, "/elsewhere", qos_profile(Qos(10, durability="transient_local")))
-        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"], full=True)
+        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"])
         spin_until(executor, first.get_subscription_count, "discovery")
         first.publish(Float64(data=1.0))
         spin_until(executor, lambda: recorder.recording.messages == 1, "the first message")
@@ -147,7 +147,7 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
         talker, seen = plain_node(executor), []
         publisher = talker.create_publisher(Float64, "/elsewhere", 100)
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"], full=True)
+        recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"])
         spin_until(executor, publisher.get_subscription_count, "discovery")
         publisher.publish(Float64())
         spin_until(executor, lambda: recorder.recording.messages == 1, "the first message")
@@ -327,7 +327,7 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, quick_starts):
 )
 def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number, quick_starts):
     path = tmp_path / "recording.mcap"
-    words = ("-p", f"log:={path}", "-p", "full:=true")
+    words = ("-p", f"log:={path}")
     with ros_executor() as executor, executable(executor, "recorder_node", *words) as recorder:
         talker, seen = plain_node(executor), []
         talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)

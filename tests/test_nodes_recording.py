@@ -251,7 +251,7 @@ def test_what_is_wanted_is_new_matches_and_is_not_hidden(tmp_path):
     ("numbers", "lost"), [([None] * 3, [0, 0, 20]), ([1, 2, 3], [0, 0, 0]), ([1, 2, 4], [0, 0, 20])]
 )
 def test_a_recording_holds_the_bytes_and_what_was_lost(numbers, lost, tmp_path):
-    """Outputs that nobody sent, as of a thinned log that is played, were not lost on the way."""
+    """Outputs that nobody sent, as of a log with gaps that is played, were not lost on the way."""
     path = tmp_path / "out.mcap"
     recording = recording_of(path, SAMPLES)
     blocks = [sample_block(0, 50), sample_block(50, 20), sample_block(90, 30)]

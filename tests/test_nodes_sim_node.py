@@ -178,7 +178,7 @@ def test_every_byte_arrives_in_real_time_and_as_in_a_log_and_the_clock_is_that_o
         best_effort = rclpy.qos.QoSProfile(depth=1000, reliability=rclpy.qos.ReliabilityPolicy.BEST_EFFORT)
         tick = lambda m: ticks.append(m.clock.sec * 10**9 + m.clock.nanosec)  # noqa: E731
         watcher.create_subscription(Clock, "/clock", tick, best_effort)  # as time sources
-        options = {"log": str(tmp_path / "node.mcap"), "full": True, "discovery": 20.0, "publish_clock": True}
+        options = {"log": str(tmp_path / "node.mcap"), "discovery": 20.0, "publish_clock": True}
         node = started(executor, SimNode, duration=1.0, **options)
         spin_until(executor, node.done.is_set, "end of the run")
         assert time.monotonic() - began > 0.9

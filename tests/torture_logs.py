@@ -193,11 +193,11 @@ def meddled(share: float, folder: Path) -> Found:
             reported = True
         here = moved if moved.exists() else path
         found = [] if reported else [STATE.unpack_from(message.data)[0] for message in raw_messages(here)]
-        whole, cut = found == list(range(500)), way is ways[-1]
-        lost += not whole and not cut
+        whole, gone = found == list(range(500)), way in (ways[0], ways[-1])
+        lost += not whole and not gone
         silent += not whole and not reported
-        survived += reported if cut else whole
-        here.unlink()
+        survived += reported if gone else whole
+        here.unlink(missing_ok=True)
     return Found(trials, survived, lost, silent, "")
 
 

@@ -230,7 +230,7 @@ def frozen(share: float, folder: Path) -> Found:
                         sent[name] += 1
                 time.sleep(0.001)
 
-        parameters = {"log": str(log), "topics": names, "full": True}
+        parameters = {"log": str(log), "topics": names}
         with running("recorder_node", executor, parameters, folder) as recorder:
             spun(executor, lambda: all(one.get_subscription_count() for one in publishers.values()), 60.0)
             time.sleep(0.5)

@@ -40,6 +40,7 @@ COMPLETING = "_ARGCOMPLETE"  # the shell sets it where it wants completions
 GONE = {  # commands, options and words of earlier versions: what there is in their place
     "completion": 'type eval "$(register-python-argcomplete bearing_twin)" in the shell instead',
     "--markdown": "docs/topics.md has these tables",
+    "--before": "verify simulates from the start to where the log begins, however long that takes",
     "--max-loss": "use bearing_twin.write_log(run, path, max_loss=...) in Python",
     "rerun": "open the log itself, as rerun run.mcap",
     "--schema": "bearing_twin scenes --keys lists every key with its limits",

@@ -112,12 +112,6 @@ def _one_run_arguments(parser):
     parser.add_argument("--run", **RUN)
 
 
-def _verify_arguments(parser):
-    _one_run_arguments(parser)
-    what = "simulated at most where a log begins late or has gaps; without it, what is long is refused"
-    parser.add_argument("--before", type=quantity("s"), metavar="SECONDS", help=what)
-
-
 def _verify(arguments) -> Outcome:
     from bearing_twin.command.results import show_result
     from bearing_twin.log.run_log import read_log
@@ -132,9 +126,8 @@ def _verify(arguments) -> Outcome:
             say(
                 f"the log begins at {log.begins_s:.6g} s: the run up to there is simulated first, compared with nothing"
             )
-        verification = verify(log, lambda time: update(time / log.seconds), longest=arguments.before)
-    kept = {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
-    result = {"log": str(arguments.log)} | verification.as_dict() | kept
+        verification = verify(log, lambda time: update(time / log.seconds))
+    result = {"log": str(arguments.log)} | verification.as_dict()
     off = verification.differences()
     count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
     hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
@@ -165,8 +158,6 @@ def _report(arguments) -> Outcome:
     report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
     result |= {"begins_s": stream.begins_s} if stream.begins_s else {}
-    if stream.kept_rate:
-        result["kept_outputs_hz"] = stream.kept_rate
     result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
         result["plot"] = watched.write(picture, report, arguments.plot_errors)
@@ -341,7 +332,7 @@ def _show_failure(result, failure) -> None:
 
 VERIFY = Subcommand(
     "simulate the scene of a log again and compare every number",
-    _verify_arguments,
+    _one_run_arguments,
     _verify,
     ("bearing_twin verify run.mcap",),
 )

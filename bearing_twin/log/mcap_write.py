@@ -363,7 +363,10 @@ class McapWriter:
 
     def _put(self, parts: Sequence[bytes]) -> None:
         """Writes parts behind what is complete; on failure it leaves none of them."""
-        self._look_after()
+        status = os.fstat(self._file)
+        if status.st_size < self.bytes or not status.st_nlink:  # one that was moved goes on where it is
+            self.problem = f"{self.path} was removed or cut by another program; write to a new log"
+            raise LogError(self.problem)
         size = sum(map(len, parts))
         try:
             done = os.pwritev(self._file, parts, self.bytes)
@@ -379,33 +382,6 @@ class McapWriter:
             )
             raise refused(self.problem, error) from error
         self.bytes += size
-
-    def _look_after(self) -> None:
-        """Puts a removed file back; raises LogError where that fails, and where another program has cut the file."""
-        status = os.fstat(self._file)
-        if status.st_size < self.bytes:
-            self.problem = f"{self.path} was cut to {status.st_size} bytes by another program; write to a new log"
-            raise LogError(self.problem)
-        if status.st_nlink:  # also one that was moved: it goes on there
-            return
-        try:
-            self._put_back()
-        except OSError as error:
-            reason = "its name is taken" if isinstance(error, FileExistsError) else error.strerror
-            self.problem = f"{self.path} was removed by another program and cannot be put back ({reason})"
-            raise LogError(self.problem) from error
-
-    def _put_back(self) -> None:
-        fresh, done = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666), 0
-        try:
-            while done < self.bytes:
-                done += os.sendfile(fresh, self._file, done, self.bytes - done)
-            os.dup2(fresh, self._file, inheritable=False)
-        except OSError:
-            self.path.unlink(missing_ok=True)
-            raise
-        finally:
-            os.close(fresh)
 
 
 def _record(record) -> bytes:

@@ -5,9 +5,7 @@ A log is one `.mcap` file, or a rosbag2 folder when its path has no suffix `.mca
 """
 
 import datetime
-import math
 import platform
-import struct
 import threading
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,7 +15,6 @@ from pathlib import Path
 from textwrap import indent
 from typing import NamedTuple
 
-import numpy as np
 from mcap.records import Attachment, Metadata
 
 import bearing_twin
@@ -29,9 +26,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, UnreadableLog
 from bearing_twin.log.mcap_write import McapWriter, StoredTopic, refused
-from bearing_twin.log.stream import SLOW_RATE, check_block
 
-KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, and 15 GB whole
 BAG_RECORD = "rosbag2"
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # messages that a recorder received and lost; the last one counts
@@ -41,58 +36,6 @@ BEGINS_KEY = "begins"  # in SCENE_RECORD: the number of the first output of a ru
 STATE_RECORD = "bearing_twin_state"  # of a whole run: the state at its end, to continue from
 RETRY = 1.0  # s between tries while the disk is full
 LEAST_LISTED = 10  # of so many topics one may wait for the next flush to be in the description of a bag: it is long
-KEPT_KEY = "kept_rate_hz"  # of a topic in a log, beside what rosbag2 says of it
-WHOLE_SPAN = 0.5e9 / SLOW_RATE  # ns: a SampleBlock that covers less is an impact or the end of a run
-
-
-def kept_rate(metadata: Mapping[str, str]) -> float:
-    """Messages a second of a topic that are in a log [1/s], by its metadata; 0 = all."""
-    try:
-        rate = float(metadata.get(KEPT_KEY, ""))
-    except ValueError:
-        return 0.0
-    return rate if 0.0 < rate < math.inf else 0.0
-
-
-class Thinning:
-    """Selects the messages of one topic that are kept at `rate` [1/s].
-
-    These are the first message or, of a SampleBlock, the first output of each period. Messages count by the time at
-    which they are logged, outputs by the time of the simulation. What is no SampleBlock is kept: readers report it.
-    """
-
-    def __init__(self, ros_type: str, rate: float):
-        self._period = round(1e9 / rate)
-        self._outputs = ros_type == cdr.SAMPLE_BLOCK
-        self._last = -1
-
-    def kept(self, log_time_ns: int, data: bytes) -> bytes | None:
-        """The bytes to log of a message, None for nothing."""
-        if self._outputs:
-            try:
-                return self._thinned(data)
-            except (LogError, struct.error):  # struct.error: a number of the first output kept does not fit
-                return data
-        period, earlier = log_time_ns // self._period, self._last
-        self._last = period
-        return None if period == earlier else data
-
-    def _thinned(self, data: bytes) -> bytes | None:
-        block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block("", block)
-        times = block.time_ns
-        if times[-1] - times[0] < WHOLE_SPAN:
-            return data
-        periods = times // self._period
-        rows = np.flatnonzero(periods != np.concatenate(([self._last], periods[:-1])))
-        self._last = int(periods[-1])
-        if not len(rows):
-            return None
-        row, stamp = int(rows[0]), block.header.stamp  # no other: a SampleBlock is shorter than a period
-        stamp.sec, stamp.nanosec = divmod(stamp.sec * 10**9 + stamp.nanosec + int(times[row] - times[0]), 10**9)
-        block.values, block.time_ns = block.values.reshape(block.count, -1)[row], times[row : row + 1]
-        block.first_sequence, block.count = block.first_sequence + row, 1
-        return cdr.serialised(cdr.SAMPLE_BLOCK, block)
 
 
 class Safety(NamedTuple):
@@ -101,8 +44,7 @@ class Safety(NamedTuple):
     Every `max_loss` seconds the messages so far go to disk, with `fsync` past its caches; 0 = as chunks become full, so
     that the same messages give the same bytes. A `patient` log raises no error while the disk is full: it keeps the
     messages that fit into memory, counts the rest, reports a `problem`, and goes on when there is room. A new file
-    begins after `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all. Of each topic
-    `kept_rate` messages a second are in the log, and as many outputs (see `Thinning`); 0 = all.
+    begins after `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all.
     """
 
     max_loss: float = 0.0
@@ -111,7 +53,6 @@ class Safety(NamedTuple):
     split_bytes: int = 0
     split_seconds: float = 0.0
     keep: int = 0
-    kept_rate: float = 0.0
 
 
 class RawLogWriter:
@@ -124,7 +65,7 @@ class RawLogWriter:
     run_record : bool
         False leaves out date and host.
     safety : Safety
-        Protection against loss, splitting into several files, thinning.
+        Protection against loss, splitting into several files.
 
     Raises
     ------
@@ -151,8 +92,6 @@ class RawLogWriter:
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._number, self._began = 0, None  # of the file; time of its first message [ns]
         self._topics: dict[int, StoredTopic] = {}
-        self._thinned: dict[int, Thinning] = {}
-        self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._metadata: dict[str, Metadata] = {}
         self._latched: dict[int, tuple[int, bytes]] = {}  # last messages of latched topics, which each file repeats
         self._done: list[tuple[Span, dict[int, int]]] = []  # files that are complete and still there, messages by topic
@@ -218,14 +157,9 @@ class RawLogWriter:
         """
         definition = cdr.schema_text(ros_type) if definition is None else definition
         type_hash = cdr.type_hash(ros_type) if type_hash is None else type_hash
-        seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
-        rate = 0.0 if seldom else self._safety.kept_rate
         metadata = {"offered_qos_profiles": qos_text(tuple(qos)), "topic_type_hash": type_hash}
-        metadata |= ({KEPT_KEY: f"{rate:g}"} if rate else {}) | ({OUTSIDE: outside} if outside else {})
-        number = self.copy_topic(StoredTopic(name, ros_type, definition, "cdr", metadata))
-        if rate:
-            self._thinned[number] = Thinning(ros_type, rate)
-        return number
+        metadata |= {OUTSIDE: outside} if outside else {}
+        return self.copy_topic(StoredTopic(name, ros_type, definition, "cdr", metadata))
 
     def copy_topic(self, topic: StoredTopic) -> int:
         """Describes a topic as it is stored in another log, of any encoding, and returns its number."""
@@ -235,11 +169,6 @@ class RawLogWriter:
             self._unlisted += 1
         return number
 
-    def keep_all(self, topic: int, on: bool) -> None:
-        """Logs every message of the topic with that number from here on (`on`), also where the log is thinned."""
-        with self._lock:
-            (self._whole.add if on else self._whole.discard)(topic)
-
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
         """Adds one message of the topic with that number."""
         self.write_all(((topic, log_time_ns, publish_time_ns, cdr),))
@@ -247,28 +176,16 @@ class RawLogWriter:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
         with self._unbroken, self._lock:
-            self._put(self._kept(messages) if self._thinned else iter(messages))
-
-    def _kept(self, messages) -> Iterator[tuple[int, int, int, bytes]]:
-        """The messages as they are logged, without those that are not."""
-        for topic, log_time, publish_time, data in messages:
-            kept = data
-            if topic in self._thinned and topic not in self._whole:
-                kept = self._thinned[topic].kept(log_time, data)
-            if kept is not None:
-                yield topic, log_time, publish_time, kept
-
-    def _put(self, rest) -> None:
-        done = False
-        while not done:  # while the disk is full the writer stops at each message, which it has taken or dropped
-            with self._patience():
-                if LEAST_LISTED * self._unlisted > len(self._topics):
-                    self._write_bag_file()
-                if not self._splits:
-                    self._writer.write_all(rest)
-                for message in rest:
-                    self._put_split(*message)
-                done = True
+            rest, done = iter(messages), False
+            while not done:  # while the disk is full the writer stops at each message, which it has taken or dropped
+                with self._patience():
+                    if LEAST_LISTED * self._unlisted > len(self._topics):
+                        self._write_bag_file()
+                    if not self._splits:
+                        self._writer.write_all(rest)
+                    for message in rest:
+                        self._put_split(*message)
+                    done = True
 
     def _put_split(self, topic: int, log_time: int, publish_time: int, data: bytes) -> None:
         """Writes a message to the file in progress, or to a new one where that is due."""

@@ -31,7 +31,7 @@ from bearing_twin.nodes.base_node import (
     waiting_messages,
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, THINNED, NodeParameter, safety_of
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, safety_of
 
 PARAMETERS = (
     NodeParameter("log", "", "MCAP file (or bag folder, without .mcap) to write; empty = recording_<date>_<time>.mcap"),
@@ -142,12 +142,11 @@ class Recording:
             self.topics[topic] = RecordedTopic(topic, number, ros_type if known else "")
 
     def publishers(self, topic: str, count: int) -> None:
-        """Notes how many publishers a topic has: of several, losses cannot be counted by number, nor is it thinned."""
+        """Notes how many publishers a topic has: of several, losses cannot be counted by number."""
         recorded = self.topics[topic]
         recorded.several |= count > 1
         if recorded.outputs:
             recorded.outputs.several = count > 1
-        self.log.keep_all(recorded.number, count > 1)
 
     def receive_all(
         self,
@@ -182,7 +181,7 @@ class Recording:
             if recorded.outputs:
                 lost = sum(recorded.outputs.note(*one) for one in ranges)
                 if recorded.sent.lost == before and None not in sent_numbers:
-                    recorded.outputs.lost -= lost  # they were never sent, as of a thinned log that is played
+                    recorded.outputs.lost -= lost  # they were never sent, as of a log with gaps that is played
 
     def summary(self) -> str:
         """Messages, size and losses in one line."""
@@ -294,7 +293,7 @@ class RecorderNode(BaseNode):
         self._topics = [one for one in values["topics"] if one] or default_topics(self.get_namespace())
         prefixes = map(Path, filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)))
         self.recording = Recording(path, self._topics, prefixes, safety_of(values))
-        self.get_logger().info(f"log: {path}{'' if values['full'] else THINNED}")
+        self.get_logger().info(f"log: {path}")
         self._by_ros_time = self.get_parameter("use_sim_time").value
         self._refused, self._warned = set(), ""
         self._subscribed: dict[str, Subscription] = {}

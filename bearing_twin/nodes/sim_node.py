@@ -50,7 +50,7 @@ from bearing_twin.nodes.messages import (
     interface,
     qos_profile,
 )
-from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, THINNED, NodeParameter, safety_of
+from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, NodeParameter, safety_of
 from bearing_twin.nodes.outlet import Outlet, wait_for_acknowledgement, wait_for_subscribers
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST, Worker
 from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop, log_path
@@ -182,8 +182,7 @@ class SimNode(BaseNode):
         self._values, self._scene = values, scene
         self._log, self._logs, self._warned = None, 0, False
         self._logged_failure: IntegrationError | None = None
-        safety = safety_of(values)
-        self._safety = safety._replace(kept_rate=0.0) if kind.brief else safety
+        self._safety = safety_of(values)
         self._halt, self._started = Halt(), time.monotonic()
         self.loop: SimulationLoop | None = None  # made in the worker's thread: the start of a run may take seconds
         self.ready, self._doing = threading.Event(), "preparing"
@@ -264,7 +263,7 @@ class SimNode(BaseNode):
         if self._logs >= MOST_LOGS:
             raise LogError(f"the node has written {MOST_LOGS} logs; start it again for more")
         path = log_path(self._values["log"], number)
-        self.get_logger().info(f"log: {path}{THINNED if self._safety.kept_rate else ''}")
+        self.get_logger().info(f"log: {path}")
         self._log = LogWriter(path, simulation.scene, choice_record(simulation.choice), safety=self._safety)
         self._logs += 1
         return self._log

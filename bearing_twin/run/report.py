@@ -42,7 +42,6 @@ from bearing_twin.run.second_run import NO_SECOND_RUN, Estimate, OutputError, es
 
 WORDS = {LAW: "elastic law", BEAM_THEORY: "beam theory", FRICTION_MODEL: "friction model"}
 WORDS[NOT_MODELLED] = "what is not modelled"
-THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
 FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
@@ -334,14 +333,12 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     else:
         made_of = log.scene.parameters, log.choice
         figures, model, estimate = kind.figures_of(*made_of), kind.model_errors(*made_of), estimate_of(kind, *made_of)
-        if log.kept_rate:
-            estimate = Estimate(unknown=THINNED)
     gathering = Gathering(figures, log.choice, model, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}
     report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=failure_in(said))
-    return report, 0 if log.kept_rate else gathering.missing
+    return report, gathering.missing
 
 
 def _cost(said: dict) -> tuple[float, dict[str, int]]:

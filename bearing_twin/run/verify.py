@@ -1,7 +1,6 @@
 """A log against a fresh simulation of the scene that is stored in it."""
 
 import dataclasses
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
@@ -87,21 +86,16 @@ def _shown(unit: str) -> str:
     return UNITS[unit].shown if unit in UNITS else unit
 
 
-LONGEST_BEFORE = 1000.0  # s of simulated time that are not compared
-
-
 Progress = Callable[[float], None]
 
 
-def verify(log, progress: Progress | None = None, longest: float | None = None) -> Verification:
+def verify(log, progress: Progress | None = None) -> Verification:
     """Simulates the scene stored in a log again and compares every output; raises LogError where that cannot be done.
 
     Commands given while the log was made are read off the inner ring's recorded speed and rejected: such a log is
     not the scene's own run. A log of an earlier version may hold fewer channels, or no records; what it has is
-    compared, and so are those outputs alone that a log holds which is thinned, begins late, or was read with
-    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached. A log that needs
-    more than `longest` [s] (None: LONGEST_BEFORE) simulated without comparing, before it or between two blocks, raises
-    LogError: a log may say it begins after years.
+    compared, and so are those outputs alone that a log holds which begins late, or was read with
+    `allow_gaps`: the others are simulated without comparing. `progress` takes the time [s] reached.
     """
     if log.scene is None:
         raise LogError(
@@ -118,9 +112,8 @@ def verify(log, progress: Progress | None = None, longest: float | None = None) 
                 f"the run in this log starts again: output {block.first_sequence} follows {simulation.sequence}; "
                 "verify one of its runs, as read_log(path, run=1) gives it"
             )
-        _refuse_far(simulation, block.first_sequence, LONGEST_BEFORE if longest is None else longest)
         apart = block.first_sequence - simulation.sequence - 1
-        missing += apart if samples and not log.kept_rate else 0
+        missing += apart if samples else 0
         again = _again(simulation, block, progress)
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
@@ -138,8 +131,8 @@ def verify(log, progress: Progress | None = None, longest: float | None = None) 
                 continue
             found = block.records.get(name, np.empty((0, rows.shape[1])))
             rows = rows[:, : found.shape[1]]  # earlier versions wrote fewer columns
-            if apart and not (samples and log.kept_rate):  # a thinned log holds all of these
-                rows = rows[max(len(rows) - len(found), 0) :]  # those between were not heard either
+            if apart:  # records of outputs that the log lacks may be missing, too
+                rows = rows[max(len(rows) - len(found), 0) :]
             if len(found) > len(rows):  # a recording may end before the outputs that its last records went ahead of
                 found = found[np.rint(1e9 * found[:, 0]) <= block.time_ns[-1]]
             same = found.shape == rows.shape
@@ -151,15 +144,6 @@ def verify(log, progress: Progress | None = None, longest: float | None = None) 
             progress(1e-9 * block.time_ns[-1])
     lacks = () if log.has_records else tuple(sorted(made))
     return Verification(samples, deviations, missing, lacks, log.cut_short, units, tuple(sorted(recounted)))
-
-
-def _refuse_far(simulation: Simulation, sequence: int, longest: float) -> None:
-    apart = 1e-9 * (sequence - 1 - simulation.sequence) * simulation.output_period_ns
-    if apart > 0.0 and not apart <= longest:
-        raise LogError(
-            f"{apart:.6g} s of this log, before output {sequence}, would be simulated without comparing; allow "
-            f"that by --before {math.ceil(apart)}"
-        )
 
 
 def _again(simulation: Simulation, block: Block, progress: Progress | None) -> Block:
