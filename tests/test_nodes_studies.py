@@ -135,11 +135,10 @@ LARGE = QUICK._replace(samples=12_000_000, overrides=(*QUICK.overrides, "batch=5
         ("a cancel", CANCELLED, "cancelled"),
         ("the end of the node", ABORTED, "the node was ended"),
         ("the node's time_limit", ABORTED, "the node's parameter time_limit = 5 s was reached"),
-        ("its own time_limit", SUCCEEDED, "its time_limit of 0.2 s was reached"),
     ],
 )
 def test_a_study_that_is_ended_keeps_what_is_done_and_the_next_is_served(by, state, because, tmp_path):
-    now, cancelled, goal = [0.0], threading.Event(), LARGE
+    now, cancelled = [0.0], threading.Event()
     studies = Studies(str(tmp_path), StudyLimits(time_limit=5.0), clock=lambda: now[0])
 
     def tell(progress, quantity):
@@ -148,9 +147,7 @@ def test_a_study_that_is_ended_keeps_what_is_done_and_the_next_is_served(by, sta
         studies.closing = by == "the end of the node"
         now[0] += 6.0 * (by == "the node's time_limit")
 
-    if by == "its own time_limit":
-        goal = LARGE._replace(overrides=(*LARGE.overrides, "time_limit=0.2"))
-    answer = answered(studies, goal, cancelled=cancelled.is_set, tell=tell)
+    answer = answered(studies, LARGE, cancelled=cancelled.is_set, tell=tell)
     assert (answer.state, answer.stopped_because) == (state, because)
     assert len(read_study(answer.log).status) == json.loads(answer.summary)["samples"] < LARGE.samples
     studies.closing = False

@@ -167,6 +167,8 @@ def test_a_number_that_the_scene_wants_may_be_swept():
         ({"executor": "threads"}, [], "must be processes, or dask://"),
         ({"histories": ["velocity"]}, [], "is no channel of one number"),
         ({"densities": {"contact_duration": [6e-5]}}, [], "from result.sample(quantity)"),
+        ({"time_limit": 3.0}, [], "timeout -s INT"),
+        ({}, ["time_limit=3.0"], "timeout -s INT"),
         ({"sweep": {"motion.first_velocity": []}}, [], "a list of 1 to"),
         ({"sweep": {"motion.first_velocity": [10.0, -10.0]}}, [], "the bodies never meet"),
         ({"sweep": {ALPHA: [1e-4]}}, [], "is an uncertain input already"),

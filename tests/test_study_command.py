@@ -4,7 +4,6 @@ import itertools
 import json
 import re
 import signal
-import time
 import tracemalloc
 
 import matplotlib.image
@@ -17,7 +16,6 @@ from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DOUBTFUL, INTERRUPTED
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.study_log import StudyLog, read_study
-from bearing_twin.uq import workers as ensemble
 from bearing_twin.uq.result import SweepInWords, refusals, sweep_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
@@ -243,25 +241,6 @@ def test_units_do_not_depend_on_how_many_samples_there_are(count, typed):
     assert re.search(r"0.50 quantile .* µs$", out, re.MULTILINE)
     assert re.search(r"0.50 quantile .* kN$", out, re.MULTILINE)
     assert re.search(r"contact_duration: error of the model ± \S+ µs", out)
-
-
-def test_a_time_limit_that_no_realisation_keeps_is_a_failure(tmp_path, asked, refused):
-    log = tmp_path / "none.mcap"
-    assert "its time_limit of 1e-09 s was reached before" in refused("study", *QUICK, "--set", "time_limit=1e-9")
-    assert "raise it" in refused("study", *QUICK, "--set", "time_limit=1e-9", "--out", log)
-    assert not log.exists()
-    # What needs no sampling is there, however short the time.
-    assert asked("study", *QUICK, "--set", "time_limit=1e-9", "--set", "method=change_of_variable")["samples"] == 0
-
-
-def test_a_time_limit_is_told_first_and_is_what_to_raise(monkeypatch, typed):
-    """The first piece takes all the time there is, and more samples were asked for already."""
-    monkeypatch.setattr("bearing_twin.uq.workers.CLOSED_CHUNK", 3)
-    evaluate = ensemble.realise
-    monkeypatch.setattr(ensemble, "realise", lambda task, values: [evaluate(task, values), time.sleep(0.3)][0])
-    lines = " ".join(typed("study", *QUICK, "--set", "time_limit=0.2", "--set", "checks=0").out.split())
-    assert lines.startswith("ended early: its time_limit of 200 ms was reached with 3 samples; raise time_limit")
-    assert lines.count("3 samples are too few; raise time_limit") == 1
 
 
 def test_what_cannot_be_said_of_so_few_samples_is_said_once(typed):

@@ -13,7 +13,7 @@ from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.contact import line as disc_impact
 from bearing_twin.contact.line import line_law
 from bearing_twin.uq.inputs import Joint, read_input
-from bearing_twin.uq.propagation import LADDER, derive, expand, interpolate, tails
+from bearing_twin.uq.propagation import derive, expand, tails
 from bearing_twin.uq.sampling import UnitPoints
 from bearing_twin.uq.statistics import sensitivity_points, sobol_indices
 
@@ -139,7 +139,7 @@ WIDE = {"motion.first_velocity": {"distribution": "gamma", "mean": 20.0, "std": 
 def test_a_mean_that_does_not_exist_is_refused_by_every_method(method, loss, quick_workers):
     """The contact time is v^-0.2 and the probability of a speed below v is v^(1/9); lognormal speeds have all means."""
     if method != "ensemble" and loss:
-        return  # an interpolant needs every run, and those at speeds below 1e-12 m/s fail
+        return  # there is no closed form
     few = {**BALLS, "samples": 16, "set": list(loss), "method": method}
     found = run_study({**few, "inputs": WIDE}).as_dict()["quantities"]
     assert found["contact_duration"]["mean"] is None
@@ -212,7 +212,7 @@ def test_polynomial_chaos_converges_to_the_closed_form(given):
     assert errors[-1] < 1e-4
     assert found[-1].mean == pytest.approx(exact.mean, rel=1e-9)
     assert found[-1].std == pytest.approx(exact.std, rel=1e-6)
-    assert found[-1].runs == 7 + 128
+    assert found[-1].runs == 7 + 6
     assert (found[-1].first, found[-1].total) == (pytest.approx([1.0]), pytest.approx([1.0]))
 
 
@@ -229,7 +229,11 @@ def test_polynomial_chaos_with_a_copula():
 
 def test_polynomial_chaos_says_when_it_is_not_smooth_or_not_possible():
     x = read_input("x", {"distribution": "normal", "mean": 0.0, "std": 1.0})
-    assert expand(Joint([x]), lambda values: np.sign(values[:, 0]), 5).error > 0.05
+    assert expand(Joint([x]), lambda values: np.sign(values[:, 0])).error > 0.05
+    noise = np.random.default_rng(1)
+    found = expand(Joint([x]), lambda values: values[:, 0] + 0.02 * noise.standard_normal(len(values)))
+    assert found.error == pytest.approx(0.02, rel=0.5)
+    assert found.std == pytest.approx(1.0, rel=0.02)
     with pytest.raises(StudyError, match="not finite at x ="):
         expand(Joint([x]), lambda values: np.where(values[:, 0] > 0.0, 1.0, np.nan), 3)
     many = [read_input(f"x{index}", {"distribution": "normal", "mean": 0.0, "std": 1.0}) for index in range(5)]
@@ -310,47 +314,6 @@ def test_sobol_indices_are_those_of_scipy_and_leave_failures_out():
             ours(wrong)
     with pytest.raises(StudyError, match="independent inputs"):
         sensitivity_points(Joint(joint.inputs, [("x1", "x2", 0.3)]), np.full((4, 6), 0.5))
-
-
-# A change of variable of a few runs.
-
-UNIT_MODULUS = read_input("E", {"distribution": "gamma", "mean": 1.0, "std": 0.2})
-
-
-def test_smooth_functions_take_few_runs_and_are_exact():
-    asked = []
-
-    def function(x):
-        asked.append(len(x))
-        return x**-0.5
-
-    found = interpolate(UNIT_MODULUS, function)
-    assert sum(asked) == len(found.values) in LADDER
-    truth = stats.gamma(25.0, scale=0.04)
-    assert found.derived.quantile(0.05) == pytest.approx(truth.ppf(0.95) ** -0.5, rel=1e-5)
-    assert found.derived.mean == pytest.approx(truth.expect(lambda x: x**-0.5), rel=1e-5)
-    assert found.derived.pdf(1.1) == pytest.approx(truth.pdf(1.1**-2) * 2.0 * 1.1**-3, rel=1e-3)
-    assert found.error < 1e-4
-
-
-def test_noise_and_kinks_are_reported_and_not_followed_and_jumps_back_refused():
-    noise = np.random.default_rng(1)
-    found = interpolate(UNIT_MODULUS, lambda x: np.sqrt(x) + 2e-3 * noise.standard_normal(len(x)))
-    assert len(found.values) == LADDER[-1]
-    assert found.error == pytest.approx(0.02, rel=0.5)  # of a deviation of 0.1
-    heights = found.derived.pdf(np.linspace(0.7, 1.3, 200))
-    assert np.sum((heights[1:-1] > heights[:-2]) & (heights[1:-1] > heights[2:])) == 1
-    assert interpolate(UNIT_MODULUS, lambda x: x + 3.0 * np.maximum(x - 1.0, 0.0)).error > 0.005
-    with pytest.raises(StudyError, match="not a monotone function of E; choose the method ensemble"):
-        interpolate(UNIT_MODULUS, lambda x: (x - 1.0) ** 2)
-
-
-def test_a_run_that_fails_far_out_brings_the_points_nearer():
-    far = UNIT_MODULUS.ppf(2e-4)
-    found = interpolate(UNIT_MODULUS, lambda x: np.where(x < far, np.nan, x))
-    assert found.left_out == pytest.approx(2.0 * stats.norm.cdf(-3.0))
-    with pytest.raises(StudyError, match=r"the run at E = 0\.5\d* fails"):
-        interpolate(UNIT_MODULUS, lambda x: np.where(x < 0.7, np.nan, x))
 
 
 MODULUS, SPEED, RADIUS = "first.material.young_modulus", "motion.first_velocity", "second.radius"

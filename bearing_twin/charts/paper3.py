@@ -9,6 +9,7 @@ import functools
 
 import numpy as np
 from scipy import stats
+from scipy.interpolate import CubicSpline
 
 from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import BESIDE, Axis, Band, Line, Map, Panel, Sheet, colour, dashed, shade
@@ -18,7 +19,7 @@ from bearing_twin.uq.distributions import DISTRIBUTIONS, greatest_entropy
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.statistics import kernel_density
+from bearing_twin.uq.statistics import kernel_density, modality
 from bearing_twin.uq.study import load_study
 
 MEAN_ALPHA, DEVIATIONS = 1.138e-4, (2e-5, 4e-5, 6e-5)
@@ -328,6 +329,19 @@ def soft_run(quick: bool) -> Sheet:
     return Sheet("A soft disc on a rigid wall at 1 m/s", [[panel]], "soft_discs_mean", reading)
 
 
+def least_spread(t: np.ndarray, mean: np.ndarray, std: np.ndarray) -> tuple[float, slice] | None:
+    """The instant of least deviation after the peak of the mean, and the instants it is searched among; None without.
+
+    Below a quarter of the peak only the longest contacts are left, and the deviation falls to zero.
+    """
+    peak = int(np.argmax(mean))
+    near = slice(peak, int(np.flatnonzero(mean >= 0.25 * mean[peak])[-1]) + 1)
+    curve = CubicSpline(t[near], std[near])
+    turns = curve.derivative().roots(extrapolate=False)
+    least = turns[curve(turns, 2) > 0.0]
+    return (float(least[np.argmin(curve(least))]), near) if len(least) else None
+
+
 def soft_case(name: str, figure: int, title: str, quick: bool) -> Sheet:
     """Four figures of a case of soft discs."""
     result = study(name, FEW if quick else 0)
@@ -335,26 +349,26 @@ def soft_case(name: str, figure: int, title: str, quick: bool) -> Sheet:
     kept, t = runs[np.isfinite(runs).all(axis=1)], np.array(found["time_s"])
     rows = force_panels(result, tuple(f"Figure {figure + more}: " for more in (0, 2, 3)))
     failed = f"{len(runs) - len(kept)} of {len(runs)} realisations collapsed and are left out of all statistics."
-    least = found.get("least_spread")
-    if least is None:
+    if (least := least_spread(t, np.array(found["mean"]), np.array(found["std"]))) is None:
         return Sheet(title, rows, f"{len(runs)} samples", ["The histories have no least deviation.", failed])
-    values = kept[:, int(np.argmin(np.abs(t - least["time_s"])))]
-    at_least = f"Figure {figure + 1}: force at {1e3 * least['time_s']:.1f} ms"
+    instant, near = least
+    values = kept[:, int(np.argmin(np.abs(t - instant)))]
+    at_least = f"Figure {figure + 1}: force at {1e3 * instant:.1f} ms"
     rows[0].insert(1, of_density(at_least, FORCE, bars(values), smoothed("smoothed", values, colour(0))))
     duration = result.summary["quantities"]["contact_duration"]["mean"]
-    change = least["sign_changes"].get("disc.material.young_modulus")
     reading = [
-        f"The force scatters least at {1e3 * least['time_s']:.2f} ms, {least['time_s'] / duration:.3f} of the mean "
-        f"contact time of {1e3 * duration:.2f} ms; it is {least['mean']:.4g} N there, with a deviation of "
-        f"{least['std']:.3g} N.",
-        f"That the force has one mode at most at that instant has a p-value of {least['p_value']:.2g}.",
+        f"The force scatters least at {1e3 * instant:.2f} ms, {instant / duration:.3f} of the mean contact time of "
+        f"{1e3 * duration:.2f} ms; it is {values.mean():.4g} N there, with a deviation of {values.std(ddof=1):.3g} N.",
+        f"That the force has one mode at most at that instant has a p-value of {modality(values, 1).p_value:.2g}.",
         failed,
     ]
-    if change:
-        low, high = (1e3 * one for one in change["interval_s"])
+    correlation = np.array(found["correlation with disc.material.young_modulus"])
+    changes = CubicSpline(t[near], correlation[near]).roots(extrapolate=False) - instant
+    if len(changes):
+        later = changes[np.argmin(np.abs(changes))]
         reading.append(
-            f"The correlation of the force with the modulus changes its sign {1e3 * change['later_s']:.2f} ms later "
-            f"({low:.2f} to {high:.2f} ms): a stiffer disc pushes more before, and less after."
+            f"The correlation of the force with the modulus changes its sign {1e3 * later:.2f} ms later: a stiffer "
+            "disc pushes more before, and less after."
         )
     return Sheet(title, rows, f"{len(runs)} samples", reading)
 

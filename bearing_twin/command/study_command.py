@@ -141,12 +141,8 @@ def _listed() -> Outcome:
 
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
-    from bearing_twin.uq.result import OUT_OF_TIME, SweepInWords, model_error_sentences, refusals, shared, size_of
+    from bearing_twin.uq.result import SweepInWords, model_error_sentences, refusals, shared, size_of
 
-    if summary["stopped_because"].startswith(OUT_OF_TIME):
-        few = f"{summary['samples']} sample{'s' * (summary['samples'] != 1)}"
-        show_paragraph(f"ended early: {summary['stopped_because']} with {few}; raise time_limit for more")
-        show_text()
     units = {name: shown_unit(found["unit"], size_of(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
     sweep = SweepInWords(summary["sweep"], shown_unit) if "sweep" in summary else None
@@ -213,9 +209,6 @@ def _remarks(found, unit: str, factor: float):
     """Sentences about a quantity: how exact, what is unsafe, modes."""
     from bearing_twin.uq.result import in_words
 
-    if "runs" in found:
-        missed = 100.0 * found["interpolation_error"]
-        yield f"a polynomial of {len(found['runs'])} runs, which misses them by {missed:.2g} % of the std"
     if found["unsafe"]:
         are = ("interval of {} is", "intervals of {} are")[len(found["unsafe"]) > 1].format(in_words(found["unsafe"]))
         yield f"the {are} unsafe: few samples far out decide; take more samples"

@@ -29,7 +29,7 @@ from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.stream import LARGEST_BLOCK, check_block, samples_message
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.study import Study, parse_study
+from bearing_twin.uq.study import GONE, Study, parse_study
 
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
@@ -221,8 +221,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     record = records[STUDY_RECORD]
     work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
-    keys = parsed_json(record["study"])
-    keys.pop("densities", None)  # of an earlier version
+    keys = {key: one for key, one in parsed_json(record["study"]).items() if key not in GONE}
     study = parse_study({**keys, **given}, "the study of the log")
     layout, numbers = [], array("d")
     for one in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):

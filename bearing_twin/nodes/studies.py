@@ -289,7 +289,8 @@ class Studies:
         silence = self._clock() - self._moved if study else 0.0
         problem = self._problem
         if silence > LONGEST_SILENCE:
-            problem = f"study {study} has made no progress for {silence:.0f} s; cancel it, or wait for its time_limit"
+            wait = "cancel it, or wait for the node's time_limit"
+            problem = f"study {study} has made no progress for {silence:.0f} s; {wait}"
         values = {
             "study": study,
             "done": progress.done if progress else 0,

@@ -7,6 +7,7 @@ order k only if k s < 1. For a gamma input of shape a and y = X^-p the lower tai
 spheres, tau ~ E^(-2/5), the mean is infinite for std/mean of E above 1.58, the variance above 1.118.
 """
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,14 +15,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial import Chebyshev
-from numpy.polynomial.chebyshev import chebvander
 from scipy.integrate import trapezoid
 from scipy.special import log_ndtr, ndtr, ndtri
 
 from bearing_twin.base.errors import StatisticError, StudyError, wanted
 from bearing_twin.uq.inputs import Input, Joint
-from bearing_twin.uq.sampling import UnitPoints
 
 FARTHEST_SCORE = 37.0  # probability 6e-300 is left beyond it
 SURE_SCORE = 4.0  # within +-4 a quantity must be finite
@@ -257,109 +255,18 @@ def _until_it_turns(found: Tails, sign: float, noise: float) -> Tails:
     return Tails(found.scores[first : last + 1], found.values[first : last + 1], lower, upper)
 
 
-# One uncertain input and no closed form: a few runs, a polynomial through them, and its change of variable.
-#
-# Section 6 of paper 3: with one stochastic parameter a numerical function of it is enough, and 10 to 50 runs suffice.
-# The function is a polynomial in the normal score of the input, from runs at Chebyshev's points, straight beyond the
-# last of them. Its degree is that of the least leave-one-out error, so that noise is not followed; this error is
-# reported. Runs are doubled, the old ones reused, until it is below TOLERANCE. Kinks and jumps make it large.
-
-REACHES = (4.0, 3.0)  # normal scores of the last points; the next where a run fails at the first
-LADDER = (9, 17, 33)  # runs
-TOLERANCE = 1e-4
-SPARE = 3  # runs more than the degree, at least
-
-
-class Interpolated(NamedTuple):
-    """The distribution by all runs and `before` their last doubling; the runs' inputs and quantities (n,).
-
-    `error`: root mean square leave-one-out error of the polynomial over the deviation. `left_out`: probability of the
-    inputs beyond the last points, where the function goes on straight.
-    """
-
-    derived: Derived
-    before: Derived
-    at: np.ndarray
-    values: np.ndarray
-    error: float
-    left_out: float
-
-
-def interpolate(source: Input, function: Callable[[np.ndarray], np.ndarray]) -> Interpolated:
-    """The distribution of y = g(X) by LADDER runs of `function` (n,) -> (n,), NaN where a run fails.
-
-    Raises StudyError where a run fails within the last of REACHES, or g is not monotone: then an ensemble is the way.
-    """
-    for reach in REACHES:
-        scores = _points(reach, LADDER[0])
-        values = function(source.at_score(scores))
-        if np.isfinite(values).all():
-            break
-    before = None
-    for count in LADDER[1:]:
-        fresh = _points(reach, count)
-        new = np.empty(count)
-        new[::2], new[1::2] = values, function(source.at_score(fresh[1::2]))
-        if not np.isfinite(new).all():
-            where = source.at_score(fresh[~np.isfinite(new)][0])
-            raise StudyError(
-                f"the run at {source.key} = {where:g} fails, and an interpolant needs every run; choose the method "
-                f"ensemble, or narrow {source.key}"
-            )
-        before = derive(source, through(source, source.at_score(scores), values))
-        scores, values = fresh, new
-        derived = derive(source, through(source, source.at_score(scores), values))
-        error = _polynomial(scores, values)[1] / derived.std
-        if error < TOLERANCE:
-            break
-    return Interpolated(derived, before, source.at_score(scores), values, error, 2.0 * float(ndtr(-reach)))
-
-
-def through(source: Input, at: np.ndarray, values: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """The function (n,) -> (n,) by `values` at the inputs `at`, which are Chebyshev's points in the score."""
-    scores = _score(source, at)
-    polynomial, last = _polynomial(scores, values)[0], scores[-1]
-    slope = polynomial.deriv()
-
-    def function(x):
-        score = _score(source, x)
-        inside = np.clip(score, -last, last)
-        return polynomial(inside) + slope(inside) * (score - inside)
-
-    return function
-
-
-def _points(reach, count):
-    """Chebyshev's points of the second kind, rising; every other one of 2 n - 1 is one of n."""
-    return reach * np.sin(0.5 * np.pi * np.linspace(-1.0, 1.0, count))
-
-
-def _polynomial(scores, values):
-    """The polynomial of the best degree, and the root mean square of its leave-one-out errors."""
-    basis, _ = np.linalg.qr(chebvander(scores / scores[-1], len(scores) - SPARE))
-    fitted = np.cumsum(basis * (values @ basis), axis=1)
-    missed = (values[:, None] - fitted) / (1.0 - np.cumsum(basis**2, axis=1))
-    errors = np.sqrt(np.mean(missed**2, axis=0))
-    degree = int(np.argmin(errors))
-    return Chebyshev.fit(scores, values, degree, domain=[scores[0], scores[-1]]), float(errors[degree])
-
-
-def _score(source, x):
-    below, above = source.cdf(x), source.distribution.sf(x)
-    return np.where(below < 0.5, ndtri(below), -ndtri(above))
-
-
 # Polynomial chaos: D. Xiu and G. E. Karniadakis, The Wiener-Askey polynomial chaos, SIAM J. Sci. Comput. 24 (2002), by
 # chaospy (J. Feinberg and H. P. Langtangen, J. Comput. Sci. 11, 2015). Uniform and truncated exponential inputs take a
 # uniform germ and Legendre polynomials, all others their normal score and Hermite polynomials; with a copula all germs
 # are normal. Coefficients are projections by the tensor Gauss rule of degree + 1 points a germ, up to a total degree;
-# mean, deviation and Sobol indices are sums over them. The error is measured at points that had no part in the fit. It
-# falls exponentially with the degree for smooth quantities; kinks and jumps spoil that.
+# mean, deviation and Sobol indices are sums over them. The error is measured at the nodes of the next lower degree (of
+# the higher one for degree 1), which had no part in the fit, and the degree of the least error is taken, so that noise
+# is not followed. The error falls exponentially with the degree for smooth quantities; kinks and jumps spoil that.
 
 MOST_INPUTS = 4
 GREATEST_DEGREE = 12
 MOST_RUNS = 5000
-VALIDATION = 128
+TOLERANCE, PATIENCE = 1e-4, 3  # of the error; degrees without a smaller one, after which it is not raised further
 UNIFORM_GERMS = ("uniform", "truncated_exponential")
 
 
@@ -367,9 +274,9 @@ class Chaos(NamedTuple):
     """A polynomial chaos expansion of a quantity of total `degree`: its mean, deviation and Sobol indices.
 
     `first` and `total` (inputs,) are the shares of the variance that an input explains alone and takes part in; they
-    are for independent inputs. `error` is the root mean square error at fresh random points over the deviation of the
-    quantity there; `runs` counts all evaluations, these included. `predict` gives the quantity (n,) at points
-    (n, inputs) of the unit cube.
+    are for independent inputs. `error` is the root mean square error at nodes of another degree over the
+    deviation of the quantity; `runs` counts all evaluations, these included. `predict` gives the quantity (n,) at
+    points (n, inputs) of the unit cube.
     """
 
     degree: int
@@ -382,7 +289,7 @@ class Chaos(NamedTuple):
     predict: Callable[[np.ndarray], np.ndarray]
 
 
-def expand(joint: Joint, function, degree=None, seed=0) -> Chaos:
+def expand(joint: Joint, function, degree=None) -> Chaos:
     """The polynomial chaos expansion of a quantity.
 
     Parameters
@@ -390,8 +297,8 @@ def expand(joint: Joint, function, degree=None, seed=0) -> Chaos:
     function
         Of values (n, d) of the inputs [SI]; returns (n,).
     degree : int, optional
-        Total degree. Without it the degree is raised until the error is below TOLERANCE, or the next degree would
-        take more than MOST_RUNS runs; `error` then says what was reached.
+        Total degree. Without it the degree is raised until the error is below TOLERANCE or falls no more, or the next
+        degree would take more than MOST_RUNS runs; `error` then says what was reached.
 
     Raises StudyError for no or more than four uncertain inputs, inputs without a density, or a quantity that is not
     finite where it is needed; BearingTwinError without chaospy.
@@ -399,31 +306,40 @@ def expand(joint: Joint, function, degree=None, seed=0) -> Chaos:
     chaospy = wanted("chaospy", "chaos")
     germs = {place: joint.independent and one.distribution_name in UNIFORM_GERMS for place, one in _expanded(joint)}
     density = chaospy.J(*(chaospy.Uniform(-1, 1) if uniform else chaospy.Normal() for uniform in germs.values()))
-    fresh = UnitPoints("random", joint.dimension, seed, VALIDATION).chunk(0, VALIDATION)
-    truth, runs = _evaluated(joint, function, fresh), VALIDATION
-    for one in [degree] if degree is not None else range(1, GREATEST_DEGREE + 1):
-        basis = chaospy.generate_expansion(one, density, normed=True)
+    runs = 0
+
+    @functools.cache
+    def at_nodes(one: int):
+        """Nodes and weights of the Gauss rule of a degree, and the quantity there."""
+        nonlocal runs
         nodes, weights = chaospy.generate_quadrature(one, density, rule="gaussian")
         unit = np.full((nodes.shape[1], joint.dimension), 0.5)
         for germ, (place, uniform) in zip(nodes, germs.items(), strict=True):
             unit[:, place] = 0.5 * (germ + 1.0) if uniform else ndtr(germ)
-        values = _evaluated(joint, function, unit)
-        runs += len(values)
-        polynomial, coefficients = chaospy.fit_quadrature(basis, nodes, weights, values, retall=1)
+        runs += len(unit)
+        return nodes, weights, _evaluated(joint, function, unit)
 
-        def predict(unit, polynomial=polynomial):
-            columns = [(2.0 * unit[:, k] - 1.0) if uniform else ndtri(unit[:, k]) for k, uniform in germs.items()]
-            return polynomial(*columns)
-
-        error = float(np.sqrt(np.mean((predict(fresh) - truth) ** 2))) / (float(np.std(truth)) or 1.0)
-        if error < TOLERANCE or (one + 2) ** len(nodes) + runs > MOST_RUNS:
+    found = []
+    for one in [degree] if degree is not None else range(1, GREATEST_DEGREE + 1):
+        basis = chaospy.generate_expansion(one, density, normed=True)
+        polynomial, coefficients = chaospy.fit_quadrature(basis, *at_nodes(one), retall=1)
+        std = float(np.sqrt(np.sum(coefficients[1:] ** 2)))
+        nodes, weights, values = at_nodes(one - 1 or 2)
+        error = float(np.sqrt(weights @ (polynomial(*nodes) - values) ** 2)) / (std or 1.0)
+        found.append((error, one, polynomial, coefficients, std))
+        best = min(found, key=lambda each: each[0])
+        if error < TOLERANCE or (one + 2) ** len(nodes) + runs > MOST_RUNS or one - best[1] == PATIENCE:
             break
+    error, one, polynomial, coefficients, std = best
     squares = coefficients[1:] ** 2
-    used = chaospy.glexindex(one + 1, dimensions=len(nodes), graded=True, reverse=True)[1:] > 0
+    used = chaospy.glexindex(one + 1, dimensions=len(germs), graded=True, reverse=True)[1:] > 0
     first, total = np.zeros((2, joint.dimension))
     first[[*germs]] = squares @ (used & (used.sum(axis=1, keepdims=True) == 1)) / (squares.sum() or 1.0)
     total[[*germs]] = squares @ used / (squares.sum() or 1.0)
-    std = float(np.sqrt(squares.sum()))
+
+    def predict(unit):
+        return polynomial(*(2.0 * unit[:, k] - 1.0 if uniform else ndtri(unit[:, k]) for k, uniform in germs.items()))
+
     return Chaos(one, float(coefficients[0]), std, first, total, error, runs, predict)
 
 

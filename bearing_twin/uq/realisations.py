@@ -330,7 +330,7 @@ def uncertain_inputs(study: Study) -> list[int]:
 def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
     """The quantities that a change of variable of a closed form gives.
 
-    Raises StudyError where that method is specified and does not fit; without a closed form see `interpolate`.
+    Raises StudyError where that method is specified and does not fit.
     """
     random = uncertain_inputs(study)
     if method not in ("auto", "change_of_variable"):
@@ -339,6 +339,11 @@ def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Deri
         raise StudyError(
             f"study {study.name}: a change of variable needs one uncertain input, not {len(random)}; choose the method "
             "ensemble, or chaos for up to 4 of them"
+        )
+    if method == "change_of_variable" and not task.closed:
+        raise StudyError(
+            f"study {study.name}: a change of variable needs a closed form, which this scene has not for all its "
+            "quantities; choose the method chaos for smooth ones, or ensemble"
         )
     if len(random) != 1 or not task.closed:
         return {}

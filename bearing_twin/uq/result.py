@@ -16,16 +16,15 @@ from bearing_twin.base.report import in_lines
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import labelled, two_digits, unit_for_people, with_unit
 from bearing_twin.run.report import WORDS
-from bearing_twin.uq.histories import history_statistics, narrowing
+from bearing_twin.uq.histories import history_statistics
 from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
-from bearing_twin.uq.propagation import Chaos, Derived, Interpolated
+from bearing_twin.uq.propagation import Chaos, Derived
 from bearing_twin.uq.realisations import without_numbers
 from bearing_twin.uq.sampling import UnitPoints
-from bearing_twin.uq.statistics import MOMENTS, MORE, Estimate, estimate, modality, mode_numbers
+from bearing_twin.uq.statistics import MOMENTS, Estimate, estimate, modality, mode_numbers
 from bearing_twin.uq.study import Study
 
 MOST_KINDS = 48  # of reasons or warnings; their bits fit into the digits of a float
-OUT_OF_TIME = "its time_limit of "  # how the reason begins why an ensemble ended early
 FAILED = "failed"
 WHY_FAILED = "why the realisation failed; empty where it did not"
 
@@ -278,7 +277,6 @@ PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
 GRID = 201  # points of a density whose modes are counted
 SURROGATE_POINTS = 2**14  # of a polynomial chaos
 BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
-POOR = 0.01  # error of an interpolant that is reported
 BEYOND = 0.0005  # probability left out on either side where modes of an exact density are counted
 
 
@@ -323,17 +321,12 @@ def _of_sample(sample: np.ndarray, replicates: int, seed: int) -> tuple[Callable
     return of, modes
 
 
-def _of_derived(derived: Derived, before: Derived) -> tuple[Callable, Callable]:
-    """The same of an exact distribution; an interval is the change from the one `before`, to either side."""
+def _of_derived(derived: Derived) -> tuple[Callable, Callable]:
+    """The same of an exact distribution, whose intervals have no width."""
 
     def of(statistic):
-        moment = statistic in MOMENTS
-        value = float(getattr(derived, statistic) if moment else derived.quantile(statistic))
-        try:
-            change = abs(value - (getattr(before, statistic) if moment else before.quantile(statistic)))
-        except StatisticError:
-            change = math.inf
-        return Estimate(value, float(value - change), float(value + change))
+        value = float(getattr(derived, statistic) if statistic in MOMENTS else derived.quantile(statistic))
+        return Estimate(value, value, value)
 
     def modes():
         places = np.linspace(derived.quantile(BEYOND), derived.quantile(1.0 - BEYOND), GRID)
@@ -345,14 +338,17 @@ def _of_derived(derived: Derived, before: Derived) -> tuple[Callable, Callable]:
 def _of_chaos(study: Study, chaos: Chaos) -> tuple[Callable, Callable]:
     """The same of an expansion: mean and deviation exactly, the rest from SURROGATE_POINTS of it.
 
-    The intervals of mean and deviation are the root mean square error of the expansion at fresh points; those of the
-    rest have the sampling of the expansion alone.
+    Intervals are those of this sampling, wider by the root mean square error of the expansion.
     """
     points = UnitPoints("sobol", study.joint.dimension, study.settings.seed, SURROGATE_POINTS)
     sampled, modes = _of_sample(chaos.predict(points.chunk(0, points.samples)), points.replicates, study.settings.seed)
-    miss = chaos.error * chaos.std
-    exact = {name: Estimate(value := getattr(chaos, name), value - miss, value + miss) for name in ("mean", "std")}
-    return lambda statistic: exact.get(statistic) or sampled(statistic), modes
+    miss, exact = chaos.error * chaos.std, {"mean": chaos.mean, "std": chaos.std}
+
+    def of(statistic):
+        found = Estimate(*[exact[statistic]] * 3) if statistic in exact else sampled(statistic)
+        return found._replace(low=found.low - miss, high=found.high + miss)
+
+    return of, modes
 
 
 def _interval(value, low=math.inf, high=math.inf) -> dict[str, Any]:
@@ -360,14 +356,10 @@ def _interval(value, low=math.inf, high=math.inf) -> dict[str, Any]:
 
 
 def _of_quantity(result: StudyResult, name: str, found, missing, drawn, modes: bool) -> dict[str, Any]:
-    """One quantity: by its distribution, interpolant or expansion `found`, or by the sample where that is None."""
+    """One quantity: by its distribution or expansion `found`, or by the sample where that is None."""
     study, rule, method, more = result.study, drawn.rule, "change_of_variable", {}
     if isinstance(found, Derived):
-        of, count_modes = _of_derived(found, found)
-    elif isinstance(found, Interpolated):
-        of, count_modes = _of_derived(found.derived, found.before)
-        runs = [{"input": x, "value": y} for x, y in zip(found.at.tolist(), found.values.tolist(), strict=True)]
-        more = {"interpolation_error": found.error, "beyond_the_runs": found.left_out, "runs": runs}
+        of, count_modes = _of_derived(found)
     elif isinstance(found, Chaos):
         method, (of, count_modes) = "chaos", _of_chaos(study, found)
         more = {"degree": found.degree, "validation_error": found.error}
@@ -378,8 +370,6 @@ def _of_quantity(result: StudyResult, name: str, found, missing, drawn, modes: b
         method = "ensemble"
         of, count_modes = _of_sample(result.sample(name), drawn.points.replicates, study.settings.seed)
     one = _statistics(of, count_modes if modes or method == "change_of_variable" else None, missing)
-    if method == "ensemble" and drawn.because.startswith(OUT_OF_TIME):  # more were requested
-        one["refused"] = {key: why.replace(MORE, "raise time_limit") for key, why in one["refused"].items()}
     statistic, half_width = rule.of if name == rule.quantity else "mean", None
     if statistic not in one["refused"]:
         with contextlib.suppress(StatisticError):
@@ -415,7 +405,7 @@ def _summary(result: StudyResult, without_sampling: Mapping, missing: Mapping, d
     Parameters
     ----------
     without_sampling : dict
-        The distribution, interpolant or expansion of quantities that need no sample.
+        The distribution or expansion of quantities that need no sample.
     missing : dict
         Moments that do not exist, by quantity, each with the reason.
     drawn : run.Drawn
@@ -431,11 +421,6 @@ def _summary(result: StudyResult, without_sampling: Mapping, missing: Mapping, d
         one = _of_quantity(result, name, found, missing.get(name, {}), drawn, modes)
         one["at_mean_inputs"] = finite(at_mean.quantities[0, column]) if len(at_mean.quantities) else None
         quantities[name] = {"unit": unit, **one} | model.for_quantity(name)
-    poor = [
-        f"{name}: the polynomial misses runs by {one.error:.2g} of the deviation; the method ensemble needs none"
-        for name, one in without_sampling.items()
-        if isinstance(one, Interpolated) and one.error > POOR
-    ]
     cut = "cancelled: modes and statistics of histories are not computed; go on from the log for them"
     count, failed = len(result.status), result.status > 0
     return {
@@ -456,7 +441,7 @@ def _summary(result: StudyResult, without_sampling: Mapping, missing: Mapping, d
         "failed": {text: int(np.sum(result.status == 1 + place)) for place, text in enumerate(result.reasons)},
         "failed_share": float(np.mean(failed)) if count else 0.0,
         "doubts": {text: int(np.sum(result.doubtful >> k & 1)) for k, text in enumerate(result.doubts_met)},
-        "notes": [*drawn.notes, *poor, *model.notes, *([] if whole else [cut])],
+        "notes": [*drawn.notes, *model.notes, *([] if whole else [cut])],
     }
 
 
@@ -478,20 +463,17 @@ def _convergence(rule, path) -> dict:
 
 def _of_history(result, channel, instants, at_mean, whole: bool) -> dict:
     """Bands of a history over the realisations that did not fail, and the run `at_mean` inputs (1 or 0, t)."""
-    histories, inputs, bands, more = result.history(channel), result.values, {}, {}
+    histories, inputs, bands = result.history(channel), result.values, {}
     kept = np.isfinite(histories).all(axis=1)
     if not kept.all():
         histories, inputs = histories[kept], inputs[kept]
     if len(histories) > 1 and whole:
-        keys = result.study.joint.keys
-        bands = history_statistics(histories, inputs, keys)
+        bands = history_statistics(histories, inputs, result.study.joint.keys)
         bands["autocorrelation_time_s"] = instants[bands.pop("rows")]
-        with contextlib.suppress(StatisticError):  # where there is none
-            more["least_spread"] = narrowing(instants, histories, inputs, keys, result.study.settings.seed)
     if len(at_mean):
         bands["at_mean_inputs"] = at_mean[0]
     head = {"realisations": len(histories), "time_s": instants.tolist()}
-    return head | {name: one.tolist() for name, one in bands.items()} | more
+    return head | {name: one.tolist() for name, one in bands.items()}
 
 
 def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for_people) -> Iterator[str]:

@@ -22,22 +22,20 @@ from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
 from bearing_twin.run.report import LARGE, WORDS, exceeds
-from bearing_twin.uq.histories import COLUMNS, RESAMPLES, ROWS
+from bearing_twin.uq.histories import COLUMNS, ROWS
 from bearing_twin.uq.inputs import quantity_of
-from bearing_twin.uq.propagation import LADDER, MOST_RUNS, expand, interpolate
+from bearing_twin.uq.propagation import MOST_RUNS, expand
 from bearing_twin.uq.realisations import (
     Realised,
     Task,
-    along,
     empty,
     exact_distributions,
     mean_inputs,
     missing_moments,
     task_of,
-    uncertain_inputs,
     without_numbers,
 )
-from bearing_twin.uq.result import OUT_OF_TIME, StudyResult, Tally, sobol_summary, summary_of, sweep_head
+from bearing_twin.uq.result import StudyResult, Tally, sobol_summary, summary_of, sweep_head
 from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
 from bearing_twin.uq.statistics import Estimate, estimate, sensitivity_points, sobol_indices
 from bearing_twin.uq.study import IN_A_ROW, Study, checkpoints, load_study
@@ -157,7 +155,6 @@ class Drawn:
     study: Study
     task: Task
     progress: Callable[[Progress], None]
-    ends: Callable[[], bool]
     began: float
     start: StudyResult | None = None
     keep: Callable | None = None
@@ -241,12 +238,9 @@ class Drawn:
 
     @property
     def _total(self) -> int:
-        """The greatest number of realisations of the study; of an expansion and an interpolant, what they may take."""
+        """The greatest number of realisations of the study; of an expansion, what it may take."""
         settings, further = self.study.settings, self.study.sensitivity_rows * (self.study.joint.dimension + 2)
-        if settings.method == "chaos":
-            return further + MOST_RUNS
-        interpolated = settings.method == "change_of_variable" and not self.study.histories
-        return further + (LADDER[-1] if interpolated else self.points.samples)
+        return further + (MOST_RUNS if settings.method == "chaos" else self.points.samples)
 
     def report(self, further: int) -> None:
         """Reports progress: the samples that are done, and `further` realisations."""
@@ -338,8 +332,7 @@ def run_study(
     Raises
     ------
     StudyError
-        For a study too large for its memory, a method that does not fit it, a `start` of another study, or a time limit
-        that no realisation meets.
+        For a study too large for its memory, a method that does not fit it, or a `start` of another study.
     """
     began = time.monotonic()
     if progress is not None and not callable(progress):
@@ -349,8 +342,7 @@ def run_study(
     if not isinstance(start, StudyResult | None):
         raise StudyError(f"start = {echo(start)} must be the result of a study, as run_study or read_study gives it")
     study = study if isinstance(study, Study) else load_study(study)
-    asked = getattr(cancelled, "is_set", cancelled) or (lambda: False)
-    limit = study.settings.time_limit or np.inf
+    ends = getattr(cancelled, "is_set", cancelled) or (lambda: False)
     report = progress or (lambda _: None)
     parts = 1 if study.sweep is None else 1 + len(study.sweep[1])
     refuse_too_large(study)
@@ -360,10 +352,7 @@ def run_study(
     exact = exact_distributions(study, task, study.settings.method)
     sampled = [name for name in study.quantities if name not in exact]
 
-    def ends() -> bool:
-        return asked() or time.monotonic() - began > limit
-
-    drawn = Drawn(study, task, _part(report, 0, parts, began), ends, began, start, keep)
+    drawn = Drawn(study, task, _part(report, 0, parts, began), began, start, keep)
     model, at_mean, found, sobol = no_model_errors(NOT_CHECKED), empty(task, 0), exact, {}
     missing = {name: missing_moments(study, task, name) for name in sampled} if task.closed else {}
     with stop_condition(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
@@ -380,15 +369,10 @@ def run_study(
             at_mean = ensemble.evaluate(mean_inputs(study))
             with contextlib.suppress(Stopped):
                 model = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.warnings.sentences)
-    if drawn.because == CANCELLED and not asked():
-        because = f"{study.settings.time_limit:g} s was reached"
-        if not (drawn.done or found):
-            raise StudyError(f"study {study.name}: its time_limit of {because} before a realisation was done; raise it")
-        drawn.because = f"{OUT_OF_TIME}{because}"
     values, quantities, histories, status, doubtful = drawn.arrays()
     sentences = tuple(drawn.reasons.sentences), tuple(drawn.warnings.sentences)
     result = StudyResult(study, values, quantities, histories, status, sentences[0], doubtful, sentences[1], {})
-    summary = summary_of(asked, result, found, missing, drawn, at_mean, model)
+    summary = summary_of(ends, result, found, missing, drawn, at_mean, model)
     for name, one in sobol.items():
         summary["quantities"][name]["sobol"] = one
     if study.sweep is not None:
@@ -398,21 +382,13 @@ def run_study(
 
 
 def _propagate(study, ensemble, evaluate, drawn, sampled: int) -> dict:
-    """Expansions or interpolants by quantity; the ensemble goes into `drawn`."""
-    method, found = study.settings.method, {}
-    if method == "chaos":
-        degree, seed = study.settings.degree or None, study.settings.seed
-        found = {name: expand(study.joint, evaluate.of(name), degree, seed=seed) for name in study.quantities}
+    """Expansions by quantity; the ensemble goes into `drawn`."""
+    found = {}
+    if study.settings.method == "chaos":
+        degree = study.settings.degree or None
+        found = {name: expand(study.joint, evaluate.of(name), degree) for name in study.quantities}
         drawn.because = f"{evaluate.runs} runs for polynomial chaos are done"
-    elif method == "change_of_variable" and sampled:
-        (place,) = uncertain_inputs(study)
-        for name in study.quantities:
-            try:
-                found[name] = interpolate(study.inputs[place], along(study, place, evaluate.of(name)))
-            except StudyError as error:
-                raise StudyError(f"{name}: {error}") from error
-        drawn.because = f"{evaluate.runs} runs for an interpolant are done"
-    if study.histories or (sampled and not found):
+    elif study.histories or sampled:
         drawn.draw(ensemble)
         if drawn.because == CANCELLED:
             raise Stopped
@@ -427,7 +403,7 @@ def memory_needed(study: Study) -> float:
     rows = study.sensitivity_rows
     # Their points are held three times: in the unit cube, as values, and as the key by which they are found again.
     further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
-    columns = settings.samples * (2 * COLUMNS + RESAMPLES / 8) if study.histories else 0.0
+    columns = settings.samples * 2 * COLUMNS if study.histories else 0.0
     columns += BLOCKS * ROWS * settings.history_points if study.histories else 0.0
     return 8.0 * (settings.samples * row + further + columns + TABLES)
 

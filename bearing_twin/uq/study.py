@@ -104,9 +104,6 @@ class Settings:
     batch: int = quantity(100, "1", "samples between checks of the convergence", at_least=1, at_most=1_000_000)
     workers: int = quantity(0, "1", "processes that simulate; 0 = one a processor", at_least=0, at_most=512)
     memory: float = quantity(2e9, "B", "refuse a study that needs more", above=0.0)
-    time_limit: float = quantity(
-        0.0, "s", "end after so long with what is done, so that numbers depend on the machine; 0 = none", at_least=0.0
-    )
     history_points: int = quantity(200, "1", "instants of each history", at_least=2, at_most=100_000)
     history_duration: float = quantity(
         0.0, "s", "of histories, and then of every run; 0 = that of the scene at its median inputs", at_least=0.0
@@ -211,7 +208,8 @@ SETTINGS = tuple(item.name for item in dataclasses.fields(Settings))
 GREATEST_SWEEP = 1000
 OTHER_NAMES = {"companions": "checks"}  # keys of earlier versions
 GONE = {
-    "densities": "densities was removed; estimate them from result.sample(quantity), as by scipy.stats.gaussian_kde"
+    "densities": "densities was removed; estimate them from result.sample(quantity), as by scipy.stats.gaussian_kde",
+    "time_limit": "time_limit was removed; end the study by Ctrl-C, as `timeout -s INT 60 bearing_twin study ...` does",
 }
 
 
@@ -339,6 +337,8 @@ def _overridden(mapping: dict, overrides) -> tuple[dict, str]:
             _apply(mapping, None, override)
     legal = (*of_study, *_open(mapping, ())[0])
     for override, word in words.items():
+        if word in GONE:
+            raise StudyError(GONE[word])
         if word not in legal:
             hint = unknown(word, legal)
             raise StudyError(f"override {echo(override)}: {echo(word)} is no key of the study or its scene; {hint}")

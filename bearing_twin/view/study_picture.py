@@ -12,8 +12,8 @@ import numpy as np
 from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.units import inverse, labelled, prefixed, unit_for_people, with_unit
 from bearing_twin.pictures import BALL_COLOURS, STYLE, finish, frame, heading, key_above
-from bearing_twin.uq.propagation import Derived, derive, through
-from bearing_twin.uq.realisations import exact_distributions, task_of, uncertain_inputs
+from bearing_twin.uq.propagation import Derived
+from bearing_twin.uq.realisations import exact_distributions, task_of
 from bearing_twin.uq.result import BANDS, StudyResult, SweepInWords, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
 
@@ -79,11 +79,6 @@ def _panels(result, names, channels) -> Iterator[Callable[[Any], None]]:
 def _exact_of(result: StudyResult) -> dict[str, Derived]:
     """The distributions to compare the sample with, where a change of variable gives them."""
     study = result.study
-    runs = {name: one["runs"] for name, one in result.summary["quantities"].items() if "runs" in one}
-    if runs:
-        source = study.inputs[uncertain_inputs(study)[0]]
-        columns = {name: np.array([(one["input"], one["value"]) for one in rows]).T for name, rows in runs.items()}
-        return {name: derive(source, through(source, *both)) for name, both in columns.items()}
     try:
         return exact_distributions(study, task_of(study), "auto")
     except StudyError:
@@ -110,7 +105,7 @@ def _draw_distribution(axis, result, name, exact) -> None:
         low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)
     elif sampled:
         low, high = np.quantile(kept, [FAR, 1.0 - FAR])
-    elif len(quantiles) > 1 and found["method"] == "chaos":
+    elif len(quantiles) > 1 and found["method"] != "ensemble":
         low, high = quantiles[0]["value"], quantiles[-1]["value"]
     else:
         value = f"{factor * kept[0]:.6g}{with_unit(unit)} in every realisation" if len(kept) else ""
