@@ -15,6 +15,7 @@ from bearing_twin.kinds.views import CurvePanel, View, plain_view
 from bearing_twin.pictures import (
     BALL_COLOURS,
     GREATEST_LINES,
+    LOAD_MAP,
     SIZE,
     ball_line,
     finish,
@@ -25,64 +26,71 @@ from bearing_twin.pictures import (
     scaled,
 )
 
-GREATEST_ROWS = 100_000  # outputs kept; of longer runs every second, fourth ... is
+GREATEST_ROWS = 20_000  # outputs kept; of longer runs every second, fourth ... is
 MOST_PANELS, ROWS = 16, 5  # panels of curves; in one column
 BODIES, ROW = 2.2, 2.1  # height of bodies above the curves in rows; of a row in inches
 ABOVE, BELOW = 1.2, 0.9  # inches above and below all panels
 POINT = 0.01  # of what is shown of time: a shorter contact is a point
 MISSED = 10  # outputs in a contact: fewer may pass its peak by
 LABEL = "peak of a contact"
-LOAD = "normal_load"  # the channel whose peaks between outputs are marked
-
-
-class ChannelValues(Thinned):
-    """The channels of a run, thinned; `greatest` is what was seen of each that is one number."""
-
-    def __init__(self):
-        super().__init__(GREATEST_ROWS, lambda sample: {name: np.array(one) for name, one in sample.values.items()})
-        self.greatest: dict[str, float] = {}
-
-    def add(self, block: Block) -> None:
-        super().add(block)
-        for name, values in block.values.items():
-            if values.ndim == 1:
-                self.greatest[name] = max(self.greatest.get(name, -np.inf), float(values.max(initial=-np.inf)))
-
-    def arrays(self) -> dict[str, np.ndarray]:
-        """Time [s] as "time", and every channel by name, of the outputs kept; raises LogError without a sample."""
-        return {"time": self.time, **self.values}
+LOAD = "normal_load"  # the channel whose greatest value is named, and whose peaks between outputs are marked
 
 
 class RunPicture:
-    """The picture of a run of any kind but a bearing: the curves of its view.
+    """The picture of a run of any kind: the curves of its view, of channels alone.
 
-    A subclass names that `view`, and fills the place beside or above it by `draw_bodies`. `peaks` is the table of the
-    records of its contacts, and the columns of their begin, end and greatest load, if there are any.
+    A subclass names that `view`, and fills the place beside or above it by `draw_bodies`. Of the channels those named
+    in `kept` are kept and drawn, or all; curves of those in `named` have their names in the drawing of the bodies.
+    `peaks` is the table of the records of its contacts, and the columns of their begin, end and greatest load, if there
+    are any.
     """
 
     view: ClassVar[Callable[..., View]] = staticmethod(plain_view)
     peaks: ClassVar[tuple] = ()
+    kept: tuple[str, ...] = ()
+    named: ClassVar[tuple[str, ...]] = ()
     draw_bodies: Callable[[Figure, SubplotSpec, dict[str, np.ndarray]], None] | None = None
 
     def __init__(self, facts):
-        self.facts, self._values, self._channels = facts, ChannelValues(), ()
+        self.facts, self.first, self.last = facts, None, None
+        self._greatest: np.ndarray | float = -np.inf  # loads, by their column
         self._contacts = [np.empty((0, 3))]
+        self._outputs = Thinned(
+            GREATEST_ROWS, lambda sample: {name: np.array(sample[name]) for name in self.kept or sample.values}
+        )
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
+        if not len(block):
+            return
+        self.first, self.last = self.first or block[0], block[-1]
         self._channels = block.channels
-        self._values.add(block)
+        self._outputs.add(block)
+        if LOAD in block.values:
+            self._greatest = np.maximum(self._greatest, block.values[LOAD].reshape(len(block), -1).max(axis=0))
         if self.peaks:
             table, *wanted = self.peaks
             names = [column.name for column in table.columns]
             if len(rows := block.records.get(table.name, ())):
                 self._contacts.append(rows[:, [names.index(name) for name in wanted]])
 
-    def write(self, path, errors=()) -> Path:
+    def begin(self, time: np.ndarray) -> float:
+        """The time [s] from which on the run is drawn."""
+        return time[0]
+
+    def title(self) -> str:
+        """The words above the picture."""
+        scene = self.facts.scene
+        words = scene.description or scene.name if scene is not None else "Recorded run"
+        return words[:1].upper() + words[1:]
+
+    def write(self, path) -> Path:
         """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
-        values, scene = self._values.arrays(), self.facts.scene
+        outputs = self._outputs
+        shown = slice(int(np.searchsorted(outputs.time, self.begin(outputs.time))), None)
+        values = {name: one[shown] for name, one in {"time": outputs.time, **outputs.values}.items()}
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        panels = self.view(self.facts, self._channels).panels[:MOST_PANELS]
+        panels = self._panels(values)
         beside = self.draw_bodies is not None and len(panels) <= ROWS
         columns = 1 if beside else 2
         rows = max(1, -(-len(panels) // columns))
@@ -92,7 +100,8 @@ class RunPicture:
         parts = figure.add_gridspec(1, 2, wspace=0.14) if beside else figure.add_gridspec(2, 1, height_ratios=shares)
         tall = figure.get_figheight()
         parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / tall, bottom=BELOW / tall)
-        axes = parts[1].subgridspec(rows, columns, hspace=0.8, wspace=0.14).subplots(sharex=True, squeeze=False)
+        apart = {"hspace": min(0.16 * rows, 0.8), "wspace": 0.14}
+        axes = parts[1].subgridspec(rows, columns, **apart).subplots(sharex=True, squeeze=False)
         factor, unit = prefixed(float(values["time"][-1]), "s")
         for axis in axes.ravel()[len(panels) :]:
             axis.set_axis_off()
@@ -102,43 +111,64 @@ class RunPicture:
             axis.set_xlabel(f"time [{unit}]")
         if self.draw_bodies:
             self.draw_bodies(figure, parts[0], values)
-        title = scene.description or scene.name if scene is not None else "Recorded run"
-        return finish(figure, title[:1].upper() + title[1:], self._footer(), path, size=17, errors=errors)
+        return finish(figure, self.title(), self._footer(values["time"]), path, size=17)
+
+    def _panels(self, values) -> list[CurvePanel]:
+        """The panels of the view with those of their curves that are kept."""
+        panels = self.view(self.facts, self._channels).panels
+        found = []
+        for panel in panels:
+            lines = tuple(line for line in panel.lines if line.series in values)
+            alone = f": {lines[0].label}" if len(lines) == 1 < len(panel.lines) else ""
+            found += [panel._replace(title=panel.title + alone, lines=lines)] if lines else []
+        return found[:MOST_PANELS]
 
     def _draw_curves(self, axis, panel: CurvePanel, time, values, seconds: float) -> None:
         """One panel of the view over `time`, which is `seconds` times that in s."""
         frame(axis)
-        curves = {one: values[one.series].reshape(len(time), -1)[:, one.column] for one in panel.lines}
-        begin, end, peak = np.concatenate(self._contacts if panel.lines[0].series == LOAD else self._contacts[:1]).T
-        factor, unit = scaled(np.concatenate([*curves.values(), peak]), panel.unit)
-        many, words = len(curves) > 1, panel.title
-        if panel.stacked:
-            parts = [factor * (one - min(one.min(), 0.0)) for one in curves.values()]  # of height the zero is anywhere
-            labels = [one.label for one in curves]
+        curves = np.stack([values[one.series].reshape(len(time), -1)[:, one.column] for one in panel.lines])
+        loads, labels = panel.lines[0].series == LOAD, [one.label for one in panel.lines]
+        begin, end, peak = np.concatenate(self._contacts if loads else self._contacts[:1]).T
+        factor, unit = scaled(np.concatenate([curves.ravel(), peak]), panel.unit)
+        words, up, many = panel.title, with_unit(unit).strip(), len(curves) > GREATEST_LINES
+        if many:
+            _draw_map(axis, time, factor * curves, up)
+        elif panel.stacked:
+            parts = factor * (curves - np.minimum(curves.min(axis=1, keepdims=True), 0.0))  # zero height is anywhere
             axis.stackplot(time, parts, labels=labels, colors=BALL_COLOURS, alpha=0.78, linewidth=0)
         else:
-            for one, curve in curves.items():
+            for one, curve in zip(panel.lines, factor * curves, strict=True):
                 look = {"linewidth": 1.6, "marker": marker_of(len(time)), **ball_line(one.colour)}
-                axis.plot(time, factor * curve, label=one.label if many else None, **look)
-        if self.peaks and panel.lines[0].series == LOAD:
-            greatest = max(self._values.greatest[LOAD], float(peak.max(initial=0.0)))
-            words = f"{words}, peak {factor * greatest:.5g} {unit}"
+                axis.plot(time, curve, label=one.label if len(curves) > 1 else None, **look)
+            axis.ticklabel_format(useOffset=False)
+        if loads:
+            greatest = self._greatest[[one.column for one in panel.lines]].max()
+            words = f"{words}, peak {factor * max(greatest, peak.max(initial=0.0)):.4g} {unit}"
             outputs = [np.searchsorted(values["time"], one, side) for one, side in ((begin, "left"), (end, "right"))]
             unseen = np.diff(outputs, axis=0)[0] < MISSED
             _draw_peaks(axis, time, seconds * begin[unseen], seconds * end[unseen], factor * peak[unseen])
         axis.margins(x=0.0)
-        heading(axis, words[:90], up=with_unit(unit).strip())
-        if len(curves) <= GREATEST_LINES:
+        heading(axis, words[:90], up=labels[0].rstrip("0123456789, ") or "number" if many else up)
+        if not many and panel.lines[0].series not in self.named:
             key_above(axis)
 
-    def _footer(self) -> str:
-        facts, values = self.facts, self._values
-        thinned = f", one in {values.stride} drawn" if values.stride > 1 else ""
-        words = [f"{values.outputs} output{'s' * (values.outputs != 1)}{thinned}"]
+    def _footer(self, time: np.ndarray) -> str:
+        facts, outputs = self.facts, self._outputs
+        thinned = f", one in {outputs.stride} drawn" if outputs.stride > 1 else ""
+        words = [f"{outputs.outputs} output{'s' * (outputs.outputs != 1)}{thinned}"]
+        if time[0] > outputs.time[0]:
+            words.append(f"the last {time[-1] - time[0]:.3g} s of {time[-1]:.4g} s")
         words += [f"{name}: {text}" for name, text in (("law", facts.law), ("stepper", facts.stepper)) if text]
         if facts.scene is not None:
             words.insert(0, facts.scene.name)
         return f"{', '.join(words)}; bearing_twin {__version__}"
+
+
+def _draw_map(axis, time, curves, unit: str) -> None:
+    """Many curves as a map: their numbers upwards, their values as colours."""
+    axis.grid(False)
+    image = axis.pcolormesh(time, np.arange(len(curves)), curves, cmap=LOAD_MAP, shading="nearest", rasterized=True)
+    axis.figure.colorbar(image, ax=axis, pad=0.015, label=unit)
 
 
 def _draw_peaks(axis, time, begin: np.ndarray, end: np.ndarray, peak: np.ndarray) -> None:

@@ -18,7 +18,6 @@ from bearing_twin.base.units import (
     known_digits,
     named,
     of_films,
-    readable,
     two_digits,
     with_unit,
 )
@@ -350,9 +349,6 @@ def _cost(said: dict) -> tuple[float, dict[str, int]]:
         return math.nan, {}
 
 
-MOST = 30  # rows in a picture
-
-
 def picture_of(stream) -> Picture:
     """An empty picture of a run or a log, by its kind; of a log without a scene, one drawn from its channels."""
     scene, choice = stream.scene, stream.choice
@@ -362,37 +358,6 @@ def picture_of(stream) -> Picture:
 
         return RunPicture(facts)
     return KINDS[scene.kind].picture(facts)
-
-
-def figure_errors(report: Report) -> list:
-    """Rows of the errors of a report's figures, for pictures: of those that have both, lists by their greatest.
-
-    Values have their signs; of several the least and the greatest are given, with the greatest of their errors.
-    """
-    from bearing_twin.pictures import FigureError
-
-    rows = []
-    for key, parts in report.errors.get("errors_by_source", {}).items():
-        value = report.figures[key]
-        size = greatest(value)
-        if not 0.0 < size < math.inf:
-            continue
-        errors = {source: greatest(part) for source, part in parts.items()}
-        whole = math.fsum(errors.values())
-        words, unit, factor = readable(key, max(size, whole) if math.isfinite(whole) else size)
-        several = list(value) if isinstance(value, (list, tuple)) else [value]
-        # Once where both ends read the same, as of one value.
-        ends = dict.fromkeys(_value_text(one, factor, whole) for one in (min(several), max(several)))
-        text = f"{' to '.join(ends)} ± {two_digits(factor * whole)}{with_unit(unit)}"
-        many = f" ({len(several)} values)" if len(several) > 1 else ""
-        shares = {WORDS.get(source, source): error / size for source, error in errors.items() if error > 0.0}
-        rows.append(FigureError(words + many, text, shares))
-    return [row for row in rows if sum(row.parts.values()) > NO_SHARE][:MOST]
-
-
-def _value_text(value, factor: float, error: float) -> str:
-    """One value in the unit that people read; a count stays whole."""
-    return str(value) if isinstance(value, int) else known_digits(factor * value, factor * error)
 
 
 def plot(stream, path) -> Path:

@@ -344,7 +344,7 @@ def view(facts, channels) -> View:
         channels,
         drawn,
         rows=lambda sample: _rows(parameters, sample, free),
-        panels=_panels(n, dimension_of(parameters) != PRESCRIBED),
+        panels=_panels(n, dimension_of(parameters) != PRESCRIBED, moving_centre(parameters)),
         solids=tuple(_solids(parameters, geometry)),
         marks=_marks(geometry),
         look=Look(0.5 * geometry.pitch_diameter + (0.5 + WALL) * ball, (-0.1, -0.52, 0.85)),
@@ -473,12 +473,14 @@ def _marks(geometry):
     )  # fmt: skip
 
 
-def _panels(balls: int, moves: bool):
+def _panels(balls: int, moves: bool, cage_moves: bool):
     displaced = curves("Inner ring's displacement", "m", *along_axes("inner_ring_offset"))
+    off_axis = curves("Cage's centre, off the axis", "m", ("cage_offset", "x", 0), ("cage_offset", "y", 1))
     return (
         ball_curves("Load on each ball, inner raceway", "N", "normal_load", balls, 0),
         ball_curves("Load on each ball, outer raceway", "N", "normal_load", balls, 1),
         *((displaced,) if moves else ()),
+        *((off_axis,) if cage_moves else ()),
         ball_curves("Peak pressure, inner raceway", "Pa", "peak_pressure", balls, 0),
         curves("Friction torque on the inner ring", "N m", ("friction_torque", "about the axis")),
         curves("Speeds about the axis", "rad/s", ("inner_ring_speed", "inner ring"), ("orbit_speed", "balls, mean")),

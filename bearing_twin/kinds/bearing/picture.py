@@ -8,16 +8,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
 from bearing_twin import __version__
-from bearing_twin.base.sample import Block, Sample, Thinned
+from bearing_twin.base.sample import Sample
+from bearing_twin.kinds.bearing.display import view
 from bearing_twin.kinds.bearing.outputs import contact_details
-from bearing_twin.kinds.bearing.rings import FREE_RING, TORQUE, dimension_of, moving_centre
+from bearing_twin.kinds.bearing.rings import TORQUE
 from bearing_twin.kinds.contract import Facts
+from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.pictures import (
     GREATEST_LINES,
-    LOAD_MAP,
     RACEWAY_COLOURS,
     RACEWAYS,
-    SIZE,
     STYLE,
     ball_line,
     draw_loads_around,
@@ -25,130 +25,48 @@ from bearing_twin.pictures import (
     frame,
     heading,
     key_above,
-    marker_of,
     readable_on,
-    scaled,
 )
 
-GREATEST_ROWS, GREATEST_COLUMNS = 100_000, 4096  # outputs kept, of longer runs one in 2, 4, ...; slices that are drawn
-FLAT = 0.6  # where the lowest load exceeds this part of the highest, the axis need not show zero
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
-MOVED = {  # what moves by itself: title of its panel and axis, factor into its unit
-    "inner_ring_offset": ("Inner ring's centre, from where it started", "displacement [µm]", 1e6),
-    "cage_offset": ("Cage's centre, off the axis", "displacement [µm]", 1e6),
-    "inner_ring_speed": ("Speed of the inner ring, turned by a torque", "speed [rpm]", 30.0 / np.pi),
-}
 OF_BALLS = {  # panels over the azimuth: title, axis, factor into its unit
     "contact_angle": ("Contact angle of each ball", "angle [°]", np.degrees(1.0)),
     "peak_pressure": ("Greatest Hertz pressure of each ball", "pressure [MPa]", 1e-6),
 }
-
-
 GREATEST_NUMBERED = 40  # balls: more are too small for a number
 RING, ARROW = 0.55, 2.0  # thickness of a drawn ring, length of the longest arrow of a load, in ball radii
 
 
-class BearingPicture:
-    """Loads over time, and the bearing with angles and pressures at the last output; without a scene no pressures."""
+class BearingPicture(RunPicture):
+    """Loads over time and what moves by itself; the bearing with angles and pressures at the last output."""
+
+    view, named = staticmethod(view), ("normal_load",)
 
     def __init__(self, facts: Facts):
-        self._facts, self._first, self._last, self._greatest = facts, None, None, np.zeros(2)
-        parameters = facts.scene.parameters if facts.scene else None
-        moves = parameters and {
-            "inner_ring_offset": dimension_of(parameters) == FREE_RING,
-            "cage_offset": moving_centre(parameters),
-            "inner_ring_speed": parameters.drive.kind == TORQUE,
-        }
-        self._moved = [name for name, one in (moves or {}).items() if one]
-        names = ("normal_load", *self._moved)
-        self._kept = Thinned(GREATEST_ROWS, lambda sample: {name: np.array(sample[name]) for name in names})
+        super().__init__(facts)
+        turned = facts.scene.parameters.drive.kind == TORQUE
+        self.kept = ("normal_load", "inner_ring_offset", "cage_offset", *(("inner_ring_speed",) if turned else ()))
 
-    def add(self, block: Block) -> None:
-        """Takes a block in."""
-        if len(block):
-            self._first, self._last = self._first or block[0], block[-1]
-            self._greatest = np.maximum(self._greatest, block.values["normal_load"].max(axis=(0, 1)))
-            self._kept.add(block)
+    def begin(self, time) -> float:
+        """The time [s] from which on the balls go round GREATEST_TURNS times."""
+        turns = abs(float(self.last["orbit_angle"][0] - self.first["orbit_angle"][0])) / (2.0 * np.pi)
+        return time[-1] - (time[-1] - time[0]) * min(1.0, GREATEST_TURNS / max(turns, 1.0))
 
-    def write(self, path, errors=()) -> Path:
-        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
-        time, values, scene, last = self._kept.time, self._kept.values, self._facts.scene, self._last
-        turns = abs(float(last["orbit_angle"][0] - self._first["orbit_angle"][0])) / (2.0 * np.pi)
-        shown, part = slice(None), ""
-        if turns > GREATEST_TURNS:
-            begin = time[-1] - (time[-1] - time[0]) * GREATEST_TURNS / turns
-            shown = slice(int(np.searchsorted(time, begin)), None)
-            part = f", last {time[-1] - begin:.3g} s of {time[-1]:.4g} s"
-        balls = values["normal_load"].shape[1]
-        rows = [
-            (f"Normal load of each ball on the {name} raceway{part}", "normal load [N]",
-             values["normal_load"][shown, :, k], [], float(self._greatest[k]))
-            for k, name in enumerate(RACEWAYS)
-        ]  # fmt: skip
-        for name in self._moved:
-            words, up, factor = MOVED[name]
-            begin = np.ravel(self._first[name]) * (name == "inner_ring_offset")
-            curves = factor * (values[name][shown].reshape(len(time[shown]), -1) - begin)
-            rows.append((words, up, curves, list("xyz"[: len(begin)]) if len(begin) > 1 else [], None))
-        figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
-        edges = {"left": 0.06, "right": 0.975, "top": 0.88, "bottom": 0.095}
-        grid = figure.add_gridspec(1, 2, width_ratios=(1.25, 1.0), wspace=0.14, **edges)
-        axes = grid[0].subgridspec(len(rows), 1, hspace=0.2 + 0.1 * len(rows)).subplots(squeeze=False)
-        for k, (axis, row) in enumerate(zip(axes.ravel(), rows, strict=True)):
-            _draw_over_time(axis, time[shown], *row)
-            axis.tick_params(labelbottom=k + 1 == len(rows))
-            axis.set_xlabel(axis.get_xlabel() if k + 1 == len(rows) else "")
-            if k > 1:  # the balls have their colours and numbers in the drawing beside
-                key_above(axis)
+    def title(self) -> str:
+        """Balls and speed."""
+        balls, speed = len(self.last["normal_load"]), float(self.last["inner_ring_speed"]) * 30.0 / np.pi
+        return f"{self.facts.scene.name}: {balls} ball{'s' * (balls != 1)}, inner ring at {speed:.5g} rpm"
+
+    def draw_bodies(self, figure, place, values) -> None:
+        """The bearing, contact angles and pressures at the last output."""
+        last = self.last
         found = {name: last[name] for name in ("normal_load", "contact_angle")}
-        if scene:
-            found["peak_pressure"] = contact_details(scene.parameters, last)["peak_pressure"]
-        _draw_balls(figure, grid[1], last["orbit_angle"], found, lambda place: _draw_bearing(figure, place, last))
-        speed = float(last["inner_ring_speed"]) * 30.0 / np.pi
-        title = f"{scene.name if scene else 'Bearing'}: {balls} ball{'s' * (balls != 1)}, inner ring at {speed:.5g} rpm"
-        facts, kept = self._facts, self._kept
-        words = (
-            f"law {facts.law}" if facts.law else "",
-            f"stepper {facts.stepper}" if facts.stepper else "",
-            f"{kept.outputs} output{'s' * (kept.outputs != 1)} up to {last.time_ns * 1e-9:.6g} s",
-        )
-        return finish(figure, title, _footer(*words), path, errors=errors)
+        found["peak_pressure"] = contact_details(self.facts.scene.parameters, last)["peak_pressure"]
+        _draw_balls(figure, place, last["orbit_angle"], found, lambda part: _draw_bearing(figure, part, last))
 
 
 def _footer(*words: str) -> str:
     return "   ·   ".join(word for word in (*words, f"bearing_twin {__version__}") if word)
-
-
-def _draw_over_time(axis, time, words, up, values, names, greatest) -> None:
-    """Curves of `values` (n, m) over time [s], of many balls as a map; `greatest` is that of a run of loads."""
-    starts = np.arange(0, len(time), -(-len(time) // GREATEST_COLUMNS))
-    low, high = (bound.reduceat(values, starts) for bound in (np.minimum, np.maximum))  # of slices: no peak is lost
-    scale, unit = scaled(time[-1], "s")
-    at = time[starts] * scale
-    frame(axis)
-    heading(axis, words, f"time [{unit}]", up)
-    axis.margins(x=0.0 if time[-1] > time[0] else 0.05)
-    if low.shape[1] > GREATEST_LINES:
-        axis.grid(False)
-        axis.set_ylabel("ball")
-        at, high = (at, high) if len(at) > 1 else (np.append(at, at + 1.0), np.repeat(high, 2, axis=0))
-        look = {"cmap": LOAD_MAP, "vmin": 0.0, "vmax": greatest or 1.0, "shading": "nearest", "rasterized": True}
-        image = axis.pcolormesh(at, np.arange(high.shape[1]), high.T, **look)
-        axis.figure.colorbar(image, ax=axis, pad=0.015, label=up)
-        return
-    for k in range(low.shape[1]):
-        curve = np.stack([low[:, k], high[:, k]], axis=1).ravel()
-        look = {"label": names[k]} if names else {}
-        axis.plot(np.repeat(at, 2), curve, linewidth=1.6, marker=marker_of(len(at)), **ball_line(k), **look)
-    axis.ticklabel_format(useOffset=False, style="plain")
-    if greatest is None:
-        return
-    if greatest > 1.02 * high.max():
-        axis.axhline(greatest, color=STYLE["soft"], linewidth=1.0, linestyle=":")
-        note = {"xycoords": ("axes fraction", "data"), "ha": "right", "va": "bottom", "color": STYLE["soft"]}
-        axis.annotate(f"greatest of the run {greatest:.4g} N", (0.995, greatest), **note)
-    if low.min() <= FLAT * max(high.max(), greatest):
-        axis.set_ylim(0.0, 1.06 * max(high.max(), greatest) or 1.0)
 
 
 def _draw_bearing(figure, place, sample: Sample) -> None:
