@@ -30,7 +30,7 @@ CORE_EXPORT void core_exit_at_alarm(int code) {
   std::signal(SIGALRM, [](int) { _exit(code_at_alarm); });
 }
 
-// Checks of outputs (run/failure.py): numbers of a size that a scene may have, unit quaternions, no more energy than there was
+// Checks of outputs (run/health.py): numbers of a size that a scene may have, unit quaternions, no more energy than there was
 // and was brought.
 
 // True if all numbers (rows, columns) lie within their limits (columns,), and quaternions are unit within a tolerance.

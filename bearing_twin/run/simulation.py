@@ -14,7 +14,8 @@ from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, 
 from bearing_twin.base.stopping import SIGNALLED, Halt, signal_flag
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
-from bearing_twin.run.failure import Broken, Failure, Health, failure_keys, placed, state_of, up_to_break, worst_contact
+from bearing_twin.run.failure import Broken, Failure, failure_keys, placed, state_of, up_to_break, worst_contact
+from bearing_twin.run.health import Health
 from bearing_twin.run.report import Gathering
 from bearing_twin.run.scene import Scene, choose, load_scene
 from bearing_twin.run.second_run import CheckedMotion, estimate_of, has_second_run
