@@ -47,8 +47,8 @@ def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node()
     assert values_given(SIMULATION, {"overrides": "run.duration=1"}) == {"overrides": ["run.duration=1"]}
     for text, sentence in {
         "duration:soon": "parameter duration = 'soon' must be a number",
-        "duration:nan": "must be finite",
-        "duration:-1": "must lie between 0 and 86400 s",
+        "duration:nan": "must be a number",
+        "duration:-1": "must be a number in s, 0 to 86400",
         "fsync:maybe": "must be true or false",
         "keep_files:1.5": "must be a whole number",
         "overrides:[1, 2]": "must be a list of texts",

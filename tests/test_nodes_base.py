@@ -1,25 +1,20 @@
 """What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
 
-import time
 from types import SimpleNamespace
 
 from ros import (
     DiagnosticArray,
     DiagnosticStatus,
-    Float64,
     ParameterMessage,
     ParameterValue,
-    Qos,
     SetParameters,
     plain_node,
-    rclpy,
     ros_executor,
     spin_until,
     started,
 )
 
 from bearing_twin.nodes import base_node, outlet
-from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
 
 
@@ -54,24 +49,6 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         node.close()
         node.destroy_node()
         executor.shutdown()
-
-
-def test_a_topic_on_which_publishing_takes_most_of_the_time_is_named_with_its_subscribers(monkeypatch):
-    with ros_executor() as executor:
-        talker, listener = plain_node(executor, "talker"), plain_node(executor, "sleeper")
-        topics = [(name, "std_msgs/msg/Float64", Qos()) for name in ("quick", "held_up")]
-        out = outlet.Outlet(talker, topics, publish_clock=False)
-        listener.create_subscription(Float64, "held_up", print, 1)
-        spin_until(executor, lambda: talker.count_subscribers("held_up"), "discovery")
-        monkeypatch.setattr(rclpy.publisher.Publisher, "publish", lambda self, data: time.sleep(len(data)))
-        out.deliver(Timed(0, "quick", b""))
-        assert out.slow_topic() == ""
-        out.deliver(Timed(0, "held_up", b"1"))
-        said = out.slow_topic()
-        assert "/held_up" in said
-        assert "sleeper" in said
-        assert "quick" not in said
-        assert out.slow_topic() == ""
 
 
 def test_two_nodes_of_one_name_are_told(tmp_path):

@@ -93,7 +93,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         recorder = started(executor, RecorderNode, log=str(path))
         services, began = plain_node(executor), time.time_ns()
         other = services.create_publisher(interface(cdr.STRING, "msg"), "/elsewhere", 10)
-        spin_until(executor, lambda: node.ready.is_set() or node.failure, "preparation")
+        spin_until(executor, lambda: node.loop or node.failure, "preparation")
         names = names_of(scene)
         spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in names), "discovery")
         assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
@@ -152,7 +152,7 @@ def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
     path = tmp_path / "late.mcap"
     with ros_executor() as executor:
         node, scene = sim_node(executor, "bearing")
-        spin_until(executor, lambda: node.ready.is_set() or node.failure, "preparation")
+        spin_until(executor, lambda: node.loop or node.failure, "preparation")
         spin_until(executor, lambda: node.loop.position_ns > 200_000_000, "0.2 s")
         recorder = started(executor, RecorderNode, log=str(path))
         spin_until(executor, lambda: recorder.recording.status()["samples_received"] > 100, "samples")

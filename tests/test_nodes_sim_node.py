@@ -9,7 +9,6 @@ from functools import cache
 
 import pytest
 from ros import (
-    PATIENCE,
     BearingState,
     Clock,
     Contacts,
@@ -57,12 +56,6 @@ PAUSE, RESET, STEP = "/bearing/sim_node/pause", "/bearing/sim_node/reset", "/bea
 STIFFNESS = "/bearing/sim_node/stiffness"
 
 
-@pytest.fixture(autouse=True)
-def patience(monkeypatch):
-    """Services answer when they have done what was asked, however busy the machine is."""
-    monkeypatch.setattr("bearing_twin.nodes.sim_node.ANSWER_TIME", PATIENCE)
-
-
 @cache
 def expected(outputs):
     """The messages of the first outputs of the scene, by topic: as computed without ROS."""
@@ -83,7 +76,7 @@ def paused():
         lists = heard(watcher, NAMES)
         spin_until(executor, lambda: all(watcher.count_publishers(name) for name, _ in NAMES), "discovery")
         spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in NAMES), "discovery")
-        spin_until(executor, node.ready.is_set, "preparation")
+        spin_until(executor, lambda: node.loop, "preparation")
         yield executor, node, watcher, lists
 
 
@@ -165,7 +158,7 @@ def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only(paused):
     assert [result.successful for result in results] == [False, False, False, True, True, True]
     assert "or fastest" in results[2].reason
     [result] = node.set_parameters([Parameter("real_time_factor", Parameter.Type.DOUBLE_ARRAY, array("d"))])
-    assert "must be a number, or fastest" in result.reason
+    assert "must be a number, 1e-09 to 1000, or fastest" in result.reason
     assert node.get_parameter("real_time_factor").value == 2.0
     spin_until(executor, lambda: float(node.loop.factor) == 2.0, "the new pace")
 
@@ -217,7 +210,7 @@ def test_preparing_is_a_state_in_which_commands_are_taken(monkeypatch):
         step = call(executor, watcher, Step, STEP, Step.Request(duration=0.01))
         assert (step.success, step.time_ns) == (False, 0)
         assert "still preparing" in step.message
-        assert not node.ready.is_set()
+        assert not node.loop
         prepared.set()
         spin_until(executor, node.done.is_set, "end of the run that was taken")
         assert node.failure is None
@@ -229,7 +222,7 @@ def test_a_pause_is_answered_while_outputs_are_computed(monkeypatch):
     computed = threading.Event()
     with ros_executor(threads=2) as executor:
         node, watcher = started(executor, SimNode, start_paused=True), plain_node(executor)
-        spin_until(executor, node.ready.is_set, "preparation")
+        spin_until(executor, lambda: node.loop, "preparation")
         prepared_when(monkeypatch, computed, "advance")
         pause = watcher.create_client(SetBool, PAUSE)
         spin_until(executor, pause.service_is_ready, "the service")
@@ -246,7 +239,7 @@ def test_whoever_resets_once_too_often_is_refused_and_the_run_goes_on(tmp_path, 
     monkeypatch.setattr("bearing_twin.nodes.sim_node.MOST_LOGS", 1)
     with ros_executor(threads=2) as executor:
         node, watcher = started(executor, SimNode, log=str(tmp_path / "run.mcap")), plain_node(executor)
-        spin_until(executor, node.ready.is_set, "preparation")
+        spin_until(executor, lambda: node.loop, "preparation")
         answer = call(executor, watcher, Trigger, RESET, Trigger.Request())
         assert not answer.success
         assert "the node has written 1 logs" in answer.message
@@ -280,7 +273,7 @@ def test_a_node_closed_before_its_first_output_ends_at_once_and_logs_nothing(met
     with ros_executor() as executor:
         node = started(executor, SimNode, log=str(tmp_path / "run.mcap"))
         if method == "advance":
-            spin_until(executor, node.ready.is_set, "preparation")
+            spin_until(executor, lambda: node.loop, "preparation")
         node.close()
         assert not prepared.is_set()
         prepared.set()
@@ -297,7 +290,7 @@ def test_a_model_outside_its_range_is_marked_where_the_node_allows_it():
         node = started(executor, SimNode, scene="bearing_6203_rig_400N", **options)
         watcher, seen = plain_node(executor), []
         watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
-        spin_until(executor, node.ready.is_set, "preparation")
+        spin_until(executor, lambda: node.loop, "preparation")
 
         def said():
             values = {pair.key: pair.value for status in seen[-1:] for pair in status.values}
@@ -335,7 +328,7 @@ def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
         spin_until(executor, lambda: all(watcher.count_publishers(name) for name in lists), "discovery")
         commands = load, turn, speed
         spin_until(executor, lambda: all(one.get_subscription_count() for one in commands), "discovery")
-        spin_until(executor, node.ready.is_set, "preparation")
+        spin_until(executor, lambda: node.loop, "preparation")
 
         def stepped(seconds):
             """Force on the ring and its displacement along y at the end of a step."""
@@ -389,8 +382,8 @@ def test_a_load_moves_the_ring_and_what_cannot_be_is_counted_on_diagnostics():
 
 
 REFUSED = (
-    ({"real_time_factor": 0}, "real_time_factor = 0.0 must lie between 1e-09 and 1000, or fastest"),
-    ({"repeat": -2.0}, "repeat = -2.0 must lie between -1 and 86400 s"),
+    ({"real_time_factor": 0}, "real_time_factor = 0 must be a number, 1e-09 to 1000, or fastest"),
+    ({"repeat": -2.0}, "repeat = -2.0 must be a number in s, -1 to 86400"),
     ({"overrides": ["contact.normal=hurtz"]}, "did you mean hertz?"),
     ({"overrides": ["solver.allow_invalid=on"]}, "the node's parameter allow_invalid = false forbids"),
     ({"overrides": SHIFTED}, "drive.change.offset is 1e-06 m, and it holds up to 0 m"),
@@ -428,7 +421,9 @@ def test_a_run_that_a_command_has_ruined_ends_no_node(tmp_path, monkeypatch):
         assert list(tmp_path.glob("failure_*.json"))
 
 
-def test_a_law_is_switched_by_a_parameter_of_the_running_node(tmp_path):
+def test_a_law_is_switched_by_a_parameter_of_the_running_node(tmp_path, monkeypatch):
+    """A refused one leaves parameter and run as they are, also where it is the log that cannot be opened."""
+    monkeypatch.setattr("bearing_twin.nodes.sim_node.MOST_LOGS", 2)
     with ros_executor(threads=2) as executor:
         node = started(executor, SimNode, log=str(tmp_path / "run.mcap"))
         watcher, laws = plain_node(executor), []
@@ -442,6 +437,9 @@ def test_a_law_is_switched_by_a_parameter_of_the_running_node(tmp_path):
         [result] = node.set_parameters([Parameter("overrides", value=["contact.normal=volumetric"])])
         assert result.successful
         spin_until(executor, lambda: laws[-1] == "volumetric", "the other law")
+        [result] = node.set_parameters([Parameter("overrides", value=["contact.normal=hertz"])])
+        assert "the node has written 2 logs" in result.reason
+        assert node.get_parameter("overrides").value == ["contact.normal=volumetric"]
         assert (node.failure, node.loop.run) == (None, 2)
         node.close()
     assert [read_log(tmp_path / name).choice.law for name in ("run.mcap", "run_2.mcap")] == [laws[0], "volumetric"]

@@ -62,7 +62,7 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch, capf
         monkeypatch.setattr(watch_node, patience, PATIENCE)  # a busy machine answers late
     with ros_executor(threads=2) as executor:
         sim = started(executor, SimNode, **SCENE)
-        spin_until(executor, lambda: sim.ready.is_set() or sim.failure, "preparation")
+        spin_until(executor, lambda: sim.loop or sim.failure, "preparation")
         node = started(executor, WatchNode, port=0)
         assert node._watched == "/bearing/sim_node"
         said = capfd.readouterr()  # standard error goes to a log file of ROS, too

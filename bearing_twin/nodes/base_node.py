@@ -37,12 +37,11 @@ from bearing_twin.nodes.messages import (
 )
 from bearing_twin.nodes.node_parameters import (
     NodeParameter,
+    ParameterError,
     advice,
     check_arguments,
     checked,
-    converted,
-    limits_of,
-    problem_of,
+    read,
 )
 from bearing_twin.nodes.outlet import MANY
 
@@ -98,8 +97,16 @@ def values_of(node: Node, table: Sequence[NodeParameter]) -> dict[str, Any]:
     return checked(table, given, legal)
 
 
-def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] | None = None) -> dict[str, Any]:
-    """Declares the parameters of `table` and returns their values, those of the node where none are handed in."""
+def declare(
+    node: Node,
+    table: Sequence[NodeParameter],
+    values: dict[str, Any] | None = None,
+    change: Callable[[str, Any], None] = lambda name, value: None,
+) -> dict[str, Any]:
+    """Declares the parameters of `table` and returns their values, those of the node where none are handed in.
+
+    `change` carries out a new value while the node runs, or raises BearingTwinError: the parameter then keeps its own.
+    """
     values = values_of(node, table) if values is None else values
     for one in table:
         value = values[one.name]
@@ -110,27 +117,32 @@ def declare(node: Node, table: Sequence[NodeParameter], values: dict[str, Any] |
     changeable = {one.name: one for one in table if not one.read_only}
 
     def convert(changes: list[Parameter]) -> list[Parameter]:
-        return [
-            Parameter(one.name, value=converted(changeable[one.name], one.value))
-            if one.name in changeable and type(one.value) in (int, str)
-            else one
-            for one in changes
-        ]
+        found = []
+        for one in changes:
+            if one.name in changeable and type(one.value) in (int, str):
+                with suppress(ParameterError):  # which `carry_out` reports
+                    one = Parameter(one.name, value=read(changeable[one.name], one.value))
+            found.append(one)
+        return found
 
-    def refuse(changes: list[Parameter]) -> SetParametersResult:
-        problems = (problem_of(changeable[one.name], one.value) for one in changes if one.name in changeable)
-        reason = "; ".join(filter(None, problems))
-        return SetParametersResult(successful=not reason, reason=reason)
+    def carry_out(changes: list[Parameter]) -> SetParametersResult:
+        own = [one for one in changes if one.name in changeable]
+        try:
+            for name, value in [(one.name, read(changeable[one.name], one.value)) for one in own]:
+                change(name, value)
+        except BearingTwinError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
 
     node.add_pre_set_parameters_callback(convert)
-    node.add_on_set_parameters_callback(refuse)
+    node.add_on_set_parameters_callback(carry_out)
     return values
 
 
 def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
     ranges, low, high = {}, parameter.low, parameter.high
-    if parameter.words:  # ROS would not name them where a number is out of range: `problem_of` does
-        ranges = {"dynamic_typing": True, "additional_constraints": limits_of(parameter)}
+    if parameter.words:  # ROS would not name them where a number is out of range: `read` does
+        ranges = {"dynamic_typing": True, "additional_constraints": parameter.legal}
     elif low is not None and type(parameter.default) is float:
         ranges = {"floating_point_range": [FloatingPointRange(from_value=low, to_value=high)]}
     elif low is not None:

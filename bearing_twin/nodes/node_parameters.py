@@ -5,7 +5,6 @@ ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `check
 
 import itertools
 import json
-import math
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,7 +14,7 @@ import yaml
 
 from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo
 from bearing_twin.base.parameters import read_number, unknown
-from bearing_twin.base.units import labelled, with_unit
+from bearing_twin.base.units import Limits, labelled, with_unit
 from bearing_twin.log.raw_log import Safety
 
 ALLOW_INVALID = "allow_invalid"
@@ -51,6 +50,12 @@ class NodeParameter(NamedTuple):
     def description(self) -> str:
         return labelled(self.help, self.unit)
 
+    @property
+    def legal(self) -> str:
+        """What a value must be, as `a number in s, 0 to 60`."""
+        unit, limits = with_unit(self.unit), "" if self.low is None else f", {self.low:g} to {self.high:g}"
+        return ", or ".join((f"{KINDS[type(self.default)]}{unit and f' in{unit}'}{limits}", *self.words))
+
 
 class ParameterError(BearingTwinError):
     """A node was started with parameters it cannot use."""
@@ -68,34 +73,46 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
         if name not in names and name not in also_legal
     ]
     values = {}
-    for parameter in table:
-        value = given.get(parameter.name, parameter.default)
-        value = converted(parameter, value)
-        problem = problem_of(parameter, value)
-        if problem:
-            problems.append(problem)
-        values[parameter.name] = value
+    for one in table:
+        try:
+            values[one.name] = read(one, given.get(one.name, one.default))
+        except ParameterError as error:
+            problems.append(str(error))
     if problems:
         raise ParameterError("; ".join(problems))
     return values
 
 
-def converted(parameter: NodeParameter, value: Any) -> Any:
-    """The value as the parameter holds it: ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None.
+def read(parameter: NodeParameter, value: Any) -> Any:
+    """The value as the parameter holds it; raises ParameterError with what it must be.
 
-    YAML, and with it `ros2 param set`, takes 1e-5 for a text; a number may have its unit, as 20 ms.
+    ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None; YAML, and with it `ros2 param set`, takes
+    1e-5 for a text; a number may have its unit, as 20 ms.
     """
     kind = type(parameter.default)
-    if value is None and kind is list:
+    if kind is list and value is None:
         return []
-    if kind is float and type(value) in (int, str) and value not in parameter.words:
-        number, problem = read_number(value, parameter.unit)
-        return value if problem else float(number)
-    return str(value) if type(value) is int and parameter.digits else value
+    if isinstance(value, str) and value in parameter.words:
+        return value
+    if kind in (int, float):
+        limits = Limits(at_least=parameter.low, at_most=parameter.high)
+        number, problem = read_number(value, parameter.unit, limits, integer=kind is int)
+        if not problem:
+            return kind(number)
+    elif kind is str and parameter.digits and type(value) is int:
+        return str(value)
+    elif kind is list and isinstance(value, Sequence) and not isinstance(value, str):
+        if all(isinstance(one, str) for one in value):
+            return list(value)
+    elif kind is not list and type(value) is kind:
+        return value
+    shown = value if isinstance(value, str) or not isinstance(value, Sequence) else list(value)
+    meant = f'; write {parameter.name}:="[{value!r}]"' if isinstance(value, str) and kind is list else ""
+    raise ParameterError(f"parameter {parameter.name} = {echo(shown)} must be {parameter.legal}{meant}")
 
 
 def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
-    """Text of `--help`: the command, and the parameters of a node with defaults, units and ranges."""
+    """Text of `--help`: the command, and the parameters of a node with defaults and legal values."""
     lines = [
         f"usage: bearing_twin node start {name} -p NAME:=VALUE [-p ...]",
         f"   or: ros2 run bearing_twin {name} {ROS_ARGS} -p NAME:=VALUE [-p ...]",
@@ -105,43 +122,12 @@ def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
     ]
     lines += ["parameters:" if all(one.read_only for one in table) else "parameters (changeable while it runs: *):"]
     for one in table:
-        default = json.dumps(one.default) if not isinstance(one.default, float) else f"{one.default:g}"
-        limits = "" if one.low is None else f", {limits_of(one)}"
-        lines.append(f"  {one.name}{'' if one.read_only else '*'} = {default}{with_unit(one.unit)}{limits}")
+        lines.append(f"  {one.name}{'' if one.read_only else '*'} = {json.dumps(one.default)}; {one.legal}")
         lines += textwrap.wrap(one.help, 72, initial_indent="      ", subsequent_indent="      ")
     first = table[0]
     value = first.default or SHOWN.get(first.name)
     lines += ["", "example:", f"  bearing_twin node start {name} -p {first.name}:={value}"]
     return "\n".join(lines)
-
-
-def limits_of(parameter: NodeParameter) -> str:
-    """`low to high`, and the words that may stand for a number."""
-    return ", or ".join((f"{parameter.low:g} to {parameter.high:g}", *parameter.words))
-
-
-def problem_of(parameter: NodeParameter, value: Any) -> str | None:
-    """The reason why `value` cannot be used, or None."""
-    kind, words = type(parameter.default), "".join(f", or {word}" for word in parameter.words)
-    unit = with_unit(parameter.unit)
-    if isinstance(value, str) and value in parameter.words:
-        return None
-    if kind is list:
-        fits = isinstance(value, Sequence) and not isinstance(value, str) and all(isinstance(one, str) for one in value)
-    else:
-        fits = type(value) is kind
-    if not fits:
-        meant = f'; write {parameter.name}:="[{value!r}]"' if isinstance(value, str) and kind is list else ""
-        shown = value if isinstance(value, str) or not isinstance(value, Sequence) else list(value)
-        must = f"{KINDS[kind]}{unit and f' in{unit}'}{words}{meant}"
-        return f"parameter {parameter.name} = {echo(shown)} must be {must}"
-    if kind is float and not math.isfinite(value):
-        return f"parameter {parameter.name} = {value} must be finite"
-    low, high = parameter.low, parameter.high
-    if (low is not None and value < low) or (high is not None and value > high):
-        limits = f"between {low:g} and {high:g}{unit}"
-        return f"parameter {parameter.name} = {value} must lie {limits}{words}"
-    return None
 
 
 LOG_SAFETY = (
@@ -168,14 +154,11 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
 
 
 def check_arguments(words: Sequence[str]) -> None:
-    """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for, or refuse by its lexer."""
+    """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for or misread."""
     for option, word in itertools.pairwise(words):
         if option in ("-p", "--param"):
             if ROS_ARGS not in words[: words.index(option)]:
                 raise BearingTwinError(f"-p {word} stands before {ROS_ARGS}; write {ROS_ARGS} -p {word}")
-            if ":=" not in word:
-                name, _, value = word.replace(":", "=").partition("=")
-                raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
             if word.endswith(":="):
                 said = f"-p {echo(word)} has no value"
                 raise BearingTwinError(f"{said}; omit it, or write -p \"{word}''\" for an empty text")
@@ -223,20 +206,19 @@ def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> di
 
     A list is YAML, such as ['run.duration=1']; a single text is a list of one.
     """
-    named = [one for one in table if words.get(one.name)]
-    return checked(named, {one.name: _read(one, words[one.name]) for one in named})
+    given = {one.name: words[one.name] for one in table if words.get(one.name)}
+    for one in table:
+        if one.name in given and type(one.default) in (bool, list):
+            value = _yaml(given[one.name])
+            given[one.name] = [given[one.name]] if type(one.default) is list and not isinstance(value, list) else value
+    return checked([one for one in table if one.name in given], given)
 
 
-def _read(parameter: NodeParameter, text: str):
-    kind = type(parameter.default)
-    if kind is str:
-        return text
+def _yaml(text: str) -> Any:
+    """A value in YAML; what is none is a text."""
     try:
-        value = yaml.safe_load(text)
-        if kind is list:
-            return value if isinstance(value, list) else [text]
-        return float(value) if kind is float else value
-    except (yaml.YAMLError, ValueError, TypeError, RecursionError):
+        return yaml.safe_load(text)
+    except (yaml.YAMLError, ValueError, RecursionError):
         return text
 
 

@@ -3,6 +3,7 @@
 `PacedStream` reads no clock and does not wait: `now` comes from outside.
 """
 
+import math
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -95,10 +96,6 @@ class PacedStream(ABC):
     def set_factor(self, now: int, factor: float | str) -> None:
         """Changes the pace from here on; a stream that is held stays where it is."""
         self.factor = _fraction(factor)
-        self.resume_at(now)
-
-    def resume_at(self, now: int) -> None:
-        """Goes on from where the stream is, at another wall time."""
         if not self.paused:
             self._go_on(now)
 
@@ -173,14 +170,11 @@ def _fraction(factor: float | str) -> Fraction:
     return Fraction(factor).limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
 
 
-POLL = 0.005  # s between looks at a clock that is not that of the machine
-
-
 class Worker:
     """A thread that calls `prepare()` once and then `turn(now)` at the times it returns, until `stop`.
 
-    `turn` returns the time of its next call [ns] by `clock` (monotonic by default, or simulation time), or None to wait
-    for a command. `ended(error)` is called once, from the thread, with the exception that ended it or None. Commands
+    Times are those of the monotonic clock [ns]; `turn` returns that of its next call, or None to wait for a command.
+    `ended(error)` is called once, from the thread, with the exception that ended it or None. Commands
     run between turns, those posted during `prepare` right after it.
     """
 
@@ -189,10 +183,8 @@ class Worker:
         turn: Callable[[int], int | None],
         prepare: Callable[[], None] = lambda: None,
         ended: Callable[[Exception | None], None] = lambda error: None,
-        clock: Callable[[], int] = time.monotonic_ns,
     ):
-        self._turn, self._prepare, self._ended, self._clock = turn, prepare, ended, clock
-        self._longest = threading.TIMEOUT_MAX if clock is time.monotonic_ns else POLL
+        self._turn, self._prepare, self._ended = turn, prepare, ended
         self._changed = threading.Condition()
         self._commands: deque = deque()
         self._woken = self._closed = self.stopping = False
@@ -234,11 +226,11 @@ class Worker:
             while not self.stopping:
                 while self._commands:
                     self._obey(*self._commands.popleft())
-                wake_at = self._turn(self._clock())
-                left = self._longest if wake_at is None else max(0, wake_at - self._clock()) * 1e-9
+                wake_at = self._turn(time.monotonic_ns())
+                left = math.inf if wake_at is None else max(0, wake_at - time.monotonic_ns()) * 1e-9
                 with self._changed:
                     if not self._woken:
-                        self._changed.wait(min(left, self._longest))
+                        self._changed.wait(min(left, threading.TIMEOUT_MAX))
                     self._woken = False
         except Exception as error:
             failure = error
@@ -252,6 +244,6 @@ class Worker:
     def _obey(self, future: Future, command: Callable, arguments: tuple) -> None:
         if future.set_running_or_notify_cancel():
             try:
-                future.set_result(command(self._clock(), *arguments))
+                future.set_result(command(time.monotonic_ns(), *arguments))
             except Exception as error:
                 future.set_exception(error)

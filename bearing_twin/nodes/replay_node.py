@@ -1,6 +1,5 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
-import time
 from collections.abc import Callable, Collection, Container, Iterator
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
@@ -128,14 +127,7 @@ class ReplayLoop(PacedStream):
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._messages = self._read()
-        self._first_ns, self._last_ns, self._turned = None, 0, 0
-
-    def turn(self, now: int) -> int | None:
-        """`PacedStream.turn`; simulation time has not begun at 0, and where it goes back the replay goes on."""
-        if now < self._turned:
-            self.resume_at(now)
-        self._turned = now
-        return super().turn(now) if now else now
+        self._first_ns, self._last_ns = None, 0
 
     def _read(self) -> Iterator[Timed]:
         latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
@@ -179,12 +171,9 @@ class ReplayNode(BaseNode):
 
     def __init__(self, **options):
         super().__init__("replay_node", "replay", **options)
-        values = declare(self, PARAMETERS)
+        values = declare(self, PARAMETERS, change=self._on_change)
         if not values["log"]:
             raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
-        by_ros_time = self.get_parameter("use_sim_time").value
-        if by_ros_time and values["publish_clock"]:
-            raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: unset one")
         place, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
         deliver = lambda message: self._outlet.deliver(message)  # noqa: E731  (its topics are those of the loop)
         self.loop = loop = ReplayLoop(values["log"], deliver, values["rate"], start_ns, values["loop"], place)
@@ -192,9 +181,8 @@ class ReplayNode(BaseNode):
             self.get_logger().warning(sentence)
         topics = ((name, topic.ros_type, topic.qos) for name, topic in loop.topics.items())
         self._outlet = outlet = Outlet(self, topics, values["publish_clock"])
-        loop.paused, loop.tick, self._warned = values["start_paused"], outlet.tick, False
+        loop.paused, loop.tick = values["start_paused"], outlet.tick
         self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE)
-        self.add_post_set_parameters_callback(self._on_parameters)
         self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics)
         if outlet.has_clock:
             self.every(CLOCK_PERIOD, self._on_clock)
@@ -202,8 +190,7 @@ class ReplayNode(BaseNode):
         stopping = lambda: self.worker.stopping  # noqa: E731
         said = self.get_logger().info
         wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], said, stopping)
-        clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
-        self.worker = Worker(self._turn, wait, self._ended, clock)
+        self.worker = Worker(self._turn, wait, self._ended)
         self.worker.start()
 
     def close(self) -> None:
@@ -242,22 +229,16 @@ class ReplayNode(BaseNode):
         if self.loop.paused and self.loop.position_ns:  # for subscribers that come late
             self._outlet.tick(self.loop.position_ns)
 
-    @guarded
-    def _on_parameters(self, parameters):
-        for parameter in parameters:
-            if parameter.name == "rate":
-                self.worker.post(self.loop.set_factor, parameter.value)
+    def _on_change(self, name, value):
+        self.worker.post(self.loop.set_factor, value)  # `rate`, the only one that changes
 
     @guarded
     def _on_diagnostics(self):
         values = self.loop.progress() | {"messages": self._outlet.published, "rounds": self.loop.rounds}
         level, message = OK, "paused" if self.loop.paused else "playing"
-        held_up_by = self._outlet.slow_topic()
         if values["lag_s"] > LAG_SHOWN:
-            level, message = WARN, f"cannot keep up: {values['lag_s']:.3g} s behind{held_up_by}"
-            if not self._warned:
-                self._warned = True
-                self.get_logger().warning(f"{message}; lower `rate`")
+            level, message = WARN, f"cannot keep up: {values['lag_s']:.3g} s behind"
+            self.get_logger().warning(f"{message}; lower `rate`", once=True)
         self.report(level, message, values)
 
 

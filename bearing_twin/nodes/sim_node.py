@@ -5,15 +5,14 @@ Integration, pacing, log and publishing happen in a worker thread; the callbacks
 
 import dataclasses
 import math
-import threading
 import time
-from concurrent.futures import Future, wait
+from collections.abc import Callable
+from concurrent.futures import wait
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.msg import SetParametersResult
 from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.node import Node
@@ -162,7 +161,6 @@ def scene_of(values: dict[str, Any]) -> Scene:
 
 COMMAND_TIMEOUT = 30.0  # s until a service reports that its command cannot be carried out yet
 INTERRUPT_PERIOD = 0.05  # s between interruptions of a computation by an urgent command
-ANSWER_TIME = 0.3  # s until ~/pause and ~/reset answer
 CLOSE_TIME = 0.25  # s for subscribers to take what is published at the end
 MOST_LOGS = 1000  # of one node: any peer can request a reset, which begins another
 
@@ -174,18 +172,18 @@ class SimNode(BaseNode):
         values, scene = start_values(options)
         kind = KINDS[scene.kind]
         super().__init__(NAME, "simulation", namespace=kind.namespace, **options)
-        declare(self, PARAMETERS, values)
+        declare(self, PARAMETERS, values, self._on_change)
         if values["log"]:
             refuse_existing(values["log"])
         outgoing = ((topic.name, topic.ros_type, topic.qos) for topic in topics(scene))
         self._outlet = Outlet(self, outgoing, values["publish_clock"])
         self._values, self._scene = values, scene
-        self._log, self._logs, self._warned = None, 0, False
+        self._log, self._logs = None, 0
         self._logged_failure: IntegrationError | None = None
         self._safety = safety_of(values)
         self._halt, self._started = Halt(), time.monotonic()
         self.loop: SimulationLoop | None = None  # made in the worker's thread: the start of a run may take seconds
-        self.ready, self._doing = threading.Event(), "preparing"
+        self._doing = "preparing"
         self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         self._serve(kind)
         own_end_ns = (scene.outputs - 1) * scene.output_period_ns if kind.brief else 0
@@ -197,14 +195,14 @@ class SimNode(BaseNode):
 
     def _serve(self, kind: Kind) -> None:
         """Creates services, subscriptions and timers."""
-        services, steps, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
+        quick, slow, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         offered = [
-            (SetBool, "~/pause", self._on_pause, services),
-            (Trigger, "~/reset", self._on_reset, services),
-            (Step, "~/step", self._on_step, steps),
+            (SetBool, "~/pause", self._on_pause, quick),
+            (Trigger, "~/reset", self._on_reset, slow),
+            (Step, "~/step", self._on_step, slow),
         ]
         if kind.commands():
-            offered.append((Stiffness, "~/stiffness", self._on_stiffness, steps))
+            offered.append((Stiffness, "~/stiffness", self._on_stiffness, slow))
         for ros_type, name, answer, group in offered:
             self.create_service(ros_type, name, answer, qos_profile=SERVICE, callback_group=group)
         for command in kind.commands():
@@ -213,14 +211,12 @@ class SimNode(BaseNode):
         self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics, others)
         if self._outlet.has_clock:
             self.every(CLOCK_PERIOD, self._on_clock, others)
-        self.add_on_set_parameters_callback(self._on_overrides)
-        self.add_post_set_parameters_callback(self._on_parameters)
 
     def close(self) -> None:
         """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
         self._halt.end()
         # Before its first output a run has nothing to lose, and an impact is solved as a whole, which takes long.
-        computed = self.ready.is_set() and self.loop.simulation.sequence >= 0
+        computed = self.loop is not None and self.loop.simulation.sequence >= 0
         if (self.worker.stop(COMMAND_TIMEOUT if computed else 0.0) or not computed) and self.loop is not None:
             self.loop.close()
             wait_for_acknowledgement(self._outlet.publishers, CLOSE_TIME)
@@ -248,7 +244,6 @@ class SimNode(BaseNode):
         )
         loop.tick, loop.paused, loop.tells_time = self._outlet.tick, values["start_paused"], self._outlet.has_clock
         self.loop, self._doing = loop, "computing"
-        self.ready.set()
         choice = simulation.choice
         self.get_logger().info(
             f"{scene.name} by {choice.law} and {choice.stepper}, ready after {self._seconds():.1f} s"
@@ -313,29 +308,17 @@ class SimNode(BaseNode):
         if self.loop is not None and time.monotonic_ns() >= self.loop.obeys_at:
             self._halt.interrupt()
 
-    def _ask(self, command: str, *arguments, seconds: float = COMMAND_TIMEOUT, urgent: bool = False) -> Future:
-        """The answer of a method of the loop, which the worker calls, after `seconds` at most.
+    def _ask(self, work: Callable, *arguments, urgent: bool = False) -> Any:
+        """What `work(now, *arguments)` returns, called by the worker; raises BearingTwinError if that takes long.
 
         What is `urgent` interrupts the computation under way, whatever that has cost.
         """
-        future = self.worker.post(lambda at: getattr(self.loop, command)(at, *arguments))
-        end = time.monotonic() + (seconds if self.ready.is_set() else 0.0)
+        future = self.worker.post(work, *arguments)
+        end = time.monotonic() + (COMMAND_TIMEOUT if self.loop is not None else 0.0)
         while not future.done() and (left := end - time.monotonic()) > 0.0:
             if urgent:
                 self._halt.interrupt(always=True)
             wait([future], timeout=min(left, INTERRUPT_PERIOD))
-        return future
-
-    def _accepted(self, future: Future) -> str:
-        """The answer, or that it will be carried out later."""
-        if future.done():
-            return future.result()
-        future.add_done_callback(self._say_failure)
-        when = "after the present computation" if self.ready.is_set() else "when the run is prepared"
-        return f"accepted: carried out {when}"
-
-    def _carried_out(self, future: Future) -> Any:
-        """The answer; raises BearingTwinError where there is none yet, and it is not carried out then."""
         if not future.done() and future.cancel():
             raise BearingTwinError(
                 f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
@@ -343,66 +326,45 @@ class SimNode(BaseNode):
             )
         return future.result()
 
-    def _say_failure(self, future: Future) -> None:
-        if not future.cancelled() and (error := future.exception()) is not None:
-            self.get_logger().error(f"an accepted command could not be carried out, the run goes on: {error}")
-
     @guarded
     def _on_pause(self, request, response):
+        """Of many callers none waits for the computation: it will succeed."""
         if request.data and self.loop is not None:
             self.loop.paused = True  # at once: a chunk that is being computed is not published
-        ordered = self.worker.post(lambda now: self.loop.pause(now, request.data))
-        if self.loop is None or ordered.done():
-            response.message = self._accepted(ordered)
-        else:  # it will succeed: of many callers none waits for the computation
-            response.message = f"{'paused' if request.data else 'running'} at {self._time_ns * 1e-9:.6f} s"
+        self.worker.post(lambda now: self.loop.pause(now, request.data))
+        state = f"{'paused' if request.data else 'running'} at {self._time_ns * 1e-9:.6f} s"
+        response.message = state if self.loop is not None else "accepted: carried out when the run is prepared"
         response.success = True
         return response
 
     @guarded
     def _on_reset(self, request, response):
-        response.message = self._accepted(self._ask("reset", seconds=ANSWER_TIME, urgent=True))
+        response.message = self._ask(lambda now: self.loop.reset(now), urgent=True)
         response.success = True
         return response
 
     @guarded
     def _on_step(self, request, response):
         response.time_ns = self._time_ns
-        response.message = self._carried_out(self._ask("step", request.duration))
+        response.message = self._ask(lambda now: self.loop.step(now, request.duration))
         response.time_ns, response.success = self._time_ns, True
         return response
 
     @guarded
     def _on_stiffness(self, request, response):
-        sample, point = self._carried_out(self._ask("operating_point", urgent=True))
+        sample, point = self._ask(lambda now: self.loop.operating_point(now), urgent=True)
         frame = f"{self._values['frame_prefix']}{KINDS[self._scene.kind].frame}"
         return fill_stiffness(response, sample, point, frame)
 
-    def _overridden(self, parameter) -> Scene:
-        return scene_of(self._values | {"overrides": list(parameter.value or ())})
-
-    def _on_overrides(self, parameters) -> SetParametersResult:
-        """Refuses overrides that make no scene, or one with other topics."""
-        reason = ""
-        for parameter in parameters:
-            if parameter.name == "overrides":
-                try:
-                    names = [
-                        [one.full_name for one in topics(scene)] for scene in (self._overridden(parameter), self._scene)
-                    ]
-                    reason = reason or ("" if names[0] == names[1] else "that changes the topics: start a new node")
-                except BearingTwinError as error:
-                    reason = reason or str(error)
-        return SetParametersResult(successful=not reason, reason=reason)
-
-    @guarded
-    def _on_parameters(self, parameters):
-        for parameter in parameters:
-            if parameter.name == "overrides":
-                self.worker.post(self._change, self._overridden(parameter)).add_done_callback(self._say_failure)
-                self._halt.interrupt(always=True)
-            if parameter.name == "real_time_factor":
-                self.worker.post(lambda now, pace=parameter.value: self.loop.set_factor(now, pace))
+    def _on_change(self, name: str, value: Any) -> None:
+        """Another pace; or overrides, with which the run begins again unless they make no scene, or other topics."""
+        if name == "real_time_factor":
+            self.worker.post(lambda now: self.loop.set_factor(now, value))
+            return
+        scene = scene_of(self._values | {name: value})
+        if [one.full_name for one in topics(scene)] != [one.full_name for one in topics(self._scene)]:
+            raise BearingTwinError("that changes the topics: start a new node")
+        self._ask(self._change, scene, urgent=True)
 
     # Diagnostics
 
@@ -429,12 +391,9 @@ class SimNode(BaseNode):
             self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
             return
         slow, message, numbers = self.loop.look(time.monotonic_ns())
-        held_up_by = self._outlet.slow_topic()
         if slow:
-            message += held_up_by
-        if slow and not self._warned:
-            self._warned = True
-            self.get_logger().warning(f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate")
+            said = f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate"
+            self.get_logger().warning(said, once=True)
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
         numbers |= {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs}
         warning = self.loop.warning()
