@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import trapezoid
+from scipy.signal import find_peaks
 from scipy.special import log_ndtr, ndtr, ndtri
 
 from bearing_twin.base.errors import StatisticError, StudyError, wanted
@@ -132,6 +133,8 @@ NOISE = 1e-9  # of the range of y; a step back below it is rounding
 DIFFERENCE = 2e-3  # step of the derivative by the normal score
 BISECTIONS = 50  # of 1/16 of a deviation
 NEGLIGIBLE = 1e-8
+GRID, BEYOND = 2001, 3.3  # points of a density whose modes are counted, and the normal score of the last
+SHALLOW = 1e-3  # of the greatest density
 COUNTED_SCORE = 8.0  # beyond it 6e-16 of the probability is left, less than rounding
 
 
@@ -161,11 +164,13 @@ class Derived:
         """Density at y [1/unit of y] (eq. 8); 0 outside the range of g."""
         score = self._score(y)
         inside = np.isfinite(score)
-        with np.errstate(divide="ignore"):
-            density = (
-                np.exp(-0.5 * score**2) / math.sqrt(2.0 * math.pi) / np.abs(self._slope(np.where(inside, score, 0)))
-            )
-        return np.where(inside, density, 0.0)[()]
+        return np.where(inside, self._density(np.where(inside, score, 0.0)), 0.0)[()]
+
+    @cached_property
+    def modes(self) -> int:
+        """Number of modes of the density but for its outermost parts; lower ones than SHALLOW are rounding."""
+        density = self._density(np.linspace(-BEYOND, BEYOND, GRID))
+        return len(find_peaks(np.pad(density, 1), prominence=SHALLOW * density.max())[0])
 
     @cached_property
     def mean(self) -> float:
@@ -212,6 +217,11 @@ class Derived:
             below = sign * self._at_score(middle) < wanted
             low, high = np.where(below, middle, low), np.where(below, high, middle)
         return np.where(wanted < table[0], -np.inf, np.where(wanted > table[-1], np.inf, 0.5 * (low + high)))
+
+    def _density(self, score):
+        """Density of y at a normal score of X."""
+        with np.errstate(divide="ignore"):
+            return np.exp(-0.5 * score**2) / math.sqrt(2.0 * math.pi) / np.abs(self._slope(score))
 
     def _slope(self, score):
         """Derivative of y by the normal score, of fourth order."""

@@ -21,7 +21,7 @@ from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
 from bearing_twin.uq.propagation import Chaos, Derived
 from bearing_twin.uq.realisations import without_numbers
 from bearing_twin.uq.sampling import UnitPoints
-from bearing_twin.uq.statistics import MOMENTS, Estimate, estimate, modality, mode_numbers
+from bearing_twin.uq.statistics import MOMENTS, Estimate, estimate, modality
 from bearing_twin.uq.study import Study
 
 MOST_KINDS = 48  # of reasons or warnings; their bits fit into the digits of a float
@@ -274,10 +274,8 @@ class SweepInWords:
 # The summary of a study as plain data: statistics of quantities and histories, failures, warnings and notes.
 
 PROBABILITIES = (0.05, 0.25, 0.5, 0.75, 0.95)
-GRID = 201  # points of a density whose modes are counted
 SURROGATE_POINTS = 2**14  # of a polynomial chaos
 BANDS = ("0.05", "0.50", "0.95", "mean", "at_mean_inputs")  # columns of a history that are drawn
-BEYOND = 0.0005  # probability left out on either side where modes of an exact density are counted
 
 
 def _statistics(of: Callable, modes: Callable | None, missing: Mapping[str, str]) -> dict[str, Any]:
@@ -328,11 +326,7 @@ def _of_derived(derived: Derived) -> tuple[Callable, Callable]:
         value = float(getattr(derived, statistic) if statistic in MOMENTS else derived.quantile(statistic))
         return Estimate(value, value, value)
 
-    def modes():
-        places = np.linspace(derived.quantile(BEYOND), derived.quantile(1.0 - BEYOND), GRID)
-        return {"modes": int(mode_numbers(derived.pdf(places))), "p_value": None}
-
-    return of, modes
+    return of, lambda: {"modes": derived.modes, "p_value": None}
 
 
 def _of_chaos(study: Study, chaos: Chaos) -> tuple[Callable, Callable]:
