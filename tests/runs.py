@@ -114,18 +114,6 @@ def reported(scene, *overrides):
     return run.report
 
 
-def receive(recording, topic, received_ns, sent_ns, data, number=None):
-    """Hands one message to a recording; how many solver outputs were lost just before it."""
-
-    def lost() -> int:
-        status = recording.status()
-        return status["samples_lost"] + status["records_lost"]
-
-    before = lost()
-    recording.receive_all(topic, [received_ns], [sent_ns], [data], [number])
-    return lost() - before
-
-
 def full_after(writes: int, monkeypatch) -> None:
     """The disk has room for so many writes of logs, and for none after them."""
     write, calls = os.pwritev, []

@@ -8,7 +8,7 @@ import os
 
 import pytest
 from mcap.writer import Writer
-from runs import made_up_block, made_up_run, made_up_scene, receive
+from runs import made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import DOUBTFUL
@@ -19,14 +19,14 @@ from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader, StoredTopic
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import samples_message, topics
-from bearing_twin.nodes.recorder_node import MIXED, Recording, Sequences, default_topics, warning_of
+from bearing_twin.nodes.recorder_node import Recording, default_topics, warning_of
 from bearing_twin.nodes.replay_node import ReplayLoop, logged_topics, renamed_topics
 from bearing_twin.run.scene import Scene
 
 MS = 1_000_000
 SCENE = made_up_scene(balls=2)
 BLOCK = made_up_block(SCENE, 120)
-SAMPLES, RECORDS = "/bearing/samples", "/bearing/records/companion"
+SAMPLES = "/bearing/samples"
 
 
 def sample_block(first, count):
@@ -35,12 +35,17 @@ def sample_block(first, count):
 
 
 def recording_of(path, *names, ros_type=cdr.STATE, **options):
-    """A recording of everything with these topics, of which SAMPLES and RECORDS have sample blocks."""
+    """A recording of everything with these topics, of which SAMPLES has sample blocks."""
     recording = Recording(path, ["*"], **options)
     for name in names:
-        kind = cdr.SAMPLE_BLOCK if name in (SAMPLES, RECORDS) else ros_type
+        kind = cdr.SAMPLE_BLOCK if name == SAMPLES else ros_type
         recording.add(name, kind, cdr.type_hash(kind), (Qos(),))
     return recording
+
+
+def receive(recording, topic, received_ns, sent_ns, data, number):
+    """Hands one message to a recording."""
+    recording.receive_all(topic, [received_ns], [sent_ns], [data], [number])
 
 
 def counted(path):
@@ -77,74 +82,60 @@ def log(tmp_path):
 # The recorder
 
 
-def test_losses_and_restarts_are_counted():
-    stream = Sequences()
-    assert [stream.note(*block) for block in ((100, 50), (150, 50), (230, 50), (0, 50), (50, 10))] == [0, 0, 30, 0, 0]
-    assert (stream.received, stream.lost, stream.restarts) == (210, 30, 1)
-    for _ in range(MIXED + 1):  # one publisher that starts again and again mixes with nobody
-        stream.note(0, 10)
-    assert (stream.restarts, stream.mixed, stream.lost) == (2 + MIXED, 0, 30)
-    for numbers in ([3, 4, 5, 6], [3, 5, 6, 9], [3, 4, 1, 2], [7], []):
-        many, single = Sequences(), Sequences()
-        for given in ([1, 2], numbers):
-            many.note_all(given)
-            for one in given:
-                single.note(one, 1)
-        assert vars(many) == vars(single)
+NUMBERS = (
+    # numbers of messages that came, as the middleware gives them; lost, before, and whether that is all
+    ([1, 2, 3], 0, 0, True),
+    ([4, 5, 9, 10, 12], 4, 3, True),
+    ([7, 1, 40], 0, 0, False),  # one publisher after the other
+    ([4, 9, 3, 40], 4, 0, False),  # what was counted before stays
+    ([None, None], 0, 0, False),
+)
 
 
-@pytest.mark.parametrize(("firsts", "mixed"), [((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)])
-def test_outputs_of_several_publishers_are_mixed_and_none_of_them_counted_as_lost(firsts, mixed, tmp_path, typed):
-    """Two bearings in one namespace; one that is started again while its old end is still known steps back once."""
-    path = tmp_path / "out.mcap"
-    recording = recording_of(path, SAMPLES)
-    for number, first in enumerate(firsts, start=1):
-        recording.publishers(SAMPLES, 2)
-        assert receive(recording, SAMPLES, 1000, 900, sample_block(first, 10), number) == 0
-    recording.publishers(SAMPLES, 1)
-    receive(recording, SAMPLES, 1000, 900, sample_block(90, 5), 8)  # behind whichever came last
-    assert receive(recording, SAMPLES, 1000, 900, sample_block(97, 3), 10) == 2
+@pytest.mark.parametrize(("numbers", "lost", "before", "counted"), NUMBERS)
+def test_messages_are_counted_by_their_numbers(numbers, lost, before, counted, tmp_path):
+    recording = recording_of(tmp_path / "out.mcap", "/one")
+    for number in numbers:
+        receive(recording, "/one", 1, 1, b"", number)
     status = recording.status()
-    assert (status["samples_lost"], status["mixed"], status["uncounted"]) == (2, SAMPLES * mixed, SAMPLES)
-    assert ("outputs are mixed" in warning_of(status)) is mixed
-    recording.close()
-    assert (
-        "several nodes sent samples at a time" in typed("report", path, "--json", "--strict", code=DOUBTFUL).err
-    ) is mixed
+    assert (status["messages"], status["messages_lost"], status["messages_before"]) == (len(numbers), lost, before)
+    assert (status["lost_on"], status["uncounted"]) == ("/one" * bool(lost), "/one" * (not counted))
 
 
-def test_messages_are_counted_by_their_numbers_and_a_report_tells_what_was_lost(tmp_path, typed):
-    """Of several publishers, or without numbers, nobody can count."""
+def test_a_report_tells_what_was_lost(tmp_path, typed):
+    """Of several publishers nobody can count."""
     path = tmp_path / "out.mcap"
-    recording = recording_of(path, "/one", "/two", "/three", "/four", SAMPLES)
-    for topic, numbers in {"/one": (4, 5, 9), "/two": (1, 2), "/three": (7, 1), "/four": (None, None)}.items():
-        for number in numbers:
-            receive(recording, topic, 1, 1, b"", number)
-    status = recording.status()
-    assert (status["messages"], status["messages_lost"], status["messages_before"]) == (9, 3, 3)
-    assert (status["lost_on"], status["uncounted"]) == ("/one", "/four /three")
+    recording = recording_of(path, "/one", "/two", SAMPLES)
+    for topic, number in (("/one", 4), ("/one", 8), ("/two", 1)):
+        receive(recording, topic, 1, 1, b"", number)
     recording.publishers("/two", 2)
+    receive(recording, "/two", 1, 1, b"", 40)
     receive(recording, SAMPLES, 1000, 900, sample_block(0, 50), 1)
     recording.close()
-    assert counted(path)[0]["uncounted"] == "/four /three /two"
     assert read_log(path).losses == {
-        "messages_lost": 3, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/four /three /two",
+        "messages_lost": 3, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/two",
     }  # fmt: skip
     said = typed("report", path, "--json", "--strict", code=DOUBTFUL)
     assert json.loads(said.out)["messages_lost"] == 3
     assert "3 messages were lost on the way to the recorder" in said.err
 
 
-@pytest.mark.parametrize(("publishers", "numbers"), [(2, (40, 3)), (1, (1, 40))])
-def test_what_was_counted_as_lost_stays_so_when_another_publisher_comes(publishers, numbers, tmp_path):
-    recording = recording_of(tmp_path / "out.mcap", "/one")
-    receive(recording, "/one", 1, 1, b"", 4)
-    receive(recording, "/one", 1, 1, b"", 9)
-    recording.publishers("/one", publishers)
-    for number in numbers:
-        receive(recording, "/one", 1, 1, b"", number)
+@pytest.mark.parametrize(("firsts", "mixed"), [((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)])
+def test_outputs_of_several_publishers_are_mixed(firsts, mixed, tmp_path, typed):
+    """Two bearings in one namespace; one that is started again while its old end is still known steps back once."""
+    path = tmp_path / "out.mcap"
+    recording = recording_of(path, SAMPLES)
+    for count in (1, 2):  # one publisher that starts again and again mixes with nobody
+        recording.publishers(SAMPLES, count)
+        for number, first in enumerate(firsts, start=1):
+            assert recording.status()["mixed"] == "" or count == 2
+            receive(recording, SAMPLES, 1000, 900, sample_block(first, 10), number)
     status = recording.status()
-    assert (status["messages_lost"], status["lost_on"], status["uncounted"]) == (4, "/one", "/one")
+    assert (status["mixed"], status["uncounted"]) == (SAMPLES * mixed, SAMPLES)
+    assert ("outputs are mixed" in warning_of(status)) is mixed
+    recording.close()
+    said = typed("report", path, "--json", "--strict", code=DOUBTFUL).err
+    assert ("several nodes sent samples at a time" in said) is mixed
 
 
 def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked):
@@ -154,7 +145,6 @@ def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked)
     recording.receive_all(SAMPLES, [1] * 4, [1] * 4, [b"none", sample_block(0, 5), b"", b"neither"], [1, 2, 3, 4])
     status = recording.status()
     assert [status[f"messages{what}"] for what in ("", "_unreadable", "_lost")] == [4, 4, 0]
-    assert status["samples_received"] == 5
     assert warning_of(status).startswith("4 messages are not logged")
     recording.close()
     assert [len(one.data) for one in raw_messages(path) if one.topic.name == "/other"] == [6, LARGEST_MESSAGE, 5]
@@ -173,18 +163,6 @@ def test_no_more_topics_are_recorded_than_are_read(tmp_path, monkeypatch):
         recording.add("/more", cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
     recording.close()
     assert len(list(raw_messages(tmp_path / "out.mcap"))) == 5
-
-
-def test_outputs_and_restarts_are_those_of_samples_alone(tmp_path):
-    """A node that is reset begins its records anew, too; they hold rows of their own, which are no outputs."""
-    recording = recording_of(tmp_path / "out.mcap", SAMPLES, RECORDS)
-    for topic, firsts in ((SAMPLES, (0, 50, 0)), (RECORDS, (0, 50, 0, 53))):
-        lost = [receive(recording, topic, 1, 1, sample_block(first, 50)) for first in firsts]
-        assert lost == [0, 0, 0, 3][: len(firsts)]
-    recording.close()
-    [found] = counted(tmp_path / "out.mcap")
-    names = "samples_received", "samples_lost", "restarts", "records_lost"
-    assert [found[name] for name in names] == ["150", "0", "1", "3"]
 
 
 def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch):
@@ -247,24 +225,20 @@ def test_what_is_wanted_is_new_matches_and_is_not_hidden(tmp_path):
         recording.close()
 
 
-@pytest.mark.parametrize(
-    ("numbers", "lost"), [([None] * 3, [0, 0, 20]), ([1, 2, 3], [0, 0, 0]), ([1, 2, 4], [0, 0, 20])]
-)
-def test_a_recording_holds_the_bytes_and_what_was_lost(numbers, lost, tmp_path):
-    """Outputs that nobody sent, as of a log with gaps that is played, were not lost on the way."""
+def test_a_recording_holds_the_bytes(tmp_path):
     path = tmp_path / "out.mcap"
     recording = recording_of(path, SAMPLES)
     blocks = [sample_block(0, 50), sample_block(50, 20), sample_block(90, 30)]
-    found = [receive(recording, SAMPLES, 1000 + k, 900 + k, data, numbers[k]) for k, data in enumerate(blocks)]
-    assert found == lost
+    for k, data in enumerate(blocks):
+        receive(recording, SAMPLES, 1000 + k, 900 + k, data, k + 1)
     recording.close()
     recording.close()
-    assert receive(recording, SAMPLES, 2000, 2000, blocks[0]) == 0  # too late, and harmless
+    receive(recording, SAMPLES, 2000, 2000, blocks[0], 4)  # too late, and harmless
     messages = [(m.log_time, m.publish_time, m.data) for m in raw_messages(path)]
     assert messages == [(1000 + k, 900 + k, data) for k, data in enumerate(blocks)]
     stored = read_log(path, allow_gaps=True)
     assert sum(len(block) for block in stored.blocks()) == 100
-    assert stored.metadata[RECORDING_RECORD]["samples_received"] == "100"
+    assert stored.metadata[RECORDING_RECORD]["messages"] == "3"
 
 
 def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
@@ -276,7 +250,7 @@ def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
     recording.add("/pair", "others/msg/Pair", "RIHS01_" + "0" * 64, (Qos(),))
     with pytest.raises(LogError, match="no definition of others/msg/Missing"):
         recording.add("/missing", "others/msg/Missing", "INVALID", (Qos(),))
-    receive(recording, "/pair", 1, 1, b"\0\1\0\0" + bytes(16))
+    receive(recording, "/pair", 1, 1, b"\0\1\0\0" + bytes(16), 1)
     recording.close()
     [message] = raw_messages(tmp_path / "out.mcap")
     assert message.topic.ros_type == "others/msg/Pair"

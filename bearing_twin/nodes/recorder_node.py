@@ -49,61 +49,39 @@ OFFERED_DEPTH = 10  # discovery does not know the depth of a publisher
 DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
 FRAMES = ("/tf", "/tf_static")
 REMEDY = "give the nodes more processors, or publish and record less (run.publish_rate, topics)"
-RECORDS = "/records/"  # in the name of a topic whose rows are no outputs
 MIXED = 2  # steps back while there are several publishers: one is a node started again, whose end is not known yet
 
 
-class Sequences:
-    """Counts what has numbers, messages of one publisher or solver outputs, and what of it never arrived.
-
-    `before` is the number of the first: so many were sent before anything was received. While `several` publishers send
-    with numbers of their own nothing is known to be lost; `mixed` counts how often they then step back.
-    """
-
-    def __init__(self):
-        self.received = self.lost = self.restarts = self.before = self.mixed = 0
-        self.several = self._doubted = False
-        self._expected: int | None = None
-
-    def note(self, first: int, count: int) -> int:
-        """Notes `count` of them from number `first` on; returns how many were lost just before."""
-        lost, doubted = 0, self._doubted or self.several
-        self._doubted = self.several  # the first after them has no known predecessor
-        if self._expected is None:
-            self.before = first
-        elif first < self._expected:
-            self.restarts += 1
-            self.mixed += doubted
-        elif not doubted:
-            lost = first - self._expected
-        self._expected = first + count
-        self.received += count
-        self.lost += lost
-        return lost
-
-    def note_all(self, numbers: Sequence[int]) -> None:
-        """`note` for one of each of these numbers."""
-        count = len(numbers)
-        if count and list(numbers) == list(range(numbers[0], numbers[0] + count)):  # nearly always, and quick
-            self.note(numbers[0], count)
-            return
-        for one in numbers:
-            self.note(one, 1)
-
-
 class RecordedTopic:
-    """Number of a topic in the log, its messages by the numbers of the middleware, and its outputs, if it has any."""
+    """A topic by its `number` in the log, and what is known of messages that never arrived.
+
+    `before`: messages sent before the first that came. `lost`: those between, while they can be `counted`: by the
+    numbers of one publisher that has not begun again. `mixed`: steps back of outputs while `several` published.
+    """
 
     def __init__(self, name: str, number: int, ros_type: str):
         self.name, self.number, self.ros_type = name, number, ros_type
-        self.sent, self.outputs = Sequences(), Sequences() if ros_type in NUMBERED else None
-        self.several = False  # publishers, now or before, or one that gives messages no numbers
-        self.lost = 0  # messages, while they could be counted
+        self.lost = self.before = self.mixed = self._next_output = 0
+        self.counted, self.several = True, False
+        self._next: int | None = None
 
-    @property
-    def counted(self) -> bool:
-        """True while it is known how many messages were lost."""
-        return not (self.several or self.sent.restarts)
+    def note_numbers(self, numbers: Iterable[int | None]) -> None:
+        """Notes the numbers of messages that came, from 1 on; None where the middleware does not tell."""
+        for number in numbers:
+            if number is None or (self._next is not None and number < self._next):
+                self.counted = False
+            if not self.counted:
+                return
+            if self._next is None:
+                self.before = number - 1
+            else:
+                self.lost += number - self._next
+            self._next = number + 1
+
+    def note_outputs(self, first: int, count: int) -> None:
+        """Notes outputs or records from number `first` on."""
+        self.mixed += self.several and first < self._next_output
+        self._next_output = first + count
 
 
 class Recording:
@@ -144,9 +122,8 @@ class Recording:
     def publishers(self, topic: str, count: int) -> None:
         """Notes how many publishers a topic has: of several, losses cannot be counted by number."""
         recorded = self.topics[topic]
-        recorded.several |= count > 1
-        if recorded.outputs:
-            recorded.outputs.several = count > 1
+        recorded.several = count > 1
+        recorded.counted &= not recorded.several
 
     def receive_all(
         self,
@@ -166,22 +143,16 @@ class Recording:
             if self.closed:
                 return
             recorded = self.topics[topic]
-            messages, ranges = list(zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False)), []
-            if recorded.outputs or max(map(len, data), default=0) > LARGEST_MESSAGE:
+            messages = list(zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False))
+            if recorded.ros_type in NUMBERED or max(map(len, data), default=0) > LARGEST_MESSAGE:
                 found = [_range_or_none(one, recorded.ros_type) for one in data]
-                ranges = [one for one in found if one]
+                for one in filter(None, found):
+                    recorded.note_outputs(*one)
                 messages = [message for message, one in zip(messages, found, strict=True) if one]
             self.log.write_all(messages)
             self.messages += len(messages)
             self.unreadable += len(data) - len(messages)
-            recorded.several |= None in sent_numbers
-            before = recorded.sent.lost
-            recorded.sent.note_all([one - 1 for one in sent_numbers if one is not None])
-            recorded.lost = recorded.sent.lost if recorded.counted else recorded.lost
-            if recorded.outputs:
-                lost = sum(recorded.outputs.note(*one) for one in ranges)
-                if recorded.sent.lost == before and None not in sent_numbers:
-                    recorded.outputs.lost -= lost  # they were never sent, as of a log with gaps that is played
+            recorded.note_numbers(sent_numbers)
 
     def summary(self) -> str:
         """Messages, size and losses in one line."""
@@ -198,7 +169,7 @@ class Recording:
                 self.log.add_metadata(RECORDING_RECORD, status)
 
     def status(self) -> dict[str, float | str]:
-        """Counts so far: topics, messages, and what was lost, of messages, solver outputs and rows of records.
+        """Counts so far: topics, messages, and messages that were lost.
 
         `lost_on` names the topics with lost messages, `uncounted` those whose lost messages nobody can count, or not
         any more: several publishers, or no numbers; `mixed` those on which outputs of several stand among each other.
@@ -206,22 +177,16 @@ class Recording:
         """
         with self._lock:
             topics = sorted(self.topics.values(), key=lambda one: one.name)
-        counted = [one for one in topics if one.counted]
-        outputs = [one.outputs for one in topics if one.outputs and RECORDS not in one.name]
         return {
             "topics": len(topics),
             "messages": self.messages,
             "messages_lost": sum(one.lost for one in topics),
-            "messages_before": sum(one.sent.before for one in counted),
+            "messages_before": sum(one.before for one in topics if one.counted),
             "messages_dropped": self.log.dropped,
             "messages_unreadable": self.unreadable,
             "lost_on": " ".join(one.name for one in topics if one.lost),
             "uncounted": " ".join(one.name for one in topics if not one.counted),
-            "mixed": " ".join(one.name for one in topics if one.outputs and one.outputs.mixed >= MIXED),
-            "samples_received": sum(stream.received for stream in outputs),
-            "samples_lost": sum(stream.lost for stream in outputs),
-            "records_lost": sum(one.outputs.lost for one in topics if one.outputs and RECORDS in one.name),
-            "restarts": sum(stream.restarts for stream in outputs),
+            "mixed": " ".join(one.name for one in topics if one.mixed >= MIXED),
         }
 
     def close(self) -> None:
@@ -237,8 +202,6 @@ class Recording:
 
 
 LOSSES = {
-    "samples_lost": f"{{}} solver outputs were lost on the way; {REMEDY}",
-    "records_lost": f"{{}} rows of records were lost on the way; {REMEDY}",
     "messages_unreadable": "{} messages are not logged: too large, or not of the type as which they were sent",
     "messages_lost": f"{{}} messages were lost on the way; {REMEDY}",
     "messages_dropped": "{} messages were dropped while the disk was full",
@@ -375,7 +338,7 @@ class RecorderNode(BaseNode):
         if not found:
             return
         try:
-            if self.recording.topics[topic].outputs:  # numbers of several publishers mix
+            if self.recording.topics[topic].ros_type in NUMBERED:  # outputs of several publishers mix
                 self.recording.publishers(topic, subscription.get_publisher_count())
             now = self.get_clock().now().nanoseconds  # with use_sim_time 0 before the first /clock
             received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in found]
