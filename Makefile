@@ -1,5 +1,5 @@
 # make demo    set up what is missing, then simulate, publish, log and replay the 8-ball bearing
-# make check   the tests that a change wants, within about a minute
+# make check   quick tests of every room, within about a minute
 # make test    set up what is missing, then run the tests; one file: make test T=tests/test_x.py
 # make test-environments   what needs slow or strange surroundings: empty caches, a busy processor, other Pythons
 # make docs    the documentation as pages for a browser, in build/docs; works without a network
@@ -123,9 +123,10 @@ install/.interfaces: $(SCHEMAS)
 install/.interfaces_cpp: $(SCHEMAS)
 	$(call build_interfaces,60,-DPYTHON_ONLY=OFF)
 
+QUICK := architecture parameters scene kinds laws equilibrium channels log study cli
 check: base $(TOOLS)
-	$(call stage,tests that the change wants)
-	@source env.bash && python tests/wanted.py
+	$(call stage,quick tests of every room)
+	@source env.bash && python -m pytest $(QUICK:%=tests/test_%.py)
 
 # Files of tests go to two processes, each file whole, so that its tests share what its fixtures made; from both ends of
 # our order, so that each process has to do with neighbours (`tests/conftest.py`).

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import processes  # noqa: F401 - what forks do not collect
 import pytest
@@ -32,14 +31,9 @@ settings.register_profile("bearing_twin", deadline=None)
 settings.load_profile("bearing_twin")
 
 SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP  # what executables take over
-TOOK = "bearing_twin/seconds"  # where the cache of pytest keeps how long each test took last time
-UNKNOWN = 0.3  # s, assumed of a test that never ran here
-TIMES: dict[str, float] = {}  # s, of the tests of this session
 # Files that fork most: first, while there is little to copy.
 FORKING = "test_workers", "test_ensemble", "test_model_error", "test_study", "test_kinds"
 DRAWN: set[tuple] = set()  # titles and labels of the panels of pictures drawn
-LEFT_OUT: list[str] = []
-BEGAN: list[float] = []
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -199,14 +193,6 @@ def here(monkeypatch, capfd):
     os.environ.update(environment)
 
 
-def pytest_addoption(parser):
-    parser.addoption("--within", type=float, metavar="S", help="only the first tests that took S seconds last time")
-    parser.addoption(
-        "--until", type=float, metavar="S", help="begin no test that would end later than S seconds after the first"
-    )
-    parser.addoption("--always", default="", metavar="FILES", help="test files that neither leaves out")
-
-
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Side by side, one process takes files from the front, the other from the back.
@@ -226,28 +212,11 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 @pytest.hookimpl(trylast=True)
-def pytest_collection_modifyitems(config, items):
-    """Begins with what forks most, then what starts programs; with --within, leaves out what does not fit."""
-    seconds = config.getoption("within")
-    if seconds is None:
-        starting = {item.path for item in items if "quick_starts" in item.fixturenames}
-        first = {name: place for place, name in enumerate(FORKING)}
-        items.sort(key=lambda item: first.get(item.path.stem, len(first) + (item.path not in starting)))
-        return
-    took, always = config.cache.get(TOOK, {}), config.getoption("always").split(",")
-    kept, left_out = [], []
-    for item in items:
-        needed = took.get(item.nodeid, UNKNOWN)
-        if item.path.stem in always:
-            kept.append(item)
-        elif needed <= seconds:
-            seconds -= needed
-            kept.append(item)
-        else:
-            left_out.append(item)
-    config.hook.pytest_deselected(items=left_out)
-    LEFT_OUT.extend(item.nodeid for item in left_out)
-    items[:] = kept
+def pytest_collection_modifyitems(items):
+    """Begins with what forks most, then what starts programs."""
+    starting = {item.path for item in items if "quick_starts" in item.fixturenames}
+    first = {name: place for place, name in enumerate(FORKING)}
+    items.sort(key=lambda item: first.get(item.path.stem, len(first) + (item.path not in starting)))
 
 
 def pytest_collection_finish():
@@ -255,25 +224,6 @@ def pytest_collection_finish():
     gc.freeze()
     gc.set_threshold(1_000_000, 20, 1000)
     gc.enable()
-    BEGAN[:] = [time.monotonic()]
-
-
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtest_protocol(item):
-    """With --until, passes over what would end too late, as long as it took last time."""
-    seconds = item.config.getoption("until")
-    if seconds is None or item.path.stem in item.config.getoption("always").split(","):
-        return None
-    needed = item.config.cache.get(TOOK, {}).get(item.nodeid, UNKNOWN) if hasattr(item.config, "cache") else UNKNOWN
-    if time.monotonic() - BEGAN[0] + needed < seconds + UNKNOWN:
-        return None
-    LEFT_OUT.append(item.nodeid)
-    return True
-
-
-def pytest_runtest_logreport(report):
-    if report.passed:
-        TIMES[report.nodeid] = TIMES.get(report.nodeid, 0.0) + report.duration
 
 
 @pytest.hookimpl(trylast=True)
@@ -294,15 +244,6 @@ class Named:
             self.terminal.write_line(str(report.longreprtext)[-2000:])
 
 
-def pytest_sessionfinish(session):
+def pytest_sessionfinish():
     for one in starts.STEM:
         one.end()
-    if TIMES and hasattr(session.config, "cache") and not hasattr(session.config, "workerinput"):
-        session.config.cache.set(TOOK, session.config.cache.get(TOOK, {}) | TIMES)
-
-
-def pytest_terminal_summary(terminalreporter):
-    if LEFT_OUT:
-        terminalreporter.write_line(
-            f"{len(LEFT_OUT)} tests near the change were left out for time: make test runs them"
-        )

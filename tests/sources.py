@@ -26,18 +26,6 @@ def nodes_of(path: Path) -> tuple[ast.AST, ...]:
     return tuple(ast.walk(tree_of(path)))
 
 
-def statements_of(path: Path) -> list[ast.stmt]:
-    """All statements of a file, those inside of others too: a tenth of its nodes."""
-    found, waiting = [], [tree_of(path)]
-    while waiting:
-        node = waiting.pop()
-        for name in ("body", "orelse", "handlers", "finalbody", "cases"):
-            inner = getattr(node, name, ())
-            waiting += inner
-            found += inner
-    return found
-
-
 @functools.cache
 def package_trees() -> dict[Path, ast.Module]:
     """The trees of all files of the package by their paths, sorted."""

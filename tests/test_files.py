@@ -1,15 +1,20 @@
-"""Files are written whole or not at all; streams that close, fill up or are read no more."""
+"""Files are written whole or not at all, and read within limits; streams that close, fill up or are read no more."""
 
+import contextlib
 import os
 import subprocess
 import sys
+import time
 
 import pytest
 from processes import forked
+from torture_rows import in_a_process
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.paths import file_name, write_whole
 from bearing_twin.log.run_log import read_log
+from bearing_twin.run.scene import parse_scene
+from bearing_twin.uq.study import parse_study
 
 
 def test_a_file_that_cannot_be_written_whole_leaves_what_was_there(tmp_path):
@@ -131,3 +136,43 @@ def test_a_result_that_finds_no_room_says_that_it_was_to_go_to_standard_output(w
     done = subprocess.run(["bash", "-c", command], capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 2
     assert done.stderr.splitlines()[-1] == "bearing_twin: standard output cannot be used (No space left on device)"
+
+
+TABLE = '{"kind": "bearing", "rings": {"inner": {"table": [%s]}}}'
+BILLION = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
+    f"{chr(98 + k)}: &{chr(98 + k)} [{', '.join(['*' + chr(97 + k)] * 8)}]\n" for k in range(12)
+)
+YAML_BOMBS = {  # texts that would take a reader of YAML long, or much memory
+    "aliases": BILLION,
+    "merge keys": "a: &a {b: 1}\nc: {" + ", ".join(["<<: *a"] * 1000) + "}",
+    "deep lists": "a: " + "[" * 60_000,
+    "deep lists, closed": "a: " + "[" * 5000 + "]" * 5000,
+    "deep mappings": "a: " + "{a: " * 20_000,
+    "deep blocks": "".join(f"{' ' * k}a:\n" for k in range(450)),
+    "a long list": "a: [" + "1, " * 40_000 + "]",
+    "a long table": TABLE % ", ".join(f"[{k}, 1,0,0,0,0]" for k in range(5800)),
+    "a table without end": TABLE % ", ".join(f"[{k}, 1,0,0,0,0]" for k in range(100_000)),
+    "a long number": "kind: bearing\nrun: {duration: 1" + "0" * 100_000 + "}",
+    "a long text": "kind: bearing\nname: " + "x" * 120_000,
+    "many keys": "".join(f"k{k}: 1\n" for k in range(14_000)),
+    "the same key": "kind: bearing\n" * 9000,
+    "a tag that runs code": "!!python/object/apply:os.system [sleep 100]",
+    "many documents": "---\na: 1\n" * 14_000,
+    "escapes": 'a: "' + "\\U0001F600" * 12_000 + '"',
+    "comments": "#\n" * 60_000,
+    "sexagesimals": "a: [" + "190:20:30, " * 11_000 + "]",
+}
+
+
+def test_yaml_that_would_take_long_is_read_or_refused_soon():
+    def read():
+        for what, text in YAML_BOMBS.items():
+            for parsed in (parse_scene, parse_study):
+                begin = time.process_time()
+                with contextlib.suppress(BearingTwinError):
+                    parsed(text, "a bomb")
+                assert time.process_time() - begin < 1.5, what
+
+    cost = in_a_process(read)
+    assert cost.well
+    assert cost.memory < 190e6

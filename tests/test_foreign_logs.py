@@ -13,6 +13,7 @@ import sys
 import time
 import zlib
 
+import lz4.frame
 import pytest
 import yaml
 import zstandard
@@ -20,7 +21,7 @@ from foreign_writers import by_mcap, by_rosbags
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Chunk, ChunkIndex, DataEnd, Footer, Header, Message, Schema, Statistics
 from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType, IndexType
+from mcap.writer import CompressionType, IndexType, Writer
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from runs import bits, made_up_block, made_up_run, made_up_scene
 from torture_rows import in_a_process
@@ -29,7 +30,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.log.raw_log import recover
+from bearing_twin.log.raw_log import SCENE_RECORD, recover
 from bearing_twin.log.run_log import read_log, write_log
 
 SCENE = made_up_scene(balls=1)
@@ -298,6 +299,24 @@ def of_chunk(content, **changes):
     return of_records(chunk)
 
 
+def packed(content, times=1, compression="zstd", **changes):
+    """A file of so many chunks that have this content packed."""
+    data = zstandard.compress(content) if compression == "zstd" else lz4.frame.compress(content)
+    said = {"compression": compression, "data": data, "uncompressed_crc": 0, "uncompressed_size": len(content)}
+    return of_records(SCHEMA, CLOCK, *[Chunk(message_end_time=0, message_start_time=0, **said | changes)] * times)
+
+
+def of_scene(text):
+    """A log without outputs whose metadata have this text as its scene."""
+    written = io.BytesIO()
+    writer = Writer(written)
+    writer.start("ros2")
+    channel((cdr.SAMPLE_BLOCK, "ros2msg", b""), "/bearing/samples", "cdr")(writer)
+    writer.add_metadata(SCENE_RECORD, {"scene": text})
+    writer.finish()
+    return written.getvalue()
+
+
 def of_records(*records):
     builder, magic = RecordBuilder(), b"\x89MCAP0\r\n"
     for record in (Header("ros2", ""), *records, DataEnd(0), Footer(0, 0, 0)):
@@ -333,7 +352,9 @@ def inside(*records):
 
 SCHEMA, CLOCK = Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1)
 HEAD = struct.Struct("<BQ")
-HOSTILE = {  # the bytes of a file, what is said of it
+EMPTY = struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)
+TABLE = '{"kind": "bearing", "rings": {"inner": {"table": [%s]}}}'
+HOSTILE = {  # the bytes of a file, or what makes them, and what is said of it
     "a message shorter than its head": (of_chunk(inside(SCHEMA, CLOCK) + HEAD.pack(5, 3) + b"abc"), "damaged"),
     "a record longer than its chunk": (of_chunk(HEAD.pack(0x80, 1 << 40)), "damaged"),
     "a chunk that ends within a record": (of_chunk(b"\x05\x00"), "damaged"),
@@ -345,7 +366,17 @@ HOSTILE = {  # the bytes of a file, what is said of it
     "a chunk that says 2^60 bytes": (of_chunk(b"", uncompressed_size=1 << 60), "beyond a limit"),
     "a chunk of 70 MB": (of_chunk(bytes(70 << 20)), "beyond a limit"),
     "a record of 2^63 bytes": (of_records()[:-50] + HEAD.pack(6, 1 << 63), "damaged"),
-    "400 000 empty records": (of_chunk(HEAD.pack(0x80, 0) * 400_000, compression="lz4"), "damaged"),
+    "3 million empty records": (lambda: packed(HEAD.pack(0x80, 0) * 3_000_000, compression="lz4"), "beyond a limit"),
+    "a million empty messages": (lambda: packed(EMPTY * 1_000_000), "beyond a limit"),
+    "256 MB": (lambda: packed(bytes(1 << 28)), "beyond a limit"),
+    "256 MB by lz4": (lambda: packed(bytes(1 << 28), compression="lz4"), "beyond a limit"),
+    "256 MB that say 64, eight times": (lambda: packed(bytes(1 << 28), 8, uncompressed_size=1 << 26), "size it states"),
+    "64 MB, four times": (lambda: packed(bytes(1 << 26), 4, "lz4"), "beyond a limit"),
+    "a schema of 30 MB": (lambda: of_records(Schema(1, bytes(30_000_000), "ros2msg", "a/msg/B")), "holds no topic"),
+    "a scene of 30 MB": (lambda: of_scene("kind: bearing\ndescription: " + "x" * 30_000_000), "the scene in"),
+    "a scene of lists": (lambda: of_scene('{"kind": "bearing", "a": [' + "[]," * 2_300_000 + "0]}"), "the scene in"),
+    "a scene of deep lists": (lambda: of_scene('{"a": ' + "[" * 5_000_000), "the scene in"),
+    "a scene with a long table": (lambda: of_scene(TABLE % ("[1, 1,1,1,0,0]," * 300_000)), "the scene in"),
     "an index before the start": (indexed_at(3), "holds no topic"),
     "an index behind the end": (indexed_at(1 << 62), "holds no topic"),
     "zeros": (b"\x89MCAP0\r\n" + bytes(10_000_000), "its end is missing"),
@@ -366,13 +397,16 @@ HOSTILE = {  # the bytes of a file, what is said of it
 
 
 def cost_of_refusing(paths, saved, seconds):
-    """In one process, `report` and `recover` of each, which may take so many processor seconds together."""
+    """In one process, `report` and `recover` of each, which may take so many processor seconds together.
+
+    Of messages without end `recover` saves the first.
+    """
 
     def work():
         for path in paths:
             begin = time.process_time()
-            for words in (["report", str(path)], ["recover", str(path), str(saved)]):
-                assert main(words) == BAD_INPUT, path
+            assert main(["report", str(path)]) == BAD_INPUT, path
+            assert main(["recover", str(path), str(saved), "--force"]) in (DONE, BAD_INPUT), path
             assert time.process_time() - begin < seconds, path
 
     return in_a_process(work)
@@ -380,8 +414,12 @@ def cost_of_refusing(paths, saved, seconds):
 
 def test_what_means_ill_is_refused_for_what_it_is_and_soon(tmp_path):
     files = {tmp_path / f"{what}.mcap": one for what, one in HOSTILE.items()}
-    for path, (content, _) in files.items():
-        path.write_bytes(content)
+
+    def write():
+        for path, (content, _) in files.items():
+            path.write_bytes(content if isinstance(content, bytes) else content())
+
+    assert in_a_process(write).well
     cost = cost_of_refusing(files, tmp_path / "out.mcap", 2.0)
     assert cost.well
     assert cost.memory < 190e6  # 300 MB with the program itself

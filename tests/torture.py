@@ -2,7 +2,7 @@
 
 Every row says how often it was tried and survived, what was lost against the promise, and what went wrong unsaid.
 `--write` puts the rows that ran into the table of docs/reliability.md, with machine and date. `--share 0.1` does a
-tenth of each. Exit code 1 where something did not survive, 130 after Ctrl-C, when all that was started has ended.
+tenth of each. Exit code 1 where something did not survive.
 """
 
 import argparse
@@ -11,8 +11,6 @@ import functools
 import importlib.util
 import os
 import re
-import shutil
-import signal
 import sys
 import tempfile
 import time
@@ -21,7 +19,7 @@ from pathlib import Path
 
 from torture_inputs import ROWS as INPUTS
 from torture_logs import ROWS as LOGS
-from torture_rows import ENDS, Found, Row, end_children
+from torture_rows import Found, Row
 
 from bearing_twin.charts.contest import processor
 
@@ -29,7 +27,6 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "reliability.md"
 MEMORY = Path("/dev/shm")  # there fsync costs nothing
 HEADER = ("row", "what", "tried", "survived", "lost", "silent", "measured", "share", "seconds", "when")
-FOLDERS: list[str] = []  # of rows; what a row started may write there until it has ended
 _TABLE = re.compile(r"(<!-- torture -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
 _WHOLE = re.compile(r"(<!-- torture: all rows -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
 
@@ -69,7 +66,6 @@ def run(row: Row, share: float) -> tuple[Found, float]:
     began = time.monotonic()
     place = MEMORY if MEMORY.is_dir() else None
     with tempfile.TemporaryDirectory(dir=place, ignore_cleanup_errors=True) as folder:
-        FOLDERS.append(folder)
         try:
             found = row.run(share, Path(folder))
         except Exception as error:  # the other rows are still wanted
@@ -85,32 +81,20 @@ def main() -> int:
     parser.add_argument("--share", type=float, default=1.0, help="of every row, 1 = all of it")
     parser.add_argument("--write", action="store_true", help="write the table of docs/reliability.md")
     asked = parser.parse_args()
-    # A shell's job in the background ignores it, and so would all that is started here, which is ended by it.
-    for number in ENDS:
-        signal.signal(number, signal.default_int_handler)
     began, bad, cells = time.monotonic(), 0, {}
-    try:
-        for name, row in rows().items():
-            if name not in (asked.only or rows()):
-                continue
-            found, seconds = run(row, asked.share)
-            bad += found.survived < found.tried or bool(found.lost or found.silent)
-            print(f"{name}: {found.tried} tried, {found.survived} survived, {found.lost} lost, "
-                  f"{found.silent} silent; {found.figures} ({seconds:.0f} s)", flush=True)  # fmt: skip
-            counts = (str(one) for one in found[:4])
-            measured = found.figures, f"{asked.share:g}", f"{seconds:.0f}", when()
-            cells[name] = (f"`{name}`", row.what, *counts, *measured)
-            if asked.write:
-                minutes = (time.monotonic() - began) / 60.0 if len(cells) == len(rows()) else None
-                PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), cells, minutes), encoding="utf-8")
-    except KeyboardInterrupt:
-        for number in ENDS:  # all that was started is being ended
-            signal.signal(number, signal.SIG_IGN)
-        end_children()
-        for folder in FOLDERS:
-            shutil.rmtree(folder, ignore_errors=True)
-        print("torture: interrupted", file=sys.stderr)
-        return 128 + signal.SIGINT
+    for name, row in rows().items():
+        if name not in (asked.only or rows()):
+            continue
+        found, seconds = run(row, asked.share)
+        bad += found.survived < found.tried or bool(found.lost or found.silent)
+        print(f"{name}: {found.tried} tried, {found.survived} survived, {found.lost} lost, "
+              f"{found.silent} silent; {found.figures} ({seconds:.0f} s)", flush=True)  # fmt: skip
+        counts = (str(one) for one in found[:4])
+        measured = found.figures, f"{asked.share:g}", f"{seconds:.0f}", when()
+        cells[name] = (f"`{name}`", row.what, *counts, *measured)
+        if asked.write:
+            minutes = (time.monotonic() - began) / 60.0 if len(cells) == len(rows()) else None
+            PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), cells, minutes), encoding="utf-8")
     return int(bad > 0)
 
 

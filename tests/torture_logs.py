@@ -1,34 +1,21 @@
-"""Tortures of logs: killed writers, full disks, cuts and torn writes, flips, bombs; size and reading of long logs."""
+"""Tortures of logs: killed writers, full disks, meddling, cuts and torn writes, flips."""
 
-import contextlib
-import io
 import mmap
 import os
 import resource
 import signal
 import struct
 import time
-import zlib
-from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 
-import lz4.frame
 import numpy as np
-import zstandard
-from mcap.data_stream import RecordBuilder
-from mcap.records import Channel, Chunk, Header, Schema
-from mcap.writer import Writer
-from torture_rows import Found, Row, fork, in_a_process, megabytes, part_of, until
+from torture_rows import Found, Row, part_of, until
 
-from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_write import MAGIC
-from bearing_twin.log.raw_log import SCENE_RECORD, RawLogWriter, Safety, recover
-from bearing_twin.log.run_log import read_log
-from bearing_twin.run.scene import parse_scene
-from bearing_twin.uq.study import parse_study
+from bearing_twin.log.raw_log import RawLogWriter, Safety, recover
 
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself
 RATES = (1.0, 20.0, 500.0, 5000.0)  # messages a second
@@ -88,7 +75,7 @@ def kills(share: float, folder: Path) -> Found:
         together = []
         for k in range(first, min(first + KILLED_TOGETHER, trials)):
             shared, path = np.frombuffer(mmap.mmap(-1, 8 * (TIMES + MOST_NUMBERS))), folder / f"killed_{k}.mcap"
-            child = fork()
+            child = os.fork()
             if child == 0:
                 try:
                     _write_until_killed(path, rates[k], shared)
@@ -281,152 +268,10 @@ def flips(share: float, folder: Path) -> Found:
     return Found(trials, survived, lost, silent, "lost: flips that cost more than a chunk")
 
 
-def _file_of(*records) -> bytes:
-    builder = RecordBuilder()
-    Header("ros2", "").write(builder)
-    for record in records:
-        record.write(builder)
-    return MAGIC + builder.end()
-
-
-PACKED = {"zstd": zstandard.compress, "lz4": lz4.frame.compress}
-
-
-def _chunk(content: bytes, data: bytes, compression: str, size: int | None = None) -> Chunk:
-    return Chunk(
-        compression=compression, data=data, message_end_time=0, message_start_time=0,
-        uncompressed_crc=zlib.crc32(content[: 1 << 20]), uncompressed_size=len(content) if size is None else size,
-    )  # fmt: skip
-
-
-def _log_of_scene(scene: str) -> bytes:
-    """A whole log without outputs, with this text in place of the scene."""
-    written = io.BytesIO()
-    log = Writer(written)
-    log.start("ros2")
-    schema = log.register_schema(cdr.SAMPLE_BLOCK, "ros2msg", cdr.schema_text(cdr.SAMPLE_BLOCK).encode())
-    log.register_channel("/bearing/samples", "cdr", schema)
-    log.add_metadata(SCENE_RECORD, {"scene": scene})
-    log.finish()
-    return written.getvalue()
-
-
-TABLE = '{"kind": "bearing", "rings": {"inner": {"table": [%s]}}}'
-
-
-def log_bombs() -> dict[str, Callable[[], bytes]]:
-    """Small files that would unpack, count or allocate without end, made when they are wanted, by what they are."""
-    described = Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1)
-    huge = struct.pack("<BQ", 6, 1 << 62)
-
-    def unpacked(compression: str, size: int, reported: int | None = None, times: int = 1) -> bytes:
-        """Chunks of so many zeros that tell this size."""
-        zeros = bytes(size)
-        return _file_of(*[_chunk(zeros, PACKED[compression](zeros), compression, reported)] * times)
-
-    def counted(compression: str, record: bytes, times: int) -> bytes:
-        """A chunk of so many records."""
-        return _file_of(*described, _chunk(record * times, PACKED[compression](record * times), compression))
-
-    found: dict[str, Callable[[], bytes]] = {}
-    for name in PACKED:
-        found[f"{name}, size as it is"] = partial(unpacked, name, 1 << 28)
-        found[f"{name}, size small"] = partial(unpacked, name, 1 << 28, 1000)
-        found[f"{name}, size huge"] = partial(unpacked, name, 1 << 28, 1 << 62)
-        found[f"{name}, many chunks"] = partial(unpacked, name, 1 << 28, 1 << 26, 8)
-        found[f"{name}, empty records"] = partial(counted, name, struct.pack("<BQ", 0x80, 0), 3_000_000)
-        message = struct.pack("<BQHIQQ", 5, 22, 1, 0, 0, 0)
-        found[f"{name}, empty messages"] = partial(counted, name, message, 1_000_000)
-        found[f"{name}, just under the limit"] = partial(unpacked, name, 1 << 26, None, 4)
-    channels = (Channel(k % 65536, "/a" * 50, "cdr", {}, 1) for k in range(100_000))
-    rows = (f"[{k}e-3, 1,1,1,0,0]" for k in range(300_000))
-    return found | {
-        "a record of 2^62 bytes": lambda: _file_of() + huge,
-        "a record of 2^62 bytes in a chunk": lambda: _file_of(_chunk(huge, huge, "")),
-        "a chunk without end": lambda: MAGIC + struct.pack("<BQ", 6, 1 << 25) + bytes(100),
-        "magic alone, many times": lambda: MAGIC * 100_000,
-        "100 000 channels": lambda: _file_of(described[0], *channels),
-        "a scene of 30 MB": lambda: _log_of_scene("kind: bearing\ndescription: " + "x" * 30_000_000),
-        "a scene of 7 MB of lists": lambda: _log_of_scene('{"kind": "bearing", "a": [' + "[]," * 2_300_000 + "0]}"),
-        "a scene of deep lists": lambda: _log_of_scene('{"a": ' + "[" * 5_000_000),
-        "a scene with a long table": lambda: _log_of_scene(TABLE % ", ".join(rows)),
-        "a schema of 30 MB": lambda: _file_of(Schema(1, bytes(30_000_000), "ros2msg", "a/msg/B")),
-    }
-
-
-def yaml_bombs() -> dict[str, str]:
-    """Texts that would take a reader of YAML long or much memory, by what they are."""
-    billion = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
-        f"{chr(98 + k)}: &{chr(98 + k)} [{', '.join(['*' + chr(97 + k)] * 8)}]\n" for k in range(12)
-    )
-    return {
-        "aliases": billion,
-        "merge keys": "a: &a {b: 1}\nc: {" + ", ".join(["<<: *a"] * 1000) + "}",
-        "deep lists": "a: " + "[" * 60_000,
-        "deep lists, closed": "a: " + "[" * 5000 + "]" * 5000,
-        "deep mappings": "a: " + "{a: " * 20_000,
-        "deep blocks": "".join(f"{' ' * k}a:\n" for k in range(450)),
-        "a long list": "a: [" + "1, " * 40_000 + "]",
-        "a long table": TABLE % ", ".join(f"[{k}, 1,0,0,0,0]" for k in range(5800)),
-        "a table without end": TABLE % ", ".join(f"[{k}, 1,0,0,0,0]" for k in range(100_000)),
-        "a long number": "kind: bearing\nrun: {duration: 1" + "0" * 100_000 + "}",
-        "a long text": "kind: bearing\nname: " + "x" * 120_000,
-        "many keys": "".join(f"k{k}: 1\n" for k in range(14_000)),
-        "the same key": "kind: bearing\n" * 9000,
-        "a tag that runs code": "!!python/object/apply:os.system [sleep 100]",
-        "many documents": "---\na: 1\n" * 14_000,
-        "escapes": 'a: "' + "\\U0001F600" * 12_000 + '"',
-        "comments": "#\n" * 60_000,
-        "sexagesimals": "a: [" + "190:20:30, " * 11_000 + "]",
-    }
-
-
-def bombs(share: float, folder: Path) -> Found:
-    """Each in a process of its own: refused or read, in less than 1 s of processor time and 300 MB.
-
-    A program that reads logs takes 110 MB itself, whatever it reads.
-    """
-    tried = survived = silent = 0
-    worst, dearest = 0.0, 0.0
-    names, most_seconds, most_memory = [], 1.0, 300e6 - 110e6
-
-    def job(use, *arguments):
-        def work():
-            with contextlib.suppress(BearingTwinError):
-                use(*arguments)
-
-        return work
-
-    logs, jobs = log_bombs(), []
-    for name in sorted(logs):
-        path = folder / f"{name}.mcap"
-        jobs += [(name, job(lambda path: list(raw_messages(path)), path)), (name, job(read_log, path))]
-    for name, text in yaml_bombs().items():
-        jobs += [(name, job(parse, text, "a bomb")) for parse in (parse_scene, parse_study)]
-    chosen = jobs[:: max(1, round(1.0 / share / 4.0))]
-
-    def write():
-        for name in {name for name, _ in chosen} & {*logs}:
-            (folder / f"{name}.mcap").write_bytes(logs[name]())
-
-    assert in_a_process(write).well
-    for name, work in chosen:
-        cost = in_a_process(work)
-        tried += 1
-        silent += not cost.well
-        good = cost.well and cost.seconds < most_seconds and cost.memory < most_memory
-        survived += good
-        names += [] if good else [f"{name}: {cost.seconds:.1f} s, {megabytes(cost.memory)}"]
-        worst, dearest = max(worst, cost.seconds), max(dearest, cost.memory)
-    said = f"greatest {worst:.2f} s, {megabytes(dearest)} beside the program itself"
-    return Found(tried, survived, 0, silent, "; ".join([said, *names]))
-
-
 ROWS = (
     Row("kill", "writers killed with -9 over four rates", kills),
     Row("full", "files that cannot grow, from a random instant to another", full_disk),
     Row("meddle", "logs that another program removes, moves, adds to or cuts while they are written", meddled),
     Row("cut", "a log cut at every byte, some with noise behind, as of a torn write", cuts),
     Row("flip", "one bit flipped", flips),
-    Row("bomb", "logs and YAML files that would unpack without end, under 1 s and 300 MB", bombs),
 )

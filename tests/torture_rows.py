@@ -1,18 +1,14 @@
 """Results of a row of `make torture`, and functions of several rows."""
 
-import contextlib
 import mmap
 import os
 import resource
-import signal
 import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
 import processes  # noqa: F401 - what forks do not collect
-
-ENDS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP  # what ends the torture
 
 
 class Row(NamedTuple):
@@ -43,15 +39,6 @@ def memory_of(process: int | str) -> float:
     return int(Path(f"/proc/{process}/statm").read_text().split()[1]) * float(os.sysconf("SC_PAGE_SIZE"))
 
 
-def fork() -> int:
-    """os.fork, with what ends the torture held back: a signal that came in one of its hooks would be passed over."""
-    signal.pthread_sigmask(signal.SIG_BLOCK, ENDS)
-    try:
-        return os.fork()
-    finally:
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, ENDS)
-
-
 class Cost(NamedTuple):
     """Of work in a process of its own: processor seconds, memory it took at most [B], whether it ended well."""
 
@@ -63,7 +50,7 @@ class Cost(NamedTuple):
 def in_a_process(work: Callable[[], None]) -> Cost:
     """Runs `work` in a fork, which is ended after 60 s of processor time; a traceback there counts as not well."""
     shared = memoryview(mmap.mmap(-1, 8)).cast("d")
-    child = fork()
+    child = os.fork()
     if child == 0:
         shared[0] = memory_of("self")
         resource.setrlimit(resource.RLIMIT_CPU, (60, 60))
@@ -84,27 +71,6 @@ def until(done: Callable[[], bool], seconds: float, period: float = 0.01) -> boo
             return False
         time.sleep(period)
     return True
-
-
-def end_children(seconds: float = 5.0) -> None:
-    """Ends the processes that this one started and has not ended: by SIGINT, those that still run then by SIGKILL."""
-    for number in (signal.SIGINT, signal.SIGKILL):
-        for child in _children():
-            with contextlib.suppress(ProcessLookupError):
-                os.kill(child, number)
-        until(lambda: not _children(), seconds)
-
-
-def _children() -> list[int]:
-    with contextlib.suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
-    found = []
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):  # it has ended meanwhile
-            _, parent, *_ = path.read_text().rpartition(")")[2].split()
-            found += [int(path.parent.name)] if int(parent) == os.getpid() else []
-    return found
 
 
 def megabytes(number: float) -> str:

@@ -39,7 +39,7 @@ LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a 
 LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chunk before and what packing adds
 FREE_BYTES = 1 << 26  # unpacked bytes any file may have; beyond that GREATEST_RATIO holds
 FREE_RECORDS = 200_000  # records any file may have
-RECORDS_PER_BYTE = 4  # of the file, beyond that
+RECORDS_PER_BYTE = 1  # of the file, beyond that
 MOST_TOPICS, MOST_SILENT = 10_000, 1000  # with messages and without: a fifth of a second to read
 LAST_NS = (1 << 64) - 1  # the format counts time by 64 bits
 MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks that overlap in time
@@ -158,11 +158,11 @@ class McapReader:
             what = "its end is missing (it is being written, the writer was stopped, or the file was cut)"
             raise DamagedLog(self.path, self._read_to, what)
 
-    def content(self, damage: list[UnreadableLog] | None = None) -> Iterator[LoggedMessage | Metadata | Attachment]:
+    def content(self, damage: list[tuple] | None = None) -> Iterator[LoggedMessage | Metadata | Attachment]:
         """All messages, metadata and attachments as they stand, while they are checked.
 
-        Raises DamagedLog and LogLimit where reading cannot go on; with a list for `damage` they are put into it, and
-        reading goes on behind them.
+        Raises DamagedLog and LogLimit where reading cannot go on; with a list for `damage` place and reason are put
+        into it, and reading goes on behind them.
         """
         begin: int | None = len(MAGIC)
         while begin is not None:
@@ -178,7 +178,7 @@ class McapReader:
             except UnreadableLog as error:
                 if damage is None:
                     raise
-                damage.append(error)
+                damage.append((error.offset, error.what))
                 begin = self._record_after(max(error.offset, begin))
 
     def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
@@ -400,6 +400,7 @@ class McapReader:
             if position > size:
                 raise DamagedLog(self.path, offset, "a record in this chunk is longer than the chunk")
             if count > left:
+                self._records += count
                 raise LogLimit(self.path, offset, "it holds more records than a file of its size may have here")
             if opcode == 5:  # a message
                 if length < _FIELDS.size:

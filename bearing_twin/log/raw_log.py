@@ -24,7 +24,7 @@ from bearing_twin.base.process import Unbroken
 from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage, UnreadableLog
+from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage
 from bearing_twin.log.mcap_write import McapWriter, StoredTopic, refused
 
 BAG_RECORD = "rosbag2"
@@ -427,14 +427,14 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
 def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
     """All that can be read of the files; `problems` get a sentence for each part that cannot."""
     for file in files:
-        damage: list[UnreadableLog] = []
+        damage: list[tuple[int, str]] = []
         with reader_of(file) as reader:
             yield from reader.content(damage)
             try:
                 reader.require_end()
             except DamagedLog as error:
-                damage.append(error)
-        problems += dict.fromkeys(f"{file.name} at byte {one.offset}: {one.what}" for one in damage)
+                damage.append((error.offset, error.what))
+        problems += dict.fromkeys(f"{file.name} at byte {offset}: {what}" for offset, what in damage)
 
 
 def _outputs(message: LoggedMessage) -> int:
