@@ -67,10 +67,6 @@ CASES = {
         ("bearing_6203_fast", STILL, "drive.speed=6000"),
     ),
     ("beam.theory", "shear_share"): (("sphere_on_beam",), ("sphere_on_beam", "beam.span=0.05")),
-    ("beam.theory", "first_peak_error"): (
-        ("sphere_on_beam_drop_600mm",),
-        ("sphere_on_beam", "beam.span=0.06", "blow.speed=1"),
-    ),
     ("formulation", "speed_share"): (
         ("soft_discs_mean", "formulation=linear", "motion.first_velocity=0.1"),
         ("soft_discs_mean", "formulation=linear"),

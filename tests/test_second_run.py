@@ -137,15 +137,6 @@ def test_at_the_least_tolerance_the_second_run_is_coarser():
     assert parameters.wanted.tolerance > scene.parameters.wanted.tolerance
 
 
-@pytest.mark.parametrize(("stepper", "coarser"), [("modes", 10.0), ("volterra", 1.0)])
-def test_only_a_second_run_of_fewer_modes_has_a_greater_error(stepper, coarser):
-    words = f"solver.stepper={stepper}", "solver.static_tail=outputs", "solver.modes=901"
-    scene = load_scene("sphere_on_beam_drop_50mm_shear", words)
-    comparison = KINDS[scene.kind].comparison(scene.parameters, choose(scene))
-    assert comparison.coarser == coarser
-    assert (comparison.refined()[0].solver.modes < 901) == (coarser > 1.0)
-
-
 def test_fixed_steps_are_halved_after_a_jump_too():
     """Both runs took the same stable step after it, and the estimate was rounding."""
     words = "solver.stepper=rk4", "run.duration=0.002", "run.output_rate=20000", "drive.change.time=0.001"

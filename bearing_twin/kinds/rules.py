@@ -259,16 +259,9 @@ RULES = (
         value=lazy_import("bearing_twin.kinds.soft_discs.derived:divisions_of"), example=("soft_discs_mean",),
     ),
     Rule(
-        (BEAM,), "beam.theory", "timoshenko", "shear changes the first peak by more than the tolerance, or the sphere "
-        "touches again", "because the contact is short against the time of a shear wave across the beam, or the sphere "
-        "touches more than once",
-        lazy_import("bearing_twin.kinds.beam.motion:needs_shear"),
+        (BEAM,), "beam.theory", "timoshenko", "",
+        "because it knows shear and rotary inertia, which change peaks of short contacts and all later ones",
         example=("sphere_on_beam_drop_50mm", "beam.theory=auto"),
-    ),
-    Rule(
-        (BEAM,), "beam.theory", "euler", "",
-        "because the one contact is long enough for shear to change its peak by less than the tolerance",
-        example=("sphere_on_beam", "beam.theory=auto", "wanted.tolerance=0.05"),
     ),
     Rule(
         (BEAM,), "solver.modes", "by the contact time", "",
@@ -443,11 +436,6 @@ RANGES = (
         "beam.theory", ("euler",), "shear_share",
         "the share of shear in the static deflection, 2.4 (1 + nu) (height / span)^2,", "", -math.inf, LARGE,
         "Euler's beam has no shear", "take beam.theory: timoshenko",
-    ),
-    Range(
-        "beam.theory", ("euler",), "first_peak_error",
-        "the error of the first peak of force against Timoshenko's beam", "", -math.inf, LARGE,
-        "the impact is calculated by both theories", "take beam.theory: timoshenko",
     ),
     Range(
         "formulation", ("linear",), "speed_share", "the speed of the disc over that of waves in it", "", -math.inf,

@@ -1,32 +1,33 @@
 """The figures of a sphere on a beam, a function of outputs and records alone."""
 
 import dataclasses
+import functools
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
+from bearing_twin.base.stopping import signal_flag
 from bearing_twin.contact.validity import patch_radius
 from bearing_twin.kinds.beam.motion import (
     MODE_ORDERS,
-    MOST_MODES,
     STEP_ORDER,
-    euler_errors,
-    euler_errors_of_beam,
+    channels,
     impact_speed,
     modes_for,
+    solve,
     sphere_of,
     steps_for,
     theory_of,
 )
-from bearing_twin.kinds.beam.parameters import EULER, SphereOnBeamScene
+from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, BeamSolver, SphereOnBeamScene
 from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, contact_warnings
 from bearing_twin.kinds.bodies.figures import MEANINGS as IMPACT_MEANINGS
-from bearing_twin.kinds.bodies.model_errors import ImpactComparison
-from bearing_twin.kinds.error_estimates import BEAM_THEORY, SMALLER, TOLERANCE, ModelErrors, is_checked
+from bearing_twin.kinds.bodies.model_errors import ImpactComparison, relative
+from bearing_twin.kinds.error_estimates import BEAM_THEORY, SMALLER, TOLERANCE, ModelErrors
 
 MEANINGS = IMPACT_MEANINGS | {
     "restitution": "speed of the sphere away from the beam over its speed before, at the end",
@@ -55,10 +56,9 @@ EXTREMES = Table(
 )
 
 
-OF_BEAM = ("peak_deflection_m", "peak_stress_pa")
 FIGURES = (
     *("peak_force_n", "contact_duration_s", "greatest_approach_m", "contact_count", "restitution"),
-    *("sphere_velocity_after_m_s", "impulse_ns", *OF_BEAM),
+    *("sphere_velocity_after_m_s", "impulse_ns", "peak_deflection_m", "peak_stress_pa"),
 )
 
 
@@ -120,9 +120,6 @@ class BeamFigures(ImpactFigures):
         flags = []
         if 0.0 < beam.material.yield_strength < stress:
             flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
-        if len(self.contacts) and theory_of(self.parameters) == EULER:
-            found = euler_errors(self.parameters).warnings(self.parameters.wanted.tolerance, len(self.contacts))
-            flags += [f"{'; '.join(found)}: give beam.theory: timoshenko"] if found else []
         if deflection > LARGE_DEFLECTION * beam.span:
             flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
         sphere, total = sphere_of(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))
@@ -140,25 +137,13 @@ class BeamFigures(ImpactFigures):
 class BeamComparison(ImpactComparison):
     """Comparison of two runs of a sphere on a beam, as of two bodies on a line."""
 
-    @property
-    def coarser(self) -> float:
-        """Ten where a tenth of the error takes more modes than there may be: the second run then has fewer."""
-        beyond = self.choice.stepper == "modes" and self._modes_and_steps(TOLERANCE)[0] > MOST_MODES
-        return 1.0 / TOLERANCE if beyond else 1.0
-
-    def _modes_and_steps(self, share: float) -> tuple[int, int]:
-        """Those of a run with this share of the error."""
-        parameters = self.parameters.resolve()
-        order = MODE_ORDERS[theory_of(parameters), parameters.solver.static_tail]
-        modes = math.ceil(modes_for(parameters) * share ** (-1.0 / order)) | 1
-        return modes, math.ceil(steps_for(parameters, "modes") * share ** (-1.0 / STEP_ORDER))
-
     def refined(self):
         """As many modes and steps as a tenth of the error takes; by modes where the first run is by another method."""
         parameters = self.parameters.resolve()
         if self.choice.stepper != "modes":
             return parameters, self.choice._replace(stepper="modes")
-        modes, steps = self._modes_and_steps(self.coarser if self.coarser > 1.0 else TOLERANCE)
+        modes = math.ceil(modes_for(parameters) * TOLERANCE ** (-1.0 / MODE_ORDERS[theory_of(parameters)])) | 1
+        steps = math.ceil(steps_for(parameters, "modes") * TOLERANCE ** (-1.0 / STEP_ORDER))
         solver = dataclasses.replace(parameters.solver, modes=modes, steps=steps)
         return dataclasses.replace(parameters, solver=solver), self.choice
 
@@ -171,6 +156,47 @@ class BeamComparison(ImpactComparison):
         return SMALLER
 
 
+TRIAL, SHARE = 1e-4, 0.1  # tolerance of the comparison of both theories: the least, and over that of the scene
+
+
+class TheoryErrors(NamedTuple):
+    """Errors of Euler's beam against Timoshenko's.
+
+    `figures` in their units; relative ones of the greatest force and of the time in contact, and of the force at any
+    output, over the greatest; `contacts` is the greater number of both.
+    """
+
+    figures: dict[str, float]
+    peaks: float
+    forces: float
+    contacts: int
+
+
+@functools.lru_cache(maxsize=64)
+def theory_errors(parameters: SphereOnBeamScene) -> TheoryErrors:
+    """Errors of Euler's beam in a checked scene: the impact is computed by both theories."""
+    wanted = dataclasses.replace(parameters.wanted, tolerance=max(SHARE * parameters.wanted.tolerance, TRIAL))
+    figures, forces = [], []
+    for theory in BEAM_THEORIES:
+        beam = dataclasses.replace(parameters.beam, theory=theory)
+        one = dataclasses.replace(parameters, beam=beam, solver=BeamSolver(), wanted=wanted)
+        with signal_flag():
+            found = solve(one)
+            values = dict(zip((channel.name for channel in channels(one)), found.at(found.time), strict=True))
+        writer = BeamFigures(one, None)
+        writer.add(Block(channels(one), 0, np.rint(1e9 * found.time).astype(np.int64), values, found.records))
+        figures.append(writer.figures())
+        forces.append(values["normal_load"])
+    euler, shear = figures
+    known = [key for key in FIGURES if euler[key] is not None]
+    return TheoryErrors(
+        {key: abs(euler[key] - shear[key]) for key in known},
+        max(relative(euler[key], shear[key]) for key in FIGURES[:2]),
+        float(np.abs(forces[0] - forces[1]).max()) / shear["peak_force_n"],
+        max(euler["contact_count"], shear["contact_count"]),
+    )
+
+
 class BeamModelErrors(ModelErrors):
     """Euler's beam against Timoshenko's."""
 
@@ -179,20 +205,15 @@ class BeamModelErrors(ModelErrors):
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Of Euler's beam against Timoshenko's; that of Timoshenko's is not known."""
-        if theory_of(self.parameters) != EULER or not figures["contact_count"]:
-            return {}
-        found = dict(euler_errors(self.parameters).figures)
-        if self.parameters.wanted.outputs == "history" and is_checked(self.parameters):
-            found |= zip(OF_BEAM, euler_errors_of_beam(self.parameters), strict=True)
-        return found
+        known = theory_of(self.parameters) == EULER and figures["contact_count"]
+        return theory_errors(self.parameters).figures if known else {}
 
     def law_of(self, output: str) -> float:
         """Of Euler's beam against Timoshenko's: of its peaks, and of forces over time those of later contacts, too."""
         if theory_of(self.parameters) != EULER:
             return 0.0
-        found = euler_errors(self.parameters)
-        peaks = max(found.peak, found.time)
-        return peaks if output == "peaks" else max(peaks, found.forces)
+        found = theory_errors(self.parameters)
+        return found.peaks if output == "peaks" else max(found.peaks, found.forces)
 
     def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""
@@ -205,7 +226,7 @@ class BeamModelErrors(ModelErrors):
         found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
         if theory_of(self.parameters) != EULER:
             found[BEAM_THEORY] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
-        elif euler_errors(self.parameters).contacts > 1:
+        elif theory_errors(self.parameters).contacts > 1:
             found[BEAM_THEORY] = (
                 "what follows a second touch needs shear: by Euler's beam what comes of it is another motion"
             )

@@ -15,7 +15,6 @@ its own weight. Bending stress is that of the fibre away from the sphere, tensio
 """
 
 import dataclasses
-import functools
 import math
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -25,13 +24,12 @@ import numpy as np
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel
-from bearing_twin.base.stopping import SIGNALLED, signal_flag
+from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.elasticity import approaches_of_loads, energies_at, sphere_coefficient
 from bearing_twin.contact.hertz_impact import contact_time
 from bearing_twin.contact.laws import HERTZIAN
-from bearing_twin.contact.validity import wave_transit
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.beam.parameters import BEAM, BEAM_THEORIES, BODY, EULER, TIMOSHENKO, Blow, SphereOnBeamScene
+from bearing_twin.kinds.beam.parameters import BEAM, BODY, EULER, TIMOSHENKO, Blow, SphereOnBeamScene
 from bearing_twin.kinds.bodies.derived import homogeneous_mass, mass_of
 from bearing_twin.kinds.bodies.figures import contact_rows
 from bearing_twin.kinds.bodies.impact import ContactPeriod, Impact, ImpactMotion, peak_of
@@ -315,24 +313,18 @@ def hertz_contact_time(sphere: ImpactingSphere, speed: float) -> float:
     return contact_time(sphere.coefficient, sphere.mass, speed)
 
 
-def highest_mode(beam: Beam, contact_time: float, tolerance: float, with_tail: bool = True, peaks: bool = False) -> int:
+def highest_mode(beam: Beam, contact_time: float, tolerance: float, peaks: bool = False) -> int:
     """The highest mode that a relative error of the force wants, for a Hertz contact time tau [s].
 
-    With the static tail in the contact the error of the force is below 300 (omega_N tau)^-3, omega_N being the highest
-    slow mode's, as of a force that begins as time^1.5; that of its peak and of the contact's time (`peaks`) is below a
-    third of that. Without the tail it is below 150 (omega_N tau)^-1.5 by Euler, that is, modes^-3, and
-    10 / (omega_N tau) by Timoshenko. Measured on short, long, off-centre and repeated impacts.
+    The error of the force is below 300 (omega_N tau)^-3, omega_N being the highest slow mode's, as of a force that
+    begins as time^1.5; that of its peak and of the contact's time (`peaks`) is below a third of that. Measured on
+    short, long, off-centre and repeated impacts.
     """
-    if with_tail:
-        wanted = ((100.0 if peaks else 300.0) / tolerance) ** (1.0 / 3.0)
-    else:
-        wanted = (150.0 / tolerance) ** (2.0 / 3.0) if math.isinf(beam.shear_rigidity) else 10.0 / tolerance
+    wanted = ((100.0 if peaks else 300.0) / tolerance) ** (1.0 / 3.0)
     return max(math.ceil(count_below(beam, wanted / contact_time)), FEWEST_MODES) | 1
 
 
-def solve_impact(
-    beam, modes, sphere, speed, until, steps, method="modes", with_tail=True, stop=SIGNALLED
-) -> BeamImpact:
+def solve_impact(beam, modes, sphere, speed, until, steps, method="modes", stop=SIGNALLED) -> BeamImpact:
     """The impact of a sphere that touches the beam at rest at time 0 with `speed` [m/s], until `until` [s].
 
     `steps` a Hertz contact time; `method` of BEAM_METHODS ("sinusoidal" assumes the force and shows what that breaks).
@@ -341,7 +333,6 @@ def solve_impact(
     """
     if method == "sinusoidal":
         return assume_half_sine(beam, modes, sphere, speed, until, steps, stop)
-    modes = modes if with_tail else modes._replace(tail=0.0)
     bodies, regular = _Bodies(modes, sphere, stop), hertz_contact_time(sphere, speed)
     room = int(steps * min(until / regular, LONGEST_CONTACT)) + 1000
     room = min(room, int(MOST_BYTES / (16 * len(modes.rate))))
@@ -501,9 +492,8 @@ def _too_many_modes(parameters) -> list[str]:
     """An error where the span is so long that not even the loosest tolerance is met."""
     if parameters.solver.modes or not (speed := impact_speed(parameters.blow)):
         return []
-    theory = EULER if parameters.beam.theory == EULER else TIMOSHENKO
     tau = hertz_contact_time(sphere_of(parameters), speed)
-    wanted = highest_mode(beam_of(parameters, theory), tau, LOOSEST)
+    wanted = highest_mode(beam_of(parameters, theory_of(parameters)), tau, LOOSEST)
     if wanted <= MOST_MODES:
         return []
     span = parameters.beam.span * MOST_MODES / wanted
@@ -522,120 +512,15 @@ def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:
     return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, outputs))
 
 
-FINEST_TRIAL = 1e-4  # tolerance of the comparison of both theories, at the least
-SHARE = 0.1  # tolerance of that comparison over the scene's
-TRIAL_STEPS = 40  # a contact, good to 1e-5
-INSTANTS = 400  # of a contact, at which forces are compared
-
-
-class EulerErrors(NamedTuple):
-    """Errors of Euler's beam against Timoshenko's for one scene.
-
-    Duration [s] of the first contact, and how often a shear wave crosses the height in it; the relative errors of the
-    first peak (signed), of the greatest force, of the time in contact and of the force over time (over the greatest);
-    the greater number of contacts; the errors of figures in their units.
-    """
-
-    duration: float
-    crossings: float
-    first_peak: float
-    peak: float
-    time: float
-    forces: float
-    contacts: int
-    figures: dict[str, float]
-
-    def warnings(self, tolerance: float, contacts: int = 0) -> list[str]:
-        """Reasons against Euler's beam; `contacts` are those of a run by it."""
-        found, contacts = [], max(contacts, self.contacts)
-        if abs(self.first_peak) > tolerance:
-            found.append(
-                f"the first contact of {self.duration:.3g} s is so short, {self.crossings:.3g} crossings of the height "
-                f"by a shear wave, that Euler's first peak is {100.0 * abs(self.first_peak):.2g} % too "
-                f"{'high' if self.first_peak > 0.0 else 'low'}"
-            )
-        elif self.time > tolerance:
-            found.append(f"Euler's beam has an error of {100.0 * self.time:.2g} % in the time in contact")
-        if contacts > 1:
-            found.append(f"the sphere touches {contacts} times, and what follows a second touch needs shear")
-        return found
-
-
-@functools.lru_cache(maxsize=1)  # a motion may take megabytes
-def impact_by_both_theories(parameters: SphereOnBeamScene) -> tuple[BeamImpact, ...]:
-    """The impact of a checked scene on Euler's beam and on Timoshenko's, with few modes and steps."""
-    sphere, speed, until = sphere_of(parameters), impact_speed(parameters.blow), resolve(parameters).run.duration
-    tolerance, found = max(SHARE * parameters.wanted.tolerance, FINEST_TRIAL), []
-    for theory in BEAM_THEORIES:
-        line = beam_of(parameters, theory)
-        count = min(highest_mode(line, hertz_contact_time(sphere, speed), tolerance), MOST_MODES)
-        modes = modes_of(line, parameters.blow.point * line.span, count)
-        with signal_flag():
-            found.append(solve_impact(line, modes, sphere, speed, until, TRIAL_STEPS))
-    return tuple(found)
-
-
-@functools.lru_cache(maxsize=64)
-def euler_errors(parameters: SphereOnBeamScene) -> EulerErrors:
-    """Comparison of both theories for a checked scene; forces where Timoshenko's beam has contacts."""
-    beam, material = parameters.beam, parameters.beam.material
-    euler, shear = impact_by_both_theories(parameters)
-    first, shear_modulus = shear.contacts[0], material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
-    times = np.concatenate([np.linspace(one.start, one.start + one.duration, INSTANTS) for one in shear.contacts])
-    figures = [_contact_figures(found, impact_speed(parameters.blow)) for found in (euler, shear)]
-    return EulerErrors(
-        first.duration,
-        first.duration / wave_transit(beam.height, shear_modulus, material.density),
-        euler.contacts[0].peak_force / first.peak_force - 1.0,
-        abs(euler.peak_force / shear.peak_force - 1.0),
-        abs(euler.contact_time / shear.contact_time - 1.0),
-        float(np.abs(euler.at(times)[1] - shear.at(times)[1]).max()) / shear.peak_force,
-        max(len(euler.contacts), len(shear.contacts)),
-        {key: abs(figures[0][key] - figures[1][key]) for key in figures[0]},
-    )
-
-
-def _contact_figures(found: BeamImpact, speed: float) -> dict[str, float]:
-    leaving = float(found.pieces.motions[-1, 1])
-    return {
-        "peak_force_n": found.peak_force,
-        "contact_duration_s": found.contact_time,
-        "greatest_approach_m": float(approaches_of_loads(found.sphere.coefficient, HERTZIAN, found.peak_force)),
-        "contact_count": len(found.contacts),
-        "restitution": -leaving / speed,
-        "sphere_velocity_after_m_s": leaving,
-        "impulse_ns": math.fsum(one.impulse for one in found.contacts),
-    }
-
-
-@functools.lru_cache(maxsize=64)
-def euler_errors_of_beam(parameters: SphereOnBeamScene) -> tuple[float, ...]:
-    """Errors of the greatest deflection [m] and stress [Pa] by Euler's beam: to find these costs more than contacts."""
-    both = (WatchedPoints(parameters, found).greatest() for found in impact_by_both_theories(parameters))
-    return tuple(abs(euler - shear) for euler, shear in zip(*both, strict=True))
-
-
-def needs_shear(parameters: SphereOnBeamScene) -> bool:
-    """True if anything speaks against Euler's beam in a checked scene."""
-    return bool(euler_errors(parameters).warnings(parameters.wanted.tolerance))
-
-
 def theory_of(parameters: SphereOnBeamScene) -> str:
-    """The beam theory of a checked scene: the one it specifies, or Euler's where nothing speaks against it."""
-    if parameters.beam.theory != "auto":
-        return parameters.beam.theory
-    return TIMOSHENKO if needs_shear(parameters) else EULER
+    """The beam theory of a scene: Euler's where it is specified."""
+    return EULER if parameters.beam.theory == EULER else TIMOSHENKO
 
 
 LEAST_CHOSEN = 10  # steps a contact that are chosen
 STEP_ORDER = 4.0  # errors of forces fall with this power of the steps
-MODE_ORDERS = {
-    (EULER, "contact"): 6.0,
-    (TIMOSHENKO, "contact"): 3.0,
-    (EULER, "outputs"): 3.0,
-    (TIMOSHENKO, "outputs"): 1.0,
-}
-"""By theory and solver.static_tail: the power of the highest mode with which errors of forces fall (`highest_mode`)."""
+MODE_ORDERS = {EULER: 6.0, TIMOSHENKO: 3.0}
+"""By theory: the power of the highest mode with which errors of forces fall (`highest_mode`)."""
 
 
 def steps_required(tolerance: float, stepper: str, peaks: bool = False) -> int:
@@ -651,8 +536,8 @@ def steps_required(tolerance: float, stepper: str, peaks: bool = False) -> int:
 def modes_required(parameters: SphereOnBeamScene) -> int:
     """Highest mode that the tolerance wants."""
     tau = hertz_contact_time(sphere_of(parameters), impact_speed(parameters.blow))
-    beam, with_tail = beam_of(parameters, theory_of(parameters)), parameters.solver.static_tail == "contact"
-    return highest_mode(beam, tau, parameters.wanted.tolerance, with_tail, parameters.wanted.outputs == "peaks")
+    beam, peaks = beam_of(parameters, theory_of(parameters)), parameters.wanted.outputs == "peaks"
+    return highest_mode(beam, tau, parameters.wanted.tolerance, peaks)
 
 
 def modes_for(parameters: SphereOnBeamScene) -> int:
@@ -679,11 +564,6 @@ def shear_share(parameters) -> float:
     """
     beam = parameters.beam
     return 2.4 * (1.0 + beam.material.poisson_ratio) * (beam.height / beam.span) ** 2
-
-
-def first_peak_error(parameters) -> float:
-    """Relative error of the first peak of force by Euler's beam against Timoshenko's."""
-    return abs(euler_errors(parameters).first_peak)
 
 
 VOLTERRA_STEPS = 500
@@ -774,7 +654,7 @@ class WatchedPoints:
         times, found = np.linspace(0.0, self._found.end, self._scanned), []
         for column, values in enumerate(self.at_points(times)):
             top, point = np.unravel_index(np.argmax(np.abs(values)), values.shape)
-            near = np.linspace(times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)], 101)
+            near = np.linspace(times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)], 201)
             found.append(peak_of(np.abs(self.at_points(near)[column][:, point])))
         return found
 
@@ -811,10 +691,9 @@ def impact_of_scene(parameters: SphereOnBeamScene, stepper: str = "modes", stop=
     parameters = resolve(parameters)
     beam = beam_of(parameters, theory_of(parameters))
     modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters))
-    with_tail = parameters.solver.static_tail == "contact"
     return solve_impact(
         beam, modes, sphere_of(parameters), impact_speed(parameters.blow), parameters.run.duration,
-        steps_for(parameters, stepper), stepper, with_tail, stop,
+        steps_for(parameters, stepper), stepper, stop,
     )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ class BeamParameters(Body):
     width: float = quantity(0.01, "m", "width across the motion of the sphere", above=0.0)
     height: float = quantity(0.01, "m", "height along the motion of the sphere", above=0.0)
     theory: str = choice(
-        "auto", ("auto", *BEAM_THEORIES), "timoshenko knows shear and rotary inertia; auto = euler where it suffices"
+        "auto", ("auto", *BEAM_THEORIES), "timoshenko knows shear and rotary inertia; auto = timoshenko"
     )
     damping_ratio: float = quantity(0.0, "1", "of every mode, as a share of critical damping", at_least=0.0, below=1.0)
     material: Material = section(Material, "steel", MATERIALS)
@@ -51,9 +51,6 @@ class BeamSolver(Checked):
     stepper: str = choice("auto", ("auto", *BEAM_METHODS), "method; auto = modes; sinusoidal breaks the energy balance")
     modes: int = quantity(0, "1", "highest mode; 0 = from the tolerance", at_least=0, at_most=4000)
     steps: int = quantity(0, "1", "steps a Hertz contact time; 0 = from the tolerance", at_least=0, at_most=200000)
-    static_tail: str = choice(
-        "contact", ("contact", "outputs"), "where the modes left out still bend statically: also in the contact, or not"
-    )
 
 
 @dataclass(frozen=True)
@@ -88,8 +85,11 @@ class SphereOnBeamScene(BodiesScene):
     run: RunSettings = section(RunSettings)
 
     names: ClassVar = (BODY, BEAM)
-    moved: ClassVar = BodiesScene.moved | {"contact.yield_stress": "beam.material.yield_strength"}
-    facts = facts_at(f"{MOTION}:shear_share", f"{MOTION}:first_peak_error")
+    moved: ClassVar = BodiesScene.moved | {
+        "contact.yield_stress": "beam.material.yield_strength",
+        "solver.static_tail": "solver.modes, above which all modes bend statically",
+    }
+    facts = facts_at(f"{MOTION}:shear_share")
     check = lazy_import(f"{MOTION}:check_beam")
     resolve = lazy_import(f"{MOTION}:resolve")
 
@@ -101,6 +101,7 @@ class SphereOnBeamScene(BodiesScene):
     def upgraded(scene: dict) -> dict:
         """The plain data of a scene in today's words, from those of an earlier version."""
         contact = scene.pop("contact", {})
+        scene.get("solver", {}).pop("static_tail", None)
         scene["beam"].setdefault("theory", EULER)
         if "wanted" in scene.get("run", {}):
             scene.setdefault("wanted", {})["outputs"] = scene["run"].pop("wanted")
