@@ -8,7 +8,7 @@ import pytest
 
 from bearing_twin import load_study, run_study
 from bearing_twin.base.errors import StudyError
-from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.kinds.contract import Quantity
 from bearing_twin.kinds.error_estimates import LAW, METHOD
 from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.inputs import quantities_of
@@ -36,7 +36,7 @@ def of(name, **more):
 
 
 def test_errors_go_through_what_a_quantity_makes_of_figures():
-    length = Quantity("m", "", read_off("at", lambda vector: math.hypot(*vector)))
+    length = Quantity(("at",))
     figures = {"at": [3.0, -4.0], "else": 1.0}
     found = errors_of(length, figures, {"at": {"method": [0.3, 0.4], "law": 0.0}, "else": {"left_out": 9.0}})
     assert found == pytest.approx({"method": 0.5, "law": 0.0})

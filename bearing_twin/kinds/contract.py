@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from bearing_twin.base.report import Choice
-from bearing_twin.base.units import suffix_of
+from bearing_twin.base.units import suffix_of, symbol_of
 from bearing_twin.kinds.error_estimates import Comparison, ModelErrors, UnknownErrors
 
 if TYPE_CHECKING:
@@ -297,18 +297,39 @@ class Output:
         return f"{self.frame_prefix}{name}"
 
 
-class Quantity(NamedTuple):
-    """A quantity of studies: `unit`, `meaning`, `figure` of a run's figures, vectorised `closed` form or None.
+def length(value) -> float:
+    """A number itself, the length of a vector."""
+    return math.hypot(*value) if hasattr(value, "__len__") else value
 
-    `whole`: not of `wanted.outputs: peaks`, which moves contacts alone. `missing`: why a scene has none, or nothing.
+
+class Quantity(NamedTuple):
+    """A quantity of studies: what `pick` makes of the figures at `keys`, a number in the unit of the first of them.
+
+    Its `meaning` is that of this figure, or as given; `closed` is a vectorised closed form or None. `whole`: not of
+    `wanted.outputs: peaks`, which moves contacts alone. `missing`: why a scene has none, or nothing.
     """
 
-    unit: str
-    meaning: str
-    figure: Callable[[Mapping], float]
+    keys: tuple[str, ...]
+    pick: Callable[..., float] = length
+    meaning: str = ""
     closed: Callable[..., np.ndarray] | None = None
     whole: bool = False
     missing: Callable[[Any], str] = lambda parameters: ""
+
+    @property
+    def unit(self) -> str:
+        """The SI unit."""
+        return symbol_of(self.keys[0])
+
+    def figure(self, figures: Mapping) -> float:
+        """The quantity of a run with these figures; NaN where one is missing."""
+        values = [figures.get(key) for key in self.keys]
+        return math.nan if any(one is None for one in values) else float(self.pick(*values))
+
+
+def figure_quantities(*keys: str) -> dict[str, Quantity]:
+    """Quantities that are the figures at these keys, named as they are without the unit."""
+    return {key.removesuffix(suffix_of(symbol_of(key))): Quantity((key,)) for key in keys}
 
 
 class ClosedForm(NamedTuple):
@@ -322,11 +343,6 @@ class ClosedForm(NamedTuple):
     histories: dict[str, Callable]
     no_solution: str
     without: tuple[str, ...] = ()
-
-
-def read_off(key: str, pick: Callable = lambda value: value) -> Callable[[Mapping], float]:
-    """A quantity's `figure`: that key of the figures, through `pick`; NaN where a run has none."""
-    return lambda figures: math.nan if figures.get(key) is None else float(pick(figures[key]))
 
 
 def one_model(parameters) -> Choice:
@@ -423,9 +439,9 @@ class Kind:
 
     def quantities_of(self) -> dict[str, Quantity]:
         """Quantities of studies; by default every figure drawn from the channels."""
-        if self.quantities is not None:
-            return self.quantities()
-        return {one.name: Quantity(one.channel.unit, one.meaning, read_off(one.key)) for one in self._drawn()}
+        meanings = self.meanings_of()
+        found = self.quantities() if self.quantities else {one.name: Quantity((one.key,)) for one in self._drawn()}
+        return {name: one._replace(meaning=one.meaning or meanings[one.keys[0]]) for name, one in found.items()}
 
 
 def parts_in(home: str, **places: str) -> dict[str, Callable]:

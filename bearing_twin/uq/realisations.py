@@ -37,32 +37,19 @@ def has_closed_form(kind: str, parameters, names, histories=(), varied=()) -> bo
 
 
 def errors_of(quantity: Quantity, figures: Mapping[str, Any], by_source: Mapping[str, Mapping]) -> dict[str, float]:
-    """Errors of a quantity by source, from those of the figures it is read off; empty where none of them has any.
+    """Errors of a quantity by source, from those of its figures; empty where none of them has any.
 
     `by_source` maps figures to {source: error}. Of each source all figures are moved by their errors, away from zero
     and towards it: the greater change counts.
     """
-    keys: list[str] = []
-    value, found = quantity.figure(_Recorded(figures, keys)), {}
-    for source in dict.fromkeys(one for key in keys for one in by_source.get(key, ())):
+    value, found = quantity.figure(figures), {}
+    for source in dict.fromkeys(one for key in quantity.keys for one in by_source.get(key, ())):
         moved = (
             {key: _moved(one, by_source.get(key, {}).get(source), way) for key, one in figures.items()}
             for way in (1.0, -1.0)
         )
         found[source] = max(abs(quantity.figure(one) - value) for one in moved)
     return found
-
-
-class _Recorded(dict):
-    """Figures that note in `keys` which of them are read."""
-
-    def __init__(self, figures: Mapping[str, Any], keys: list[str]):
-        super().__init__(figures)
-        self._keys = keys
-
-    def __getitem__(self, key):
-        self._keys.append(key)
-        return super().__getitem__(key)
 
 
 def _moved(value, error, way: float):

@@ -1,7 +1,7 @@
 """The row of a sphere on a beam in the table of kinds, and the quantities of its studies."""
 
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
-from bearing_twin.kinds.contract import Kind, Quantity, parts_in, read_off
+from bearing_twin.kinds.contract import Kind, Quantity, parts_in
 
 HERE = "bearing_twin.kinds.beam"
 
@@ -12,12 +12,10 @@ def quantities() -> dict[str, Quantity]:
 
     return {
         **impact_quantities(),
-        "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
-        "peak_deflection": Quantity("m", "greatest deflection of the beam", read_off("peak_deflection_m"), whole=True),
-        "peak_stress": Quantity("Pa", "greatest bending stress", read_off("peak_stress_pa"), whole=True),
-        "velocity_after": Quantity(
-            "m/s", "of the sphere at the end, positive along its motion before", read_off("sphere_velocity_after_m_s")
-        ),
+        "contacts": Quantity(("contact_count",)),
+        "peak_deflection": Quantity(("peak_deflection_m",), whole=True),
+        "peak_stress": Quantity(("peak_stress_pa",), whole=True),
+        "velocity_after": Quantity(("sphere_velocity_after_m_s",)),
     }
 
 

@@ -1,11 +1,9 @@
 """The figures of a bearing run by name: what each is, which a scene lacks, and which a study may ask for."""
 
-import math
-
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.parameters import has_sensor
 from bearing_twin.kinds.bearing.rings import BALLS, TORQUE, free_coordinates, moving_centre
-from bearing_twin.kinds.contract import Quantity, read_off
+from bearing_twin.kinds.contract import Quantity, figure_quantities
 
 HALF = "over the second half of the run"
 LATE = f"mean {HALF}"
@@ -96,9 +94,10 @@ def missing(parameters, in_equilibrium: bool) -> frozenset[str]:
     return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)
 
 
-def _of_both(*keys: str):
-    """The greatest size of the numbers in the lists at these keys."""
-    return lambda figures: max(abs(float(value)) for key in keys for value in figures[key])
+def _greatest(meaning: str, name: str, unit: str) -> Quantity:
+    """The greatest size of the numbers of both raceways."""
+    keys = tuple(f"{name}_{ring}_{unit}" for ring in ("inner", "outer"))
+    return Quantity(keys, lambda *lists: max(abs(float(one)) for values in lists for one in values), meaning)
 
 
 def _held(first: int, after: int):
@@ -120,59 +119,18 @@ def _unheard(parameters) -> str:
 
 def quantities() -> dict[str, Quantity]:
     """Quantities that a study may ask of a bearing."""
+    sensed = figure_quantities("acceleration_rms_m_s2", *(f"{line}_over_noise_db" for line in LINES))
     return {
-        "greatest_ball_load": Quantity(
-            "N",
-            "greatest load of any contact during the run",
-            _of_both("greatest_normal_load_inner_n", "greatest_normal_load_outer_n"),
+        "greatest_ball_load": _greatest("load of any contact during the run", "greatest_normal_load", "n"),
+        "greatest_pressure": _greatest("Hertz pressure of any contact", "peak_pressure", "pa"),
+        **figure_quantities("cage_speed_rad_s", "roll_rate_rad_s", "drive_torque_nm"),
+        "speed_at_end": Quantity(("inner_ring_speed_at_end_rad_s",)),
+        "run_up_time": Quantity(("run_up_time_s",), missing=_prescribed),
+        "dissipated_energy": Quantity(("dissipated_j",)),
+        "ring_displacement": Quantity(("ring_displacement_m",), missing=_held(0, 3)),
+        "misalignment": Quantity(("misalignment_rad",), missing=_held(3, 5)),
+        "greatest_contact_angle": _greatest(
+            "at its greatest load, of any contact, to either side", "contact_angle", "rad"
         ),
-        "greatest_pressure": Quantity(
-            "Pa",
-            "greatest Hertz pressure of any contact",
-            _of_both("peak_pressure_inner_pa", "peak_pressure_outer_pa"),
-        ),
-        "cage_speed": Quantity(
-            "rad/s", "mean speed of the balls about the axis, second half of the run", read_off("cage_speed_rad_s")
-        ),
-        "roll_rate": Quantity("rad/s", "mean, second half of the run", read_off("roll_rate_rad_s")),
-        "drive_torque": Quantity(
-            "N m", "that turns the inner ring, mean of the second half of the run", read_off("drive_torque_nm")
-        ),
-        "speed_at_end": Quantity("rad/s", "of the inner ring", read_off("inner_ring_speed_at_end_rad_s")),
-        "run_up_time": Quantity(
-            "s",
-            "until 99 % of the change of the inner ring's speed was made",
-            read_off("run_up_time_s"),
-            missing=_prescribed,
-        ),
-        "dissipated_energy": Quantity("J", "lost in the contacts during the run", read_off("dissipated_j")),
-        "ring_displacement": Quantity(
-            "m",
-            "of the inner ring's centre from the middle, mean of the second half of the run",
-            read_off("ring_displacement_m", lambda vector: math.hypot(*vector)),
-            missing=_held(0, 3),
-        ),
-        "misalignment": Quantity(
-            "rad",
-            "of the inner ring, mean of the second half of the run",
-            read_off("misalignment_rad", lambda vector: math.hypot(*vector)),
-            missing=_held(3, 5),
-        ),
-        "greatest_contact_angle": Quantity(
-            "rad",
-            "of any contact at its greatest load, to either side",
-            _of_both("contact_angle_inner_rad", "contact_angle_outer_rad"),
-        ),
-        "acceleration_rms": Quantity(
-            "m/s^2", "of the sensor's samples, last 10 s", read_off("acceleration_rms_m_s2"), missing=_unheard
-        ),
-        **{
-            f"{name}_over_noise": Quantity(
-                "dB",
-                f"level of the line {words} in the envelope spectrum over the median around it, last 10 s",
-                read_off(f"{name}_over_noise_db"),
-                missing=_unheard,
-            )
-            for name, words in LINES.items()
-        },
+        **{name: one._replace(missing=_unheard) for name, one in sensed.items()},
     }

@@ -10,18 +10,12 @@ from bearing_twin.kinds.bodies.parameters import (
     TwoDiscsScene,
     TwoSpheresScene,
 )
-from bearing_twin.kinds.contract import Kind, Quantity, lazy_import, parts_in, read_off
+from bearing_twin.kinds.contract import Kind, Quantity, figure_quantities, lazy_import, parts_in
 
 
 def impact_quantities(**closed) -> dict[str, Quantity]:
     """Quantities of any impact; closed forms by the quantity's name."""
-    rows = {
-        "contact_duration": Quantity("s", "total time in contact", read_off("contact_duration_s")),
-        "peak_force": Quantity("N", "greatest contact force", read_off("peak_force_n")),
-        "greatest_approach": Quantity("m", "greatest mutual approach", read_off("greatest_approach_m")),
-        "impulse": Quantity("N s", "of the contact force, over all contacts", read_off("impulse_ns")),
-        "restitution": Quantity("1", "relative speed away over relative speed before", read_off("restitution")),
-    }
+    rows = figure_quantities("contact_duration_s", "peak_force_n", "greatest_approach_m", "impulse_ns", "restitution")
     return {name: row._replace(closed=closed.get(name)) for name, row in rows.items()}
 
 
@@ -38,14 +32,11 @@ def pair_quantities(forms: str) -> dict[str, Quantity]:
 
 
 SPHERE_QUANTITIES, DISC_QUANTITIES = pair_quantities("hertz_impact"), pair_quantities("line")
-ELLIPSOID_QUANTITIES = {
-    **{name: row for name, row in impact_quantities().items() if name != "impulse"},
-    "contacts": Quantity("1", "number of contacts", read_off("contact_count")),
-    "peak_pressure": Quantity("Pa", "greatest Hertz pressure", read_off("peak_pressure_pa")),
-    "dissipated_viscous": Quantity("J", "lost to damping", read_off("dissipated_viscous_j")),
-    "dissipated_friction": Quantity("J", "lost to friction", read_off("dissipated_friction_j")),
-}
-PAIR_QUANTITIES = ELLIPSOID_QUANTITIES | {"held_work": Quantity("J", "done on held bodies", read_off("held_work_j"))}
+ELLIPSOID_QUANTITIES = figure_quantities(
+    *("contact_duration_s", "peak_force_n", "greatest_approach_m", "restitution", "peak_pressure_pa"),
+    *("dissipated_viscous_j", "dissipated_friction_j"),
+) | {"contacts": Quantity(("contact_count",))}
+PAIR_QUANTITIES = ELLIPSOID_QUANTITIES | figure_quantities("held_work_j")
 
 
 def _row(name: str, help: str, parameters: type, quantities, **parts: str) -> Kind:
