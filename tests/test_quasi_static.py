@@ -276,15 +276,16 @@ def random_case(random):
     return clearance, speed, support, random.uniform(0.0, 2.0 * math.pi)
 
 
-def test_random_loads_are_balanced_or_refused_with_a_reason():
-    base, random, found, reasons = parameters(), np.random.default_rng(13), 0, []
+@pytest.mark.parametrize(("scene", "carried"), [("bearing_6203", 372), ("7218", 317), ("7204B", 308)])
+def test_random_loads_are_balanced_or_refused_with_a_reason(scene, carried):
+    """Of 400; a 7218 refused six more, where parts of the load were too hard to balance."""
+    base, random, found, reasons = parameters(scene=scene), np.random.default_rng(13), 0, []
     for _ in range(400):
         clearance, speed, support, angle = random_case(random)
-        given_ = dataclasses.replace(
-            base,
-            geometry=dataclasses.replace(base.geometry, radial_clearance=clearance),
-            drive=dataclasses.replace(base.drive, speed=speed),
-        )
+        geometry, drive = base.geometry, dataclasses.replace(base.drive, speed=speed)
+        if not geometry.contact_angle:
+            geometry = dataclasses.replace(geometry, radial_clearance=clearance)
+        given_ = dataclasses.replace(base, geometry=geometry, drive=drive)
         solver = solver_of(given_, "hertz", angle)
         try:
             answer = solver.solve(support)
@@ -299,8 +300,7 @@ def test_random_loads_are_balanced_or_refused_with_a_reason():
         assert np.abs(left_of(answer.contacts)).max() <= 1e-9 * (answer.contacts.load.max() + 1e-3)
     said = ("the greatest in this direction", "no ball touches", "finds no contact", "is carried at rest")
     assert all(any(words in reason for words in said) for reason in reasons)
-    assert found > 250
-    assert len(reasons) > 10
+    assert found >= carried
 
 
 def test_a_ball_clear_of_the_inner_ring_is_in_balance_beyond_60_degrees_too():

@@ -1,6 +1,6 @@
 // Exported functions of equilibria of rings and shafts; arrays are C-contiguous. `seats` (count, SEAT_NUMBERS) are `Seat`s,
-// `balls` (count,) their numbers of balls, whose arrays stand one behind the other: `azimuth` [rad] (N,), `memory`
-// (N, BALL_MEMORY), `contacts` (N, CONTACT_NUMBERS); see equilibrium.hpp.
+// `balls` (count,) their numbers of balls, whose arrays stand one behind the other: `azimuth` [rad] (N,), `places`
+// (N, 2), `contacts` (N, CONTACT_NUMBERS); see equilibrium.hpp.
 #include "equilibrium.hpp"
 
 using namespace core;
@@ -8,7 +8,7 @@ using namespace core::equilibria;
 
 namespace {
 
-static_assert(sizeof(Seat) == 42 * sizeof(double), "Setting.numbers in bearing_twin writes a Seat as so many doubles");
+static_assert(sizeof(Seat) == 41 * sizeof(double), "Setting.numbers in bearing_twin writes a Seat as so many doubles");
 
 const Seat *seats_in(const double *numbers) { return reinterpret_cast<const Seat *>(numbers); }
 Five five(const double *numbers) { return {numbers[0], numbers[1], numbers[2], numbers[3], numbers[4]}; }
@@ -48,7 +48,7 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const s
                                  const double *seats, std::int64_t many_seats, const double *azimuth,
                                  std::int64_t many_azimuths, const double *heights, std::int64_t rough, const std::int64_t *free, const double *wanted,
                                  const double *held, const volatile std::uint8_t *stop, double *q, double *load,
-                                 double *stiffness, double *memory, double *contacts, double *left, std::int64_t *status) {
+                                 double *stiffness, double *places, double *contacts, double *left, std::int64_t *status) {
   std::int64_t all = 0;
   for (int i = 0; i < count; i++) all += balls[i];
   for (std::int64_t k = 0; k < cases; k++) {
@@ -59,7 +59,7 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const s
     write(system.q, q + COORDINATES * k);
     write(system.load, load + COORDINATES * k);
     write(system.stiffness, stiffness + COORDINATES * COORDINATES * k);
-    system.write_memory(memory + BALL_MEMORY * all * k);
+    system.write_places(places + 2 * all * k);
     system.write_contacts(contacts + CONTACT_NUMBERS * all * k);
     if (many_seats) seats += count * (sizeof(Seat) / sizeof(double));
     if (many_azimuths) azimuth += all;
@@ -81,7 +81,7 @@ CORE_EXPORT void core_surface_heights(const double *defect_numbers, std::int64_t
 CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const double *defect_numbers, double ring_angle, std::int64_t balls, std::int64_t instants, const double *step,
                                      const double *turn, const double *speed, const double *held, const std::int64_t *free,
                                      const double *wanted, const volatile std::uint8_t *stop, double *cage, double *q,
-                                     double *memory, double *attitude, double *azimuths, double *orbits, double *coordinates,
+                                     double *attitude, double *azimuths, double *orbits, double *coordinates,
                                      double *loads, double *places, double *attitudes, double *contacts,
                                      std::int64_t *instant) {
   Seat seat = *seats_in(seat_numbers);
@@ -91,7 +91,6 @@ CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const 
   std::vector<double> azimuth(balls), heights(2 * balls);
   SurfaceDefects defects = defects_of(defect_numbers);
   system.set(&seat, 1, &balls);
-  system.remember(memory);
   system.q = five(q);
   for (std::int64_t &t = *instant = 0; t < instants; t++, contacts += CONTACT_NUMBERS * balls) {
     if (*stop) return STOPPED;
@@ -105,7 +104,7 @@ CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const 
     for (int i = 0; i < COORDINATES; i++)
       if (!freed[i]) system.q[i] = here[i];
     Status status = system.balance(freed, load);
-    if (status != FOUND) status = system.begin_and_balance(freed, load, here);
+    if (status != FOUND) status = system.settle(freed, load, here);
     if (status != FOUND) return status;
     system.write_contacts(contacts);
     cage[1] = seat.speed != 0.0 ? shared_orbit(contacts, int(balls)) / seat.speed : 0.5 * (1.0 - seat.gamma());
@@ -113,11 +112,10 @@ CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const 
     write(system.q, coordinates + COORDINATES * t);
     write(system.load, loads + COORDINATES * t);
     write(system.q, q);
-    system.write_memory(memory);
+    system.write_places(places + 2 * balls * t);
     for (int k = 0; k < balls; k++) {
       const double *contact = contacts + CONTACT_NUMBERS * k;
       const std::int64_t row = balls * t + k;
-      places[2 * row] = memory[BALL_MEMORY * k], places[2 * row + 1] = memory[BALL_MEMORY * k + 1];
       Triple spin{broadcast<Pack>(contact[14]), Pack{}, broadcast<Pack>(-contact[13])};
       Quaternion own, about{Pack{}, Pack{}, broadcast<Pack>(std::sin(0.5 * azimuth[k])), broadcast<Pack>(std::cos(0.5 * azimuth[k]))};
       for (int i = 0; i < 4; i++) own[i] = broadcast<Pack>(attitude[4 * k + i]);

@@ -41,12 +41,11 @@ struct Groove {
 
 // The numbers of the balance (SI): doubles alone, in the order in which Python writes them (`Setting.numbers`). `arm` [m]
 // turns a tilt into axial displacement and an axial force into a moment; `lever` [m] is the arm of the friction that
-// carries the gyroscopic moment, about the point at the end of `arm`. A ball's last step may leave `unseen` of the loads,
-// for which stiffness is to the root of that; 0 where it is to be exact. The last three are those of a ring on a shaft:
-// its place [m], the side it faces, and `middle` [m] along its own axis.
+// carries the gyroscopic moment, about the point at the end of `arm`. The last three are those of a ring on a shaft: its
+// place [m], the side it faces, and `middle` [m] along its own axis.
 struct Seat {
   Groove inner, outer;
-  double power, ball_radius, ball_mass, pitch_diameter, arm, lever, speed, share_inner, share_outer, unseen;
+  double power, ball_radius, ball_mass, pitch_diameter, arm, lever, speed, share_inner, share_outer;
   double gravity[3], place, facing, middle;
 
   double gamma() const { return 2.0 * ball_radius / pitch_diameter; }
@@ -55,11 +54,8 @@ struct Seat {
 
 constexpr double LEVEL = 0.5;  // cosine of an angle beyond which no contact is legal
 constexpr double ACROSS = 0.8660254037844386;  // its sine
-constexpr int MOST_LOOKS = 120, MOST_HALVINGS = 6, MOST_BISECTIONS = 40;
-constexpr double EXACT = 1e-12;  // of the loads: what is left of a ball's balance
-// Of the loads: what is left of a balance whose last step is taken without another evaluation, and which counts as found
-// where rounding lets no step improve any more.
-constexpr double NEAR = 1e-9;
+constexpr int MOST_LOOKS = 120, MOST_HALVINGS = 20, MOST_BISECTIONS = 40;
+constexpr double NEAR = 1e-9;  // of the loads: what is left of a balance whose last step, which squares it, is not evaluated
 constexpr double SMALLEST_STEP = 4e-17;  // of the groove's radius: a step below it changes nothing any more
 constexpr double PROBE = 1e-6;  // m: approach at which a law's coefficient is read
 
@@ -215,20 +211,15 @@ inline Settled newton(const Seat &seat, const Plane<Pack> &opening, const Plane<
     Balance<Number> &at = found.here;
     PlaceEquations equations(at);
     Plane<Pack> step = equations.solved(at.left_r.value, at.left_z.value);
-    Pack carried = absolute(at.force_r.value) + absolute(at.force_z.value);
-    Mask exact = size <= EXACT * at.scale, enough = size <= NEAR * at.scale;
-    Mask movable = running & ~exact & ~equations.singular();
-    Mask resting = movable & (absolute(step.r) + absolute(step.z) <= smallest);
-    // A step leaves about what was off, squared, over a contact's load, and the ring bears no more than that load.
-    Mask last = movable & ~resting & (enough | (size * size <= seat.unseen * at.scale * carried));
-    Mask stuck = running & ~exact & ~resting & ~last & (~movable | (failures >= double(MOST_HALVINGS)));
-    if (any(last)) {
+    Mask enough = running & (size <= NEAR * at.scale), singular = equations.singular();
+    Mask resting = running & ~singular & (absolute(step.r) + absolute(step.z) <= smallest);
+    if (Mask last = enough & ~singular; any(last)) {
       found.place = select(last, {found.place.r + step.r, found.place.z + step.z}, found.place);
       for (Number *one : {&at.force_r, &at.force_z, &at.moment})
         one->value = select(last, one->value + dot(by_place(*one), step), one->value);
     }
-    found.done |= (running & exact) | resting | last | (stuck & enough);
-    running &= ~(exact | resting | last | stuck);
+    found.done |= enough | resting;
+    running &= ~(enough | resting | singular | (failures >= double(MOST_HALVINGS)));
     if (!any(running)) break;
     trial = {found.place.r + factor * step.r, found.place.z + factor * step.z};
   }
@@ -294,36 +285,24 @@ inline Plane<Pack> bracketed(const Seat &seat, const Plane<Pack> &opening, const
   return place;
 }
 
-// The balance of balls, begun at a place, NaN for a cold start: Newton's method, then nested bisection.
-inline Settled settled(const Seat &seat, const Plane<Pack> &opening, Plane<Pack> begin, const Surroundings &weight) {
-  Mask cold = begin.r != begin.r;
-  FirstPlace first{};
-  if (any(cold)) {
-    first = first_place(seat, opening, weight);
-    begin = select(cold, first.place, begin);
-  }
-  Settled found = newton(seat, opening, begin, weight);
-  auto begin_again = [&](const Plane<Pack> &place, const Mask &lost) {
-    Settled again = newton(seat, opening, place, weight);
+// The balance of balls: Newton's method, where it fails from a place by nested bisection on.
+inline Settled settled(const Seat &seat, const Plane<Pack> &opening, const Surroundings &weight) {
+  const FirstPlace first = first_place(seat, opening, weight);
+  Settled found = newton(seat, opening, first.place, weight);
+  if (Mask lost = ~(found.done | first.alone); any(lost)) {
+    Settled again = newton(seat, opening, bracketed(seat, opening, weight), weight);
     found = {select(lost, again.place, found.place), select(lost, again.here, found.here), found.done | again.done};
-  };
-  if (Mask lost = ~(found.done | cold); any(lost)) {
-    first = first_place(seat, opening, weight);
-    begin_again(first.place, lost);
   }
-  if (Mask lost = ~(found.done | first.alone); any(lost)) begin_again(bracketed(seat, opening, weight), lost);
   return found;
 }
 
 // The ring on its balls.
 
 constexpr int COORDINATES = 5;
-constexpr int BALL_MEMORY = 8;  // of a ball: place, opening, d(place)/d(opening); NaN where nothing is known
 constexpr int CONTACT_NUMBERS = 17;  // of a ball: see `System::contacts`
-constexpr int MOST_STEPS = 80, MOST_TRIALS = 40, MOST_RING_LOOKS = 300, STAGES = 12, FIRST_BISECTIONS = 14;
+constexpr int MOST_TRIALS = 40, MOST_RING_LOOKS = 300, PARTS = 12;
 constexpr double RING_EXACT = 1e-11;  // of the loads: what is left of the ring's balance
-constexpr double RING_ENOUGH = 1e-10;  // as above, where no step improves any more
-constexpr double RING_LEFT = 1e-9;  // as above: more is no balance
+constexpr double RING_LEFT = 1e-9;  // as above: more is no balance, and less is enough where no step improves any more
 constexpr double ROUNDING = 4e-15;  // of the opening: what the place of a ball is known to
 constexpr double SOFT = 1e-9;  // of the greatest stiffness: what is softer counts as not held
 constexpr double NEGATIVE = 1e-12;  // as above: what is as far below zero is no rounding
@@ -340,9 +319,7 @@ enum Status { FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED };
 struct Balls {
   Pack cosine, sine, present;
   Surroundings weight;
-  Plane<Pack> place, seen, by_radial, by_axial;
-
-  void forget() { place.r = place.z = broadcast<Pack>(NAN); }
+  Plane<Pack> place;
 };
 
 // The derivative of something by the five coordinates, given by the opening.
@@ -363,6 +340,7 @@ class Ring {
   const Seat *seat = nullptr;
   int count = 0;
   std::vector<Balls> balls;
+  bool balanced = false;  // each ball, where loads were found last
 
   void set(const Seat &its_seat, int its_count) {
     seat = &its_seat, count = its_count;
@@ -379,18 +357,11 @@ class Ring {
     for (Balls &b : balls)
       b.weight.r = seat->ball_mass * (g[0] * b.cosine + g[1] * b.sine), b.weight.z = broadcast<Pack>(seat->ball_mass * g[2]);
   }
-  void forget() { for (Balls &b : balls) b.forget(); }
-  void remember(const double *memory) {
-    each([&](Balls &b, int lane, int ball, bool) {
-      const double *row = memory + BALL_MEMORY * ball;
-      int i = 0;
-      for (Pack *one : parts(b)) (*one)[lane] = row[i++];
-    });
-  }
-  void write_memory(double *memory) {
+  // Places (N, 2) [m] of the balls against the outer groove's centre: radial, axial.
+  void write_places(double *out) const {
     for (int ball = 0; ball < count; ball++) {
-      int i = 0;
-      for (Pack *one : parts(balls[ball / LANES])) memory[BALL_MEMORY * ball + i++] = (*one)[ball % LANES];
+      const Plane<Pack> &place = balls[ball / LANES].place;
+      *out++ = place.r[ball % LANES], *out++ = place.z[ball % LANES];
     }
   }
 
@@ -416,19 +387,18 @@ class Ring {
     constexpr unsigned ALL = 0b11111;
     Dual<ALL, Pack> total[COORDINATES]{};
     Pack scale{};
+    balanced = true;
     for (Balls &b : balls) {
       auto seen = opening<true>(b, q);
       Plane<Pack> opening{seen.radial.value, seen.axial.value};
-      Plane<Pack> change{opening.r - b.seen.r, opening.z - b.seen.z};
-      Plane<Pack> begin{b.place.r + dot(b.by_radial, change), b.place.z + dot(b.by_axial, change)};
-      Settled found = settled(*seat, opening, begin, b.weight);
+      Settled found = settled(*seat, opening, b.weight);
       const Balance<Number> &here = found.here;
+      balanced &= !any(~found.done);
       // d(place)/d(opening): what is left stays nothing
       PlaceEquations equations(here);
       Plane<Pack> by_r = equations.solved(here.left_r.slope[0], here.left_z.slope[0]);
       Plane<Pack> by_z = equations.solved(here.left_r.slope[1], here.left_z.slope[1]);
-      b.place = found.place, b.seen = opening;
-      b.by_radial = {by_r.r, by_z.r}, b.by_axial = {by_r.z, by_z.z};
+      b.place = found.place;
       auto condensed = [&](const Number &one) __attribute__((always_inline)) {
         Plane<Pack> place = by_place(one), own = by_opening(one);
         Plane<Pack> by{own.r + dot(place, by_r), own.z + dot(place, by_z)};
@@ -482,35 +452,7 @@ class Ring {
     }
   }
 
-  // The scale of the load of two springs in line, of half the approach each, at contact angle zero [N/m^power].
-  double spring() const {
-    double one[2];
-    for (int race = 0; race < 2; race++) {
-      const Groove &groove = race == 0 ? seat->inner : seat->outer;
-      Plane<Pack> level{broadcast<Pack>(seat->reach(groove) + PROBE), Pack{}};
-      one[race] = push_of(*seat, groove, level).load[0] / std::pow(PROBE, seat->power);
-    }
-    return std::pow(std::pow(one[0], -1.0 / seat->power) + std::pow(one[1], -1.0 / seat->power), -seat->power);
-  }
-  // Such springs' load along `step`, the ring at `q`.
-  double springs_along(const Five &step, const Five &q, double spring) const {
-    const double reach = seat->reach(seat->inner) + seat->reach(seat->outer);
-    Pack total{};
-    for (const Balls &b : balls) {
-      Pack along_r = b.cosine * step[0] + b.sine * step[1];
-      Pack along_z = step[2] + seat->arm * (b.sine * step[3] - b.cosine * step[4]);
-      auto [r, z] = opening_at(b, q);
-      Pack distance = square_root(r * r + z * z);
-      Pack load = elastic(spring, seat->power, Pack(distance - reach)).load;
-      total += b.present * load * (r * along_r + z * along_z) / distance;
-    }
-    return sum(total);
-  }
-
  private:
-  static std::array<Pack *, BALL_MEMORY> parts(Balls &b) {
-    return {&b.place.r, &b.place.z, &b.seen.r, &b.seen.z, &b.by_radial.r, &b.by_radial.z, &b.by_axial.r, &b.by_axial.z};
-  }
   static double sum(const Pack &lanes) {
     double total = 0.0;
     for (int lane = 0; lane < LANES; lane++) total += lanes[lane];
@@ -529,7 +471,7 @@ class Ring {
 class System {
  public:
   std::vector<Ring> rings;
-  std::vector<Five> ring_q, ring_load;
+  std::vector<Five> ring_load;
   std::vector<Matrix5> ring_stiffness;
   Five q{}, load{}, scales{};  // scales [1 or m] make displacements of tilts
   Matrix5 stiffness{};
@@ -537,7 +479,7 @@ class System {
 
   void set(const Seat *seats, int count, const std::int64_t *balls) {
     double lever = 0.0, widest = 0.0, middle = 0.0, opening = 0.0;
-    rings.resize(count), ring_q.resize(count), ring_load.resize(count), ring_stiffness.resize(count);
+    rings.resize(count), ring_load.resize(count), ring_stiffness.resize(count);
     for (int i = 0; i < count; i++) {
       const Seat &seat = seats[i];
       rings[i].set(seat, int(balls[i]));
@@ -554,12 +496,8 @@ class System {
       if (heights) heights += 2 * ring.count;
     }
   }
-  void forget() { for (Ring &ring : rings) ring.forget(); }
-  void remember(const double *memory) {
-    for (Ring &ring : rings) ring.remember(memory), memory += BALL_MEMORY * ring.count;
-  }
-  void write_memory(double *memory) {
-    for (Ring &ring : rings) ring.write_memory(memory), memory += BALL_MEMORY * ring.count;
+  void write_places(double *out) const {
+    for (const Ring &ring : rings) ring.write_places(out), out += 2 * ring.count;
   }
   void write_contacts(double *out) {
     for (std::size_t i = 0; i < rings.size(); i++) {
@@ -581,12 +519,7 @@ class System {
     double scale = 0.0;
     for (std::size_t i = 0; i < rings.size(); i++) {
       const Seat &seat = *rings[i].seat;
-      ring_q[i] = turned_in(seat, at);
-      scale += rings[i].loads_at(ring_q[i], ring_load[i], ring_stiffness[i]);
-      if (rings.size() == 1 && seat.place == 0.0 && seat.facing == 1.0) {
-        load = ring_load[i], stiffness = ring_stiffness[i];
-        continue;
-      }
+      scale += rings[i].loads_at(turned_in(seat, at), ring_load[i], ring_stiffness[i]);
       const double s = seat.facing, a = seat.place;
       const double turn[COORDINATES][COORDINATES] = {
           {1, 0, 0, 0, a}, {0, 1, 0, -a, 0}, {0, 0, s, 0, 0}, {0, 0, 0, s, 0}, {0, 0, 0, 0, s}};
@@ -608,7 +541,7 @@ class System {
     for (int i = 0; i < COORDINATES; i++)
       if (free[i]) greatest_load = std::max(greatest_load, std::fabs(wanted[i]) / scales[i]);
     const double cap = 0.05 * longest;
-    for (int steps = 0, looks = 0; steps < MOST_STEPS; steps++) {
+    for (int looks = 0; looks < MOST_RING_LOOKS;) {
       if (size <= RING_EXACT * std::max(greatest_load, 1e-3 * scale) || size <= rounding * stiffest()) {
         // a shaft in an unstable balance leaves it in its run
         if (rings.size() > 1 || !leaves_unstable(free, wanted, step)) break;
@@ -641,35 +574,31 @@ class System {
         factor = high == HUGE_VAL ? 2.0 * factor : 0.5 * (low + high);
       }
       q = trial;
-      if (looks >= MOST_RING_LOOKS || (size >= before && size <= RING_ENOUGH * std::max(greatest_load, 1e-3 * scale))) break;
+      if (size >= before && size <= RING_LEFT * std::max(greatest_load, 1e-3 * scale)) break;
     }
     left = size;
     if (!(size <= std::max(RING_LEFT * std::max(greatest_load, 1e-3 * scale), rounding * stiffest()))) return TOO_MUCH;
+    for (const Ring &ring : rings)
+      if (!ring.balanced) return TOO_MUCH;
     bool carried = stiffness[0][0] != 0.0 || stiffness[2][2] != 0.0;
     for (double one : load) carried |= one != 0.0;
     return carried || std::find(free.begin(), free.end(), true) == free.end() ? FOUND : NOTHING_CARRIES;
   }
 
-  // As `balance`, from nothing: the coordinates first go along their loads.
-  Status begin_and_balance(const FreeOnes &free, const Five &wanted, const Five &held) {
-    for (int i = 0; i < COORDINATES; i++) q[i] = free[i] ? 0.0 : held[i];
-    forget();
-    if (rings.size() == 1) go_along(free, wanted);  // a shaft begins in the middle, where preload may hold it
-    return balance(free, wanted);
-  }
-
-  // As above; where that leads nowhere, each part of loads and held coordinates begins where the one before ended.
+  // As `balance`, from nothing; where that leads nowhere, each part of loads and held coordinates from the one before on.
   Status settle(const FreeOnes &free, const Five &wanted, const Five &held) {
-    Status status = begin_and_balance(free, wanted, held);
-    if (status != TOO_MUCH || std::find(free.begin(), free.end(), true) == free.end()) return status;
-    Five part_wanted, part_held;
-    for (int stage = 1; stage <= STAGES; stage++) {
-      for (int i = 0; i < COORDINATES; i++) {
-        part_wanted[i] = wanted[i] * stage / STAGES, part_held[i] = held[i] * stage / STAGES;
-        if (!free[i]) q[i] = part_held[i];
+    Status status = TOO_MUCH;
+    for (int parts : {1, PARTS}) {
+      q = {};
+      for (int part = 1; part <= parts; part++) {
+        Five load;
+        for (int i = 0; i < COORDINATES; i++) {
+          load[i] = wanted[i] * part / parts;
+          if (!free[i]) q[i] = held[i] * part / parts;
+        }
+        status = balance(free, load);
       }
-      status = stage == 1 ? begin_and_balance(free, part_wanted, part_held) : balance(free, part_wanted);
-      if (status != FOUND) return status;
+      if (status != TOO_MUCH) break;
     }
     return status;
   }
@@ -756,23 +685,6 @@ class System {
     return held;
   }
 
-  // Moves the free coordinates along their loads until two springs a ball, in line, would carry them.
-  void go_along(const FreeOnes &free, const Five &wanted) {
-    double size = 0.0, low = 0.0, high = longest;
-    Five step{}, at = q;
-    for (int i = 0; i < COORDINATES; i++)
-      if (free[i]) step[i] = wanted[i] / (scales[i] * scales[i]), size += wanted[i] * wanted[i] / (scales[i] * scales[i]);
-    size = std::sqrt(size);
-    if (size == 0.0) return;
-    for (double &one : step) one /= size;
-    const double spring = rings[0].spring();
-    for (int i = 0; i < FIRST_BISECTIONS; i++) {
-      double middle = 0.5 * (low + high);
-      for (int j = 0; j < COORDINATES; j++) at[j] = q[j] + middle * step[j];
-      (rings[0].springs_along(step, at, spring) < size ? low : high) = middle;
-    }
-    q = at;
-  }
 };
 
 }  // namespace core::equilibria

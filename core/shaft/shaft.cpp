@@ -21,7 +21,6 @@ namespace core::shaft {
 // The balls orbit as prescribed, so that their cages do work. A bearing with its balls turned with the ring is the same as
 // before, so that its energy changes with the balls' azimuth by y F_x - x F_y + theta_y M_x - theta_x M_y.
 
-using equilibria::BALL_MEMORY;
 using equilibria::COORDINATES;
 using equilibria::Five;
 using equilibria::Seat;
@@ -88,18 +87,16 @@ struct CoursePart {
   }
 };
 
-// Both bearings with balls that orbit in their cages as the shaft turns. Equilibria begin at `memory` (N, BALL_MEMORY).
+// Both bearings with balls that orbit in their cages as the shaft turns.
 class Bearings {
  public:
   equilibria::System system;
 
-  Bearings(const Rotor &rotor, const Seat *seat_numbers, const std::int64_t *balls, double *memory)
-      : rotor(rotor), memory(memory), azimuth(balls[0] + balls[1]) {
+  Bearings(const Rotor &rotor, const Seat *seat_numbers, const std::int64_t *balls)
+      : rotor(rotor), azimuth(balls[0] + balls[1]) {
     std::copy(seat_numbers, seat_numbers + BEARINGS, seats);
     system.set(seats, BEARINGS, balls);
-    system.remember(memory);
   }
-  ~Bearings() { system.write_memory(memory); }
   Bearings(const Bearings &) = delete;
 
   // The loads that hold the shaft at `q` against its bearings.
@@ -118,7 +115,6 @@ class Bearings {
 
  private:
   const Rotor &rotor;
-  double *memory;
   Seat seats[BEARINGS];
   std::vector<double> azimuth;
 };
@@ -467,22 +463,21 @@ static_assert(numbers_in<Rotor> == 41 && numbers_in<CoursePart> == 14 && numbers
 
 // Steps from the step kept on until one reaches `until` [s], and fills `rows` (instants, width) at `times` [s]. `seats` (2,
 // SEAT) and `balls` (2,) are of both bearings; `course` (parts, 14) holds the parts from that of the step kept on; `scales`
-// (10,) are errors that count as 1. `moved` and `shown` (N, BALL_MEMORY) are balls in equilibrium, of the motion and of its
-// outputs. `clock` (5,), `kept` (4, 14), both memories and `counts` (3,) are moved on in place.
+// (10,) are errors that count as 1. `clock` (5,), `kept` (4, 14) and `counts` (3,) are moved on in place.
 CORE_EXPORT std::int64_t core_shaft_advance(const double *rotor_numbers, const double *seats, const std::int64_t *balls,
                                             const double *course, std::int64_t parts, const double *method_numbers,
                                             const double *scales, const double *bounds, std::int64_t instants, const double *times,
                                             double until, const volatile std::uint8_t *stop, double *clock, double *kept,
-                                            double *moved, double *shown, std::int64_t *counts, double *rows, std::int64_t width) {
+                                            std::int64_t *counts, double *rows, std::int64_t width) {
   const Rotor &rotor = at<Rotor>(rotor_numbers);
   const RosenbrockMethod method = method_of(method_numbers);
   Method::Scales its_scales;
   std::copy(scales, scales + MOVING, its_scales.begin());
-  Bearings of_motion(rotor, &at<Seat>(seats), balls, moved), of_outputs(rotor, &at<Seat>(seats), balls, shown);
+  Bearings bearings(rotor, &at<Seat>(seats), balls);
   Method steps(method, its_scales);
-  Outputs outputs(rotor, of_outputs, int(balls[0] + balls[1]));
+  Outputs outputs(rotor, bearings, int(balls[0] + balls[1]));
   Motion motion{at<Clock>(clock), at<KeptStep>(kept), counts};
-  Integration integration(rotor, &at<CoursePart>(course), int(parts), at<Bounds>(bounds), of_motion, steps, outputs, motion);
+  Integration integration(rotor, &at<CoursePart>(course), int(parts), at<Bounds>(bounds), bearings, steps, outputs, motion);
   const Status status = integration.run(until, {times, int(instants), rows, int(width)}, method.order, stop);
   return status == OK && !motion.kept.finite() ? NOT_FINITE : status;
 }

@@ -166,7 +166,6 @@ FACE = {
     "Contacts": "equilibrium: contacts of balls in equilibrium",
     "COORDINATES": "equilibrium: number of coordinates of a ring",
     "SPEED_COLUMN": "equilibrium: place of the speed in the numbers of a ring",
-    "OF_BALL": "equilibrium: how many numbers the place of a ball has",
     "STOP": "equilibrium: type of the flag that stops the core",
     "IDLE": "equilibrium: share of the greatest load below which the angle of a contact has no limit",
     "LONGEST": "equilibrium: greatest displacement, in ball diameters",

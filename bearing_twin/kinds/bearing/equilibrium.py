@@ -46,7 +46,6 @@ IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limi
 FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # statuses of an equilibrium in the core
 BOUNCE = 3.0  # times the centrifugal load: what loads of light balls in motion differ by
 COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
-OF_BALL = 8  # numbers kept of a ball's equilibrium: place, opening, d(place)/d(opening); NaN to begin from nothing
 OF_CONTACTS = 17  # numbers of the `Contacts` of a ball
 SPEED_COLUMN = 32  # where the speed stands among a setting's numbers
 
@@ -60,8 +59,7 @@ class Setting(NamedTuple):
     """The numbers of the balance (SI): grooves, ball, `arm` of a tilt, speed [rad/s], shares of the gyroscopic moment.
 
     `arm` [m] turns a tilt into axial displacement and an axial force into a moment; `lever` [m] is the arm of the
-    friction that carries the gyroscopic moment, about the point at the end of `arm`. A ball's last step may leave
-    `unseen` of the loads, for which stiffness is to the root of that; 0 where it is to be exact.
+    friction that carries the gyroscopic moment, about the point at the end of `arm`.
     """
 
     inner: Raceway
@@ -74,7 +72,6 @@ class Setting(NamedTuple):
     speed: float
     share_inner: float
     share_outer: float
-    unseen: float
 
     def numbers(self, gravity=(0.0, 0.0, 0.0), place=0.0, facing=1.0, middle=0.0) -> np.ndarray:
         """The core's `Seat`: with `gravity` [m/s^2], and `place` [m], side and `middle` [m] of a ring on a shaft."""
@@ -109,7 +106,7 @@ def contacts_in(numbers: np.ndarray) -> Contacts:
 
 
 class Solved(NamedTuple):
-    """Equilibria (C, ...): coordinates, loads, stiffness, balls' `places` (C, N, OF_BALL), what is `left` [N], status.
+    """Equilibria (C, ...): coordinates, loads, stiffness, balls' `places` (C, N, 2), what is `left` [N], status.
 
     `contacts` (C, N, OF_CONTACTS) are read by `contacts_in`.
     """
@@ -130,7 +127,7 @@ def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=SMOO
     `heights` (N, 2) [m] are those of the inner and the outer raceway under the balls.
     """
     cases, count = len(wanted), azimuths.shape[-1]
-    shapes = (5,), (5,), (5, 5), (count, OF_BALL), (count, OF_CONTACTS), ()
+    shapes = (5,), (5,), (5, 5), (count, 2), (count, OF_CONTACTS), ()
     found = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
     _equilibria(
         *(cases, len(balls), np.array(balls, np.int64), seats, seats.ndim == 3, azimuths, azimuths.ndim == 2),
@@ -204,7 +201,7 @@ def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setti
         lever, reach = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
     pitch = parameters.geometry.pitch_diameter
     sizes = bearing.ball_radius, bearing.ball_mass, pitch, reach, lever, float(speed)
-    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[parameters.model.control], 0.0)
+    return Setting(bearing.inner, bearing.outer, *sizes, *CONTROLS[parameters.model.control])
 
 
 def support_of(parameters) -> Support:
@@ -311,7 +308,7 @@ class EquilibriumSolver:
                 defect_numbers(self.rough, float(self.found_contacts.load.max())), self.azimuths
             )
             left = self.settle(support)
-        found = self.q, self.load, self.stiffness, self.azimuths, self.place[:, :2], self.found_contacts
+        found = self.q, self.load, self.stiffness, self.azimuths, self.place, self.found_contacts
         return Equilibrium(*found, left, control_named(self.setting))
 
     def _refusal(self, support: Support, status: int) -> str:

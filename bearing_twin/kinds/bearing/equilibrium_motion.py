@@ -12,7 +12,6 @@ from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REAL
 from bearing_twin.kinds.bearing.defects import defect_numbers
 from bearing_twin.kinds.bearing.equilibrium import (
     FOUND,
-    OF_BALL,
     OF_CONTACTS,
     STOP,
     STOPPED,
@@ -40,11 +39,10 @@ INNER = np.array([1.0, 0.0])  # of the contacts of a ball, inner and outer
 
 
 class State(NamedTuple):
-    """State between instants: azimuth of ball 0, orbit over ring speed (2,); ring, balls, attitudes."""
+    """State between instants: azimuth of ball 0, orbit over ring speed (2,); ring, balls' attitudes."""
 
     cage: np.ndarray
     q: np.ndarray
-    place: np.ndarray
     attitude: np.ndarray
 
 
@@ -63,7 +61,7 @@ class Instants(NamedTuple):
 _run = Function(
     "core_equilibrium_run",
     INTEGER,
-    (REALS, REALS, REAL, INTEGER, INTEGER, *(REALS,) * 4, INTEGERS, REALS, STOP, *(REALS_OUT,) * 11, INTEGERS_OUT),
+    (REALS, REALS, REAL, INTEGER, INTEGER, *(REALS,) * 4, INTEGERS, REALS, STOP, *(REALS_OUT,) * 10, INTEGERS_OUT),
 )
 
 
@@ -173,8 +171,8 @@ class QuasiStaticMotion(CommandedBearing):
         """Back to the start."""
         balls = self.parameters.geometry.balls
         half, zero = -np.pi * np.arange(balls) / balls, np.zeros(balls)
-        attitude, place = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1), np.full((balls, OF_BALL), np.nan)
-        self.state = State(np.zeros(2), self._start.coordinates.copy(), place, attitude)
+        attitude = np.stack([zero, zero, np.sin(half), np.cos(half)], axis=1)
+        self.state = State(np.zeros(2), self._start.coordinates.copy(), attitude)
         self.goal_speed = self.speed = float(self.parameters.drive.speed)
         self.loads, self.solved, self._changed = self.support.loads, 0, False
         self.angle = self.elapsed = self._gross = self._lost = 0.0

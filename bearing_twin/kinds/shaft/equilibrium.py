@@ -141,9 +141,6 @@ def speeds_of(parameters: ShaftScene) -> tuple[float, float]:
     return float(parameters.drive.speed), float(course.turned(parameters.run.duration)[1])
 
 
-UNSEEN = 1e-12  # of the loads: what a ball's last step may leave, which spares a quarter of a step's time
-
-
 class ShaftSeat(NamedTuple):
     """One bearing on the shaft: its balance, place [m], side it faces, `middle` [m] along its own axis.
 
@@ -207,7 +204,7 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
     for side, ratio in zip(SIDES, ratios, strict=True):
         mounted, scene = getattr(parameters, side), bearing_scene(parameters, side)
         places = (mounted.place, mounted.facing, middle_of(mounted), mounted.ball_angle, ratio)
-        setting = setting_of(scene, law, parameters.drive.speed)._replace(unseen=UNSEEN)
+        setting = setting_of(scene, law, parameters.drive.speed)
         balls, gravity = int(mounted.geometry.balls), tuple(map(float, scene.gravity))
         seats.append(ShaftSeat(setting, balls, *map(float, places), gravity))
     weight = shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])

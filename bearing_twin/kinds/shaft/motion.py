@@ -13,7 +13,6 @@ from bearing_twin.base.units import two_digits
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing import (
     COORDINATES,
-    OF_BALL,
     SPEED,
     STOP,
     Loading,
@@ -67,7 +66,7 @@ _advance = Function(
     INTEGER,
     (
         *(REALS, REALS, INTEGERS, REALS, INTEGER, REALS, REALS, REALS, INTEGER, REALS, REAL, STOP),
-        *(REALS_OUT, REALS_OUT, REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT, INTEGER),
+        *(REALS_OUT, REALS_OUT, INTEGERS_OUT, REALS_OUT, INTEGER),
     ),
 )
 _restart = Function("core_shaft_restart", None, (REALS_OUT, REALS_OUT, REAL))
@@ -168,32 +167,28 @@ class ShaftMotion:
         self.clock, self.kept = np.zeros(CLOCK), np.zeros((KEPT, STATE))
         self.clock[STEP] = FIRST / self._fastest
         self.kept[START] = self.kept[END] = self._begin
-        self.places = [np.full((balls.sum(), OF_BALL), np.nan) for _ in ("motion", "outputs")]
         self.counts, self._now_ns = np.zeros(3, np.int64), 0
         self.keep()
 
     def _arrays(self) -> list[np.ndarray]:
         """All that the core changes and that the next step depends on."""
-        return [self.clock, self.kept, *self.places, self.counts]
+        return [self.clock, self.kept, self.counts]
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
         arrays = {name: getattr(self, name).tolist() for name in SNAPPED}
-        balls = [one.tolist() if np.isfinite(one).all() else [] for one in self.places]
         course, loading = self.course, self.course.loading
         speeds = {"commanded_at": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
         commanded = loading.steady.tolist() if loading.commanded else []
-        return arrays | speeds | {"balls": balls, "commanded": commanded, "now": self.seconds}
+        return arrays | speeds | {"commanded": commanded, "now": self.seconds}
 
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another shaft."""
         self.reset()
-        balls = zip(self.places, kept["balls"], strict=True)
-        pairs = [(getattr(self, name), kept[name]) for name in SNAPPED] + [pair for pair in balls if len(pair[1])]
-        for array, numbers in pairs:
-            given = np.array(numbers, float)
+        for name in SNAPPED:
+            array, given = getattr(self, name), np.array(kept[name], float)
             if given.shape != array.shape or not np.isfinite(given).all():
-                raise ValueError(numbers)
+                raise ValueError(kept[name])
             array[...] = given
         since = kept.get("commanded_at", kept.get("told"))  # as snapshots of earlier versions call it
         now, since, goal, angle, speed = map(float, (kept["now"], since, kept["goal"], *kept["turned"]))
