@@ -18,7 +18,7 @@ from runs import bits, made_up_block, made_up_run, made_up_scene
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import main
-from bearing_twin.log import cdr, raw_log, run_log
+from bearing_twin.log import cdr, run_log
 from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.cdr import encoded
 from bearing_twin.log.mcap_read import McapReader
@@ -315,19 +315,6 @@ def test_the_index_of_a_long_log_is_whole(tmp_path, monkeypatch):
     chunks = make_reader(io.BytesIO((tmp_path / "run.mcap").read_bytes())).get_summary().chunk_indexes
     assert len(chunks) == 600
     assert sum(contents.counts.values()) == 600 * 18 == len(list(raw_messages(tmp_path / "run.mcap")))
-
-
-def test_the_description_of_a_bag_costs_little_however_many_topics_come(tmp_path, monkeypatch):
-    """It lists all topics, so that writing it at each new one would cost their square."""
-    written = []
-    monkeypatch.setattr(raw_log, "put_whole", lambda path, data: written.append(data.count(b"topic_metadata")))
-    with RawLogWriter(tmp_path / "bag") as log:
-        for number in range(300):
-            log.write(log.add_topic(f"/{number}", cdr.CLOCK), number, number, bytes(4))
-        assert written[:10] == [*range(10)]
-        log.flush()
-        assert written[-1] == 300
-    assert sum(written) < 5000
 
 
 def waved(path, starts, size=1 << 16):

@@ -230,15 +230,14 @@ class LogReader:
 
     @staticmethod
     def _of(file: Path, held: Contents, *limits) -> Iterator[LoggedMessage]:
-        """The messages of one file by time."""
+        """The messages of one file."""
         with reader_of(file, held) as reader:
-            yield from reader.by_time(*limits)
+            yield from reader.messages(*limits)
 
     def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
         """`messages` in the order in which they were written."""
         for file, held in zip(self._files, self._held, strict=True):
-            with reader_of(file, held) as reader:
-                yield from reader.in_file_order(wanted)
+            yield from self._of(file, held, wanted, 0, LAST_NS + 1, False)
 
 
 class SqliteReader:
@@ -268,8 +267,10 @@ class SqliteReader:
         times = (self._bag.start_time, self._bag.end_time - 1) if self._bag.message_count else (0, 0)
         return Contents(self._topics, counts, *times, [], 0, True, [])
 
-    def by_time(self, wanted: Container[str] | None, from_ns: int, until_ns: int) -> Iterator[LoggedMessage]:
-        """Messages of the `wanted` topics (None: of all) from `from_ns` to before `until_ns`, by their time."""
+    def messages(
+        self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS, by_time: bool = True
+    ) -> Iterator[LoggedMessage]:
+        """Messages of the `wanted` topics (None: of all) from `from_ns` to before `until_ns`, always by their time."""
         connections = [
             one
             for one in self._bag.connections
@@ -283,13 +284,9 @@ class SqliteReader:
                     raise ValueError(f"a message at {time_ns} ns")
                 yield LoggedMessage(self._topics[connection.id], time_ns, time_ns, bytes(data))
 
-    def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
-        """All messages of these topics by time, the only order that there is."""
-        return self.by_time(wanted, 0, LAST_NS)
-
     def content(self, damage=None) -> Iterator[LoggedMessage]:
         """All messages."""
-        return self.by_time(None, 0, LAST_NS)
+        return self.messages()
 
     def _topic(self, connection) -> StoredTopic:
         ros_type = connection.msgtype

@@ -181,29 +181,27 @@ class McapReader:
                 damage.append((error.offset, error.what))
                 begin = self._record_after(max(error.offset, begin))
 
-    def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
-        """Messages of the `wanted` ROS topics (None: of all channels) as they stand."""
-        topics = self._wanted(wanted)
-        for _, _, place in self.contents().stretches:
-            yield from self._messages(place, self._data_at(place), topics.get)
-
-    def by_time(
-        self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
+    def messages(
+        self,
+        wanted: Container[str] | None = None,
+        from_ns: int = 0,
+        until_ns: int = LAST_NS + 1,
+        by_time: bool = True,
     ) -> Iterator[LoggedMessage]:
-        """Messages of the `wanted` ROS topics (None: of all channels) from `from_ns` to before `until_ns`, by time.
+        """Messages of the `wanted` ROS topics (None: of all channels) from `from_ns` to before `until_ns`.
 
-        Those of one time come in the order of the file. Chunks that hold nothing of it are passed over.
+        They come by time, those of one time in the order of the file, or all in that order. Chunks that hold nothing
+        of it are passed over.
         """
-        topics = self._wanted(wanted)
-        rows = sorted(row for row in self.contents().stretches if row[1] >= from_ns and row[0] < until_ns)
-        yield from (one for one in self._merged(rows, topics) if from_ns <= one.log_time < until_ns)
-
-    def _wanted(self, wanted: Container[str] | None) -> dict[int, StoredTopic]:
-        """The channels of these names by number; foreign ones are never among wanted topics."""
         topics = self.contents().topics
-        if wanted is None:
-            return topics
-        return {number: topic for number, topic in topics.items() if topic.name in wanted and not topic.foreign}
+        if wanted is not None:
+            topics = {number: one for number, one in topics.items() if one.name in wanted and not one.foreign}
+        rows = [row for row in self.contents().stretches if row[1] >= from_ns and row[0] < until_ns]
+        if by_time:
+            found = self._merged(sorted(rows), topics)
+        else:
+            found = (one for row in rows for one in self._messages(row[2], self._data_at(row[2]), topics.get))
+        yield from (one for one in found if from_ns <= one.log_time < until_ns)
 
     def _record_after(self, offset: int) -> int | None:
         """Place of the record behind that at `offset` by its length, or of the next chunk of the index."""

@@ -1,15 +1,13 @@
 """An MCAP file while it is written: what has been appended stays readable, whatever happens next.
 
 Every append is all or nothing, and nothing that was appended is written again. Chunks end by content, so that the same
-messages give the same bytes, and at each `flush`. A little disk space is held back, so that the index can still be
-written when the disk is full.
+messages give the same bytes, and at each `flush`.
 """
 
 import contextlib
 import errno
 import os
 import struct
-import tempfile
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -44,7 +42,6 @@ except ImportError:  # no package of Debian, so that a ROS installed from there 
 
 MAGIC = b"\x89MCAP0\r\n"
 CHUNK_BYTES = 512 * 1024
-RESERVE_BYTES = 256 * 1024  # of disk space, held back for the end of the log
 HELD_BYTES = 16 * 1024 * 1024  # of messages that may wait for room on the disk
 COMPRESSION, LESS_PACKED = "zstd", "lz4"
 COMPRESSION_LEVEL = -10  # an eighth of the time of the default level 3, for files 13 % larger
@@ -93,27 +90,6 @@ def refused(sentence: str, error: BaseException) -> LogError:
     return (FullDisk if getattr(error, "errno", None) in NO_ROOM else LogError)(sentence)
 
 
-class Reserve:
-    """Disk space held back for the end of a log, in a file without a name in its folder; it vanishes with this process.
-
-    Raises OSError where the disk has no room for it.
-    """
-
-    def __init__(self, folder: Path):
-        self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115
-        self._bytes = self._file.write(bytes(RESERVE_BYTES))
-
-    def grow(self, index_bytes: int) -> None:
-        """Holds back what an index of that size takes; where there is no room the next append to the log will tell."""
-        with contextlib.suppress(OSError, ValueError):  # ValueError: it is closed
-            while index_bytes + RESERVE_BYTES // 2 > self._bytes:
-                self._bytes += self._file.write(bytes(RESERVE_BYTES))
-
-    def close(self) -> None:
-        """Gives the disk space back; may be called twice."""
-        self._file.close()
-
-
 class McapWriter:
     """A new MCAP file at `path`, profile `ros2`; raises LogError if the path exists or cannot be written.
 
@@ -137,7 +113,6 @@ class McapWriter:
         self.problem = ""  # why the file cannot grow, and what was kept
         self._closed = False
         self._index = bytearray()  # of the chunks, 10 MB an hour of a bearing of eight balls
-        self._reserve: Reserve | None = None
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._room = bytearray()  # the chunk in progress
         self._chunk_index: defaultdict[int, list[tuple[int, int]]] = defaultdict(list)  # time and place of messages
@@ -152,13 +127,13 @@ class McapWriter:
         self.first_ns: int | None = None
         self.last_ns = 0
         try:
-            self._reserve = Reserve(self.path.resolve().parent)
             self._append((MAGIC + _record(Header("ros2", library)),))
-        except (OSError, LogError) as error:
+        except LogError as error:
             self.discard()
-            cause = error.__cause__ or error
-            why = getattr(cause, "strerror", None) or cause
-            raise refused(f"{path} cannot be written ({why}); give another place for the log", cause) from error
+            cause = error.__cause__
+            raise refused(
+                f"{path} cannot be written ({cause.strerror}); give another place for the log", cause
+            ) from error
 
     def register(self, topic: StoredTopic) -> int:
         """Describes a channel and returns its number; without a type and a schema's encoding it gets no schema."""
@@ -222,7 +197,6 @@ class McapWriter:
         parts, index = self._sealed(first, last)
         self._append(parts)
         self._index += index
-        self._reserve.grow(len(self._index))
         self._chunks += 1
         for channel, entries in self._chunk_index.items():
             self.counts[channel] += len(entries)
@@ -245,12 +219,11 @@ class McapWriter:
     def close(self) -> None:
         """Writes what waits and the index, and closes the file; raises LogError if that is impossible.
 
-        Where there is no room for what waits, what is on disk gets its index all the same.
+        Where there is no room for what waits, what is on disk gets its index if that fits.
         """
         if self._closed:
             return
         self._closed = True
-        self._reserve.close()
         try:
             try:
                 if self._patient or not self.problem:
@@ -267,8 +240,6 @@ class McapWriter:
     def discard(self) -> None:
         """Closes and removes the file."""
         self._closed = True
-        if self._reserve is not None:
-            self._reserve.close()
         os.close(self._file)
         self.path.unlink(missing_ok=True)
 

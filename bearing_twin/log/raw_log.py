@@ -35,7 +35,6 @@ RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs 
 BEGINS_KEY = "begins"  # in SCENE_RECORD: the number of the first output of a run that continues another
 STATE_RECORD = "bearing_twin_state"  # of a whole run: the state at its end, to continue from
 RETRY = 1.0  # s between tries while the disk is full
-LEAST_LISTED = 10  # of so many topics one may wait for the next flush to be in the description of a bag: it is long
 
 
 class Safety(NamedTuple):
@@ -88,7 +87,7 @@ class RawLogWriter:
                 raise refused(said, error) from error
         self._lock, self._unbroken, self._ended = threading.Lock(), Unbroken(), threading.Event()
         self._closed = False
-        self._unlisted = 0  # topics that the description of the bag lacks
+        self._unlisted = False  # whether the description of the bag lacks topics
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._number, self._began = 0, None  # of the file; time of its first message [ns]
         self._topics: dict[int, StoredTopic] = {}
@@ -166,7 +165,7 @@ class RawLogWriter:
         with self._unbroken, self._lock:
             number = self._writer.register(topic)
             self._topics[number] = topic
-            self._unlisted += 1
+            self._unlisted = True
         return number
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
@@ -179,8 +178,6 @@ class RawLogWriter:
             rest, done = iter(messages), False
             while not done:  # while the disk is full the writer stops at each message, which it has taken or dropped
                 with self._patience():
-                    if LEAST_LISTED * self._unlisted > len(self._topics):
-                        self._write_bag_file()
                     if not self._splits:
                         self._writer.write_all(rest)
                     for message in rest:
@@ -315,7 +312,7 @@ class RawLogWriter:
                 self.flush()
 
     def _write_bag_file(self) -> None:
-        self._unlisted = 0
+        self._unlisted = False
         if self._folder is None:
             return
         counts = Counter(self._writer.counts)
