@@ -45,7 +45,7 @@ __all__ = [
     "SetParameters", "Step", "Stiffness", "String", "Trigger", "TwistStamped", "WrenchStamped", "call",
     "deserialize_message", "executable", "heard", "interface", "padded", "plain_node", "qos_check_compatible",
     "qos_profile", "rclpy", "ros_executor", "ros_executor_beside", "serialize_message", "spin_for", "spin_until",
-    "spin_until_heard", "started",
+    "spin_until_heard", "started", "statuses", "values_of",
 ]  # fmt: skip
 
 PATIENCE = 300.0  # s: what does not come about at all ends a test, slowness does not
@@ -163,6 +163,18 @@ def heard(node, names_and_types, depth=1000):
             interface(ros_type, "msg"), name, lists[name].append, qos_profile(Qos(depth)), raw=True
         )
     return lists
+
+
+def statuses(node):
+    """A list that fills with every status on /diagnostics from now on."""
+    seen = []
+    node.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 100)
+    return seen
+
+
+def values_of(status) -> dict[str, str]:
+    """The values of a status by key."""
+    return {pair.key: pair.value for pair in status.values}
 
 
 def padded(data: bytes) -> bytes:

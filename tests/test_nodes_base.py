@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 from ros import (
-    DiagnosticArray,
     DiagnosticStatus,
     ParameterMessage,
     ParameterValue,
@@ -12,6 +11,8 @@ from ros import (
     ros_executor,
     spin_until,
     started,
+    statuses,
+    values_of,
 )
 
 from bearing_twin.nodes import base_node, outlet
@@ -23,8 +24,8 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
     with ros_executor() as others:
         executor = base_node.Executor(others.context)
         node = started(executor, RecorderNode, log=str(tmp_path / "run.mcap"))
-        talker, seen = plain_node(others), []
-        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        talker = plain_node(others)
+        seen = statuses(talker)
         client = talker.create_client(SetParameters, "/recorder_node/set_parameters")
 
         def turned(done):
@@ -40,10 +41,7 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         )
         spin_until(others, turned(lambda: executor.faults == 1), "the fault")
 
-        def reported():
-            return any(one.key == "faults" and one.value == "1" for status in seen for one in status.values)
-
-        spin_until(others, turned(reported), "a warning")
+        spin_until(others, turned(lambda: any(values_of(one).get("faults") == "1" for one in seen)), "a warning")
         assert {status.level for status in seen if status.name == "recorder_node: recording"} >= {DiagnosticStatus.WARN}
         assert not node.done.is_set()
         node.close()
@@ -53,15 +51,12 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
 
 def test_two_nodes_of_one_name_are_told(tmp_path):
     with ros_executor() as executor:
-        talker, seen = plain_node(executor), []
-        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        seen = statuses(plain_node(executor))
         alone = started(executor, RecorderNode, log=str(tmp_path / "one.mcap"))
         spin_until(executor, lambda: seen, "diagnostics")
-        assert "problem" not in {one.key for one in seen[0].values}
+        assert "problem" not in values_of(seen[0])
         started(executor, RecorderNode, log=str(tmp_path / "two.mcap"))
-        spin_until(
-            executor, lambda: base_node.NAMESAKE in [one.value for status in seen for one in status.values], "a warning"
-        )
+        spin_until(executor, lambda: values_of(seen[-1]).get("problem") == base_node.NAMESAKE, "a warning")
         assert seen[-1].level >= DiagnosticStatus.WARN
         assert alone.failure is None
 

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from ros import DiagnosticArray, executable, heard, plain_node, ros_executor, spin_for, spin_until
+from ros import executable, heard, plain_node, ros_executor, spin_for, spin_until, statuses
 
 from bearing_twin.command.node_command import NODES
 from bearing_twin.log import cdr
@@ -132,8 +132,7 @@ def test_a_parameter_file_for_other_nodes_is_warned_of(text, tmp_path, quick_sta
     file = tmp_path / "parameters.yaml"
     file.write_text(text)
     with ros_executor() as executor:
-        talker, seen = plain_node(executor), []
-        talker.create_subscription(DiagnosticArray, "/diagnostics", seen.append, 10)
+        seen = statuses(plain_node(executor))
         with executable(executor, "uq_node", "--params-file", str(file)) as node:
             spin_until(executor, lambda: seen, "diagnostics")
             node.send_signal(signal.SIGINT)

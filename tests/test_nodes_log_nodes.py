@@ -7,7 +7,6 @@ from fractions import Fraction
 import pytest
 from ros import (
     Clock,
-    DiagnosticArray,
     Float64,
     Parameter,
     QoSCompatibility,
@@ -25,6 +24,8 @@ from ros import (
     spin_for,
     spin_until,
     started,
+    statuses,
+    values_of,
 )
 from runs import a_choice, bits, made_up_block, made_up_run, made_up_scene
 
@@ -127,9 +128,8 @@ def test_lost_messages_of_any_topic_are_counted_said_and_written_before_the_end(
     monkeypatch.setattr(recorder_node, "DEPTH", 5)
     path = tmp_path / "out.mcap"
     with ros_executor() as executor:
-        talker, seen = plain_node(executor), []
-        publisher = talker.create_publisher(Float64, "/elsewhere", 100)
-        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        talker = plain_node(executor)
+        seen, publisher = statuses(talker), talker.create_publisher(Float64, "/elsewhere", 100)
         recorder = started(executor, RecorderNode, log=str(path), topics=["/elsewhere"])
         spin_until(executor, publisher.get_subscription_count, "discovery")
         publisher.publish(Float64())
@@ -292,8 +292,7 @@ def test_what_cannot_be_logged_or_played_is_refused():
 
 def test_to_have_recorded_nothing_is_told_and_fails(tmp_path, quick_starts):
     with ros_executor() as executor:
-        talker, seen = plain_node(executor), []
-        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        seen = statuses(plain_node(executor))
         words = ("-p", f"log:={tmp_path / 'log.mcap'}", "-p", "topics:=['']")
         with executable(executor, "recorder_node", *words) as recorder:
             spin_until(executor, lambda: seen, "diagnostics")
@@ -312,15 +311,15 @@ def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number,
     path = tmp_path / "recording.mcap"
     words = ("-p", f"log:={path}")
     with ros_executor() as executor, executable(executor, "recorder_node", *words) as recorder:
-        talker, seen = plain_node(executor), []
-        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        talker = plain_node(executor)
+        seen = statuses(talker)
         samples = talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
         spin_until(executor, samples.get_subscription_count, "discovery")
         blocks = [data for topic, data in messages() if topic.name == "samples"]
         for data in blocks:
             samples.publish(data)
-        came = ("messages", str(len(blocks)))
-        spin_until(executor, lambda: any(came == (pair.key, pair.value) for one in seen for pair in one.values), "all")
+        came = lambda: seen and values_of(seen[-1])["messages"] == str(len(blocks))  # noqa: E731
+        spin_until(executor, came, "all")
         recorder.send_signal(number)
         _, said = recorder.communicate(timeout=300)
     assert recorder.returncode == 0, said

@@ -12,7 +12,6 @@ import yaml
 from ros import (
     PATIENCE,
     ActionClient,
-    DiagnosticArray,
     DiagnosticStatus,
     GoalStatus,
     RunStudy,
@@ -23,6 +22,8 @@ from ros import (
     ros_executor,
     spin_until,
     started,
+    statuses,
+    values_of,
 )
 
 from bearing_twin.base.paths import share_path
@@ -155,9 +156,7 @@ def test_one_runs_four_wait_in_order_the_next_is_refused_and_bad_ones_are_answer
     monkeypatch.setattr("bearing_twin.nodes.uq_node.LOG_PERIOD", PATIENCE)
     with ros_executor(threads=8) as executor:
         node = started(executor, UqNode, log_folder="")
-        client, seen = client_of(executor), []
-        watcher = plain_node(executor)
-        watcher.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        client, seen = client_of(executor), statuses(plain_node(executor))
         running = sent(executor, client, **ENDLESS)
         for goal, sentence in [
             ({"study": "spheres_alfa"}, "did you mean spheres_alpha"),
@@ -175,7 +174,7 @@ def test_one_runs_four_wait_in_order_the_next_is_refused_and_bad_ones_are_answer
         full = lambda: [s for s in seen if "the queue is full" in s.message]  # noqa: E731
         spin_until(executor, full, "a warning")
         assert full()[0].level == DiagnosticStatus.WARN
-        values = {pair.key: pair.value for pair in full()[0].values}
+        values = values_of(full()[0])
         assert (values["waiting"], values["refused"], values["doing"]) == ("4", "1", "running spheres_alpha_4e-5")
         spin_until(executor, waiting[2].cancel_goal_async().done, "cancel of one that waits")
         state, result = outcome(executor, waiting.pop(2))

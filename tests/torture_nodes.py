@@ -14,7 +14,7 @@ from unittest.mock import patch
 
 import numpy as np
 from processes import own_domain
-from ros import ActionClient, DiagnosticArray, Float64, GoalStatus, RunStudy, SetBool, plain_node, ros_executor
+from ros import ActionClient, Float64, GoalStatus, RunStudy, SetBool, plain_node, ros_executor, statuses, values_of
 from scipy.stats import theilslopes
 from torture_rows import Found, Row, memory_of, part_of, until
 
@@ -178,7 +178,7 @@ def _counted(reported: dict[str, str]) -> int:
 def _said(seen: list, node: str = "uq_node") -> dict[str, str]:
     """The last word of a node on /diagnostics."""
     reported = [status for status in seen if node in status.name]
-    return {pair.key: pair.value for pair in reported[-1].values} if reported else {}
+    return values_of(reported[-1]) if reported else {}
 
 
 def cancels(share: float, folder: Path) -> Found:
@@ -217,8 +217,8 @@ def frozen(share: float, folder: Path) -> Found:
     names = [f"/torture_{k}" for k in range(4)]
     sent = dict.fromkeys(names, 0)
     with ros_executor() as executor:
-        talker, seen = plain_node(executor, "talker"), []
-        talker.create_subscription(DiagnosticArray, "/diagnostics", lambda array: seen.extend(array.status), 10)
+        talker = plain_node(executor, "talker")
+        seen = statuses(talker)
         publishers = {name: talker.create_publisher(Float64, name, 10) for name in names}
 
         def talk(for_seconds: float, rates=(1000, 500, 100, 10)) -> None:
