@@ -18,18 +18,15 @@ from ros import (
     plain_node,
     rclpy,
     ros_executor,
-    serialize_message,
     spin_until,
     started,
 )
 
-from bearing_twin.base.errors import BearingTwinError, SceneError, Stopped
+from bearing_twin.base.errors import BearingTwinError, Stopped
 from bearing_twin.log import cdr
 from bearing_twin.nodes import watch_node
 from bearing_twin.nodes.sim_node import SimNode
-from bearing_twin.nodes.watch_node import LONGEST_REFUSAL, LONGEST_STATUS, WatchNode, shortened_line
-from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation
+from bearing_twin.nodes.watch_node import WatchNode
 
 SCENE = {"scene": "bearing_6203", "overrides": ["run.output_rate=200.0", "run.publish_rate=10.0"]}
 
@@ -199,7 +196,7 @@ def refusals_told(node, *counts):
     for count in counts:
         values = [KeyValue(key="commands_refused", value=count), KeyValue(key="last_refusal", value=f"the {count}th")]
         status = DiagnosticStatus(name="mute_node: simulation", values=values)
-        node._on_diagnostics(serialize_message(DiagnosticArray(status=[status])))
+        node._on_diagnostics(DiagnosticArray(status=[status]))
     node.feed.send = send
     return reported
 
@@ -223,15 +220,3 @@ def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_
         monkeypatch.setattr(watch_node, "REQUESTED_FOR", 0.0)  # nobody looks any more
         node._on_look()
         assert refusals_told(node, "4", "5") == ["the 5th"], "the 4th was while nobody looked"
-
-
-def test_a_refusal_is_told_whole_and_what_is_longer_ends_with_an_ellipsis():
-    """As of a load and a moment that no ball carries, whose sentence ends with the greatest that are carried."""
-    scene = load_scene("bearing_6203_rig_400N", ["rings.inner.free=all"])
-    simulation = Simulation(scene)
-    with pytest.raises(SceneError) as refused:
-        simulation.set_load((-12345.6, -98765.4, 12345.6), (123.4, -567.8))
-    said = f"command/load refused: {refused.value}"
-    assert len(said) > LONGEST_STATUS
-    assert shortened_line(said, LONGEST_REFUSAL) == said
-    assert shortened_line(f"two\nlines {'x' * 700}", 20) == "two lines xxxxxxxx …"

@@ -9,20 +9,19 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
-from rclpy._rclpy_pybind11 import InvalidHandle, RCLError
+from rclpy._rclpy_pybind11 import RCLError
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
-from rclpy.subscription import Subscription
 
 from bearing_twin.base.errors import BearingTwinError, Stopped
 from bearing_twin.core import Function
@@ -55,27 +54,6 @@ LONGEST_GOODBYE = 5.0  # s a node that has put all away may take to leave ROS
 LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
 
 _exit_at_alarm = Function("core_exit_at_alarm", None, (ctypes.c_int,))
-
-
-class PolledGroup(CallbackGroup):
-    """Subscriptions that no executor serves: `waiting_messages` is cheaper than a wake-up for every message."""
-
-    def can_execute(self, entity) -> bool:
-        """Never."""
-        return False
-
-    beginning_execution = can_execute
-
-    def ending_execution(self, entity) -> None:
-        """Nothing was executed."""
-
-
-def waiting_messages(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
-    """Every message that waits, as bytes, with its information from the middleware."""
-    handle, message = subscription.handle, subscription.msg_type
-    with suppress(InvalidHandle), handle:
-        while (found := handle.take_message(message, True)) is not None:
-            yield found
 
 
 def size_text(size: float) -> str:

@@ -3,11 +3,14 @@
 import os
 import threading
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
 from fnmatch import fnmatchcase
 from itertools import repeat
 from pathlib import Path
 
+from rclpy._rclpy_pybind11 import InvalidHandle
+from rclpy.callback_groups import CallbackGroup
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
@@ -23,12 +26,10 @@ from bearing_twin.log.stream import NUMBERED, readable_range
 from bearing_twin.nodes.base_node import (
     LOG_PERIOD,
     BaseNode,
-    PolledGroup,
     declare,
     guarded,
     run,
     size_text,
-    waiting_messages,
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, safety_of
@@ -236,6 +237,27 @@ def default_topics(namespace: str = "/") -> list[str]:
     """
     own = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
     return [*(f"{one}/*" for one in own), *FRAMES]
+
+
+class PolledGroup(CallbackGroup):
+    """Subscriptions that no executor serves: `waiting_messages` is cheaper than a wake-up for every message."""
+
+    def can_execute(self, entity) -> bool:
+        """Never."""
+        return False
+
+    beginning_execution = can_execute
+
+    def ending_execution(self, entity) -> None:
+        """Nothing was executed."""
+
+
+def waiting_messages(subscription: Subscription) -> Iterator[tuple[bytes, dict]]:
+    """Every message that waits, as bytes, with its information from the middleware."""
+    handle, message = subscription.handle, subscription.msg_type
+    with suppress(InvalidHandle), handle:
+        while (found := handle.take_message(message, True)) is not None:
+            yield found
 
 
 def is_topic(name: str) -> bool:

@@ -16,7 +16,6 @@ CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead 
 LONGEST_STEP = 10.0  # s
 SILENCE_NS = 10_000_000  # between reports of progress without subscribers: each wakes the worker
 SHORTFALL = 0.95  # of the requested pace, below which the loop warns
-LONG_NS = 500_000_000  # of computing one batch, from which on the loop warns that nothing comes meanwhile
 JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
 WAITING = 8  # commands of one topic, of which the last legal one is carried out
@@ -143,7 +142,6 @@ class SimulationLoop(PacedStream):
         self.run, self.tells_time = 1, False
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
         self._duration_ns, self._open_log, self._repeat, self._subscribed = duration_ns, open_log, repeat_ns, subscribed
-        self._computing: int | None = None  # since when the turn under way
         self._begin(simulation, open_log(1, simulation))
 
     def _begin(self, simulation: Simulation, log) -> None:
@@ -175,7 +173,6 @@ class SimulationLoop(PacedStream):
     def _run_on(self, now: int) -> int | None:
         if self._began is None and not self.paused:
             self._began = now
-        self._computing = now
         try:
             wake_at = super().turn(now)
         except IntegrationError as error:
@@ -184,8 +181,6 @@ class SimulationLoop(PacedStream):
                 raise
             self.failure, self._done, self.finished = error, True, True
             self._errors = errors_of(self.simulation.report())
-        finally:
-            self._computing = None
         if not self.finished or self.over:
             return wake_at
         self.close()
@@ -204,23 +199,22 @@ class SimulationLoop(PacedStream):
     def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
         """Failure to keep up, state, and numbers since the last look; from any thread.
 
-        `now` is the wall time [ns], by which outputs that are computed meanwhile may take long.
+        `now` is the wall time [ns], by which outputs that are computed meanwhile may be late.
         """
-        requested, numbers = float(self.factor), self.progress()
-        held, factor, slow = self._held_up_ns(now), numbers["real_time_factor"], False
+        requested, numbers, slow = float(self.factor), self.progress(), False
+        factor, late = numbers["real_time_factor"], self._late_s(now)
+        numbers["lag_s"] = max(numbers["lag_s"], late)
         if self.failure:
             message = f"{self.failure}; the node waits for ~/reset"
         elif self.paused:
             message = "paused"
         elif self.finished and not self.over:
             message = "waiting for the next start"
-        elif held:
-            times = "" if requested == 1.0 else f"{requested:g} times "
-            slow, word = (True, f"slower than {times}real time") if requested else (False, "as fast as possible")
-            numbers["lag_s"] += held * 1e-9 if requested else 0.0
-            message = f"{word}: the next outputs have taken {1e-9 * held:.1f} s so far"
-        elif numbers["lag_s"] > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested:
-            slow, message = True, f"cannot keep up: {factor:.3g} of {requested:g} times real time"
+        elif not self._started:
+            message = "computing the first outputs"
+        elif late > LAG_SHOWN or (numbers["lag_s"] > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested):
+            slow = True
+            message = f"cannot keep up: {factor:.3g} of {requested:g} times real time, {numbers['lag_s']:.3g} s behind"
         else:
             message = "running" if requested else "running as fast as possible"
         choice = self.simulation.choice
@@ -238,11 +232,12 @@ class SimulationLoop(PacedStream):
         }
         return slow, message, numbers
 
-    def _held_up_ns(self, now: int) -> int:
-        """Wall time for which the outputs under way have been computed; 0 where it is no longer than usual."""
-        since, requested = self._computing, float(self.factor)
-        covered = self._chunk * self.simulation.output_period_ns / requested if requested else 0
-        return 0 if since is None or now - since < max(LONG_NS, covered) else now - since
+    def _late_s(self, now: int) -> float:
+        """Time [s] since outputs that are still being computed should have been delivered."""
+        if self._pending or self.paused or self.finished or not (self._started and self.factor):
+            return 0.0
+        due = self.due(self.position_ns + self._chunk * self.simulation.output_period_ns)
+        return max(0, now - due) * 1e-9
 
     def warning(self) -> str:
         """A model outside its range or a doubtful run, and what `commands` warns of; "" if nothing."""

@@ -4,7 +4,7 @@ It subscribes to the node only while a viewer is connected: without one the node
 """
 
 import math
-import re
+import textwrap
 import threading
 import time
 from collections.abc import Mapping
@@ -16,17 +16,16 @@ from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.srv import SetParameters
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
 from rclpy.parameter import Parameter
-from rclpy.serialization import deserialize_message
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.base.errors import BearingTwinError, Stopped
-from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.parameters import echo, read_number, unknown
 from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.base_node import BaseNode, PolledGroup, declare, guarded, interrupted, run, waiting_messages
+from bearing_twin.nodes.base_node import BaseNode, declare, guarded, interrupted, run
 from bearing_twin.nodes.graph import full_name, quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
@@ -51,12 +50,6 @@ def vector_of(command: Mapping[str, Any], key: str) -> tuple[float, float, float
     return tuple(number_of({key: one}, key) for one in value)
 
 
-def shortened_line(text: str, longest: int) -> str:
-    """The text on one line, of at most so many characters, with an ellipsis in place of the rest."""
-    line = " ".join(text.split())
-    return line if len(line) <= longest else f"{line[: longest - 2]} …"
-
-
 PARAMETERS = (
     NodeParameter("node", "", "full name of the node to show; empty = the only one that publishes samples"),
     NodeParameter("host", "localhost", "address to listen on; any but localhost lets other machines look and command"),
@@ -68,12 +61,11 @@ REQUESTED_FOR = 20.0  # s after a request for the page, within which its viewer 
 ANSWER = 5.0  # s for a service to answer
 COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
-LONGEST_STATUS, LONGEST_REFUSAL = 200, 600  # characters; a refusal has its reason
+LONGEST = 600  # characters of a status, and of a refusal with its reason
 MOVING = ("running", "running as fast as possible", "playing")  # states with a pace
 PACES = ("real_time_factor", "rate")  # what sim_node and replay_node call it
 SAMPLES = "/samples"
 NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found a publisher, but not yet the name
-_NUMBER = re.compile(r"\d{1,6}(\.\d{1,9})?", flags=re.ASCII)  # any peer can send diagnostics
 
 
 class WatchNode(BaseNode):
@@ -93,7 +85,7 @@ class WatchNode(BaseNode):
         self._run: LiveRun | None = None
         self._described, self._refused = threading.Event(), ""
         self._shown, self._requested = threading.Event(), -REQUESTED_FOR
-        self._aside, self._listening = PolledGroup(), []
+        self._listening = []
         self._commands = MutuallyExclusiveCallbackGroup()
         clients = {"callback_group": self._commands}
         self._pause = self.create_client(SetBool, f"{self._watched}/pause", **clients)
@@ -153,22 +145,17 @@ class WatchNode(BaseNode):
     def _on_look(self):
         watched = bool(self.feed.viewers) or time.monotonic() - self._requested < REQUESTED_FOR
         if watched and not self._listening:
-            requests = (
-                (interface(cdr.SAMPLE_BLOCK, "msg"), f"{self._place}{SAMPLES}", self._on_samples),
-                (DiagnosticArray, "/diagnostics", self._on_diagnostics),
-            )
+            samples, quality = f"{self._place}{SAMPLES}", qos_profile(Qos(DEPTH))
+            kind = interface(cdr.SAMPLE_BLOCK, "msg")
             self._listening = [
-                self.create_subscription(*one, qos_profile(Qos(DEPTH)), raw=True, callback_group=self._aside)
-                for one in requests
+                self.create_subscription(kind, samples, self._on_samples, quality, raw=True),
+                self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, quality),
             ]
         elif not watched and self._listening:
             for subscription in self._listening:
                 self.destroy_subscription(subscription)
             self._listening, self._refused = [], ""
             self._shown.clear()
-        for subscription in self._listening:
-            for data, _ in waiting_messages(subscription):
-                subscription.callback(data)
 
     @guarded
     def _on_samples(self, data):
@@ -184,19 +171,21 @@ class WatchNode(BaseNode):
             self.feed.send("frames", event)
 
     @guarded
-    def _on_diagnostics(self, data):
-        for status in deserialize_message(data, DiagnosticArray).status[:1]:
+    def _on_diagnostics(self, array):
+        for status in array.status[:1]:  # which any peer can send
             if status.name.partition(":")[0] == self._watched.lstrip("/"):
                 values = {pair.key: pair.value for pair in status.values}
-                pace, requested = values.get("real_time_factor", ""), values.get("wanted_real_time_factor", "")
+                pace = values.get("real_time_factor", "")
                 at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
-                self.feed.send("status", shortened_line(f"{status.message}{at}", LONGEST_STATUS))
+                self.feed.send("status", textwrap.shorten(f"{status.message}{at}", LONGEST, placeholder=" …"))
                 refused, before = values.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
-                    self.feed.send("refused", shortened_line(values.get("last_refusal", ""), LONGEST_REFUSAL))
-                if _NUMBER.fullmatch(requested):
-                    self.feed.send("pace", requested)
+                    said = textwrap.shorten(values.get("last_refusal", ""), LONGEST, placeholder=" …")
+                    self.feed.send("refused", said)
+                requested, problem = read_number(values.get("wanted_real_time_factor"))
+                if not problem:
+                    self.feed.send("pace", f"{requested:g}")
 
     def _begin_again(self) -> None:
         self._shown.clear()
