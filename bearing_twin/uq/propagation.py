@@ -16,11 +16,11 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.integrate import trapezoid
-from scipy.signal import find_peaks
 from scipy.special import log_ndtr, ndtr, ndtri
 
 from bearing_twin.base.errors import StatisticError, StudyError, wanted
 from bearing_twin.uq.inputs import Input, Joint
+from bearing_twin.uq.statistics import mode_places
 
 FARTHEST_SCORE = 37.0  # probability 6e-300 is left beyond it
 SURE_SCORE = 4.0  # within +-4 a quantity must be finite
@@ -170,7 +170,7 @@ class Derived:
     def modes(self) -> int:
         """Number of modes of the density but for its outermost parts; lower ones than SHALLOW are rounding."""
         density = self._density(np.linspace(-BEYOND, BEYOND, GRID))
-        return len(find_peaks(np.pad(density, 1), prominence=SHALLOW * density.max())[0])
+        return len(mode_places(density, SHALLOW))
 
     @cached_property
     def mean(self) -> float:

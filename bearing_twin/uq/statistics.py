@@ -39,6 +39,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import fft
 from scipy.optimize import brentq
+from scipy.signal import find_peaks
 from scipy.special import bdtrik, ndtri, stdtrit
 
 from bearing_twin.base.errors import StatisticError, StudyError
@@ -343,7 +344,7 @@ LEAST_SAMPLES = 20
 TIED = 0.02  # share of equal values from which on a sample has no density
 OUTSIDE = 0.025  # of the sample on either side, where modes do not count
 STRAY = 3.0  # widths of the central part beyond which a value is a stray one
-NEGLIGIBLE = 1e-9  # of the greatest density; smaller steps are rounding of the cosine transform
+NEGLIGIBLE = 1e-9  # of the greatest density; shallower modes are rounding of the cosine transform
 LEVEL = 0.05
 CLEAR = 0.1  # a p-value from which on it is known well enough, to sqrt((1 - p) / (CLEAR RESAMPLES)) of it: 16 %
 
@@ -410,7 +411,7 @@ def critical_bandwidth(counts: np.ndarray, modes: int, window: slice = slice(Non
     """Least bandwidth [bins] at which counts (m,), smoothed, have at most that many modes in the window, to 1e-4."""
 
     def excess(log_bandwidth):
-        return mode_numbers(smoothed(counts, math.exp(log_bandwidth))[window]) - modes - 0.5
+        return len(mode_places(smoothed(counts, math.exp(log_bandwidth))[window])) - modes - 0.5
 
     low, high = math.log(0.5), math.log(float(len(counts)))
     if excess(low) < 0.0:
@@ -420,27 +421,9 @@ def critical_bandwidth(counts: np.ndarray, modes: int, window: slice = slice(Non
     return math.exp(step + 1e-4)
 
 
-def mode_numbers(density: np.ndarray) -> np.ndarray:
-    """Number of modes of densities (.., m) on a grid; a mode may lie at either end."""
-    return np.sum(_is_mode(density), axis=-1)
-
-
-def mode_places(density: np.ndarray) -> np.ndarray:
-    """Indices of the modes of one density (m,)."""
-    return np.flatnonzero(_is_mode(density))
-
-
-def _is_mode(density):
-    """For every grid point, whether the last change before it rises and the next change after it falls."""
-    step = np.diff(density, axis=-1)
-    step[np.abs(step) < NEGLIGIBLE * np.max(density, axis=-1, keepdims=True)] = 0.0
-    edge = np.ones((*density.shape[:-1], 1))
-    before = np.concatenate([edge, np.sign(step)], axis=-1)
-    after = np.concatenate([np.sign(step), -edge], axis=-1)
-    # a flat stretch counts as going on as before, so a flat top is one mode, at its end
-    index = np.where(before != 0.0, np.arange(before.shape[-1]), 0)
-    before = np.take_along_axis(before, np.maximum.accumulate(index, axis=-1), axis=-1)
-    return (before > 0.0) & (after < 0.0)
+def mode_places(density: np.ndarray, shallow: float = NEGLIGIBLE) -> np.ndarray:
+    """Indices of the modes of a density (m,), also at its ends, without those shallower than a share of it."""
+    return find_peaks(np.pad(density, 1), prominence=shallow * density.max())[0] - 1
 
 
 def _p_value(more: Callable[[int], np.ndarray], resamples: int) -> float:
@@ -468,7 +451,8 @@ def _silverman_test(counts, bandwidth, modes, window, rng):
 
     def more(count):
         draws = rng.multinomial(size, chance / chance.sum(), size=count).astype(float)
-        return mode_numbers(smoothed(draws, bandwidth / wide)[:, window]) > modes
+        smooth = smoothed(draws, bandwidth / wide)[:, window]
+        return np.array([len(mode_places(one)) > modes for one in smooth])
 
     return more
 
