@@ -8,11 +8,11 @@ import pytest
 import yaml
 from runs import reported
 
-from bearing_twin.base.errors import BearingTwinError, SceneError, StudyError
-from bearing_twin.base.parameters import describe, element_at
+from bearing_twin.base.errors import SceneError, StudyError
+from bearing_twin.base.parameters import describe, element_at, plain
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.report import BLOCK_OUTPUTS
-from bearing_twin.run.scene import load_scene, scene_names
+from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.inputs import numeric_keys, put, quantities_of, replaced, value_at
 from bearing_twin.uq.realisations import has_closed_form
@@ -66,24 +66,18 @@ def test_overrides_reach_the_study_its_inputs_and_its_scene():
 
 
 def test_values_of_an_input_may_have_its_unit():
-    for texts, numbers in (
-        (
-            {"distribution": "uniform", "low": "19 mm", "high": "1.91cm"},
-            {"distribution": "uniform", "low": 19e-3, "high": 1.91e-2},
-        ),
+    for text, number in (
+        ({"distribution": "uniform", "low": "19 mm", "high": "1.91cm"}, {"low": 19e-3, "high": 1.91e-2}),
+        ({"distribution": "empirical", "values": ["19mm", 0.02]}, {"values": [0.019, 0.02]}),
         ({"know": {"low": "19 mm", "high": 0.0191}}, {"know": {"low": 19e-3, "high": 0.0191}}),
-        (
-            {"distribution": "empirical", "values": ["19mm", 0.02]},
-            {"distribution": "empirical", "values": [0.019, 0.02]},
-        ),
     ):
-        written, plain = (parse_study({**PLAIN, "inputs": {"first.radius": one}}, "s") for one in (texts, numbers))
-        assert written == plain
-        assert written.inputs[0].mean == pytest.approx(plain.inputs[0].mean, rel=1e-12)
-    assert "'19 kg'" in refusal({"inputs": {"first.radius": {"distribution": "fixed", "value": "19 kg"}}})
-    swelling = {"distribution": "normal", "mean": 300.0, "std": "5 °C"}
-    heated = {"scene": "6205", "quantities": ["cage_speed"], "inputs": {"temperature": swelling}}
-    assert "std" in refusal(heated)
+        written, number = (
+            parse_study({**PLAIN, "inputs": {"first.radius": one}}, "s") for one in (text, text | number)
+        )
+        assert written == number
+    assert "'19 kg'" in refusal({"inputs": {"first.radius": "19 kg"}})
+    swelling = {"temperature": {"distribution": "normal", "mean": 300.0, "std": "5 °C"}}
+    assert "std" in refusal({"scene": "6205", "quantities": ["cage_speed"], "inputs": swelling})
 
 
 def test_another_scene_by_override_is_read_before_its_keys_are():
@@ -146,19 +140,16 @@ def test_a_number_that_the_scene_wants_may_be_swept():
     ("changes", "overrides", "words"),
     [
         ({}, ["samples=0"], "samples = 0 is out of range; must be a whole number, at least 1"),
-        ({}, ["samples=many"], "must be a whole number"),
         ({}, ["sample=10"], "'sample' is no key of the study or its scene; did you mean sampler or samples?"),
         ({}, ["samples"], "must look like samples=500"),
         ({}, ["motion.first_velocity=-1"], "the bodies never meet"),
         ({}, [f"inputs.{ALPHA}x.std=1e-5"], "did you mean contact.measured_alpha?"),
         ({"quantities": ["contact_durtion"]}, [], "did you mean contact_duration?"),
-        ({"quantities": []}, [], "quantities"),
         ({"quantities": ["peak_force", "peak_force"]}, [], "names something twice"),
         ({"methd": "auto"}, [], "'methd' is not a key of a study; did you mean method?"),
         ({"method": "guess"}, [], "'guess' is not known"),
         ({"inputs": {}}, [], "one at least"),
         ({"inputs": {"first.radus": 0.01}}, [], "did you mean first.radius?"),
-        ({"inputs": {"contact.normal": 1.0}}, [], "is no number of a scene of kind two_spheres"),
         ({"scene": "two_sphere"}, [], "did you mean two_spheres?"),
         ({"scene": 3.5}, [], "must be the name of a scene"),
         ({"set": "motion.first_velocity=3"}, [], "must be a list of texts"),
@@ -183,13 +174,10 @@ def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, words):
 @pytest.mark.parametrize(
     ("key", "reported", "words"),
     [
-        (ALPHA, {"distribution": "gamma", "mean": -1e-4, "std": 2e-5}, "mean"),
-        (ALPHA, {"distribution": "gamma", "mean": 1e-4, "std": math.nan}, "not finite"),
         (ALPHA, {"distribution": "normal", "mean": 1e-4, "std": 1.5e-5}, "takes values from -inf to inf"),
         ("first.material.poisson_ratio", {"distribution": "uniform", "low": 0.2, "high": 0.6}, "below 0.5"),
         ("first.material.poisson_ratio", 0.5, "below 0.5"),
         ("contact.restitution", {"distribution": "empirical", "values": [0.5, 1.1]}, "at most 1"),
-        (ALPHA, {"distribution": "gama", "mean": 1e-4, "std": 1e-5}, "did you mean gamma?"),
         (
             ALPHA,
             {"distribution": "uniform", "low": 1e-4, "high": 2e-4, "also": ["first.mas"]},
@@ -205,18 +193,14 @@ def test_distributions_must_stay_inside_the_limits_of_the_scene(key, reported, w
 
 
 def test_a_forbidden_bound_may_be_the_end_of_a_density_but_no_value():
-    reported = {"distribution": "uniform", "low": 0.0, "high": 0.5}
-    study = parse_study({**PLAIN, "inputs": {"first.material.poisson_ratio": reported}}, "s")
-    assert study.inputs[0].high == 0.5
+    uniform = {"distribution": "uniform", "low": 0.0, "high": 0.5}
+    assert parse_study({**PLAIN, "inputs": {"first.material.poisson_ratio": uniform}}, "s").inputs[0].high == 0.5
 
 
 def test_whole_numbers_take_only_whole_values():
     bearing = {**PLAIN, "scene": "bearing_6203", "quantities": ["cage_speed"]}
-    reported = {"distribution": "empirical", "values": [7, 8, 9]}
-    assert (
-        parse_study({**bearing, "inputs": {"geometry.balls": reported}}, "s").scene_at([9]).parameters.geometry.balls
-        == 9
-    )
+    nine = {"geometry.balls": {"distribution": "empirical", "values": [7, 8, 9]}}
+    assert parse_study({**bearing, "inputs": nine}, "s").scene_at([9]).parameters.geometry.balls == 9
     for wrong in ({"distribution": "uniform", "low": 7, "high": 9}, {"distribution": "empirical", "values": [7.5]}):
         assert "whole numbers" in refusal({**bearing, "inputs": {"geometry.balls": wrong}})
 
@@ -234,29 +218,18 @@ def test_texts_that_are_no_study_are_refused_in_words(text):
     assert "s" in str(caught.value)
 
 
-def test_an_unknown_study_names_the_nearest():
-    with pytest.raises(BearingTwinError, match="did you mean spheres_alpha_2e-5"):
-        load_study("sphere_alpha_2e-5")
-
-
 @pytest.mark.parametrize("kind", sorted(KINDS))
 def test_every_number_of_a_scene_can_be_put_and_replaced(kind):
     cls = KINDS[kind].parameters
     lists = {row.key: element_at(cls, [row.key]) for row in describe(cls) if row.type == "list"}
     parameters = cls(**{key: (element(),) * most for key, (element, most) in lists.items()})
-    plain = {"kind": kind, **yaml.safe_load(yaml.safe_dump(_plain(parameters)))}
+    scene = {"kind": kind, **yaml.safe_load(yaml.safe_dump(plain(parameters)))}
     for key, row in numeric_keys(kind).items():
         assert row.unit
-        assert value_at(put(plain, key, 0.125), key) == 0.125
+        assert value_at(put(scene, key, 0.125), key) == 0.125
         changed = replaced(parameters, key, 0.125)
-        assert value_at(_plain(changed), key) == 0.125
-        assert changed != parameters or value_at(plain, key) == 0.125
-
-
-def _plain(parameters):
-    from bearing_twin.base.parameters import plain
-
-    return plain(parameters)
+        assert value_at(plain(changed), key) == 0.125
+        assert changed != parameters or value_at(scene, key) == 0.125
 
 
 def test_the_last_report_is_the_report():
@@ -291,14 +264,9 @@ def test_looks_grow_and_end_with_all_samples():
     assert list(checkpoints(4096, 100, 200, "latin_hypercube")) == [4096]
 
 
-@pytest.mark.parametrize("name", scene_names())
-def test_every_quantity_of_every_scene_is_a_number_of_its_report(name):
-    """Of the scenes that take no time; their kinds are all."""
-    scene = load_scene(name)
-    if name not in QUICK_SCENES:
-        assert scene.kind in {load_scene(quick).kind for quick in QUICK_SCENES}
-        return
-    report = reported(name, *QUICK_SCENES[name])
+@pytest.mark.parametrize("name", QUICK_SCENES)
+def test_every_quantity_of_a_kind_is_a_number_of_its_report(name):
+    scene, report = load_scene(name), reported(name, *QUICK_SCENES[name])
     for quantity, row in quantities_of(scene.kind).items():
         known = math.isfinite(row.figure(report.figures))
         assert known == (not row.missing(scene.parameters)), quantity

@@ -2,13 +2,12 @@
 
 import math
 
-import chaospy
 import numpy as np
 import pytest
-from scipy import integrate, special, stats
+from scipy import special, stats
 from scipy.special import gammaln
 
-from bearing_twin import parse_study, run_study
+from bearing_twin import run_study
 from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.contact import line as disc_impact
 from bearing_twin.contact.line import line_law
@@ -64,11 +63,6 @@ def test_discs_of_section_5_1():
     assert tau.mean == pytest.approx(6.5773670e-3, rel=1e-7)
     assert tau.std == pytest.approx(6.3424330e-4, rel=1e-7)
     assert not tau.rising
-    points, weights = np.polynomial.legendre.leggauss(200)
-    low, high = tau.quantile(1e-9), tau.quantile(1.0 - 1e-9)
-    assert 0.5 * (high - low) * weights @ tau.pdf(low + 0.5 * (points + 1.0) * (high - low)) == pytest.approx(
-        1, abs=1e-7
-    )
 
 
 @pytest.mark.parametrize("variation", [0.2, 1.0, 1.11, 1.117])
@@ -152,15 +146,10 @@ def test_a_mean_that_does_not_exist_is_refused_by_every_method(method, loss, qui
 def test_truncated_normal_moments_reach_into_the_tail():
     tau = derive(read_input("x", {"know": {"positive": True, "mean": 1.0, "std": 0.9}}), np.exp)
     center, scale = (tau.source.parameters[name] for name in ("mean", "std"))
-    moment = [
-        integrate.quad(lambda x, k=k: np.exp(k * x - 0.5 * ((x - center) / scale) ** 2), 0.0, 80.0, points=[5.0, 20.0])[
-            0
-        ]
-        for k in (0, 1, 2)
-    ]
-    mean = moment[1] / moment[0]
-    assert tau.mean == pytest.approx(mean, rel=1e-9)
-    assert tau.std == pytest.approx(math.sqrt(moment[2] / moment[0] - mean**2), rel=1e-8)
+    truth = stats.truncnorm(-center / scale, math.inf, center, scale)
+    first, second = (truth.expect(lambda x, k=k: np.exp(k * x), ub=80.0) for k in (1, 2))
+    assert tau.mean == pytest.approx(first, rel=1e-9)
+    assert tau.std == pytest.approx(math.sqrt(second - first**2), rel=1e-8)
 
 
 @pytest.mark.parametrize(
@@ -316,66 +305,20 @@ def test_sobol_indices_are_those_of_scipy_and_leave_failures_out():
         sensitivity_points(Joint(joint.inputs, [("x1", "x2", 0.3)]), np.full((4, 6), 0.5))
 
 
-MODULUS, SPEED, RADIUS = "first.material.young_modulus", "motion.first_velocity", "second.radius"
 INPUTS = {
-    MODULUS: {"distribution": "gamma", "mean": 2.1e11, "std": 4.2e10},
-    SPEED: {"distribution": "lognormal", "mean": 20.0, "std": 5.0},
-    RADIUS: {"distribution": "uniform", "low": 10e-3, "high": 30e-3},
+    "first.material.young_modulus": {"distribution": "gamma", "mean": 2.1e11, "std": 4.2e10},
+    "motion.first_velocity": {"distribution": "lognormal", "mean": 20.0, "std": 5.0},
+    "second.radius": {"distribution": "uniform", "low": 10e-3, "high": 30e-3},
 }
-THEIRS = {
-    MODULUS: chaospy.Gamma(25.0, 2.1e11 / 25.0),
-    SPEED: chaospy.LogNormal(math.log(20.0 / 1.0625**0.5), math.log(1.0625) ** 0.5),
-    RADIUS: chaospy.Uniform(10e-3, 30e-3),
-}
-QUANTITIES = ("contact_duration", "peak_force")
-
-
-def contact(modulus, speed, radius):
-    """Contact time [s] and peak force [N] of two spheres by Hertz, the second one with the modulus of its scene."""
-    stiffness = 4.0 / 3.0 / (0.91 / modulus + 0.91 / 2.1e11) * np.sqrt(1.0 / (1.0 / 19.05e-3 + 1.0 / radius))
-    approach = (1.25 * 0.5 * 0.2258 * speed**2 / stiffness) ** 0.4
-    shape = 0.8 * math.sqrt(math.pi) * math.gamma(0.4) / math.gamma(0.9)
-    return shape * approach / speed, stiffness * approach**1.5
-
-
-def summary(**changes):
-    mapping = {"scene": "two_spheres", "inputs": INPUTS, "quantities": list(QUANTITIES), "modality": "no", **changes}
-    return run_study(parse_study(mapping, "peers")).summary["quantities"]
-
-
-def test_correlated_inputs_follow_their_copula():
-    correlation = np.array([[1.0, 0.6], [0.6, 1.0]])
-    keys = (MODULUS, RADIUS)
-    joint = Joint([read_input(key, INPUTS[key]) for key in keys], [(*keys, 0.6)])
-    theirs = chaospy.Nataf(chaospy.J(*(THEIRS[key] for key in keys)), correlation)
-    unit = np.random.default_rng(1).random((200, 2))
-    assert joint.values(unit) == pytest.approx(np.asarray(theirs.inv(unit.T)).T, rel=1e-6)
-
-
 SETTINGS = {"chaos": {}, "ensemble": {"sampler": "sobol", "samples": 2048, "sensitivity": 2048}}
 
 
-@pytest.fixture(scope="module")
-def expanded():
-    """Mean, deviation, and first-order and total indices of each quantity, by their expansion."""
-    joint, found = chaospy.J(*THEIRS.values()), {}
-    nodes, weights = chaospy.generate_quadrature(6, joint, rule="gaussian")
-    basis = chaospy.generate_expansion(4, joint, normed=True)
-    for name, values in zip(QUANTITIES, contact(*nodes), strict=True):
-        scale = float(np.mean(values))
-        theirs, shares = chaospy.fit_quadrature(basis, nodes, weights, values / scale, retall=1)
-        moments = scale * float(chaospy.E(theirs, joint)), scale * float(chaospy.Std(theirs, joint))
-        found[name] = *moments, chaospy.FirstOrderSobol(basis, shares), chaospy.TotalOrderSobol(basis, shares)
-    return found
-
-
-@pytest.mark.parametrize("method", SETTINGS)
-def test_moments_and_sobol_indices_are_those_of_their_expansion(method, expanded):
-    found, near = summary(method=method, **SETTINGS[method]), 1e-4 if method == "chaos" else 0.02
-    for name, (mean, std, first, total) in expanded.items():
-        mine = found[name]
-        assert mine["mean"] == pytest.approx(mean, rel=near)
-        assert mine["std"] == pytest.approx(std, rel=near)
-        for kind, indices in (("first", first), ("total", total)):
-            got = [mine["sobol"][key][kind]["value"] for key in THEIRS]
-            assert got == pytest.approx(list(indices), abs=near)
+def test_polynomial_chaos_and_sampling_give_the_same_moments_and_sobol_indices():
+    study = {**BALLS, "quantities": ["contact_duration", "peak_force"], "inputs": INPUTS}
+    chaos, sampled = (run_study({**study, "method": method, **more}).summary for method, more in SETTINGS.items())
+    for name, one in chaos["quantities"].items():
+        other = sampled["quantities"][name]
+        assert (one["mean"], one["std"]) == pytest.approx((other["mean"], other["std"]), rel=0.02)
+        for key in INPUTS:
+            for order in ("first", "total"):
+                assert one["sobol"][key][order]["value"] == pytest.approx(other["sobol"][key][order]["value"], abs=0.02)
