@@ -58,34 +58,35 @@ def digest(result, folder, name):
     return path.read_bytes()
 
 
+def by_form_and_run(task, *values):
+    """Realisations by closed forms, and by simulating the same."""
+    assert task.closed
+    values = np.reshape(values, (-1, 1))
+    return realise(task, values), realise(task._replace(closed=False), values)
+
+
 def test_closed_forms_and_simulations_give_the_same_realisations():
-    study = parse_study(SPHERES, "s")
-    closed, values = task_of(study), np.array([[0.9e-4], [1.1e-4], [1.6e-4]])
-    assert closed.closed
-    by_form, by_run = realise(closed, values), realise(closed._replace(closed=False), values)
+    alpha = np.array([0.9e-4, 1.1e-4, 1.6e-4])
+    by_form, by_run = by_form_and_run(task_of(parse_study(SPHERES, "s")), *alpha)
     np.testing.assert_allclose(by_form.quantities, by_run.quantities, rtol=1e-12)
-    duration = values[:, 0] * 20.0**-0.2
-    np.testing.assert_allclose(by_form.quantities[:, 0], duration, rtol=1e-12)
+    np.testing.assert_allclose(by_form.quantities[:, 0], alpha * 20.0**-0.2, rtol=1e-12)
     # the published invariant of every impact by Hertz: peak force x duration = 3.67909398 mu v
-    np.testing.assert_allclose(by_form.quantities[:, 1], 3.67909398 * 0.1129 * 20.0 / duration, rtol=3e-9)
+    np.testing.assert_allclose(by_form.quantities.prod(axis=1), 3.67909398 * 0.1129 * 20.0, rtol=3e-9)
     assert all(any("yield" in doubt for doubt in doubts) for doubts in by_run.doubts.values())
 
 
 def test_discs_by_closed_form_are_those_of_the_scene():
-    task = task_of(load_study("discs_small_10"))
-    values = np.array([[4e9], [7e9]])
-    by_form, by_run = realise(task, values), realise(task._replace(closed=False), values)
+    task, moduli = task_of(load_study("discs_small_10")), (4e9, 7e9)
+    by_form, by_run = by_form_and_run(task, *moduli)
     np.testing.assert_allclose(by_form.quantities, by_run.quantities, rtol=1e-10)
-    place = task.quantities.index("contact_duration")
-    for (modulus,), found in zip(values, by_form.quantities, strict=True):
+    for modulus, found in zip(moduli, by_form.quantities, strict=True):
         truth = strike(equation_14(1.0, 2.0, modulus, 0.3), 2500.0 * math.pi, 10.0, 2e-2)
-        assert found[place] == pytest.approx(truth.duration, rel=1e-8)
+        assert found[task.quantities.index("contact_duration")] == pytest.approx(truth.duration, rel=1e-8)
 
 
 def test_histories_by_closed_form_are_those_of_the_scene():
-    study = parse_study({**SPHERES, "histories": ["normal_load"], "history_points": 50}, "s")
-    task, values = task_of(study), np.array([[1.0e-4], [1.3e-4]])
-    by_form, by_run = realise(task, values), realise(task._replace(closed=False), values)
+    task = task_of(parse_study({**SPHERES, "histories": ["normal_load"], "history_points": 50}, "s"))
+    by_form, by_run = by_form_and_run(task, 1.0e-4, 1.3e-4)
     assert by_form.histories.shape == (2, 1, 50)
     np.testing.assert_allclose(by_form.histories, by_run.histories, atol=1e-6 * by_form.histories.max())
     coefficient = 1.25 * 0.1129 * (2.943275184324705 / 1.0e-4) ** 2.5  # alpha's definition, paper 3, eqs. (1), (2)
@@ -153,15 +154,11 @@ def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_cont
 
 @pytest.mark.parametrize("sampler", ["random", "sobol"])
 def test_a_continued_study_is_one_study(sampler):
-    whole = run(ENSEMBLE, [f"sampler={sampler}", "samples=1024"])
-    part = run(ENSEMBLE, [f"sampler={sampler}", "samples=256"])
+    whole, part = (run(ENSEMBLE, [f"sampler={sampler}", f"samples={count}"]) for count in (1024, 256))
     rest = run(ENSEMBLE, [f"sampler={sampler}", "samples=1024"], start=part)
     assert np.array_equal(whole.values, rest.values)
     assert np.array_equal(whole.quantities, rest.quantities)
-    dropped = {"seconds"}
-    assert {k: v for k, v in whole.summary.items() if k not in dropped} == {
-        k: v for k, v in rest.summary.items() if k not in dropped
-    }
+    assert whole.summary | {"seconds": 0.0} == rest.summary | {"seconds": 0.0}
 
 
 def test_a_continued_study_knows_which_realisation_failed_of_what():
@@ -280,20 +277,6 @@ def test_progress_tells_the_estimate_and_the_seconds_left_of_all_values_of_a_swe
     ]
     widths = [one.half_width for one in reported if not one.at and np.isfinite(one.half_width)]
     assert widths[-1] < widths[0]
-
-
-def test_a_cancelled_study_keeps_what_is_done():
-    event, reported = threading.Event(), []
-
-    def watch(one):
-        reported.append(one)
-        if one.done >= 300:
-            event.set()
-
-    result = run(ENSEMBLE, ["samples=100000"], progress=watch, cancelled=event)
-    assert result.summary["stopped_because"] == "cancelled"
-    assert 300 <= result.summary["samples"] < 1000
-    assert result.as_dict()["quantities"]["contact_duration"]["mean"] > 0.0
 
 
 def test_a_cancel_waits_for_no_statistics_of_many_histories():
@@ -453,28 +436,26 @@ def test_a_log_gives_the_study_back(tmp_path):
 
 def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_path):
     before = time.time_ns()
-    result = run({**ENSEMBLE, "inputs": {ALPHA: GAMMA}})
-    path = write_study(result, tmp_path / "study.mcap")
-    numbers, single = 0, []
-    for message in raw_messages(path):
+    result = run(ENSEMBLE)
+    times, single = [], []
+    for message in raw_messages(write_study(result, tmp_path / "study.mcap")):
+        assert message.publish_time == message.log_time
         if message.topic.name == REALISATIONS_TOPIC:
             one = cdr.deserialise(cdr.REALISATION, message.data)
             assert one.header.stamp.sec * 10**9 + one.header.stamp.nanosec == message.log_time
+            assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
             single.append((one.number, message.log_time, one.failed, one.value.tolist()))
-        if message.topic.name != SAMPLES_TOPIC:
-            continue
-        block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
-        assert block.first_sequence == numbers
-        numbers += block.count
-        assert before <= block.time_ns[0] <= block.time_ns[-1] == message.log_time <= time.time_ns()
-        assert message.publish_time == message.log_time
-        assert [row[1] for row in single[block.first_sequence :]] == block.time_ns.tolist()
-    assert numbers == len(result.status) > 0
-    assert [row[0] for row in single] == list(range(numbers))
-    assert (np.diff([row[1] for row in single]) > 0).all()
-    assert [row[2] for row in single] == (result.status > 0).tolist()
-    assert np.array_equal([row[3] for row in single], np.hstack((result.values, result.quantities)), equal_nan=True)
-    assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
+        elif message.topic.name == SAMPLES_TOPIC:
+            block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
+            assert block.first_sequence == len(times)
+            times += block.time_ns.tolist()
+            assert times[-1] == message.log_time
+    numbers, at, failed, values = zip(*single, strict=True)
+    assert [*numbers] == [*range(len(result.status))]
+    assert [*at] == times == sorted(set(times))
+    assert before <= times[0] <= times[-1] <= time.time_ns()
+    assert [*failed] == (result.status > 0).tolist()
+    assert np.array_equal(values, np.hstack((result.values, result.quantities)), equal_nan=True)
 
 
 def test_a_study_without_samples_comes_back_from_its_log_and_a_log_of_something_else_does_not(tmp_path):
@@ -487,10 +468,11 @@ def test_a_study_without_samples_comes_back_from_its_log_and_a_log_of_something_
         read_study(tmp_path / "run.mcap")
 
 
-def test_a_log_of_a_version_with_densities_is_read(tmp_path, monkeypatch):
+def test_a_log_of_a_version_with_other_keys_is_read(tmp_path, monkeypatch):
     result, resolved = run(SPHERES), Study.resolved
+    more = {"densities": {"contact_duration": [6e-5]}, "time_limit": 3.0}
     with monkeypatch.context() as earlier:
-        earlier.setattr(Study, "resolved", lambda study: resolved(study) | {"densities": {"contact_duration": [6e-5]}})
+        earlier.setattr(Study, "resolved", lambda study: resolved(study) | more)
         path = write_study(result, tmp_path / "earlier.mcap")
     assert read_study(path).study == result.study
 
