@@ -8,7 +8,7 @@ from runs import made_up_block, made_up_scene
 
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.kinds.contract import ONCE, Output
-from bearing_twin.kinds.topics import box, sphere, urdf
+from bearing_twin.kinds.topics import CUBE, SPHERE, marker, urdf
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.scene import load_scene
@@ -73,7 +73,8 @@ def test_links_of_a_bearing_are_the_frames_that_tf_places_and_balls_are_as_thick
 
 
 def test_numbers_colours_and_places_are_written_in_full():
-    text = urdf("base", ["one"], {"one": [sphere(1.25e-7, (0.1, 0.2, 0.3, 1.0)), box((1.0, 2.0, 3.0), (0, 0, 0, 1))]})
+    shapes = marker("", 0, SPHERE, (2.5e-7,) * 3, (0.1, 0.2, 0.3, 1.0)), marker("", 0, CUBE, (1, 2, 3), (0, 0, 0, 1))
+    text = urdf("base", ["one"], {"one": shapes})
     visuals = ElementTree.fromstring(text).findall("link[@name='one']/visual")
     assert float(visuals[0].find("geometry/sphere").get("radius")) == 1.25e-7
     assert visuals[0].find("material/color").get("rgba") == "0.1 0.2 0.3 1"

@@ -230,11 +230,12 @@ class Picture(Protocol):
 class Topic(NamedTuple):
     """One topic: name below the kind's namespace, ROS type, rate class, builder of its fields, meaning.
 
-    `fields(output)` gives the message's fields by name, nested messages as mappings, arrays as arrays; every header,
-    with `frame`, is filled in by who sends it. None: the stream itself builds the topic (samples, records, scene).
-    Of a topic at 1 Hz `fields(parameters)` makes what takes blocks by `add(block)` and gives the fields by `fields()`.
-    `together`: `fields` takes many outputs at once, as one `Output` whose sample has one row an output in front of all
-    its arrays; so have the arrays it gives. What is no array is then the same in every message of the topic.
+    `fields(output)` gives the messages' fields by name, nested messages as mappings, arrays as arrays; every header,
+    with `frame`, is filled in by who sends it. It takes many outputs at once, as one `Output` whose sample has one row
+    an output in front of all its arrays; so have the arrays it gives. What is no array is the same in every message of
+    the topic. None: the stream itself builds the topic (samples, records, scene). Of a topic that is given out once the
+    output is one; of one at 1 Hz `fields(parameters)` makes what takes blocks by `add(block)` and gives the fields of
+    one message by `fields()`.
     `full_name`, with the namespace, and the quality of service `qos` are put in by `log.stream.topics`.
     """
 
@@ -244,7 +245,6 @@ class Topic(NamedTuple):
     fields: Callable[[Any], Any] | None
     meaning: str
     frame: str = ""
-    together: bool = False
     full_name: str = ""
     qos: Any = None
 

@@ -1,9 +1,12 @@
 """Fields of messages that several kinds publish: wrenches, transforms, contacts; markers, and bodies as URDF.
 
+Fields are those of many outputs at once: what differs from one to the next is an array with one row an output in front.
+
 Frames of bodies have their origin at the point a wrench on the body is taken about, and axes parallel to the scene's
 own frame, however the body turns: a wrench stamped in one keeps its fixed axes. Markers are shapes as RViz and Foxglove
-draw them, few of them with many points each, as fields of visualization_msgs/Marker. Links of the URDF are named as the
-frames in tf. `ContactPair` holds two bodies in one contact, as all kinds but bearings have them.
+draw them, few of them with many points each, as fields of visualization_msgs/Marker; as many points at every output.
+Links of the URDF are named as the frames in tf. `ContactPair` holds two bodies in one contact, as all kinds but
+bearings have them.
 """
 
 import xml.etree.ElementTree as ElementTree
@@ -17,6 +20,7 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.sample import Sample, Wrench
 from bearing_twin.kinds.contract import ONCE, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.rules import OUTSIDE
+from bearing_twin.shapes import rotation_rows
 
 CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, SPHERE_LIST, TEXT = 1, 2, 3, 4, 5, 7, 9
 
@@ -36,14 +40,32 @@ _ANGLES = np.repeat(np.linspace(0.0, 2.0 * np.pi, OUTLINE_SIDES + 1), 2)[1:-1, N
 _COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
 
 
-def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=_UPRIGHT, *, points=None, text=""):
-    """One marker: `kind` as CUBE ... TEXT, `scale` and `points` [m], `color` red, green, blue, opacity."""
+LONGEST_TEXT = 48  # letters, of a text in a marker with spaces behind it
+
+
+def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=_UPRIGHT, *, points=(), text=""):
+    """One marker: `kind` as CUBE ... TEXT, `scale` and `points` (..., n, 3) [m], `color` red, green, blue, opacity."""
     pose = {"position": position, "orientation": orientation}
-    points = () if points is None else np.reshape(points, (-1, 3))
     return {
         "ns": namespace, "id": number, "type": kind, "pose": pose, "scale": scale, "color": color, "points": points,
         "text": text,
     }  # fmt: skip
+
+
+def placed(shape: dict, position, orientation=_UPRIGHT) -> dict:
+    """A marker at another place."""
+    return shape | {"pose": {"position": position, "orientation": orientation}}
+
+
+def text_marker(name: str, texts: Iterable[str], height: float, place) -> dict:
+    """A text at a place, one an output; all are of one length."""
+    padded = np.array([one.ljust(LONGEST_TEXT).encode() for one in texts])
+    return marker(name, 0, TEXT, (0.0, 0.0, height), GREEN, place, text=padded)
+
+
+def own_axes(orientation: np.ndarray) -> list[np.ndarray]:
+    """Axes x, y and z (..., 3) of bodies with these quaternions (..., 4)."""
+    return [np.stack(column, axis=-1) for column in zip(*rotation_rows(np.moveaxis(orientation, -1, 0)), strict=True)]
 
 
 def crossed(a, b) -> np.ndarray:
@@ -60,42 +82,11 @@ def outlines(centres, major, minor) -> np.ndarray:
     return centres[..., None, :] + _COSINES * major[..., None, :] + _SINES * minor[..., None, :]
 
 
-Color = tuple[float, float, float, float]
-
-
-class LinkShape(NamedTuple):
-    """One shape of a body, in the frame of the body: URDF's name of the shape, its sizes [m], colour.
-
-    `center` [m] is that of the shape; a cylinder's axis is z.
-    """
-
-    shape: str
-    sizes: Mapping[str, float | tuple[float, float, float]]
-    color: Color
-    center: tuple[float, float, float] = (0.0, 0.0, 0.0)
-
-
-def sphere(radius: float, color: Color) -> LinkShape:
-    """A sphere of `radius` [m]."""
-    return LinkShape("sphere", {"radius": radius}, color)
-
-
-def cylinder(radius: float, length: float, color: Color) -> LinkShape:
-    """A cylinder about z, of `radius` and `length` [m]."""
-    return LinkShape("cylinder", {"radius": radius, "length": length}, color)
-
-
-def box(
-    size: tuple[float, float, float], color: Color, center: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> LinkShape:
-    """A box with these edges [m]."""
-    return LinkShape("box", {"size": size}, color, center)
-
-
-def urdf(link: str, bodies: Iterable[str], solids: Mapping[str, Iterable[LinkShape]], prefix: str = "") -> str:
+def urdf(link: str, bodies: Iterable[str], solids: Mapping[str, Iterable[dict]], prefix: str = "") -> str:
     """URDF text: `link` with one floating link for each body, which `/tf` places; `prefix` stands before every name.
 
-    Floating joints are published by no robot_state_publisher, so that nothing contradicts `/tf`.
+    `solids` are the markers of a body in its frame, of which URDF has cubes, cylinders and spheres alone. Floating
+    joints are published by no robot_state_publisher, so that nothing contradicts `/tf`.
     """
     robot = ElementTree.Element("robot", name=f"{prefix}{link}")
     ElementTree.SubElement(robot, "link", name=f"{prefix}{link}")
@@ -108,19 +99,27 @@ def urdf(link: str, bodies: Iterable[str], solids: Mapping[str, Iterable[LinkSha
     return ElementTree.tostring(robot, encoding="unicode", xml_declaration=True)
 
 
-def _add_link(robot: ElementTree.Element, name: str, solids: Iterable[LinkShape]) -> None:
+def _add_link(robot: ElementTree.Element, name: str, solids: Iterable[dict]) -> None:
     link = ElementTree.SubElement(robot, "link", name=name)
     for number, solid in enumerate(solids):
+        kind, size = solid["type"], solid["scale"]
+        if kind == CUBE:
+            shape, sizes = "box", {"size": size}
+        elif kind == CYLINDER:
+            shape, sizes = "cylinder", {"radius": (0.5 * size[0],), "length": size[2:]}
+        elif kind == SPHERE and min(size) == max(size):
+            shape, sizes = "sphere", {"radius": (0.5 * size[0],)}
+        else:
+            continue
         visual = ElementTree.SubElement(link, "visual")
-        ElementTree.SubElement(visual, "origin", xyz=_text(solid.center))
+        ElementTree.SubElement(visual, "origin", xyz=_text(solid["pose"]["position"]))
         geometry = ElementTree.SubElement(visual, "geometry")
-        ElementTree.SubElement(geometry, solid.shape, {key: _text(size) for key, size in solid.sizes.items()})
+        ElementTree.SubElement(geometry, shape, {key: _text(numbers) for key, numbers in sizes.items()})
         material = ElementTree.SubElement(visual, "material", name=f"{name}_{number}")
-        ElementTree.SubElement(material, "color", rgba=_text(solid.color))
+        ElementTree.SubElement(material, "color", rgba=_text(solid["color"]))
 
 
-def _text(value) -> str:
-    numbers = value if isinstance(value, tuple) else (value,)
+def _text(numbers: Iterable[float]) -> str:
     return " ".join(f"{float(number):.9g}" for number in numbers)
 
 
@@ -144,7 +143,7 @@ NUMBERS = (
 
 WrenchesOf = Callable[[Any, Sample], list[Wrench]]
 OriginsOf = Callable[[Any, Sample], Mapping[str, Iterable[float]]]
-SolidsOf = Callable[[Any], Mapping[str, Iterable[LinkShape]]]
+SolidsOf = Callable[[Any], Mapping[str, Iterable[dict]]]
 
 
 def body_topics(
@@ -153,24 +152,22 @@ def body_topics(
     origins: OriginsOf,
     texts: Mapping[str, str],
     solids: SolidsOf,
-    together: bool = False,
 ) -> tuple[Topic, ...]:
     """Topics of every body: `robot_description`, one `<body>/wrench` for each key of `texts`, its frame on `/tf`.
 
     `texts` say what acts. `wrenches(parameters, sample)` are in their order; `origins(parameters, sample)` are in the
-    frame `link`; `solids(parameters)` are the shapes of the bodies where URDF has them. `together`: wrenches and
-    origins take many outputs at once.
+    frame `link`; `solids(parameters)` are the bodies as markers in their frames.
     """
     described = Topic(
         "robot_description", STRING, ONCE, partial(_described, link, tuple(texts), solids),
         "the bodies as URDF, their links named as the frames on /tf",
     )  # fmt: skip
     rows = [
-        Topic(f"{body}/wrench", WRENCH, PUBLISH, partial(_wrench, wrenches, row), text, body, together)
+        Topic(f"{body}/wrench", WRENCH, PUBLISH, partial(_wrench, wrenches, row), text, body)
         for row, (body, text) in enumerate(texts.items())
     ]
     text = f"frames of the bodies: origins where their wrenches are taken, axes parallel to {link}"
-    return (described, *rows, Topic("/tf", TRANSFORMS, PUBLISH, partial(_transforms, origins), text, link, together))
+    return (described, *rows, Topic("/tf", TRANSFORMS, PUBLISH, partial(_transforms, origins), text, link))
 
 
 def _described(link: str, bodies: tuple[str, ...], solids: SolidsOf, output: Output) -> dict:
@@ -192,9 +189,9 @@ def _transforms(origins: OriginsOf, output: Output) -> dict:
     }
 
 
-def contacts_topic(link: str, contacts: Callable[[Any, Sample], dict], text: str, together: bool = False) -> Topic:
+def contacts_topic(link: str, contacts: Callable[[Any, Sample], dict], text: str) -> Topic:
     """`contacts`, made from the rows that `contacts(parameters, sample)` gives in the frame `link`."""
-    return Topic("contacts", CONTACTS, PUBLISH, partial(_contacts, contacts), text, link, together)
+    return Topic("contacts", CONTACTS, PUBLISH, partial(_contacts, contacts), text, link)
 
 
 def _contacts(contacts: Callable[[Any, Sample], dict], output: Output) -> dict:
@@ -249,64 +246,83 @@ def outside_topic(sentences: tuple[str, ...]) -> Topic:
     """
     said = [{"level": 1, "name": OUTSIDE, "message": one, "hardware_id": "bearing_twin"} for one in sentences]
     text = "only where a model runs outside its range: which, as warnings, at each stamp of the topics at this rate"
-    return Topic(OUTSIDE, DIAGNOSTICS, PUBLISH, lambda output: {"status": said}, text, together=True)
+    return Topic(OUTSIDE, DIAGNOSTICS, PUBLISH, lambda output: {"status": said}, text)
 
 
 ZERO = np.zeros(3)
 
 
+def times(number, vector) -> np.ndarray:
+    """Vectors (..., 3) times numbers (...)."""
+    return np.asarray(number)[..., None] * vector
+
+
 class ContactPair(NamedTuple):
-    """One contact at one output, in SI and the axes of the scene.
+    """One contact at many outputs, in SI and the axes of the scene: numbers (...) and vectors (..., 3).
 
     Wrenches are taken about `position` of the first body and `second_position`; `normal` is outward of the first body.
     Friction force and spin friction moment (`drilling_torque`, about the normal) act on the first body; `slip` and
-    `spin_rate` are those of the first body against the second.
+    `spin_rate` are those of the first body against the second. All but load and centres may be the same at all outputs.
     """
 
     position: np.ndarray
     second_position: np.ndarray
     contact_point: np.ndarray
     normal: np.ndarray
-    approach: float
-    normal_load: float
-    semi_major: float
-    semi_minor: float
-    peak_pressure: float
+    approach: np.ndarray
+    normal_load: np.ndarray
+    semi_major: np.ndarray
+    semi_minor: np.ndarray
+    peak_pressure: np.ndarray
     major_axis: np.ndarray
     friction_force: np.ndarray = ZERO
     slip: np.ndarray = ZERO
-    drilling_torque: float = 0.0
-    spin_rate: float = 0.0
+    drilling_torque: np.ndarray | float = 0.0
+    spin_rate: np.ndarray | float = 0.0
 
     def wrenches(self, one: str, other: str) -> list[Wrench]:
         """On each body by the other, of load, friction and spin friction."""
-        force, spun = self.friction_force - self.normal_load * self.normal, self.drilling_torque * self.normal
+        force = self.friction_force - times(self.normal_load, self.normal)
+        spun = times(self.drilling_torque, self.normal)
         torque = crossed(self.contact_point - self.position, force) + spun
         back = crossed(self.contact_point - self.second_position, -force) - spun
         return [Wrench(one, other, "centre", one, force, torque), Wrench(other, one, "centre", other, -force, back)]
 
     def contacts(self, one: str, other: str) -> dict:
         """The fields of Contacts: the second body acts on the first; normal and what turns about it point into it."""
-        known = self._asdict() | {"point": self.contact_point, "normal": 0.0 - self.normal}
+        known, outputs = self._asdict() | {"point": self.contact_point, "normal": 0.0 - self.normal}, self._outputs
         known |= {name: 0.0 - known[name] for name in ("drilling_torque", "spin_rate")}
-        rows = {name: np.full(1, known.get(name, 0.0), float) for name in NUMBERS}
-        rows |= {name: np.array([known[name]], float) for name in VECTORS}
+        sizes = dict.fromkeys(NUMBERS, outputs) | dict.fromkeys(VECTORS, (*outputs, 3))
+        rows = {
+            name: np.expand_dims(np.broadcast_to(known.get(name, 0.0), size), len(outputs))
+            for name, size in sizes.items()
+        }
         return {"bodies": [one, other], "body": [0], "by": [1], "in_contact": rows["approach"] > 0.0, **rows}
 
+    @property
+    def _outputs(self) -> tuple[int, ...]:
+        return np.shape(self.normal_load)
+
+    def origins(self, one: str, other: str) -> dict[str, np.ndarray]:
+        """Where the wrenches on both bodies are taken."""
+        size = (*self._outputs, 3)
+        return {one: np.broadcast_to(self.position, size), other: np.broadcast_to(self.second_position, size)}
+
     def markers(self, size: float, place) -> list[dict]:
-        """The contact ellipse, ELLIPSE_SCALE times as large, while it is loaded; the load as text at `place`."""
-        axes = (self.semi_major * self.major_axis, self.semi_minor * np.cross(self.normal, self.major_axis))
-        sides = outlines(self.contact_point[None], *(ELLIPSE_SCALE * axis[None] for axis in axes))
-        width, text = (0.02 * size, 0.0, 0.0), f"{self.normal_load:.4g} N, ellipse x {ELLIPSE_SCALE:g}"
+        """The contact ellipse, ELLIPSE_SCALE times as large, a point without a load; the load as text at `place`."""
+        loaded = ELLIPSE_SCALE * (self.normal_load > 0.0)
+        axes = self.semi_major, self.major_axis, self.semi_minor, np.cross(self.normal, self.major_axis)
+        major, minor = times(loaded * axes[0], axes[1]), times(loaded * axes[2], axes[3])
+        width, more = (0.02 * size, 0.0, 0.0), f", ellipse x {ELLIPSE_SCALE:g}"
         return [
-            marker("contact_ellipses", 0, LINE_LIST, width, RED, points=sides if self.normal_load > 0.0 else None),
-            load_marker(text, size, place),
+            marker("contact_ellipses", 0, LINE_LIST, width, RED, points=outlines(self.contact_point, major, minor)),
+            load_marker(self.normal_load, size, place, more),
         ]
 
 
-def load_marker(text: str, size: float, place) -> dict:
-    """A text at a place, for a scene of about that size [m]."""
-    return marker("load", 0, TEXT, (0.0, 0.0, 0.3 * size), GREEN, place, text=text)
+def load_marker(loads: np.ndarray, size: float, place, more: str = "") -> dict:
+    """Loads [N] as a text at a place, for a scene of about that size [m], with `more` behind it."""
+    return text_marker("load", (f"{one:.4g} N{more}" for one in np.ravel(loads).tolist()), 0.3 * size, place)
 
 
 def pair_topics(
@@ -318,7 +334,7 @@ def pair_topics(
         *body_topics(
             link,
             lambda parameters, sample: pair_of(parameters, sample).wrenches(*names),
-            lambda parameters, sample: dict(zip(names, pair_of(parameters, sample)[:2], strict=True)),
+            lambda parameters, sample: pair_of(parameters, sample).origins(*names),
             texts,
             solids,
         ),

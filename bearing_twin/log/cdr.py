@@ -339,14 +339,8 @@ class Encoder:
         self._type, self._frame = ros_type, frame
         self._layouts: dict[tuple, _Layout] = {}
 
-    def encoded(self, values: Mapping | list, stamps_ns: np.ndarray) -> list[bytes]:
-        """One message a stamp [ns], in order; `values` are fields, or (rows, fields) for each group of one size."""
-        if isinstance(values, list):
-            found: list = [b""] * len(stamps_ns)
-            for rows, fields in values:
-                for row, data in zip(rows.tolist(), self.encoded(fields, stamps_ns[rows]), strict=True):
-                    found[row] = data
-            return found
+    def encoded(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
+        """One message a stamp [ns], in order."""
         arrays = list(_arrays(values))
         sizes = tuple((array.shape[1:], array.itemsize) for array in arrays)
         layout = self._layouts.get(sizes)

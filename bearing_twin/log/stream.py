@@ -213,20 +213,16 @@ class MessageStream:
         """The messages due at each row of `block` that has any; topics of one rate are encoded for all rows at once."""
         found: dict[int, list] = {}
         rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
-        together, single = {}, functools.cache(lambda row: self._output(block[row]))
+        outputs: dict[str, tuple] = {}
         for topic in self.topics:
             if topic.rate == SECOND or not rows.get(topic.rate) or (wanted is not None and topic.name not in wanted):
                 continue
-            if topic.together:
-                if topic.rate not in together:
-                    sample = block.sampled(rows[topic.rate])
-                    together[topic.rate] = self._output(sample), self.start_time_ns + sample.time_ns
-                output, stamps_ns = together[topic.rate]
-                data = self._encoders[topic.name].encoded(topic.fields(output), stamps_ns)
-                made = zip(rows[topic.rate], stamps_ns.tolist(), data, strict=True)
-            else:
-                made = (self._at_once(topic, row, single(row)) for row in rows[topic.rate])
-            for row, stamp_ns, message in made:
+            if topic.rate not in outputs:
+                sample = block.sampled(rows[topic.rate])
+                outputs[topic.rate] = self._output(sample), self.start_time_ns + sample.time_ns
+            output, stamps_ns = outputs[topic.rate]
+            data = self._encoders[topic.name].encoded(topic.fields(output), stamps_ns)
+            for row, stamp_ns, message in zip(rows[topic.rate], stamps_ns.tolist(), data, strict=True):
                 found.setdefault(row, []).append((topic, stamp_ns, message))
         for topic, gathered in self._gathered.items():
             done = 0
@@ -239,12 +235,6 @@ class MessageStream:
                     found.setdefault(row, []).append((topic, stamp_ns, message))
             gathered.add(block.part(done, len(block)))
         return found
-
-    def _at_once(self, topic: Topic, row: int, output: Output) -> tuple[int, int, bytes]:
-        """The row, stamp and bytes of a topic at one output."""
-        stamp_ns = self.start_time_ns + output.sample.time_ns
-        frame = output.frame(topic.frame)
-        return row, stamp_ns, encoded(topic.ros_type, topic.fields(output), stamp_ns, frame)
 
     def _output(self, sample: Sample) -> Output:
         law = f"{self._choice.law} ({OUTSIDE})" if self._scene.marked else self._choice.law

@@ -13,22 +13,22 @@ from bearing_twin.kinds.beam.parameters import BEAM, BODY, SphereOnBeamScene
 from bearing_twin.kinds.contract import PUBLISH, Output, Topic
 from bearing_twin.kinds.topics import (
     BLUE,
+    CUBE,
     LINE_STRIP,
     MARKER_ARRAY,
     SPHERE,
     STEEL,
     ContactPair,
-    LinkShape,
-    box,
     load_marker,
     marker,
     pair_topics,
-    sphere,
+    placed,
+    times,
 )
 from bearing_twin.kinds.views import DARK, ORANGE, Arrows, Bar, Enlarged, Look, Solid, View, curves, energies, view_of
 
 FRAME = SPHERE_ON_BEAM.frame
-DOWN, ALONG = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
+UP, ALONG = np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
 DEFLECTION_SCALE = 20.0  # of the beam in the markers
 
 
@@ -45,41 +45,37 @@ def topics(parameters: SphereOnBeamScene) -> tuple[Topic, ...]:
 
 
 def pair_of(parameters: SphereOnBeamScene, sample: Sample) -> ContactPair:
-    """The contact of a sample, half-way between the surfaces; on the beam the point of impact at rest."""
-    radius, load, along = (
-        parameters.sphere.radius,
-        float(sample["normal_load"]),
-        parameters.blow.point * parameters.beam.span,
-    )
-    heights = radius - sample["sphere_position"], 0.0, -0.5 * (sample["sphere_position"] + sample["deflection"][0])
-    places = (np.array([along, 0.0, height]) for height in heights)
+    """The contact, half-way between the surfaces; on the beam the point of impact at rest."""
+    radius, load, along = parameters.sphere.radius, sample["normal_load"], parameters.blow.point * parameters.beam.span
+    touch = -0.5 * (sample["sphere_position"] + sample["deflection"][..., 0])
+    places = (times(height, UP) + along * ALONG for height in (radius - sample["sphere_position"], 0.0, touch))
     patch = ellipse(0.5 / radius, 0.5 / radius, parameters.modulus, load)
-    return ContactPair(*places, DOWN, float(sample["approach"]), load, *patch, major_axis=ALONG)
+    return ContactPair(*places, -UP, sample["approach"], load, *patch, major_axis=ALONG)
 
 
-def solids(parameters: SphereOnBeamScene) -> dict[str, list[LinkShape]]:
-    """The bodies for `robot_description`; the frame of the beam stands at the point of impact, on its surface."""
+def solids(parameters: SphereOnBeamScene) -> dict[str, list[dict]]:
+    """The bodies as markers in their frames; that of the beam stands at the point of impact, on its surface."""
     beam = parameters.beam
-    middle = (0.5 - parameters.blow.point) * beam.span
-    shape = box((beam.span, beam.width, beam.height), BLUE, (middle, 0.0, -0.5 * beam.height))
-    return {BODY: [sphere(parameters.sphere.radius, STEEL)], BEAM: [shape]}
+    middle = (0.5 - parameters.blow.point) * beam.span, 0.0, -0.5 * beam.height
+    return {
+        BODY: [marker("sphere", 0, SPHERE, (2.0 * parameters.sphere.radius,) * 3, STEEL)],
+        BEAM: [marker("beam", 0, CUBE, (beam.span, beam.width, beam.height), BLUE, middle)],
+    }
 
 
 def marker_fields(output: Output) -> dict:
     """visualization_msgs/MarkerArray: the sphere, the beam's line with its deflection enlarged, and the force."""
     parameters, sample = output.parameters, output.sample
-    span, radius = parameters.beam.span, parameters.sphere.radius
+    span, shape, (sphere,) = parameters.beam.span, sample["shape"], solids(output.parameters)[BODY]
     # The sphere follows the enlarged beam, so that it is drawn on it while they touch.
-    place = parameters.blow.point * span, 0.0, radius - DEFLECTION_SCALE * float(sample["sphere_position"])
-    shape = sample["shape"]
-    line = np.zeros((len(shape), 3))
-    line[:, 0], line[:, 2] = np.linspace(0.0, span, len(shape)), -DEFLECTION_SCALE * shape
-    text = f"{float(sample['normal_load']):.4g} N, deflections x {DEFLECTION_SCALE:g}"
+    height = parameters.sphere.radius - DEFLECTION_SCALE * sample["sphere_position"]
+    line = times(-DEFLECTION_SCALE * shape, UP) + times(np.linspace(0.0, span, shape.shape[-1]), ALONG)
+    place, more = (0.5 * span, 0.0, 0.2 * span), f", deflections x {DEFLECTION_SCALE:g}"
     return {
         "markers": [
-            marker("sphere", 0, SPHERE, (2.0 * radius,) * 3, STEEL, place),
+            placed(sphere, times(height, UP) + parameters.blow.point * span * ALONG),
             marker("beam", 0, LINE_STRIP, (0.02 * span, 0.0, 0.0), BLUE, points=line),
-            load_marker(text, span / 6.0, (0.5 * span, 0.0, 0.2 * span)),
+            load_marker(sample["normal_load"], span / 6.0, place, more),
         ]
     }
 

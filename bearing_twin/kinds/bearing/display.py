@@ -1,10 +1,9 @@
 """What others see of a bearing: its topics, and its view in the browser.
 
-Topics are wrenches, contacts, state, joints and markers, as fields of messages. They take many outputs at once, with
-one row an output in front of every array. In the markers balls carry pins, so that their rolling is seen; contact
-ellipses are drawn ELLIPSE_SCALE times as large; load arrows are relative, the longest as long as a ball is thick, and
-a line of text says how many newtons that is. Few markers have many points each: one point costs a thirtieth of one
-marker.
+Topics are wrenches, contacts, state, joints and markers, as fields of messages. In the markers balls carry pins, so
+that their rolling is seen; contact ellipses are drawn ELLIPSE_SCALE times as large; load arrows are relative, the
+longest as long as a ball is thick, and a line of text says how many newtons that is. Few markers have many points each:
+one point costs a thirtieth of one marker.
 
 The view has the rings in section, balls that roll, ellipses, loads, the cage, and curves of loads and motion.
 Deviations from the bearing without clearance or load are enlarged alike: those of the balls from their circle, those of
@@ -36,17 +35,17 @@ from bearing_twin.kinds.topics import (
     LINE_LIST,
     MARKER_ARRAY,
     POSE,
+    SPHERE,
     SPHERE_LIST,
-    TEXT,
-    LinkShape,
     body_topics,
     contacts_topic,
     crossed,
-    cylinder,
     load_command,
     marker,
     outlines,
-    sphere,
+    own_axes,
+    placed,
+    text_marker,
     turning_commands,
 )
 from bearing_twin.kinds.views import (
@@ -67,11 +66,9 @@ from bearing_twin.kinds.views import (
     curves,
     view_of,
 )
-from bearing_twin.shapes import rotation_rows
 
 LONGEST_ARROW = 1.0  # ball diameters
 OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn
-LONGEST_TEXT = 48  # letters, of a line of text with spaces behind it
 LETTERS = 0.25  # height of a line of text in ball diameters: the line is no wider than the bearing
 
 CORNERS = 6  # of the circle that stands for a cage, from ball to ball
@@ -86,16 +83,14 @@ def markers(parameters, sample, details) -> list[dict]:
     """
     greatest = np.maximum(sample["normal_load"].max(axis=(1, 2)), 1e-30)
     scales = (f"longest arrow = {one:.4g} N\nellipses x {ELLIPSE_SCALE:g}" for one in greatest.tolist())
-    texts = np.array([one.ljust(LONGEST_TEXT).encode() for one in scales])
     diameter, shape = parameters.geometry.ball_diameter, (len(greatest), -1, 3)
     width, thick = (0.03 * diameter, 0.0, 0.0), (0.06 * diameter, 0.0, 0.0)
-    height, above = (0.0, 0.0, LETTERS * diameter), (0.0, 0.0, 1.5 * diameter)
     ellipses, arrows = _outlines(sample, details), _arrows(parameters, sample, details, greatest)
     return [
         *(*_balls(parameters, sample), *_rings(parameters, sample), *_cage(parameters, sample)),
-        marker("contact_ellipses", 0, LINE_LIST, width, shades.RED) | {"points": ellipses.reshape(shape)},
-        marker("loads", 0, LINE_LIST, thick, shades.GREEN) | {"points": arrows.reshape(shape)},
-        marker("scale", 0, TEXT, height, shades.GREEN, above) | {"text": texts},
+        marker("contact_ellipses", 0, LINE_LIST, width, shades.RED, points=ellipses.reshape(shape)),
+        marker("loads", 0, LINE_LIST, thick, shades.GREEN, points=arrows.reshape(shape)),
+        text_marker("scale", scales, LETTERS * diameter, (0.0, 0.0, 1.5 * diameter)),
     ]
 
 
@@ -106,43 +101,36 @@ def ring_sizes(parameters) -> tuple[float, float, float]:
     return geometry.pitch_diameter - reach, geometry.pitch_diameter + reach, 1.2 * geometry.ball_diameter
 
 
-def solids(parameters) -> dict[str, list[LinkShape]]:
-    """The bodies for `robot_description`: balls, a solid inner ring in a translucent outer one."""
-    inner, outer, wide = ring_sizes(parameters)
-    ball = sphere(0.5 * parameters.geometry.ball_diameter, shades.STEEL)
-    return {f"ball_{k}": [ball] for k in range(parameters.geometry.balls)} | {
-        "inner_ring": [cylinder(0.5 * inner, wide, shades.ORANGE)],
-        "outer_ring": [cylinder(0.5 * outer, OUTER_WIDTH * wide, shades.GLASS)],
+def solids(parameters) -> dict[str, list[dict]]:
+    """The bodies as markers in their frames: balls, a solid inner ring in a translucent outer one."""
+    (inner, outer, wide), ball = ring_sizes(parameters), (parameters.geometry.ball_diameter,) * 3
+    found = {f"ball_{k}": [marker("balls", k, SPHERE, ball, shades.STEEL)] for k in range(parameters.geometry.balls)}
+    return found | {
+        "inner_ring": [marker("rings", 0, CYLINDER, (inner, inner, wide), shades.ORANGE)],
+        "outer_ring": [marker("rings", 1, CYLINDER, (outer, outer, OUTER_WIDTH * wide), shades.GLASS)],
     }
 
 
 def _balls(parameters, sample):
     """Balls, each with two pins through its centre, along its own x and y axes."""
-    diameter = parameters.geometry.ball_diameter
-    position, orientation = sample["position"], sample["orientation"]
-    size = (diameter, diameter, diameter)
-    yield marker("balls", 0, SPHERE_LIST, size, shades.STEEL) | {"points": position}
-    rows = rotation_rows(np.moveaxis(orientation, -1, 0))
-    own_x, own_y = (np.stack([row[axis] for row in rows], axis=-1) for axis in range(2))
-    reach = 0.53 * diameter
-    ends = [position - reach * own_x, position + reach * own_x, position - reach * own_y, position + reach * own_y]
+    diameter, position = parameters.geometry.ball_diameter, sample["position"]
+    yield marker("balls", 0, SPHERE_LIST, (diameter,) * 3, shades.STEEL, points=position)
+    reach = [0.53 * diameter * axis for axis in own_axes(sample["orientation"])[:2]]
+    ends = np.stack([position + side * axis for axis in reach for side in (-1.0, 1.0)], axis=-2)
     width = (0.1 * diameter, 0.0, 0.0)
-    points = np.stack(ends, axis=-2).reshape(len(position), -1, 3)
-    yield marker("ball_pins", 0, LINE_LIST, width, shades.BLUE) | {"points": points}
+    yield marker("ball_pins", 0, LINE_LIST, width, shades.BLUE, points=ends.reshape(len(position), -1, 3))
 
 
 def _rings(parameters, sample):
     """A solid inner ring with spokes, so that its turning is seen, in a translucent outer one."""
-    diameter = parameters.geometry.ball_diameter
-    inner, outer, wide = ring_sizes(parameters)
-    tilt, angle = sample["inner_ring_tilt"], sample["inner_ring_angle"]
-    leaning, turned = ring_attitude(tilt, np.zeros(angle.shape)), ring_attitude(tilt, angle)
-    centre = sample["inner_ring_offset"]
+    diameter, found = parameters.geometry.ball_diameter, solids(parameters)
+    tilt, angle, centre = sample["inner_ring_tilt"], sample["inner_ring_angle"], sample["inner_ring_offset"]
+    inner = ring_sizes(parameters)[0]
     spokes = [(0.5 * inner * x, 0.5 * inner * y, 0.61 * diameter) for x, y in _SPOKES]
     width = (0.05 * diameter, 0.0, 0.0)
-    yield marker("rings", 0, CYLINDER, (inner, inner, wide), shades.ORANGE, centre, leaning)
-    yield marker("rings", 1, CYLINDER, (outer, outer, OUTER_WIDTH * wide), shades.GLASS)
-    yield marker("spokes", 0, LINE_LIST, width, shades.BLUE, centre, turned) | {"points": spokes}
+    yield placed(found["inner_ring"][0], centre, ring_attitude(tilt, np.zeros(angle.shape)))
+    yield found["outer_ring"][0]
+    yield marker("spokes", 0, LINE_LIST, width, shades.BLUE, centre, ring_attitude(tilt, angle), points=spokes)
 
 
 def _cage(parameters, sample):
@@ -161,7 +149,7 @@ def _cage(parameters, sample):
     angle, offset = sample["cage_angle"], sample["cage_offset"]
     centre = np.concatenate([offset, np.zeros_like(offset[..., :1])], axis=-1)
     turned = ring_attitude(np.zeros_like(offset), angle)
-    yield marker("cage", 0, LINE_LIST, (0.1 * half, 0.0, 0.0), shades.BRASS, centre, turned) | {"points": points}
+    yield marker("cage", 0, LINE_LIST, (0.1 * half, 0.0, 0.0), shades.BRASS, centre, turned, points=points)
 
 
 def _outlines(sample, details) -> np.ndarray:
@@ -197,22 +185,14 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
     texts = {f"ball_{k}": f"on ball {k}, by raceways and neighbours, about its centre" for k in range(balls)}
     texts |= dict.fromkeys(RINGS, "on the ring, by the balls and a cage on its land, about its centre")
     return (
-        *body_topics(FRAME, wrenches, origins, texts, solids, together=True),
-        contacts_topic(
-            FRAME, contacts, "all contacts, of balls with raceways and with each other, as arrays", together=True
-        ),
-        Topic(
-            "state", BEARING_STATE, PUBLISH, state, "motion of balls and rings, energies", FRAME,
-            together=True,
-        ),
+        *body_topics(FRAME, wrenches, origins, texts, solids),
+        contacts_topic(FRAME, contacts, "all contacts, of balls with raceways and with each other, as arrays"),
+        Topic("state", BEARING_STATE, PUBLISH, state, "motion of balls and rings, energies", FRAME),
         Topic(
             "inner_ring/pose", POSE, PUBLISH, ring_pose, "centre and attitude of the inner ring, tilted and turned",
-            FRAME, together=True,
+            FRAME,
         ),
-        Topic(
-            "joint_states", JOINT_STATES, PUBLISH, joints, "angles of inner ring and orbits", FRAME,
-            together=True,
-        ),
+        Topic("joint_states", JOINT_STATES, PUBLISH, joints, "angles of inner ring and orbits", FRAME),
         *_cage_topics(parameters),
         *(
             Topic(
@@ -221,10 +201,7 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             )
             for _ in tables(parameters)
         ),
-        Topic(
-            "markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME,
-            together=True,
-        ),
+        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME),
     )  # fmt: skip
 
 
@@ -235,7 +212,7 @@ def _cage_topics(parameters: BearingScene) -> tuple[Topic, ...]:
         "of a cage, where there is one: angle [rad], speed [rad/s]; effort: torque of the balls on it [N m]; and x, y "
         "of a centre that moves [m, m/s]; effort: force of the land on it [N]"
     )
-    return (Topic("cage/state", JOINT_STATES, PUBLISH, cage, text, FRAME, together=True),)
+    return (Topic("cage/state", JOINT_STATES, PUBLISH, cage, text, FRAME),)
 
 
 def commands() -> tuple[Command, ...]:

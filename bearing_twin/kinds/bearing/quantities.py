@@ -121,8 +121,8 @@ def quantities() -> dict[str, Quantity]:
     """Quantities that a study may ask of a bearing."""
     sensed = figure_quantities("acceleration_rms_m_s2", *(f"{line}_over_noise_db" for line in LINES))
     return {
-        "greatest_ball_load": _greatest("load of any contact during the run", "greatest_normal_load", "n"),
-        "greatest_pressure": _greatest("Hertz pressure of any contact", "peak_pressure", "pa"),
+        "greatest_ball_load": _greatest("greatest load of any contact during the run", "greatest_normal_load", "n"),
+        "greatest_pressure": _greatest("greatest Hertz pressure of any contact", "peak_pressure", "pa"),
         **figure_quantities("cage_speed_rad_s", "roll_rate_rad_s", "drive_torque_nm"),
         "speed_at_end": Quantity(("inner_ring_speed_at_end_rad_s",)),
         "run_up_time": Quantity(("run_up_time_s",), missing=_prescribed),

@@ -223,20 +223,18 @@ def disc_law(disc: Disc, name: str):
     return line_law(name, disc.radius, disc.thickness, material.young_modulus, material.poisson_ratio)
 
 
-def patch_of(parameters, load: float) -> tuple[float, float, float]:
-    """Semi-axes [m] and peak pressure [Pa] of the contact of two spheres or two discs under a load [N], by Hertz.
+def patch_of(parameters, load) -> tuple:
+    """Semi-axes [m] and peak pressures [Pa] of the contact of two spheres or two discs under loads [N], by Hertz.
 
     Of discs they are half the length and half the width of the strip on which they touch.
     """
     first, second = parameters.bodies
-    if load <= 0.0:
-        return 0.0, 0.0, 0.0
-    if isinstance(first, Disc):
-        per_length = load / first.thickness
-        half_width = math.sqrt(2.0 * per_length * first.radius / (math.pi * parameters.modulus))
-        return 0.5 * first.thickness, half_width, 2.0 * per_length / (math.pi * half_width)
-    curvature = 0.5 * (1.0 / first.radius + 1.0 / second.radius)
-    return tuple(ellipse(curvature, curvature, parameters.modulus, load))
+    if not isinstance(first, Disc):
+        curvature = 0.5 * (1.0 / first.radius + 1.0 / second.radius)
+        return tuple(ellipse(curvature, curvature, parameters.modulus, load))
+    per_length = load / first.thickness
+    half_width = np.sqrt(2.0 * per_length * first.radius / (math.pi * parameters.modulus))
+    return 0.5 * first.thickness * (load > 0.0), half_width, half_width * parameters.modulus / first.radius
 
 
 def closed_form_numbers(parameters) -> tuple:

@@ -15,7 +15,7 @@ import numpy as np
 from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.kinds import topics as markers
 from bearing_twin.kinds.bodies.derived import ROWS, patch_of, reach_of, surface_of
-from bearing_twin.kinds.bodies.parameters import BODY, FIRST, PLANE, Body, EllipsoidOnPlaneScene, Shaped
+from bearing_twin.kinds.bodies.parameters import BODY, FIRST, PLANE, EllipsoidOnPlaneScene, Shaped
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output, Topic
 from bearing_twin.kinds.topics import (
     CUBE,
@@ -24,14 +24,13 @@ from bearing_twin.kinds.topics import (
     MARKER_ARRAY,
     SPHERE,
     ContactPair,
-    LinkShape,
-    box,
-    cylinder,
     load_marker,
     marker,
+    own_axes,
     pair_topics,
+    placed,
     pose_topic,
-    sphere,
+    times,
 )
 from bearing_twin.kinds.views import (
     BLUE,
@@ -50,7 +49,7 @@ from bearing_twin.kinds.views import (
     energies,
     view_of,
 )
-from bearing_twin.shapes import TORUS, Surface, rotation_matrix, support
+from bearing_twin.shapes import TORUS, Surface, support
 
 ROUND, RINGS = 48, 7  # sides of a ring; rings each way
 X, DOWN, Z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
@@ -93,34 +92,50 @@ body_topics = functools.partial(bouncing_topics, "two_bodies_link")
 
 
 def pair_of(parameters, sample: Sample) -> ContactPair:
-    """The contact of a sample."""
+    """The contact of the bodies."""
     if "displacement" not in sample.values:
         known = {name: sample.values[name] for name in OF_PAIR if name in sample.values}
         if PLANE in parameters.names:
-            turned = {"drilling_torque": -sample["drilling_torque"], "spin_rate": -sample["angular_velocity"][2]}
+            turned = {"drilling_torque": -sample["drilling_torque"], "spin_rate": -sample["angular_velocity"][..., 2]}
             known |= {"second_position": np.zeros(3), "normal": DOWN, **turned}
         return ContactPair(**known)
-    (first, second), (one, other), load = sample["displacement"], parameters.bodies, float(sample["normal_load"])
+    (first, second), (one, other), load = (
+        np.moveaxis(sample["displacement"], -1, 0),
+        parameters.bodies,
+        sample["normal_load"],
+    )
     second = one.radius + other.radius + parameters.motion.gap + second
-    middle = 0.5 * (first + one.radius + second - other.radius)
-    places = first * X, second * X, middle * X, X
-    return ContactPair(*places, float(sample["approach"]), load, *patch_of(parameters, load), major_axis=Z)
+    places = first, second, 0.5 * (first + one.radius + second - other.radius)
+    patch = patch_of(parameters, load)
+    return ContactPair(*(times(place, X) for place in places), X, sample["approach"], load, *patch, major_axis=Z)
 
 
-def solids(parameters) -> dict[str, list[LinkShape]]:
-    """The bodies for `robot_description`: of those that URDF has, spheres, discs and the plane under an ellipsoid."""
-    found = {}
+def solids(parameters) -> dict[str, list[dict]]:
+    """The bodies as markers in their frames; a plane that may be tilted is none of them."""
+    found = dict(zip(parameters.names, shapes_of(parameters), strict=True))
+    return {name: [one] for name, one in found.items() if one["type"] != CUBE or name == PLANE}
+
+
+def shapes_of(parameters) -> list[dict]:
+    """Markers of the bodies in their frames: solids where markers have one, else lines on the surface."""
+    longest, found = _longest(parameters), []
     for name, one, colour in zip(parameters.names, parameters.bodies, COLOURS, strict=True):
-        sizes = ROWS[one.shape].sizes(one)
+        kind, size, points, middle = SPHERE, tuple(2.0 * axis for axis in 3 * ROWS[one.shape].sizes(one))[:3], (), 0.0
+        colour = markers.STEEL if parameters.names in POSES else colour
         if one.shape == "disc":
-            found[name] = [cylinder(one.radius, one.thickness, colour)]
-        elif name == PLANE:
-            longest = max(parameters.body.semi_axes)
-            size = 8.0 * longest, 8.0 * longest, 0.02 * longest
-            found[name] = [box(size, markers.GLASS, (0.0, 0.0, -0.5 * size[2]))]
-        elif one.shape in ("sphere", "ellipsoid") and min(sizes) == max(sizes):
-            found[name] = [sphere(sizes[0], markers.STEEL if isinstance(one, Shaped) else colour)]
+            kind, size = CYLINDER, (*size[:2], one.thickness)
+        elif one.shape == "plane":
+            kind, size, colour = CUBE, (8.0 * longest, 8.0 * longest, 0.02 * longest), markers.GLASS
+            middle = -0.5 * size[2]
+        elif one.shape not in ("sphere", "ellipsoid"):
+            kind, size, points = LINE_LIST, (0.01 * longest, 0.0, 0.0), lines_of(one)
+        found.append(marker(name, 0, kind, size, colour, (0.0, 0.0, middle), points=points))
     return found
+
+
+def _longest(parameters) -> float:
+    """Greatest size [m] of the smaller body."""
+    return min(max(ROWS[one.shape].sizes(one)) for one in parameters.bodies if one.shape != "plane")
 
 
 def marker_fields(output: Output) -> dict:
@@ -128,43 +143,30 @@ def marker_fields(output: Output) -> dict:
 
     A plane is drawn under the contact. Contact ellipses are those of bodies that bounce.
     """
-    sample, parameters, pair = output.sample, output.parameters, pair_of(output.parameters, output.sample)
-    longest = min(max(ROWS[one.shape].sizes(one)) for one in parameters.bodies if one.shape != "plane")
-    turning, found = "orientation" in sample.values, []
+    sample, parameters, pair = output.sample, output.parameters, output.once(pair_of)
+    longest, turning, found = _longest(parameters), "orientation" in sample.values, []
     outwards = (pair.normal, pair.position, ""), (-pair.normal, pair.second_position, "second_")
-    for place, (name, one) in enumerate(zip(parameters.names, parameters.bodies, strict=True)):
-        (outward, centre, prefix), colour = outwards[place], markers.STEEL if turning else COLOURS[place]
-        turn = sample.values.get(f"{prefix}orientation", (0.0, 0.0, 0.0, 1.0))
+    for (outward, centre, prefix), one, shape in zip(outwards, parameters.bodies, shapes_of(parameters), strict=True):
+        turn = sample.values.get(f"{prefix}orientation", markers.UNTURNED)
         if one.shape == "plane":
-            along = pair.contact_point - centre
-            centre = centre + along - (along @ outward + 0.01 * longest) * outward
-        found.append(_body_marker(name, one, (centre, turn), longest, colour))
+            deep = ((pair.contact_point - centre) * outward).sum(axis=-1) + 0.01 * longest
+            centre = pair.contact_point - times(deep, outward)
+        found.append(placed(shape, centre, turn))
         if turning and one.shape not in ("plane", "groove"):
-            reach = 1.05 * np.array(ROWS[one.shape].sizes(one)) * np.array(rotation_matrix(tuple(map(float, turn))))
-            ends = np.stack([centre - reach.T, centre + reach.T], axis=1)
-            found.append(marker(f"{name}_pins", 0, LINE_LIST, (0.04 * longest, 0.0, 0.0), markers.BLUE, points=ends))
+            sizes = (3 * ROWS[one.shape].sizes(one))[:3]
+            reach = [1.05 * size * axis for size, axis in zip(sizes, own_axes(turn), strict=True)]
+            ends = np.stack([centre + side * way for way in reach for side in (-1.0, 1.0)], axis=-2)
+            thin = (0.04 * longest, 0.0, 0.0)
+            found.append(marker(f"{shape['ns']}_pins", 0, LINE_LIST, thin, markers.BLUE, points=ends))
     if turning:
-        beside = pair.contact_point - 0.5 * longest * X
-        return {"markers": found + pair.markers(longest, beside)}
+        return {"markers": found + pair.markers(longest, pair.contact_point - 0.5 * longest * X)}
     beside = pair.contact_point + np.array([0.0, 1.3 * reach_of(max(parameters.bodies, key=reach_of)), 0.0])
-    return {"markers": [*found, load_marker(f"{pair.normal_load:.4g} N", longest, beside)]}
-
-
-def _body_marker(name: str, one: Body | Shaped, pose, longest: float, colour) -> dict:
-    """A solid where markers have one, else lines on the surface."""
-    shape, size, points = SPHERE, tuple(2.0 * axis for axis in 3 * ROWS[one.shape].sizes(one))[:3], None
-    if one.shape == "disc":
-        shape, size = CYLINDER, (*size[:2], one.thickness)
-    elif one.shape == "plane":
-        shape, size, colour = CUBE, (8.0 * longest, 8.0 * longest, 0.02 * longest), markers.GLASS
-    elif one.shape not in ("sphere", "ellipsoid"):
-        shape, size, points = LINE_LIST, (0.01 * longest, 0.0, 0.0), lines_of(one)
-    return marker(name, 0, shape, size, colour, *pose, points=points)
+    return {"markers": [*found, load_marker(pair.normal_load, longest, beside)]}
 
 
 @functools.lru_cache(maxsize=16)
-def lines_of(one: Shaped) -> np.ndarray:
-    """Ends (n, 2, 3) [m] of lines on the surface of a body: its parallels and meridians.
+def lines_of(one: Shaped) -> list[list[float]]:
+    """Ends (n, 3) [m] of lines on the surface of a body: its parallels and meridians.
 
     Of a convex body sections through its centre, of a groove circles both ways.
     """
@@ -174,7 +176,7 @@ def lines_of(one: Shaped) -> np.ndarray:
         parallels, meridians = (np.linspace(0.0, 2.0 * math.pi, count + 1)[:-1] for count in (RINGS, 2 * RINGS))
     rings = [surface_points(surface, turn, across) for across in parallels]
     rings += [surface_points(surface, around, turn) for around in meridians]
-    return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1) for ring in rings])
+    return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1).reshape(-1, 3) for ring in rings]).tolist()
 
 
 # Views

@@ -17,9 +17,11 @@ def quantities() -> dict[str, Quantity]:
     """Quantities of a shaft that a study may have."""
     return {
         **figure_quantities("displacement_m", "tilt_rad"),
-        "vibration": Quantity(("displacement_range_m",)),
-        "first_natural_frequency": Quantity(("natural_frequencies_hz",), _least),
-        "first_critical_speed": Quantity(("critical_speeds_rad_s",), _least),
+        "vibration": Quantity(
+            ("displacement_range_m",), meaning="length of the ranges of displacement, second half of the run"
+        ),
+        "first_natural_frequency": Quantity(("natural_frequencies_hz",), _least, "least of the natural frequencies"),
+        "first_critical_speed": Quantity(("critical_speeds_rad_s",), _least, "least of the critical speeds"),
         **figure_quantities(*(f"{side}_{key}" for side in SIDES for key in OF_BEARING)),
     }
 

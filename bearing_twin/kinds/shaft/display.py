@@ -1,7 +1,4 @@
-"""The topics of a shaft on two bearings: wrenches, pose, frames and markers, as fields of messages.
-
-They take many outputs at once, with one row an output in front of every array.
-"""
+"""The topics of a shaft on two bearings: wrenches, pose, frames and markers, as fields of messages."""
 
 from itertools import pairwise
 
@@ -23,11 +20,10 @@ from bearing_twin.kinds.topics import (
     POSE,
     RED,
     STEEL,
-    LinkShape,
     body_topics,
-    cylinder,
     load_command,
     marker,
+    placed,
     turning_commands,
 )
 from bearing_twin.kinds.views import (
@@ -61,11 +57,8 @@ def topics(parameters: ShaftScene) -> tuple[Topic, ...]:
         for side, name in zip(SIDES, BEARINGS, strict=True)
     }
     return (
-        *body_topics(FRAME, wrenches, origins, texts, solids, together=True),
-        Topic(
-            "shaft/pose", POSE, PUBLISH, pose, "centre of mass and attitude of the shaft, tilted and turned", FRAME,
-            together=True,
-        ),
+        *body_topics(FRAME, wrenches, origins, texts, solids),
+        Topic("shaft/pose", POSE, PUBLISH, pose, "centre of mass and attitude of the shaft, tilted and turned", FRAME),
         Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "shaft, bearings and their forces to look at", FRAME),
     )  # fmt: skip
 
@@ -123,13 +116,14 @@ def sizes(parameters: ShaftScene) -> tuple[float, float, float]:
     return min(ring_sizes(one)[0] for one in mounted), min(places) - beyond, max(places) + beyond
 
 
-def solids(parameters: ShaftScene) -> dict[str, list[LinkShape]]:
-    """The bodies for `robot_description`."""
+def solids(parameters: ShaftScene) -> dict[str, list[dict]]:
+    """The bodies as markers in their frames."""
     radius, low, high = sizes(parameters)
-    found = {BODY: [cylinder(radius, high - low, STEEL)._replace(center=(0.0, 0.0, 0.5 * (low + high)))]}
-    for side, name in zip(SIDES, BEARINGS, strict=True):
+    middle = 0.0, 0.0, 0.5 * (low + high)
+    found = {BODY: [marker("shaft", 0, CYLINDER, (2.0 * radius, 2.0 * radius, high - low), STEEL, middle)]}
+    for k, (side, name) in enumerate(zip(SIDES, BEARINGS, strict=True)):
         _, outside, wide = ring_sizes(getattr(parameters, side))
-        found[name] = [cylinder(outside, wide, GLASS)]
+        found[name] = [marker("bearings", k, CYLINDER, (2.0 * outside, 2.0 * outside, wide), GLASS)]
     return found
 
 
@@ -142,28 +136,24 @@ def pose(output: Output) -> dict:
 
 def marker_fields(output: Output) -> dict:
     """visualization_msgs/MarkerArray: the shaft with a line on it, both bearings, and their forces on the shaft."""
-    parameters, sample = output.parameters, output.sample
-    radius, low, high = sizes(parameters)
-    attitude = ring_attitude(sample["tilt"], sample["shaft_angle"])
-    tilted = ring_attitude(sample["tilt"], np.zeros(()))
-    position, centres = sample["position"], output.once(ring_centres)
-    along = np.array([sample["tilt"][1], -sample["tilt"][0], 1.0])
-    middle = position + 0.5 * (low + high) * along
-    force = sample["bearing_force"]
-    longest = longest_arrow(parameters) / max(float(np.linalg.norm(force, axis=-1).max()), 1e-9)
-    arrows = np.stack([centres - longest * force, centres], axis=1)
-    rings = []
-    for k, side in enumerate(SIDES):
-        _, outside, wide = ring_sizes(getattr(parameters, side))
-        place = (0.0, 0.0, getattr(parameters, side).place)
-        rings.append(marker("bearings", k, CYLINDER, (2.0 * outside, 2.0 * outside, wide), GLASS, place))
-    line = [(1.02 * radius, 0.0, low), (1.02 * radius, 0.0, high)]
+    parameters, sample, found = output.parameters, output.sample, solids(output.parameters)
+    (radius, low, high), tilt, angle = sizes(parameters), sample["tilt"], sample["shaft_angle"]
+    along = np.stack([tilt[..., 1], -tilt[..., 0], np.ones(angle.shape)], axis=-1)
+    middle = sample["position"] + 0.5 * (low + high) * along
+    force, centres = sample["bearing_force"], output.once(ring_centres)
+    scale = longest_arrow(parameters) / np.maximum(np.linalg.norm(force, axis=-1).max(axis=-1), 1e-9)
+    tails = centres - scale[..., None, None] * force
+    arrows = np.stack([tails, centres], axis=-2).reshape(*angle.shape, -1, 3)
+    line, thin = [(1.02 * radius, 0.0, low), (1.02 * radius, 0.0, high)], (0.1 * radius, 0.0, 0.0)
     return {
         "markers": [
-            marker("shaft", 0, CYLINDER, (2.0 * radius, 2.0 * radius, high - low), STEEL, middle, tilted),
-            marker("shaft", 1, LINE_LIST, (0.1 * radius, 0.0, 0.0), BLUE, position, attitude, points=line),
-            *rings,
-            marker("forces", 0, LINE_LIST, (0.1 * radius, 0.0, 0.0), RED, points=arrows),
+            placed(found[BODY][0], middle, ring_attitude(tilt, np.zeros(angle.shape))),
+            marker("shaft", 1, LINE_LIST, thin, BLUE, sample["position"], ring_attitude(tilt, angle), points=line),
+            *(
+                placed(found[name][0], (0.0, 0.0, getattr(parameters, side).place))
+                for side, name in zip(SIDES, BEARINGS, strict=True)
+            ),
+            marker("forces", 0, LINE_LIST, thin, RED, points=arrows),
         ]
     }
 

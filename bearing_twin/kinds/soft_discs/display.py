@@ -15,22 +15,22 @@ from bearing_twin.kinds.soft_discs.motion import bodies_in_units
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 from bearing_twin.kinds.topics import (
     BLUE,
+    CYLINDER,
     GLASS,
     LINE_STRIP,
     MARKER_ARRAY,
     ORANGE,
     STEEL,
     ContactPair,
-    LinkShape,
-    cylinder,
     load_marker,
     marker,
     pair_topics,
+    times,
 )
 from bearing_twin.kinds.views import DARK, Look, MovingMesh, Solid, View, curves, energies, view_of
 
 FRAME = SOFT_DISCS.frame
-AXIS = np.array([0.0, 0.0, 1.0])
+AXIS, UP = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
 
 def bodies(parameters: SoftDiscsScene) -> tuple[str, str]:
@@ -49,10 +49,10 @@ def topics(parameters: SoftDiscsScene) -> tuple[Topic, ...]:
     )
 
 
-def solids(parameters: SoftDiscsScene) -> dict[str, list[LinkShape]]:
-    """The bodies for `robot_description`, which is said once: the discs, undeformed."""
-    shape = [cylinder(parameters.disc.radius, parameters.disc.thickness, GLASS)]
-    return dict.fromkeys((body for body in bodies(parameters) if body != "wall"), shape)
+def solids(parameters: SoftDiscsScene) -> dict[str, list[dict]]:
+    """The bodies as markers in their frames: the discs, undeformed."""
+    size = 2.0 * parameters.disc.radius, 2.0 * parameters.disc.radius, parameters.disc.thickness
+    return {body: [marker(body, 0, CYLINDER, size, GLASS)] for body in bodies(parameters) if body != "wall"}
 
 
 def pair_of(parameters: SoftDiscsScene, sample: Sample) -> ContactPair:
@@ -60,50 +60,56 @@ def pair_of(parameters: SoftDiscsScene, sample: Sample) -> ContactPair:
 
     The pressure is that of the penalty per undeformed length; the width that of the rim's nodes below the wall.
     """
-    disc, height, depth = parameters.disc, float(sample["position"]), float(sample["penetration"])
-    below = {"wall": 0.0, "disc": -height}.get(parameters.against)
-    rim = sample["shape"][_outline(parameters)]
-    inside, stiffness = rim[:, 1] < 0.0, parameters.contact.stiffness_ratio
+    disc, height, depth = parameters.disc, sample["position"], sample["penetration"]
+    below = {"wall": 0.0 * height, "disc": -height}.get(parameters.against)
+    rim = _rim(parameters, sample, "shape")
+    inside, stiffness = rim[..., 1] < 0.0, parameters.contact.stiffness_ratio
     if below is None:
-        below, stiffness = -float(sample["other_position"]), bodies_in_units(parameters.resolve())[0].stiffness
-        other = sample["other_shape"][_outline(parameters)]
-        inside = -np.interp(rim[:, 0], other[:, 0], other[:, 1], right=np.inf) > rim[:, 1]
+        below, stiffness = -sample["other_position"], bodies_in_units(parameters.resolve())[0].stiffness
+        inside = _above(rim, _rim(parameters, sample, "other_shape")) > rim[..., 1]
     pressure = stiffness * disc.material.young_modulus * (depth / disc.radius) ** parameters.contact.exponent
-    patch = 0.5 * disc.thickness, float(rim[inside, 0].max(initial=0.0)), pressure
-    up, load = np.array([0.0, 1.0, 0.0]), float(sample["normal_load"])
-    return ContactPair(height * up, below * up, np.zeros(3), -up, depth, load, *patch, major_axis=AXIS)
+    width = np.where(inside, rim[..., 0], 0.0).max(axis=-1)
+    places, load = (times(height, UP), times(below, UP), np.zeros(3)), sample["normal_load"]
+    return ContactPair(*places, -UP, depth, load, 0.5 * disc.thickness, width, pressure, major_axis=AXIS)
+
+
+def _above(rim: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Height [m] of the other disc's rim, which is upside down, at the places of this one's."""
+    pairs = zip(rim.reshape(-1, *rim.shape[-2:]), other.reshape(-1, *other.shape[-2:]), strict=True)
+    return -np.array([np.interp(one[:, 0], two[:, 0], two[:, 1], right=np.inf) for one, two in pairs]).reshape(
+        rim.shape[:-1]
+    )
 
 
 def marker_fields(output: Output) -> dict:
     """visualization_msgs/MarkerArray: the rim of the deformed disc, the wall or the other disc, and the force."""
     parameters, sample = output.parameters, output.sample
-    radius = parameters.disc.radius
-    rim = sample["shape"][_outline(parameters)]
-    line = _closed(rim)
-    wall = np.array([(-1.5 * radius, 0.0, 0.0), (1.5 * radius, 0.0, 0.0)])
-    below = _closed(sample["other_shape"][_outline(parameters)]) if parameters.against == "other_disc" else line
-    other = wall if parameters.against == "wall" else below * (1.0, -1.0, 1.0)
+    radius, against = parameters.disc.radius, parameters.against
+    line = _closed(_rim(parameters, sample, "shape"))
+    if against == "wall":
+        other = [(-1.5 * radius, 0.0, 0.0), (1.5 * radius, 0.0, 0.0)]
+    else:
+        other = _closed(_rim(parameters, sample, "other_shape")) if against == "other_disc" else line
+        other = other * (1.0, -1.0, 1.0)
     width = (0.02 * radius, 0.0, 0.0)
-    text = f"{float(sample['normal_load']):.4g} N"
     return {
         "markers": [
             marker("disc", 0, LINE_STRIP, width, ORANGE, points=line),
-            marker("other", 0, LINE_STRIP, width, STEEL if parameters.against == "wall" else BLUE, points=other),
-            load_marker(text, 0.7 * radius, (1.2 * radius, 0.3 * radius, 0.0)),
+            marker("other", 0, LINE_STRIP, width, STEEL if against == "wall" else BLUE, points=other),
+            load_marker(sample["normal_load"], 0.7 * radius, (1.2 * radius, 0.3 * radius, 0.0)),
         ]
     }
 
 
-def _closed(rim) -> np.ndarray:
-    """Half a rim (n, 2) and its mirror image, one line (2 n, 3)."""
-    line = np.zeros((2 * len(rim), 3))
-    line[:, :2] = np.concatenate([rim, rim[::-1] * (-1.0, 1.0)])
-    return line
+def _closed(rim: np.ndarray) -> np.ndarray:
+    """Half a rim (..., n, 2) and its mirror image, one line (..., 2 n, 3)."""
+    line = np.concatenate([rim, rim[..., ::-1, :] * (-1.0, 1.0)], axis=-2)
+    return np.concatenate([line, np.zeros_like(line[..., :1])], axis=-1)
 
 
-def _outline(parameters: SoftDiscsScene) -> np.ndarray:
-    """Numbers of the nodes on the rim, from the bottom to the top."""
-    return half_disc(parameters.resolve().mesh).outline
+def _rim(parameters: SoftDiscsScene, sample: Sample, shape: str) -> np.ndarray:
+    """Places (..., n, 2) of the nodes on the rim of a disc, from the bottom to the top."""
+    return sample[shape][..., half_disc(parameters.resolve().mesh).outline, :]
 
 
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "strain"), ("contact_energy", "in the penalty"))
