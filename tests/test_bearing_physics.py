@@ -29,19 +29,9 @@ from bearing_twin.kinds.bearing import (
     start_state,
 )
 from bearing_twin.run.scene import choose, load_scene, open_scene, parse_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
-
-
-def cage_speed_with_slip(inner_speed, axis_distance, arms, slips):
-    """Orbital speed [rad/s] at contact angle zero with the tangential slips [m/s] (ball minus raceway) at both races.
-
-    The velocity of a ball's centre is the mean of those of its surface at the two contact points, weighted by the
-    opposite arms [m], which reach from the centre to the points (inner, outer).
-    """
-    inner_surface = (axis_distance - arms[0]) * inner_speed + slips[0]
-    return (arms[1] * inner_surface + arms[0] * slips[1]) / ((arms[0] + arms[1]) * axis_distance)
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.26, -0.7])
@@ -53,29 +43,24 @@ def test_rolling_speeds_are_those_of_a_body_that_slips_nowhere(angle):
 
 
 def test_frequencies_measured_from_the_motion_and_their_deviation_explained():
-    """Cage speed and roll rate within 1 % of pure rolling under load; contact radii and slip account for the rest."""
-    simulation = Simulation(load_scene("bearing_6203", ["run.output_rate=2000", "drive.offset=[0.0, 0.0, 0.0]"]))
-    block = simulation.advance(401)
-    half = 200
-    span = 1e-9 * (block.time_ns[-1] - block.time_ns[half])
-    orbit = (block.values["orbit_angle"][-1] - block.values["orbit_angle"][half]) / span
-    geometry = simulation.scene.parameters.geometry
-    speed = simulation.scene.parameters.drive.speed
-    diameters = geometry.ball_diameter, geometry.pitch_diameter
-    rolling, turning = rolling_rates(speed, *diameters)
-    assert orbit == pytest.approx(rolling, rel=0.01)
-    rolled = block.values["roll_rate"][half:].mean(axis=0)
-    assert rolled == pytest.approx(turning, rel=0.01)
+    """Cage speed and roll rate within 1 % of pure rolling under load; contact radii and slip account for the rest.
 
-    point = np.linalg.norm(block.values["point"][half:, :, :, :2], axis=-1)
-    angle = block.values["orbit_angle"][half:]
+    The velocity of a ball's centre is the mean of those of its surface at both contacts, by the opposite arms.
+    """
+    simulation = Simulation(load_scene("bearing_6203", ["run.output_rate=2000", "drive.offset=[0.0, 0.0, 0.0]"]))
+    values, half = simulation.advance(401).values, 200
+    geometry, speed = simulation.scene.parameters.geometry, simulation.scene.parameters.drive.speed
+    rolling, turning = rolling_rates(speed, geometry.ball_diameter, geometry.pitch_diameter)
+    orbit = (values["orbit_angle"][-1] - values["orbit_angle"][half]) / (half / 2000.0)
+    assert orbit == pytest.approx(rolling, rel=0.01)
+    assert values["roll_rate"][half:].mean(axis=0) == pytest.approx(turning, rel=0.01)
+    angle, centre = values["orbit_angle"], np.linalg.norm(values["position"][..., :2], axis=-1)
     tangent = np.stack([-np.sin(angle), np.cos(angle), np.zeros_like(angle)], axis=-1)
-    slip = np.einsum("skrv,skv->skr", block.values["slip"][half:], tangent)
-    centre = np.linalg.norm(block.values["position"][half:, :, :2], axis=-1)
-    arms = centre - point[..., 0], point[..., 1] - centre
-    predicted = cage_speed_with_slip(speed, centre, arms, (slip[..., 0], slip[..., 1]))
-    momentary = np.einsum("skv,skv->sk", block.values["velocity"][half:], tangent) / centre
-    assert momentary == pytest.approx(predicted, rel=1e-10)
+    slip = (values["slip"] * tangent[:, :, None]).sum(axis=-1)
+    inner, outer = np.moveaxis(np.abs(np.linalg.norm(values["point"][..., :2], axis=-1) - centre[..., None]), -1, 0)
+    surface = (centre - inner) * speed + slip[..., 0]
+    predicted = (outer * surface + inner * slip[..., 1]) / ((inner + outer) * centre)
+    assert (values["velocity"] * tangent).sum(axis=-1) / centre == pytest.approx(predicted, rel=1e-10)
     assert np.abs(predicted / rolling - 1.0).max() > 1e-5  # there is something to explain
 
 
@@ -190,31 +175,11 @@ def test_balls_that_meet_within_a_chunk_are_found_and_integrated_together():
     assert np.abs(out.orientation[..., 3]) == pytest.approx(1.0, abs=1e-9)  # without friction nothing turns a ball
 
 
-@pytest.mark.parametrize("balls", [1, 2, 3, 5, 13])
+@pytest.mark.parametrize("balls", [1, 2, 13])
 def test_any_number_of_balls(balls):
     _, out = run(f"geometry.balls={balls}", "geometry.pitch_diameter=30e-3", count=3, period=1e-3)
     assert out.normal_load.shape == (3, balls, 2)
     assert np.all(out.normal_load > 1.0)
-    assert np.all(np.isfinite(out.position))
-
-
-def test_loose_balls_lift_off_the_inner_ring():
-    _, out = run(scene="bearing_6203_loose", count=10, period=1e-3)
-    lifted = out.approach[-1, :, 0] < 0.0
-    assert lifted.sum() >= 3
-    assert (~lifted).sum() >= 2
-    assert np.all(out.normal_load[-1, lifted, 0] == 0.0)
-
-
-def test_a_speed_command_is_followed_at_the_drives_acceleration():
-    simulation = Simulation(load_scene("bearing_6203"))
-    simulation.advance(11)
-    simulation.set_speed(200.0)
-    block = simulation.advance(40)
-    speed = block.values["inner_ring_speed"]
-    assert np.all(np.diff(speed) <= 2000.0 * 1e-3 * (1 + 1e-9))
-    assert speed[-1] == 200.0
-    assert np.gradient(block.values["inner_ring_angle"], 1e-3)[5:-5] == pytest.approx(speed[5:-5], rel=0.01)
 
 
 @pytest.mark.parametrize("given", [1, 12, 100])
@@ -227,6 +192,8 @@ def test_a_speed_command_takes_effect_after_the_last_output_given_out(given):
     gained = after.values["inner_ring_speed"] - before.values["inner_ring_speed"]
     assert gained[:8] == pytest.approx(2.0 * np.arange(1, 9))
     assert gained[-1] == pytest.approx(200.0 - 183.26)
+    speed, angle = after.values["inner_ring_speed"], after.values["inner_ring_angle"]
+    assert np.gradient(angle, 1e-3)[1:-1] == pytest.approx(speed[1:-1], rel=0.01)
     assert after.first_sequence == given
     load = before.values["normal_load"][0]
     assert after.values["normal_load"][0] == pytest.approx(load, abs=1e-3 * load.max())
@@ -301,20 +268,6 @@ def test_outputs_do_not_depend_on_how_they_are_asked_for():
     assert whole.time_ns[-1] == 56_000_000
 
 
-def test_the_energy_closure_is_what_stored_lost_and_worked_leave_over():
-    """All of what the contacts took counts: a run from rest, which loses about as much as it gains in speed."""
-    run_ = simulate(load_scene("bearing_6203_start", ["run.duration=0.02"]))
-    blocks = list(run_.blocks())
-    names = ("kinetic_energy", "elastic_energy", "potential_energy", "dissipated", "drive_work", "gross_work")
-    kinetic, elastic, potential, lost, work, gross = (
-        blocks[-1].values[name][-1] - blocks[0].values[name][0] for name in names
-    )
-    stored = kinetic + elastic + potential
-    assert lost > 0.1 * gross
-    residual = (stored + lost - work) / max(gross, lost, abs(stored))
-    assert run_.report.figures["energy_closure"] == pytest.approx(residual, abs=1e-12)
-
-
 def test_a_change_comes_on_top_of_the_scenes_offset_and_a_reset_takes_it_back():
     """The second run is the first, bit for bit, and has cost the same."""
     change = "drive.change={time: 2.0e-3, speed: 20.0, offset: [0.0, -3.0e-6, 2.0e-6]}"
@@ -375,13 +328,9 @@ def test_one_damping_is_enough():
             load_scene("bearing_6203", ["contact.restitution=0.8", f"contact.{key}={value}"])
     scene = load_scene("bearing_6203", ["contact.restitution=0.8"])
     assert scene.parameters.contact.relaxation_time == 0.0
-    assert parse_scene(scene.resolved(), "again") == scene
     assert parse_scene(open_scene("bearing_6203", ["contact.restitution=0.8"])[0], "with all keys") == scene
     plain = load_scene("bearing_6203").resolved()  # where all keys stand, whoever gave them
     assert load_scene(plain, ["contact.restitution=0.8"]).parameters == scene.parameters
-    assert load_scene("bearing_6203").parameters.contact.relaxation_time == 1e-6
-    with pytest.raises(SceneError, match="above 0"):
-        load_scene("bearing_6203", ["contact.restitution=0.0"])
 
 
 STILL = (

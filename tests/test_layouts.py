@@ -9,14 +9,12 @@ from pathlib import Path
 import pytest
 import toy_kind  # noqa: F401 - a kind without topics of its own
 import yaml
-from rosbags.interfaces import Nodetype
 from runs import made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.paths import share_path
 from bearing_twin.base.yaml_files import SCENES
 from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS, SHIPPED
-from bearing_twin.kinds.contract import MARKERS, PUBLISH
 from bearing_twin.log import cdr
 from bearing_twin.log.layouts import LAYOUTS, panels, rviz
 from bearing_twin.log.run_log import write_log
@@ -35,52 +33,26 @@ def shipped(kind):
     return load_scene(next(head["name"] for head in SCENES.heads() if head["kind"] == kind))
 
 
-def type_of(ros_type, path):
-    """The type of the number at `path` below a message type; fails where there is none."""
-    description = (Nodetype.NAME, ros_type)
-    for part in path:
-        node, what = description
-        if isinstance(part, int):
-            assert node in (Nodetype.ARRAY, Nodetype.SEQUENCE), path
-            description = what[0]
-        else:
-            assert node == Nodetype.NAME, path
-            description = dict(cdr.fields_of(what))[part]
-    node, what = description
-    assert node == Nodetype.BASE, path
-    return what[0]
-
-
 @pytest.mark.parametrize("kind", SHIPPED)
-def test_every_curve_is_a_number_on_a_topic_of_the_kind(kind):
-    shown = panels(shipped(kind))
-    table = {topic.full_name: topic for topic in topics(shipped(kind))}
+def test_every_curve_is_a_number_in_the_messages_of_the_kind(kind):
+    scene = shipped(kind)
+    shown, table = panels(scene), {topic.full_name: topic for topic in topics(scene)}
+    said = {
+        topic.full_name: cdr.deserialise(topic.ros_type, data)
+        for topic, _, data in MessageStream(scene).messages(Simulation(scene).advance(1))
+    }
     assert shown.frame == KINDS[kind].frame
     assert table[shown.markers].ros_type == "visualization_msgs/msg/MarkerArray"
-    assert table[shown.markers].rate in (MARKERS, PUBLISH)
     assert table[shown.description].ros_type == "std_msgs/msg/String"
     assert shown.plots
     for plot in shown.plots:
         assert re.search(r"\[.+\]", plot.title), plot.title
         for curve in plot.curves:
             assert table[curve.topic].ros_type == curve.ros_type
-            assert type_of(curve.ros_type, curve.path) == "float64"
-
-
-def test_indices_of_curves_are_within_the_arrays_of_a_message():
-    scene = made_up_scene(balls=5)
-    stream = MessageStream(scene)
-    said = {
-        topic.full_name: cdr.deserialise(topic.ros_type, data)
-        for topic, _, data in stream.messages(made_up_block(scene, 1))
-        if topic.ros_type in ("bearing_twin_msgs/msg/Contacts", cdr.WRENCH, "bearing_twin_msgs/msg/BearingState")
-    }
-    for plot in panels(scene).plots:
-        for curve in plot.curves:
             value = said[curve.topic]
             for part in curve.path:
                 value = value[part] if isinstance(part, int) else getattr(value, part)
-            assert isinstance(float(value), float)
+            assert isinstance(value, float)
 
 
 @pytest.mark.parametrize("program", LAYOUTS)
@@ -133,8 +105,7 @@ def test_the_camera_stands_where_all_of_the_scene_is_seen(scene, overrides, midd
     camera = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]["3D!scene"]["cameraState"]
     assert camera["targetOffset"] == list(shown.middle)
     assert radius < camera["distance"] * math.sin(math.radians(camera["fovy"] / 2.0)) < 1.5 * radius
-    assert camera["near"] < camera["distance"] - radius
-    assert camera["distance"] + radius < camera["far"]
+    assert camera["near"] < camera["distance"] - radius < camera["distance"] + radius < camera["far"]
     view = yaml.safe_load(rviz(shown))["Visualization Manager"]["Views"]["Current"]
     assert view["Distance"] == camera["distance"]
     assert list(view["Focal Point"].values()) == list(shown.middle)
@@ -144,7 +115,6 @@ def test_the_camera_stands_where_all_of_the_scene_is_seen(scene, overrides, midd
     ("scene", "body"),
     [
         ("two_bodies_ellipsoid", "first"),
-        ("two_bodies_superellipsoid", "first"),
         ("two_bodies_groove", ""),
         ("ellipsoid_rocking", "body"),
         ("ellipsoid_on_plane", ""),  # it falls straight down
@@ -163,13 +133,7 @@ def test_the_eye_goes_with_a_body_that_travels_along_a_plane(scene, body):
     assert manager["Global Options"]["Fixed Frame"] == shown.frame
     if body:
         assert view["cameraState"]["targetOffset"] == [0.0, 0.0, 0.0]
-        simulation = Simulation(load_scene(scene))
-        [said] = [
-            cdr.deserialise(topic.ros_type, data)
-            for topic, _, data in MessageStream(simulation.scene, frame_prefix="left/").messages(simulation.advance(1))
-            if topic.name == "/tf"
-        ][:1]
-        assert frame in {one.child_frame_id for one in said.transforms}
+        assert f"{body}/wrench" in {topic.name for topic in topics(load_scene(scene))}  # whose frames are on /tf
 
 
 def test_two_bearings_share_one_picture():
@@ -180,20 +144,19 @@ def test_two_bearings_share_one_picture():
     assert yaml.safe_load(content)["Visualization Manager"]["Global Options"]["Fixed Frame"] == "world"
 
 
-def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, typed):
-    scene = made_up_scene()
-    write_log(made_up_run(scene, [made_up_block(scene, 50)]), tmp_path / "run.mcap")
-    words = ["layouts", str(tmp_path / "run.mcap"), "--out", str(tmp_path / "new"), "--for", "plotjuggler", "--json"]
-    reported = json.loads(typed(*words).out)
-    [path] = reported["files"].values()
-    assert path.endswith("run.plotjuggler.xml")
-    assert reported["open_with"] == {"plotjuggler": f"plotjuggler --datafile {tmp_path / 'run.mcap'} --layout {path}"}
-    with open(path, "rb") as file:
-        assert file.read() == LAYOUTS["plotjuggler"].made(panels(scene))
+def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, asked):
+    scene, log = made_up_scene(), tmp_path / "run.mcap"
+    write_log(made_up_run(scene, [made_up_block(scene, 50)]), log)
+    words = ["layouts", log, "--out", tmp_path / "new", "--for", "plotjuggler"]
+    reported = asked(*words)
+    [path] = map(Path, reported["files"].values())
+    assert path.name == "run.plotjuggler.xml"
+    assert reported["open_with"] == {"plotjuggler": f"plotjuggler --datafile {log} --layout {path}"}
+    assert path.read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
     assert "is not overwritten" in refused(*words)
-    Path(path).write_text("another")
-    assert main([*words, "--force"]) == 0
-    assert Path(path).read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
+    path.write_text("another")
+    asked(*words, "--force")
+    assert path.read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
 
 
 def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path):

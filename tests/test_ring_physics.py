@@ -21,8 +21,8 @@ from bearing_twin.kinds.bearing import (
     solver_of,
     support_of,
 )
-from bearing_twin.log import cdr
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.kinds.contract import Output
+from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -41,6 +41,12 @@ WORKS = (
 def advanced(moving, period, count):
     times = period * np.arange(1, count + 1)
     return moving.advance(times, times[-1])
+
+
+def said(scene, block, name):
+    """Fields of the messages of a topic at all outputs of a block."""
+    [topic] = (one for one in topics(scene) if one.name == name)
+    return topic.fields(Output(scene.parameters, "hertz", block.sampled(range(len(block)))))
 
 
 def closure(out):
@@ -162,17 +168,14 @@ def test_pockets_keep_balls_within_their_clearance():
 def test_the_cage_says_its_angle_speed_and_torque():
     """On its topic; the torque is what changes its speed, but for the friction of the pockets."""
     assert "cage/state" not in {topic.name for topic in topics(load_scene("bearing_6203"))}
-    scene = load_scene(RIG, ["cage.kind=pockets", "run.output_rate=1e5", "run.publish_rate=1e5"])
+    scene = load_scene(RIG, ["cage.kind=pockets", "run.output_rate=1e5"])
     block, parameters = Simulation(scene).advance(800), scene.parameters
-    inertia = parameters.cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2  # of a thin ring
-    found = [cdr.deserialise(cdr.JOINT_STATE, data) for topic, _, data in MessageStream(scene).messages(block)
-             if topic.name == "cage/state"]  # fmt: skip
-    assert len(found) == 800
-    assert {tuple(message.name) for message in found} == {("cage_joint",)}
-    angle, speed, torque = (np.array([one[0] for one in column]) for column in zip(
-        *((message.position, message.velocity, message.effort) for message in found), strict=True))  # fmt: skip
+    found = said(scene, block, "cage/state")
+    assert found["name"] == ["cage_joint"]
+    angle, speed, torque = (found[name][:, 0] for name in ("position", "velocity", "effort"))
     assert np.array_equal(angle, block.values["cage_angle"])
     assert np.array_equal(speed, block.values["cage_speed"])
+    inertia = parameters.cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2  # of a thin ring
     gained = inertia * np.gradient(speed, 1e-5)
     assert np.abs(torque).max() > 1e-3
     assert np.corrcoef(gained, torque)[0, 1] > 0.99
@@ -406,27 +409,17 @@ def test_balls_alone_carry_a_cage():
 
 @pytest.mark.parametrize("guidance", ["inner", "outer", "balls"])
 def test_wrenches_on_balls_and_rings_add_up_to_what_the_cage_does_to_its_land(guidance):
-    """As the messages tell it; contacts alone cancel, and those on the other ring are its wrench."""
-    overrides = ("cage.kind=pockets", f"cage.guidance={guidance}", "run.publish_rate=1e3", "run.output_rate=1e3")
-    scene = load_scene("bearing_6203_guided_cage", overrides)
+    """As the messages have it; contacts alone cancel, and those on the other ring are its wrench."""
+    scene = load_scene("bearing_6203_guided_cage", ("cage.kind=pockets", f"cage.guidance={guidance}"))
     block = Simulation(scene).advance(20)
-    reported = {}
-    for topic, _, data in MessageStream(scene).messages(block):
-        if topic.ros_type in (cdr.WRENCH, cdr.CONTACTS, cdr.JOINT_STATE):
-            reported.setdefault(topic.name, []).append(cdr.deserialise(topic.ros_type, data))
-    forces = {
-        name: np.array([[one.wrench.force.x, one.wrench.force.y, one.wrench.force.z] for one in found])
-        for name, found in reported.items()
-        if name.endswith("/wrench")
-    }
-    land = np.array([[*one.effort[1:], 0.0] for one in reported["cage/state"]])
+    names = [topic.name for topic in topics(scene) if topic.name.endswith("/wrench")]
+    forces = {name: said(scene, block, name)["wrench"]["force"] for name in names}
+    land = np.pad(said(scene, block, "cage/state")["effort"][:, 1:], ((0, 0), (0, 1)))
     assert sum(forces.values()) == pytest.approx(-land, abs=1e-10)
     assert (np.abs(land).max() > 0.0) == (guidance != "balls")
-    outer = np.array([
-        (np.array(one.normal_load)[1:16:2, None] * np.reshape(one.normal, (-1, 3))[1:16:2]
-         + np.reshape(one.friction_force, (-1, 3))[1:16:2]).sum(axis=0)
-        for one in reported["contacts"]
-    ])  # fmt: skip
+    contacts = said(scene, block, "contacts")
+    load, normal, friction = (contacts[name][:, 1:16:2] for name in ("normal_load", "normal", "friction_force"))
+    outer = (load[..., None] * normal + friction).sum(axis=1)
     missing = -land if guidance == "outer" else 0.0 * land
     assert forces["outer_ring/wrench"] + outer == pytest.approx(missing, abs=1e-10)
 
