@@ -10,7 +10,6 @@ import sys
 
 import processes  # noqa: F401 - what forks do not collect
 import pytest
-import starts
 from hypothesis import settings
 from processes import own_domain
 
@@ -54,12 +53,6 @@ def quick_workers(monkeypatch):
     monkeypatch.setattr(
         multiprocessing, "get_context", lambda method=None: context("fork" if method == "spawn" else method)
     )
-
-
-@pytest.fixture
-def quick_starts(monkeypatch):
-    """Python programs that are started have imported what they need; that they import it is what tests without show."""
-    monkeypatch.setattr(subprocess, "Popen", starts.Forking)
 
 
 @pytest.fixture
@@ -213,10 +206,9 @@ def pytest_xdist_make_scheduler(config, log):
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """Begins with what forks most, then what starts programs."""
-    starting = {item.path for item in items if "quick_starts" in item.fixturenames}
+    """Begins with what forks most."""
     first = {name: place for place, name in enumerate(FORKING)}
-    items.sort(key=lambda item: first.get(item.path.stem, len(first) + (item.path not in starting)))
+    items.sort(key=lambda item: first.get(item.path.stem, len(first)))
 
 
 def pytest_collection_finish():
@@ -242,8 +234,3 @@ class Named:
             self.terminal.ensure_newline()
             self.terminal.write_line(f"failed: {report.nodeid} ({report.when}, {report.duration:.0f} s)")
             self.terminal.write_line(str(report.longreprtext)[-2000:])
-
-
-def pytest_sessionfinish():
-    for one in starts.STEM:
-        one.end()

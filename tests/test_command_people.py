@@ -158,7 +158,7 @@ def completions(line, tmp_path):
     return [word.strip() for word in re.split("[\v\x0b]", reported.read_text(encoding="utf-8")) if word.strip()]
 
 
-def test_commands_options_and_words_are_completed(tmp_path, quick_starts):
+def test_commands_options_and_words_are_completed(tmp_path):
     for line, offered in {
         "expor": ["export"],
         "bearing 6308 --lo": ["--load"],

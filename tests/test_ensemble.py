@@ -15,7 +15,6 @@ import pytest
 from reference.impact import equation_14, power_load, strike
 from runs import content_digest
 from scipy import stats
-from starts import STEM
 
 import bearing_twin.uq.realisations
 import bearing_twin.uq.result
@@ -383,7 +382,7 @@ def test_a_worker_that_dies_ends_the_study_with_what_is_done(quick_workers):
 
 
 @pytest.mark.environment
-def test_a_script_that_guards_nothing_is_told_so(tmp_path, quick_starts):
+def test_a_script_that_guards_nothing_is_told_so(tmp_path):
     script = tmp_path / "naked.py"
     lines = (
         "import threading, time",
@@ -506,15 +505,15 @@ def test_dask_workers_give_the_same_numbers(tmp_path):
 
 
 def children(parent=None) -> list[int]:
-    """Pids of living children of a process, but for a stem and the tracker of multiprocessing, which live on."""
-    found, stems = [], [stem.number for stem in STEM]
+    """Pids of living children of a process, but for the tracker of multiprocessing, which lives on."""
+    found = []
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             status = entry.joinpath("stat").read_text(encoding="utf-8").rpartition(")")[2].split()
         except OSError:
             continue
         mine = int(status[1]) == (parent or os.getpid()) and status[0] != "Z"
-        if mine and int(entry.name) not in stems and "resource_tracker" not in command_of(int(entry.name)):
+        if mine and "resource_tracker" not in command_of(int(entry.name)):
             found.append(int(entry.name))
     return found
 

@@ -247,7 +247,7 @@ print(*(main(["export", log, "--to", to, "--out", f"{out}_{to}"]) for to in form
 
 
 @pytest.mark.environment
-def test_a_full_disk_is_told_in_a_sentence_and_leaves_nothing(log, tmp_path, quick_starts):
+def test_a_full_disk_is_told_in_a_sentence_and_leaves_nothing(log, tmp_path):
     """In a process of its own, which HDF5 would end."""
     words = [sys.executable, "-B", "-c", FULL, str(log), str(tmp_path / "out"), *FORMATS]
     done = subprocess.run(words, capture_output=True, text=True)

@@ -89,7 +89,7 @@ BOTH = [pytest.param(one, True, marks=[pytest.mark.environment] if one == BY_ITS
 
 
 @pytest.mark.parametrize(("what", "both"), [("help of a command", False), *BOTH])
-def test_a_reader_that_leaves_is_no_error(what, both, tmp_path, quick_starts):
+def test_a_reader_that_leaves_is_no_error(what, both, tmp_path):
     said, (reader, printed) = tmp_path / "said", os.pipe()
     os.close(reader)  # before anything is printed
     with said.open("wb") as rest:

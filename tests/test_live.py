@@ -12,7 +12,6 @@ from test_view import unpacked
 from bearing_twin.base.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import samples_message, scene_text
-from bearing_twin.nodes.watch_node import number_of, vector_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 from bearing_twin.view.live_page import MOST_ROWS, PERIOD, ROWS, Again, LiveRun, live_page
@@ -98,17 +97,6 @@ def test_bytes_that_are_no_samples_or_contradict_themselves_are_refused():
     for data in (b"", b"\x00\x01\x00\x00", samples(0, 10)[:-80], b"\xff" * 400, contradicts):
         with pytest.raises(LogError):
             LiveRun(said()).frames(data, 0.0)
-
-
-def test_numbers_and_vectors_are_read_and_what_is_none_is_refused():
-    assert number_of({"value": 3}, "value") == 3.0
-    assert vector_of({"force": [1, 2.5, -3]}, "force") == (1.0, 2.5, -3.0)
-    for wrong in (None, "1", True, float("nan"), float("inf"), [1.0]):
-        with pytest.raises(BearingTwinError, match="must be a number"):
-            number_of({"value": wrong}, "value")
-    for wrong in ([1, 2], "123", None, [1, 2, "3"]):
-        with pytest.raises(BearingTwinError):
-            vector_of({"force": wrong}, "force")
 
 
 def test_the_page_shows_texts_as_text():

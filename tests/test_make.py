@@ -48,19 +48,19 @@ def test_a_row_takes_the_place_of_its_older_self_in_the_table(tmp_path):
     ]
 
 
-SHARES_OF_NODES = {"hostile": 0.03, "frozen": 0.1}  # of others the least there is
+SHARES_OF_NODES = {"hostile": 0.03}  # of others the least there is
 # Processes are started, ended and stopped. That nodes end with whole logs, and goals with answers, other tests show.
-SLOW_FOR_NODES = ("soak", "goals", "frozen", "stops", "calls", "cancels")
+SLOW_FOR_NODES = ("soak", "goals", "stops", "calls", "cancels")
 
 
 @pytest.mark.parametrize(
     "name",
     [
         pytest.param(one, marks=[pytest.mark.environment] if one in SLOW_FOR_NODES else [])
-        for one in ("hostile", "frozen", "goals", "calls", "cancels", "stops", "soak")
+        for one in ("hostile", "goals", "calls", "cancels", "stops", "soak")
     ],
 )
-def test_a_short_torture_of_nodes_loses_nothing(name, tmp_path, quick_starts):
+def test_a_short_torture_of_nodes_loses_nothing(name, tmp_path):
     """Times are measured by `make torture` alone."""
     import ros  # noqa: F401 - skips where there is no ROS
     import torture_nodes

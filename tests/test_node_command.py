@@ -13,7 +13,7 @@ import pytest
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.units import named
 from bearing_twin.command import cli, node_command
-from bearing_twin.command.node_command import NODES, Traffic, words_of
+from bearing_twin.command.node_command import Traffic, words_of
 
 
 def test_rate_and_sizes_are_those_of_the_window():
@@ -38,12 +38,6 @@ def test_the_words_of_a_node_are_those_of_ros2_run():
     assert words_of("sim_node", ["--help"]) == [*head, "--help"]
     with pytest.raises(BearingTwinError, match="did you mean sim_node"):
         words_of("sim_nod", [])
-
-
-def test_the_nodes_that_can_be_started_are_the_executables():
-    from bearing_twin.nodes import entry
-
-    assert all(callable(getattr(entry, name)) for name in NODES)
 
 
 @pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: verb.words)
@@ -344,11 +338,3 @@ def test_messages_become_data_and_back(toy):
     for name in ("os; x", "std_msgs/msg/String"):
         with pytest.raises(InterfaceError, match=f"'{name}' is not a type of this group; write package/srv/Name"):
             interface(name, "srv")
-
-
-@pytest.mark.parametrize(("load", "times"), [(0.3, 1.0), (4.0, 2.0), (50.0, 3.0)])
-def test_a_list_is_waited_for_longer_on_a_busy_machine(load, times, monkeypatch):
-    graph = pytest.importorskip("bearing_twin.nodes.graph", reason="ROS is not set up")
-    monkeypatch.setattr(os, "getloadavg", lambda: (load, 0.0, 0.0))
-    monkeypatch.setattr(os, "cpu_count", lambda: 2)
-    assert graph.quiet_time() == times * graph.QUIET

@@ -189,17 +189,6 @@ def test_a_speed_that_may_be_meant_in_rpm_is_obeyed_and_said_once(scene, limit):
     assert it.loop.commands.counts["refused"] == 0
 
 
-def test_a_speed_at_which_the_load_is_not_carried_is_refused_and_the_run_goes_on():
-    it = recorded("bearing_218_thrust", ["run.output_rate=1000"])
-    it.run(0.005)
-    with pytest.raises(BearingTwinError, match=r"command/speed refused: a load of \(0, 0, 1.78e\+04\) N"):
-        it.tell("command/speed", SimpleNamespace(data=9000.0))
-    it.tell("command/speed", SimpleNamespace(data=1200.0))
-    it.run(0.1)
-    assert it.channel("inner_ring_speed")[-1] == 1200.0
-    assert it.channel("inner_ring_force")[:, 2] == pytest.approx(-17800.0)
-
-
 def test_a_speed_is_judged_by_the_load_that_acts():
     """4000 rad/s are too fast for the scene's thrust, not for a greater one; a reset brings the scene's own back."""
     it, fast = recorded("bearing_218_thrust"), SimpleNamespace(data=4000.0)

@@ -1,14 +1,10 @@
 """Every kind of scene on the wire: played by sim_node, logged by recorder_node, played again by replay_node."""
 
-import sys
 import time
-from itertools import pairwise
 
 import pytest
 from ros import (
-    DiagnosticStatus,
     SetBool,
-    Trigger,
     call,
     deserialize_message,
     heard,
@@ -164,24 +160,6 @@ def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
     assert report.status == "done"
 
 
-def test_an_impact_repeats_at_a_pace_and_on_request():
-    with ros_executor() as executor:
-        node, scene = sim_node(executor, "two_spheres", repeat=0.4, real_time_factor="fastest")
-        watcher = plain_node(executor)
-        lists = heard(watcher, names_of(scene))
-        spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 3, "three runs")
-        assert not node.done.is_set()
-        assert node.loop.run >= 3
-        blocks = [
-            deserialize_message(data, interface(cdr.SAMPLE_BLOCK, "msg")) for data in lists["/two_spheres/samples"]
-        ]
-        before = node.loop.run
-        assert call(executor, watcher, Trigger, "/two_spheres/sim_node/reset", Trigger.Request()).success
-        spin_until(executor, lambda: node.loop.run > before, "another run")
-        assert {(block.first_sequence, block.count) for block in blocks} == {(0, scene.outputs)}
-        assert all(first.values == second.values for first, second in pairwise(blocks))
-
-
 def frames_in(messages):
     """(parent, child) of every transform in these messages."""
     return {
@@ -223,26 +201,3 @@ def test_a_parameter_file_may_name_the_node_as_it_will_be(address, tmp_path):
         executor.add_node(node)
         assert node.get_fully_qualified_name() == "/two_spheres/sim_node"
         assert node.get_parameter("start_paused").value is True
-
-
-def test_without_tf2_msgs_the_rest_is_published_with_one_warning(monkeypatch, capfd):
-    monkeypatch.setitem(sys.modules, "tf2_msgs.msg", None)
-    with ros_executor() as executor:
-        node, scene = sim_node(executor, "two_spheres", repeat=0.2, real_time_factor="fastest")
-        lists = heard(plain_node(executor), [(name, kind) for name, kind in names_of(scene) if name != "/tf"])
-        spin_until(executor, lambda: len(lists["/two_spheres/samples"]) >= 2, "two runs")
-        assert node.count_publishers("/tf") == 0
-        assert node.failure is None
-    assert capfd.readouterr().err.count("/tf is not published: the type tf2_msgs/msg/TFMessage") == 1
-
-
-def test_the_health_of_a_bearing_with_a_sensor_is_on_the_wire():
-    topic = "/bearing/health", cdr.DIAGNOSTICS
-    with ros_executor() as executor:
-        said = heard(plain_node(executor, "listener"), [topic])[topic[0]]
-        scene = {"scene": "bearing_6205_spall_outer", "duration": 1.05, "real_time_factor": 1.0, "discovery": 2.0}
-        started(executor, SimNode, **scene, overrides=["run.output_rate=1000", "run.publish_rate=50"])
-        spin_until(executor, lambda: len(said) >= 2, "two messages of health")
-    first, second = (deserialize_message(one, interface(topic[1], "msg")).status[0] for one in said[:2])
-    assert [first.level, second.level] == [DiagnosticStatus.STALE, DiagnosticStatus.WARN]
-    assert "outer raceway" in second.message

@@ -49,14 +49,6 @@ def test_a_pause_stands_still_and_goes_on_where_it_was(factor, walls):
     assert stream.lag_ns == 0
 
 
-def test_a_stream_that_runs_is_not_delayed_by_going_on():
-    stream = Stream([[0, 10, 20, 30]])
-    stream.drive(until_ms=15)
-    stream.pause(stream.clock, False)
-    stream.drive()
-    assert stream.delivered() == [(ms, ms) for ms in (0, 10, 20, 30)]
-
-
 @pytest.mark.parametrize("command", ["pause", "set_factor"])
 def test_a_command_before_the_first_message_leaves_the_start_to_it(command):
     """Also where times are those of a wall clock, as in the log of a recorder."""

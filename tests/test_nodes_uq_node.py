@@ -194,7 +194,7 @@ SIGNALS = signal.SIGINT, signal.SIGKILL, signal.SIGTERM
 
 @pytest.mark.environment
 @pytest.mark.parametrize("number", SIGNALS)
-def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_path, number, quick_starts):
+def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_path, number):
     with ros_executor() as executor:
         words = ("-p", f"log_folder:={tmp_path}", "-p", "workers:=1")
         with executable(executor, "uq_node", *words, BEARING_TWIN_TEST=str(tmp_path)) as node:

@@ -64,7 +64,7 @@ def test_signals_are_noted_while_the_start_of_a_run_is_found(monkeypatch):
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.environment)]
 )
-def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code, quick_starts):
+def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code):
     path, words = tmp_path / "run.mcap", [word for one in ENDLESS for word in ("--set", one)]
     command = [sys.executable, "-m", "bearing_twin", "simulate", "bearing_6203", *words, "--out", str(path)]
     root = Path(__file__).parents[1]

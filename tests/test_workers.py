@@ -123,7 +123,7 @@ def test_where_no_process_can_be_started_it_is_told(monkeypatch):
 @pytest.mark.parametrize(
     "number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.environment), signal.SIGKILL]
 )
-def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_starts):
+def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path):
     path = tmp_path / "long.yaml"
     path.write_text(json.dumps({**LONG_RUN, "workers": 2}), encoding="utf-8")
     command = [sys.executable, "-m", "bearing_twin", "study", str(path), "--json"]
@@ -146,7 +146,7 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path, quick_sta
         pytest.param("reported", {"set": ["run.duration=0.02"], "samples": 10000}, marks=pytest.mark.environment),
     ],
 )
-def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tmp_path, quick_starts):
+def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tmp_path):
     """And takes its workers along, while they start or while they compute; nothing is said of it."""
     script = tmp_path / "ends.py"
     lines = (

@@ -242,7 +242,7 @@ class SimNode(BaseNode):
             self._commands,
             round(1e9 / scene.parameters.run.publish_rate),
         )
-        loop.tick, loop.paused, loop.tells_time = self._outlet.tick, values["start_paused"], self._outlet.has_clock
+        loop.tick, loop.paused = self._outlet.tick, values["start_paused"]
         self.loop, self._doing = loop, "computing"
         choice = simulation.choice
         self.get_logger().info(

@@ -14,7 +14,6 @@ from bearing_twin.run.simulation import Simulation
 
 CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
 LONGEST_STEP = 10.0  # s
-SILENCE_NS = 10_000_000  # between reports of progress without subscribers: each wakes the worker
 SHORTFALL = 0.95  # of the requested pace, below which the loop warns
 JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
@@ -101,9 +100,9 @@ def log_path(path: str | Path, run: int) -> Path:
 class SimulationLoop(PacedStream):
     """A simulation that is computed ahead by a chunk, and whose messages are delivered when they are due.
 
-    Every method runs in the worker's thread, except `look`. `run` counts from 1. `tells_time`: whether every instant is
-    published as time, also where no message is due. A run that fails raises IntegrationError. One without an end that
-    peers have changed, by commands or another scene, keeps it as `failure` instead and waits for a reset.
+    Every method runs in the worker's thread, except `look`. `run` counts from 1. A run that fails raises
+    IntegrationError. One without an end that peers have changed, by commands or another scene, keeps it as `failure`
+    instead and waits for a reset.
 
     Parameters
     ----------
@@ -139,7 +138,7 @@ class SimulationLoop(PacedStream):
         command_ns: int = 0,
     ):
         super().__init__(deliver, factor)
-        self.run, self.tells_time = 1, False
+        self.run = 1
         self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
         self._duration_ns, self._open_log, self._repeat, self._subscribed = duration_ns, open_log, repeat_ns, subscribed
         self._begin(simulation, open_log(1, simulation))
@@ -152,7 +151,7 @@ class SimulationLoop(PacedStream):
         self._done = self._flushed = False
         self.failure: IntegrationError | None = None
         self._began: int | None = None
-        self._judge_at = self._silent_until = 0
+        self._judge_at = 0
         self._errors: dict[str, float | str] = {}
         self.restart()
 
@@ -353,16 +352,15 @@ class SimulationLoop(PacedStream):
         return self._messages(self._stream.messages(block, subscribed), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
+        """The messages that are made; where the last is not, its time alone, for the stream goes so far."""
         batch, last = [], None
         for topic, stamp_ns, cdr in messages:
             if log is not None:
                 log.write(topic, stamp_ns, cdr)
             last = Timed(stamp_ns, topic.name, cdr)
-            if cdr or stamp_ns >= self._silent_until:
+            if cdr:
                 batch.append(last)
-                self._silent_until = stamp_ns + (0 if self.tells_time else SILENCE_NS)
-        # The end of a run is always reported.
-        return [*batch, last] if self._done and last is not None and last not in batch[-1:] else batch
+        return batch if last is None or last.cdr else [*batch, last]
 
 
 def check_speed(speed: float) -> None:
