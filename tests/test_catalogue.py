@@ -5,13 +5,18 @@ import math
 import os
 from statistics import median
 
+import numpy as np
 import pytest
+from published_ratings import ANGULAR, F0, FACTORS
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.kinds.bearing import (
     ANGULAR_CONTACT,
     DEEP_GROOVE,
     Entry,
+    Geometry,
+    basic_dynamic_rating,
+    basic_static_rating,
     by_rule,
     catalogue_sheet,
     choose,
@@ -90,6 +95,30 @@ def test_ratings_lie_within_the_scatter_of_those_published():
             misses.append(value / (0.5 * (low + high)) - 1.0)
     assert len(misses) == 2 * 71
     assert abs(median(misses)) < 0.01
+
+
+def test_the_factors_of_static_ratings_are_those_of_the_standard():
+    for ratio, published in zip(0.1 + 0.01 * np.arange(len(F0)), F0, strict=True):
+        geometry = Geometry(balls=5, ball_diameter=10e-3, pitch_diameter=10e-3 / ratio)
+        assert basic_static_rating(geometry) / (5 * 10.0**2) == pytest.approx(published, abs=0.06), ratio
+
+
+def test_sets_meet_factor_and_ratings_of_makers_that_stand_in_no_row():
+    """The number of balls by C0/(f0 D^2); makers fill the 6305 and the 6306 with other balls than the rows hold."""
+    differ = set()
+    for series, rows in FACTORS.items():
+        for code, (factor, dynamic, static) in enumerate(rows):
+            name = f"{series}{code:02d}"
+            entry, geometry = ENTRIES[name], parameters(name).geometry
+            ratio = np.interp(entry.ball_diameter / entry.pitch_diameter, 0.1 + 0.01 * np.arange(len(F0)), F0)
+            balls = 1e-3 * entry.balls * factor * (1e3 * entry.ball_diameter) ** 2
+            misses = ratio - factor, balls / static - 1.0, 1e-3 * basic_dynamic_rating(geometry) / dynamic - 1.0
+            if np.any(np.abs(misses) > (0.2, 0.015, 0.008)):  # a pitch circle 1.5 % off the middle changes f0 by 0.1
+                differ.add(name)
+    assert differ == {"6305", "6306"}
+    for name, ranges in ANGULAR.items():
+        for rating, (low, high) in zip((basic_dynamic_rating, basic_static_rating), ranges, strict=True):
+            assert 0.96 * low <= 1e-3 * rating(parameters(name).geometry) <= 1.04 * high, name
 
 
 def test_published_sets_give_published_frequencies_and_the_ratings_of_skf():
