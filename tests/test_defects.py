@@ -155,31 +155,35 @@ def test_every_method_drives_over_defects_alike_and_energy_closes():
         assert np.abs(loads - found["dop853"]).max() < 5e-3 * greatest, stepper
 
 
-def test_work_over_high_waves_closes_at_the_default_tolerance():
-    """Waves nearly as high as a contact is deep, of rings that are held: without a cage, with one, and tilted."""
-    for changes in ({}, {"cage.kind": "even"}, {"drive.tilt": [1e-4, 0.0]}):
-        scene = scene_of(
-            {
-                "geometry.radial_clearance": -6e-6,
-                "drive.offset": [0.0, 0.0, 1e-5],
-                "drive.speed": 183.26,
-                "model.dimension": "prescribed",
-                "run.duration": 0.02,
-                "solver.check": "none",
-                **changes,
-            },
-            [{"on": "outer", "waviness": [9, 8e-6, 0.3]}, {"on": "inner", "waviness": [17, 1e-6, 0.0]}],
-        )
-        run = simulate(scene)
-        list(run.blocks())
-        assert abs(run.report.figures["energy_closure"]) < 1e-4, changes
+HIGH = "defects=[{on: outer, waviness: [9, 8e-6, 0.3]}, {on: inner, waviness: [17, 1e-6, 0.0]}]", "run.duration=0.02"
+INCLINED = "geometry.radial_clearance=-7.5e-6", "drive.speed=54", "contact.normal=constant", "wanted.tolerance=1e-4"
 
 
-def test_work_over_waves_of_a_ball_closes_where_its_axis_is_inclined():
-    """Under axial load, where its place turns by two components of the spin."""
-    changes = "sensor.on=none", "rings.inner.load=[0,-1000,400]", "defects=[{on: ball, waviness: [6, 5e-7, 0]}]"
-    report = reported("bearing_6205_spall_outer", *changes, "run.duration=0.02", "solver.check=none")
-    assert abs(report.figures["energy_closure"]) < 2e-6
+@pytest.mark.parametrize(
+    ("scene", "changes", "most"),
+    [
+        # waves nearly as high as a contact is deep
+        ("bearing_6203", HIGH, 1e-4),
+        ("bearing_6203", (*HIGH, "cage.kind=even"), 1e-4),
+        ("bearing_6203", (*HIGH, "drive.tilt=[1e-4,0]", "model.dimension=prescribed"), 1e-4),
+        # of a ball under axial load, where its place turns by two components of the spin
+        (
+            "bearing_6205_spall_outer",
+            ("sensor.on=none", "rings.inner.load=[0,-1000,400]", "defects=[{on: ball, waviness: [6, 5e-7, 0]}]",
+             "run.duration=0.02"),
+            2e-6,
+        ),
+        # contacts that wander off a narrow spall, as their way round the ball changes its latitude
+        (
+            "bearing_6203",
+            (*INCLINED, "defects=[{on: ball, spall: {place: 1.0, length: 3e-4, depth: 1e-4}}]", "run.duration=0.012"),
+            1e-5,
+        ),
+    ],
+)  # fmt: skip
+def test_work_over_defects_closes(scene, changes, most):
+    report = reported(scene, *changes, "solver.check=none")
+    assert abs(report.figures["energy_closure"]) < most
 
 
 @pytest.mark.parametrize("changes", [(), ("cage.kind=even",)])
@@ -195,25 +199,9 @@ def test_the_energy_balance_of_balls_that_leave_a_wavy_raceway_closes_as_the_tol
     assert missing[2] < 0.1 * missing[0]
 
 
-def test_work_over_a_narrow_spall_of_a_ball_closes_where_contacts_wander_off_it():
-    """Under an axial offset, where the contacts' way round the ball changes its latitude."""
-    inclined = (
-        "geometry.radial_clearance=-7.5e-6",
-        "drive.offset=[0,0,1e-5]",
-        "drive.speed=54",
-        "contact.normal=constant",
-    )
-    spall = "defects=[{on: ball, spall: {place: 1.0, length: 3e-4, depth: 1e-4}}]"
-    settings = "run.duration=0.012", "solver.check=none", "wanted.tolerance=1e-4"
-    report = reported("bearing_6203", *inclined, spall, *settings)
-    assert abs(report.figures["energy_closure"]) < 1e-5
-
-
-SPALL_OF_RUN_UP = "defects=[{on: outer, spall: {place: -1.57, length: 0.5e-3, width: 0.5e-3, depth: 1e-5}}]"
-
-
 def test_a_ring_that_a_torque_drives_over_a_spall_has_no_energy_balance():
-    report = reported("bearing_6203_run_up", "run.duration=0.005", "cage.kind=even", SPALL_OF_RUN_UP)
+    spall = "defects=[{on: outer, spall: {place: -1.57, length: 0.5e-3, width: 0.5e-3, depth: 1e-5}}]"
+    report = reported("bearing_6203_run_up", "run.duration=0.005", "cage.kind=even", spall)
     assert report.status == "done"
     assert report.figures["energy_closure"] is None
 
@@ -230,6 +218,16 @@ def test_a_ball_crosses_the_middle_of_a_pit_as_exactly_as_its_tolerance_says():
     assert np.abs(own - exact).max() < 2e-6 * exact.max()
 
 
+SPEED, RATE = 183.26, 5000.0
+AXIAL = {
+    "geometry.radial_clearance": -6e-6,
+    "drive": {"speed": SPEED, "offset": [0.0, 0.0, 1e-5]},
+    "model.dimension": "prescribed",
+    "run": {"duration": 1.0, "output_rate": RATE},
+    "solver": {"check": "none"},
+}
+
+
 def line_of(signal, rate, frequency):
     """Amplitude at a frequency [Hz] of an array, by a Hann window."""
     window = np.hanning(len(signal))
@@ -238,39 +236,25 @@ def line_of(signal, rate, frequency):
 
 
 def test_lines_of_spalls_and_none_of_a_sound_bearing_under_axial_load():
-    rate, speed = 5000.0, 183.26
-    axial = {
-        "geometry.radial_clearance": -6e-6,
-        "drive": {"speed": speed, "offset": [0.0, 0.0, 1e-5]},
-        "model.dimension": "prescribed",
-        "run": {"duration": 1.0, "output_rate": rate},
-        "solver": {"check": "none"},
-    }
     per_turn = {"outer": 3.0538, "inner": 4.9462}  # of balls that roll at the contact angle of this load
     levels = {}
     for on in ("outer", "inner", ""):
-        force = outputs(scene_of(axial, [pit(on, place=0.3, depth=1e-6, length=0.5e-3)] if on else []))[
+        force = outputs(scene_of(AXIAL, [pit(on, place=0.3, depth=1e-6, length=0.5e-3)] if on else []))[
             "outer_ring_force"
         ]
         for part, order in per_turn.items():
-            around = speed / (2 * np.pi) * order * np.linspace(0.99, 1.01, 201)
-            lines = [line_of(force[:, 2], rate, one) for one in around]
+            around = SPEED / (2 * np.pi) * order * np.linspace(0.99, 1.01, 201)
+            lines = [line_of(force[:, 2], RATE, one) for one in around]
             levels[on, part] = max(lines)
             if on == part:
-                assert around[int(np.argmax(lines))] == pytest.approx(speed / (2 * np.pi) * order, rel=3e-3)
+                assert around[int(np.argmax(lines))] == pytest.approx(SPEED / (2 * np.pi) * order, rel=3e-3)
     assert levels["", "outer"] < 1e-6 * levels["outer", "outer"]
     assert levels["inner", "outer"] < 0.05 * levels["inner", "inner"]
 
 
 def test_from_entry_to_impact_a_ball_takes_the_time_of_kinematics():
     """Half of the length at the contact point's speed, L / (2 w_c R_o), of two lengths, whose edges are as smooth."""
-    held = {
-        "geometry.radial_clearance": -6e-6,
-        "drive": {"speed": 183.26, "offset": [0.0, 0.0, 0.0]},
-        "model.dimension": "prescribed",
-        "run": {"duration": 2.2e-3, "output_rate": 1e6},
-        "solver": {"check": "none"},
-    }
+    held = AXIAL | {"drive": {"speed": SPEED}, "run": {"duration": 2.2e-3, "output_rate": 1e6}}
     taken = []
     for length in (0.6e-3, 1.0e-3):
         squeezed = outputs(scene_of(held, [pit(place=0.07, length=length)]))["approach"][:, 0].sum(axis=1)
@@ -313,13 +297,7 @@ def test_a_sound_bearing_under_radial_load_has_the_line_of_its_compliance():
 
 
 def test_a_pit_on_a_ball_is_met_by_both_raceways_in_turn():
-    axial = {
-        "geometry.radial_clearance": -6e-6,
-        "drive": {"speed": 183.26, "offset": [0.0, 0.0, 1e-5]},
-        "model.dimension": "prescribed",
-        "run": {"duration": 2.0, "output_rate": 5000.0},
-        "solver": {"check": "none"},
-    }
+    axial = AXIAL | {"run": {"duration": 2.0, "output_rate": RATE}}
     force = outputs(scene_of(axial, [pit("ball", place=0.3, depth=1e-6, length=0.5e-3)]))["outer_ring_force"][:, 2]
     twice_spin = 183.26 / (2 * np.pi) * 3.98802
     around = twice_spin * np.linspace(0.99, 1.01, 201)
