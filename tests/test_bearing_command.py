@@ -256,7 +256,7 @@ def test_numbers_that_want_a_unit_are_noted_and_rounding_is_0(refused, typed):
         (("--set", "temperatures.inner_ring=80"), "give 80°C"),
         (("--sweep", "speed=0:3000:3"), "give 3000rpm"),
     ):
-        assert note in typed("bearing", "6308", "--load", "0,-2kN,0", *words).err
+        assert note in typed("bearing", "6308", "--clearance", "0", "--load", "0,-2kN,0", *words).err
     assert "legal: C2, CN, C3, C4, C5" in refused("bearing", "6308/C6")
     out = printed(typed, "simulate", "6308", "--duration", "10ms", "--set", "rings.inner.load=0,-2kN,500N")
     assert re.search(r"^ring force +0, 2000, -500 N$", out, flags=re.MULTILINE)

@@ -268,7 +268,7 @@ def test_a_designation_is_found_as_a_number_and_where_it_is_taken_for_a_scene():
 
 def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
     choice = choose(load_scene("6308", ["temperatures.inner_ring=60", "rings.inner.load=[0,-1000,0]"]).parameters)
-    assert "temperatures.inner_ring = 60 K is -213.15 °C: if °C was meant, write 333.15" in choice.warnings
+    assert "temperatures.inner_ring = 60 K is -213.15 °C: if °C was meant, give 60°C" in choice.warnings
 
 
 @pytest.mark.parametrize(

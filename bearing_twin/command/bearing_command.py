@@ -127,7 +127,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         raise SceneError("--sweep is given once; bearing_twin.equilibrium() in Python takes arrays of several keys")
 
     swept = (f"{SHORT_KEYS.get(key, key)}={last}" for key, _, last, _ in sweeps)
-    note_bare_numbers(_bearing_scene(arguments), [*overrides_of(arguments, **SHORT_KEYS), *swept])
+    note_bare_speed(_bearing_scene(arguments), [*overrides_of(arguments, **SHORT_KEYS), *swept])
     result, show = None, show_row
     if not (sweeps or picture or sheet or arguments.mass):
         result = _row_alone(arguments, given)
@@ -280,12 +280,14 @@ def _swept(arguments, given, angle, sweep) -> dict:
 
     path, unit, axis, values, change = _changes(arguments, given, sweep)
 
+    head = {}
+
     def solved(value):
-        return _solved(arguments, given, angle, **change(value))
+        found = _solved(arguments, given, angle, **change(value))
+        head.update({name: found[name] for name in ("scene", "law", "arm", "control") if name not in head})
+        return found
 
     curves = curves_of(values, solved)
-    first = next(k for k, one in enumerate(curves["stiffness"]) if one is not None)
-    head = {name: solved(values[first])[name] for name in ("scene", "law", "arm", "control")}
     flags = [f"{path} {one['value']:g}{with_unit(unit)}: {one['reason']}" for one in curves["refused"][:1]]
     return head | {"sweep": path, "values": values, "axis": axis} | curves | {"flags": flags}
 
@@ -345,7 +347,6 @@ SOURCES = {
     "half_space": "half-spaces",
     "first_order_tilt": "tilt of first order",
 }
-COLD = 173.15  # K: a temperature below it is noted
 ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals are taken to 1e-10
 
 
@@ -614,26 +615,15 @@ def limiting(speeds: dict[str, float]) -> str:
     return f"{shown} rpm ± {100.0 * LIMITING_SCATTER:.0f} %, estimated by n d_m = {products} mm/min (FBJ)"
 
 
-def note_bare_numbers(scene, overrides: Iterable[str]) -> None:
-    """Says on standard error that a speed or temperature without a unit is in SI, where that is hardly meant.
-
-    That is a speed above a bearing's limiting speeds, and a temperature below -100 °C.
-    """
-    pairs = [(key.strip(), text.strip()) for one in overrides for key, _, text in [one.partition("=")]]
-    for key, text in pairs:
-        if key.startswith("temperature") and NUMBER.fullmatch(text) and 0.0 < float(text) < COLD:
-            say(f"{key} = {text} is in K, {float(text) - 273.15:.4g} °C; if it is meant in °C, give {text}°C")
-    given = [text for key, text in pairs if key == "drive.speed"]
+def note_bare_speed(scene, overrides: Iterable[str]) -> None:
+    """Says on standard error that a speed without a unit is in rad/s, where it is above the limiting speed."""
+    given = [text.strip() for one in overrides for key, _, text in [one.partition("=")] if key.strip() == "drive.speed"]
     if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1]):
         return
-    from bearing_twin.kinds.bearing import limiting_speeds
+    from bearing_twin.kinds.bearing import command_warning
 
-    speed, limits = abs(float(given[-1])), limiting_speeds(scene.parameters.geometry)
-    if limits and speed > max(limits.values()):
-        say(
-            f"drive.speed = {given[-1]} is in rad/s, {math.degrees(speed) / 6.0:.6g} rpm, above the limiting speeds "
-            f"({limiting(limits)}); if it is meant in rpm, give {given[-1]}rpm"
-        )
+    if warning := command_warning(scene.parameters, float(given[-1])):
+        say(f"drive.speed: {warning}; if it is meant in rpm, give {given[-1]}rpm")
 
 
 def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Path:

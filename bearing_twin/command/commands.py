@@ -17,7 +17,7 @@ from bearing_twin.command import (
     study_command,
     view_commands,
 )
-from bearing_twin.command.bearing_command import note_bare_numbers
+from bearing_twin.command.bearing_command import note_bare_speed
 from bearing_twin.command.log_commands import ShownStream, ended
 from bearing_twin.command.outcome import (
     Outcome,
@@ -67,7 +67,7 @@ def _simulate(arguments) -> Outcome:
 
         begun = continued(read_log(arguments.scene), arguments.more, overrides)
         scene = begun.scene
-    note_bare_numbers(scene, overrides)
+    note_bare_speed(scene, overrides)
     picture = picture_path(arguments.plot) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
 from bearing_twin.base.paths import file_name
-from bearing_twin.command.bearing_command import note_bare_numbers
+from bearing_twin.command.bearing_command import note_bare_speed
 from bearing_twin.command.node_command import replace_by_node
 from bearing_twin.command.outcome import (
     RUN,
@@ -109,7 +109,7 @@ def _of_scene(arguments) -> tuple[dict[str, Any], str]:
 
     overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
-    note_bare_numbers(scene, overrides)
+    note_bare_speed(scene, overrides)
     own = scene.parameters.run.duration
     from bearing_twin.run.failure import failure_sentence
     from bearing_twin.run.scene import late_keys

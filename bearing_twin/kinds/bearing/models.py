@@ -175,7 +175,7 @@ def rolls_steadily(parameters) -> bool:
     return alone and steady and (parameters.contact.friction == POINT or no_contact_spins(parameters))
 
 
-COLD = 150.0  # K, below all but cryogenic bearings
+COLD = 173.15  # K, below all but cryogenic bearings
 
 
 def of_temperatures(parameters) -> list[str]:
@@ -185,7 +185,7 @@ def of_temperatures(parameters) -> list[str]:
     }
     cold = {name: value for name, value in given.items() if 0.0 < value < COLD}
     return [
-        f"temperatures.{name} = {value:g} K is {value - CELSIUS:g} °C: if °C was meant, write {value + CELSIUS:g}"
+        f"temperatures.{name} = {value:g} K is {value - CELSIUS:g} °C: if °C was meant, give {value:g}°C"
         for name, value in cold.items()
     ]
 
