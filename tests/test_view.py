@@ -29,7 +29,7 @@ from bearing_twin.view import page as pages
 from bearing_twin.view.page import SCRIPTS, STEPS, Frames, html, packed
 from bearing_twin.view.run_page import described_view, document_of_log, document_of_run
 from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.study_picture import figure_of
+from bearing_twin.view.study_picture import sheet_of
 from bearing_twin.view.tables import tables_of_page
 
 SHORT = {  # a short run of each kind
@@ -261,19 +261,18 @@ def study():
 
 
 def test_a_study_shows_densities_with_their_quantiles(study):
-    axes = figure_of(study, study.study.quantities, ()).axes
-    panel = next(one for one in axes if one.get_title(loc="left") == "Contact duration")
-    smoothed, *_ = panel.lines
-    for x, density in (panel.collections[0].get_paths()[0].vertices.T, smoothed.get_data()):
-        assert np.isclose(abs(np.trapezoid(density, x)), 1.0, atol=0.03)
-    assert panel.get_xlabel() == "contact duration [µs]"
-    quantiles = [one.get_xdata()[0] for one in panel.lines if len(one.get_xdata()) == 2]
-    intervals = [one.get_extents().transformed(panel.transData.inverted()).intervalx for one in panel.patches]
+    panels = [panel for row in sheet_of(study, study.study.quantities, ()).rows for panel in row]
+    panel = next(one for one in panels if one.title == "Contact duration")
+    bars, smoothed, *rest = panel.parts
+    assert np.isclose(bars.high[:-1] @ np.diff(bars.x), 1.0)
+    assert np.isclose(np.trapezoid(smoothed.y, smoothed.x), 1.0, atol=0.03)
+    quantiles = [one.x[0] for one in rest if one.name.startswith("5, 50, 95 %")]
+    intervals = [one.x for one in rest if hasattr(one, "low")]
     assert len(quantiles) == len(intervals) == 3
     assert all(low <= one <= high for one, (low, high) in zip(quantiles, intervals, strict=True))
     document = document_of_study(study)
     rows = {row["words"]: row for row in document["statistics"][0]["rows"]}
-    assert np.isclose(float(rows["50 % quantile"]["value"]), quantiles[1], rtol=1e-3)
+    assert np.isclose(float(rows["50 % quantile"]["value"]), 1e6 * quantiles[1], rtol=1e-3)
     assert rows["mean"]["interval"]
     assert html(document)
 

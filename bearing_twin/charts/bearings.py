@@ -21,8 +21,8 @@ from scipy.integrate import solve_ivp
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Choice
 from bearing_twin.charts.bodies import OUTSIDE, beam_impact, disc
-from bearing_twin.charts.contest import DONE, REFUSED, best_of, in_rows, of_methods, of_problem, over
-from bearing_twin.charts.panels import Axis, Line, Map, Panel
+from bearing_twin.charts.contest import DONE, REFUSED, best_of, of_methods, of_problem, over
+from bearing_twin.charts.panels import Axis, Line, Map, Panel, in_rows
 from bearing_twin.charts.scenes import Found, Method, Problem, contest_of, load_and_friction, spread, steps, tolerances
 from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.kinds.bearing import BearingMotion, rates

@@ -31,7 +31,7 @@ from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.base.paths import drafted
 from bearing_twin.base.units import prefixed, two_digits
-from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, curves_of, draw, labels
+from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, curves_of, draw, in_rows, labels
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.pictures import STYLE
 
@@ -274,11 +274,6 @@ def curves(rows: Iterable[Row], looks: Mapping[str, Look], x, y, lost=None) -> l
         crosses = [lost(row) for row in mine if row.status != DONE] if lost else []
         parts += curve(*looks[method], good, crosses)
     return parts
-
-
-def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
-    """Panels side by side, so many in a row."""
-    return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
 def error_against_cost(contest: "Contest", rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:

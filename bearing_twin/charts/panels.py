@@ -9,14 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.colors import LogNorm, PowerNorm
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, NullLocator
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from bearing_twin.base.units import inverse, labelled
 from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_line, frame, heading, save, scaled
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
+WRITTEN_OUT = 1e-2, 1e4  # numbers beside a wider axis that are no powers
 FEW_DECADES = 100.0  # of an axis that spans less, 2 and 5 are labelled too
 KEY_WIDTH = 170  # letters of a line of the legend below all panels
+MOST_TICKS = 6  # intervals of a linear axis, so that numbers of six digits stand apart
 MANY = 6  # entries of a legend that stands inside its panel
 BESIDE = "beside"  # the place of a legend for which no corner of its panel is free
 NO_RESULT = ", no result"  # behind the name of a method
@@ -24,12 +26,17 @@ CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""
 
 
 class Axis(NamedTuple):
-    """Quantity and SI unit of an axis."""
+    """Quantity and SI unit of an axis.
+
+    `shown` is the (unit, factor into it) that its numbers have, if not a prefix; `whole` numbers alone are ticks.
+    """
 
     name: str
     unit: str = "1"
     log: bool = False
     limits: tuple | None = None  # in SI
+    shown: tuple[str, float] | None = None
+    whole: bool = False
 
 
 class Line(NamedTuple):
@@ -154,8 +161,18 @@ def labels(sheet: Sheet) -> set[str]:
     return {part.name for row in sheet.rows for panel in row for part in panel.parts if part.label and part.name}
 
 
+def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
+    """Panels side by side, so many in a row."""
+    return [panels[first : first + columns] for first in range(0, len(panels), columns)]
+
+
 def draw(sheet: Sheet, path: Path, made: str) -> Path:
     """Writes the picture, with what it was `made` with; raises BearingTwinError where that is impossible."""
+    return save(figure_of(sheet, made), path)
+
+
+def figure_of(sheet: Sheet, made: str = "") -> Figure:
+    """The picture."""
     names = labels(sheet) if sheet.key else ()
     columns = max(1, min(len(names), int(KEY_WIDTH / (7 + max(map(len, names), default=0)))))
     tall = ROW * len(sheet.rows) + 0.9 + 0.3 * -(-len(names) // columns)
@@ -181,7 +198,7 @@ def draw(sheet: Sheet, path: Path, made: str) -> Path:
         fontsize=12, title_fontsize=9,
     )  # fmt: skip
     key.get_title().set_color(STYLE["soft"])
-    return save(figure, path)
+    return figure
 
 
 def _draw_panel(figure, axis, panel: Panel) -> None:
@@ -210,16 +227,22 @@ def _draw_panel(figure, axis, panel: Panel) -> None:
             bar.ax.yaxis.set_major_formatter(_plain(per))
 
 
-def _label(along, axis: Axis, shown: tuple[float, str] | None = None) -> tuple[float, str]:
-    """Label and ticks of an axis in a readable unit, or in that `shown`; the factor into that unit, and the unit."""
+def _label(along, axis: Axis, density: tuple[float, str] | None = None) -> tuple[float, str]:
+    """Label and ticks of an axis in a readable unit, or in that of a `density`; the factor into that unit, and it."""
     low, high = along.get_view_interval()
+    shown = axis.shown[::-1] if axis.shown else density
     factor, unit = shown or scaled([low, high], axis.unit)
     along.set_label_text(labelled(axis.name, unit))
     wide = axis.log and high > FEW_DECADES * low
     if axis.log:
         along.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
         along.set_minor_locator(NullLocator())
-    along.set_major_formatter(_powers(factor) if wide else _plain(factor))
+    else:  # round in the unit that is shown
+        locator = MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10], integer=axis.whole, min_n_ticks=1)
+        ticks = locator.tick_values(factor * low, factor * high) / factor
+        along.set_ticks(ticks[(low <= ticks) & (ticks <= high)])
+    written_out = not wide or (factor * low > WRITTEN_OUT[0] and factor * high < WRITTEN_OUT[1])
+    along.set_major_formatter(_plain(factor) if written_out else _powers(factor))
     return factor, unit
 
 

@@ -17,8 +17,8 @@ from pathlib import Path
 import numpy as np
 
 from bearing_twin.base.yaml_files import SCENES
-from bearing_twin.charts.contest import DONE, Contest, Look, Row, curves, in_rows, of_methods, of_problem, timed
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour, dashed
+from bearing_twin.charts.contest import DONE, Contest, Look, Row, curves, of_methods, of_problem, timed
+from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour, dashed, in_rows
 from bearing_twin.charts.scenes import (
     WITHOUT_CHECK,
     Method,

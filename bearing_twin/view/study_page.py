@@ -5,8 +5,9 @@ import io
 from typing import Any
 
 from bearing_twin.base.units import known_digits, sentence_for_people, two_digits
+from bearing_twin.charts.panels import figure_of
 from bearing_twin.uq.result import StudyResult, SweepInWords, model_error_sentences, refusals, sweep_of
-from bearing_twin.view.study_picture import IN_WORDS, figure_of, title_of, unit_of
+from bearing_twin.view.study_picture import IN_WORDS, sheet_of, title_of, unit_of
 from bearing_twin.view.tables import DIGITS, error_notes
 
 MOST_QUANTITIES = 12
@@ -33,8 +34,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     ]
     ended = [words.ended] if words and words.ended else []
     drawn = io.BytesIO()
-    figure = figure_of(result, names, study.histories)
-    figure.savefig(drawn, format="svg", bbox_inches="tight", metadata={"Date": None})
+    figure_of(sheet_of(result, names, study.histories)).savefig(drawn, format="svg", metadata={"Date": None})
     return {
         "kind": "study",
         "title": study.name,

@@ -2,78 +2,63 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Iterable, Iterator
-from functools import partial
+from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.base.units import inverse, labelled, prefixed, unit_for_people, with_unit
-from bearing_twin.pictures import BALL_COLOURS, STYLE, finish, frame, heading, key_above
+from bearing_twin.base.units import unit_for_people, with_unit
+from bearing_twin.charts.panels import Axis, Band, Line, Panel, Sheet, colour, dashed, figure_of, in_rows, shade
+from bearing_twin.pictures import BALL_COLOURS, STYLE, save
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
 from bearing_twin.uq.result import BANDS, StudyResult, SweepInWords, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
 
-BLUE, RED, INK = (BALL_COLOURS[number] for number in (0, 5, 6))
 POINTS = 480  # of a curve
 FAR = 0.001  # probability left out on either side of a distribution
 ORDERS = {"first": "alone", "total": "with others"}  # of Sobol's indices, in words
 IN_WORDS = {"std": "standard deviation"}
 SHOWN_QUANTILES = ("0.05", "0.50", "0.95")
 MOST_DRAWN = 4
-TICK = 0.7  # inches of a panel for each number below it, so that those of five digits stand apart
 ROOM = 0.25  # of the intervals that are known, for those that are open
 WIDE = 20.0  # the greatest of what is drawn along an axis over the least, from which on it is logarithmic
 OPEN_END = "open to the edge: too few samples"
-BAR, FILL = "#b9c6d2", {"alpha": 0.2, "linewidth": 0}
+BLUE, RED = colour(0), colour(5)
+BARS = {"step": "post", "color": "#b9c6d2"}
+HATCHED = {"facecolor": "none", "edgecolor": BALL_COLOURS[5], "alpha": 0.45, "hatch": "///"}
+ENDS = {"color": STYLE["ink"], "linewidth": 2.0, "marker": "|", "markersize": 10, "markeredgewidth": 2.0}
 POINTED = {"marker": "o", "markersize": 3.5}
 
 
 def plot_study(result: StudyResult, png_path) -> Path:
     """Writes the picture of a result; returns the path. Raises BearingTwinError where that is impossible."""
     study = result.study
-    figure = figure_of(result, study.quantities[:MOST_DRAWN], study.histories[:1])
-    title = study.description[:1].upper() + study.description[1:] or study.name
-    return finish(figure, title, _footer(result), png_path, size=16)
+    sheet = sheet_of(result, study.quantities[:MOST_DRAWN], study.histories[:1])
+    sheet.title = study.description[:1].upper() + study.description[1:] or study.name
+    sheet.footer = _footer(result)
+    return save(figure_of(sheet), png_path)
 
 
-def figure_of(result: StudyResult, names: Iterable[str], channels: Iterable[str]):
-    """The panels of these quantities and histories, with room above for a title."""
-    from matplotlib.figure import Figure
-
+def sheet_of(result: StudyResult, names: Iterable[str], channels: Iterable[str]) -> Sheet:
+    """The panels of these quantities and histories."""
     panels = list(_panels(result, names, channels))
-    columns = 2 if len(panels) <= 4 else 3
-    rows = -(-len(panels) // columns)
-    head = 1.65 if columns == 2 else 2.4  # in narrow panels keys stand in more lines
-    tall = head - 0.05 + 4.9 * rows
-    figure = Figure(figsize=(16.0, tall), dpi=100, facecolor="white")
-    space = {"top": 1.0 - head / tall, "bottom": 0.95 / tall, "hspace": 0.5 if columns == 2 else 0.62}
-    grid = figure.add_gridspec(rows, columns, left=0.06, right=0.98, wspace=0.22, **space)
-    for place, draw in enumerate(panels):
-        axis = figure.add_subplot(grid[place // columns, place % columns])
-        frame(axis)
-        draw(axis)
-        key_above(axis)
-    return figure
+    return Sheet("", in_rows(panels, 2 if len(panels) <= 4 else 3), "", [], key=True)
 
 
-def _panels(result, names, channels) -> Iterator[Callable[[Any], None]]:
-    """Functions that draw a panel each."""
+def _panels(result, names, channels) -> Iterator[Panel]:
     summary, exact, sweep = result.summary, _exact_of(result), sweep_of(result)
-    yield from (partial(_draw_distribution, result=result, name=name, exact=exact.get(name)) for name in names)
+    yield from (_distribution(result, name, exact.get(name)) for name in names)
     if summary["convergence"]["samples"]:
-        yield partial(_draw_convergence, summary=summary, exact=exact)
-    drawn = (name for name in channels if summary["histories"][name].keys() & {*BANDS})
-    yield from (partial(_draw_history, result=result, channel=name) for name in drawn)
+        yield _convergence(summary, exact)
+    yield from (_history(result, name) for name in channels if summary["histories"][name].keys() & {*BANDS})
     if sweep and len(sweep["studies"]) > 1:
-        yield from (partial(_draw_sweep, result=result, name=name, sweep=sweep) for name in names)
+        yield from (_swept(summary["quantities"][name], name, sweep) for name in names)
     for name in names:
         sources = {key: one for key, one in summary["quantities"][name].get("sobol", {}).items() if key != "refused"}
         if sources:
-            yield partial(_draw_shares, name=name, sources=sources)
+            yield _shares(name, sources)
 
 
 def _exact_of(result: StudyResult) -> dict[str, Derived]:
@@ -95,69 +80,50 @@ def title_of(name: str) -> str:
     return name.replace("_", " ").capitalize()
 
 
-def _draw_distribution(axis, result, name, exact) -> None:
+def _axis_of(found, name: str, **more) -> Axis:
+    """The axis of a quantity, in the unit of the table."""
+    return Axis(name.replace("_", " "), found["unit"], shown=unit_of(found), **more)
+
+
+def _distribution(result, name, exact) -> Panel:
     """Histogram, smoothed and exact density of a quantity, its quantiles with intervals, the error of the model."""
-    found, sample, title = result.summary["quantities"][name], result.sample(name), title_of(name)
-    kept, (unit, factor) = sample[np.isfinite(sample)], unit_of(found)
-    sampled = len(kept) > 1 and kept.min() < kept.max()
-    quantiles = [found["quantiles"][key] for key in SHOWN_QUANTILES if key in found["quantiles"]]
+    found, sample = result.summary["quantities"][name], result.sample(name)
+    kept, quantiles, parts = sample[np.isfinite(sample)], found["quantiles"], []
+    if len(kept) > 1 and kept.min() < kept.max():
+        edges, heights = histogram(kept)
+        parts.append(Band(f"{len(kept)} samples", edges, np.zeros(len(edges)), np.append(heights, 0.0), BARS))
+        parts.append(Line("smoothed", *kernel_density(kept), BLUE))
+        low, high = np.quantile(kept, [FAR, 1.0 - FAR])
+    elif exact is None and (len(kept) or not quantiles):
+        unit, factor = unit_of(found)
+        value = f"{factor * kept[0]:.6g}{with_unit(unit)} in every realisation" if len(kept) else ""
+        return Panel(f"{title_of(name)}: {value or 'no realisation succeeded'}", _axis_of(found, name), Axis(""), [])
+    else:
+        values = [one["value"] for one in quantiles.values()]
+        low, high = min(values), max(values)
     if exact is not None:
         low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)
-    elif sampled:
-        low, high = np.quantile(kept, [FAR, 1.0 - FAR])
-    elif len(quantiles) > 1 and found["method"] != "ensemble":
-        low, high = quantiles[0]["value"], quantiles[-1]["value"]
-    else:
-        value = f"{factor * kept[0]:.6g}{with_unit(unit)} in every realisation" if len(kept) else ""
-        axis.text(0.5, 0.5, value or "no realisation succeeded", ha="center", va="center", transform=axis.transAxes)
-        heading(axis, title)
-        return
+        x = np.linspace(low, high, POINTS)
+        parts.append(Line("change of variable", x, np.nan_to_num(exact.pdf(x)), dashed()))
     margin = 0.08 * (high - low) or 1.0
-    values = np.linspace(low - margin, high + margin, POINTS)
-    x = factor * values
-    if sampled:
-        edges, heights = histogram(kept)
-        place = np.searchsorted(edges, values, side="right") - 1
-        inside = (place >= 0) & (place < len(heights))
-        bars = np.where(inside, heights[np.clip(place, 0, len(heights) - 1)], 0.0)
-        smooth = np.interp(values, *kernel_density(kept), 0.0, 0.0)
-        axis.fill_between(x, 0.0, bars / factor, color=BAR, linewidth=0, step="mid", label=f"{len(kept)} samples")
-        axis.plot(x, smooth / factor, color=BLUE, linewidth=2.2, label="smoothed")
-    if exact is not None:
-        _draw_exact(axis, x, np.nan_to_num(exact.pdf(values)) / factor)
-    heading(axis, title, labelled(title.lower(), unit), labelled("density", inverse(unit)))
-    axis.set_xlim(x[0], x[-1])
-    _draw_quantiles(axis, quantiles, kept, factor)
-    if found.get("error") is not None and "0.50" in found["quantiles"]:  # a log of an earlier version has none
-        axis.errorbar(
-            factor * found["quantiles"]["0.50"]["value"], 0.06, xerr=factor * found["error"],
-            transform=axis.get_xaxis_transform(), fmt="none", ecolor=STYLE["ink"], elinewidth=2.2, capsize=5,
-            capthick=2.2, zorder=5, label="error of the model",
-        )  # fmt: skip
-    axis.set_ylim(bottom=0.0)
-    _set_ticks(axis)
+    ends = low - margin, high + margin
+    top = 1.05 * max((float(np.max(part.y if isinstance(part, Line) else part.high)) for part in parts), default=1.0)
+    up = Axis("density", f"1/{found['unit']}", limits=(0.0, top)) if parts else Axis("", limits=(0.0, top))
+    parts += _quantiles([quantiles[key] for key in SHOWN_QUANTILES if key in quantiles], ends, top)
+    if found.get("error") is not None and "0.50" in quantiles:  # a log of an earlier version has none
+        around = quantiles["0.50"]["value"] + found["error"] * np.array([-1.0, 1.0])
+        parts.append(Line("error of the model", around, [0.06 * top] * 2, ENDS))
+    return Panel(title_of(name), _axis_of(found, name, limits=ends), up, parts)
 
 
-def _draw_exact(axis, x, y) -> None:
-    axis.plot(x, y, color=INK, linewidth=1.8, linestyle="--", label="change of variable")
-
-
-def _draw_quantiles(axis, quantiles, kept: np.ndarray, factor: float) -> None:
+def _quantiles(quantiles, ends, top: float) -> Iterator[Line | Band]:
     """Quantiles with their intervals; one with an open end is hatched and reaches the edge of the panel."""
-    edges, label = dict(zip(("low", "high"), axis.get_xlim(), strict=True)), "5, 50, 95 % with intervals"
-    hatch = {"facecolor": "none", "edgecolor": RED, "alpha": 0.45, "linewidth": 0, "hatch": "///"}
-    hatched = False
-    for one in quantiles:
-        known = len(kept) or one["low"] is not None
-        axis.axvline(factor * one["value"], color=RED, linewidth=1.3, linestyle="-" if known else ":", label=label)
-        ends = [edge if one[key] is None else factor * one[key] for key, edge in edges.items()]
-        axis.axvspan(*ends, color=RED, **FILL)
+    for place, one in enumerate(quantiles):
+        known = [edge if one[key] is None else one[key] for key, edge in zip(("low", "high"), ends, strict=True)]
+        yield Line("5, 50, 95 % with intervals", [one["value"]] * 2, [0.0, top], RED | {"linewidth": 1.3}, place == 0)
+        yield Band("interval", known, [0.0] * 2, [top] * 2, shade(5), False)
         if None in (one["low"], one["high"]):
-            axis.axvspan(*ends, **hatch)
-            hatched = True
-        label = None
-    if hatched:
-        axis.fill_between([], [], **hatch, label=OPEN_END)
+            yield Band(OPEN_END, known, [0.0] * 2, [top] * 2, HATCHED)
 
 
 def path_of(summary) -> tuple[np.ndarray, ...]:
@@ -170,128 +136,97 @@ def path_of(summary) -> tuple[np.ndarray, ...]:
     return samples, value, *(np.array(path[key], float) for key in ("low", "high"))
 
 
-def _draw_convergence(axis, summary, exact) -> None:
-    """The watched statistic over the number of samples, with its interval."""
-    path = summary["convergence"]
+def _convergence(summary, exact) -> Panel:
+    """The watched statistic over the number of samples, with its interval; open ends lie beyond the panel."""
+    path, (samples, value, low, high) = summary["convergence"], path_of(summary)
     name, statistic = path["quantity"], path["statistic"]
-    unit, factor = unit_of(summary["quantities"][name])
-    samples, *columns = path_of(summary)
-    value, low, high = (factor * one for one in columns)
     words = f"{path['probability']:g} quantile" if statistic == "quantile" else IN_WORDS.get(statistic, statistic)
-    level = None
+    parts, limits, label = [Line(words, samples, value, BLUE | POINTED)], None, "95 % interval"
     with contextlib.suppress(StatisticError):
         if name in exact and statistic != "quantile":
-            level = np.full(len(samples), factor * getattr(exact[name], statistic))
-    ends = _to_the_edges(axis, low, high, value if level is None else np.append(value, level))
-    label = f"95 % interval, {OPEN_END}" if np.isnan([low, high]).any() else "95 % interval"
-    _draw_band(axis, samples, *ends, value, label)
-    axis.plot(samples, value, color=BLUE, linewidth=2.2, label=words, **POINTED)
-    if level is not None:
-        _draw_exact(axis, samples, level)
-    heading(axis, f"Convergence of {name.replace('_', ' ')}", "samples", labelled(words, unit))
-    _set_ticks(axis, integer=True, min_n_ticks=1)
+            level = np.full(len(samples), getattr(exact[name], statistic))
+            parts.append(Line("change of variable", samples, level, dashed()))
+    if np.isnan([low, high]).any():
+        known = np.concatenate([low, high, *(part.y for part in parts)])
+        least, greatest = np.nanmin(known), np.nanmax(known)
+        room = ROOM * (greatest - least or abs(greatest) or 1.0)
+        limits, label = (least - room, greatest + room), f"{label}, {OPEN_END}"
+        low = np.where(np.isnan(low), least - 2.0 * room, low)
+        high = np.where(np.isnan(high), greatest + 2.0 * room, high)
+    up = Axis(words, summary["quantities"][name]["unit"], limits=limits, shown=unit_of(summary["quantities"][name]))
+    title = f"Convergence of {name.replace('_', ' ')}"
+    return Panel(title, Axis("samples", whole=True), up, [_band(label, samples, low, high), *parts])
 
 
-def _draw_band(axis, x, low, high, middle, label: str) -> None:
-    """Intervals from `low` to `high`; of one instant a band has no width and is a bar about the `middle`."""
+def _band(label: str, x, low, high) -> Line | Band:
+    """Intervals from `low` to `high`; of one place a band has no width and is a bar."""
     if len(x) > 1:
-        axis.fill_between(x, low, high, color=BLUE, label=label, **FILL)
-        return
-    ends = [(middle - low).tolist(), (high - middle).tolist()]
-    axis.errorbar(x, middle, yerr=ends, fmt="none", elinewidth=1.6, capsize=5, ecolor=BLUE, label=label)
+        return Band(label, x, low, high, shade())
+    return Line(label, [x[0]] * 2, [low[0], high[0]], BLUE | {"marker": "_", "markersize": 10})
 
 
-def _to_the_edges(axis, low, high, others):
-    """The ends (n,) of intervals; open ones (NaN) lie beyond the edge of the panel, which all numbers set."""
-    if not np.isnan([low, high]).any():
-        return low, high
-    known = np.concatenate([low, high, others])
-    least, greatest = np.nanmin(known), np.nanmax(known)
-    room = ROOM * (greatest - least or abs(greatest) or 1.0)
-    axis.set_ylim(least - room, greatest + room)
-    return np.where(np.isnan(low), least - 2.0 * room, low), np.where(np.isnan(high), greatest + 2.0 * room, high)
-
-
-def _draw_history(axis, result, channel) -> None:
+def _history(result, channel) -> Panel:
     """Quantiles of a channel at each instant, the mean of the runs, and the run at the mean inputs."""
-    found, title = result.summary["histories"][channel], title_of(channel)
+    found, parts = result.summary["histories"][channel], []
     size = max((abs(one) for name in BANDS if name in found for one in found[name]), default=0.0)
-    unit, scale = unit_for_people(result.history_unit(channel), size)
-    seconds = np.array(found["time_s"])
-    factor, time_unit = prefixed(float(np.abs(seconds).max()), "s")
-    time, curves = factor * seconds, {name: scale * np.array(found[name]) for name in BANDS if name in found}
-    if "0.05" in curves and "0.95" in curves:
-        middle = next(curves[name] for name in ("0.50", "mean", "at_mean_inputs") if name in curves)
-        _draw_band(axis, time, curves["0.05"], curves["0.95"], middle, "5 to 95 % at each instant")
+    unit, time = result.history_unit(channel), found["time_s"]
+    if "0.05" in found:
+        parts.append(_band("5 to 95 % at each instant", time, found["0.05"], found["0.95"]))
     for name, label, look in (
-        ("0.50", "median", {"color": BLUE, "linewidth": 2.2}),
-        ("mean", "mean of the runs", {"color": RED, "linewidth": 1.8}),
-        ("at_mean_inputs", "run at the mean inputs", {"color": INK, "linewidth": 1.8, "linestyle": "--"}),
+        ("0.50", "median", BLUE),
+        ("mean", "mean of the runs", RED),
+        ("at_mean_inputs", "run at the mean inputs", dashed()),
     ):
-        if name in curves:
-            axis.plot(time, curves[name], label=label, **look)
-    heading(axis, f"{title} over time", labelled("time", time_unit), labelled(title.lower(), unit))
-    _set_ticks(axis)
+        if name in found:
+            parts.append(Line(label, time, found[name], look))
+    up = Axis(channel.replace("_", " "), unit, shown=unit_for_people(unit, size))
+    return Panel(f"{title_of(channel)} over time", Axis("time", "s"), up, parts)
 
 
-def _draw_sweep(axis, result, name, sweep) -> None:
+def _swept(found, name, sweep) -> Panel:
     """Quantiles and mean of a quantity over the number that is swept; a line where the other panels are."""
-    unit, factor = unit_of(result.summary["quantities"][name])
-    found, words, title = [one["quantities"][name] for one in sweep["studies"]], SweepInWords(sweep), title_of(name)
-    high, low, median = (
-        np.array([factor * one["quantiles"].get(key, {}).get("value", math.nan) for one in found])
-        for key in ("0.95", "0.05", "0.50")
+    values = [one["value"] for one in sweep["studies"]]
+    each = [one["quantities"][name] for one in sweep["studies"]]
+    low, median, high = (
+        np.array([one["quantiles"].get(key, {}).get("value", math.nan) for one in each]) for key in SHOWN_QUANTILES
     )
-    mean = np.array([math.nan if one["mean"] is None else factor * one["mean"] for one in found])
-    _draw_band(axis, words.values, low, high, median, "5 to 95 %")
-    axis.plot(words.values, median, color=BLUE, linewidth=2.2, label="median", **POINTED)
-    axis.plot(words.values, mean, color=RED, linewidth=2.2, label="mean", **POINTED)
-    swept = labelled(title_of(words.key.rpartition(".")[2]).lower(), words.unit)
-    heading(axis, f"{title} over the sweep", swept, labelled(title.lower(), unit))
-    _spread(axis, "x", np.array(words.values, float))
-    _spread(axis, "y", np.array([high, low, median, mean]))
-    if words.place is not None:
-        axis.axvline(words.place, color=INK, linewidth=1.3, linestyle=":", label="the other panels")
-    _set_ticks(axis)
+    mean = np.array([math.nan if one["mean"] is None else one["mean"] for one in each])
+    parts = [
+        _band("5 to 95 %", values, low, high),
+        Line("median", values, median, BLUE | POINTED),
+        Line("mean", values, mean, RED | POINTED),
+    ]
+    drawn = np.array([low, median, high, mean])
+    if (place := sweep.get("at")) is not None:
+        look = dashed() | {"linewidth": 1.3, "linestyle": ":"}
+        parts.append(Line("the other panels", [place] * 2, [np.nanmin(drawn), np.nanmax(drawn)], look))
+    words, unit = SweepInWords(sweep), sweep.get("unit", "1")
+    swept = title_of(words.key.rpartition(".")[2]).lower()
+    across = Axis(swept, unit, _is_wide(values), shown=unit_for_people(unit, max(map(abs, values))))
+    return Panel(f"{title_of(name)} over the sweep", across, _axis_of(found, name, log=_is_wide(drawn)), parts)
 
 
-def _spread(axis, along, numbers) -> None:
-    """A logarithmic axis where what is drawn along it spans more than a factor WIDE, with its numbers written out."""
-    known = numbers[np.isfinite(numbers)]
-    if not len(known) or known.min() <= 0.0 or known.max() < WIDE * known.min():
-        return
-    axis.set(**{f"{along}scale": "log"})
-    one = getattr(axis, f"{along}axis")
-    one.set_major_formatter("{x:g}")
-    one.set_tick_params(which="minor", length=0, labelbottom=False, labelleft=False)
+def _is_wide(numbers) -> bool:
+    """True where numbers span more than a factor WIDE, for a logarithmic axis."""
+    known = np.asarray(numbers, float)
+    known = known[np.isfinite(known)]
+    return bool(len(known) and known.min() > 0.0 and known.max() >= WIDE * known.min())
 
 
-def _set_ticks(axis, **along) -> None:
-    """Numbers beside linear axes: written out, and below the panel as many as have room."""
-    if axis.get_yscale() == "linear":
-        axis.ticklabel_format(axis="y", useOffset=False)
-    if axis.get_xscale() == "linear":
-        axis.locator_params(axis="x", nbins=int(axis.get_position().width * axis.figure.get_figwidth() / TICK), **along)
-
-
-def _draw_shares(axis, name, sources) -> None:
+def _shares(name, sources) -> Panel:
     """Sobol's indices of a quantity, by input, as bars with their intervals, the greatest on top."""
-    *_, last = ORDERS
-    rows = sorted(sources.items(), key=lambda row: row[1][last]["value"])
+    rows = sorted(sources.items(), key=lambda row: row[1]["total"]["value"])
+    bar, parts = {"linewidth": 9.0, "solid_capstyle": "butt"}, []
     for place, (order, label) in enumerate(ORDERS.items()):
-        shares = [indices[order] for _, indices in rows]
-        values = np.array([share["value"] for share in shares])
-        at = np.arange(len(rows)) + (0.14 if place == 0 else -0.16)
-        axis.barh(at, 100.0 * values, 0.28, color=BALL_COLOURS[place], label=label)
-        ends = ([share["value"] if share[end] is None else share[end] for share in shares] for end in ("low", "high"))
-        lengths = [100.0 * np.abs(np.array(end) - values) for end in ends]
-        axis.errorbar(100.0 * values, at, xerr=lengths, fmt="none", ecolor=STYLE["ink"], elinewidth=1.3, capsize=2.5)
-    for at, (key, _) in enumerate(rows):
-        axis.text(0.6, at + 0.3, key, fontsize=10.5, color=STYLE["ink"], va="bottom")
-    axis.set_yticks([])
-    axis.set_ylim(-0.5, len(rows) - 0.3)
-    axis.set_xlim(0.0, max(100.0, axis.get_xlim()[1]))
-    heading(axis, f"{title_of(name)}: share of its variance", "share of the variance [%]")
+        for row, (_, indices) in enumerate(rows):
+            share, at = indices[order], [row + (0.14, -0.16)[place]] * 2
+            ends = [100.0 * (share["value"] if share[end] is None else share[end]) for end in ("low", "high")]
+            look = bar | {"color": BALL_COLOURS[place]}
+            parts.append(Line(label, [0.0, 100.0 * share["value"]], at, look, row == 0))
+            parts.append(Line(f"{label}, interval", ends, at, ENDS | {"linewidth": 1.3, "markersize": 6}, False))
+    words = tuple("\n".join(key.rsplit(".", 1)) for key, _ in rows)
+    across, up = Axis("share of the variance", "%", limits=(0.0, None)), Axis("", limits=(-0.5, len(rows) - 0.5))
+    return Panel(f"{title_of(name)}: share of its variance", across, up, parts, names=words)
 
 
 def _footer(result) -> str:
