@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from runs import made_up_block
+from runs import a_choice, made_up_block
 
 from bearing_twin.base.errors import BearingTwinError, LogError
+from bearing_twin.base.sample import Block
 from bearing_twin.kinds.bearing import BearingPicture
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.run.scene import load_scene
 
@@ -32,7 +32,7 @@ def outputs_of(balls, count):
 
 def drawn(path, *blocks, balls=BALLS):
     """The picture of a bearing with these outputs."""
-    picture = BearingPicture(Facts(scene_of(balls), "hertz", ""))
+    picture = BearingPicture(scene_of(balls), a_choice())
     for block in blocks:
         picture.add(block)
     return picture.write(path)
@@ -62,7 +62,7 @@ def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_pa
 
 
 def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
-    picture = RunPicture(Facts(None, "", ""))
+    picture = RunPicture(None, a_choice())
     picture.add(made_up_block(scene_of(8), 1500))
     assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
 
@@ -72,6 +72,13 @@ def test_the_same_run_gives_the_same_picture_which_says_nothing_of_folders(tmp_p
     first, second = (drawn(tmp_path / name, block).read_bytes() for name in ("a.png", "b.png"))
     assert first == second
     assert str(tmp_path).encode() not in first
+
+
+def test_a_log_of_an_earlier_version_that_lacks_channels_is_drawn(tmp_path):
+    block = outputs_of(BALLS, 20)
+    values = {one.name: block.values[one.name] for one in block.channels if not one.name.startswith("cage")}
+    channels = tuple(one for one in block.channels if one.name in values)
+    assert size_of(drawn(tmp_path / "run.png", Block(channels, 0, block.time_ns, values)))[0] == 1600
 
 
 def test_no_sample_and_no_place_to_write_are_refused(tmp_path):

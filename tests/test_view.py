@@ -16,7 +16,6 @@ from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.report import json_text
 from bearing_twin.base.sample import Block, Channel
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.run_log import LogWriter, write_log
@@ -172,7 +171,7 @@ def test_every_kind_has_a_view_whose_names_are_its_series(shown):
 @pytest.mark.parametrize("name", scene_names())
 def test_every_shipped_scene_has_a_picture_in_space(name):
     scene = load_scene(name)
-    view = KINDS[scene.kind].view(Facts(scene, "hertz", "rodas4"), scene.channels)
+    view = KINDS[scene.kind].view(scene.parameters, scene.channels)
     assert view.solids or view.marks
     found = json.loads(json_text(described_view(view)))
     numbers = [one for solid in found["solids"] for one in re.findall(r"-?\d[\d.e-]*", json.dumps(solid["shape"]))]

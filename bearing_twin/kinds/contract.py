@@ -209,16 +209,8 @@ class Figures(Protocol):
         """Gives "done", or what failed."""
 
 
-class Facts(NamedTuple):
-    """Origin of a picture's numbers; `scene` is None for a log that does not hold one."""
-
-    scene: Any
-    law: str
-    stepper: str
-
-
 class Picture(Protocol):
-    """The picture of one run, made from `Facts`."""
+    """The picture of one run, made from its scene, which is None for a log that does not hold one, and the choice."""
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
@@ -388,7 +380,7 @@ class Kind:
     topics : callable
         Topics of parameters, beside samples, records and the scene.
     picture, view : callable
-        The `Picture` of facts; the `views.View` of facts and channels for the browser.
+        The `Picture` of a scene and a choice; the `views.View` of parameters and channels for the browser.
     place_of : callable
         The body and the contact that a number of a channel belongs to, by its index; "" for none.
     """
@@ -408,7 +400,7 @@ class Kind:
     brief: bool = False
     commands: Callable[[], tuple[Command, ...]] = tuple
     topics: Callable[[Any], tuple[Topic, ...]] = nothing
-    picture: Callable[[Facts], Picture] = field(default=lazy_import("bearing_twin.kinds.picture:RunPicture"))
+    picture: Callable[[Any, Choice], Picture] = field(default=lazy_import("bearing_twin.kinds.picture:RunPicture"))
     view: Callable[..., Any] = field(default=lazy_import("bearing_twin.kinds.views:plain_view"))
     place_of: Callable[[Channel, tuple[int, ...]], tuple[str, str]] = lambda channel, index: ("", "")
 

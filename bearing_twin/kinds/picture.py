@@ -9,7 +9,8 @@ from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
 from bearing_twin import __version__
-from bearing_twin.base.sample import Block, Thinned
+from bearing_twin.base.report import Choice
+from bearing_twin.base.sample import Block, Sample, Thinned
 from bearing_twin.base.units import prefixed, with_unit
 from bearing_twin.kinds.views import CurvePanel, View, plain_view
 from bearing_twin.pictures import (
@@ -51,13 +52,12 @@ class RunPicture:
     named: ClassVar[tuple[str, ...]] = ()
     draw_bodies: Callable[[Figure, SubplotSpec, dict[str, np.ndarray]], None] | None = None
 
-    def __init__(self, facts):
-        self.facts, self.first, self.last = facts, None, None
+    def __init__(self, scene, choice: Choice):
+        self.scene, self.choice, self.first, self.last = scene, choice, None, None
+        self.parameters = scene and scene.parameters
         self._greatest: np.ndarray | float = -np.inf  # loads, by their column
         self._contacts = [np.empty((0, 3))]
-        self._outputs = Thinned(
-            GREATEST_ROWS, lambda sample: {name: np.array(sample[name]) for name in self.kept or sample.values}
-        )
+        self._outputs = Thinned(GREATEST_ROWS, self._kept_of)
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
@@ -74,14 +74,16 @@ class RunPicture:
             if len(rows := block.records.get(table.name, ())):
                 self._contacts.append(rows[:, [names.index(name) for name in wanted]])
 
+    def _kept_of(self, sample: Sample) -> dict[str, np.ndarray]:
+        return {name: np.array(one) for name, one in sample.values.items() if name in (self.kept or sample.values)}
+
     def begin(self, time: np.ndarray) -> float:
         """The time [s] from which on the run is drawn."""
         return time[0]
 
     def title(self) -> str:
         """The words above the picture."""
-        scene = self.facts.scene
-        words = scene.description or scene.name if scene is not None else "Recorded run"
+        words = self.scene.description or self.scene.name if self.scene else "Recorded run"
         return words[:1].upper() + words[1:]
 
     def write(self, path) -> Path:
@@ -115,7 +117,7 @@ class RunPicture:
 
     def _panels(self, values) -> list[CurvePanel]:
         """The panels of the view with those of their curves that are kept."""
-        panels = self.view(self.facts, self._channels).panels
+        panels = self.view(self.parameters, self._channels).panels
         found = []
         for panel in panels:
             lines = tuple(line for line in panel.lines if line.series in values)
@@ -153,14 +155,14 @@ class RunPicture:
             key_above(axis)
 
     def _footer(self, time: np.ndarray) -> str:
-        facts, outputs = self.facts, self._outputs
+        choice, outputs = self.choice, self._outputs
         thinned = f", one in {outputs.stride} drawn" if outputs.stride > 1 else ""
         words = [f"{outputs.outputs} output{'s' * (outputs.outputs != 1)}{thinned}"]
         if time[0] > outputs.time[0]:
             words.append(f"the last {time[-1] - time[0]:.3g} s of {time[-1]:.4g} s")
-        words += [f"{name}: {text}" for name, text in (("law", facts.law), ("stepper", facts.stepper)) if text]
-        if facts.scene is not None:
-            words.insert(0, facts.scene.name)
+        words += [f"{name}: {text}" for name, text in (("law", choice.law), ("stepper", choice.stepper)) if text]
+        if self.scene:
+            words.insert(0, self.scene.name)
         return f"{', '.join(words)}; bearing_twin {__version__}"
 
 

@@ -277,6 +277,6 @@ def ball_curves(title: str, unit: str, series: str, balls: int, raceway: int) ->
     )
 
 
-def plain_view(facts, channels) -> View:
+def plain_view(parameters, channels) -> View:
     """The view of a kind that has none of its own: every channel over time."""
     return view_of(channels, panels=tuple(panel_of(one) for one in channels if one.width <= MOST_CURVES))

@@ -10,7 +10,7 @@ from xml.sax.saxutils import quoteattr
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.paths import share_path
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import Facts, Topic
+from bearing_twin.kinds.contract import Topic
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import LogStream
 from bearing_twin.log.stream import topics
@@ -73,7 +73,7 @@ def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
         *(_wrench_plot(table[name], place) for name in bodies if not name.startswith("ball_")),
         *_state_plots(table, place),
     ]
-    look = kind.view(Facts(scene, "", ""), scene.channels).look  # of the scene alone, whatever its model
+    look = kind.view(scene.parameters, scene.channels).look
     middle, radius = look.beginning
     shown = full("markers"), full("robot_description")
     seen = ((0.0, 0.0, 0.0), radius) if look.follows else (middle, radius)

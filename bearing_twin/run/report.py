@@ -22,7 +22,7 @@ from bearing_twin.base.units import (
     with_unit,
 )
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import ChannelFigures, Facts, Figures, Picture
+from bearing_twin.kinds.contract import ChannelFigures, Figures, Picture
 from bearing_twin.kinds.error_estimates import (
     BEAM_THEORY,
     FRICTION_MODEL,
@@ -351,13 +351,11 @@ def _cost(said: dict) -> tuple[float, dict[str, int]]:
 
 def picture_of(stream) -> Picture:
     """An empty picture of a run or a log, by its kind; of a log without a scene, one drawn from its channels."""
-    scene, choice = stream.scene, stream.choice
-    facts = Facts(scene, choice.law, choice.stepper)
-    if scene is None:
+    if stream.scene is None:
         from bearing_twin.kinds.picture import RunPicture
 
-        return RunPicture(facts)
-    return KINDS[scene.kind].picture(facts)
+        return RunPicture(None, stream.choice)
+    return KINDS[stream.scene.kind].picture(stream.scene, stream.choice)
 
 
 def plot(stream, path) -> Path:

@@ -14,7 +14,6 @@ from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Report
 from bearing_twin.base.units import sentence_for_people
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log.bag import LogReader, some_of
 from bearing_twin.log.mcap_read import DamagedLog
@@ -42,10 +41,10 @@ class Viewed(NamedTuple):
 
 def run_view(stream) -> View:
     """The view of a run or a log by its kind; drawn from its channels where the kind or the scene is not known."""
-    scene, choice = stream.scene, stream.choice
+    scene = stream.scene
     if scene is None or not {one.name for one in scene.channels} <= {one.name for one in stream.channels}:
         return plain_view(None, stream.channels)
-    return KINDS[scene.kind].view(Facts(scene, choice.law, choice.stepper), stream.channels)
+    return KINDS[scene.kind].view(scene.parameters, stream.channels)
 
 
 def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:

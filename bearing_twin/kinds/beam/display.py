@@ -84,9 +84,8 @@ REACH, ARROW = 0.06, 0.22  # of the span: greatest drawn deflection, longest arr
 ENERGIES = (("kinetic_energy", "sphere"), ("beam_energy", "beam"), ("elastic_energy", "in the contact"))
 
 
-def view(facts, channels) -> View:
+def view(parameters, channels) -> View:
     """x along the beam from its middle, y against the sphere's motion; the upper face at rest is y = 0."""
-    parameters = facts.scene.parameters
     beam, radius, point = parameters.beam, parameters.sphere.radius, parameters.blow.point
     impact_x = (point - 0.5) * beam.span
     drawn = (

@@ -17,7 +17,7 @@ class BeamPicture(RunPicture):
 
     def draw_bodies(self, figure, place, values) -> None:
         """The beam and the sphere at the start, at the greatest force and at the greatest deflection."""
-        axis, parameters, time = figure.add_subplot(place), self.facts.scene.parameters, values["time"]
+        axis, parameters, time = figure.add_subplot(place), self.parameters, values["time"]
         frame(axis)
         span, greatest = 1e3 * parameters.beam.span, values["shape"].max() or 1.0
         stations = np.linspace(0.0, span, values["shape"].shape[1])

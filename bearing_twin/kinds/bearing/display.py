@@ -298,9 +298,8 @@ WIDTH, SHOULDER, WALL = 0.75, 0.2, 0.42  # ball diameters: half width of a ring,
 CYCLE = 6.0  # s of looking in which the balls come round once
 
 
-def view(facts, channels) -> View:
+def view(parameters, channels) -> View:
     """The view of a bearing scene; everything stands in `bearing_link`."""
-    parameters = facts.scene.parameters
     geometry, n = operating_geometry(parameters), parameters.geometry.balls
     ball, free = geometry.ball_diameter, dimension_of(parameters) == FREE_RING
     drawn = (

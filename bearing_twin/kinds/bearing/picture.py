@@ -8,11 +8,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
 from bearing_twin import __version__
+from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Sample
 from bearing_twin.kinds.bearing.display import view
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import TORQUE
-from bearing_twin.kinds.contract import Facts
 from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.pictures import (
     GREATEST_LINES,
@@ -42,9 +42,9 @@ class BearingPicture(RunPicture):
 
     view, named = staticmethod(view), ("normal_load",)
 
-    def __init__(self, facts: Facts):
-        super().__init__(facts)
-        turned = facts.scene.parameters.drive.kind == TORQUE
+    def __init__(self, scene, choice: Choice):
+        super().__init__(scene, choice)
+        turned = self.parameters.drive.kind == TORQUE
         self.kept = ("normal_load", "inner_ring_offset", "cage_offset", *(("inner_ring_speed",) if turned else ()))
 
     def begin(self, time) -> float:
@@ -55,13 +55,13 @@ class BearingPicture(RunPicture):
     def title(self) -> str:
         """Balls and speed."""
         balls, speed = len(self.last["normal_load"]), float(self.last["inner_ring_speed"]) * 30.0 / np.pi
-        return f"{self.facts.scene.name}: {balls} ball{'s' * (balls != 1)}, inner ring at {speed:.5g} rpm"
+        return f"{self.scene.name}: {balls} ball{'s' * (balls != 1)}, inner ring at {speed:.5g} rpm"
 
     def draw_bodies(self, figure, place, values) -> None:
         """The bearing, contact angles and pressures at the last output."""
         last = self.last
         found = {name: last[name] for name in ("normal_load", "contact_angle")}
-        found["peak_pressure"] = contact_details(self.facts.scene.parameters, last)["peak_pressure"]
+        found["peak_pressure"] = contact_details(self.parameters, last)["peak_pressure"]
         _draw_balls(figure, place, last["orbit_angle"], found, lambda part: _draw_bearing(figure, part, last))
 
 

@@ -192,9 +192,8 @@ EDGE = math.radians(78.0)  # how far up a groove is drawn
 BEHIND = 0.5  # radii of the tube: the ring behind a groove
 
 
-def impact_view(facts, channels) -> View:
+def impact_view(parameters, channels) -> View:
     """Of two spheres or two discs."""
-    parameters = facts.scene.parameters
     bodies, gap = parameters.bodies, parameters.motion.gap
     first, second = (one.radius for one in bodies)
     least, high = min(first, second), ABOVE * max(first, second)
@@ -249,9 +248,8 @@ def impact_view(facts, channels) -> View:
     )  # fmt: skip
 
 
-def bouncing_view(facts, channels) -> View:
+def bouncing_view(parameters, channels) -> View:
     """Of an ellipsoid on a plane and of two bodies: up is against gravity; a groove is cut through its middle."""
-    parameters = facts.scene.parameters
     (first, second), fall = parameters.bodies, np.array(parameters.gravity)
     upward = -fall / np.linalg.norm(fall) if fall.any() else Z
     tilted = abs(upward[2]) < 0.9

@@ -38,7 +38,7 @@ class BouncingPicture(RunPicture):
 
     def draw_bodies(self, figure, place, values) -> None:
         """Paths and outlines of the bodies, seen across the direction in which the first one moves most, and along."""
-        parameters = self.facts.scene.parameters
+        parameters = self.parameters
         right, up = _directions(parameters, values["position"])
         side, above = place.subgridspec(2, 1, hspace=0.24).subplots()
         _draw_paths(side, values, parameters.bodies, np.stack([right, up]), "From the side: paths and outlines", True)

@@ -161,9 +161,8 @@ def marker_fields(output: Output) -> dict:
 REACH = 0.15  # of the shaft's radius: greatest drawn displacement
 
 
-def view(facts, channels) -> View:
+def view(parameters, channels) -> View:
     """z along the shaft; everything stands in `shaft_link`."""
-    parameters = facts.scene.parameters
     radius, low, high = sizes(parameters)
     drawn = (
         Channel("turn", "1", (2,), "cosine and sine of the shaft's angle"),

@@ -36,7 +36,7 @@ class ShaftPicture(RunPicture):
         for k, side in enumerate(SIDES):
             _draw_loads(figure.add_subplot(grid[k], projection="polar"), values, side, k)
         _draw_orbits(figure.add_subplot(grid[2]), values)
-        _draw_frequencies(figure.add_subplot(grid[3]), self.facts.scene.parameters, self.facts.law)
+        _draw_frequencies(figure.add_subplot(grid[3]), self.parameters, self.choice.law)
 
 
 def _draw_loads(axis, values, side, k):

@@ -121,9 +121,8 @@ HALVES = {  # signs of x and y of the halves drawn of a disc, by what it meets; 
 BELOW = ((1.0, -1.0), (-1.0, -1.0))
 
 
-def view(facts, channels) -> View:
+def view(parameters, channels) -> View:
     """x across the line of flight, y away from the wall or the place of first touch."""
-    parameters = facts.scene.parameters
     mesh = half_disc(parameters.mesh)
     bodies = dict(zip(("shape", "other_shape"), bodies_of(parameters).values(), strict=False))
     nodes = (len(mesh.mass) - 1,)

@@ -18,7 +18,7 @@ class SoftDiscPicture(RunPicture):
 
     def draw_bodies(self, figure, place, values) -> None:
         """Both halves of each disc, coloured by strain energy."""
-        axis, parameters, row = figure.add_subplot(place), self.facts.scene.parameters, values["normal_load"].argmax()
+        axis, parameters, row = figure.add_subplot(place), self.parameters, values["normal_load"].argmax()
         mesh, drawn = half_disc(parameters.mesh), None
         bodies = dict(zip(("shape", "other_shape"), bodies_of(parameters).values(), strict=False))
         densities = {name: density_at_nodes(body, mesh, values[name][row]) for name, body in bodies.items()}
