@@ -363,6 +363,13 @@ def test_gravity_is_off_unless_asked_for_and_matters_at_a_centimetre_a_second():
     )
 
 
+def test_a_sphere_that_comes_to_rest_on_the_beam_presses_it_by_its_weight():
+    words = "blow.gravity=9.80665", "beam.damping_ratio=0.1", "run.duration=0.1", "wanted.tolerance=1e-3"
+    found = solved("sphere_on_beam", *words, "wanted.outputs=peaks", "run.output_rate=1e4")
+    weight = thrown().sphere.mass * 9.80665
+    assert found.force[-100:] == pytest.approx(np.full(100, weight), rel=1e-2)
+
+
 def test_damping_takes_energy_and_the_books_still_balance():
     free, damped = solved(), solved("sphere_on_beam", "beam.damping_ratio=0.02")
     motion = thrown(overrides=("beam.damping_ratio=0.02",))

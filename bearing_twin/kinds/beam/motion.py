@@ -178,7 +178,6 @@ FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is re
 FEWEST_MODES, MOST_MODES = 5, 4000
 MOST_BYTES = 1e9  # of the modes' states that are held at once
 GREATEST_CONTACTS = 1000
-LONGEST_CONTACT = 200  # in Hertz contact times: a sphere 20 times as heavy as the beam stays for some 60
 TERMS = 4  # coefficients of a cubic force
 PEAK_INSTANTS = 17  # around the greatest force of a contact
 
@@ -334,8 +333,7 @@ def solve_impact(beam, modes, sphere, speed, until, steps, method="modes", stop=
     if method == "sinusoidal":
         return assume_half_sine(beam, modes, sphere, speed, until, steps, stop)
     bodies, regular = _Bodies(modes, sphere, stop), hertz_contact_time(sphere, speed)
-    room = int(steps * min(until / regular, LONGEST_CONTACT)) + 1000
-    room = min(room, int(MOST_BYTES / (16 * len(modes.rate))))
+    room = int(min(steps * until / regular + 1000, MOST_BYTES / (16 * len(modes.rate))))
     pieces, longest = Pieces.of(room, len(modes.rate)), regular / steps
     pieces.motions[0] = 0.0, speed
     how = int(method == "volterra"), min(FIRST_STEP * regular, longest), longest
@@ -409,7 +407,7 @@ def _contact_period(found: BeamImpact, first: int, end: int) -> ContactPeriod:
 
 def _refuse(status, time):
     reasons = {
-        FULL: "the contact does not end; the sphere is too heavy for this beam, or use solver.stepper: modes",
+        FULL: "the contact lasts longer than memory holds steps of; shorten run.duration or lower solver.steps",
         NOT_FINITE: "the contact force is not finite; check the scene's numbers",
         STALLED: "Newton's method for the contact force stalls; raise solver.steps",
     }
@@ -568,8 +566,8 @@ def shear_share(parameters) -> float:
 
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""
-SCANNED, MOST_SCANNED = 20.0, 1_000_000
-"""Instants at which deflection and stress are scanned for the greatest: in a Hertz contact time, and in all at most."""
+SCANNED, MOST_SCANNED = 20.0, 1e7
+"""Instants a Hertz contact time at which deflection and stress are scanned for the greatest; times modes, at most."""
 
 
 def choose(parameters) -> Choice:
@@ -597,7 +595,7 @@ def choose(parameters) -> Choice:
     return Choice("hertz", stepper, 0.0, f"hertz, the law of a sphere on a plane; {sentences(found)}", tuple(warnings))
 
 
-TOGETHER = 500_000  # states of modes read off at once
+TOGETHER = 10_000  # states of modes read off at once: they stay in the cache
 
 
 def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
@@ -635,7 +633,7 @@ class WatchedPoints:
     def __init__(self, parameters: SphereOnBeamScene, found: BeamImpact):
         self._found, beam, modes = found, found.beam, found.modes
         scale = hertz_contact_time(found.sphere, impact_speed(parameters.blow))
-        self._scanned = math.ceil(min(SCANNED * found.end / scale, MOST_SCANNED)) + 1
+        self._scanned = math.ceil(min(SCANNED * found.end / scale, MOST_SCANNED / len(modes.index))) + 1
         points = np.array([parameters.blow.point, *parameters.outputs.points]) * beam.span
         stations = np.linspace(0.0, beam.span, parameters.outputs.stations)
         self._deflection, self._stress = deflection_shapes(beam, modes, points), stress_shapes(beam, modes, points)
