@@ -15,7 +15,7 @@ from pathlib import Path
 from textwrap import indent
 from typing import NamedTuple
 
-from mcap.records import Attachment, Metadata
+from mcap.records import Metadata
 
 import bearing_twin
 from bearing_twin.base.errors import LogError, harmless
@@ -210,11 +210,6 @@ class RawLogWriter:
             self._metadata[name] = record
             self._writer.add(record)
 
-    def add_attachment(self, attachment: Attachment) -> None:
-        """Adds an attachment, as it stands in another log."""
-        with self._unbroken, self._lock, self._patience():
-            self._writer.add(attachment)
-
     def note_run(self, **values) -> None:
         """Adds texts to the record that holds date and host, which is written at the end."""
         if self._run is not None:
@@ -370,7 +365,7 @@ class Recovered(NamedTuple):
 
 
 def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
-    """Writes all that can be read of a log to a new log: messages of any encoding and metadata.
+    """Writes all messages, of any encoding, and metadata that can be read of a log to a new log.
 
     Parameters
     ----------
@@ -382,7 +377,8 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     Returns
     -------
     Recovered
-        Numbers of messages and samples, and one sentence for each problem: a damaged chunk is left out whole.
+        Numbers of messages and samples, and one sentence for each problem: a damaged chunk is left out
+        whole, and so are attachments.
 
     Raises
     ------
@@ -396,9 +392,7 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     unknown: Counter[str] = Counter()
     with RawLogWriter(out, run_record=False) as log:
         for item in _salvage(log_files(path), problems):
-            if isinstance(item, Attachment):
-                log.add_attachment(item)
-            elif isinstance(item, Metadata):
+            if isinstance(item, Metadata):
                 record = (item.name, *sorted(item.metadata.items()))
                 if item.name != BAG_RECORD and record not in kept:
                     kept.add(record)
@@ -421,7 +415,7 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     return Recovered(messages, samples, tuple(problems))
 
 
-def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
+def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata]:
     """All that can be read of the files; `problems` get a sentence for each part that cannot."""
     for file in files:
         damage: list[tuple[int, str]] = []

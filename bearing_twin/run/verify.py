@@ -9,7 +9,7 @@ import numpy as np
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import CutShort
 from bearing_twin.base.sample import Block
-from bearing_twin.base.units import UNITS, suffix_of, with_unit
+from bearing_twin.base.units import UNITS, with_unit
 from bearing_twin.run.second_run import SECOND_RUN
 from bearing_twin.run.simulation import Simulation
 
@@ -43,18 +43,14 @@ class Verification:
         found |= self.cut_short.as_dict() if self.cut_short else {}
         return found | ({"records_missing": list(self.lacks)} if self.lacks else {})
 
-    def differences(self) -> dict[str, float | str]:
-        """Deviations by keys that end with their SI unit; in words where no number states them."""
-        found: dict[str, float | str] = {}
-        for name, size in self.deviations.items():
-            unit = self.units.get(name)
-            if name in self.recounted:
-                found[name] = "more or fewer records than in a new run"
-            elif size and unit is not None and (unit == "1" or suffix_of(unit)):
-                found[f"{name}{suffix_of(unit)}"] = size
-            elif size:
-                found[name] = f"{size:.6g}{with_unit(_shown(unit)) if unit else ', the greatest of its columns in SI'}"
-        return found
+    def differences(self) -> dict[str, str]:
+        """What deviates, in SI units."""
+        found = {name: self._size(name) for name, size in self.deviations.items() if size}
+        return found | dict.fromkeys(self.recounted, "more or fewer records than in a new run")
+
+    def _size(self, name: str) -> str:
+        unit = self.units.get(name, "")
+        return f"{self.deviations[name]:.3g}{with_unit(UNITS[unit].shown if unit in UNITS else unit)}"
 
     def _sentence(self) -> str:
         """Sentence on a deviation and its possible cause; "" where there is none."""
@@ -62,9 +58,8 @@ class Verification:
         parts = []
         if off:
             worst = max(off, key=off.__getitem__)
-            unit = with_unit(_shown(self.units[worst])) if worst in self.units else ""
             place = worst.replace("_", " ") if worst in self.units else f"records of {worst}, SI"
-            parts.append(f"deviates by up to {off[worst]:.3g}{unit} ({place}) from a new run")
+            parts.append(f"deviates by up to {self._size(worst)} ({place}) from a new run")
         if self.recounted:
             parts.append(f"has more or fewer records of {', '.join(self.recounted)} than a new run")
         why = "as it does where speed or load were commanded: the scene in it knows nothing of that"
@@ -80,10 +75,6 @@ class Verification:
         if self.lacks:
             found.append(f"the log has no records, as of {', '.join(self.lacks)}: outputs alone were compared")
         return found
-
-
-def _shown(unit: str) -> str:
-    return UNITS[unit].shown if unit in UNITS else unit
 
 
 Progress = Callable[[float], None]
