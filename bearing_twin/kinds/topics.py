@@ -34,7 +34,7 @@ GREEN = (0.10, 0.60, 0.25, 1.0)
 
 ELLIPSE_SCALE = 10.0  # contact ellipses are drawn this many times as large
 _ORIGIN = (0.0, 0.0, 0.0)
-_UPRIGHT = (0.0, 0.0, 0.0, 1.0)
+UNTURNED = (0.0, 0.0, 0.0, 1.0)
 OUTLINE_SIDES = 8
 _ANGLES = np.repeat(np.linspace(0.0, 2.0 * np.pi, OUTLINE_SIDES + 1), 2)[1:-1, None]  # both ends of each side
 _COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
@@ -43,7 +43,7 @@ _COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
 LONGEST_TEXT = 48  # letters, of a text in a marker with spaces behind it
 
 
-def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=_UPRIGHT, *, points=(), text=""):
+def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=UNTURNED, *, points=(), text=""):
     """One marker: `kind` as CUBE ... TEXT, `scale` and `points` (..., n, 3) [m], `color` red, green, blue, opacity."""
     pose = {"position": position, "orientation": orientation}
     return {
@@ -52,7 +52,7 @@ def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=
     }  # fmt: skip
 
 
-def placed(shape: dict, position, orientation=_UPRIGHT) -> dict:
+def placed(shape: dict, position, orientation=UNTURNED) -> dict:
     """A marker at another place."""
     return shape | {"pose": {"position": position, "orientation": orientation}}
 
@@ -134,7 +134,6 @@ TWIST = "geometry_msgs/msg/TwistStamped"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 
-UNTURNED = (0.0, 0.0, 0.0, 1.0)
 VECTORS = ("point", "normal", "major_axis", "friction_force", "slip")
 NUMBERS = (
     "approach", "normal_load", "semi_major", "semi_minor", "peak_pressure", "contact_angle", "spin_rate",

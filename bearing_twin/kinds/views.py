@@ -6,6 +6,7 @@ of the view's series; SI units throughout, angles in radians, quaternions x, y, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice, product
@@ -24,6 +25,7 @@ BLUE, ORANGE, GREEN, RED = "blue", "orange", "green", "red"
 
 PALETTE = -1  # as a colour of many bodies: each has that of its curves
 MOST_CURVES = 64  # of a panel
+ARC = 12  # points of an arc
 
 
 class Solid(NamedTuple):
@@ -275,6 +277,18 @@ def ball_curves(title: str, unit: str, series: str, balls: int, raceway: int) ->
         unit,
         tuple(PanelCurve(series, f"ball {k}", 2 * k + raceway, k, k) for k in range(min(balls, MOST_CURVES))),
     )
+
+
+def grooved_ring(bottom: float, groove: float, steepest: float, back: float, face: float) -> list[list[tuple]]:
+    """The section (radius, z) below z = 0 of a ring as strokes; a stroke is smooth, between strokes are edges.
+
+    The arc of its groove has its bottom at the radius `bottom`, is curved by the radius `groove`, which is negative
+    outside a ring, and ends where it is as steep as `steepest` [rad]; the ring has its `back` and its `face` there.
+    """
+    angles = [steepest * k / (ARC - 1) for k in range(ARC)]
+    arc = [(bottom - groove * (1.0 - math.cos(one)), -abs(groove) * math.sin(one)) for one in angles]
+    rim = (arc[-1][0], face)
+    return [arc, [arc[-1], rim], [rim, (back, face)], [(back, face), (back, 0.0)], [(back, 0.0), arc[0]]]
 
 
 def plain_view(parameters, channels) -> View:

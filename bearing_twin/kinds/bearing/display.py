@@ -64,6 +64,7 @@ from bearing_twin.kinds.views import (
     along_axes,
     ball_curves,
     curves,
+    grooved_ring,
     view_of,
 )
 
@@ -346,13 +347,11 @@ def _period(parameters, slenderness: float) -> float:
 
 
 def _rows(parameters, sample, free) -> dict[str, np.ndarray]:
-    position, velocity = sample["position"], sample["velocity"]
-    axis_distance = np.hypot(position[..., 0], position[..., 1])
-    seat = np.zeros_like(position)
+    position = sample["position"]
+    axis_distance, seat = np.hypot(position[..., 0], position[..., 1]), np.zeros_like(position)
     radius = 0.5 * parameters.geometry.pitch_diameter
     seat[..., :2] = position[..., :2] * (radius / axis_distance)[..., None]
     details = contact_details(parameters, sample)
-    turned = position[..., 0] * velocity[..., 1] - position[..., 1] * velocity[..., 0]
     return {
         "seat": seat,
         "deviation": position - seat,
@@ -363,7 +362,7 @@ def _rows(parameters, sample, free) -> dict[str, np.ndarray]:
         "cage_place": np.pad(sample["cage_offset"], [*((0, 0),) * (sample["cage_offset"].ndim - 1), (0, 1)]),
         "ring_load": sample["inner_ring_load"] if free else -sample["inner_ring_force"],
         "friction_torque": sample["inner_ring_torque"][..., 2],
-        "orbit_speed": (turned / axis_distance**2).mean(axis=-1),
+        "orbit_speed": orbit_rates(sample).mean(axis=-1),
     }
 
 
@@ -378,11 +377,13 @@ def _solids(parameters, geometry):
         ("inner_ring", "inner ring", -1.0, geometry.inner_conformity),
         ("outer_ring", "outer ring", 1.0, geometry.outer_conformity),
     ):
-        inner = side < 0.0
+        inner, bottom, groove = side < 0.0, 0.5 * (pitch + side * ball), conformity * ball
+        steepest = math.acos(1.0 - SHOULDER * ball / groove)
+        strokes = grooved_ring(bottom, side * groove, steepest, bottom + side * WALL * ball, -WIDTH * ball)
         yield Solid(
             name,
             words,
-            {"turned": {"strokes": _profile(pitch, ball, side, conformity), "grow": side * opening}},
+            {"turned": {"strokes": strokes, "grow": side * opening}},
             deviation="inner_ring_offset" if inner else "",
             turn="ring_turn" if inner else "",
             tilt="inner_ring_tilt" if inner else "",
@@ -397,22 +398,6 @@ def _solids(parameters, geometry):
         shape = {"extruded": {"outlines": outlines, "low": -0.42 * ball, "high": 0.06 * ball}}
         place = "cage_place" if moving_centre(parameters) else ""
         yield Solid("cage", "cage", shape, BRASS, deviation=place, turn="cage_turn")
-
-
-def _profile(pitch: float, ball: float, side: float, conformity: float) -> list[list[tuple[float, float]]]:
-    """The section (radius, z) of a ring below z = 0 as strokes; a stroke is smooth, between strokes are edges.
-
-    The groove has the radius conformity x ball diameter and touches a ball on the pitch circle at its bottom.
-    """
-    bottom, groove = 0.5 * (pitch + side * ball), conformity * ball
-    steepest = math.acos(1.0 - SHOULDER * ball / groove)
-    arc = [
-        (bottom - side * groove * (1.0 - math.cos(angle)), -groove * math.sin(angle))
-        for angle in np.linspace(0.0, steepest, 9)
-    ]
-    back, face = bottom + side * WALL * ball, -WIDTH * ball
-    shoulder = (arc[-1][0], face)
-    return [arc, [arc[-1], shoulder], [shoulder, (back, face)], [(back, face), (back, 0.0)], [(back, 0.0), arc[0]]]
 
 
 def _webs(balls: int, pitch: float, ball: float, clearance: float) -> list[list[tuple[float, float]]]:

@@ -47,6 +47,7 @@ from bearing_twin.kinds.views import (
     along_axes,
     curves,
     energies,
+    grooved_ring,
     view_of,
 )
 from bearing_twin.shapes import TORUS, Surface, support
@@ -349,15 +350,9 @@ def _mesh(one: Shaped) -> dict:
 
 def _groove(one: Shaped) -> dict:
     """The half z < 0 of a ring with a groove of the tube's radius inside."""
-    tube, ring = one.radius, one.ring_radius
-    arc = [(ring + tube * math.cos(angle), -tube * math.sin(angle)) for angle in np.linspace(0.0, EDGE, 16)]
-    back, face = ring + (1.0 + BEHIND) * tube, -1.25 * tube
-    rim = (arc[-1][0], face)
-    return {
-        "turned": {
-            "strokes": [arc, [arc[-1], rim], [rim, (back, face)], [(back, face), (back, 0.0)], [(back, 0.0), arc[0]]]
-        }
-    }
+    bottom = one.ring_radius + one.radius
+    strokes = grooved_ring(bottom, one.radius, EDGE, bottom + BEHIND * one.radius, -1.25 * one.radius)
+    return {"turned": {"strokes": strokes}}
 
 
 SHAPES = {
