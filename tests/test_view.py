@@ -141,21 +141,11 @@ def test_every_kind_has_a_view_whose_names_are_its_series(shown):
     kind, _, document = shown
     view, held = document["view"], {one["name"]: one for one in document["packed"]["series"]}
     named = {line["series"] for panel in view["panels"] for line in panel["lines"]}
-    words = ("position", "deviation", "orientation", "turn", "tilt")
-    named |= {one[word] for one in view["solids"] for word in words if one[word]}
     words = (
-        "vector",
-        "size",
-        "point",
-        "normal",
-        "semi_major",
-        "semi_minor",
-        "pressure",
-        "major_axis",
-        "nodes",
-        "values",
+        *("position", "deviation", "orientation", "turn", "tilt", "vector", "size", "point", "normal", "semi_major"),
+        *("semi_minor", "pressure", "major_axis", "nodes", "values", "deflection"),
     )
-    named |= {one[word] for one in view["marks"] for word in (*words, "deflection", "position") if one.get(word)}
+    named |= {one[word] for one in (*view["solids"], *view["marks"]) for word in words if one.get(word)}
     named |= {*view["look"]["around"], *((view["enlarged"] or {}).get("series", ()))}
     assert named <= set(held)
     assert len(view["panels"]) >= 2
