@@ -424,6 +424,6 @@ def test_a_word_of_earlier_versions_is_read_as_its_alias():
 
 
 def test_a_contact_angle_beyond_the_model_is_named_as_the_cause(refused):
-    said = refused("bearing", "bearing_218_thrust", "--set", "drive.speed=2300")
+    said = refused("bearing", "bearing_218_thrust", "--set", "drive.speed=2300rad/s")
     assert "beyond the 60 degrees that are modelled" in said
     assert "at rest" in said
