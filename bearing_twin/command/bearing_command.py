@@ -352,6 +352,8 @@ ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals
 
 def short(value: float, digits: int = 4) -> str:
     """So many digits, without a power of ten up to 1e7; 0 where it is rounding."""
+    if not math.isfinite(value):
+        return "without limit"
     return "0" if abs(value) < 1e-9 else known_digits(value, None, digits)
 
 
@@ -475,7 +477,7 @@ def _model_errors(result: dict) -> str:
 
 
 def _show_lives(result: dict) -> None:
-    parts, safety = result["clearance_m"], result["static_safety"]
+    parts = result["clearance_m"]
     shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key]]
     dynamic, static = (f"{1e-3 * result[f'basic_{kind}_rating_n']:.4g} kN" for kind in ("dynamic", "static"))
     loads = (short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
@@ -487,7 +489,7 @@ def _show_lives(result: dict) -> None:
         "equivalent load": "P {} N, P0 {} N".format(*loads),
         "basic life": f"{_life(result, 'basic')} (ISO 281)",
         "reference life": f"{_life(result, 'reference')} (ISO/TS 16281)\n{L10}",
-        "static safety": short(safety, 3) if math.isfinite(safety) else "without limit",
+        "static safety": short(result["static_safety"], 3),
         "friction torque": _friction(result),
         "limiting speed": limiting(limits) if (limits := result["limiting_speed_rad_s"]) else "",
     }
@@ -532,7 +534,7 @@ def _life(result: dict, name: str) -> str:
 
     turns, speed = result[f"{name}_life_mrev"], result["speed_rad_s"]
     if not math.isfinite(turns):
-        return "without limit"
+        return short(turns)
     return f"{short(turns, 3)} million turns" + (f", {short(hours_of(turns, speed), 3)} h" if speed else "")
 
 
@@ -550,15 +552,9 @@ def show_sweep(result: dict) -> None:
             continue
         cells = [1e6 * one for one in result["ring_displacement_m"][k]] + [1e-6 * stiffness[i][i] for i in range(3)]
         cells += [result["greatest_normal_load_inner_n"][k], result["reference_life_mrev"][k]]
-        rows.append((shown, *map(_tiny, cells)))
+        rows.append((shown, *map(short, cells)))
     show_columns((*header, "ball\n[N]", "life\n[1e6]"), rows)
     show_paragraph(L10)
-
-
-def _tiny(value: float) -> str:
-    if not math.isfinite(value):
-        return "none"
-    return "0" if abs(value) < 1e-6 else short(value)
 
 
 def _rpm(result: dict) -> str:

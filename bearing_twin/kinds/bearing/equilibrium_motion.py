@@ -1,6 +1,5 @@
 """A run of equilibria: the ring turns as driven, the balls orbit in one cage, every output is an equilibrium."""
 
-import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -29,10 +28,6 @@ from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
-KEPT = (
-    "state", "goal_speed", "loads", "speed", "angle", "elapsed", "solved", "_changed", "_stored", "_first_stored",
-    "_gross", "_lost", "_power",
-)  # fmt: skip
 SAME = 1e-9  # relative: instants nearer than this are one
 LEFT = 1e-12  # of the loads, or of their moments: sums of forces that are less are what the solution leaves of nothing
 INNER = np.array([1.0, 0.0])  # of the contacts of a ball, inner and outer
@@ -180,12 +175,12 @@ class QuasiStaticMotion(CommandedBearing):
         self._keep()
 
     def _keep(self) -> None:
-        """Keeps what `take_back` needs."""
-        self._before = copy.deepcopy({name: getattr(self, name) for name in KEPT})
+        """Keeps what `take_back` needs: no attribute is changed in place."""
+        self._before = {name: value for name, value in vars(self).items() if name != "_before"}
 
     def take_back(self) -> None:
         """Back to before the last `advance`."""
-        vars(self).update(copy.deepcopy(self._before))
+        vars(self).update(self._before)
 
     def set_load(self, force, moment) -> None:
         """New loads on the inner ring [N], [N m] from now on, or the scene's own where both are None.
@@ -261,10 +256,10 @@ class QuasiStaticMotion(CommandedBearing):
         count, balls, first = len(instants), self.parameters.geometry.balls, np.zeros(1, np.int64)
         shapes = (), (), (5,), (5,), (balls, 2), (balls, 4), (balls, OF_CONTACTS)
         found, step = Instants(*(np.zeros((count, *shape)) for shape in shapes)), np.diff(instants, prepend=0.0)
-        free = np.array(self.support.free, np.int64)
+        free, state = np.array(self.support.free, np.int64), State(*(one.copy() for one in self.state))
         status = _run(
             *(self._seat, self._defects, self.angle, balls, count, step, np.diff(angle, prepend=self.angle), speed),
-            *(held, free, np.where(free, self.loads, 0.0), self.stop, *self.state, *found, first),
+            *(held, free, np.where(free, self.loads, 0.0), self.stop, *state, *found, first),
         )
         seconds = self.elapsed + float(instants[int(first[0]) : int(first[0]) + 1].sum())
         if status == STOPPED:
@@ -284,7 +279,7 @@ class QuasiStaticMotion(CommandedBearing):
             seconds = self.elapsed + float(instants[row])
             sentence = f"at {seconds:.9g} s ball {ball} is squeezed too hard, or leaves the grooves; lower the load"
             raise IntegrationError(sentence, "too deep", seconds, f"ball {ball}")
-        self.speed, self.angle, self.solved = float(speed[-1]), float(angle[-1]), self.solved + count
+        self.speed, self.angle, self.solved, self.state = float(speed[-1]), float(angle[-1]), self.solved + count, state
         out = empty_outputs(self.parameters, count)
         out.numbers[:] = 0.0
         write_channels(self.setting, self.parameters.gravity, found, speed, angle, out)

@@ -442,12 +442,7 @@ class BearingErrors:
                 arm = 0.5 * self.parameters.geometry.pitch_diameter
                 ring[:3] = greatest * max(map(abs, figures["ring_force_n"])) + uneven
                 ring[3:] = greatest * max(map(abs, figures["ring_moment_nm"])) + arm * uneven
-        of_ring = {
-            key: part.tolist()
-            for names, one in zip(RING, (np.abs(moved), np.abs(ring)), strict=True)
-            for key, part in zip(names, np.split(one, [3]), strict=True)
-        }
-        return found | _of_ellipses(figures, share) | of_ring
+        return found | _of_ellipses(figures, share) | _of_ring(moved, ring)
 
     def _tilted(self, figures: Mapping[str, Any], tilt: Response) -> dict[str, Any]:
         """Greatest errors of figures by a tilt of first order."""
