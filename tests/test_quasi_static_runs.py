@@ -18,7 +18,6 @@ from bearing_twin.shapes import quaternion_product
 NO_GRAVITY = "gravity=[0,0,0]"
 QUASI_STATIC = "model.dimension=quasi_static"
 OUTSIDE = "solver.allow_invalid=on"
-REST = ("solver.stepper=rk4", "initial.motion=rest")
 
 
 def still_motion(*overrides, scene="bearing_6203"):
@@ -212,16 +211,11 @@ def test_auto_is_quasi_static_where_the_ring_is_loaded_free_or_tilted():
     assert stepper("rings.inner.free=axial") == "quasi_static"
     assert stepper("drive.tilt=[1e-4,0]") == "quasi_static"
     assert stepper(QUASI_STATIC) == "quasi_static"
-    resting = choose(load_scene("bearing_6203", [QUASI_STATIC, *REST, OUTSIDE]))
-    with pytest.raises(SceneError, match="balls that start from rest skid"):
-        choose(load_scene("bearing_6203", [QUASI_STATIC, *REST]))
-    assert resting.outside
+
+
+def test_equilibria_say_what_they_do_not_give():
+    resting = choose(load_scene("bearing_6203", [QUASI_STATIC, "solver.stepper=rk4"]))
     assert "solver.stepper does nothing in a run from equilibria, which has no steps" in resting.warnings
-
-
-def test_equilibria_say_what_they_are_not_good_for():
-    sudden = load_scene("bearing_6203_sudden", [QUASI_STATIC, OUTSIDE])
-    assert [words for words in sudden.outside if "drive.change.offset" in words]
     assert not choose(load_scene("bearing_6203_rig_400N", [QUASI_STATIC])).warnings
     report, _ = whole("bearing_6203_rig_400N", QUASI_STATIC, "run.duration=0.02")
     assert "friction" in report.errors["errors_unknown"]["left_out"]

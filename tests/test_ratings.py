@@ -141,19 +141,6 @@ def test_a_warmer_inner_ring_takes_clearance(balls, taken):
     assert found.operating == pytest.approx(found.initial - taken, abs=1e-8)
 
 
-def test_fits_take_the_interference_times_the_rings_ratio():
-    """Solid shaft and endless housing of the rings' material: d/D_raceway of the one, D_raceway/D of the other."""
-    tight = ("fits.shaft.interference=10e-6", "fits.shaft.diameter=17e-3",
-             "fits.housing.interference=8e-6", "fits.housing.diameter=40e-3")  # fmt: skip
-    given = parameters(*tight)
-    found, geometry = clearance_of(given), given.geometry
-    inner, outer = (geometry.pitch_diameter + sign * geometry.ball_diameter for sign in (-1.0, 1.0))
-    assert -found.shaft_fit == pytest.approx(10e-6 * 17e-3 / inner, rel=1e-12)
-    assert -found.housing_fit == pytest.approx(8e-6 * outer / 40e-3, rel=1e-12)
-    assert found.operating == pytest.approx(sum(found[:4]), rel=1e-12)
-    assert operating_geometry(given).radial_clearance == found.operating
-
-
 def pressed(inner, outer, bore, seat, outside, interference):
     """Displacements (2,) [m] of bore and outside of two rings pressed on each other: u = a r + b / r in each."""
     rows, right = np.zeros((4, 4)), np.zeros(4)
@@ -170,17 +157,23 @@ def pressed(inner, outer, bore, seat, outside, interference):
     return found[:2] @ [bore, 1.0 / bore], found[2:] @ [outside, 1.0 / outside]
 
 
-def test_hollow_shafts_and_thin_housings_of_other_materials_press_as_elastic_rings_do():
+@pytest.mark.parametrize(
+    ("hollow", "thick", "shaft", "housing"),
+    [(9e-3, 52e-3, "silicon_nitride", "aluminium"), (0.0, 0.0, "steel", "steel")],
+)
+def test_shafts_and_housings_press_as_elastic_rings_do(hollow, thick, shaft, housing):
+    """Hollow and thin ones of other materials; a solid shaft, and a housing without end, of steel."""
     seats = [f"fits.{part}.interference=10e-6" for part in ("shaft", "housing")]
-    seats += ["fits.shaft.diameter=17e-3", "fits.shaft.other_diameter=9e-3", "fits.shaft.material=silicon_nitride"]
-    seats += ["fits.housing.diameter=40e-3", "fits.housing.other_diameter=52e-3", "fits.housing.material=aluminium"]
+    seats += ["fits.shaft.diameter=17e-3", f"fits.shaft.other_diameter={hollow}", f"fits.shaft.material={shaft}"]
+    seats += ["fits.housing.diameter=40e-3", f"fits.housing.other_diameter={thick}", f"fits.housing.material={housing}"]
     given = parameters(*seats)
     found, geometry, fits, rings = clearance_of(given), given.geometry, given.fits, given.materials
     inner, outer = (0.5 * (geometry.pitch_diameter + sign * geometry.ball_diameter) for sign in (-1.0, 1.0))
-    _, grows = pressed(fits.shaft.material, rings.inner_ring, 4.5e-3, 8.5e-3, inner, 10e-6)
-    shrinks, _ = pressed(rings.outer_ring, fits.housing.material, outer, 20e-3, 26e-3, 10e-6)
-    assert found.shaft_fit == pytest.approx(-2.0 * grows, rel=1e-9)
-    assert found.housing_fit == pytest.approx(2.0 * shrinks, rel=1e-9)
+    _, grows = pressed(fits.shaft.material, rings.inner_ring, 0.5 * hollow or 1e-7, 8.5e-3, inner, 10e-6)
+    shrinks, _ = pressed(rings.outer_ring, fits.housing.material, outer, 20e-3, 0.5 * thick or 1e3, 10e-6)
+    assert found.shaft_fit == pytest.approx(-2.0 * grows, rel=1e-8)
+    assert found.housing_fit == pytest.approx(2.0 * shrinks, rel=1e-8)
+    assert found.operating == operating_geometry(given).radial_clearance == pytest.approx(sum(found[:4]), rel=1e-12)
 
 
 def test_a_run_has_the_operating_clearance():
