@@ -25,13 +25,6 @@ void write_heights(const SurfaceDefects &defects, double azimuth, double ring_an
   out[0] = found.inner.value[0], out[1] = found.outer.value[0];
 }
 
-// Room that stays between calls of a thread.
-System &system_of(const double *seats, std::int64_t count, const std::int64_t *balls) {
-  static thread_local System system;
-  system.set(seats_in(seats), int(count), balls);
-  return system;
-}
-
 // The mean of orbits by load on the inner ring: balls in one cage share it.
 double shared_orbit(const double *contacts, int balls) {
   double weight = 0.0, total = 0.0, sum = 0.0;
@@ -43,17 +36,17 @@ double shared_orbit(const double *contacts, int balls) {
 }  // namespace
 
 // Cases of equilibria, each from nothing: of `free` (5,) coordinates the loads `wanted` (cases, 5) are given, of the others
-// `held` (cases, 5). `heights` (N, 2) of the raceways under the balls count where they are `rough`. Seats and azimuths are one for all cases, or one for each. Stops between two cases.
-CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const std::int64_t *balls,
-                                 const double *seats, std::int64_t many_seats, const double *azimuth,
-                                 std::int64_t many_azimuths, const double *heights, std::int64_t rough, const std::int64_t *free, const double *wanted,
+// `held` (cases, 5). `heights` (N, 2) of the raceways under the balls are one for all cases. Stops between two cases.
+CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const std::int64_t *balls, const double *seats,
+                                 const double *azimuth, const double *heights, const std::int64_t *free, const double *wanted,
                                  const double *held, const volatile std::uint8_t *stop, double *q, double *load,
                                  double *stiffness, double *places, double *contacts, double *left, std::int64_t *status) {
+  System system;
   std::int64_t all = 0;
   for (int i = 0; i < count; i++) all += balls[i];
-  for (std::int64_t k = 0; k < cases; k++) {
-    System &system = system_of(seats, count, balls);
-    system.place(azimuth, rough ? heights : nullptr);
+  for (std::int64_t k = 0; k < cases; k++, seats += count * (sizeof(Seat) / sizeof(double)), azimuth += all) {
+    system.set(seats_in(seats), int(count), balls);
+    system.place(azimuth, heights);
     status[k] = *stop ? STOPPED : system.settle(free_ones(free), five(wanted + COORDINATES * k), five(held + COORDINATES * k));
     left[k] = system.left;
     write(system.q, q + COORDINATES * k);
@@ -61,8 +54,6 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const s
     write(system.stiffness, stiffness + COORDINATES * COORDINATES * k);
     system.write_places(places + 2 * all * k);
     system.write_contacts(contacts + CONTACT_NUMBERS * all * k);
-    if (many_seats) seats += count * (sizeof(Seat) / sizeof(double));
-    if (many_azimuths) azimuth += all;
   }
 }
 
@@ -98,8 +89,8 @@ CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const 
     cage[0] += cage[1] * turn[t];
     for (int k = 0; k < balls; k++) azimuth[k] = cage[0] + 2.0 * M_PI * k / double(balls);
     ring_angle += turn[t];
-    for (int k = 0; k < balls && defects.count; k++) write_heights(defects, azimuth[k], ring_angle, k, &heights[2 * k]);
-    system.place(azimuth.data(), defects.count ? heights.data() : nullptr);
+    for (int k = 0; k < balls; k++) write_heights(defects, azimuth[k], ring_angle, k, &heights[2 * k]);
+    system.place(azimuth.data(), heights.data());
     const Five here = five(held + COORDINATES * t);
     for (int i = 0; i < COORDINATES; i++)
       if (!freed[i]) system.q[i] = here[i];

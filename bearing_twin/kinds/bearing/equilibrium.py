@@ -50,8 +50,7 @@ OF_CONTACTS = 17  # numbers of the `Contacts` of a ball
 SPEED_COLUMN = 32  # where the speed stands among a setting's numbers
 
 STOP = ndpointer(np.uint8, shape=(1,))
-_GIVEN = INTEGER, INTEGER, INTEGERS, REALS, INTEGER, REALS, INTEGER, REALS, INTEGER, INTEGERS, REALS, REALS, STOP
-SMOOTH = np.zeros((0, 2))  # no heights
+_GIVEN = INTEGER, INTEGER, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS, REALS, STOP
 _equilibria = Function("core_equilibria", None, (*_GIVEN, *(REALS_OUT,) * 6, INTEGERS_OUT))
 
 
@@ -120,18 +119,18 @@ class Solved(NamedTuple):
     status: np.ndarray
 
 
-def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=SMOOTH) -> Solved:
+def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=0.0) -> Solved:
     """Equilibria with the free coordinates loaded by `wanted` (C, 5) [N, N m], the others `held` (C, 5) [m, rad].
 
-    `seats` ([C,] rings, SEAT) are `Setting.numbers`, `balls` (rings,) how many there are, at `azimuths` ([C,] N) [rad].
+    `seats` (C, rings, SEAT) are `Setting.numbers`, `balls` (rings,) how many there are, at `azimuths` (C, N) [rad].
     `heights` (N, 2) [m] are those of the inner and the outer raceway under the balls.
     """
     cases, count = len(wanted), azimuths.shape[-1]
     shapes = (5,), (5,), (5, 5), (count, 2), (count, OF_CONTACTS), ()
     found = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
     _equilibria(
-        *(cases, len(balls), np.array(balls, np.int64), seats, seats.ndim == 3, azimuths, azimuths.ndim == 2),
-        *(heights, len(heights) > 0, np.array(free, np.int64), wanted, held, SIGNALLED, *found),
+        *(cases, len(balls), np.array(balls, np.int64), seats, azimuths, np.zeros((count, 2)) + heights),
+        *(np.array(free, np.int64), wanted, held, SIGNALLED, *found),
     )
     return found
 
@@ -243,7 +242,7 @@ class EquilibriumSolver:
     """
 
     body = "the ring"
-    rough, heights = None, SMOOTH
+    rough, heights = None, 0.0  # of the raceways under the balls [m]
     remedy = "load it, or hold it by a displacement or by less clearance"
 
     def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rough=None):
@@ -279,9 +278,8 @@ class EquilibriumSolver:
         """Finds the balance with a `share` of loads and held coordinates; its status, and what is left of it [N]."""
         free = np.array(support.free, np.bool_)
         wanted, held = share * np.where(free, support.loads, 0.0), share * np.where(free, 0.0, support.held)
-        found = solved_from_nothing(
-            self.seats(), self.balls, self.azimuths, free, wanted[None], held[None], self.heights
-        )
+        of_ring = self.seats()[None], self.balls, self.azimuths[None]
+        found = solved_from_nothing(*of_ring, free, wanted[None], held[None], self.heights)
         self.q, self.load, self.stiffness, self.place, self.contacts, left, status = (one[0] for one in found)
         return int(status), float(left)
 

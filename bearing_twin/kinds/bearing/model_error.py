@@ -107,7 +107,7 @@ def response_to(
     if size == 0.0:
         return Response(np.zeros_like(heights), np.zeros_like(heights), np.zeros(5), np.zeros(5))
     step, other = SMALL * float(found.contacts.approach.max()) / size, copy.copy(solver)
-    other.heights = step * heights + (solver.heights if len(solver.heights) else 0.0)
+    other.heights = step * heights + solver.heights
     status, _ = other.balance(
         support._replace(loads=np.array(support.loads) - step * loads, held=np.array(support.held) + step * held)
     )
