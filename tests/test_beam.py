@@ -211,17 +211,6 @@ def test_modes_with_their_tail_make_up_the_statics(beam):
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
 
 
-def test_the_contact_time_of_a_run_is_that_of_all_its_contacts():
-    """The share of the outputs under load, where a heavy sphere strikes a beam several times."""
-    run = simulate(load_scene("sphere_on_beam_drop_600mm"))
-    loads = np.concatenate([block.values["normal_load"] for block in run.blocks()])
-    figures, period = run.report.figures, 1e-9 * run.simulation.output_period_ns
-    assert len(figures["contacts"]) > 1
-    outputs = np.count_nonzero(loads > 0.0)
-    assert figures["contact_duration_s"] == pytest.approx(outputs * period, abs=2 * len(figures["contacts"]) * period)
-    assert outputs * period > 1.05 * figures["contacts"][0]["duration_s"]
-
-
 def test_the_classical_impact():
     found = solved("sphere_on_beam", "run.output_rate=2.0e7")
     assert len(found.contacts) == 1
@@ -249,7 +238,9 @@ def test_the_drop_of_50_mm_strikes_twice():
     assert (first.duration, second.duration) == pytest.approx((62.09069e-6, 47.73981e-6), rel=1e-7)
     assert second.start == pytest.approx(527.34e-6, abs=5e-9)
     assert found.restitution == pytest.approx(0.66818008, rel=2e-8)
-    assert any("is beyond the yield pressure" in flag for flag in reported("sphere_on_beam_drop_50mm").flags)
+    report = reported("sphere_on_beam_drop_50mm", "wanted.tolerance=1e-8")
+    assert report.figures["contact_duration_s"] == pytest.approx(first.duration + second.duration, rel=1e-12)
+    assert any("is beyond the yield pressure" in flag for flag in report.flags)
 
 
 @pytest.mark.parametrize("scene", SCENES)
@@ -294,21 +285,6 @@ def test_errors_fall_with_the_cube_of_the_highest_frequency(theory, order):
     )
     errors = [np.abs(one / exact - 1.0).max() for one in found]
     assert math.log(errors[0] / errors[1]) / math.log(41 / 11) > order
-
-
-def test_stress_under_the_sphere_needs_the_static_tail():
-    """During the contact the modal sum alone is short of the cusp under the load, by modes^-1."""
-    middle, times = [0.5 * 0.1535], [7.25e-5]
-    stresses = []
-    for count in (21, 401):
-        motion = thrown(count=count)
-        states, force, _, _ = motion.at(times)
-        shape, tail = stress_shapes(motion.beam, motion.modes, middle)
-        bare = float((motion.coordinates(states) @ shape.T)[0, 0])
-        stresses.append((bare, bare + float(tail[0] * force[0])))
-    (bare, whole), (_, exact) = stresses
-    assert abs(bare / exact - 1.0) > 0.05
-    assert whole == pytest.approx(exact, rel=1e-5)
 
 
 def test_the_sinusoidal_force_of_the_abstract_fails_its_energy_check():
@@ -391,20 +367,12 @@ def test_numbers_that_are_not_finite_stop_the_run():
     ("overrides", "sentence"),
     [
         (["blow.speed=0"], "never meet; give one"),
-        (["blow.speed=-1"], "at least 0"),
         (["blow.drop_height=0.05"], "keep one"),
-        (["blow.point=1.2"], "at most 0.999999"),
-        (["blow.point=0"], "at least 1e-06"),
         (["sphere.mass=50.0"], "heavier than the model allows.*at most 20 times"),
         (["blow.speed=500.0"], "too much of its span"),
-        (["beam.material.poisson_ratio=0.5"], "below 0.5"),
         (["beam.height=0.1"], "makes a block"),
-        (["beam.damping_ratio=1.0"], "below 1"),
         (["solver.steps=1"], "at least 2 steps"),
         (["solver.stepper=volterra", "solver.steps=7"], "at least 8 steps"),
-        (["outputs.points=[0.1, 0.2]"], "list of 3 numbers"),
-        (["run.output_rate=100.0", "run.publish_rate=200.0"], "cannot exceed run.output_rate"),
-        (["blow.sped=1.0"], "did you mean speed"),
     ],
 )
 def test_bad_input_gets_a_sentence(overrides, sentence):

