@@ -278,22 +278,6 @@ def test_progress_tells_the_estimate_and_the_seconds_left_of_all_values_of_a_swe
     assert widths[-1] < widths[0]
 
 
-def test_a_cancel_waits_for_no_statistics_of_many_histories():
-    event = threading.Event()
-    result = run(
-        {**ENSEMBLE, "histories": ["normal_load"], "batch": 1_000_000},
-        ["samples=40000", "history_points=100"],
-        progress=lambda one: event.set() if one.done >= 3000 else None,
-        cancelled=event,
-    )
-    summary = result.summary
-    assert summary["samples"] == len(result.status) >= 3000
-    assert any(note.startswith("cancelled") for note in result.doubts)
-    assert summary["histories"]["normal_load"].keys() == {"realisations", "time_s"}
-    mean = np.mean(result.sample("contact_duration"))
-    assert summary["quantities"]["contact_duration"]["mean"] == pytest.approx(mean, rel=1e-12)
-
-
 @pytest.mark.parametrize("work", ["estimate", "history_statistics"])
 def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories(work, monkeypatch):
     everything = {

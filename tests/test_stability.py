@@ -59,17 +59,6 @@ def test_imex_at_eight_microseconds_is_refused_and_would_fail():
     assert load > 1e-2
 
 
-def test_tolerance_buys_accuracy_through_lift_off():
-    """Balls that leave and find the inner raceway cost the torque most; ten times the tolerance is felt there."""
-    reference = run("wanted.tolerance=1e-7", scene="bearing_6203_loose", count=10, period=1e-3)[1]
-    errors = {}
-    for tolerance in (1e-3, 1e-5):
-        out = run(f"wanted.tolerance={tolerance}", scene="bearing_6203_loose", count=10, period=1e-3)[1]
-        errors[tolerance] = max(errors_of(reference, out))
-    assert errors[1e-3] > 1e-3
-    assert errors[1e-5] < 1e-3
-
-
 def test_landing_on_the_instants_where_contacts_change_gives_the_same_answer():
     """Steps end at gap = 0; error control had found those instants before, so errors and steps change little."""
     reference = run("wanted.tolerance=1e-7", scene="bearing_6203_loose", count=10, period=1e-3)[1]

@@ -199,10 +199,9 @@ def test_densities_keep_their_mass_inside_the_bounds(with_zero):
     assert np.mean(errors[8000]) < 0.5 * np.mean(errors[500]) < 0.07
 
 
-def test_the_density_of_the_contact_time_is_that_of_the_change_of_variable():
+def test_a_density_ends_at_0_where_its_sample_is_positive():
     """A positive sample has no density at 0; one that holds 0 has, and one with negative values has no bound."""
-    x, density = kernel_density(samples("random", 3, 20000))
-    assert np.max(np.abs(density - TAU.pdf(x))) < 0.06 * np.max(TAU.pdf(x))
+    _, density = kernel_density(samples("random", 3, 20000))
     assert density[0] < 5e-3 * density.max()
     assert kernel_density([0.0, 1.0, 2.0])[0][0] > 0.0
     assert kernel_density([-1.0, 1.0, 2.0])[0][0] < -1.0
