@@ -72,6 +72,11 @@ def test_a_person_sees_intervals_modes_why_it_stopped_and_warnings(typed):
     assert "checked realisations: peak pressure" in err
 
 
+def test_a_chance_of_one_is_100_percent(typed):
+    out = " ".join(typed("study", *QUICK, "--set", "method=chaos", "--set", "checks=0").out.split())
+    assert "of samples with a single mode 100 % show a second one" in out
+
+
 def test_an_open_end_of_an_interval_is_explained_where_there_is_one(typed):
     few, many = (["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000"))
     out = typed("study", *QUICK, *few).out

@@ -8,6 +8,7 @@ from functools import partial
 
 from bearing_twin.base.errors import LogError, StudyError
 from bearing_twin.base.report import json_text
+from bearing_twin.base.units import two_digits
 from bearing_twin.command.outcome import Outcome, add_changes, new_log, overrides_of, picture_path
 from bearing_twin.command.terminal import progress, say, show_paragraph, show_rows, show_text, shown_unit
 
@@ -223,9 +224,10 @@ def _modes(found) -> str:
     number = f"{found['modes']} mode{'s' if found['modes'] > 1 else ''}"
     if found["p_value"] is None:
         return f"{number} of the exact density"
+    share = two_digits(100.0 * found["p_value"])
     return (
-        f"{number}; of samples with a single mode {100.0 * found['p_value']:.2g} % show a second one as clearly (p of "
-        f"Silverman's test; a second mode counts below 5 %)"
+        f"{number}; of samples with a single mode {share} % show a second one as clearly (p of Silverman's test; a "
+        "second mode counts below 5 %)"
     )
 
 
