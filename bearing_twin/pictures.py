@@ -1,9 +1,11 @@
-"""Style of all pictures and charts, PNG files, and a panel of several: loads around a bearing.
+"""Style of all pictures and charts, PNG files, and panels of several: loads around a bearing, errors of figures.
 
 Colours are those that colour-blind eyes distinguish (Okabe and Ito).
 """
 
 import io
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -128,6 +130,29 @@ def readable_on(colour):
 
     red, green, blue = to_rgb(colour)
     return "white" if 0.299 * red + 0.587 * green + 0.114 * blue < 0.6 else STYLE["ink"]
+
+
+LEAST, MOST, DOUBTFUL = 1e-14, 10.0, 0.1  # errors over their figure: the edges, and where a figure is doubtful
+MARKS = "osD^v"
+
+
+def draw_errors(axis, rows: Sequence[tuple[str, Mapping[str, float]]]) -> None:
+    """A bar for the error of each figure, and a mark for that by each source: words and errors over the figure."""
+    frame(axis)
+    for place, (_, parts) in enumerate(rows):
+        whole = [LEAST, np.clip(math.fsum(parts.values()), LEAST, MOST)]
+        axis.plot(whole, [place, place], color=STYLE["edge"], linewidth=5, solid_capstyle="butt")
+    sources = dict.fromkeys(source for _, parts in rows for source in parts)
+    for mark, colour, source in zip(MARKS, BALL_COLOURS, sources, strict=False):
+        places = [place for place, (_, parts) in enumerate(rows) if source in parts]
+        errors = np.clip([rows[place][1][source] for place in places], LEAST, MOST)
+        look = {"color": colour, "markersize": 7, "markeredgecolor": "white", "zorder": 3, "clip_on": False}
+        axis.plot(errors, places, mark, label=source, **look)
+    axis.axvline(DOUBTFUL, color=STYLE["ink"], linewidth=1.0, linestyle=":")
+    axis.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(rows) - 0.5, -0.5))
+    axis.set_yticks(range(len(rows)), [words for words, _ in rows])
+    heading(axis, "Errors of the figures", f"greatest error over greatest value (dotted: {100.0 * DOUBTFUL:g} %)")
+    axis.legend(frameon=False, fontsize=11, ncol=len(sources), loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
 def finish(figure, title: str, footer: str, png_path, size: int = 20) -> Path:

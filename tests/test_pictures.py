@@ -7,6 +7,7 @@ from runs import a_choice, made_up_block
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block
+from bearing_twin.command.cli import DONE, main
 from bearing_twin.kinds.bearing import BearingPicture
 from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.run.scene import load_scene
@@ -109,3 +110,10 @@ def test_numbers_of_axes_are_whole(tmp_path, figures):
     for axis in figures[0].axes:
         axis.figure.draw_without_rendering()
         assert axis.yaxis.get_offset_text().get_text() == ""
+
+
+def test_errors_of_figures_are_drawn_below_loads_and_motion(tmp_path):
+    for name, more in (("plain", []), ("errors", ["--plot-errors"])):
+        words = ["simulate", "bearing_6203_loose", "--duration", "2e-3", "--plot", str(tmp_path / f"{name}.png")]
+        assert main([*words, *more, "--json"]) == DONE
+    assert size_of(tmp_path / "errors.png")[1] > 1.2 * size_of(tmp_path / "plain.png")[1]

@@ -45,7 +45,6 @@ GONE = {  # commands, options and words of earlier versions: what there is in th
     "rerun": "open the log itself, as rerun run.mcap",
     "--schema": "bearing_twin scenes --keys lists every key with its limits",
     "--read": "read the CSV files that chart writes",
-    "--plot-errors": "--verbose lists the errors of figures by source",
 }
 WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose
 WRITING = {"chart", "layouts", "recover"}  # commands that keep what they have written; others write whole or nothing

@@ -94,7 +94,7 @@ def _simulate(arguments) -> Outcome:
     result = report.as_dict() | ({"log": str(log)} if log and not incomplete else {})
     if picture:
         try:
-            result["plot"] = drawing.write(picture)
+            result["plot"] = drawing.write(picture, report, arguments.plot_errors)
         except BearingTwinError as error:  # the figures may be those of hours
             problems.append(str(error))
     warnings = list(report.flags) if report.failure else run_warnings(result)

@@ -50,10 +50,12 @@ class ShownStream:
                 self._picture.add(block)
             yield block
 
-    def write(self, path) -> str:
-        """Draws the picture of what has gone past."""
+    def write(self, path, report, errors: bool = False) -> str:
+        """Draws the picture of what has gone past, with `errors` those of the figures of the report below."""
+        from bearing_twin.run.report import figure_errors
+
         with progress(f"drawing {path}"):
-            return str(self._picture.write(path))
+            return str(self._picture.write(path, figure_errors(report) if errors else ()))
 
 
 class Ended(NamedTuple):
@@ -158,7 +160,7 @@ def _report(arguments) -> Outcome:
     result |= {"begins_s": stream.begins_s} if stream.begins_s else {}
     result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
-        result["plot"] = watched.write(picture)
+        result["plot"] = watched.write(picture, report, arguments.plot_errors)
     result |= {"messages_foreign": sum(stream.foreign.values())} if stream.foreign else {}
     return Outcome(
         result, stream.warnings + run_warnings(result), lambda: show_report(report, result, arguments.verbose)

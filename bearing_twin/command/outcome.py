@@ -79,7 +79,9 @@ def add_changes(parser: argparse.ArgumentParser, text: str) -> None:
 
 
 def add_verbose(parser: argparse.ArgumentParser) -> None:
-    """Adds `--verbose`, which shows all that is known of a run."""
+    """Adds `--verbose`, which shows all that is known of a run, and `--plot-errors`, which draws its errors."""
+    text = "with --plot: draw the errors of the figures by source, below loads and motion"
+    parser.add_argument("--plot-errors", action="store_true", help=text)
     text = "show every column, why the model was chosen, costs, and errors of the model"
     parser.add_argument("--verbose", action="store_true", help=text)
 

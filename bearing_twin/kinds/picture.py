@@ -1,6 +1,6 @@
 """Pictures of runs: what a kind draws of its bodies, beside the curves that its view has in the browser."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import ClassVar
 
@@ -19,6 +19,7 @@ from bearing_twin.pictures import (
     LOAD_MAP,
     SIZE,
     ball_line,
+    draw_errors,
     finish,
     frame,
     heading,
@@ -29,6 +30,7 @@ from bearing_twin.pictures import (
 
 GREATEST_ROWS = 20_000  # outputs kept; of longer runs every second, fourth ... is
 MOST_PANELS, ROWS = 16, 5  # panels of curves; in one column
+ERROR_ROW = 0.26  # inches: of a figure's error
 BODIES, ROW = 2.2, 2.1  # height of bodies above the curves in rows; of a row in inches
 ABOVE, BELOW = 1.2, 0.9  # inches above and below all panels
 POINT = 0.01  # of what is shown of time: a shorter contact is a point
@@ -86,8 +88,11 @@ class RunPicture:
         words = self.scene.description or self.scene.name if self.scene else "Recorded run"
         return words[:1].upper() + words[1:]
 
-    def write(self, path) -> Path:
-        """Draws what was taken in; raises BearingTwinError where there is nothing or no place for it."""
+    def write(self, path, errors: Sequence[tuple[str, Mapping[str, float]]] = ()) -> Path:
+        """Draws what was taken in, and `errors` as `draw_errors` takes them below it.
+
+        Raises BearingTwinError where there is nothing or no place for it.
+        """
         outputs = self._outputs
         shown = slice(int(np.searchsorted(outputs.time, self.begin(outputs.time))), None)
         values = {name: one[shown] for name, one in {"time": outputs.time, **outputs.values}.items()}
@@ -97,11 +102,11 @@ class RunPicture:
         columns = 1 if beside else 2
         rows = max(1, -(-len(panels) // columns))
         shares = (1.0, 1.0) if beside else (BODIES if self.draw_bodies else 0.01, rows)
-        if not beside:
-            figure.set_size_inches(SIZE[0], ABOVE + BELOW + ROW * sum(shares))
+        below = BELOW + (ERROR_ROW * len(errors) + ABOVE if errors else 0.0)
+        figure.set_size_inches(SIZE[0], below + (SIZE[1] - BELOW if beside else ABOVE + ROW * sum(shares)))
         parts = figure.add_gridspec(1, 2, wspace=0.14) if beside else figure.add_gridspec(2, 1, height_ratios=shares)
         tall = figure.get_figheight()
-        parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / tall, bottom=BELOW / tall)
+        parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / tall, bottom=below / tall)
         apart = {"hspace": min(0.16 * rows, 0.8), "wspace": 0.14}
         axes = parts[1].subgridspec(rows, columns, **apart).subplots(sharex=True, squeeze=False)
         factor, unit = prefixed(float(values["time"][-1]), "s")
@@ -113,6 +118,8 @@ class RunPicture:
             axis.set_xlabel(f"time [{unit}]")
         if self.draw_bodies:
             self.draw_bodies(figure, parts[0], values)
+        if errors:
+            draw_errors(figure.add_axes((0.38, BELOW / tall, 0.58, ERROR_ROW * len(errors) / tall)), errors)
         return finish(figure, self.title(), self._footer(values["time"]), path, size=17)
 
     def _panels(self, values) -> list[CurvePanel]:

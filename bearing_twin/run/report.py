@@ -18,6 +18,7 @@ from bearing_twin.base.units import (
     known_digits,
     named,
     of_films,
+    readable,
     two_digits,
     with_unit,
 )
@@ -349,6 +350,9 @@ def _cost(said: dict) -> tuple[float, dict[str, int]]:
         return math.nan, {}
 
 
+MOST_ROWS = 30  # figures whose errors are drawn
+
+
 def picture_of(stream) -> Picture:
     """An empty picture of a run or a log, by its kind; of a log without a scene, one drawn from its channels."""
     if stream.scene is None:
@@ -356,6 +360,20 @@ def picture_of(stream) -> Picture:
 
         return RunPicture(None, stream.choice)
     return KINDS[stream.scene.kind].picture(stream.scene, stream.choice)
+
+
+def figure_errors(report: Report) -> list[tuple[str, dict[str, float]]]:
+    """Rows of `pictures.draw_errors`: of figures that are not 0 and have an error, of lists the greatest of both."""
+    rows = []
+    for key, parts in report.errors.get("errors_by_source", {}).items():
+        size, errors = greatest(report.figures[key]), {source: greatest(part) for source, part in parts.items()}
+        whole = math.fsum(errors.values())
+        if not 0.0 < size < math.inf or not whole > NO_SHARE * size:
+            continue
+        words, unit, factor = readable(key, size)
+        text = f"{words}: {known_digits(factor * size, factor * whole)} ± {two_digits(factor * whole)}{with_unit(unit)}"
+        rows.append((text, {WORDS.get(source, source): one / size for source, one in errors.items() if one > 0.0}))
+    return rows[:MOST_ROWS]
 
 
 def plot(stream, path) -> Path:
