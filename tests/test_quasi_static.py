@@ -246,10 +246,14 @@ def random_case(random):
     return clearance, speed, support, random.uniform(0.0, 2.0 * math.pi)
 
 
-@pytest.mark.parametrize(("scene", "carried"), [("bearing_6203", 372), ("7218", 317), ("7204B", 308)])
-def test_random_loads_are_balanced_or_refused_with_a_reason(scene, carried):
+@pytest.mark.parametrize(
+    ("scene", "control", "carried"),
+    [("bearing_6203", "outer", 372), ("7218", "shared", 317), ("7204B", "inner", 305)],
+)
+def test_random_loads_are_balanced_or_refused_with_a_reason(scene, control, carried):
     """Of 400; a 7218 refused six more, where parts of the load were too hard to balance."""
-    base, random, found, reasons = parameters(scene=scene), np.random.default_rng(13), 0, []
+    base, random = parameters(f"model.control={control}", scene=scene), np.random.default_rng(13)
+    found, reasons = 0, []
     for _ in range(400):
         clearance, speed, support, angle = random_case(random)
         geometry, drive = base.geometry, dataclasses.replace(base.drive, speed=speed)
@@ -271,19 +275,6 @@ def test_random_loads_are_balanced_or_refused_with_a_reason(scene, carried):
     said = ("the greatest in this direction", "no ball touches", "finds no contact", "is carried at rest")
     assert all(any(words in reason for words in said) for reason in reasons)
     assert found >= carried
-
-
-def test_a_ball_clear_of_the_inner_ring_is_in_balance_beyond_60_degrees_too():
-    """At 1098 rad/s the speeds of balls had a jump there, at which one of this 7218 found no balance."""
-    given_ = parameters("drive.speed=1098.3625912180341", scene="7218")
-    held = 4.62463063e-07, 0.0, 0.0, 0.0, -1.32401351e-03
-    support = Support((True, True, False, True, False), (181.84, -43.9, 0.0, -0.218, 0.0), held)
-    beyond = 0
-    for first in (0.0, 0.05, 0.1, 0.25, 0.3, 0.35):
-        contacts = solved(given_, support, first)[1].contacts
-        beyond += (np.abs(contacts.angle[:, 0]) > math.radians(60.0)).sum()
-        assert np.abs(left_of(contacts)).max() <= 1e-9 * contacts.load.max()
-    assert beyond > 0
 
 
 def test_a_contact_that_bears_next_to_nothing_has_no_greatest_angle():
@@ -350,14 +341,6 @@ def test_balls_off_the_inner_ring_press_the_outer_one_by_their_orbit_alone(scene
     assert found.contacts.load[off, 1] == pytest.approx(0.5 * mass * g.pitch_diameter * orbit**2, rel=1e-9)
     pressed = found.contacts.orbit**2 * 0.5 * mass * g.pitch_diameter
     assert found.contacts.centrifugal == pytest.approx(pressed, rel=1e-9)
-
-
-def test_balls_that_the_inner_raceway_controls_find_their_balance():
-    """Those that hardly touched it had none, as their gyroscopic moment set in at once: this load was refused."""
-    given_ = parameters("drive.speed=300.0", "model.control=inner", scene="7204B")
-    _, found = solved(given_, pushed((0.0, -80.0, 40.0)))
-    assert found.loads[:3] == pytest.approx([0.0, -80.0, 40.0], abs=1e-7)
-    assert np.abs(left_of(found.contacts)).max() <= 1e-9 * found.contacts.load.max()
 
 
 @pytest.mark.parametrize(

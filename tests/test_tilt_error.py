@@ -91,7 +91,10 @@ def test_equilibria_know_what_a_ring_turned_as_a_whole_changes(words, free, load
 
 
 def test_a_ring_that_is_not_tilted_has_no_such_error():
-    parameters = load_scene("bearing_6203", ("drive.speed=0",)).parameters
-    solver = EquilibriumSolver(setting_of(parameters, "hertz", 0.0), azimuths_of(8, 0.0))
-    support = Support(UPRIGHT, (0.0, -200.0, 100.0, 0.0, 0.0), (0.0,) * 5)
-    assert response_to_tilt(solver, support, solver.solve(support)) is None
+    """Held upright, or free under a thrust that tilts it by rounding alone."""
+    for scene, free, load in (("bearing_6203", UPRIGHT, -200.0), ("bearing_218_thrust", ALL_FREE, 0.0)):
+        parameters = load_scene(scene).parameters
+        setting = setting_of(parameters, "hertz", parameters.drive.speed)
+        solver = EquilibriumSolver(setting, azimuths_of(parameters.geometry.balls, 0.0))
+        support = Support(free, (0.0, load, 17800.0, 0.0, 0.0), (0.0,) * 5)
+        assert response_to_tilt(solver, support, solver.solve(support)) is None, scene

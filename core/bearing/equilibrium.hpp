@@ -6,7 +6,6 @@
 #pragma once
 #include <algorithm>
 #include <array>
-#include <cstring>
 #include <vector>
 #include "raceway_contact.hpp"
 
@@ -128,7 +127,7 @@ CORE_INLINE auto speeds_of(const Seat &seat, const Push<I> &inner, const Push<O>
 }
 
 // Columns: the vector between the ball's centre and the inner groove's (radial, axial), and between the outer one's and it.
-constexpr unsigned BY_INNER = 0b0011, BY_OUTER = 0b1100, BY_PLACES = 0b1111;
+constexpr unsigned BY_PLACES = 0b1111;
 
 // Residual of a ball's balance [N], and the share of the ring's load on this ball: `force` [N] and `moment` [N m] act
 // on the ring from outside to hold it against the ball. `scale` [N] is that of its loads.

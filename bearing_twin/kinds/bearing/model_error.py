@@ -37,6 +37,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_solver,
     weighed_support,
 )
+from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
@@ -143,7 +144,7 @@ def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilib
     its angle times that, and the moment of what presses it has no such lever.
     """
     arm, tilt, load = solver.setting.arm, found.coordinates[3:], found.contacts.load
-    if not tilt.any():
+    if arm * np.abs(tilt).max() <= LEFT * np.abs(found.coordinates[:3]).max():
         return None
     levers = np.stack([np.sin(found.azimuths), -np.cos(found.azimuths)], axis=1)  # tilt in each ball's plane, by theta
     lifted, cosine = levers @ tilt, np.cos(found.contacts.angle[:, 0])
