@@ -48,7 +48,6 @@ struct CoupledBodies {
   double light;  // approach [m] at the outer raceway below which errors along the orbit count less
   Land land;
   double direction[3];  // of the housing's motion, of length 1
-  double shaft_angle, shaft_speed, shaft_acceleration;  // prescribed, at the chunk's begin
   bool torque_driven() const { return free[SHAFT]; }
 };
 
@@ -152,7 +151,7 @@ constexpr int ON_BODY = LOSS_ROW + 1, ELEMENT_ROWS = ON_BODY + COORDINATES;
 
 inline const Heights NO_HEIGHTS{};
 
-// The motion of a ball and of the bodies, as variables or as values.
+// The motion of a ball and of the bodies it meets, as variables or as values.
 template <bool DERIVATIVES>
 struct ElementInput {
   const BallState &ball;  // its VELOCITY + 1 is the orbit rate
@@ -165,15 +164,18 @@ struct ElementInput {
   template <int C> CORE_INLINE auto speed(Index<C>) const {
     return input<DERIVATIVES, BODY_SPEED + C>(broadcast<Pack>(bodies[COORDINATES + C]));
   }
-  CORE_INLINE auto orbit_rate() const { return own(index<ORBIT_RATE>); }
-  CORE_INLINE auto velocity() const {
-    return Vector3{own(index<VELOCITY>), own(index<RADIUS>) * own(index<ORBIT_RATE>), own(index<VELOCITY + 2>)};
-  }
-  // The row of the orbit from the force [N] along it: the moment [N m] that makes the orbit rate grow.
-  template <class F, class R>
-  CORE_INLINE auto along_orbit(const Bearing &bearing, const F &force, const R &rate) const {
-    return own(index<RADIUS>) * (force - (2.0 * bearing.ball_mass) * (rate * own(index<VELOCITY>)));
-  }
+};
+// The same between rings whose motion is prescribed.
+template <bool DERIVATIVES>
+struct PrescribedInput {
+  const BallState &ball;
+  const Bearing &bearing;
+  const Pack &ring_speed;
+  const CarriedBalls *carried;
+  const Heights &heights;
+  template <int C> CORE_INLINE auto own(Index<C>) const { return input<DERIVATIVES, C>(ball[C]); }
+  CORE_INLINE double place(int c) const { return c < TILT_X ? bearing.offset[c] : bearing.tilt[c - TILT_X]; }
+  CORE_INLINE Pack speed(int) const { return ring_speed; }
 };
 
 // A raceway, all in its ring's axes: differentiated by the ball's offset, velocity and spin against the ring and by the
@@ -218,13 +220,15 @@ CORE_INLINE auto tilted_action(const Bearing &bearing, const CarriedBalls *carri
                       through(moment.x), through(moment.y)};
 }
 
-// A ball between its raceways: gives all rows but forces on the cage. `in` is an ElementInput, or a ball's alone.
+// A ball between its raceways: gives all rows but forces on the cage. Newton's and Euler's equations in the frame that turns
+// with the ball at its orbit rate about z: velocity and angular velocity gain the terms -orbit_rate z x (.), the centrifugal,
+// Coriolis and gyroscopic effects.
 template <RingMotion RING, bool PATCH, class Input, class Give>
 CORE_INLINE void between_raceways(const Bearing &bearing, const Input &in, Give give) {
   Vector3 position{in.own(index<RADIUS>), Zero{}, in.own(index<HEIGHT>)};
   Vector3 spin{in.own(index<SPIN>), in.own(index<SPIN + 1>), in.own(index<SPIN + 2>)};
-  auto velocity = in.velocity();
-  auto orbit_rate = in.orbit_rate();
+  auto orbit_rate = in.own(index<ORBIT_RATE>);
+  Vector3 velocity{in.own(index<VELOCITY>), position.x * orbit_rate, in.own(index<VELOCITY + 2>)};
   auto shaft_speed = in.speed(index<SHAFT>);
   const CarriedBalls *carried = in.carried;
   auto [cosine, sine] = cosine_sine(in.own(index<ANGLE>));
@@ -246,7 +250,8 @@ CORE_INLINE void between_raceways(const Bearing &bearing, const Input &in, Give 
     auto gravity = in_ball_frame(Vector3{bearing.gravity[0], bearing.gravity[1], bearing.gravity[2]});
     double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
     give(index<RADIAL_ROW>, over_mass * force.x + gravity.x + orbit_rate * velocity.y);
-    give(index<ORBIT_ROW>, in.along_orbit(bearing, force.y + bearing.ball_mass * gravity.y, orbit_rate));
+    auto along = force.y + bearing.ball_mass * gravity.y - (2.0 * bearing.ball_mass) * (orbit_rate * velocity.x);
+    give(index<ORBIT_ROW>, position.x * along);
     give(index<AXIAL_ROW>, over_mass * force.z + gravity.z);
     give(index<SPIN_ROW>, over_inertia * torque.x + orbit_rate * spin.y);
     give(index<SPIN_ROW + 1>, over_inertia * torque.y - orbit_rate * spin.x);

@@ -49,11 +49,19 @@ inline Bearing bearing_of(const double *numbers, const double *points) {
   return b;
 }
 
-inline RosenbrockMethod method_of(const double *numbers) {
+inline RosenbrockMethod rosenbrock_of(const double *numbers) {
   RosenbrockMethod m{};
   Reader read(numbers);
   m.stages = read.integer(), m.order = read.integer(), m.ends_steps_at_contacts = read.integer() != 0;
   read(m.gamma, m.a, m.c, m.alpha, m.d, m.dense);
+  return m;
+}
+
+inline RungeKuttaMethod runge_kutta_of(const double *numbers) {
+  RungeKuttaMethod m{};
+  Reader read(numbers);
+  m.stages = read.integer(), m.order = read.integer();
+  read(m.a, m.node, m.weight, m.error);
   return m;
 }
 
@@ -93,8 +101,10 @@ inline BodyState state_of(const Bearing &bearing, const CoupledBodies &bodies, c
   return state;
 }
 
+inline Drive drive_of(const double *numbers) { return {numbers[0], numbers[1], numbers[2]}; }
+
 // Reads numbers in the order in which kinds/bearing/system.py writes them.
-inline CoupledBodies bodies_of(const double *numbers, const double *load, const double *load_rate, const double *drive) {
+inline CoupledBodies bodies_of(const double *numbers, const double *load, const double *load_rate) {
   CoupledBodies b{};
   Reader read(numbers);
   b.ring = RingMotion(read.integer()), b.cage = CageKind(read.integer()), b.guided = read.integer() != 0;
@@ -108,7 +118,6 @@ inline CoupledBodies bodies_of(const double *numbers, const double *load, const 
     if (c == CAGE_ANGLE || c == HOUSING || place < 0) continue;
     b.load[c] = load[place], b.load_rate[c] = load_rate[place];
   }
-  b.shaft_angle = drive[0], b.shaft_speed = drive[1], b.shaft_acceleration = drive[2];
   return b;
 }
 

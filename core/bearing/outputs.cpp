@@ -16,8 +16,6 @@ struct RowPlaces {
   bool contacts() const { return neighbours >= 0; }
 };
 
-struct DriveNow { double angle, speed, acceleration; };
-
 namespace outputs {
 
 // Columns after the ring's angle.
@@ -272,7 +270,7 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   for (int c : {RING_X, RING_Y, RING_Z})
     if (b.free[c]) ring[RING_LOAD + c] = b.load[c] + time * b.load_rate[c];
   if (b.unbalance != 0.0) {
-    double turn = b.phase + (driven ? e[SHAFT] : b.shaft_angle + time * (b.shaft_speed + 0.5 * b.shaft_acceleration * time));
+    double turn = b.phase + ring[0];
     double pull = b.unbalance * ring[RING_SPEED] * ring[RING_SPEED];
     ring[RING_LOAD] += b.free[RING_X] * pull * std::cos(turn), ring[RING_LOAD + 1] += b.free[RING_Y] * pull * std::sin(turn);
   }
@@ -308,7 +306,7 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
 // there are `bodies`, ring, cage and shaft, their states (instants, BODY_NUMBERS).
 struct Source {
   const Bearing &bearing;
-  DriveNow drive;
+  Drive drive;
   int instants, balls;
   const double *times, *states, *orientations;
   const CoupledBodies *bodies;
@@ -330,9 +328,9 @@ void write_balls(const Source &from, const RowPlaces &places, double *out) {
       long pair = std::min(begin + lane, total - 1), instant = pair / from.balls;
       for (int c = 0; c < COLUMNS; c++) y[c][lane] = from.states[pair * COLUMNS + c];
       for (int c = 0; c < 4; c++) orientation[c][lane] = from.orientations[pair * 4 + c];
-      ring.speed[lane] = from.drive.speed + from.drive.acceleration * from.times[instant];
+      ring.speed[lane] = from.drive.speed_at(from.times[instant]);
       ring.first[lane] = pair % from.balls == 0 ? -1 : 0;
-      ring.angle[lane] = from.drive.angle + from.times[instant] * (from.drive.speed + 0.5 * from.drive.acceleration * from.times[instant]);
+      ring.angle[lane] = from.drive.angle_at(from.times[instant]);
       if (!from.bodies) continue;
       const double *place = from.body_states[instant].data(), *speed = place + COORDINATES;
       if (driven) ring.speed[lane] = speed[SHAFT], ring.angle[lane] = place[SHAFT];
@@ -375,9 +373,9 @@ void write(const Source &from, const RowPlaces &places, double *out) {
   for (int instant = 0; instant < from.instants; instant++) {
     double *row = out + long(instant) * places.columns, *ring = row + places.ring, time = from.times[instant];
     const double *state = from.states + long(instant) * from.balls * COLUMNS;
-    const DriveNow &drive = from.drive;
-    ring[0] = drive.angle + time * (drive.speed + 0.5 * drive.acceleration * time);
-    ring[RING_SPEED] = drive.speed + drive.acceleration * time;
+    const Drive &drive = from.drive;
+    ring[0] = drive.angle_at(time);
+    ring[RING_SPEED] = drive.speed_at(time);
     if (from.bodies && from.bodies->torque_driven())
       ring[0] = from.body_states[instant][SHAFT], ring[RING_SPEED] = from.body_states[instant][COORDINATES + SHAFT];
     std::copy(from.bearing.offset, from.bearing.offset + 3, ring + RING_OFFSET);
@@ -396,7 +394,7 @@ void write(const Source &from, const RowPlaces &places, double *out) {
 using namespace core;
 
 // Fills rows (instants, columns) of all channels. `place` holds the numbers of RowPlaces in their
-// order; `body_numbers`, loads and borders are those of coupled.cpp, and `coupled` says whether there are any.
+// order; `body_numbers`, loads and borders are those of `core_integrate`, and `coupled` says whether there are any.
 CORE_EXPORT void core_outputs(const double *bearing_numbers, const double *points, const double *drive, std::int64_t instants,
                               std::int64_t balls, const double *times, const double *states, const double *orientations,
                               std::int64_t coupled, const double *body_numbers, const double *load, const double *load_rate,
@@ -407,10 +405,10 @@ CORE_EXPORT void core_outputs(const double *bearing_numbers, const double *point
   for (int &one : places.width) one = int(*place++);
   for (int *one : {&places.ring, &places.shared, &places.neighbours, &places.position, &places.force, &places.columns}) *one = int(*place++);
   CoupledBodies bodies{};
-  if (coupled) bodies = bodies_of(body_numbers, load, load_rate, drive);
+  if (coupled) bodies = bodies_of(body_numbers, load, load_rate);
   std::vector<BodyState> moving;
   for (std::int64_t i = 0; coupled && i < instants; i++) moving.push_back(state_of(bearing, bodies, borders + i * BORDER));
-  outputs::Source from{bearing, {drive[0], drive[1], drive[2]}, int(instants), int(balls), times, states, orientations,
+  outputs::Source from{bearing, drive_of(drive), int(instants), int(balls), times, states, orientations,
                        coupled ? &bodies : nullptr, moving.data(), rolling};
   if (bearing.over_patch()) outputs::write<true>(from, places, out);
   else outputs::write<false>(from, places, out);

@@ -51,8 +51,9 @@ struct Bearing {
 
 // Prescribed rotation of the inner ring: at time t [s] it has speed + acceleration t [rad/s], and from `angle` [rad] on.
 struct Drive {
-  double speed, acceleration, angle;
+  double angle, speed, acceleration;
   double angle_at(double time) const { return angle + time * (speed + 0.5 * acceleration * time); }
+  template <class T> CORE_INLINE T speed_at(const T &time) const { return speed + acceleration * time; }
 };
 
 // A ball's state: position (axis distance, orbit angle, height), velocity and angular velocity (radial, tangential,
@@ -60,14 +61,6 @@ struct Drive {
 enum Column { RADIUS, ANGLE, HEIGHT, VELOCITY, SPIN = 6, DRIVE_WORK = 9, DISSIPATED, GROSS_WORK, COLUMNS };
 constexpr int MOTION = DRIVE_WORK;
 using BallState = std::array<Pack, COLUMNS>;
-
-// Calls what is made for friction at a point or over the patch, and for a ring that is level or tilted.
-template <class Function>
-CORE_INLINE auto for_kind_of(const Bearing &bearing, Function function) {
-  if (bearing.over_patch())
-    return bearing.tilted() ? function.template operator()<true, true>() : function.template operator()<true, false>();
-  return bearing.tilted() ? function.template operator()<false, true>() : function.template operator()<false, false>();
-}
 
 // A film where a step began: 1 over load and rolling speed there, its resistance [N] and coefficient of friction, and each
 // one's exponent e of load and speed, as 1 + e and 1 - e. It is written where the rates are differentiated.

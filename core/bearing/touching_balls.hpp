@@ -2,7 +2,7 @@
 // dense, with the bodies' coordinates last, where elimination fills least; all other balls are eliminated before.
 #pragma once
 #include "../math/linear.hpp"
-#include "coupled_system.hpp"
+#include "ball_system.hpp"
 #include "neighbours.hpp"
 
 namespace core {
@@ -76,13 +76,13 @@ template <bool DERIVATIVES>
 
 class TouchingBalls {
  public:
-  // `near` (balls,) says which of all balls may touch the next ahead; `numbers` (count,) are those of a row of neighbours.
-  void begin(const std::uint8_t *near, int balls, const std::int64_t *numbers, int size) {
-    count = size, pairs.clear(), members.clear();
+  // `near` (balls,) says which of all balls may touch the next ahead; `numbers` are those of a row of neighbours.
+  void begin(const std::uint8_t *near, int balls, const std::vector<int> &numbers) {
+    count = int(numbers.size()), pairs.clear(), members.clear();
     if (!std::any_of(near, near + balls, [](std::uint8_t one) { return one != 0; })) return;
     pairs.assign((count + LANES - 1) / LANES, PairBlock{});
     for (int place = 0; place < count; place++) {
-      std::int64_t own = numbers[place], next = numbers[(place + 1) % count];
+      int own = numbers[place], next = numbers[(place + 1) % count];
       PairBlock &p = pairs[place / LANES];
       p.may_touch[place % LANES] = near[own] && next == (own + 1) % balls ? -1 : 0;
       p.around[place % LANES] = next < own ? 2.0 * M_PI : 0.0;

@@ -470,7 +470,7 @@ CORE_EXPORT std::int64_t core_shaft_advance(const double *rotor_numbers, const d
                                             double until, const volatile std::uint8_t *stop, double *clock, double *kept,
                                             std::int64_t *counts, double *rows, std::int64_t width) {
   const Rotor &rotor = at<Rotor>(rotor_numbers);
-  const RosenbrockMethod method = method_of(method_numbers);
+  const RosenbrockMethod method = rosenbrock_of(method_numbers);
   Method::Scales its_scales;
   std::copy(scales, scales + MOVING, its_scales.begin());
   Bearings bearings(rotor, &at<Seat>(seats), balls);

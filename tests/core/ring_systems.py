@@ -19,33 +19,19 @@ from bearing_twin.kinds.bearing import (
     RingDrive,
 )
 from bearing_twin.kinds.bearing.system import (
-    CARRIED_COLUMNS,
     COORDINATES,
     HOUSING_PLACE,
     HOUSING_SPEED,
-    method_numbers,
     numbers_of,
     numbers_of_bodies,
 )
 
 BODY_NUMBERS = 2 * COORDINATES + 4  # with their integrals
-_ball_rates = Function("core_ball_rates", None, (REALS, REALS, REAL, REALS, REALS, REALS_OUT, REALS_OUT))
 _linear_answers = Function(
     "core_linear_answers",
     None,
-    (*(REALS,) * 7, INTEGER, FLAG, REALS_OUT, REALS, REAL, INTEGER, REALS, REALS_OUT, REALS_OUT),
+    (*(REALS,) * 6, INTEGER, FLAG, REALS_OUT, REALS, REAL, INTEGER, REALS, REALS_OUT, REALS_OUT),
 )
-
-
-def ball_rates_and_jacobian(bearing, ring_speed, state, carried=None):
-    """Rates (COLUMNS,) of one ball in a state (COLUMNS,), and their derivatives (9, 9) by its motion.
-
-    `carried` (CARRIED_COLUMNS,) is what a law with states carries at the ball's contacts; None: nothing yet.
-    """
-    found, jacobian = np.empty(len(state)), np.empty((9, 9))
-    carried = np.zeros(CARRIED_COLUMNS) if carried is None else carried
-    _ball_rates(*numbers_of(bearing), float(ring_speed), np.ascontiguousarray(state, float), carried, found, jacobian)
-    return found, jacobian
 
 
 def linear_answers(bearing, drive, bodies, near, state, body_state, right):
@@ -56,9 +42,9 @@ def linear_answers(bearing, drive, bodies, near, state, body_state, right):
     """
     rates, answers = np.empty(state.size + BODY_NUMBERS), np.empty_like(right)
     _linear_answers(
-        *(*numbers_of(bearing), method_numbers("rodas4"), numbers_of_bodies(bearing, bodies)),
-        *(bodies.load, bodies.load_rate, np.array(drive, float), len(state), near.view(np.uint8), state.copy()),
-        *(body_state, GAIN, len(right), right, rates, answers),
+        *(*numbers_of(bearing), numbers_of_bodies(bearing, bodies), bodies.load, bodies.load_rate),
+        *(np.array(drive, float), len(state), near.view(np.uint8), state.copy(), body_state, GAIN),
+        *(len(right), right, rates, answers),
     )
     return rates, answers
 

@@ -29,14 +29,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import IntegrationError, Stopped
-from bearing_twin.coefficients import EXPLICIT
+from bearing_twin.coefficients import EXPLICIT, ROSENBROCK
 from bearing_twin.contact.elasticity import elastic
 from bearing_twin.core import (
     FLAG,
     FLAGS,
     FLAGS_OUT,
     INTEGER,
-    INTEGERS,
     INTEGERS_OUT,
     REAL,
     REALS,
@@ -84,28 +83,17 @@ FAILURES = {
     STALLED: "needs ever shorter steps; loosen wanted.tolerance or raise contact.friction_regularisation",
 }
 
-_free_balls = Function(
-    "core_free_balls",
-    INTEGER,
-    (*(REALS,) * 5, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, INTEGER, *(REALS_OUT,) * 6, INTEGERS_OUT, REALS_OUT),
-)
-_common_balls = Function(
-    "core_common_balls",
+_integrate = Function(
+    "core_integrate",
     INTEGER,
     (
-        *(*(REALS,) * 5, REAL, REAL, INTEGER, REALS, FLAG, INTEGER, FLAGS),
-        *(*(REALS_OUT,) * 5, INTEGERS_OUT, REALS_OUT, REALS_OUT),
-    ),
-)
-_coupled_balls = Function(
-    "core_coupled_balls",
-    INTEGER,
-    (
-        *(*(REALS,) * 8, REAL, INTEGER, REALS, FLAG, INTEGER, INTEGERS, FLAG, INTEGER),
+        *(REALS, REALS, INTEGER, *(REALS,) * 6, REAL, REAL, INTEGER, REALS, FLAG, INTEGER, FLAGS),
         *(*(REALS_OUT,) * 8, INTEGERS_OUT, REALS_OUT),
     ),
 )
-_all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, REAL, INTEGER, FLAGS, REALS, REALS_OUT))
+IMEX, RUNGE_KUTTA, LINEARLY_IMPLICIT = range(3)  # Family of core/bearing/balls.cpp
+NO_NUMBERS = np.zeros(0)
+_all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, REAL, INTEGER, FLAGS, REALS_OUT, REALS_OUT))
 _add_stored = Function("core_add_stored", None, (REALS, REALS, INTEGER, FLAGS, REAL, INTEGER, REALS_OUT))
 
 
@@ -140,48 +128,6 @@ class Chunk(NamedTuple):
     failure: np.ndarray
 
 
-def _drive_numbers(drive: RingDrive) -> np.ndarray:
-    return np.array([drive.speed, drive.acceleration, drive.angle], float)
-
-
-def _free(method: str, chunk: Chunk, balls) -> int:
-    """Moves the numbered `balls` that touch no other through a chunk, each with steps of its own."""
-    return _free_balls(
-        *(*numbers_of(chunk.bearing), method_numbers(method), _drive_numbers(chunk.drive), chunk.scales),
-        *(chunk.duration, len(chunk.times), chunk.times, chunk.stop, len(balls), np.array(balls, np.int64)),
-        *(len(chunk.state), chunk.state, chunk.orientation, chunk.steps, chunk.carried),
-        *(chunk.states, chunk.orientations, chunk.counts, chunk.failure),
-    )
-
-
-def _common(method: str, chunk: Chunk) -> int:
-    """Moves all balls by an explicit method, or by `imex`, in common steps: given ones without an error estimate."""
-    numbers, adaptive, following = np.zeros(1), False, np.empty(1)
-    if method in EXPLICIT:
-        numbers, adaptive = runge_kutta_numbers(method), bool(EXPLICIT[method].error.any())
-    status = _common_balls(
-        *(*numbers_of(chunk.bearing), numbers, _drive_numbers(chunk.drive), chunk.scales),
-        *(float(chunk.steps[0]) if adaptive else chunk.step, chunk.duration, len(chunk.times), chunk.times),
-        *(chunk.stop, len(chunk.state), chunk.near, chunk.state, chunk.orientation, chunk.carried),
-        *(chunk.states, chunk.orientations, chunk.counts, chunk.failure, following),
-    )
-    if status == OK:
-        chunk.steps[:] = following
-    return status
-
-
-def _coupled(method: str, chunk: Chunk, balls) -> int:
-    """Moves the numbered `balls`, neighbours one after the other, with ring, cage and shaft."""
-    bodies = chunk.bodies
-    return _coupled_balls(
-        *(*numbers_of(chunk.bearing), method_numbers(method), numbers_of_bodies(chunk.bearing, bodies)),
-        *(bodies.load, bodies.load_rate, np.array(chunk.drive, float), chunk.scales, chunk.duration),
-        *(len(chunk.times), chunk.times, chunk.stop, len(balls), np.array(balls, np.int64), chunk.near.view(np.uint8)),
-        *(len(chunk.state), chunk.state, chunk.orientation, chunk.steps, chunk.carried, chunk.body_state),
-        *(chunk.states, chunk.orientations, chunk.body_states, chunk.counts, chunk.failure),
-    )
-
-
 def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray, ring_angle: float = 0.0) -> np.ndarray:
     """Rates (N, COLUMNS) of all balls in a state (N, COLUMNS); near[k] says whether ball k may touch the next ahead.
 
@@ -194,10 +140,8 @@ def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray, ring_
 
 def integrated(stepper: str, chunk: Chunk) -> int:
     """Integrates a chunk; returns its status."""
-    if stepper == "imex":  # its losses are of first order, those of damping, which are less than the work of loads
-        return _common(stepper, chunk)
     _stored(1.0, chunk, chunk.state)
-    status = _with_losses(stepper, chunk)
+    status = _by_scipy(SCIPY[stepper], chunk) if stepper in SCIPY else _by_core(stepper, chunk)
     _stored(-1.0, chunk, chunk.state)
     _stored(-1.0, chunk, chunk.states)
     return status
@@ -210,38 +154,20 @@ def _stored(share: float, chunk: Chunk, states: np.ndarray) -> None:
         _add_stored(*numbers_of(chunk.bearing), len(chunk.near), chunk.near, share, count, states)
 
 
-def _with_losses(stepper: str, chunk: Chunk) -> int:
-    """`integrated` where the integral of losses takes in what contacts of balls store."""
+def _by_core(stepper: str, chunk: Chunk) -> int:
+    family, numbers = IMEX, NO_NUMBERS
     if stepper in EXPLICIT:
-        return _common(stepper, chunk)
-    if stepper in SCIPY:
-        return _by_scipy(SCIPY[stepper], chunk)
-    # Where the rings' motion is prescribed and there is no cage, a ball acts on another only where they touch.
-    every = range(len(chunk.near))
-    if chunk.bodies.active:
-        return _coupled(stepper, chunk, every)
-    if not np.count_nonzero(chunk.near):
-        return _free(stepper, chunk, every)
-    groups = groups_of(chunk.near)
-    alone = [group[0] for group in groups if len(group) == 1]
-    status = _free(stepper, chunk, alone) if alone else OK
-    for group in groups:
-        if status == OK and len(group) > 1:
-            status = _coupled(stepper, chunk, group)
-    return status
-
-
-def groups_of(near) -> list[list[int]]:
-    """Cuts the ring of balls into rows of neighbours that may meet; `near[k]` (N,) speaks of balls k and k + 1."""
-    balls = len(near)
-    first = next((k for k in range(balls) if not near[k - 1]), 0)
-    groups = [[first]]
-    for k in range(first + 1, first + balls):
-        if near[(k - 1) % balls]:
-            groups[-1].append(k % balls)
-        else:
-            groups.append([k % balls])
-    return groups
+        family, numbers = RUNGE_KUTTA, runge_kutta_numbers(stepper)
+    elif stepper in ROSENBROCK:
+        family, numbers = LINEARLY_IMPLICIT, method_numbers(stepper)
+    bodies = chunk.bodies
+    return _integrate(
+        *(*numbers_of(chunk.bearing), family, numbers, numbers_of_bodies(chunk.bearing, bodies)),
+        *(bodies.load, bodies.load_rate, np.array(chunk.drive, float), chunk.scales, chunk.step, chunk.duration),
+        *(len(chunk.times), chunk.times, chunk.stop, len(chunk.state), chunk.near),
+        *(chunk.state, chunk.orientation, chunk.steps, chunk.carried, chunk.body_state),
+        *(chunk.states, chunk.orientations, chunk.body_states, chunk.counts, chunk.failure),
+    )
 
 
 def check(status: int, elapsed: float, failure: np.ndarray) -> None:

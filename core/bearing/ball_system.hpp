@@ -53,6 +53,9 @@ struct Layout {
 // Balls side by side in a step: states, and what the linear system works with. Lanes without a ball repeat the last one,
 // which then does nothing to others: their `live` is 0, else all bits are set.
 struct BallBlock : StepStates<BallState> {
+  int ball[LANES], cursor[LANES];  // the ball in a lane, -1 without one; its next instant
+  Pack time{}, step{}, over_step{}, gain{}, error{};
+  double wanted[LANES], until[LANES], share[LANES];  // step before it is cut; time up to which to give out; part of it to make
   Mask live{}, apart{};  // apart: touches no other ball
   Pack pocket{};  // angle from the cage to the ball's pocket [rad]
   Pack closing{};  // growth of the rate at which the ball comes forward in its pocket [m/s^2]
@@ -109,6 +112,20 @@ struct ElementStore {
   }
 };
 
+// Forces of raceways whose motion is prescribed on a block of balls; with DERIVATIVES its tile, too.
+template <bool PATCH, bool TILTED, bool DERIVATIVES>
+[[gnu::noinline]] inline void prescribed_raceways(const Bearing &bearing, const Pack &ring_speed, BallBlock &k) {
+  auto give = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
+    if constexpr (ROW < ON_BODY) {
+      k.f[VELOCITY + ROW] = value_of(x);
+      if constexpr (DERIVATIVES)
+        for_each_slope(x, [&](int variable, const Pack &slope) __attribute__((always_inline)) { k.tile[ROW][variable] = slope; });
+    }
+  };
+  between_raceways<TILTED ? RingMotion::tilted : RingMotion::held, PATCH>(
+      bearing, PrescribedInput<DERIVATIVES>{k.y, bearing, ring_speed, bearing.carries() ? &k.carried : nullptr, k.heights}, give);
+}
+
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
 [[gnu::noinline]] inline void raceways_of_block(const Bearing &bearing, const double *housing, const Layout &layout, BallBlock &k,
                                                 const BodyState &y, Pushes &push) {
@@ -155,7 +172,7 @@ inline void finish_rates(const Bearing &bearing, const Layout &layout, BallBlock
   if constexpr (DERIVATIVES) {
     Pack *row = k.tile[MOTION_ROWS + 1];
     row[OWN_PLACES] -= 2.0 * bearing.ball_mass * k.y[RADIUS] * k.f[ORBIT_RATE];  // the inertia grows with the radius
-    for (int c = 0; c < SPARE_COLUMN; c++) row[c] *= over;
+    for (int c = 0; c < (layout.unknowns ? int(SPARE_COLUMN) : int(BODY_PLACES)); c++) row[c] *= over;
   }
 }
 
@@ -195,22 +212,23 @@ struct Unknown {
 };
 
 template <class T>
-CORE_INLINE T folded_own(const T *row, int j, double g) { return row[OWN_SPEEDS + j] + g * row[OWN_PLACES + j]; }
+CORE_INLINE T folded_own(const T *row, int j, const T &g) { return row[OWN_SPEEDS + j] + g * row[OWN_PLACES + j]; }
 template <class T>
-CORE_INLINE T folded_body(const T *row, int c, double g) { return row[BODY_SPEEDS + c] + g * row[BODY_PLACES + c]; }
+CORE_INLINE T folded_body(const T *row, int c, const T &g) { return row[BODY_SPEEDS + c] + g * row[BODY_PLACES + c]; }
 
 using Corner = Pack[MOST_FREE][MOST_FREE];
 
 // Factors of a block, and what its balls leave of the bodies' system; M is the room for unknowns of the bodies.
 template <bool EVEN, int M>
-[[gnu::noinline]] inline void factorise_block(BallBlock &k, double g, Corner &corner, Corner &by_place) {
+[[gnu::noinline]] inline void factorise_block(BallBlock &k, Corner &corner, Corner &by_place) {
   constexpr int N = Unknown<EVEN>::count;
+  const Pack g = k.gain, over = 1.0 / g;
   auto row_of = [&](int i) { return k.tile[i < N ? MOTION_ROWS + i : SPIN_ROWS + i - N]; };
   for (int i = 0; i < N + 3; i++) {
     const Pack *row = row_of(i);
     for (int j = 0; j < N; j++) k.inverse[i][j] = -folded_own(row, j, g);
     for (int j = 0; j < 3; j++) k.inverse[i][N + j] = -row[OWN_SPINS + j];
-    k.inverse[i][i] += broadcast<Pack>(1.0 / g);
+    k.inverse[i][i] += over;
   }
   invert_in_lanes<N + 3>(k.inverse);
   for (int r = 0; r < M; r++) {
@@ -235,16 +253,17 @@ template <bool EVEN, int M>
 // A stage before it is solved: `known` (M,) changes of the bodies' places. `share` gathers what balls do
 // to the bodies.
 template <bool EVEN, int M>
-[[gnu::noinline]] inline void eliminate_block(BallBlock &k, double g, const double *known, Pack *share) {
+[[gnu::noinline]] inline void eliminate_block(BallBlock &k, const double *known, Pack *share) {
   constexpr int N = Unknown<EVEN>::count;
   Pack at[N], there[M];
+  const Pack g = k.gain;
   for (int c = 0; c < M; c++) there[c] = broadcast<Pack>(known[c]);
   for (int i = 0; i < N; i++) at[i] = g * k.right[Unknown<EVEN>::place(i)];
   for (int i = 0; i < N + 3; i++) {
     const Pack *row = k.tile[i < N ? MOTION_ROWS + i : SPIN_ROWS + i - N];
-    Pack sum = k.right[i < N ? VELOCITY + Unknown<EVEN>::place(i) : SPIN + i - N], more = row[BODY_PLACES] * there[0];
+    Pack sum = k.right[i < N ? VELOCITY + Unknown<EVEN>::place(i) : SPIN + i - N], more{};
     for (int j = 0; j < N; j++) sum += row[OWN_PLACES + j] * at[j];
-    for (int c = 1; c < M; c++) more += row[BODY_PLACES + c] * there[c];
+    for (int c = 0; c < M; c++) more += row[BODY_PLACES + c] * there[c];
     k.known[i] = sum + more;
   }
   multiply_in_lanes<N + 3>(k.inverse, k.known, k.eliminated);
@@ -259,8 +278,9 @@ template <bool EVEN, int M>
 
 // The balls once `places` and `speeds` (M,) of the bodies are known; `cage` (2,) are those of an even cage.
 template <bool EVEN, int M>
-[[gnu::noinline]] inline void follow_block(BallBlock &k, double g, const double *places, const double *speeds, const double *cage, BallState &to) {
+[[gnu::noinline]] inline void follow_block(BallBlock &k, const double *places, const double *speeds, const double *cage, BallState &to) {
   constexpr int N = Unknown<EVEN>::count;
+  const Pack g = k.gain;
   Pack p[M], s[M], v[N + 3];
   for (int c = 0; c < M; c++) p[c] = broadcast<Pack>(places[c]), s[c] = broadcast<Pack>(speeds[c]);
   for (int i = 0; i < N + 3; i++) {
@@ -277,10 +297,10 @@ template <bool EVEN, int M>
   Pack found[2];
   for (int n = 0; n < 2; n++) {
     const Pack *row = k.tile[POWER_ROWS + n];
-    Pack sum = row[OWN_SPINS] * v[N] + row[OWN_SPINS + 1] * v[N + 1] + row[OWN_SPINS + 2] * v[N + 2], more = row[BODY_SPEEDS] * s[0];
+    Pack sum = row[OWN_SPINS] * v[N] + row[OWN_SPINS + 1] * v[N + 1] + row[OWN_SPINS + 2] * v[N + 2], more{};
     for (int i = 0; i < N; i++) sum += row[OWN_SPEEDS + i] * v[i] + row[OWN_PLACES + i] * place[i];
     for (int c = 0; c < M; c++) more += row[BODY_PLACES + c] * p[c];
-    for (int c = 1; c < M; c++) more += row[BODY_SPEEDS + c] * s[c];
+    for (int c = 0; c < M; c++) more += row[BODY_SPEEDS + c] * s[c];
     found[n] = sum + more;
   }
   to[DRIVE_WORK] = g * (k.right[DRIVE_WORK] + found[0]), to[DISSIPATED] = g * (k.right[DISSIPATED] + found[1]);
@@ -291,7 +311,8 @@ template <bool EVEN, int M>
 template <class Function>
 CORE_INLINE void sized(const Layout &layout, Function function) {
   auto with_room = [&]<bool EVEN>() __attribute__((always_inline)) {
-    if (layout.unknowns <= 1) function.template operator()<EVEN, 1>();
+    if (layout.unknowns == 0) function.template operator()<EVEN, 0>();
+    else if (layout.unknowns == 1) function.template operator()<EVEN, 1>();
     else if (layout.unknowns <= 4) function.template operator()<EVEN, 4>();
     else if (layout.unknowns <= 6) function.template operator()<EVEN, 6>();
     else function.template operator()<EVEN, MOST_FREE>();
@@ -324,7 +345,7 @@ inline void invert(const double (&matrix)[MOST_FREE][MOST_FREE], int n, double (
 inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, BodyStep &e, double g) {
   Corner corner{}, by_place{};
   sized(layout, [&]<bool EVEN, int M>() __attribute__((always_inline)) {
-    for (BallBlock &k : blocks) factorise_block<EVEN, M>(k, g, corner, by_place);
+    for (BallBlock &k : blocks) factorise_block<EVEN, M>(k, corner, by_place);
   });
   for (int i = 0; i < layout.unknowns; i++)
     for (int j = 0; j < layout.unknowns; j++) {
