@@ -19,11 +19,8 @@ from bearing_twin.log import cdr
 from bearing_twin.log.layouts import LAYOUTS, panels, rviz
 from bearing_twin.log.run_log import write_log
 from bearing_twin.log.stream import MessageStream, topics
-from bearing_twin.log.study_log import write_study
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
-from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study import load_study
 
 SCENE = load_scene("bearing_6203")
 
@@ -165,15 +162,6 @@ def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path):
     words = ["--out", str(tmp_path / "deep" / "new"), "--for", "plotjuggler"]
     assert main(["layouts", str(tmp_path / "scene.yaml"), *words]) == 0
     assert [one.name for one in (tmp_path / "deep" / "new").iterdir()] == ["_.._escaped.plotjuggler.xml"]
-
-
-def test_a_study_is_shown_by_view(tmp_path, typed):
-    only = ["quantities=[peak_force]", "stop.quantity=peak_force"]
-    study = load_study("spheres_alpha_4e-5", [*only, "method=ensemble", "samples=40", "workers=1"])
-    path = write_study(run_study(study), tmp_path / "study.mcap")
-    assert f"bearing_twin view {path} shows it" in " ".join(
-        typed("layouts", path, "--out", tmp_path, code=2).err.split()
-    )
 
 
 @pytest.mark.parametrize(

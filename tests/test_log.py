@@ -353,6 +353,11 @@ def test_the_newest_files_of_a_split_log_stay(tmp_path):
     assert kept == bits(BLOCK)[-len(kept) :]
     with AnyReader([tmp_path / "bag"]) as reader:
         assert sum(1 for _ in reader.messages()) == reader.message_count
+    files[0].unlink()
+    with pytest.raises(LogError, match=rf"lacks its file {files[0].name}; remove its metadata.yaml"):
+        read_log(tmp_path / "bag")
+    (tmp_path / "bag" / "metadata.yaml").unlink()
+    assert bits(read_log(tmp_path / "bag")) == kept[-len(bits(read_log(files[1]))) :]
 
 
 @pytest.mark.parametrize("fsync", [True, False])

@@ -345,8 +345,9 @@ def log_files(path) -> list[Path]:
     if len(set(files)) < len(files):
         raise LogError(f"{path / 'metadata.yaml'} names a file twice; remove it to read the files beside it")
     if not files or missing:
-        what = f"lacks its file {missing[0]}" if missing else "holds no .mcap file"
-        raise LogError(f"the bag folder {path} {what}; give a log written by bearing_twin or `ros2 bag record`")
+        what = "holds no .mcap file; give a log written by bearing_twin or `ros2 bag record`"
+        what = f"lacks its file {missing[0]}; remove its metadata.yaml to read the others" if missing else what
+        raise LogError(f"the bag folder {path} {what}")
     return files
 
 
