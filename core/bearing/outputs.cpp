@@ -421,7 +421,7 @@ namespace {
 
 constexpr int MISSING = -1;  // the first column of a channel that is not there
 enum Column {
-  LOAD, TORQUE, RING_TORQUE, ROLL, SPEED, SLIP, ANGLE, POCKET, WORK, RING_ANGLE, LOAD_WORK, AT_GREATEST, RING = AT_GREATEST + 4,
+  LOAD, TORQUE, RING_TORQUE, ROLL, SPEED, ANGLE, POCKET, WORK, RING_ANGLE, LOAD_WORK, AT_GREATEST, RING = AT_GREATEST + 4,
   OFFSET = RING + 4, VELOCITY, LAND_FORCE
 };
 constexpr int RING_PARTS[4] = {3, 2, 3, 2}, RING_WIDTH = 10;
@@ -436,8 +436,8 @@ struct Stretch {
   double &count() const { return turned()[2]; }
   double *load() const { return turned() + 3; }
   double *torque() const { return load() + 2 * balls; }
-  double *scalars() const { return torque() + balls; }  // drive torque, roll rate, speed, cage slip
-  double *centre() const { return scalars() + 4; }
+  double *scalars() const { return torque() + balls; }  // drive torque, roll rate, speed
+  double *centre() const { return scalars() + 3; }
   double *ring() const { return centre() + 3; }
 };
 // The greatest so far, in the order of figures.Greatest.
@@ -447,7 +447,7 @@ struct Greatest {
   double *load() const { return numbers; }
   double *there() const { return numbers + 2 * balls; }  // (4, 2 balls)
   double *without() const { return numbers + 10 * balls; }
-  double *off_even() const { return numbers + 12 * balls; }  // then the greatest pocket force and land force
+  double *forces() const { return numbers + 12 * balls; }  // of a pocket, of the land
 };
 
 void add_centre(const std::int64_t *column, const double *row, const Greatest &greatest, double *centre) {
@@ -457,7 +457,7 @@ void add_centre(const std::int64_t *column, const double *row, const Greatest &g
   centre[0] += std::sqrt(square), centre[1] += square;
   centre[2] += offset[0] * velocity[1] - offset[1] * velocity[0];
   double pull = std::sqrt(force[0] * force[0] + force[1] * force[1]);
-  greatest.off_even()[2] = std::max(greatest.off_even()[2], pull);
+  greatest.forces()[1] = std::max(greatest.forces()[1], pull);
 }
 
 void add(const std::int64_t *column, const double *row, double seconds, bool begins, const Greatest &greatest, const Stretch &sums) {
@@ -472,18 +472,16 @@ void add(const std::int64_t *column, const double *row, double seconds, bool beg
       for (int k = 0; k < 4; k++) greatest.there()[k * 2 * balls + contact] = row[column[AT_GREATEST + k] + contact];
     }
   }
-  double mean = 0.0, even = 2.0 * M_PI / balls, *most = greatest.off_even();
+  double mean = 0.0, *most = greatest.forces();
   for (int k = 0; k < balls; k++) {
-    const double *torque = row + column[TORQUE] + 3 * k, *angle = row + column[ANGLE] + k;
+    const double *torque = row + column[TORQUE] + 3 * k;
     sums.torque()[k] += std::sqrt(torque[0] * torque[0] + torque[1] * torque[1] + torque[2] * torque[2]);
-    sums.orbit_angle()[k] = *angle;
+    sums.orbit_angle()[k] = row[column[ANGLE] + k];
     mean += row[column[ROLL] + k];
-    if (k > 0) most[0] = std::max(most[0], std::fabs(angle[0] - angle[-1] - even));
-    if (column[POCKET] != MISSING) most[1] = std::max(most[1], std::fabs(row[column[POCKET] + k]));
+    if (column[POCKET] != MISSING) most[0] = std::max(most[0], std::fabs(row[column[POCKET] + k]));
   }
   double *scalar = sums.scalars();
   scalar[0] -= row[column[RING_TORQUE] + 2], scalar[1] += mean / balls, scalar[2] += row[column[SPEED]];
-  scalar[3] += column[SLIP] != MISSING ? row[column[SLIP]] : 0.0;
   sums.turned()[0] = row[column[WORK]] - (column[LOAD_WORK] != MISSING ? row[column[LOAD_WORK]] : 0.0);
   sums.turned()[1] = row[column[RING_ANGLE]];
   add_centre(column, row, greatest, sums.centre());

@@ -33,26 +33,25 @@ RING_WIDTH = sum(RING.values())
 RING_COLUMNS = tuple(slice(end - RING[name], end) for name, end in zip(RING, accumulate(RING.values()), strict=True))
 AT_GREATEST = "curvature_small", "curvature_large", "contact_angle", "spin_rate"
 CENTRE = "cage_offset", "cage_velocity", "land_force"
-ALONE = "off_even", "pocket_force", "land_force"
+ALONE = "pocket_force", "land_force"
 SUMS = (
-    "time", "orbit_angle", "turned", "count", "load", "torque", "drive_torque", "roll_rate", "speed", "cage_slip",
-    "centre", "ring", "ring_least", "ring_greatest",
+    "time", "orbit_angle", "turned", "count", "load", "torque", "drive_torque", "roll_rate", "speed", "centre",
+    "ring", "ring_least", "ring_greatest",
 )  # fmt: skip
 _READ = (
-    "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "cage_slip", "orbit_angle",
+    "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "orbit_angle",
     "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING, *CENTRE,
 )  # fmt: skip
 MISSING = -1  # in the place of the first column of a channel that is not there
 # What logs of earlier versions have not: its numbers were 0, or are not known.
-MAY_BE_MISSING = {"cage_slip", "pocket_force", "inner_ring_load_work", *CENTRE}
+MAY_BE_MISSING = {"pocket_force", "inner_ring_load_work", *CENTRE}
 
 
 def greatest_of(balls: int) -> np.dtype:
     """Extremes over all outputs of contacts (2 N,), of a ball's inner one and outer one in turn, as the core has them.
 
-    The greatest `load` and AT_GREATEST `there`; outputs `without` a load. `off_even` [rad] is how far a gap between
-    neighbours came off even spacing, `pocket_force` [N] the greatest of a cage on a ball, `land_force` [N] that of a
-    land on the cage.
+    The greatest `load` and AT_GREATEST `there`; outputs `without` a load. `pocket_force` [N] is the greatest of a
+    cage on a ball, `land_force` [N] that of a land on the cage.
     """
     both = 2 * balls
     columns = ("load", both), ("there", (len(AT_GREATEST), both)), ("without", both)
@@ -209,7 +208,6 @@ class RunUp:
 
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: hardly any friction; 4 % below its limit
 STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
-UNEVEN, SLOW = math.radians(2.0), 0.01  # of spacing, of orbit speed: beyond, a cage is missed
 
 
 class BearingFigures:
@@ -347,23 +345,6 @@ class BearingFigures:
         mass = ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
         return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
 
-    def _cage_warning(self) -> str | None:
-        """Warning of a bearing without a cage whose balls are unevenly spaced, or orbit unlike balls that roll."""
-        parameters, found = self.parameters, []
-        if parameters.cage.kind != "none" or dimension_of(parameters) == QUASI_STATIC:
-            return None
-        if not self.greatest_load[:, 0].any():
-            return None  # nothing drives the balls, which a warning says; no cage mends that
-        off_even = float(self._sums.greatest["off_even"])
-        if off_even > UNEVEN:
-            found.append(f"their spacing leaves even by {off_even:.2g} rad")
-        steady = parameters.initial.motion == "rolling" and not parameters.drive.change.time
-        speeds = speed_figures(parameters, *self._second_half(), self._rolling_angle())
-        off = speeds["cage_speed_rad_s"] / (speeds["cage_speed_theory_rad_s"] or math.inf) - 1.0 if steady else 0.0
-        if SLOW < abs(off) < 1.0:
-            found.append(f"their orbit speed differs from rolling by {100.0 * off:+.2g} %")
-        return f"nothing keeps the balls apart and {' and '.join(found)}; set cage.kind: even" if found else None
-
     def _touch_warning(self) -> str | None:
         """Warning of an inner ring that balls touch at no output."""
         if self.greatest_load[:, 0].any():
@@ -387,7 +368,6 @@ class BearingFigures:
         return gathered(
             *contact_flags(self.parameters, peaks["peak_pressure"].max(), angles, loads),
             self._law_warning(),
-            self._cage_warning(),
             self._touch_warning(),
             wave_warning(self._half_period(), wave_transit(diameter, ball.young_modulus, ball.density)),
             self._smoothing_warning(float((peaks["semi_major"] * np.abs(self.at_greatest["spin_rate"])).max())),
