@@ -15,6 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from scipy import sparse
+from scipy.interpolate import KroghInterpolator
+from scipy.special import wrightomega
 
 from bearing_twin.core import lanes
 from bearing_twin.kinds.soft_discs.derived import capped_ratio
@@ -172,12 +174,8 @@ def gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
 
 def lagrange(nodes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and slopes (places, nodes) of the Lagrange polynomials on `nodes` at `places`."""
-    powers = np.arange(len(nodes))
-    # Few nodes on [-1, 1]: the Vandermonde matrix is well conditioned.
-    coefficients = np.linalg.inv(nodes[:, None] ** powers)
-    slopes = np.zeros((len(places), len(nodes)))
-    slopes[:, 1:] = powers[1:] * places[:, None] ** powers[:-1]
-    return places[:, None] ** powers @ coefficients, slopes @ coefficients
+    basis = KroghInterpolator(nodes, np.eye(len(nodes)))
+    return basis(places), basis.derivative(places)
 
 
 def slopes_on_square(order: int, places: np.ndarray) -> np.ndarray:
@@ -191,7 +189,7 @@ def slopes_on_square(order: int, places: np.ndarray) -> np.ndarray:
     return np.stack([along, across], axis=-1).reshape(len(places) ** 2, -1, 2)
 
 
-HALVINGS = 60  # of the bracket around the stretch through the thickness
+LEAST_SHARE = 1e-6  # of lambda over mu: less changes the thickness by nothing
 
 
 def energy_density(parameters: SoftDiscsScene, gradient: np.ndarray) -> np.ndarray:
@@ -232,13 +230,10 @@ def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) 
 
 
 def _thickening(mu, lame, grown):
-    """Logarithm of the stretch through the thickness at which no stress acts there, by halving."""
-    low, high = np.full_like(grown, -10.0), np.full_like(grown, 10.0)
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        above = mu * (np.exp(2.0 * middle) - 1.0) + lame * (middle + grown) > 0.0
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    return 0.5 * (low + high)
+    """Logarithm g of the stretch through the thickness without stress there: mu (e^2g - 1) + lambda (g + grown) = 0."""
+    share = max(lame / mu, LEAST_SHARE)
+    whole = 2.0 / share - 2.0 * grown
+    return 0.5 * (whole - wrightomega(whole - np.log(0.5 * share)))
 
 
 def triangles_of(mesh: Mesh) -> np.ndarray:
