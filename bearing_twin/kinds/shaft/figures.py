@@ -338,18 +338,8 @@ class ShaftModelErrors(ModelErrors):
         self._stored = float(block.values["elastic_energy"][-1])
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
-        """Of vectors for each number; lives in hours err as those in turns do."""
-        errors = super().errors(figures)
-        for key in errors.figures.keys() & figures.keys():
-            of, value = errors.figures[key], figures[key]
-            if isinstance(value, list):
-                of |= {source: [one] * len(value) for source, one in of.items() if not isinstance(one, list)}
-        for side in SIDES:
-            for turns, hours in ((f"{side}_{life}_mrev", f"{side}_{life}_h") for life in LIVES):
-                if hours in figures and turns in errors.figures and math.isfinite(figures[turns]):
-                    slow = figures[hours] / figures[turns]
-                    errors.figures[hours] = {source: slow * one for source, one in errors.figures[turns].items()}
-        return dataclasses.replace(errors, negligible=self._negligible(figures))
+        """The model errors, and up to which errors figures are not named."""
+        return dataclasses.replace(super().errors(figures), negligible=self._negligible(figures))
 
     def _negligible(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of forces and displacements within the tolerance of the loads of which they are differences."""
@@ -393,12 +383,14 @@ class ShaftModelErrors(ModelErrors):
         found, end = self._of_loads(figures, of_balance), self._response((0.0, 0.0), True)
         for side in SIDES:
             load = f"{side}_greatest_ball_load_n"
-            pressure, life = f"{side}_peak_pressure_pa", f"{side}_reference_life_mrev"
+            pressure = f"{side}_peak_pressure_pa"
             greatest, share, kept = end.greatest[side], end.share[side], end.kept[side]
             here = share * (figures[load] / greatest) ** SIZE if greatest else 0.0
             found[load] += here * kept * abs(figures[load])
             found[pressure] += here * (kept + 1.0) / 3.0 * abs(figures[pressure])
-            found[life] = LIFE * share * kept * abs(figures[life])
+            for life in (f"{side}_reference_life_mrev", f"{side}_reference_life_h"):
+                if math.isfinite(figures.get(life, math.inf)):
+                    found[life] = LIFE * share * kept * figures[life]
         return found | self._of_motion(figures, tuple(of_balance[side] for side in SIDES), True)
 
     def _response(self, shares: tuple[float, float], wide: bool) -> Response:
