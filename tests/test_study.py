@@ -31,6 +31,7 @@ QUICK_SCENES = {
     "two_discs": [],
     "two_spheres": [],
 }
+TWO = {key: {"distribution": "uniform", "low": 0.01, "high": 0.02} for key in ("first.radius", "second.radius")}
 PLAIN = {"scene": "two_spheres", "inputs": {ALPHA: GAMMA}, "quantities": ["contact_duration"]}
 
 
@@ -165,6 +166,7 @@ def test_a_number_that_the_scene_wants_may_be_swept():
         ({"sweep": {ALPHA: [1e-4]}}, [], "is an uncertain input already"),
         ({"correlation": [[ALPHA, "first.radius", 0.5]]}, [], "is no input"),
         ({"correlation": [[ALPHA, 0.5]]}, [], "must be [key, key, value]"),
+        ({"inputs": TWO, "correlation": [[*TWO, 0.5]]}, ["sensitivity=16"], "sensitivity is for independent inputs"),
     ],
 )
 def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, words):

@@ -413,6 +413,8 @@ def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
             targets.append(one[2])
     correlation = problems.of(_correlation, (), mapping.get("correlation", ()))
     joint, sweep = problems.of(Joint, None, inputs, correlation), mapping.get("sweep")
+    if joint and not joint.independent and settings.sensitivity:
+        problems.append("sensitivity is for independent inputs; leave it or the correlation out")
     at_medians = placed(scene, targets, [float(one.ppf(0.5)) for one in inputs])
     for key, values in sweep.items() if isinstance(sweep, Mapping) else ():
         with contextlib.suppress(StudyError, LookupError, TypeError):
