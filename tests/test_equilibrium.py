@@ -39,6 +39,10 @@ def test_it_is_what_the_command_and_the_run_of_the_scene_find(asked):
         assert found.displacement[i, j, :3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
         assert found.ball_load[i, j, :, 0] == pytest.approx(reported["normal_load_inner_n"], rel=1e-9)
         assert found.stiffness[i, j] == pytest.approx(np.array(reported["stiffness"]), rel=1e-9, abs=1e-3)
+    pit = ["defects=[{on: outer, spall: {place: -1.5708, length: 1e-3, depth: 5e-6}}]"]
+    reported = asked("bearing", RIG, "--load", "0,-700,0", "--set", *pit)
+    found = equilibrium(load_scene(RIG, pit), [0.0, -700.0, 0.0])
+    assert found.displacement[:3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
     changed = ["gravity=[0,0,0]", "model.dimension=quasi_static", "rings.inner.load=[0,-700,200]", "run.duration=1e-3"]
     scene = load_scene(RIG, changed)
     sample = next(iter(simulate(scene).blocks())).values

@@ -36,7 +36,7 @@ double shared_orbit(const double *contacts, int balls) {
 }  // namespace
 
 // Cases of equilibria, each from nothing: of `free` (5,) coordinates the loads `wanted` (cases, 5) are given, of the others
-// `held` (cases, 5). `heights` (N, 2) of the raceways under the balls are one for all cases. Stops between two cases.
+// `held` (cases, 5). `heights` (cases, N, 2) are those of the raceways under the balls. Stops between two cases.
 CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const std::int64_t *balls, const double *seats,
                                  const double *azimuth, const double *heights, const std::int64_t *free, const double *wanted,
                                  const double *held, const volatile std::uint8_t *stop, double *q, double *load,
@@ -44,7 +44,7 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const s
   System system;
   std::int64_t all = 0;
   for (int i = 0; i < count; i++) all += balls[i];
-  for (std::int64_t k = 0; k < cases; k++, seats += count * (sizeof(Seat) / sizeof(double)), azimuth += all) {
+  for (std::int64_t k = 0; k < cases; k++, seats += count * (sizeof(Seat) / sizeof(double)), azimuth += all, heights += 2 * all) {
     system.set(seats_in(seats), int(count), balls);
     system.place(azimuth, heights);
     status[k] = *stop ? STOPPED : system.settle(free_ones(free), five(wanted + COORDINATES * k), five(held + COORDINATES * k));

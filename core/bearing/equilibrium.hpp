@@ -540,8 +540,11 @@ class System {
     for (int i = 0; i < COORDINATES; i++)
       if (free[i]) greatest_load = std::max(greatest_load, std::fabs(wanted[i]) / scales[i]);
     const double cap = 0.05 * longest;
+    auto within = [&](double share) {
+      return size <= std::max(share * std::max(greatest_load, 1e-3 * scale), rounding * stiffest());
+    };
     for (int looks = 0; looks < MOST_RING_LOOKS;) {
-      if (size <= RING_EXACT * std::max(greatest_load, 1e-3 * scale) || size <= rounding * stiffest()) {
+      if (within(RING_EXACT)) {
         // a shaft in an unstable balance leaves it in its run
         if (rings.size() > 1 || !leaves_unstable(free, wanted, step)) break;
         for (int i = 0; i < COORDINATES; i++) q[i] += step[i];
@@ -573,10 +576,10 @@ class System {
         factor = high == HUGE_VAL ? 2.0 * factor : 0.5 * (low + high);
       }
       q = trial;
-      if (size >= before && size <= RING_LEFT * std::max(greatest_load, 1e-3 * scale)) break;
+      if (size >= before && within(RING_LEFT)) break;
     }
     left = size;
-    if (!(size <= std::max(RING_LEFT * std::max(greatest_load, 1e-3 * scale), rounding * stiffest()))) return TOO_MUCH;
+    if (!within(RING_LEFT)) return TOO_MUCH;
     for (const Ring &ring : rings)
       if (!ring.balanced) return TOO_MUCH;
     bool carried = stiffness[0][0] != 0.0 || stiffness[2][2] != 0.0;

@@ -123,13 +123,13 @@ def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=0.0)
     """Equilibria with the free coordinates loaded by `wanted` (C, 5) [N, N m], the others `held` (C, 5) [m, rad].
 
     `seats` (C, rings, SEAT) are `Setting.numbers`, `balls` (rings,) how many there are, at `azimuths` (C, N) [rad].
-    `heights` (N, 2) [m] are those of the inner and the outer raceway under the balls.
+    `heights` ([C,] N, 2) [m] are those of the inner and the outer raceway under the balls.
     """
     cases, count = len(wanted), azimuths.shape[-1]
     shapes = (5,), (5,), (5, 5), (count, 2), (count, OF_CONTACTS), ()
     found = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
     _equilibria(
-        *(cases, len(balls), np.array(balls, np.int64), seats, azimuths, np.zeros((count, 2)) + heights),
+        *(cases, len(balls), np.array(balls, np.int64), seats, azimuths, np.zeros((cases, count, 2)) + heights),
         *(np.array(free, np.int64), wanted, held, SIGNALLED, *found),
     )
     return found
@@ -643,23 +643,38 @@ def solved_cases(scenes, laws, which, loads, tilting: bool, first) -> Equilibria
     held = np.array([(0.0, 0.0, 0.0, *one.drive.tilt) for one in scenes])
     e_star = np.array([moduli(one.materials) for one in scenes])
     auto = np.array([one.model.control == AUTO and bool(one.drive.speed) for one in scenes])
+    rough = np.array([bool(one.defects) for one in scenes])
     radii = np.array([one.ball_radius for one in settings])[:, None]
     free = np.array([True] * 3 + [tilting] * 2)
     azimuths = azimuths_of(scenes[0].geometry.balls, first[:, None])
-    parts = []
-    for begin in range(0, max(len(loads), 1), AT_ONCE):  # no case gives arrays without rows
-        part = slice(begin, begin + AT_ONCE)
-        of, given = which[part], (free, np.where(free, loads[part], 0.0), np.where(free, 0.0, held[which[part]]))
-        numbers, balls = seats[of], (azimuths.shape[1],)
-        found = solved_from_nothing(numbers, balls, azimuths[part], *given)
-        again = auto[of] & (found.status == FOUND) & outer_controls(e_star[of], contacts_in(found.contacts))
-        if again.any():
-            numbers[again, :, SHARES] = CONTROLS[OUTER]
-            better = solved_from_nothing(
-                numbers[again], balls, azimuths[part][again], free, *(g[again] for g in given[1:])
-            )
-            for one, other in zip(found, better, strict=True):
-                one[again] = other
+
+    def solved_part(part: slice) -> tuple[np.ndarray, ...]:
+        of, at = which[part], azimuths[part]
+        wanted, keeps = np.where(free, loads[part], 0.0), np.where(free, 0.0, held[of])
+        numbers, heights = seats[of], np.zeros((*at.shape, 2))
+
+        def solve(cases: np.ndarray) -> Solved:
+            given = wanted[cases], keeps[cases], heights[cases]
+            return solved_from_nothing(numbers[cases], (at.shape[1],), at[cases], free, *given)
+
+        def solve_again(cases: np.ndarray) -> None:
+            if cases.any():
+                for one, better in zip(found, solve(cases), strict=True):
+                    one[cases] = better
+
+        def solve_over_defects(cases: np.ndarray) -> None:
+            cases = cases & rough[of] & (found.status == FOUND)
+            for case in np.flatnonzero(cases):
+                greatest = float(contacts_in(found.contacts[case]).load.max())
+                heights[case] = heights_under(defect_numbers(scenes[of[case]], greatest), at[case])
+            solve_again(cases)
+
+        found = solve(np.full(len(of), True))
+        solve_over_defects(np.full(len(of), True))
+        outer = auto[of] & (found.status == FOUND) & outer_controls(e_star[of], contacts_in(found.contacts))
+        numbers[outer, :, SHARES] = CONTROLS[OUTER]
+        solve_again(outer)
+        solve_over_defects(outer)
         contacts = contacts_in(found.contacts)
         used = limits_used(radii[of], contacts.load, contacts.approach, contacts.angle)
         squeeze, angle = (one.max(-1) for one in used)
@@ -669,7 +684,10 @@ def solved_cases(scenes, laws, which, loads, tilting: bool, first) -> Equilibria
         numbers = found.coordinates, contacts.load.copy(), contacts.angle.copy(), found.stiffness
         for one in numbers:
             one[status != FOUND] = np.nan
-        parts.append((*numbers, status))
+        return *numbers, status
+
+    begins = range(0, max(len(loads), 1), AT_ONCE)  # no case gives arrays without rows
+    parts = [solved_part(slice(begin, begin + AT_ONCE)) for begin in begins]
     displacement, load, angle, stiffness, status = (np.concatenate(one) for one in zip(*parts, strict=True))
     reason = np.array(REASONS, object)[status]
     return Equilibria(displacement, azimuths, load, angle, stiffness, status == FOUND, reason)
