@@ -26,7 +26,7 @@ TABLE = (
     NodeParameter("depth", 5, "messages", "", 1, 100),
     NodeParameter("loop", False, "again"),
     NodeParameter("pause", 0.0, "wait", "s", 0.0, 60.0),
-    NodeParameter("designation", "x", "of a bearing", digits=True),
+    NodeParameter("designation", "x", "of a bearing"),
 )
 
 
@@ -50,7 +50,7 @@ MISTAKES = (
     ({"depth": 2.5}, "depth = 2.5 must be a whole number"),
     ({"depth": True}, "depth = True must be a whole number"),
     ({"loop": "yes"}, "loop = 'yes' must be true or false"),
-    ({"scene": 3}, "scene = 3 must be text"),
+    ({"scene": 3.0}, "scene = 3.0 must be text"),
     ({"overrides": "a=1"}, "overrides = 'a=1' must be a list of texts; write overrides:=\"['a=1']\""),
     ({"rate": "nan"}, "rate = 'nan' must be a number"),
     ({"pause": "2 N"}, "pause = '2 N' must be a number in s"),

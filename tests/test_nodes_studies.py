@@ -16,7 +16,6 @@ from bearing_twin.nodes.studies import (
     CANCELLED,
     FEEDBACK_PERIOD,
     LONGEST_OVERRIDE,
-    LONGEST_SILENCE,
     LONGEST_TEXT,
     SUCCEEDED,
     Goal,
@@ -222,17 +221,14 @@ def test_a_folder_for_logs_is_tried_at_the_start_and_made_when_there_is_a_log(tm
     assert free_path(tmp_path, "../a study/of: mine", "20260101_000000").name == first.stem + "_2.mcap"
 
 
-def test_feedback_comes_ten_times_a_second_at_most_and_silence_is_reported():
-    now, reported, problems = [0.0], [], []
+def test_feedback_comes_ten_times_a_second_at_most():
+    now, reported = [0.0], []
 
     def run(study, progress, cancelled):
         for done in range(100):
             progress(Progress(done, 500, 1.0, 0.1, 5.0))
             now[0] += 0.1 * FEEDBACK_PERIOD
         assert (figures(studies)["done"], figures(studies)["total"]) == (99, 500)
-        for seconds in (LONGEST_SILENCE - 1.0, 2.0):
-            now[0] += seconds
-            problems.append(studies.status()[1])
         return run_study(study)
 
     studies = Studies(run_study=run, clock=lambda: now[0])
@@ -241,7 +237,6 @@ def test_feedback_comes_ten_times_a_second_at_most_and_silence_is_reported():
     assert len(reported) == 20
     assert reported[0] == reported[10] == (0, "std of contact_duration")
     assert all(later[0] - earlier[0] >= 10 for earlier, later in pairwise(reported[:10]))
-    assert [bool("has made no progress for" in one) for one in problems] == [False, True] * 2
 
 
 @pytest.fixture

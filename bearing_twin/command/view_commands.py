@@ -36,14 +36,11 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
     parser.add_argument("--run", **RUN)
     parser.add_argument("--gif", metavar="GIF", help="also the animation, for slides; wants the extra `view`")
-    parser.add_argument("--mp4", help=argparse.SUPPRESS)
 
 
 def _view(arguments: argparse.Namespace) -> Outcome:
     """Makes the page; raises BearingTwinError with a sentence for what makes none."""
     out = new_path(arguments.out, (".html", ".htm"), "page", replaced=True) if arguments.out else None
-    if arguments.mp4:
-        raise BearingTwinError("view draws animations as GIFs alone; give --gif FILE.gif")
     gif = new_path(arguments.gif, (".gif",), "animation") if arguments.gif else None
     if gif:
         wanted("playwright.sync_api", "view")  # said before a scene is run

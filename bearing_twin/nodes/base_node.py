@@ -229,7 +229,7 @@ interrupted = threading.Event()
 """Set once a signal has asked this process to end; a constructor that waits looks at it."""
 
 
-def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = None) -> int:
+def run(name: str, make_node: Callable[[], BaseNode]) -> int:
     """Runs a node until it is done, a signal ends it or it fails; returns the exit code: 0, or 2 with one sentence.
 
     A signal lets the node close while ROS still works, so that all it has logged is published.
@@ -244,11 +244,10 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, noted)
-    words = sys.argv if args is None else args
     try:
-        _initialised(args, words)
+        _initialised()
         node = make_node()
-        if "--params-file" in words and not given_parameters(node):
+        if "--params-file" in sys.argv and not given_parameters(node):
             own = node.get_fully_qualified_name()
             said = f"the file of parameters holds none for {own}; begin them with /**/{node.get_name()}"
             node.get_logger().warning(f"{said}: and ros__parameters:")
@@ -281,11 +280,11 @@ def run(name: str, make_node: Callable[[], BaseNode], args: list[str] | None = N
     return code
 
 
-def _initialised(args: list[str] | None, words: Sequence[str]) -> None:
+def _initialised() -> None:
     """Initialises ROS, without its signal handlers; raises BearingTwinError for illegal arguments."""
-    check_arguments(words)
+    check_arguments(sys.argv)
     try:
-        rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of unknown arguments the error is their list
         said = f"ROS knows no {error}" if str(error).startswith("[") else error
         raise BearingTwinError(f"{said}; {advice(str(error))}".replace("\n", " ")) from error

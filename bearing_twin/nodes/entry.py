@@ -18,35 +18,40 @@ from bearing_twin.base.errors import ROS_ARGS, BearingTwinError
 from bearing_twin.base.paths import share_path
 
 
-def _run(name: str) -> int:
-    """Runs an executable; returns the exit code."""
+def _run(what: str) -> int:
+    """Runs an executable, given as "module:class of the node"; returns the exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
         signal.signal(number, lambda *_: os._exit(0))
     from bearing_twin.base import process
 
     process.prepare()
-    return process.while_read(lambda: _exit_code(name))
+    return process.while_read(lambda: _exit_code(*what.split(":")))
 
 
-def _exit_code(name: str) -> int:
-    """The exit code of a node, with one sentence where it cannot run."""
-    from bearing_twin.base.errors import BearingTwinError, missing_package
+def _exit_code(name: str, work: str) -> int:
+    """The exit code, with one sentence where the executable cannot run.
+
+    Of a node 0 when it is done or a signal ended it, 2 where it cannot do its work; of the demonstration its own.
+    """
+    from bearing_twin.base.errors import missing_package
     from bearing_twin.base.process import leave, one_processor
-    from bearing_twin.nodes.entry import frequent_heartbeats
 
     one_processor()
     try:
         frequent_heartbeats()
         importlib.import_module("bearing_twin.nodes.messages")  # raises in one sentence where ROS is missing
-        node = importlib.import_module(f"bearing_twin.nodes.{name}")
-        if hasattr(node, "PARAMETERS") and {"-h", "--help"} & set(sys.argv[1:]):
+        module = importlib.import_module(f"bearing_twin.nodes.{name}")
+        if name == "demo":
+            return getattr(module, work)()
+        if {"-h", "--help"} & set(sys.argv[1:]):
             from bearing_twin.nodes.node_parameters import help_of
 
-            print(help_of(name, node.__doc__.partition("\n\n")[0].replace("\n", " "), node.PARAMETERS))
+            print(help_of(name, module.__doc__.partition("\n\n")[0].replace("\n", " "), module.PARAMETERS))
             return 0
-        code = node.main()
-        if hasattr(node, "PARAMETERS"):
-            leave(code)
+        from bearing_twin.nodes.base_node import run
+
+        code = run(name, getattr(module, work))
+        leave(code)
         return code
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)
@@ -55,16 +60,12 @@ def _exit_code(name: str) -> int:
     return 2
 
 
-sim_node = partial(_run, "sim_node")
-recorder_node = partial(_run, "recorder_node")
-replay_node = partial(_run, "replay_node")
-uq_node = partial(_run, "uq_node")
-watch_node = partial(_run, "watch_node")
-demo = partial(_run, "demo")
-
-if __name__ == "__main__":
-    sys.exit(_run(sys.argv.pop(1)))
-
+sim_node = partial(_run, "sim_node:SimNode")
+recorder_node = partial(_run, "recorder_node:RecorderNode")
+replay_node = partial(_run, "replay_node:ReplayNode")
+uq_node = partial(_run, "uq_node:UqNode")
+watch_node = partial(_run, "watch_node:WatchNode")
+demo = partial(_run, "demo:main")
 
 PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"  # read by Fast DDS 2, which Jazzy has, when a process makes its first node
 OF_THE_FOLDER = "DEFAULT_FASTRTPS_PROFILES.xml"  # read where a node starts
@@ -140,3 +141,7 @@ def node_command(name: str, parameters: dict) -> list[str]:
     words = [f"{key}:={json.dumps(value, default=str)}" for key, value in parameters.items()]
     command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, ROS_ARGS]
     return [*command, *(part for word in words for part in ("-p", word))]
+
+
+if __name__ == "__main__":
+    sys.exit(globals()[sys.argv.pop(1)]())

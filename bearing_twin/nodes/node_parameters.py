@@ -32,8 +32,7 @@ REMOVED = {
 class NodeParameter(NamedTuple):
     """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range.
 
-    A number may also be one of `words`, which stand for what is no number. `digits`: a whole number is taken as
-    text, as a designation.
+    A number may also be one of `words`, which stand for what is no number.
     """
 
     name: str
@@ -44,7 +43,6 @@ class NodeParameter(NamedTuple):
     high: float | None = None
     read_only: bool = True
     words: tuple[str, ...] = ()
-    digits: bool = False
 
     @property
     def description(self) -> str:
@@ -99,7 +97,7 @@ def read(parameter: NodeParameter, value: Any) -> Any:
         number, problem = read_number(value, parameter.unit, limits, integer=kind is int)
         if not problem:
             return kind(number)
-    elif kind is str and parameter.digits and type(value) is int:
+    elif kind is str and type(value) is int:
         return str(value)
     elif kind is list and isinstance(value, Sequence) and not isinstance(value, str):
         if all(isinstance(one, str) for one in value):
@@ -193,8 +191,8 @@ SHARED = (
 )
 """The arguments of every launch file; those of `two_bearings` beside them are SIDES."""
 SIDES = (
-    NodeParameter("scene", "bearing_6203", "scene of the left bearing", digits=True),
-    NodeParameter("scene_right", "", "scene of the right bearing; empty = the same", digits=True),
+    NodeParameter("scene", "bearing_6203", "scene of the left bearing"),
+    NodeParameter("scene_right", "", "scene of the right bearing; empty = the same"),
     NodeParameter("overrides", [], "changes to both scenes, such as ['contact.normal=volumetric']"),
     NodeParameter("frame_prefix", "", "prefix of left/ and right/ in every frame name but world"),
     NodeParameter("distance", 0.1, "from the left bearing to the right one along z of `world`", "m", -1e3, 1e3),

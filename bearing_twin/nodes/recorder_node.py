@@ -28,7 +28,6 @@ from bearing_twin.nodes.base_node import (
     BaseNode,
     declare,
     guarded,
-    run,
     size_text,
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
@@ -388,8 +387,3 @@ class RecorderNode(BaseNode):
         # A publisher counts a subscriber before that knows the publisher: only both counts say that nothing is lost.
         status["least_publishers"] = min(counts.values(), default=0)
         self.report(level, message or "recording", status | room)
-
-
-def main(args: list[str] | None = None) -> int:
-    """The executable: exit code 0 when a signal ended it, 2 with one sentence when it could not log."""
-    return run("recorder_node", RecorderNode, args)

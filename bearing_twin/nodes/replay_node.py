@@ -17,7 +17,6 @@ from bearing_twin.nodes.base_node import (
     BaseNode,
     declare,
     guarded,
-    run,
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
@@ -240,8 +239,3 @@ class ReplayNode(BaseNode):
             level, message = WARN, f"cannot keep up: {values['lag_s']:.3g} s behind"
             self.get_logger().warning(f"{message}; lower `rate`", once=True)
         self.report(level, message, values)
-
-
-def main(args: list[str] | None = None) -> int:
-    """The executable: exit code 0 at the end of the log or after a signal, 2 with one sentence when it cannot play."""
-    return run("replay_node", ReplayNode, args)

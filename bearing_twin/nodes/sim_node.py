@@ -34,7 +34,6 @@ from bearing_twin.nodes.base_node import (
     declare,
     given_parameters,
     guarded,
-    run,
     values_of,
 )
 from bearing_twin.nodes.messages import (
@@ -63,7 +62,6 @@ PARAMETERS = (
         "scene",
         "bearing_6203",
         "scene to run: a name, a designation such as 6308, or the path of a YAML file",
-        digits=True,
     ),
     NodeParameter(
         "overrides",
@@ -408,8 +406,3 @@ class SimNode(BaseNode):
 
     def _publish_status(self, level: bytes, message: str, values: dict) -> None:
         self.report(level, message, values | {"scene": self._scene.name})
-
-
-def main(args: list[str] | None = None) -> int:
-    """The executable: exit code 0 when done, 2 with one sentence for anything it cannot use."""
-    return run(NAME, SimNode, args)

@@ -26,7 +26,6 @@ LONGEST_TEXT = 60_000  # characters of a study in a goal: any such text is read 
 MOST_OVERRIDES, LONGEST_OVERRIDE = 1000, 10_000
 SUCCEEDED, ABORTED, CANCELLED = "succeeded", "aborted", "cancelled"
 FEEDBACK_PERIOD = 0.1  # s
-LONGEST_SILENCE = 60.0  # s without progress of the running study, after which the node warns
 
 
 class Goal(NamedTuple):
@@ -287,10 +286,6 @@ class Studies:
         """Current activity, problem of the last goal ("" if none), and numbers, for diagnostics."""
         study, progress = self._running, self._progress if self._running else None
         silence = self._clock() - self._moved if study else 0.0
-        problem = self._problem
-        if silence > LONGEST_SILENCE:
-            wait = "cancel it, or wait for the node's time_limit"
-            problem = f"study {study} has made no progress for {silence:.0f} s; {wait}"
         values = {
             "study": study,
             "done": progress.done if progress else 0,
@@ -300,7 +295,7 @@ class Studies:
             **{key: self._counts[key] for key in (SUCCEEDED, ABORTED, CANCELLED, "refused")},
             "last_error": self._last_problem,
         }
-        return f"running {study}" if study else "idle", problem, values
+        return f"running {study}" if study else "idle", self._problem, values
 
     def _new_log(self, study: Study) -> tuple[StudyLog | None, str, str]:
         """Log, its absolute path, and why there is none; it is filled as the study goes, and so outlives a crash."""

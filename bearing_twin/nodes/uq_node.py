@@ -12,7 +12,7 @@ from std_msgs.msg import String
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.study_log import NAMESPACE
-from bearing_twin.nodes.base_node import LOG_PERIOD, BaseNode, declare, guarded, run
+from bearing_twin.nodes.base_node import LOG_PERIOD, BaseNode, declare, guarded
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, OK, SERVICE, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Studies, StudyLimits, aborted
@@ -51,6 +51,7 @@ class UqNode(BaseNode):
     """
 
     def __init__(self, **options):
+        sys.setswitchinterval(SWITCH)
         super().__init__("uq_node", "studies", namespace=NAMESPACE, **options)
         values = declare(self, PARAMETERS)
         limits = StudyLimits(**{name: values[name] for name in StudyLimits._fields})
@@ -155,9 +156,3 @@ class UqNode(BaseNode):
         waiting = sum(not run.running() for run in list(self._runs))
         values |= {"doing": doing, "waiting": waiting, "queue": QUEUE}
         self.report(WARN if problem else OK, problem or doing, values)
-
-
-def main(args: list[str] | None = None) -> int:
-    """The executable: exit code 0 when a signal ended it, 2 with one sentence for parameters it cannot use."""
-    sys.setswitchinterval(SWITCH)
-    return run("uq_node", UqNode, args)

@@ -25,7 +25,7 @@ from bearing_twin.base.units import UNITS, for_people
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
-from bearing_twin.nodes.base_node import BaseNode, declare, guarded, interrupted, run
+from bearing_twin.nodes.base_node import BaseNode, declare, guarded, interrupted
 from bearing_twin.nodes.graph import full_name, quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
@@ -266,8 +266,3 @@ class WatchNode(BaseNode):
         if not response.success:
             raise BearingTwinError(response.message or "it was refused")
         return response.message or "done"
-
-
-def main(args: list[str] | None = None) -> int:
-    """The executable: exit code 0 when a signal ended it, 2 with one sentence when there is nothing to show."""
-    return run("watch_node", WatchNode, args)
