@@ -77,6 +77,11 @@ def test_a_chance_of_one_is_100_percent(typed):
     assert "of samples with a single mode 100 % show a second one" in out
 
 
+def test_no_share_of_a_variance_has_its_reason(typed):
+    known = ["--set", "inputs={contact.measured_alpha: 1e-4}", "--set", "sensitivity=16", "--set", "checks=0"]
+    assert "all quantities: the quantity does not vary" in " ".join(typed("study", *QUICK, *known).out.split())
+
+
 def test_an_open_end_of_an_interval_is_explained_where_there_is_one(typed):
     few, many = (["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000"))
     out = typed("study", *QUICK, *few).out

@@ -142,7 +142,7 @@ def _listed() -> Outcome:
 
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
-    from bearing_twin.uq.result import SweepInWords, model_error_sentences, refusals, shared, size_of
+    from bearing_twin.uq.result import SweepInWords, model_error_sentences, refusals, shared, shares_of, size_of
 
     units = {name: shown_unit(found["unit"], size_of(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
@@ -168,8 +168,7 @@ def show(summary) -> None:
             *(_interval(one[order]["value"], (one[order]["low"], one[order]["high"])) for order in ("first", "total")),
         )
         for name, found in summary["quantities"].items()
-        for place, (key, one) in enumerate(found.get("sobol", {}).items())
-        if key != "refused"
+        for place, (key, one) in enumerate(shares_of(found).items())
     ]
     if sources:
         show_text()
@@ -208,13 +207,14 @@ def _swept(values, studies, units):
 
 def _remarks(found, unit: str, factor: float):
     """Sentences about a quantity: how exact, what is unsafe, modes."""
-    from bearing_twin.uq.result import in_words
+    from bearing_twin.uq.result import in_words, shares_of
 
     if found["unsafe"]:
         are = ("interval of {} is", "intervals of {} are")[len(found["unsafe"]) > 1].format(in_words(found["unsafe"]))
         yield f"the {are} unsafe: few samples far out decide; take more samples"
-    shares = {key: one for key, one in found.get("sobol", {}).items() if key != "refused"}
-    if few := [key for key, one in shares.items() if any(share.get("unsafe") for share in one.values())]:
+    if reason := found.get("sobol", {}).get("refused"):
+        yield reason
+    if few := [key for key, one in shares_of(found).items() if any(share.get("unsafe") for share in one.values())]:
         yield f"intervals of its shares from {in_words(few)} are unsafe: few rows far out decide; raise sensitivity"
     if found["modality"]:
         yield _modes(found["modality"])

@@ -4,8 +4,8 @@ Others import
 
 * `study`: `load_study`, `parse_study`, `study_names`; the dataclasses `Study` and `Settings`.
 * `run`: `run_study` with its `Progress`; `memory_needed` and `refuse_too_large`, the memory of a study before it runs.
-* `result`: `StudyResult` with its table, sentences about a result (`warnings_of`, `refusals`, `SweepInWords`,
-  `model_error_sentences`).
+* `result`: `StudyResult` with its table, what is shown of a summary (`warnings_of`, `refusals`, `shares_of`,
+  `SweepInWords`, `model_error_sentences`).
 * `inputs`: `numeric_keys` and `quantities_of` a kind of scene; inputs as distributions (`read_input`, `Joint`).
 * `propagation`, `realisations`: distributions by change of variable, for pictures (`derive`, `exact_distributions`).
 * `statistics`: `histogram`, `kernel_density`, `modality` of a sample.

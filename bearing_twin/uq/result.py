@@ -175,6 +175,11 @@ def size_of(found: Mapping[str, Any]) -> float:
     return max(map(abs, moments or [one["value"] for one in found["quantiles"].values()]), default=0.0)
 
 
+def shares_of(found: Mapping[str, Any]) -> dict[str, Mapping]:
+    """Sobol indices of a quantity of a summary by input; empty where there are none."""
+    return {key: one for key, one in found.get("sobol", {}).items() if key != "refused"}
+
+
 def refusals(quantities: Mapping[str, Mapping]) -> Iterator[tuple[list[str], str]]:
     """(quantities, sentence) of statistics that are refused, once for all of a summary that share the reason."""
     sentences = {}
@@ -254,18 +259,18 @@ def sweep_of(result: StudyResult) -> dict[str, Any] | None:
 
 
 class SweepInWords:
-    """A sweep for people: `key`, `unit`, `label` of an axis, the `values` that have a study, and the scene's `place`.
+    """A sweep for people: `key`, `label` of an axis, and the `values` that have a study.
 
-    `shown(unit, size)` gives (unit, factor) in which values of that size are shown. `at` names the place, empty where a
-    log does not have it; `ended` is empty where every value has its study.
+    `shown(unit, size)` gives (unit, factor) in which values of that size are shown. `at` is the key with its value in
+    the scene, empty where a log does not have it; `ended` is empty where every value has its study.
     """
 
     def __init__(self, sweep: Mapping[str, Any], shown: Callable = unit_for_people):
         values, at = [one["value"] for one in sweep["studies"]], sweep.get("at")
         unit, factor = shown(sweep.get("unit", "1"), max(map(abs, [*values, at or 0.0])))
-        self.key, self.unit, self.label = sweep["key"], unit, labelled(sweep["key"], unit)
-        self.values, self.place = [factor * one for one in values], None if at is None else factor * at
-        self.at = "" if at is None else f"{self.key} = {self.place:.6g}{with_unit(unit)}"
+        self.key, self.label = sweep["key"], labelled(sweep["key"], unit)
+        self.values = [factor * one for one in values]
+        self.at = "" if at is None else f"{self.key} = {factor * at:.6g}{with_unit(unit)}"
         requested = len(sweep.get("values", values))
         left = f"{requested - len(values)} of the {requested} values of its sweep" if values else "its sweep"
         self.ended = f"the study ended before {left}" if requested > len(values) else ""

@@ -13,7 +13,7 @@ from bearing_twin.charts.panels import Axis, Band, Line, Panel, Sheet, colour, d
 from bearing_twin.pictures import BALL_COLOURS, STYLE, save
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
-from bearing_twin.uq.result import BANDS, StudyResult, SweepInWords, size_of, sweep_of
+from bearing_twin.uq.result import BANDS, StudyResult, SweepInWords, shares_of, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
 
 POINTS = 480  # of a curve
@@ -56,8 +56,7 @@ def _panels(result, names, channels) -> Iterator[Panel]:
     if sweep and len(sweep["studies"]) > 1:
         yield from (_swept(summary["quantities"][name], name, sweep) for name in names)
     for name in names:
-        sources = {key: one for key, one in summary["quantities"][name].get("sobol", {}).items() if key != "refused"}
-        if sources:
+        if sources := shares_of(summary["quantities"][name]):
             yield _shares(name, sources)
 
 
