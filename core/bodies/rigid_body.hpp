@@ -12,7 +12,7 @@ namespace core {
 // Unit quaternion (x, y, z, w) from the body's to fixed axes. Steps leave its norm a little off, as it is then read.
 using Orientation = std::array<double, 4>;
 
-inline RealMatrix3 rotation_matrix(const Orientation &q) {
+CORE_INLINE RealMatrix3 rotation_matrix(const Orientation &q) {
   double norm = 1.0 / std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   double x = norm * q[0], y = norm * q[1], z = norm * q[2], w = norm * q[3];
   return {{{1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)},
@@ -44,12 +44,12 @@ struct RigidBody {
   Real3 inertia;
 
   bool held() const { return mass == 0.0; }
-  Real3 spin(const RigidState &state, const RealMatrix3 &rotation) const {
+  CORE_INLINE Real3 spin(const RigidState &state, const RealMatrix3 &rotation) const {
     Real3 own = transposed(rotation) * state.momentum;
     return rotation * Real3{own[0] / inertia[0], own[1] / inertia[1], own[2] / inertia[2]};
   }
   // Change of the body's velocity there by a unit impulse along a direction at an arm: 1/m + (r x n) I^-1 (r x n).
-  double mobility(const RealMatrix3 &rotation, const Real3 &arm, const Real3 &direction) const {
+  CORE_INLINE double mobility(const RealMatrix3 &rotation, const Real3 &arm, const Real3 &direction) const {
     if (held()) return 0.0;
     Real3 lever = transposed(rotation) * cross(arm, direction);
     return 1.0 / mass + (lever[0] * lever[0] / inertia[0] + lever[1] * lever[1] / inertia[1] + lever[2] * lever[2] / inertia[2]);
@@ -59,7 +59,7 @@ struct RigidBody {
     return {state.velocity, orientation_rate(spin, state.orientation), held() ? Real3{} : gravity, {}};
   }
   // Adds a force and a moment about the centre, by `sign`; returns their power on a held body, which does not follow them.
-  double push(double sign, const Real3 &force, const Real3 &moment, const RigidState &state, const Real3 &spin, RigidState &rates) const {
+  CORE_INLINE double push(double sign, const Real3 &force, const Real3 &moment, const RigidState &state, const Real3 &spin, RigidState &rates) const {
     if (held()) return sign * (dot(force, state.velocity) + dot(moment, spin));
     rates.velocity = rates.velocity + (sign / mass) * force;
     rates.momentum = rates.momentum + sign * moment;
@@ -101,17 +101,5 @@ struct ContactRecord {
     peak_pressure = at.patch.peak_pressure;
   }
 };
-
-// Moves bodies on until an instant [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the contacts
-// that have ended, of which there are `completed`.
-template <class Motion>
-Status advance_until(Motion &motion, double until, std::int64_t outputs, const double *instants, const volatile std::uint8_t *stop, double *states,
-                     std::int64_t capacity, double *records, std::int64_t *completed) {
-  int count;
-  Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<typename Motion::State *>(states),
-                                 reinterpret_cast<ContactRecord *>(records), int(capacity), count);
-  *completed = count;
-  return status;
-}
 
 }  // namespace core

@@ -7,7 +7,7 @@ namespace core {
 
 // Two unit vectors that complete a unit vector to a right-handed frame (x, y, normal).
 struct TangentAxes { Real3 x, y; };
-inline TangentAxes tangent_axes(const Real3 &normal) {
+CORE_INLINE TangentAxes tangent_axes(const Real3 &normal) {
   int least = 0;
   for (int i = 1; i < 3; i++)
     if (std::fabs(normal[i]) < std::fabs(normal[least])) least = i;
@@ -35,7 +35,7 @@ struct Reach {
   double extent;
   Real3 point;
 };
-inline Reach ellipsoid_reach(const Real3 &axes, const Real3 &direction) {
+CORE_INLINE Reach ellipsoid_reach(const Real3 &axes, const Real3 &direction) {
   Real3 own{axes[0] * direction[0], axes[1] * direction[1], axes[2] * direction[2]};
   double extent = length_of(own);
   return {extent, {axes[0] * own[0] / extent, axes[1] * own[1] / extent, axes[2] * own[2] / extent}};
@@ -51,11 +51,16 @@ struct PlaneGap {
 
   // Direction of the greater radius, along which the contact ellipse is longer.
   Real3 major_axis() const {
-    double angle = apart == 0.0 && together == 0.0 ? 0.0 : 0.5 * std::atan2(together, apart);
-    return std::cos(angle) * axes.x + std::sin(angle) * axes.y;
+    double twice = std::sqrt(apart * apart + together * together), cosine = 1.0, sine = 0.0;  // of half the angle of (apart, together)
+    if (twice > 0.0) {
+      double greater = std::sqrt(0.5 + 0.5 * std::fabs(apart) / twice), smaller = 0.5 * std::fabs(together) / (twice * greater);
+      cosine = apart >= 0.0 ? greater : smaller;
+      sine = std::copysign(apart >= 0.0 ? smaller : greater, together);
+    }
+    return cosine * axes.x + sine * axes.y;
   }
 };
-inline PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const Reach &reach) {
+CORE_INLINE PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const Reach &reach) {
   TangentAxes across_axes = tangent_axes(direction);
   const auto &[first, second] = across_axes;
   double xx = 0.0, xy = 0.0, yy = 0.0, along = dot(first, reach.point), across = dot(second, reach.point);
@@ -73,7 +78,7 @@ inline PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const R
 // Change of the gap with the direction, per radian: gradients of -ln(PQ)/4 and of the shape, across the direction. With p the
 // point, r the extent and T = a^2 + b^2 + c^2, -ln(PQ)/4 + ln r is constant and the shape is (T - p^2) r/(2 a b c).
 struct GapSlopes { Real3 size, shape; };
-inline GapSlopes ellipsoid_slopes(const Real3 &axes, const Real3 &direction, const Reach &reach) {
+CORE_INLINE GapSlopes ellipsoid_slopes(const Real3 &axes, const Real3 &direction, const Reach &reach) {
   const Real3 &point = reach.point;
   double square = dot(point, point), rest = dot(axes, axes) - square, scale = 0.5 / (axes[0] * axes[1] * axes[2]);
   GapSlopes found;

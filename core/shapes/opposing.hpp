@@ -249,11 +249,6 @@ inline Real3 spin_of_frame(const MovingSurface &a, const OpposingPoints &points,
   return cross(normal, over * (change - dot(normal, change) * normal));
 }
 
-// Approach [m] of opposing points.
-inline double approach_of(const MovingSurface &b, const OpposingPoints &points) {
-  return -points.mu * length_of(b.level_at(points.b).gradient);
-}
-
 // A symmetric 2 x 2 tensor in tangent axes.
 struct Tensor2 { double xx, xy, yy; };
 inline Tensor2 operator+(const Tensor2 &a, const Tensor2 &b) { return {a.xx + b.xx, a.xy + b.xy, a.yy + b.yy}; }
@@ -308,17 +303,48 @@ struct Opposition {
   GapForm gap;
   TangentAxes axes;
   RootKind kind;
-
-  Opposition(const MovingSurface &a, const MovingSurface &b, const OpposingPoints &points) {
-    Level at_a = a.level_at(points.a), at_b = b.level_at(points.b);
-    normal = (1.0 / length_of(at_a.gradient)) * at_a.gradient;
-    approach = -points.mu * length_of(at_b.gradient);
-    axes = tangent_axes(normal);
-    Tensor2 form_a = curvature_tensor(at_a, axes), form_b = curvature_tensor(at_b, axes);
-    kind = kind_of_root(form_a, form_b, -approach, points.lambda);
-    gap = gap_form(form_a, form_b, normal, axes);
-  }
 };
+inline Opposition opposition(const MovingSurface &a, const MovingSurface &b, const OpposingPoints &points) {
+  Level at_a = a.level_at(points.a), at_b = b.level_at(points.b);
+  Opposition found;
+  found.normal = (1.0 / length_of(at_a.gradient)) * at_a.gradient;
+  found.approach = -points.mu * length_of(at_b.gradient);
+  found.axes = tangent_axes(found.normal);
+  Tensor2 form_a = curvature_tensor(at_a, found.axes), form_b = curvature_tensor(at_b, found.axes);
+  found.kind = kind_of_root(form_a, form_b, -found.approach, points.lambda);
+  found.gap = gap_form(form_a, form_b, found.normal, found.axes);
+  return found;
+}
+
+// The same of a sphere or an ellipsoid and a plane, one of which is A, in closed form; their opposing points, and in the axes of the
+// ellipsoid how the gap changes as it turns.
+struct PlaneOpposition : Opposition {
+  Real3 a, b;
+  double excess;
+  GapSlopes slopes;
+  const RealMatrix3 *rotation;  // of the ellipsoid
+};
+// With `any_axes` the first of the axes need not be along P.
+CORE_INLINE PlaneOpposition plane_opposition(const MovingSurface &a, const MovingSurface &b, bool any_axes) {
+  const bool exchanged = a.surface.kind == SurfaceKind::plane;
+  const MovingSurface &body = exchanged ? b : a, &plane = exchanged ? a : b;
+  const double(&size)[5] = body.surface.size;
+  Real3 semi_axes = body.surface.kind == SurfaceKind::sphere ? Real3{size[0], size[0], size[0]} : Real3{size[0], size[1], size[2]};
+  Real3 up{plane.rotation[0][2], plane.rotation[1][2], plane.rotation[2][2]}, down = body.from_fixed(-1.0 * up);
+  Reach reach = ellipsoid_reach(semi_axes, down);
+  PlaneGap gap = ellipsoid_gap(semi_axes, down, reach);
+  Real3 low = body.position + body.rotation * reach.point;
+  PlaneOpposition found;
+  found.normal = exchanged ? up : -1.0 * up;
+  found.approach = dot(plane.position - low, up);
+  found.gap = {gap.small, gap.large};
+  found.axes.x = body.rotation * (any_axes ? gap.axes.x : gap.major_axis()), found.axes.y = cross(found.normal, found.axes.x);
+  found.kind = RootKind::found;
+  Real3 foot = low + found.approach * up;
+  found.a = exchanged ? foot : low, found.b = exchanged ? low : foot;
+  found.excess = gap.excess, found.slopes = ellipsoid_slopes(semi_axes, down, reach), found.rotation = &body.rotation;
+  return found;
+}
 
 // In closed form: of a plane and a convex body, of a sphere and what has a nearest point.
 

@@ -66,7 +66,7 @@ CORE_EXPORT std::int64_t core_opposing_rates(const double *a, const double *b, c
 // Where two bodies face each other (12,): normal outward of A, approach, P, Q, axis along P, axis across, as `Opposition`. Returns
 // the kind of the root.
 CORE_EXPORT std::int64_t core_opposition(const double *a, const double *b, const double *unknowns, double *found) {
-  Opposition at(body_of(a), body_of(b), points_of(unknowns));
+  Opposition at = opposition(body_of(a), body_of(b), points_of(unknowns));
   found = write(at.normal, found);
   *found++ = at.approach, *found++ = at.gap.small, *found++ = at.gap.large;
   write(at.axes.y, write(at.axes.x, found));
@@ -84,4 +84,18 @@ CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove
                                         double *along) {
   for (std::int64_t i = 0; i < count; i++)
     across[i] = curvature_across_groove(ball, groove), along[i] = curvature_along_groove(ball, locus, groove, radial[i]);
+}
+// Where an ellipsoid reaches farthest along directions (count, 3), and its gap there (count, 16): extent, point, P, Q, direction of
+// the longer axis, excess, gradients of size and shape.
+CORE_EXPORT void core_ellipsoid_gaps(const double *semi_axes, std::int64_t count, const double *directions, double *found) {
+  Real3 axes = real3_of(semi_axes);
+  for (std::int64_t i = 0; i < count; i++, directions += 3) {
+    Real3 direction = real3_of(directions);
+    Reach reach = ellipsoid_reach(axes, direction);
+    PlaneGap gap = ellipsoid_gap(axes, direction, reach);
+    GapSlopes slopes = ellipsoid_slopes(axes, direction, reach);
+    *found++ = reach.extent, found = write(reach.point, found), *found++ = gap.small, *found++ = gap.large;
+    found = write(gap.major_axis(), found), *found++ = gap.excess;
+    found = write(slopes.shape, write(slopes.size, found));
+  }
 }

@@ -177,6 +177,19 @@ def reach_of(one: Body | Shaped) -> float:
     return math.hypot(*sizes) if one.shape == SUPERELLIPSOID else max(sizes)
 
 
+def bend_of(one: Shaped) -> float:
+    """How much the extent along a direction bends at most as the body turns [m], over its angular velocity squared.
+
+    Infinite of a plane that turns and of shapes of which it is not known.
+    """
+    if one.shape == "plane":
+        return math.inf if any(one.angular_velocity) else 0.0
+    if one.shape not in ("sphere", "ellipsoid"):
+        return math.inf
+    low, high = min(ROWS[one.shape].sizes(one)), max(ROWS[one.shape].sizes(one))
+    return high * high / low - low * low / high + (high * high - low * low) / low
+
+
 def transit_of(one: Body | Shaped) -> float:
     """Time [s] that a wave takes through a body; 0 of one that has no mass of its own."""
     solid = ROWS[one.shape].solid
@@ -299,26 +312,43 @@ def speed_share(parameters: TwoDiscsScene) -> float:
     return 0.5 * parameters.motion.speed * wave_transit(1.0, material.young_modulus, material.density)
 
 
-# An ellipsoid on a plane
+# Bodies that bounce
 
 
-def shortest_bounce(parameters: EllipsoidOnPlaneScene) -> float:
-    """Contact time [s] at the greatest speed on the flattest pole, by Hertz or a given stiffness.
+def placed(parameters) -> tuple[Shaped, Shaped]:
+    """Both bodies of a scene of bodies that bounce, with their places at the start."""
+    if not isinstance(parameters, EllipsoidOnPlaneScene):
+        return parameters.bodies
+    one, start = parameters.body, parameters.start
+    down = rotation_matrix(quaternion_from_vector(start.turn))[2]
+    place = 0.0, 0.0, start.height + math.hypot(*(np.array(one.semi_axes) * down))
+    motion = {"turn": start.turn, "velocity": start.velocity, "angular_velocity": start.angular_velocity}
+    first = Shaped(one.shape, semi_axes=one.semi_axes, mass=one.mass, material=one.material, position=place, **motion)
+    return first, Shaped("plane", material=parameters.plane.material, motion=HELD)
 
-    No bounce is much shorter. No point of the body is faster than fall, velocity and spin together make it, by the
-    energy at the start.
+
+def shortest_contact(parameters) -> float:
+    """Contact time [s] at the greatest speed on the flattest poles, by Hertz or a given stiffness.
+
+    No bounce is much shorter. The speed is about that at which the bodies meet: at the start, by their turning, and by
+    the fall.
     """
-    axes, contact, start = sorted(parameters.body.semi_axes), parameters.contact, parameters.start
-    fall = max(start.height, 0.0) + axes[2] - axes[0]
-    speed = math.sqrt(start.velocity[2] ** 2 + 2.0 * -parameters.gravity[2] * fall)
-    speed += math.hypot(*start.angular_velocity) * axes[2]
-    small, large = 0.5 * axes[0] / axes[2] ** 2, 0.5 * axes[0] / axes[1] ** 2
-    law = LAWS["hertz" if contact.normal == "auto" else contact.normal]
-    coefficient = law.number(contact, hertz_coefficient(small, large, parameters.modulus))
-    # Of the mass, where an impact beside the centre turns the body.
-    light = 1.0 / (1.0 + 5.0 * (1.0 - axes[0] / axes[2]))
-    mass = light * mass_of(parameters.body)
-    return float(hertz_impact.contact_time(coefficient, mass, max(speed, 1e-6), law.power))
+    (one, other), law = placed(parameters), parameters.contact.normal
+    relative, size, inverse, flat = math.dist(one.velocity, other.velocity), size_of(parameters), 0.0, 0.0
+    for turning, against in ((one, other), (other, one)):
+        sizes, reach = sorted(ROWS[turning.shape].sizes(turning)), reach_of(turning)
+        if turning.shape not in ("plane", "groove"):
+            flat += sizes[0] / math.prod(sizes[1:]) if len(sizes) > 1 else 1.0 / sizes[0]
+        if turning.motion == FREE:
+            away = math.dist(one.position, other.position) + reach_of(against)
+            relative += math.hypot(*turning.angular_velocity) * min(reach, away)
+            # Of the mass, where an impact beside the centre turns the body.
+            inverse += (1.0 + 5.0 * (1.0 - sizes[0] / sizes[-1])) / mass_of(turning)
+    gap = max(-opposition_of(*start_points(parameters)).approach, 0.0)
+    speed = math.sqrt(relative**2 + 2.0 * math.hypot(*parameters.gravity) * (gap + size))
+    row = LAWS["hertz" if law in ("auto", OVERLAP) else law]
+    coefficient = row.number(parameters.contact, 4.0 / 3.0 * parameters.modulus / math.sqrt(flat))
+    return float(hertz_impact.contact_time(coefficient, 1.0 / inverse, max(speed, 1e-6), row.power))
 
 
 def longest_creep_step(parameters: EllipsoidOnPlaneScene) -> float:
@@ -341,37 +371,34 @@ def coefficient_change(parameters: EllipsoidOnPlaneScene) -> float:
     return law_error(parameters, "constant")
 
 
-# Two bodies of any shape
-
-
-def size_of(parameters: TwoBodiesScene) -> float:
+def size_of(parameters) -> float:
     """The least size [m] of the two bodies."""
-    return min(min(ROWS[one.shape].sizes(one)) for one in parameters.bodies)
+    return min(min(ROWS[one.shape].sizes(one)) for one in placed(parameters))
 
 
 def rigid_numbers(one: Shaped) -> list[float]:
-    """A body as the core reads it: mass [kg], moments of inertia [kg m^2], surface, reach [m].
+    """A body as the core reads it: mass [kg], moments of inertia [kg m^2], surface, reach [m], `bend_of`.
 
     A held body has no mass, and moments of 1: its angular velocity is its angular momentum.
     """
     mass, inertia = (0.0, (1.0, 1.0, 1.0)) if one.motion == HELD else (mass_of(one), inertia_of(one))
-    return [mass, *inertia, *surface_of(one).numbers(), reach_of(one)]
+    return [mass, *inertia, *surface_of(one).numbers(), reach_of(one), bend_of(one)]
 
 
-def has_closed_form(parameters: TwoBodiesScene) -> bool:
+def has_closed_form(parameters) -> bool:
     """True if a closed form gives the opposing points of both shapes."""
-    return closed_form_known(*(surface_of(one).kind for one in parameters.bodies))
+    return closed_form_known(*(surface_of(one).kind for one in placed(parameters)))
 
 
-def tracking_of(parameters: TwoBodiesScene) -> int:
+def tracking_of(parameters) -> int:
     """The number of the way to find opposing points: as specified, else in closed form where there is one."""
-    specified = parameters.contact.tracking
+    specified = getattr(parameters.contact, "tracking", "auto")
     if specified == "auto":
         specified = "closed" if has_closed_form(parameters) else "algebraic"
     return TRACKINGS.index(specified)
 
 
-def start_points(parameters: TwoBodiesScene) -> tuple[MovingBody, MovingBody, np.ndarray]:
+def start_points(parameters) -> tuple[MovingBody, MovingBody, np.ndarray]:
     """Both bodies at the start and their opposing points, unknowns (8,) of `shapes`.
 
     Raises SceneError where there are none.
@@ -379,7 +406,7 @@ def start_points(parameters: TwoBodiesScene) -> tuple[MovingBody, MovingBody, np
     a, b = (
         body(surface_of(one), one.position, rotation_matrix(quaternion_from_vector(one.turn)), one.velocity,
              one.angular_velocity)
-        for one in parameters.bodies
+        for one in placed(parameters)
     )  # fmt: skip
     return a, b, nearest_pair(a, b) if has_closed_form(parameters) else searched(a, b, size_of(parameters))
 
@@ -417,23 +444,6 @@ def searched(a: MovingBody, b: MovingBody, size: float) -> np.ndarray:
     return best
 
 
-def shortest_contact(parameters: TwoBodiesScene) -> float:
-    """Contact time [s] at the greatest speed between spheres of the least size, by Hertz: no bounce is much shorter.
-
-    The speed is about that at which the bodies meet: at the start, by their turning, and by the fall.
-    """
-    one, other = parameters.bodies
-    relative, size = math.dist(one.velocity, other.velocity), size_of(parameters)
-    for turning, against in ((one, other), (other, one)):
-        reach = min(reach_of(turning), math.dist(one.position, other.position) + reach_of(against))
-        relative += math.hypot(*turning.angular_velocity) * (reach if turning.motion == FREE else 0.0)
-    gap = max(-opposition_of(*start_points(parameters)).approach, 0.0)
-    speed = math.sqrt(relative**2 + 2.0 * math.hypot(*parameters.gravity) * (gap + size))
-    inverse = sum(1.0 / mass_of(free) for free in (one, other) if free.motion == FREE)
-    coefficient = 4.0 / 3.0 * parameters.modulus * math.sqrt(size)
-    return float(hertz_impact.contact_time(coefficient, 0.3 / inverse, max(speed, 1e-6), 1.5))
-
-
 def greatest_exponent(parameters: TwoBodiesScene) -> float | None:
     """Of both bodies; None where neither is a superellipsoid."""
     return max((max(one.exponents) for one in parameters.bodies if one.shape == SUPERELLIPSOID), default=None)
@@ -444,11 +454,7 @@ def greatest_exponent(parameters: TwoBodiesScene) -> float | None:
 
 def start_curvatures(parameters) -> tuple[float, float]:
     """Curvatures (small, large) of the gap [1/m] at the start; raises SceneError where the contact is no ellipse."""
-    if isinstance(parameters, EllipsoidOnPlaneScene):
-        down = -rotation_matrix(quaternion_from_vector(parameters.start.turn))[2]
-        at = ellipsoid_on_plane(parameters.body.semi_axes, down)
-    else:
-        at = contact_of(*start_points(parameters))
+    at = contact_of(*start_points(parameters))
     return at.curvature_small, at.curvature_large
 
 
@@ -572,7 +578,7 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
         problems.append(f"gravity = {list(gravity)} m/s^2 must point along -z, for the plane is horizontal")
     problems += _check_bouncing(parameters)
     if not problems and parameters.solver.stepper == "rk4" and step:
-        problems = _check_length(step, shortest_bounce(parameters), "a contact can be as short as")
+        problems = _check_length(step, shortest_contact(parameters), "a contact can be as short as")
         if not problems and step > longest_creep_step(parameters):
             problems = [
                 f"solver.step = {step:g} s is too long for friction: under the body's weight slip would not die out; "
@@ -767,7 +773,7 @@ def choose_bouncing(parameters) -> Choice:
         )
     warnings += [*_odd_masses(parameters), *drift(law), *roughness(FRICTIONS[parameters.contact.friction])]
     if on_plane:
-        warnings += _step_warnings(parameters.solver, stepper, ("rk4",), shortest_bounce(parameters))
+        warnings += _step_warnings(parameters.solver, stepper, ("rk4",), shortest_contact(parameters))
     return Choice(law, stepper, error, sentences(found), tuple(warnings))
 
 

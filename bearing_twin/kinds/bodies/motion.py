@@ -1,14 +1,10 @@
-"""Bodies that bounce as the compiled core moves them.
+"""Two bodies that bounce as the compiled core moves them (`core/bodies/two_bodies.cpp`).
 
-An ellipsoid on a plane (`core/bodies/ellipsoid.cpp`), and any two bodies (`core/bodies/two_bodies.cpp`): numbers in,
-motion, outputs and records of contacts back.
+Numbers in, motion, outputs and records of contacts back. An ellipsoid on a plane is such a pair.
 """
 
 import copy
 import math
-from collections.abc import Mapping
-from functools import cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,18 +17,17 @@ from bearing_twin.contact.laws import LAWS, damping_for_restitution, steady_rati
 from bearing_twin.contact.materials import compliance
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bodies.derived import (
-    inertia_of,
     longest_creep_step,
     mass_of,
+    placed,
     rigid_numbers,
-    shortest_bounce,
     shortest_contact,
     size_of,
     start_curvatures,
     start_points,
     tracking_of,
 )
-from bearing_twin.kinds.bodies.parameters import OVERLAP, EllipsoidOnPlaneScene, TwoBodiesScene
+from bearing_twin.kinds.bodies.parameters import OVERLAP, EllipsoidOnPlaneScene
 from bearing_twin.kinds.error_estimates import TOLERANCE
 from bearing_twin.methods import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, UNTRACKED, WORDS
 from bearing_twin.shapes import quaternion_from_vector, rotation_matrix
@@ -40,13 +35,14 @@ from bearing_twin.shapes import quaternion_from_vector, rotation_matrix
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
 RECORDS = 256  # completed in one call of the core
 TIME, STEP, IN_CONTACT, DRIFT, WRITTEN, OFF = range(6)
-"""Of the clock: seconds, the next step, whether in contact, greatest drift of a quaternion's norm, outputs written; of
-two bodies also the distance [m] of the opposing points from meeting their equations, at the end of a step."""
-RECORD = 20
+"""Of the clock: seconds, the next step, whether in contact, greatest drift of a quaternion's norm, outputs written,
+greatest distance [m] of the opposing points from meeting their equations at the end of a step."""
+STATES, ENTRIES, RECORD = 46, 6, 20  # numbers of a state, of the clock and of the record of a contact
 BEGAN = 1
 FRICTION_IMPULSE = slice(13, 16)
 """Of ContactRecord: begin of the contact [s], impulse of friction (3,) [N s]."""
 MOVING = ("state", "clock", "record", "counts", "_last", "_ended", "_touched", "_now")  # what `advance` changes
+KEPT = ("state", "clock", "record", "counts", "_last")  # of a snapshot
 COUNTED = ("steps", "rejections", "evaluations", "touches")
 PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/laws.hpp
 FINEST, COARSEST = 1e-12, 1e-10
@@ -55,51 +51,35 @@ OF_ELLIPSOID = 1e-3  # tolerance of a step over that of contacts (`tests/test_im
 OF_PAIR, OF_SQUARE = 1e-2, 1e2
 """The same of two bodies, and over its square: where a load begins or ends, which no polynomial follows, errors go with
 the root of a step's tolerance (`tests/test_impact_error.py`)."""
-NEAR = 1e-6  # of the height of the centre: a gap within which a contact may still end
-UNKNOWNS = slice(34, 42)  # of that state
+BODIES_AT, UNKNOWNS = (0, 19), slice(34, 42)  # of a state
 
 
 FAILURES = {
-    NOT_FINITE: "the state is not finite any more; lower the speeds or shorten solver.step",
-    TOO_DEEP: "the body is pressed in by half its shortest semi-axis; stiffen it or lower the fall",
+    NOT_FINITE: "the state is not finite any more; lower the speeds, tighten wanted.tolerance or shorten solver.step",
     STALLED: "ever shorter steps are needed; loosen wanted.tolerance, or raise contact.friction_regularisation",
-}
-FAILURES_OF_PAIR = FAILURES | {
-    NOT_FINITE: "the state is not finite any more; lower the speeds or tighten wanted.tolerance",
-    TOO_DEEP: "the bodies are pressed into each other by a third of the least size; stiffen them or slow them down",
+    TOO_DEEP: "the bodies are pressed into each other by half the least size; stiffen them or slow them down",
     UNTRACKED: "the opposing points are no contact of the chosen law: the surfaces are flat or conform there; "
     "use contact.normal: overlap, lower speeds, or other shapes",
 }
-FAILURES_OF_OVERLAP = FAILURES_OF_PAIR | {
-    UNTRACKED: "the overlap leaves the region around the opposing points, or they are lost: the surfaces "
-    "conform, or the impact is too hard; use lower speeds, stiffer bodies, or other shapes"
-}
+OVERLAP_LOST = (
+    "the overlap leaves the region around the opposing points, or they are lost: the surfaces conform, or the impact "
+    "is too hard; use lower speeds, stiffer bodies, or other shapes"
+)
 
 
-class CoreBodies(NamedTuple):
-    """Bodies as the core takes them: their `numbers`, and the `points` of their friction's quadrature."""
-
-    numbers: np.ndarray
-    points: np.ndarray
-
-
-def core_bodies(parameters, law: str) -> CoreBodies:
-    """The numbers of the equations of motion of a scene with the elastic law `law`."""
-    contact, modulus, bodies = parameters.contact, parameters.modulus, parameters.bodies
-    compliances, over, frozen = [compliance(one.material) for one in bodies], law == OVERLAP, 0.0
+def core_bodies(parameters, law: str) -> tuple[np.ndarray, np.ndarray]:
+    """Both bodies as the core takes them, with the elastic law `law`: numbers, points of friction's quadrature."""
+    contact, modulus, over, frozen = parameters.contact, parameters.modulus, law == OVERLAP, 0.0
+    compliances = [compliance(one.material) for one in parameters.bodies]
     sink = compliances[0] / sum(compliances)  # the first body's share
-    if isinstance(parameters, EllipsoidOnPlaneScene):
-        one, gravity = parameters.body, -float(parameters.gravity[2])
-        numbers = [mass_of(one), *inertia_of(one), *one.semi_axes, gravity, sink]
-    else:
-        numbers = [number for one in bodies for number in rigid_numbers(one)]
-        numbers += [*parameters.gravity, sink, size_of(parameters), tracking_of(parameters), over]
+    numbers = [number for one in placed(parameters) for number in rigid_numbers(one)]
+    numbers += [*parameters.gravity, sink, size_of(parameters), tracking_of(parameters), over]
     if not over and not LAWS[law].follows and not LAWS[law].measured:
         frozen = hertz_coefficient(*start_curvatures(parameters), modulus)
     given = 0.0 if over else LAWS[law].number(contact, frozen)
     patch, points = patch_by(contact.friction, float(contact.friction_coefficient))
     numbers += [*elasticity("hertz" if over else law, modulus, given), *_damping(contact)]
-    return CoreBodies(np.array([*numbers, float(contact.friction_regularisation), *patch], float), points)
+    return np.array([*numbers, float(contact.friction_regularisation), *patch], float), points
 
 
 def _damping(contact) -> list[float]:
@@ -124,107 +104,17 @@ def setting_of(parameters, choice) -> float:
     return max(chosen, FINEST)
 
 
-class Bouncing:
-    """Bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts.
+_MOVED = (*(REALS_OUT,) * 4, REAL, INTEGER, REALS, FLAG, REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT)
+_open_record = Function("core_two_bodies_start", None, (REALS, REALS, REALS, *(REALS_OUT,) * 4, INTEGERS_OUT))
+_advance = Function("core_two_bodies_advance", INTEGER, (REALS, REALS, REALS, *_MOVED))
+_write = Function("core_two_bodies_outputs", None, (REALS, REALS, INTEGER, REALS, INTEGER, REALS_OUT))
+"""Functions of the core that open the record of a contact at the start, move bodies on until an instant [s], and write
+the channels of states.
 
-    A subclass gives the `name` of its functions of the core, the lengths of the core's state (`states`) and clock
-    (`entries`), its `channels`, of which the last are the entries `last` of the clock, `start()` with the first state,
-    and `contacts(records)`, the rows of contacts that have ended; `failures` are sentences by status.
-    """
-
-    name: str
-    states: int
-    entries: int
-    last: tuple[int, ...]
-    channels: tuple[Channel, ...]
-    failures: Mapping[int, str]
-
-    def __init__(self, parameters, choice, plan):
-        self.parameters, self.stop = parameters, SIGNALLED
-        self.body, self.plan = core_bodies(parameters, choice.law), np.array(plan, float)
-        self.layout, (self._advance, self._write) = layout_of(self.channels), _core_of(self.name)
-        self.reset()
-
-    def reset(self) -> None:
-        """Back to the start."""
-        self.state, self.clock = self.start(), np.zeros(self.entries)
-        self.clock[STEP] = math.inf
-        self.record, self.counts = np.zeros(RECORD), np.zeros(len(COUNTED), np.int64)
-        self._ended: list[np.ndarray] = []  # contacts since records were taken
-        self._touched = -math.inf  # begin [s] of the last touch recorded
-        self._last = np.zeros_like(self.state)  # the state at the start of the last step
-        self._now = 0.0
-        self.keep()
-
-    def keep(self) -> None:
-        """Keeps what `take_back` needs."""
-        self._before = copy.deepcopy({name: getattr(self, name) for name in MOVING})
-
-    def take_back(self) -> None:
-        """Back to the last `keep`, as before the last `advance`."""
-        vars(self).update(copy.deepcopy(self._before))
-
-    def outputs(self, states: np.ndarray) -> Columns:
-        """All channels of states (n, states)."""
-        rows = np.empty((len(states), self.layout.width))
-        self._write(*self.body, len(states), np.ascontiguousarray(states), self.layout.width, rows)
-        rows[:, -len(self.last) :] = self.clock[list(self.last)]
-        return Columns(self.layout, rows)
-
-    def first_outputs(self):
-        """The outputs at the present instant."""
-        return self.outputs(self.state[None].copy())
-
-    def advance(self, times: np.ndarray, duration: float):
-        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
-        self.keep()
-        due, until = np.ascontiguousarray(self._now + np.asarray(times, float)), self._now + duration
-        states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, RECORD))
-        status, completed = FULL, np.zeros(1, np.int64)
-        self.clock[WRITTEN] = 0.0
-        while status == FULL:
-            status = self._advance(
-                *(*self.body, self.plan, self.state, self.clock, self.record, self._last, until),
-                *(len(due), due, self.stop, states, RECORDS, finished, completed, self.counts),
-            )
-            self._ended.extend(finished[: completed[0]].copy())
-        seconds = float(self.clock[TIME])
-        if status == STOPPED:
-            raise Stopped(f"the computation was stopped at {seconds:.9g} s")
-        if status != OK:
-            sentence = f"at {seconds:.9g} s {self.failures[status]}"
-            raise IntegrationError(sentence, WORDS[status], seconds, *self.parameters.names)
-        self._now = until
-        return self.outputs(states)
-
-    def take_records(self) -> dict[str, np.ndarray]:
-        """Begins and ends of contacts since the last call."""
-        rows = [*self._ended, self.record] if self.clock[IN_CONTACT] else self._ended
-        began = [row[BEGAN] for row in rows if row[BEGAN] > self._touched]
-        ended = self.contacts(np.array(self._ended).reshape(-1, RECORD))
-        self._ended = []
-        self._touched = max(began, default=self._touched)
-        return {"touch": np.array(began).reshape(-1, 1), "contact": ended}
-
-    def costs(self) -> dict[str, int]:
-        """Steps, rejected steps, evaluations of the rates, and the number of contacts."""
-        return dict(zip(COUNTED, self.counts.tolist(), strict=False))
-
-
-@cache
-def _core_of(name: str) -> tuple[Function, Function]:
-    """The functions of the core that move bodies on until an instant [s], and that write the channels of states.
-
-    Arguments of the first: bodies, plan, state, clock, record, state at the start of the last step, the instant; number
-    and times [s] of outputs, the flag that stops it, their states; room for records of contacts that have ended, their
-    number; counts. Of the second: bodies; number, states; width, rows.
-    """
-    moving = (REALS, REALS, REALS, *(REALS_OUT,) * 4, REAL, INTEGER, REALS, FLAG)
-    moved = REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT
-    return (
-        Function(f"core_{name}_advance", INTEGER, (*moving, *moved)),
-        Function(f"core_{name}_outputs", None, (REALS, REALS, INTEGER, REALS, INTEGER, REALS_OUT)),
-    )
+Arguments of the second: bodies, plan, state, clock, record, state at the start of the last step, the instant; number
+and times [s] of outputs, the flag that stops it, their states; room for records of contacts that have ended, their
+number; counts. Of the third: bodies; number, states; width, rows.
+"""
 
 
 _ENERGIES = (
@@ -302,104 +192,149 @@ PAIR_CHANNELS = (
 )  # fmt: skip
 
 
-_start_ellipsoid = Function("core_ellipsoid_start", None, (REALS, REALS, REAL, REALS_OUT))
-_open_record = Function("core_two_bodies_start", None, (REALS, REALS, REALS, *(REALS_OUT,) * 3, INTEGERS_OUT))
+class PairMotion:
+    """Two bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts."""
 
+    channels = PAIR_CHANNELS
+    last = DRIFT, OFF  # entries of the clock that are the last of the core's channels
 
-def start_state(body: CoreBodies, height: float, orientation, velocity, angular_velocity) -> np.ndarray:
-    """The state (18,) of an ellipsoid whose lowest point is `height` [m] above the plane; SI, fixed axes."""
-    state = np.zeros(EllipsoidMotion.states)
-    state[3:7], state[7:10], state[10:13] = orientation, velocity, angular_velocity
-    _start_ellipsoid(*body, height, state)
-    return state
-
-
-class EllipsoidMotion(Bouncing):
-    """An ellipsoid on a plane in motion."""
-
-    name, states, entries, last, channels = "ellipsoid", 18, 5, (DRIFT,), ELLIPSOID_CHANNELS
-    failures = FAILURES
-    recorded = (0, 1, 2, 3, 4, 5, 6, 10, 11, 13, 14, 12, 16)
-    """Of ContactRecord, what is given out of a contact, as in `figures.BOUNCE`."""
-    earlier = (1, 0, 2, 3, 4, 5, 6, 10, 11, 13, 14, 12, 16, 17, 18, 19)
-    """Where the numbers stand that earlier snapshots have of a contact."""
-    kept = ("state", "clock", "record", "counts")
-
-    def __init__(self, parameters: EllipsoidOnPlaneScene, choice):
-        rk4, shortest, self.fixed = choice.stepper == "rk4", shortest_bounce(parameters), 0.0
-        if rk4:  # its step in contact [s]
-            self.fixed = parameters.solver.step or min(shortest / 64.0, 0.5 * longest_creep_step(parameters))
-        low, high = min(parameters.body.semi_axes), max(parameters.body.semi_axes)
-        spread, lean = high * high / low - low * low / high, (high * high - low * low) / (2.0 * low)
-        plan = rk4, setting_of(parameters, choice), self.fixed, spread, lean, FLOOR * shortest
-        super().__init__(parameters, choice, plan)
+    def __init__(self, parameters, choice, fixed: float = 0.0):
+        self.parameters, self.stop, self.fixed = parameters, SIGNALLED, fixed
+        self.failures = FAILURES | ({UNTRACKED: OVERLAP_LOST} if choice.law == OVERLAP else {})
+        self.body, floor = core_bodies(parameters, choice.law), FLOOR * shortest_contact(parameters)
+        self.plan = np.array([choice.stepper == "rk4", setting_of(parameters, choice), fixed, floor])
+        self._layout = layout_of(PAIR_CHANNELS)
+        self.reset()
 
     def start(self) -> np.ndarray:
-        start = self.parameters.start
-        turn = quaternion_from_vector(start.turn)
-        return start_state(self.body, start.height, turn, start.velocity, start.angular_velocity)
+        """The state at the start."""
+        state = np.zeros(STATES)
+        for first, one in zip(BODIES_AT, placed(self.parameters), strict=True):
+            turn = rotation_matrix(quaternion := quaternion_from_vector(one.turn))
+            momentum = turn @ (rigid_numbers(one)[1:4] * (turn.T @ np.array(one.angular_velocity)))
+            state[first : first + 13] = *one.position, *quaternion, *one.velocity, *momentum
+        state[UNKNOWNS] = start_points(self.parameters)[2]
+        return state
+
+    def reset(self) -> None:
+        """Back to the start, where they may touch already."""
+        self.state, self.clock = self.start(), np.zeros(ENTRIES)
+        self.clock[STEP] = math.inf
+        self.record, self.counts = np.zeros(RECORD), np.zeros(len(COUNTED), np.int64)
+        self._ended: list[np.ndarray] = []  # contacts since records were taken
+        self._touched = -math.inf  # begin [s] of the last touch recorded
+        self._last = np.zeros_like(self.state)  # the state at the start of the last step
+        self._now = 0.0
+        _open_record(*self.body, self.plan, self.state, self.clock, self.record, self._last, self.counts)
+        self.keep()
+
+    def keep(self) -> None:
+        """Keeps what `take_back` needs."""
+        self._before = copy.deepcopy({name: getattr(self, name) for name in MOVING})
+
+    def take_back(self) -> None:
+        """Back to the last `keep`, as before the last `advance`."""
+        vars(self).update(copy.deepcopy(self._before))
+
+    def outputs(self, states: np.ndarray) -> Columns:
+        """All channels of states (n, states)."""
+        rows = np.empty((len(states), self._layout.width))
+        _write(*self.body, len(states), np.ascontiguousarray(states), self._layout.width, rows)
+        rows[:, -len(self.last) :] = self.clock[list(self.last)]
+        return Columns(self._layout, rows)
+
+    def first_outputs(self):
+        """The outputs at the present instant."""
+        return self.outputs(self.state[None].copy())
+
+    def advance(self, times: np.ndarray, duration: float):
+        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
+        self.keep()
+        due, until = np.ascontiguousarray(self._now + np.asarray(times, float)), self._now + duration
+        states, finished = np.empty((len(due), len(self.state))), np.empty((RECORDS, RECORD))
+        status, completed = FULL, np.zeros(1, np.int64)
+        self.clock[WRITTEN] = 0.0
+        while status == FULL:
+            status = _advance(
+                *(*self.body, self.plan, self.state, self.clock, self.record, self._last, until),
+                *(len(due), due, self.stop, states, RECORDS, finished, completed, self.counts),
+            )
+            self._ended.extend(finished[: completed[0]].copy())
+        seconds = float(self.clock[TIME])
+        if status == STOPPED:
+            raise Stopped(f"the computation was stopped at {seconds:.9g} s")
+        if status != OK:
+            sentence = f"at {seconds:.9g} s {self.failures[status]}"
+            raise IntegrationError(sentence, WORDS[status], seconds, *self.parameters.names)
+        self._now = until
+        return self.outputs(states)
+
+    def take_records(self) -> dict[str, np.ndarray]:
+        """Begins and ends of contacts since the last call."""
+        rows = [*self._ended, self.record] if self.clock[IN_CONTACT] else self._ended
+        began = [row[BEGAN] for row in rows if row[BEGAN] > self._touched]
+        ended = self.contacts(np.array(self._ended).reshape(-1, RECORD))
+        self._ended = []
+        self._touched = max(began, default=self._touched)
+        return {"touch": np.array(began).reshape(-1, 1), "contact": ended}
+
+    def costs(self) -> dict[str, int]:
+        """Steps, rejected steps, evaluations of the rates, and the number of contacts."""
+        return dict(zip(COUNTED, self.counts.tolist(), strict=False))
 
     def contacts(self, records: np.ndarray) -> np.ndarray:
-        return records[:, self.recorded]
+        """The rows of contacts that have ended; of the impulse of friction its magnitude."""
+        size = np.linalg.norm(records[:, FRICTION_IMPULSE], axis=1)
+        return np.column_stack([records[:, : FRICTION_IMPULSE.start], size, records[:, FRICTION_IMPULSE.stop]])
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        arrays = {name: getattr(self, name).tolist() for name in self.kept}
-        fixed = {"fixed_step": self.fixed} if self.fixed else {}
-        return arrays | fixed | {"touched": self._touched if math.isfinite(self._touched) else None, "now": self._now}
+        arrays = {name: getattr(self, name).tolist() for name in KEPT}
+        return arrays | {"touched": self._touched if math.isfinite(self._touched) else None, "now": self._now}
 
     def resume(self, kept: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another scene."""
         self.reset()
-        for name in self.kept:
+        for name in KEPT:
             array, given = getattr(self, name), np.array(kept[name], float)
-            if name == "record" and len(given) == len(self.earlier):
-                given, earlier = np.zeros(RECORD), given
-                given[list(self.earlier)] = earlier
-                given[15] = given[12]  # both hold the vertical speed at the touch
             if given.shape != array.shape:
                 raise ValueError(name)
             array[...] = given
-        longest = self.fixed if self.fixed and self.clock[IN_CONTACT] else math.inf
-        self.clock[STEP] = np.nanmin([self.clock[STEP], longest])  # plain data have no infinity
-        if not np.isfinite(self.state).all():
-            raise ValueError("state")
+        self.clock[STEP] = np.nanmin([self.clock[STEP], math.inf])  # plain data have no infinity
         self._touched = -math.inf if kept["touched"] is None else float(kept["touched"])
         self._now = float(kept["now"])
-        reach = self.state[2] + float(self.first_outputs()["approach"][0])
-        contact = self.clock[IN_CONTACT]
-        # Of another time, or in a contact far from the plane, it would step for ever.
-        inside = contact in (0.0, 1.0) and contact * (self.state[2] - reach) <= NEAR * reach
-        if not (inside and 0.0 <= self.clock[TIME] <= self._now):
-            raise ValueError("clock")
+        if not (np.isfinite(self.state).all() and 0.0 <= self.clock[TIME] <= self._now):
+            raise ValueError("state")
 
 
-class PairMotion(Bouncing):
-    """Two bodies in motion."""
+class EllipsoidMotion(PairMotion):
+    """An ellipsoid on a plane in motion."""
 
-    name, states, entries, last, channels = "two_bodies", 46, 6, (DRIFT, OFF), PAIR_CHANNELS
-    failures = FAILURES_OF_PAIR
+    channels = ELLIPSOID_CHANNELS
+    recorded = (0, 1, 2, 3, 4, 5, 6, 10, 11, 13, 14, 12, 16)
+    """Of ContactRecord, what is given out of a contact, as in `figures.BOUNCE`."""
 
-    def __init__(self, parameters: TwoBodiesScene, choice):
-        if choice.law == OVERLAP:
-            self.failures = FAILURES_OF_OVERLAP
-        state = self._start = np.zeros(self.states)
-        for first, one in zip((0, 13), parameters.bodies, strict=True):
-            turn = rotation_matrix(quaternion := quaternion_from_vector(one.turn))
-            momentum = turn @ (rigid_numbers(one)[1:4] * (turn.T @ np.array(one.angular_velocity)))
-            state[first : first + 13] = *one.position, *quaternion, *one.velocity, *momentum
-        state[UNKNOWNS] = start_points(parameters)[2]
-        super().__init__(parameters, choice, (setting_of(parameters, choice), FLOOR * shortest_contact(parameters)))
+    def __init__(self, parameters: EllipsoidOnPlaneScene, choice):
+        fixed, self.layout = 0.0, layout_of(ELLIPSOID_CHANNELS)
+        if choice.stepper == "rk4":  # its step in contact [s]
+            fixed = parameters.solver.step
+            fixed = fixed or min(shortest_contact(parameters) / 64.0, 0.5 * longest_creep_step(parameters))
+        one, self._taken = parameters.body, [column for name in self.layout.places for column in columns_of(name)]
+        self._lowest = mass_of(one) * -parameters.gravity[2] * min(one.semi_axes)
+        super().__init__(parameters, choice, fixed)
 
-    def reset(self) -> None:
-        """Back to the start, where they may touch already."""
-        super().reset()
-        _open_record(*self.body, self.plan, self.state, self.clock, self.record, self.counts)
-
-    def start(self) -> np.ndarray:
-        return self._start.copy()
+    def outputs(self, states: np.ndarray) -> Columns:
+        """All channels of states (n, states): about the vertical, and with the potential energy of the fall."""
+        found = Columns(self.layout, np.take(super().outputs(states).numbers, self._taken, axis=1))
+        found["drilling_torque"][:] = 0.0 - found["drilling_torque"]  # the pair's normal points down
+        found["potential_energy"][:] -= self._lowest
+        return found
 
     def contacts(self, records: np.ndarray) -> np.ndarray:
-        """Of the impulse of friction its magnitude."""
-        size = np.linalg.norm(records[:, FRICTION_IMPULSE], axis=1)
-        return np.column_stack([records[:, : FRICTION_IMPULSE.start], size, records[:, FRICTION_IMPULSE.stop]])
+        return records[:, self.recorded]
+
+
+def columns_of(name: str) -> range:
+    """The columns of a channel of two bodies."""
+    columns, _ = layout_of(PAIR_CHANNELS).places[name]
+    return range(columns.start, columns.stop)
