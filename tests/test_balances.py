@@ -25,7 +25,6 @@ from bearing_twin.kinds.bearing import (
     wrenches,
 )
 from bearing_twin.kinds.contract import Output
-from bearing_twin.kinds.topics import CONTACTS, TRANSFORMS, WRENCH
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
@@ -215,21 +214,20 @@ def touching_balls(axial=0.0):
 
 
 def loads_of(rows, origin):
-    """Force and torque of each body about its origin, summed from the rows of contacts; and sums of magnitudes."""
-    force, torque = np.zeros((len(rows["bodies"]), 3)), np.zeros((len(rows["bodies"]), 3))
-    size = np.zeros((2, len(rows["bodies"])))
-    count = len(rows["body"])
-    columns = {name: np.reshape(rows[name], (count, -1)) for name in ("normal", "friction_force", "point")}
-    numbers = {name: np.reshape(rows[name], count) for name in ("normal_load", "drilling_torque")}
-    for row in range(count):
-        push = numbers["normal_load"][row] * columns["normal"][row] + columns["friction_force"][row]
-        drill = numbers["drilling_torque"][row] * columns["normal"][row]
-        for body, sign in ((rows["body"][row], 1.0), (rows["by"][row], -1.0)):
-            arm = columns["point"][row] - origin[rows["bodies"][body]]
-            force[body] += sign * push
-            torque[body] += sign * (np.cross(arm, push) + drill)
-            size[:, body] += np.linalg.norm(push), np.linalg.norm(arm) * np.linalg.norm(push)
-    return force, torque, size
+    """Forces and torques of bodies about their origins, summed from contacts; and sums (2, ..., bodies, 1) of sizes."""
+    places = np.stack([origin[body] for body in rows["bodies"]], axis=-2)
+    push = rows["normal_load"][..., None] * rows["normal"] + rows["friction_force"]
+    drill = rows["drilling_torque"][..., None] * rows["normal"]
+    force, torque, sizes = np.zeros(places.shape), np.zeros(places.shape), np.zeros((2, *places.shape[:-1], 1))
+    for row, pair in enumerate(zip(rows["body"], rows["by"], strict=True)):
+        for body, sign in zip(pair, (1.0, -1.0), strict=True):
+            arm = rows["point"][..., row, :] - places[..., body, :]
+            force[..., body, :] += sign * push[..., row, :]
+            torque[..., body, :] += sign * (np.cross(arm, push[..., row, :]) + drill[..., row, :])
+            size = np.linalg.norm(push[..., row, :], axis=-1, keepdims=True)
+            sizes[0][..., body, :] += size
+            sizes[1][..., body, :] += np.linalg.norm(arm, axis=-1, keepdims=True) * size
+    return force, torque, sizes
 
 
 def tilted_ring(scene, *overrides):
@@ -276,11 +274,12 @@ def test_contacts_of_each_body_add_up_to_its_wrench_and_all_wrenches_to_zero(mak
 
 
 def outputs_of(name, *overrides, count=300):
-    """Outputs of the first `count` instants of a scene, as topics see them."""
+    """The first `count` outputs of a scene, its topics, and where these place the frames of the bodies."""
     scene = load_scene(name, overrides)
-    simulation = Simulation(scene)
-    block = simulation.advance(count)
-    return scene, [Output(scene.parameters, simulation.choice.law, sample) for sample in block]
+    output = Output(scene.parameters, "hertz", Simulation(scene).advance(count).sampled(range(count)))
+    table = {topic.name: topic for topic in KINDS[scene.kind].topics(scene.parameters)}
+    frames = table["/tf"].fields(output)["transforms"]
+    return output, table, {one["child_frame_id"]: one["transform"]["translation"] for one in frames}
 
 
 @pytest.mark.parametrize(
@@ -300,29 +299,15 @@ def outputs_of(name, *overrides, count=300):
     ],
 )
 def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
-    """Contacts add up to wrenches and those to zero, at every other output with a load."""
-    scene, outputs = outputs_of(name, *overrides, count=300)
-    table = KINDS[scene.kind].topics(scene.parameters)
-    wrench_rows = [row for row in table if row.ros_type == WRENCH]
-    [contact_row] = [row for row in table if row.ros_type == CONTACTS]
-    [frames] = [row for row in table if row.ros_type == TRANSFORMS]
-    loaded = 0
-    for output in outputs[::2]:
-        rows = contact_row.fields(output)
-        if not rows["normal_load"][0] > 0.0:
-            continue
-        loaded += 1
-        placed = {
-            one["child_frame_id"]: np.array(one["transform"]["translation"])
-            for one in frames.fields(output)["transforms"]
-        }
-        force, torque, size = loads_of(rows, placed)
-        for body, row in enumerate(wrench_rows):
-            assert row.name == f"{rows['bodies'][body]}/wrench"
-            wrench = row.fields(output)["wrench"]
-            assert np.abs(wrench["force"] - force[body]).max() <= ROUNDING * size[0, body]
-            assert np.abs(wrench["torque"] - torque[body]).max() <= ROUNDING * (size[1, body] + size[0, body])
-    assert loaded > 5
+    """Contacts add up to wrenches and those to zero, at every output."""
+    output, table, placed = outputs_of(name, *overrides)
+    rows = table["contacts"].fields(output)
+    force, torque, size = loads_of(rows, placed)
+    assert np.count_nonzero(rows["normal_load"]) > 10
+    for body, name in enumerate(rows["bodies"]):
+        wrench = table[f"{name}/wrench"].fields(output)["wrench"]
+        assert np.all(np.abs(wrench["force"] - force[:, body]) <= ROUNDING * size[0, :, body])
+        assert np.all(np.abs(wrench["torque"] - torque[:, body]) <= ROUNDING * (size[0] + size[1])[:, body])
 
 
 @pytest.mark.parametrize(
@@ -333,43 +318,41 @@ def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
     ],
 )
 def test_the_point_of_contact_lies_half_an_approach_inside_round_bodies(name, overrides, radii):
-    scene, outputs = outputs_of(name, *overrides)
-    kind = KINDS[scene.kind].topics(scene.parameters)
-    contact, frames = (next(row for row in kind if row.ros_type == one) for one in (CONTACTS, TRANSFORMS))
-    output = max(outputs, key=lambda one: one.sample["normal_load"])
-    fields, transforms = contact.fields(output), frames.fields(output)["transforms"]
-    placed = {one["child_frame_id"]: one["transform"]["translation"] for one in transforms}
-    assert fields["approach"][0] > 0.0
+    output, table, placed = outputs_of(name, *overrides)
+    rows = table["contacts"].fields(output)
+    loaded = rows["approach"][:, 0] > 0.0
+    assert loaded.any()
     for body, radius in radii.items():
-        inside = radius - np.linalg.norm(fields["point"][0] - placed[body])
-        assert inside == pytest.approx(0.5 * fields["approach"][0], rel=1e-6)
+        inside = radius - np.linalg.norm(rows["point"][:, 0] - placed[body], axis=-1)
+        assert inside[loaded] == pytest.approx(0.5 * rows["approach"][loaded, 0], rel=1e-6, abs=1e-15)
 
 
 def test_the_pressure_on_the_line_of_contact_of_two_discs_carries_their_load():
     """p0 sqrt(1 - x^2/b^2) over the length of the discs; its half-width as in Johnson, Contact Mechanics."""
-    scene, outputs = outputs_of("two_discs")
-    [row] = [row for row in KINDS["two_discs"].topics(scene.parameters) if row.ros_type == CONTACTS]
-    fields, disc = row.fields(max(outputs, key=lambda one: one.sample["normal_load"])), scene.parameters.disc
+    output, table, _ = outputs_of("two_discs")
+    rows, disc = table["contacts"].fields(output), output.parameters.disc
+    loaded = rows["normal_load"] > 0.0
     load, half_length, half_width, pressure = (
-        fields[name][0] for name in ("normal_load", "semi_major", "semi_minor", "peak_pressure")
+        rows[name][loaded] for name in ("normal_load", "semi_major", "semi_minor", "peak_pressure")
     )
-    assert load > 0.0
+    assert len(load) > 10
     assert 2.0 * half_length == pytest.approx(disc.thickness)
     assert 0.5 * math.pi * pressure * half_width * 2.0 * half_length == pytest.approx(load)
     compliance = 2.0 * (1.0 - disc.material.poisson_ratio**2) / disc.material.young_modulus  # 1/E*
-    assert half_width == pytest.approx(math.sqrt(2.0 * load / disc.thickness * disc.radius * compliance / math.pi))
+    assert half_width == pytest.approx(np.sqrt(2.0 * load / disc.thickness * disc.radius * compliance / math.pi))
 
 
 def test_the_pose_of_the_inner_ring_places_the_groove_that_its_balls_see():
     """A ring tilted by a moment: inner contacts lie a groove's radius from where the pose puts the groove's centre."""
-    scene, outputs = outputs_of(
-        "bearing_6203", "rings.inner.load=[20,-300,100]", "rings.inner.moment=[0.6,-0.3]", count=40
+    keys = "rings.inner.load=[20,-300,100]", "rings.inner.moment=[0.6,-0.3]"
+    output, table, placed = outputs_of("bearing_6203", *keys, count=40)
+    pose = {name: one[-1] for name, one in table["inner_ring/pose"].fields(output)["pose"].items()}
+    sample, setting = (
+        {name: one[-1] for name, one in output.sample.values.items()},
+        setting_of(output.parameters, "hertz", 0.0),
     )
-    table = {row.name: row for row in KINDS[scene.kind].topics(scene.parameters)}
-    sample, setting = outputs[-1].sample, setting_of(scene.parameters, "hertz", 0.0)
     assert np.linalg.norm(sample["inner_ring_tilt"]) > 1e-4
     assert sample["inner_ring_angle"] > 0.5
-    pose = table["inner_ring/pose"].fields(outputs[-1])["pose"]
     turned = Rotation.from_rotvec([0.0, 0.0, sample["inner_ring_angle"]])
     tilt = Rotation.from_quat(pose["orientation"]) * turned.inv()
     assert tilt.as_rotvec() == pytest.approx([*sample["inner_ring_tilt"], 0.0], abs=1e-15)
@@ -383,17 +366,13 @@ def test_the_pose_of_the_inner_ring_places_the_groove_that_its_balls_see():
 
     assert off(tilt) < 1e-7
     assert off(tilt.inv()) > 1e-6
-    (frame,) = (one for one in table["/tf"].fields(outputs[-1])["transforms"] if one["child_frame_id"] == "inner_ring")
-    assert np.array_equal(frame["transform"]["translation"], pose["position"])
+    assert np.array_equal(placed["inner_ring"][-1], pose["position"])
 
 
 def test_the_pose_of_an_ellipsoid_places_its_contact_point():
     """The point of contact, in the body's own axes, lies on its surface."""
-    scene, outputs = outputs_of("ellipsoid_tumbling", count=400)
-    table = {row.name: row for row in KINDS[scene.kind].topics(scene.parameters)}
-    axes = np.array(scene.parameters.body.semi_axes)
-    for output in outputs[::50]:
-        pose = table["pose"].fields(output)["pose"]
-        point = table["contacts"].fields(output)["point"][0]
-        own = Rotation.from_quat(pose["orientation"]).inv().apply(point - pose["position"])
-        assert np.sum((own / axes) ** 2) == pytest.approx(1.0, abs=1e-3)
+    output, table, _ = outputs_of("ellipsoid_tumbling", count=400)
+    pose, axes = table["pose"].fields(output)["pose"], np.array(output.parameters.body.semi_axes)
+    point = table["contacts"].fields(output)["point"][:, 0]
+    own = Rotation.from_quat(pose["orientation"]).inv().apply(point - pose["position"])
+    assert np.sum((own / axes) ** 2, axis=1) == pytest.approx(1.0, abs=1e-3)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from bearing_twin import load_scene, read_log
+from bearing_twin import load_scene, load_study, read_log, run_study
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.kinds import SHIPPED
 from bearing_twin.log.bag import raw_messages
@@ -144,28 +144,14 @@ def test_the_run_has_a_picture(ran, tmp_path, typed):
         assert half.mean() > 1e-3
 
 
-def test_a_study_of_a_few_realisations(case, tmp_path, quick_workers, asked):
-    scene = load_scene(case.scene)
-    value = scene.parameters
+def test_a_study_of_a_few_realisations(case, quick_workers):
+    value = load_scene(case.scene).parameters
     for name in case.uncertain.split("."):
         value = getattr(value, name)
-    study = tmp_path / "study.yaml"
-    study.write_text(
-        json.dumps(
-            {
-                "scene": case.scene,
-                "set": list(case.overrides),
-                "description": "four",
-                "inputs": {case.uncertain: {"distribution": "uniform", "low": 0.99 * value, "high": 1.01 * value}},
-                "quantities": [case.quantity],
-                "method": "ensemble",
-                "samples": 4,
-                "sampler": "random",
-                "workers": 1,
-            }
-        )
-    )
-    found = asked("study", study, "--seed", 3)
+    inputs = {case.uncertain: {"distribution": "uniform", "low": 0.99 * value, "high": 1.01 * value}}
+    study = {"scene": case.scene, "set": list(case.overrides), "inputs": inputs, "quantities": [case.quantity]}
+    of_method = {"method": "ensemble", "samples": 4, "sampler": "random", "workers": 1}
+    found = run_study(load_study(study | of_method, ["seed=3"])).as_dict()
     assert (found["samples"], found["failed"]) == (4, {})
     one = found["quantities"][case.quantity]
     assert one["mean"] > 0.0

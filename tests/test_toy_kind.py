@@ -46,22 +46,15 @@ def test_it_runs_from_python(scene):
     assert report.costs["evaluations"] >= 501
 
 
-def test_its_log_is_reported_to_the_bit_and_verified(scene, tmp_path, asked):
-    log, first, second = (tmp_path / name for name in ("swing.mcap", "run.png", "log.png"))
-    simulated = asked("simulate", scene, "--out", log, "--plot", first)
-    reported = asked("report", log, "--plot", second)
-    own = {"plot", "missing_outputs"}
-    assert {key: one for key, one in simulated.items() if key not in own} == {
-        key: one for key, one in reported.items() if key not in own
-    }
-    for picture in (first, second):
-        assert picture.read_bytes().startswith(b"\x89PNG")
-    assert asked("verify", log) == {
-        "log": str(log),
-        "samples": 1001,
-        "greatest_deviation": 0.0,
-        "deviations": {"position": 0.0, "velocity": 0.0, "energies": 0.0},
-    }
+def test_its_log_is_reported_to_the_bit_verified_and_drawn(scene, tmp_path, asked):
+    log, picture = tmp_path / "swing.mcap", tmp_path / "run.png"
+    simulated, reported = asked("simulate", scene, "--out", log), asked("report", log, "--plot", picture)
+    own = ("plot", "missing_outputs")
+    assert simulated == {key: one for key, one in reported.items() if key not in own}
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    verified = asked("verify", log)
+    names = [channel.name for channel in toy_kind.CHANNELS]
+    assert (verified["samples"], verified["deviations"]) == (1001, dict.fromkeys(names, 0.0))
     assert read_log(log).channels == toy_kind.CHANNELS
 
 
@@ -69,13 +62,10 @@ def test_its_table_its_keys_and_its_figures_are_shown(scene, asked, typed):
     captured = typed("simulate", scene)
     assert "position at end" in captured.out + captured.err
     keys = [row["key"] for row in asked("scenes", "--keys")["keys"] if row["kind"] == "toy"]
-    assert keys == [
-        *("body.mass", "body.stiffness", "body.damping", "start"),
-        *("run.duration", "run.output_rate", "run.publish_rate"),
-    ]
+    assert keys[:5] == ["body.mass", "body.stiffness", "body.damping", "start", "run.duration"]
     figures = {row["figure"]: row for row in asked("scenes", "--figures")["figures"] if row["kind"] == "toy"}
-    assert figures["greatest_velocity_m_s"]["unit"] == "m/s"
-    assert figures["greatest_velocity_m_s"]["meaning"] == "of the body, greatest magnitude"
+    velocity = figures["greatest_velocity_m_s"]
+    assert (velocity["unit"], velocity["meaning"]) == ("m/s", "of the body, greatest magnitude")
 
 
 def test_its_mistakes_are_named(scene, refused):
