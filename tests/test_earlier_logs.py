@@ -51,6 +51,14 @@ def test_a_report_on_it_gives_no_figure_another_meaning(path, typed):
     typed("report", path, "--json")
 
 
+def test_a_bearing_of_the_first_version_whose_ring_has_no_tilt_is_reported_drawn_and_viewed(tmp_path, asked):
+    log = EARLIER / "bearing_6203.mcap"
+    found = asked("report", log, "--plot", tmp_path / "run.png")
+    assert found["greatest_normal_load_inner_n"] == pytest.approx([48.5] * 8, abs=0.01)
+    assert found["ring_force_n"] == pytest.approx([0.0, -0.048, -14.228], abs=1e-3)
+    assert asked("view", log, "--out", tmp_path / "page.html")["bytes"] > 1e5
+
+
 def test_scenes_in_them_have_the_words_of_today():
     parameters = {path.stem: read_log(path).scene.parameters for path in LOGS}
     assert parameters["two_spheres"].first.material.yield_strength == pytest.approx(1.6e9 / 1.6)

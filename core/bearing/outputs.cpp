@@ -488,7 +488,7 @@ void add(const std::int64_t *column, const double *row, double seconds, bool beg
   double *sum = sums.ring(), *least = sum + RING_WIDTH, *highest = least + RING_WIDTH;
   for (int part = 0; part < 4; part++)
     for (int axis = 0; axis < RING_PARTS[part]; axis++, sum++, least++, highest++) {
-      double value = row[column[RING + part] + axis];
+      double value = column[RING + part] == MISSING ? 0.0 : row[column[RING + part] + axis];
       *sum += value;
       *least = std::min(value, begins ? value : *least);
       *highest = std::max(value, begins ? value : *highest);

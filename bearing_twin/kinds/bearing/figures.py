@@ -44,7 +44,7 @@ _READ = (
 )  # fmt: skip
 MISSING = -1  # in the place of the first column of a channel that is not there
 # What logs of earlier versions have not: its numbers were 0, or are not known.
-MAY_BE_MISSING = {"pocket_force", "inner_ring_load_work", *CENTRE}
+MAY_BE_MISSING = {"pocket_force", "inner_ring_load_work", "inner_ring_tilt", *CENTRE}
 
 
 def greatest_of(balls: int) -> np.dtype:
