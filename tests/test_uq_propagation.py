@@ -94,19 +94,14 @@ def test_moments_that_do_not_exist_are_refused_with_the_reason(variation, exist)
 
 
 def test_tail_exponents():
-    exponential, uniform = (
-        {"distribution": "exponential", "mean": 1.0},
-        {"distribution": "uniform", "low": 1, "high": 2},
-    )
+    uniform = {"distribution": "uniform", "low": 1, "high": 2}
     for given, function, exponents in (
-        (exponential, lambda x: x**-0.4, (0.4, 0.0)),
-        (exponential, lambda x: np.exp(0.7 * x), (0.0, 0.7)),
+        ({"distribution": "exponential", "mean": 1.0}, lambda x: np.exp(0.7 * x), (0.0, 0.7)),
         (uniform, lambda x: (x - 1.0) ** -0.3, (0.3, 0.0)),
         (uniform, lambda x: (2.0 - x) ** -0.3, (0.0, 0.3)),
         ({"distribution": "lognormal", "mean": 1.0, "std": 5.0}, lambda x: x**3, (0.0, 0.0)),
         ({"distribution": "normal", "mean": 0, "std": 1}, lambda x: np.exp(0.2 * x * np.abs(x)), (0.0, 0.4)),
         ({"know": {"positive": True, "mean": 1.0, "std": 0.9}}, lambda x: x**-0.4, (0.4, 0.0)),
-        ({"distribution": "beta", "low": 0.0, "high": 1.0, "a": 2.0, "b": 3.0}, lambda x: 1.0 / x, (0.5, 0.0)),
     ):
         found = tails(read_input("x", given), function)
         assert (found.lower, found.upper) == pytest.approx(exponents, abs=0.02 if "normal" in str(given) else 1e-3)
