@@ -68,8 +68,7 @@ def toy():
         failed = handle.request.study == "bad" or "samples=0" in handle.request.overrides
         handle.abort() if failed else handle.succeed()
         summary = {"quantities": {}, "samples": 4, "failed": {}, "seconds": 1, "stopped_because": "x"}
-        doubtful = handle.request.study == "doubtful"
-        summary |= {"doubts": {"it rings": 3} if doubtful else {}, "notes": ["it yields at 2e9 Pa"] if doubtful else []}
+        summary |= {"doubts": {}, "notes": []}
         text = "" if failed else json.dumps(summary)
         return ros.RunStudy.Result(success=not failed, message="why", summary=text)
 
@@ -166,26 +165,6 @@ def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(
     assert ("2.5" if verb == "echo" else "messages  1") in said if come else "bearing_twin: interrupted" in said
 
 
-def test_ctrl_c_ends_who_publishes_and_interrupts_who_waits_for_a_subscriber(answer, monkeypatch):
-    from bearing_twin.nodes.graph import Graph
-
-    spin = Graph._spin
-
-    def interrupted_between_messages(graph, seconds, *ask):
-        if seconds == 0.25:
-            raise KeyboardInterrupt
-        return spin(graph, seconds, *ask)
-
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    words = "topic", "pub", "/toy/speed", "std_msgs/msg/Float64", "{data: 250}", "--count", "5", "--rate", "4"
-    monkeypatch.setattr(Graph, "_spin", interrupted_between_messages)
-    assert "published  1" in answer(*words)
-    monkeypatch.setattr(Graph, "_await", interrupted)
-    assert "bearing_twin: interrupted" in answer(*words, code=cli.INTERRUPTED)
-
-
 def until(holds):
     """Waits; what is requested for in `holds` is asked for again: discovery takes as long as the machine is busy."""
     end = time.monotonic() + 300.0
@@ -262,16 +241,6 @@ def test_a_study_is_run_by_a_node(at_once, answer):
     assert "4 samples, 0 failed" in answer("study", "a")
     assert "the study was aborted: why" in answer("study", "bad", code=cli.BAD_INPUT)
     assert "the study was aborted: why" in answer("study", "a", "--samples", "0", code=cli.BAD_INPUT)  # not the default
-
-
-def test_a_study_by_a_node_tells_its_doubts_as_the_command_does(toy, capsys):
-    assert cli.main(["node", "study", "doubtful", "--strict", "--wait", "300"]) == cli.DOUBTFUL
-    answer = capsys.readouterr().err.splitlines()
-    lines = ["3 of 4 realisations: it rings", "it yields at 2000 MPa"]
-    assert [one for one in answer if one.startswith("bearing_twin: ")] == [
-        f"bearing_twin: warning: {one}" for one in lines
-    ]
-    assert cli.main(["node", "study", "a", "--strict", "--wait", "300"]) == cli.DONE
 
 
 def test_a_goal_whose_node_is_gone_is_not_waited_for(answer, monkeypatch):

@@ -89,35 +89,23 @@ def python(code):
     return [sys.executable, "-c", code]
 
 
-def sentence(node, may_end=False):
-    """What is said about a process that has ended."""
-    node.process.wait(LIMIT)
-    with pytest.raises(ProcessError) as error:
-        node.look(may_end)
-    return str(error.value)
-
-
-def test_a_node_that_fails_names_its_output_and_the_next_step(tmp_path):
-    code = "import sys; print('a'); print('b'); print('the disk is full', file=sys.stderr); sys.exit(2)"
-    with started("sim_node", python(code), tmp_path) as node:
-        said = sentence(node, may_end=True)
-    assert "sim_node ended early with code 2" in said
-    assert "the disk is full" in said
-    assert str(tmp_path / "sim_node.txt") in said
-    assert "try again" in said
-
-
-def test_an_end_is_an_error_only_where_it_comes_too_early(tmp_path):
-    with started("replay_node", python("pass"), tmp_path) as node:
-        assert "ended early with code 0" in sentence(node)
-        node.look(may_end=True)
-        assert node.ended
-
-
-def test_a_node_killed_from_outside_is_said_to_be(tmp_path):
-    with started("sim_node", python("import time; time.sleep(600)"), tmp_path) as node:
-        node.process.send_signal(signal.SIGKILL)
-        assert "ended by signal SIGKILL" in sentence(node)
+@pytest.mark.parametrize(
+    ("code", "may_end", "words"),
+    [
+        ("print('a'); sys.exit('the disk is full')", True, ("sim_node ended early with code 1", "the disk is full")),
+        ("os.kill(os.getpid(), 9)", True, ("ended by signal SIGKILL",)),
+        ("", False, ("ended early with code 0",)),
+    ],
+)
+def test_a_node_that_fails_or_ends_too_early_names_its_output_and_the_next_step(code, may_end, words, tmp_path):
+    with started("sim_node", python(f"import os, sys; {code}"), tmp_path) as node:
+        node.process.wait(LIMIT)
+        with pytest.raises(ProcessError) as error:
+            node.look(may_end)
+        if not may_end:
+            node.look(may_end=True)
+    said = str(error.value)
+    assert all(one in said for one in (*words, str(tmp_path / "sim_node.txt"), "try again"))
 
 
 def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monkeypatch):
