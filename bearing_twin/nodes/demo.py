@@ -39,19 +39,12 @@ POLL = 0.05  # s
 DEPTH = 100  # messages of a ball that may wait
 
 SCENE, DURATION = "bearing_6203_load_and_speed", 2.0
-STORY = {
-    SCENE: (
-        "Press play: the balls below carry the load, those on top leave the inner ring; gaps are drawn larger.",
-        "At 0.4 s the load steps from 300 N to 1000 N: the arrows grow, and the inner ring sinks by a further 9 µm.",
-        "From 1 s to 1.4 s the shaft runs up and the load comes round faster; click a ball to see its contacts.",
-    )
-}
-GENERAL = (
-    "Press play: balls roll and cage and ring move, displacements drawn larger; drag the picture to turn it.",
-    "The arrows are the loads on the balls, the ellipses their contacts, coloured by pressure.",
-    "Click a ball to see its contacts; click a curve to go to that time, drag across it to look closer.",
+STORY = (
+    "Press play: the balls below carry the load, those on top leave the inner ring; gaps are drawn larger.",
+    "At 0.4 s the load steps from 300 N to 1000 N: the arrows grow, and the inner ring sinks by a further 9 µm.",
+    "From 1 s to 1.4 s the shaft runs up and the load comes round faster; click a ball to see its contacts.",
 )
-"""Three sentences on what to look at; some scenes have their own."""
+"""What to look at in the page of SCENE."""
 
 progress = Console(stderr=True)
 output = Console()
@@ -167,7 +160,7 @@ def _show_results(scene: Scene, duration: float, recording: Path, replayed: Path
         f"log:     {recording.resolve()}",
         f"picture: {Path(picture).resolve()}",
         f"browser: {page.resolve()}",
-        *(f"  {sentence}" for sentence in STORY.get(scene.name, GENERAL)),
+        *(f"  {sentence}" for sentence in STORY if scene.name == SCENE),
     ):
         output.print(line, soft_wrap=True, highlight=False)
     if any(lost.values()):

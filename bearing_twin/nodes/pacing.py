@@ -4,12 +4,14 @@
 """
 
 import math
+import queue
 import threading
 import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import Future
+from contextlib import suppress
 from fractions import Fraction
 from typing import NamedTuple
 
@@ -185,9 +187,8 @@ class Worker:
         ended: Callable[[Exception | None], None] = lambda error: None,
     ):
         self._turn, self._prepare, self._ended = turn, prepare, ended
-        self._changed = threading.Condition()
-        self._commands: deque = deque()
-        self._woken = self._closed = self.stopping = False
+        self._commands: queue.SimpleQueue = queue.SimpleQueue()
+        self._posting, self._closed, self.stopping = threading.Lock(), False, False
         # A daemon: a computation that takes long must not keep the process from ending.
         self._thread = threading.Thread(target=self._run, name="worker", daemon=True)
 
@@ -197,19 +198,16 @@ class Worker:
     def post(self, command: Callable, *arguments) -> Future:
         """Has the thread call `command(now, *arguments)` between two turns; the future gets what it returns."""
         future: Future = Future()
-        with self._changed:
+        with self._posting:
             if self._closed:
                 future.set_exception(RuntimeError(ENDED))
             else:
-                self._commands.append((future, command, arguments))
-        self.wake()
+                self._commands.put((future, command, arguments))
         return future
 
     def wake(self) -> None:
         """Has `turn` called soon, before the time it returned."""
-        with self._changed:
-            self._woken = True
-            self._changed.notify()
+        self.post(lambda now: None)
 
     def stop(self, timeout: float) -> bool:
         """Ends the thread after the turn it is in; False if that took longer than `timeout` seconds."""
@@ -220,25 +218,27 @@ class Worker:
         return not self._thread.is_alive()
 
     def _run(self) -> None:
-        failure = None
+        failure, left = None, 0.0
         try:
             self._prepare()
             while not self.stopping:
-                while self._commands:
-                    self._obey(*self._commands.popleft())
+                with suppress(queue.Empty):
+                    self._obey(*self._commands.get(timeout=min(left, threading.TIMEOUT_MAX)))
+                    while not self.stopping:
+                        self._obey(*self._commands.get_nowait())
+                if self.stopping:
+                    break
                 wake_at = self._turn(time.monotonic_ns())
                 left = math.inf if wake_at is None else max(0, wake_at - time.monotonic_ns()) * 1e-9
-                with self._changed:
-                    if not self._woken:
-                        self._changed.wait(min(left, threading.TIMEOUT_MAX))
-                    self._woken = False
         except Exception as error:
             failure = error
-        with self._changed:
+        with self._posting:
             self.stopping = self._closed = True
-        for future, *_ in self._commands:
-            if future.set_running_or_notify_cancel():
-                future.set_exception(RuntimeError(ENDED))
+        with suppress(queue.Empty):
+            while True:
+                future, *_ = self._commands.get_nowait()
+                if future.set_running_or_notify_cancel():
+                    future.set_exception(RuntimeError(ENDED))
         self._ended(failure)
 
     def _obey(self, future: Future, command: Callable, arguments: tuple) -> None:
