@@ -33,16 +33,12 @@ class Rosenbrock(NamedTuple):
 
 
 class RungeKutta(NamedTuple):
-    """An explicit Runge-Kutta method; `error` weighs all slopes and that at the new state, zero: no estimate.
-
-    Where there is a `third`, the estimate is divided by the length of (`error`, 0.1 `third`), as Hairer's dop853 does.
-    """
+    """An explicit Runge-Kutta method; `error` weighs all slopes and that at the new state, zero: no estimate."""
 
     a: np.ndarray
     nodes: np.ndarray
     weights: np.ndarray
     error: np.ndarray
-    third: np.ndarray
     order: int
 
 
@@ -119,7 +115,6 @@ RK4 = RungeKutta(
     nodes=np.array([0.0, 0.5, 0.5, 1.0]),
     weights=np.array([1.0, 2.0, 2.0, 1.0]) / 6.0,
     error=np.zeros(5),
-    third=np.zeros(5),
     order=4,
 )
 DOPRI5 = RungeKutta(
@@ -134,7 +129,6 @@ DOPRI5 = RungeKutta(
     nodes=np.array([0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0]),
     weights=np.array([35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84]),
     error=np.array([71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40]),
-    third=np.zeros(7),
     order=5,
 )
 ROSENBROCK = {"rodas4": RODAS4, "rodas4_landing": RODAS4._replace(lands=True), "rodas3": RODAS3}

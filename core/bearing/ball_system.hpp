@@ -138,8 +138,7 @@ template <bool DERIVATIVES>
 [[gnu::noinline]] inline void pockets_of_block(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
   ElementStore<true, DERIVATIVES> store{layout, k, push};
   ElementInput<DERIVATIVES> in{k.y, y};
-  if (bodies.guided) in_moving_pocket(bearing, bodies.pockets, k.pocket, in, store);
-  else in_pocket(bearing, bodies.pockets, k.pocket, in, store);
+  in_cage(bearing, bodies, k.pocket, in, store);
 }
 
 // Forces of raceways and pockets on a block of balls and on the bodies; with DERIVATIVES its tile, too.

@@ -60,13 +60,19 @@ CORE_INLINE auto wall_load(const Wall &wall, const A &approach, const R &rate) {
   return std::pair{elastic, maximum(elastic + viscous, 0.0)};
 }
 
+// Numbers x and y of the cage's centre, `at(coordinate)`, against those of its land's.
+template <class At>
+CORE_INLINE auto against_land(const CoupledBodies &b, At at) {
+  double moves = b.land.side < 0.0 ? 1.0 : 0.0;
+  return std::pair{at(index<CAGE_X>) - moves * at(index<RING_X>), at(index<CAGE_Y>) - moves * at(index<RING_Y>)};
+}
+
 // The land of a ring that guides a cage, two round surfaces in the plane across the axis; `add` as for `body_forces`.
 template <class P, class V, class Add>
 inline void land_forces(const CoupledBodies &b, P place, V velocity, Add add) {
   bool inner = b.land.side < 0.0;
-  double moves = inner ? 1.0 : 0.0;
-  auto x = place(index<CAGE_X>) - moves * place(index<RING_X>), y = place(index<CAGE_Y>) - moves * place(index<RING_Y>);
-  auto u = velocity(index<CAGE_X>) - moves * velocity(index<RING_X>), v = velocity(index<CAGE_Y>) - moves * velocity(index<RING_Y>);
+  auto [x, y] = against_land(b, place);
+  auto [u, v] = against_land(b, velocity);
   auto square = x * x + y * y;
   if (!(std::sqrt(value_of(square)) > b.land.clearance)) return;
   auto [distance, inverse] = root_and_inverse(square);
@@ -74,7 +80,7 @@ inline void land_forces(const CoupledBodies &b, P place, V velocity, Add add) {
   auto rate = along * u + across * v;
   auto [elastic, load] = wall_load(b.land.wall, distance - b.land.clearance, rate);
   auto lever = b.land.side * b.land.radius - distance;  // from the cage's centre to where they touch
-  auto ring_speed = moves * velocity(index<SHAFT>);
+  auto ring_speed = (inner ? 1.0 : 0.0) * velocity(index<SHAFT>);
   auto slip = along * v - across * u + velocity(index<CAGE_ANGLE>) * lever - b.land.side * b.land.radius * ring_speed;
   auto drag = -(b.land.wall.friction * load) * slip * root_and_inverse(slip * slip + b.land.smoothing * b.land.smoothing).second;
   auto force_x = -(load * along) - drag * across, force_y = drag * along - load * across;
@@ -309,17 +315,21 @@ CORE_INLINE auto wall_action(const Bearing &bearing, const Wall &wall, const A &
   return std::tuple{load, resistance * square + (load - elastic) * rate, -(resistance * radial), -(resistance * axial)};
 }
 
+// Approach of balls to a wall of their pockets [m], its rate [m/s], and whether that is the one ahead (1) or behind (-1).
+struct PocketGap { Pack approach, rate, side; };
+
 CORE_INLINE Pack side_of_pocket(const Pack &ahead) { return select(ahead >= 0.0, broadcast<Pack>(1.0), broadcast<Pack>(-1.0)); }
 
 // A cage whose centre stays: the ball leaves the middle of its pocket along the pitch circle.
 template <bool DERIVATIVES, class Give>
-CORE_INLINE void in_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Give give) {
+CORE_INLINE PocketGap in_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Give give) {
   auto ahead = (in.own(index<ANGLE>) - in.place(index<CAGE_ANGLE>)) - pocket;
   auto cage_speed = in.speed(index<CAGE_ANGLE>);
   Pack side = side_of_pocket(value_of(ahead)), arc = pockets.radius * side, lever = bearing.ball_radius * side;
   auto rate = arc * (in.own(index<ORBIT_RATE>) - cage_speed);
+  auto approach = arc * ahead - pockets.half_clearance;
   auto [load, loss, radial, axial] = wall_action(
-      bearing, pockets.wall, arc * ahead - pockets.half_clearance, rate,
+      bearing, pockets.wall, approach, rate,
       in.own(index<VELOCITY>) - lever * (in.own(index<SPIN + 2>) - cage_speed),
       in.own(index<VELOCITY + 2>) + lever * in.own(index<SPIN>));
   double over_mass = 1.0 / bearing.ball_mass, over_inertia = 1.0 / bearing.ball_inertia;
@@ -329,11 +339,12 @@ CORE_INLINE void in_pocket(const Bearing &bearing, const Pockets &pockets, const
   give(index<SPIN_ROW>, (over_inertia * lever) * axial);
   give(index<SPIN_ROW + 2>, (-over_inertia * lever) * radial);
   give(index<ON_BODY + CAGE_ANGLE>, push + lever * radial);
+  return {value_of(approach), value_of(rate), side};
 }
 
 // A cage whose centre moves: the pocket's walls are flat, across its tangent, and open along its radius.
 template <bool DERIVATIVES, class Give>
-CORE_INLINE void in_moving_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Give give) {
+CORE_INLINE PocketGap in_moving_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Give give) {
   auto radius = in.own(index<RADIUS>), angle = in.own(index<ANGLE>);
   auto cage_speed = in.speed(index<CAGE_ANGLE>);
   auto [cosine, sine] = cosine_sine(angle);
@@ -347,8 +358,9 @@ CORE_INLINE void in_moving_pocket(const Bearing &bearing, const Pockets &pockets
   auto spin_x = in.own(index<SPIN>), spin_y = in.own(index<SPIN + 1>), spin_z = in.own(index<SPIN + 2>);
   Pack side = side_of_pocket(value_of(along)), lever = bearing.ball_radius * side;
   auto rate = side * (u * across_s + v * across_c - cage_speed * out);
+  auto approach = side * along - pockets.half_clearance;
   auto [load, loss, radial, axial] = wall_action(
-      bearing, pockets.wall, side * along - pockets.half_clearance, rate,
+      bearing, pockets.wall, approach, rate,
       u * across_c - v * across_s - lever * spin_z + cage_speed * (along + lever),
       in.own(index<VELOCITY + 2>) + lever * (spin_x * across_c - spin_y * across_s));
   auto push = -side * load;
@@ -362,6 +374,13 @@ CORE_INLINE void in_moving_pocket(const Bearing &bearing, const Pockets &pockets
   give(index<ON_BODY + CAGE_X>, orbit_sine * force_y - orbit_cosine * force_x);
   give(index<ON_BODY + CAGE_Y>, -(orbit_sine * force_x) - orbit_cosine * force_y);
   give(index<ON_BODY + CAGE_ANGLE>, (along + lever) * radial - out * push);
+  return {value_of(approach), value_of(rate), side};
+}
+
+// A cage of either kind: gives rows, and returns where the balls are.
+template <bool DERIVATIVES, class Give>
+CORE_INLINE PocketGap in_cage(const Bearing &bearing, const CoupledBodies &b, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Give give) {
+  return b.guided ? in_moving_pocket(bearing, b.pockets, pocket, in, give) : in_pocket(bearing, b.pockets, pocket, in, give);
 }
 
 namespace walls {
@@ -370,40 +389,21 @@ constexpr double NEVER = 1e30, NOWHERE = 1e-30;  // s, m
 constexpr double BEHIND = 0.5;  // of the approach that makes a ball err by all its scale where the stiffness is not known of
 constexpr double FIRST = 0.2;  // of ONSET: what a ball may go into a wall in the first step there
 
-struct Gap { double approach, rate, side; };  // to a wall [m], [m/s]; the wall ahead (1) or behind (-1)
-
-// Of a ball whose motion is `y`, its orbit rate in place of the tangential velocity.
-inline Gap gap_of(const CoupledBodies &bodies, const double *y, double pocket, const BodyState &e) {
-  double ahead = y[ANGLE] - e[CAGE_ANGLE] - pocket, speed = e[COORDINATES + CAGE_ANGLE];
-  if (!bodies.guided) {
-    double side = ahead >= 0.0 ? 1.0 : -1.0;
-    return {bodies.pockets.radius * std::fabs(ahead) - bodies.pockets.half_clearance, side * bodies.pockets.radius * (y[ORBIT_RATE] - speed), side};
-  }
-  double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]), cosine = std::cos(ahead), sine = std::sin(ahead);
-  const double *drift = e.data() + COORDINATES;
-  double x = y[RADIUS] - (c * e[CAGE_X] + s * e[CAGE_Y]), across = s * e[CAGE_X] - c * e[CAGE_Y];
-  double u = y[VELOCITY] - (c * drift[CAGE_X] + s * drift[CAGE_Y]);
-  double v = y[RADIUS] * y[ORBIT_RATE] - (c * drift[CAGE_Y] - s * drift[CAGE_X]);
-  double along = x * sine + across * cosine, side = along >= 0.0 ? 1.0 : -1.0;
-  double rate = side * (u * sine + v * cosine - speed * (x * cosine - across * sine));
-  return {side * along - bodies.pockets.half_clearance, rate, side};
-}
-
-// Seconds until a wall is met or left behind; where the approach is below 0, `growth` [m/s^2] is that of the rate. The
-// push of a wall falls off about evenly.
-inline double next_bend(const Wall &wall, double mass, double blur, const Gap &gap, double growth) {
-  double margin = BEHIND * std::sqrt(blur * std::fabs(gap.rate));
-  if (gap.approach < 0.0) {
-    double far = margin - gap.approach, square = gap.rate * gap.rate + 2.0 * growth * far;
-    double speed = gap.rate + std::sqrt(std::max(square, 0.0));
+// Seconds until a wall at this approach [m] and rate [m/s] is met or left behind; where the approach is below 0, `growth` [m/s^2]
+// is that of the rate. The push of a wall falls off about evenly.
+inline double next_bend(const Wall &wall, double mass, double blur, double approach, double rate, double growth) {
+  double margin = BEHIND * std::sqrt(blur * std::fabs(rate));
+  if (approach < 0.0) {
+    double far = margin - approach, square = rate * rate + 2.0 * growth * far;
+    double speed = rate + std::sqrt(std::max(square, 0.0));
     return square >= 0.0 && speed > 0.0 ? 2.0 * far / speed : NEVER;
   }
-  double share = wall.relaxation_time * gap.rate * gap.approach / (gap.approach + ONSET);
-  if (gap.rate >= 0.0 || gap.approach + share <= 0.0) return NEVER;
+  double share = wall.relaxation_time * rate * approach / (approach + ONSET);
+  if (rate >= 0.0 || approach + share <= 0.0) return NEVER;
   // The viscous part draws back as much as the spring pushes where the approach is T |rate| - ONSET.
-  double far = gap.approach - std::max(-wall.relaxation_time * gap.rate - ONSET, 0.0) + margin;
-  double push = wall.stiffness * (gap.approach + share) / (3.0 * mass);
-  return 2.0 * far / (std::sqrt(gap.rate * gap.rate + 4.0 * push * far) - gap.rate);
+  double far = approach - std::max(-wall.relaxation_time * rate - ONSET, 0.0) + margin;
+  double push = wall.stiffness * (approach + share) / (3.0 * mass);
+  return 2.0 * far / (std::sqrt(rate * rate + 4.0 * push * far) - rate);
 }
 
 // A coming step, and the least one to go on with after it [s].
@@ -415,25 +415,26 @@ inline double mass_between(const Bearing &bearing, const CoupledBodies &b) {
   return 1.0 / (b.guided ? inverse + 1.0 / b.inertia[CAGE_X] : inverse);
 }
 
+// Of the cage and its land: places, velocities or accelerations, which begin at `first` of a state.
+inline auto against_land(const CoupledBodies &b, const BodyState &state, int first) {
+  return core::against_land(b, [&](int c) { return state[first + c]; });
+}
+
 inline Cut cut_at_land(const CoupledBodies &b, const BodyState &e, double closing, double wanted, const Cut &cut) {
-  double inner = b.land.side < 0.0 ? 1.0 : 0.0;
-  auto off = [&](int first) { return std::pair{e[first + CAGE_X] - inner * e[first + RING_X], e[first + CAGE_Y] - inner * e[first + RING_Y]}; };
-  auto [x, y] = off(0);
-  auto [u, v] = off(COORDINATES);
+  auto [x, y] = against_land(b, e, 0);
+  auto [u, v] = against_land(b, e, COORDINATES);
   double distance = std::sqrt(x * x + y * y) + NOWHERE, rate = (x * u + y * v) / distance, turn = (x * v - y * u) / distance;
-  double inverse = 1.0 / b.inertia[CAGE_X] + inner * b.free[RING_X] / b.inertia[RING_X];
-  double blur = b.speed_scale[CAGE_X] / (inverse * b.land.wall.stiffness);
-  Gap gap{distance - b.land.clearance, rate, 1.0};
-  double until = next_bend(b.land.wall, 1.0 / inverse, blur, gap, turn * turn / distance + closing);
+  double inverse = 1.0 / b.inertia[CAGE_X] + (b.land.side < 0.0 && b.free[RING_X] ? 1.0 / b.inertia[RING_X] : 0.0);
+  double blur = b.speed_scale[CAGE_X] / (inverse * b.land.wall.stiffness), approach = distance - b.land.clearance;
+  double until = next_bend(b.land.wall, 1.0 / inverse, blur, approach, rate, turn * turn / distance + closing);
   if (!(until < cut.step)) return cut;
-  return {until, std::min(wanted, gap.approach < 0.0 ? FIRST * ONSET / rate : NEVER)};
+  return {until, std::min(wanted, approach < 0.0 ? FIRST * ONSET / rate : NEVER)};
 }
 
 // Acceleration of the cage's centre towards its land [m/s^2], without that of its motion round it.
 inline double land_closing(const CoupledBodies &b, const BodyState &e, const BodyState &rates) {
-  double inner = b.land.side < 0.0 ? 1.0 : 0.0, x = e[CAGE_X] - inner * e[RING_X], y = e[CAGE_Y] - inner * e[RING_Y];
-  const double *growth = rates.data() + COORDINATES;
-  double along = growth[CAGE_X] - inner * growth[RING_X], across = growth[CAGE_Y] - inner * growth[RING_Y];
+  auto [x, y] = against_land(b, e, 0);
+  auto [along, across] = against_land(b, rates, COORDINATES);
   return (x * along + y * across) / (std::sqrt(x * x + y * y) + NOWHERE);
 }
 

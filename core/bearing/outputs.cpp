@@ -226,10 +226,9 @@ inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const 
     auto give = [&]<int ROW>(Index<ROW>, const auto &part) {
       if constexpr (ROW == ORBIT_ROW) moment += as_pack(part)[0];
     };
-    if (b.guided) in_moving_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
-    else in_pocket(bearing, b.pockets, broadcast<Pack>(pocket), in, give);
+    PocketGap gap = in_cage(bearing, b, broadcast<Pack>(pocket), in, give);
     row[places.ring + POCKET_FORCE + k] = moment / motion[RADIUS];
-    double depth = std::max(walls::gap_of(b, motion, pocket, e).approach, 0.0);
+    double depth = std::max(double(gap.approach[0]), 0.0);
     row[places.shared + ELASTIC] += 0.5 * b.pockets.wall.stiffness * depth * depth;
   }
 }
@@ -244,7 +243,8 @@ inline void write_land(const CoupledBodies &b, const BodyState &state, int balls
     if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
   });
   double *centre = row + places.ring + POCKET_FORCE + balls, *sum = row + places.shared;
-  double off[2] = {e[CAGE_X] - inner * e[RING_X], e[CAGE_Y] - inner * e[RING_Y]}, distance = std::sqrt(off[0] * off[0] + off[1] * off[1]);
+  auto [x, y] = walls::against_land(b, e, 0);
+  double distance = std::sqrt(x * x + y * y);
   double lever = b.land.side * b.land.radius - distance, ring_torque = -b.land.side * b.land.radius * cage_torque / lever;
   for (int i = 0; i < 2; i++) {
     centre[i] = e[CAGE_X + i], centre[2 + i] = e[COORDINATES + CAGE_X + i], centre[4 + i] = force[i];

@@ -486,13 +486,15 @@ class RosenbrockBalls {
     double wanted = step, mass = walls::mass_between(bearing, bodies);
     double blur = chunk.scale[ORBIT_RATE] * bearing.ball_mass / bodies.pockets.wall.stiffness;
     walls::Cut cut{step, 0.0};
-    for (const BallBlock &k : blocks)
+    for (const BallBlock &k : blocks) {
+      PocketGap gap = in_cage(bearing, bodies, k.pocket, ElementInput<false>{k.start, e.start}, [](int, const auto &) {});
       for (int lane = 0; lane < LANES; lane++) {
         if (k.ball[lane] < 0) continue;
-        walls::Gap gap = walls::gap_of(bodies, in_lane(k.start, lane).data(), k.pocket[lane], e.start);
-        double until = walls::next_bend(bodies.pockets.wall, mass, blur, gap, gap.side * k.closing[lane]);
-        if (until < cut.step) cut = {until, gap.approach < 0.0 ? std::min(wanted, walls::FIRST * ONSET / gap.rate) : wanted};
+        double approach = gap.approach[lane], rate = gap.rate[lane];
+        double until = walls::next_bend(bodies.pockets.wall, mass, blur, approach, rate, gap.side[lane] * k.closing[lane]);
+        if (until < cut.step) cut = {until, approach < 0.0 ? std::min(wanted, walls::FIRST * ONSET / rate) : wanted};
       }
+    }
     if (bodies.guided) cut = walls::cut_at_land(bodies, e.start, land_closing, wanted, cut);
     step = cut.step, resume = cut.resume;
   }
