@@ -24,7 +24,7 @@ from bearing_twin.kinds.beam.motion import (
     theory_of,
 )
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, BeamSolver, SphereOnBeamScene
-from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, ImpactFigures, contact_warnings
+from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, START, ImpactFigures, contact_warnings
 from bearing_twin.kinds.bodies.figures import MEANINGS as IMPACT_MEANINGS
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison, relative
 from bearing_twin.kinds.error_estimates import BEAM_THEORY, SMALLER, TOLERANCE, ModelErrors
@@ -157,13 +157,14 @@ class BeamComparison(ImpactComparison):
 
 
 TRIAL, SHARE = 1e-4, 0.1  # tolerance of the comparison of both theories: the least, and over that of the scene
+INSTANTS = 100  # of a contact, at which forces are compared
 
 
 class TheoryErrors(NamedTuple):
     """Errors of Euler's beam against Timoshenko's.
 
-    `figures` in their units; relative ones of the greatest force and of the time in contact, and of the force at any
-    output, over the greatest; `contacts` is the greater number of both.
+    `figures` in their units; relative ones of the greatest force and of the time in contact, and of the force over the
+    greatest, while Timoshenko's beam is touched; `contacts` is the greater number of both.
     """
 
     figures: dict[str, float]
@@ -176,15 +177,18 @@ class TheoryErrors(NamedTuple):
 def theory_errors(parameters: SphereOnBeamScene) -> TheoryErrors:
     """Errors of Euler's beam in a checked scene: the impact is computed by both theories."""
     wanted = dataclasses.replace(parameters.wanted, tolerance=max(SHARE * parameters.wanted.tolerance, TRIAL))
+    coarse = dataclasses.replace(parameters, solver=BeamSolver(), wanted=wanted)
+    both = [dataclasses.replace(coarse, beam=dataclasses.replace(coarse.beam, theory=one)) for one in BEAM_THEORIES]
+    with signal_flag():
+        impacts = [solve(one) for one in both]
+    spans = impacts[1].records["contact"][:, [START, DURATION]]
+    instants = [np.linspace(start, start + lasts, INSTANTS) for start, lasts in spans]
+    times = np.maximum.accumulate(np.concatenate([*instants, impacts[1].time[-1:]]))  # a contact may outlast the run
     figures, forces = [], []
-    for theory in BEAM_THEORIES:
-        beam = dataclasses.replace(parameters.beam, theory=theory)
-        one = dataclasses.replace(parameters, beam=beam, solver=BeamSolver(), wanted=wanted)
-        with signal_flag():
-            found = solve(one)
-            values = dict(zip((channel.name for channel in channels(one)), found.at(found.time), strict=True))
+    for one, impact in zip(both, impacts, strict=True):
+        values = dict(zip((channel.name for channel in channels(one)), impact.at(times), strict=True))
         writer = BeamFigures(one, None)
-        writer.add(Block(channels(one), 0, np.rint(1e9 * found.time).astype(np.int64), values, found.records))
+        writer.add(Block(channels(one), 0, np.rint(1e9 * times).astype(np.int64), values, impact.records))
         figures.append(writer.figures())
         forces.append(values["normal_load"])
     euler, shear = figures
