@@ -26,7 +26,7 @@ from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.bodies import impact as impacts
 from bearing_twin.kinds.bodies.derived import JOHNSON_ERROR, LARGE
 from bearing_twin.kinds.bodies.figures import CONTACT
-from bearing_twin.kinds.bodies.impact import NO_LINE, Spring, collide, solve_discs, solve_spheres
+from bearing_twin.kinds.bodies.impact import NO_LINE, Spring, collide
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.verify import verify
@@ -36,7 +36,7 @@ STEEL = 4.0 / 3.0 * 2.1e11 / (2.0 * 0.91) * math.sqrt(0.01905 / 2.0)
 
 
 def solved(*overrides, stepper="closed_form"):
-    return SolvedImpact(solve_spheres, load_scene("two_spheres", overrides), "hertz", stepper)
+    return SolvedImpact("two_spheres", f"solver.stepper={stepper}", *overrides)
 
 
 def test_the_spheres_of_paper_3():
@@ -65,7 +65,7 @@ def strikes(found, truth, rel=1e-8):
     inside = found.time < truth.duration
     exact = truth.approach(found.time[inside])
     assert inside.sum() > 100
-    assert found.approach[inside] == pytest.approx(exact, abs=3e-7 * truth.greatest_approach)
+    assert found.values["approach"][inside] == pytest.approx(exact, abs=3e-7 * truth.greatest_approach)
     assert np.all(found.force[~inside] == 0.0)
 
 
@@ -196,7 +196,7 @@ LAW = line_law("line", 1.0, 2.0, 5e9, 0.3)
 
 
 def solved_discs(*overrides, law="line", stepper="closed_form"):
-    return SolvedImpact(solve_discs, load_scene("two_discs", overrides), law, stepper)
+    return SolvedImpact("two_discs", f"contact.normal={law}", f"solver.stepper={stepper}", *overrides)
 
 
 @pytest.mark.parametrize(("speed", "time"), [(10.0, 6.4857259957e-3), (100.0, 5.5677528716e-3)])
@@ -450,8 +450,7 @@ def off_elements(share, ratio, thickness, *mesh):
     from bearing_twin.kinds.soft_discs.motion import solve as by_elements
 
     shared = met_at(share, ratio, thickness)
-    line = load_scene("two_discs", [*shared, "contact.normal=auto", "wanted.outputs=peaks"])
-    found = SolvedImpact(solve_discs, line, "johnson", "closed_form")
+    found = solved_discs(*shared, "wanted.outputs=peaks", law="johnson")
     finer = (*mesh, "contact.stiffness_ratio=300")
     elements = by_elements(load_scene("soft_discs_fast", [*shared, *finer]).parameters, frames=2)
     force = elements.column("normal_load")

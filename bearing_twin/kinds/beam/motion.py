@@ -263,16 +263,6 @@ class BeamImpact:
     assumed: bool = False
 
     @property
-    def peak_force(self) -> float:
-        """Greatest force [N] of all contacts, 0 without one."""
-        return max((contact.peak_force for contact in self.contacts), default=0.0)
-
-    @property
-    def contact_time(self) -> float:
-        """Time [s] in contact."""
-        return math.fsum(contact.duration for contact in self.contacts)
-
-    @property
     def end(self) -> float:
         """Time [s] to which the motion is known."""
         return float(self.pieces.starts[-1])
