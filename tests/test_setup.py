@@ -62,19 +62,6 @@ def test_a_prefix_knows_the_package_after_the_script_twice(tmp_path, monkeypatch
     )
 
 
-def test_the_size_is_said_before_anything_is_made():
-    """Plan of `make` in a fresh checkout: the first thing said is how large it becomes."""
-    names = ("SHELL", "MAKEFLAGS", "MFLAGS", "MAKELEVEL")
-    there = {key: value for key, value in os.environ.items() if key not in names}
-    shown = subprocess.run(
-        ["make", "-n", "-W", "requirements/pip.txt", ".venv/stamps/venv", "--always-make"],
-        cwd=ROOT, env=there, capture_output=True, text=True, check=True,
-    ).stdout  # fmt: skip
-    said = shown.index("MB of disk")
-    assert said < shown.index("-m venv .venv")
-    assert said < shown.index("df -Pm")
-
-
 @pytest.mark.environment
 def test_the_package_is_found_beside_a_checkout_of_its_name(tmp_path):
     """Python looks where it is started first: folders of a checkout there are no part of the package."""

@@ -8,7 +8,6 @@ Exit code 0: done; 2: bad input, said in one sentence; 3: done, but with a loss 
 
 import argparse
 import contextlib
-import itertools
 import os
 import re
 import signal
@@ -47,9 +46,7 @@ GONE = {  # commands, options and words of earlier versions: what there is in th
     "--schema": "bearing_twin scenes --keys lists every key with its limits",
     "--read": "read the CSV files that chart writes",
 }
-WARNING_LINES = 6  # of a terminal: what warnings take at most without --verbose
-WRITING = {"chart", "layouts", "recover"}  # commands that keep what they have written; others write whole or nothing
-LOGGING = {"simulate", "explain", "study"}  # ... with --out; what else they write is whole or nothing, too
+SHOWN = 3  # warnings without --verbose
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
@@ -106,26 +103,19 @@ def _exit_code(argv) -> int:
         print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
         return BAD_INPUT
     except KeyboardInterrupt:
-        print(f"bearing_twin: interrupted{_kept(argv)}", file=sys.stderr)
+        print("bearing_twin: interrupted", file=sys.stderr)
         return INTERRUPTED
     except SystemExit as end:
         number = signal_of(end)
         if number in (signal.SIGTERM, signal.SIGHUP):
             with contextlib.suppress(OSError):  # the terminal may be gone
-                print(f"bearing_twin: ended by {signal.Signals(number).name}{_kept(argv)}", file=sys.stderr)
+                print(f"bearing_twin: ended by {signal.Signals(number).name}", file=sys.stderr)
         raise
     except BrokenPipeError:
         raise  # see `while_read`
     except OSError as error:
         print(f"bearing_twin: {error.filename or 'a file'} cannot be used ({error.strerror or error})", file=sys.stderr)
         return BAD_INPUT
-
-
-def _kept(argv) -> str:
-    """The files that a signal leaves behind, as the tail of a sentence."""
-    words = {word.partition("=")[0] for word in argv}
-    keeps = words & WRITING or ("--out" in words and words & LOGGING)
-    return "; what was written so far is kept" if keeps else ""
 
 
 def _main(argv) -> int:
@@ -185,13 +175,9 @@ def _present(outcome, arguments) -> None:
 
 
 def _shortened(warnings: list[str]) -> list[str]:
-    """The first of the warnings, in about six lines of a terminal, and how many more there are."""
-    from bearing_twin.command.terminal import width_of_terminal
-
-    lines = list(itertools.accumulate(-(-len(one) // width_of_terminal()) for one in warnings))
-    shown = max(1, sum(one <= WARNING_LINES for one in lines))
-    left = len(warnings) - shown
-    return [*warnings[:shown], *([f"bearing_twin: {left} more with --verbose"] if left > 0 else [])]
+    """The first of the warnings, and how many more there are."""
+    more = len(warnings) - SHOWN
+    return warnings if more <= 0 else [*warnings[:SHOWN], f"bearing_twin: {more} more with --verbose"]
 
 
 def _show(outcome, si: bool) -> None:
