@@ -256,6 +256,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     bool loaded = touch.approach > 0.0;
     double least = 1e-6 * plan.floor, flight = loaded ? 0.0 : flight_step();
     if (touch.kind != RootKind::found) return {UNTRACKED, 0.0, least, loaded};
+    if (loaded && clock.in_contact == 0.0) note(0.0, touch, pair_state(state), pair_state(state));  // at the start
     if (flight > 0.0) {
       set_flight_scales();
       return {OK, flight, least, false};
@@ -302,11 +303,6 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
   const ContactRecord &record() const { return contact_record; }
   // True unless the equations of the opposing points were singular.
   bool tracked = true;
-
-  // Opens the record of a contact in which the bodies are at the start.
-  void note_start() {
-    if (touch.approach > 0.0) note(0.0, touch, pair_state(state), pair_state(state));
-  }
 
  private:
   const TwoBodies &pair;
@@ -476,20 +472,6 @@ TwoBodies pair_of(const double *next, const double *points, const double *state)
   return pair;
 }
 
-// Calls `use` with the motion of two bodies.
-template <class Use>
-auto with_motion(const TwoBodies &pair, const double *plan, double *state, double *clock, double *record, double *before, std::int64_t *counts,
-                 const Use &use) {
-  using State = Numbers<PAIR_NUMBERS>;
-  auto call = [&]<std::size_t MOVING>(std::integral_constant<std::size_t, MOVING>) {
-    TwoBodiesMotion<MOVING> motion(pair, *reinterpret_cast<const PairPlan *>(plan), *reinterpret_cast<State *>(state),
-                                   *reinterpret_cast<PairClock *>(clock), *reinterpret_cast<ContactRecord *>(record),
-                                   *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts), counts[3]);
-    return use(motion);
-  };
-  return pair.a_alone ? call(std::integral_constant<std::size_t, FIRST_MOVING>()) : call(std::integral_constant<std::size_t, PAIR_MOVING>());
-}
-
 // Writes the channels of a state in their order, but those of the numerics.
 void write_outputs(const TwoBodies &pair, const PairState &state, double *out) {
   auto put = [&](const auto &numbers) { out = std::copy(numbers.begin(), numbers.end(), out); };
@@ -514,24 +496,26 @@ void write_outputs(const TwoBodies &pair, const PairState &state, double *out) {
 
 }  // namespace
 
-// Opens the record of a contact in which the bodies are at the start; `counts` (4,) ends with touches.
-CORE_EXPORT void core_two_bodies_start(const double *numbers, const double *points, const double *plan, double *state, double *clock,
-                                       double *record, double *before, std::int64_t *counts) {
-  with_motion(pair_of(numbers, points, state), plan, state, clock, record, before, counts, [](auto &motion) { motion.note_start(); });
-}
 // Moves bodies on until an instant [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the contacts
-// that have ended, of which there are `completed`. Returns a status.
+// that have ended, of which there are `completed`; `counts` (4,) ends with touches. Returns a status.
 CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const double *points, const double *plan, double *state, double *clock,
                                                  double *record, double *before, double until, std::int64_t outputs, const double *instants,
                                                  const volatile std::uint8_t *stop, double *states, std::int64_t capacity, double *records,
                                                  std::int64_t *completed, std::int64_t *counts) {
-  return with_motion(pair_of(numbers, points, state), plan, state, clock, record, before, counts, [&](auto &motion) {
+  using State = Numbers<PAIR_NUMBERS>;
+  TwoBodies pair = pair_of(numbers, points, state);
+  auto advance = [&]<std::size_t MOVING>(std::integral_constant<std::size_t, MOVING>) {
+    TwoBodiesMotion<MOVING> motion(pair, *reinterpret_cast<const PairPlan *>(plan), *reinterpret_cast<State *>(state),
+                                   *reinterpret_cast<PairClock *>(clock), *reinterpret_cast<ContactRecord *>(record),
+                                   *reinterpret_cast<State *>(before), *reinterpret_cast<Counts *>(counts), counts[3]);
     int count;
-    Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<Numbers<PAIR_NUMBERS> *>(states),
+    Status status = motion.advance({until, int(outputs), instants, stop}, reinterpret_cast<State *>(states),
                                    reinterpret_cast<ContactRecord *>(records), int(capacity), count);
     *completed = count;
     return !motion.tracked && (status == STALLED || status == NOT_FINITE) ? UNTRACKED : status;
-  });
+  };
+  if (pair.a_alone) return advance(std::integral_constant<std::size_t, FIRST_MOVING>());
+  return advance(std::integral_constant<std::size_t, PAIR_MOVING>());
 }
 // Outputs (count, width) of states (count, numbers).
 CORE_EXPORT void core_two_bodies_outputs(const double *numbers, const double *points, std::int64_t count, const double *states,

@@ -105,15 +105,13 @@ def setting_of(parameters, choice) -> float:
 
 
 _MOVED = (*(REALS_OUT,) * 4, REAL, INTEGER, REALS, FLAG, REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT)
-_open_record = Function("core_two_bodies_start", None, (REALS, REALS, REALS, *(REALS_OUT,) * 4, INTEGERS_OUT))
 _advance = Function("core_two_bodies_advance", INTEGER, (REALS, REALS, REALS, *_MOVED))
 _write = Function("core_two_bodies_outputs", None, (REALS, REALS, INTEGER, REALS, INTEGER, REALS_OUT))
-"""Functions of the core that open the record of a contact at the start, move bodies on until an instant [s], and write
-the channels of states.
+"""Functions of the core that move bodies on until an instant [s], and write the channels of states.
 
-Arguments of the second: bodies, plan, state, clock, record, state at the start of the last step, the instant; number
+Arguments of the first: bodies, plan, state, clock, record, state at the start of the last step, the instant; number
 and times [s] of outputs, the flag that stops it, their states; room for records of contacts that have ended, their
-number; counts. Of the third: bodies; number, states; width, rows.
+number; counts. Of the second: bodies; number, states; width, rows.
 """
 
 
@@ -217,7 +215,7 @@ class PairMotion:
         return state
 
     def reset(self) -> None:
-        """Back to the start, where they may touch already."""
+        """Back to the start."""
         self.state, self.clock = self.start(), np.zeros(ENTRIES)
         self.clock[STEP] = math.inf
         self.record, self.counts = np.zeros(RECORD), np.zeros(len(COUNTED), np.int64)
@@ -225,7 +223,6 @@ class PairMotion:
         self._touched = -math.inf  # begin [s] of the last touch recorded
         self._last = np.zeros_like(self.state)  # the state at the start of the last step
         self._now = 0.0
-        _open_record(*self.body, self.plan, self.state, self.clock, self.record, self._last, self.counts)
         self.keep()
 
     def keep(self) -> None:
