@@ -102,7 +102,7 @@ def test_bounce_heights_fall_as_the_square_of_the_restitution():
     assert report.figures["resting_since_s"] == pytest.approx(9.0 * math.sqrt(2.0 / GRAVITY), abs=0.01)
     static = (MASS * GRAVITY / BALL) ** (2.0 / 3.0)
     assert values["approach"][-1] == pytest.approx(static, rel=1e-4)
-    assert abs(report.figures["energy_closure"]) < 1e-6  # wanted.tolerance
+    assert abs(report.figures["energy_closure"]) < 1e-7  # what is lost where bodies part without load is in the books
 
 
 def test_a_thousand_bounces_keep_the_energy():
@@ -348,31 +348,19 @@ def test_two_free_balls_keep_their_momenta_whichever_is_first():
     assert straight[1]["velocity"][-1] == pytest.approx(swapped[1]["second_velocity"][-1], rel=1e-6, abs=1e-9)
 
 
-def test_an_ellipsoid_on_a_plane_is_as_the_kind_made_for_it():
-    """The closed form against followed points: to the moment of the load by turning curvatures, which these lack."""
-    turn, spin = [0.3, 0.5, 0.2], [20.0, -35.0, 15.0]
-    moving = {"turn": turn, "velocity": [0.1, 0.0, -0.5], "angular_velocity": spin}
-    report, truth = ran(
-        "ellipsoid_rocking", "body.semi_axes=[0.03,0.02,0.012]", "start.height=1e-4",
-        "contact.friction_coefficient=0.1",
-        *(f"start.{name}={value}" for name, value in moving.items()), "run.duration=0.02", "run.output_rate=1000",
-        "contact.normal=hertz", "contact.restitution=1.0", "contact.friction=point",
-    )  # fmt: skip
-    first = {
-        "shape": "ellipsoid",
-        "semi_axes": [0.03, 0.02, 0.012],
-        "position": truth["position"][0].tolist(),
-        **moving,
-    }
-    contact, gravity = {"friction_coefficient": 0.1, "tracking": "differential"}, [0.0, 0.0, -9.80665]
-    figures, values = run(first=first, contact=contact, gravity=gravity, run={"duration": 0.02, "output_rate": 1000.0})
-    expected = report.figures
-    assert figures["contact_count"] == expected["contact_count"] >= 1
-    assert figures["contact_duration_s"] == pytest.approx(expected["contact_duration_s"], rel=1e-3)
-    assert figures["peak_force_n"] == pytest.approx(expected["peak_force_n"], rel=5e-3)
+def test_opposing_points_of_an_ellipsoid_and_a_plane_in_closed_form_and_followed():
+    """Two formulations agree to the moment of the load by turning curvatures, which points that are followed lack."""
+    words = "run.duration=0.025", "contact.restitution=1"
+    (exact, truth), (report, values) = (
+        ran("two_bodies_ellipsoid", *words, f"contact.tracking={way}") for way in ("closed", "differential")
+    )
+    assert report.figures["contact_count"] == exact.figures["contact_count"] >= 1
+    for key, close in (("contact_duration_s", 1e-3), ("peak_force_n", 5e-3)):
+        assert report.figures[key] == pytest.approx(exact.figures[key], rel=close)
     for name in ("position", "velocity", "angular_velocity"):
         assert values[name][-1] == pytest.approx(truth[name][-1], rel=2e-3, abs=2e-3 * np.abs(truth[name]).max()), name
-    assert abs(figures["energy_closure"]) < 1e-3
+    assert abs(exact.figures["energy_closure"]) < 1e-7  # to which only the moment closes it
+    assert 1e-6 < abs(report.figures["energy_closure"]) < 1e-3
 
 
 def test_a_ball_that_rolls_in_a_groove_swings_as_a_rolling_pendulum():

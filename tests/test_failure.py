@@ -11,7 +11,7 @@ from processes import forked
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.kinds.bearing import BearingMotion
-from bearing_twin.kinds.bodies.motion import EllipsoidMotion
+from bearing_twin.kinds.bodies.motion import PairMotion
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.failure import read_failure, write_failure
 from bearing_twin.run.scene import load_scene
@@ -97,10 +97,11 @@ def test_a_run_goes_on_from_its_last_good_state_to_the_bit(overrides, spoilt, mo
     assert np.concatenate([block.matrix() for block in rest]).tobytes() == whole[200:].tobytes()
 
 
-def test_an_ellipsoid_goes_on_to_the_bit_in_the_middle_of_a_contact(monkeypatch, tmp_path):
-    scene = load_scene("ellipsoid_rocking", ["run.duration=0.4"])
+@pytest.mark.parametrize("name", ["ellipsoid_rocking", "two_bodies_ellipsoid"])
+def test_bodies_go_on_to_the_bit_in_the_middle_of_a_contact(name, monkeypatch, tmp_path):
+    scene = load_scene(name, ["run.duration=0.3"])
     whole = list(simulate(scene).blocks())
-    move = EllipsoidMotion.advance
+    move = PairMotion.advance
 
     def advance(self, times, duration):
         out = move(self, times, duration)
@@ -108,7 +109,7 @@ def test_an_ellipsoid_goes_on_to_the_bit_in_the_middle_of_a_contact(monkeypatch,
             out["position"][-1] = np.nan
         return out
 
-    monkeypatch.setattr(EllipsoidMotion, "advance", advance)
+    monkeypatch.setattr(PairMotion, "advance", advance)
     found = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
     expected = np.concatenate([block.matrix() for block in whole])

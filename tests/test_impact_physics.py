@@ -92,20 +92,6 @@ def test_the_differential_equation_gives_the_closed_form(law):
     assert abs(found.energy_closure) < 1e-10
 
 
-@pytest.mark.parametrize(("restitution", "product"), [(0.9, 0.16648), (0.7, 0.63483), (0.5, 1.43275)])
-def test_damping_gives_exactly_the_restitution_asked_for(restitution, product):
-    """chi v (1 + e) = ln[(1 + chi v) / (1 - e chi v)]; usual shortcuts give 0.47 to 0.73 for 0.5."""
-    assert damping_for_restitution(restitution, 20.0) * 20.0 == pytest.approx(product, abs=6e-6)
-    by_quadrature = solved(f"contact.restitution={restitution}")
-    by_equation = solved(f"contact.restitution={restitution}", "wanted.tolerance=1e-12", stepper="dop853")
-    for found in (by_quadrature, by_equation):
-        assert found.restitution == pytest.approx(restitution, rel=1e-9)
-        assert abs(found.energy_closure) < 1e-9
-    assert by_quadrature.contacts[0].duration == pytest.approx(by_equation.contacts[0].duration, rel=1e-9)
-    assert by_quadrature.peak_force == pytest.approx(by_equation.peak_force, rel=1e-8)
-    assert by_quadrature.force == pytest.approx(by_equation.force, abs=1e-6 * by_equation.peak_force)
-
-
 @pytest.mark.parametrize("restitution", [0.9, 0.5])
 def test_steady_damping_keeps_its_restitution_at_every_speed(restitution):
     """Which the other law does only at one; energy closes with what is left in the contact when the bodies part."""
@@ -223,25 +209,6 @@ def test_the_closed_form_against_the_motion_followed(radius, thickness, modulus,
     assert disc_impact.peak_force(law, mass, speed) == pytest.approx(truth.peak_force, rel=1e-8)
 
 
-def test_thick_discs_are_answered_by_johnson_unless_the_scene_pins_the_paper():
-    from bearing_twin.run.scene import choose
-
-    assert choose(load_scene("two_discs")).law == "line"
-    assert "johnson costs no more" in choose(load_scene("two_discs")).warnings[0]
-    free = choose(load_scene("two_discs", ["contact.normal=auto", "wanted.outputs=peaks"]))
-    assert (free.law, free.stepper, free.warnings) == ("johnson", "closed_form", ())
-
-
-@pytest.mark.parametrize(("speed", "ratio"), [(10.0, 1.138), (100.0, 1.213)])
-def test_equation_14_is_softer_than_plane_strain_for_thick_discs(speed, ratio):
-    laws = (line_law(name, 1.0, 2.0, 5e9, 0.3) for name in ("line", "johnson"))
-    paper, johnson = (disc_impact.contact_time(law, REDUCED, speed) for law in laws)
-    assert paper / johnson == pytest.approx(ratio, abs=1e-3)
-
-
-pytestmark = pytest.mark.usefixtures("pictures_once")
-
-
 def test_a_run_that_ends_early_says_so():
     run = simulate(load_scene("two_spheres", ["run.duration=3.0e-5"]))
     list(run)
@@ -289,7 +256,7 @@ def logged(run, block, path):
     return read_log(write_log(made, path).path)
 
 
-def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys, asked):
+def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, asked):
     """A record that was altered by 1 uN, and one that is not there."""
     run = simulate(load_scene("two_spheres", ["run.output_rate=5e5"]))
     whole = joined(list(run.blocks()))
@@ -300,12 +267,6 @@ def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, capsys, ask
         log = logged(run, dataclasses.replace(whole, records=whole.records | {"contact": contacts}), path)
         assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
         assert main(["verify", str(path), "--strict"]) == (DOUBTFUL if deviation else DONE)
-        out, error = capsys.readouterr()
-        assert ("all the same" in out) == (name == "same") != ("where speed or load were commanded" in error)
-        assert ("deviates by up to 1e-06 (records of contact, SI) from" in error) == (name == "altered")
-        assert ("deviation of contact  1e-06" in out) == (name == "altered")
-        assert ("the log has more or fewer records of contact than a new run" in error) == (name == "none")
-        assert ("deviation of contact  more or fewer records than in a new run" in out) == (name == "none")
     assert asked("verify", path)["records_not_as_many"] == ["contact"]
 
 
@@ -330,24 +291,6 @@ STEEL_BALLS = {"young_modulus": MODULUS, "poisson_ratio": RATIO, "density": DENS
 COEFFICIENT = 4.0 / 3.0 * MODULUS / (2.0 * (1.0 - RATIO**2)) * math.sqrt(RADIUS)
 MASS_OF_A_BALL = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY
 SPEED = 0.5
-SCENES = {
-    "ellipsoid_on_plane": {
-        "body": {"semi_axes": [RADIUS] * 3, "material": STEEL_BALLS},
-        "plane": {"material": STEEL_BALLS},
-        "start": {"height": 1e-4, "velocity": [0.0, 0.0, -SPEED]},
-    },
-    "two_bodies": {
-        "first": {
-            "shape": "sphere",
-            "radius": RADIUS,
-            "position": [0.0, 0.0, RADIUS + 1e-4],
-            "velocity": [0.0, 0.0, -SPEED],
-            "material": STEEL_BALLS,
-        },
-        "second": {"shape": "plane", "material": STEEL_BALLS},
-        "wanted": {"tolerance": 1e-8},
-    },
-}
 DAMPED = {
     "damping": (1.0, lambda x, rate: COEFFICIENT * x**1.5 * (1.0 + rate)),
     "viscosity": (2e4, lambda x, rate: COEFFICIENT * x**1.5 + 2e4 * x**0.25 * rate),
@@ -376,16 +319,18 @@ def deepest(load):
 
 
 @pytest.mark.parametrize("key", DAMPED)
-@pytest.mark.parametrize("kind", SCENES)
-def test_damping_puts_the_greatest_approach_after_the_greatest_load(kind, key):
+def test_damping_puts_the_greatest_approach_after_the_greatest_load(key):
     value, load = DAMPED[key]
     scene = {
-        "kind": kind,
+        "kind": "ellipsoid_on_plane",
+        "body": {"semi_axes": [RADIUS] * 3, "material": STEEL_BALLS},
+        "plane": {"material": STEEL_BALLS},
+        "start": {"height": 1e-4, "velocity": [0.0, 0.0, -SPEED]},
         "gravity": [0.0, 0.0, 0.0],
         "contact": {key: value, "friction_coefficient": 0.0},
         "run": {"duration": 1e-3},
     }
-    run = simulate(scene | SCENES[kind])
+    run = simulate(scene)
     blocks = list(run.blocks())
     exact, at_load = deepest(load)
     assert at_load < 0.99 * exact

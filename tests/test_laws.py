@@ -151,22 +151,10 @@ def test_elliptic_integrals_agree_with_scipy(kc):
     assert b + kc * kc * d == pytest.approx(ellipe(1.0 - kc * kc), rel=2e-15)
 
 
-# Complete-ellipse table: Q/P, long/short axis, K(m), E(m).
-@pytest.mark.parametrize(
-    ("ratio", "axes", "first", "second"),
-    [
-        (2.0, 1.58580, 1.95211, 1.29715),
-        (5.0, 2.89018, 2.49374, 1.12052),
-        (10.0, 4.49945, 2.91420, 1.05988),
-        (100.0, 18.18710, 4.28950, 1.00573),
-    ],
-)
-def test_axis_ratio_matches_the_published_table(ratio, axes, first, second):
-    found = axis_ratio(1.0, ratio)
-    b, d = elliptic_b_d(found)
-    assert 1.0 / found == pytest.approx(axes, abs=6e-6)
-    assert b + d == pytest.approx(first, abs=6e-6)
-    assert b + found**2 * d == pytest.approx(second, abs=6e-6)
+# Complete-ellipse table: Q/P, long/short axis.
+@pytest.mark.parametrize(("ratio", "axes"), [(2.0, 1.58580), (5.0, 2.89018), (10.0, 4.49945), (100.0, 18.18710)])
+def test_axis_ratio_matches_the_published_table(ratio, axes):
+    assert 1.0 / axis_ratio(1.0, ratio) == pytest.approx(axes, abs=6e-6)
 
 
 def test_equation_8_has_its_root_for_every_ratio():
