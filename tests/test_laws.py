@@ -306,22 +306,18 @@ def test_impossible_speeds_and_masses_are_refused():
         restitution_of(-1.0)
 
 
-TURNS = 40
+TURNS = 20
 
 
-def history(steps, low=2.0, high=100.0):
-    """C = P/Q and its rate over 40 turns in which Q/P swings between `low` and `high`, and the step (1 s a turn)."""
-    time = 0.5 / steps * np.arange(2 * steps * TURNS + 1)
-    middle, swing = 0.5 * np.log(low * high), 0.5 * np.log(high / low)
-    ratio = np.exp(-middle - swing * np.sin(2.0 * np.pi * time))
-    return ratio, -ratio * swing * 2.0 * np.pi * np.cos(2.0 * np.pi * time), 1.0 / steps
+def load_errors(steps, law):
+    """Relative errors of the load's coefficient against exact Hertz: greatest in the second turn and in the last.
 
-
-def load_errors(steps, law, **range_):
-    """Relative errors of the load's coefficient against exact Hertz: greatest in the second turn and in the last."""
-    ratio, rate, step = history(steps, **range_)
-    _, found = carried_course(law, ratio, rate, step)
-    errors = np.abs(found / hertz_coefficient(ratio[::2], 1.0, 1.0) - 1.0)
+    Q/P swings between 2 and 100 by so many steps a turn.
+    """
+    ratio = np.exp(
+        -0.5 * np.log(200.0) - 0.5 * np.log(50.0) * np.sin(2.0 * np.pi / steps * np.arange(steps * TURNS + 1))
+    )
+    errors = np.abs(carried_course(law, ratio)[1] / hertz_coefficient(ratio, 1.0, 1.0) - 1.0)
     return errors[steps : 2 * steps].max(), errors[-steps:].max()
 
 
@@ -330,25 +326,23 @@ def test_states_carried_over_a_short_way_are_those_solved_afresh(ratio):
     """The differential version of eq. (8) and the equations of K and E: the error of a step is of its fifth power."""
     ends = []
     for step in (1e-2, 5e-3):
-        path = ratio * (1.0 - step * np.linspace(0.0, 1.0, 3))
-        states, _ = carried_course("hertz_unprojected", path, np.full(3, -ratio * step), 1.0)
-        ends.append(np.abs(states[1] - states_afresh(path[-1])).max())
+        path = ratio * np.array([1.0, 1.0 - step])
+        ends.append(np.abs(carried_course("hertz_unprojected", path)[0][1] - states_afresh(path[-1])).max())
     assert ends[0] < 1e-6
     assert ends[1] < ends[0] / 20.0 + 1e-13
 
 
 def states_afresh(ratio):
     """m, K and E where P/Q is this."""
-    return carried_course("hertz_differential", np.array([ratio]), np.zeros(1), 1.0)[0][0]
+    return carried_course("hertz_unprojected", np.array([ratio]))[0][0]
 
 
 def test_unprojected_states_drift_without_end():
-    """Known failure: RK4 over 40 turns is wrong by more than 2 % at 16 steps a turn, and growing."""
-    coarse, fine = (load_errors(steps, "hertz_unprojected") for steps in (16, 64))
-    assert coarse[1] > 0.02
-    assert fine[1] > 1e-5
-    assert coarse[1] > 5.0 * coarse[0]
-    assert fine[1] > 5.0 * fine[0]
+    """Known failure: over 20 turns they diverge at 16 steps a turn, and drift at more."""
+    assert not load_errors(16, "hertz_unprojected")[1] < 0.02
+    for steps in (32, 64):
+        second, last = load_errors(steps, "hertz_unprojected")
+        assert last > 10.0 * second
 
 
 def test_one_newton_step_ends_the_drift():

@@ -67,10 +67,9 @@ def law_cost(name: str) -> dict[str, float]:
         return timed(lambda: [by_scipy(1.0, one, 1.0) for one in large[::200]], MANY / 200)[1]
     if not LAWS[name].carries:
         return timed(lambda: coefficient_of(name, 1.0, large, 1.0, 1.0), MANY)[1]
-    phase = math.pi / STEPS * np.arange(2 * TURNS * STEPS + 1)
+    phase = 2.0 * math.pi / STEPS * np.arange(TURNS * STEPS + 1)
     course = np.exp(math.log(1.0 / curvature_ratio(0.1)) + 0.5 * np.sin(phase))
-    rates = course * 0.5 * 2.0 * math.pi * np.cos(phase)
-    return timed(lambda: carried_course(name, course, rates, 1.0 / STEPS), TURNS * STEPS)[1]
+    return timed(lambda: carried_course(name, course), TURNS * STEPS)[1]
 
 
 def by_scipy(small: float, large: float, modulus: float) -> float:

@@ -66,22 +66,15 @@ CORE_EXPORT void core_elastic(double power, std::int64_t count, const double *co
     load[i] = found.load, stiffness[i] = found.stiffness, energy[i] = found.energy;
   }
 }
-// The states m, K and E (steps + 1, 3) of a law carried over steps [s] along a history of C = P/Q, by the classical
-// Runge-Kutta method: `ratio` and its rates stand at the ends and middles of the steps. c (steps + 1,) for Q = 1/m, E* = 1 Pa.
-CORE_EXPORT void core_carried_course(std::int64_t number, std::int64_t steps, double step, const double *ratio, const double *rate,
-                                     double *states, double *coefficient) {
-  using namespace carried;
+// The states m, K and E (count, 3) of a law carried from step to step along C = P/Q (count,). c (count,) for Q = 1/m, E* = 1 Pa.
+CORE_EXPORT void core_carried_course(std::int64_t number, std::int64_t count, const double *ratio, double *states, double *coefficient) {
   Elasticity law{PointLaw(number), HERTZIAN, 1.0, 0.0};
-  EllipseShape shape = shape_at(ratio[0]);
-  for (std::int64_t k = 0;; k++, ratio += 2, rate += 2) {
+  CarriedContact contact{};
+  for (std::int64_t k = 0; k < count; k++) {
+    contact.carry_on(carried_law(law.law), ratio[k]);
+    const EllipseShape &shape = contact.shape;
     *states++ = shape.parameter, *states++ = shape.first_kind, *states++ = shape.second_kind;
-    *coefficient++ = law_coefficient(law, ratio[0], 1.0, shape);
-    if (k == steps) return;
-    EllipseShape k1 = slopes(shape), k2 = slopes(plus(shape, 0.5 * step * rate[0], k1));
-    EllipseShape k3 = slopes(plus(shape, 0.5 * step * rate[1], k2)), k4 = slopes(plus(shape, step * rate[1], k3));
-    double third = step / 3.0 * rate[1];
-    shape = plus(plus(plus(plus(shape, step / 6.0 * rate[0], k1), third, k2), third, k3), step / 6.0 * rate[2], k4);
-    if (carried_law(law.law) == CarriedLaw::projected) shape = projected(shape, ratio[2]);
+    coefficient[k] = law_coefficient(law, ratio[k], 1.0, shape);
   }
 }
 // Scales [m^2] of a line contact's law.
