@@ -118,11 +118,11 @@ def carried_course(name: str, ratios) -> tuple[np.ndarray, np.ndarray]:
 
 
 def coefficient_from_circle(name: str, curvature_small: float, curvature_large: float, modulus: float):
-    """c [N/m^1.5] of a law whose states are carried from a circle to P and Q [1/m], ln(P/Q) by 256 equal steps.
+    """c [N/m^1.5] of a law whose states are carried from a circle to P and Q [1/m], ln(P/Q) by 74 equal steps.
 
     Relative error with projection below 1e-9 for b/a above 1e-4, 2e-6 at 1e-6.
     """
-    _, coefficients = carried_course(name, np.geomspace(1.0, curvature_small / curvature_large, 257))
+    _, coefficients = carried_course(name, np.geomspace(1.0, curvature_small / curvature_large, 75))
     return float(coefficients[-1]) * modulus / math.sqrt(curvature_large)
 
 
