@@ -15,7 +15,6 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-import starts
 from pages import ROOT, TUTORIALS, blocks, words_of
 from PIL import Image
 
@@ -88,10 +87,13 @@ def answered(run):
     return asked
 
 
+PROGRAM = subprocess.Popen
+
+
 def node_at_once(words):
     """`bearing_twin node start` as the process that it becomes, which has imported what it needs."""
     assert words[:3] == ["bearing_twin", "node", "start"]
-    return starts.Forking([sys.executable, *node_command.words_of(words[3], words[4:])])
+    return PROGRAM([sys.executable, *node_command.words_of(words[3], words[4:])])
 
 
 def covers_a_curve(axes):
