@@ -353,7 +353,7 @@ class McapReader:
         try:
             channel = _read(Channel, self._channels[number])
         except _PARSE_ERRORS:
-            return StoredTopic(f"(channel {number})", "", "", "", {}, "", described=False)
+            return StoredTopic(f"(channel {number})", "", "", "", {}, "")
         try:
             schema = _read(Schema, self._schemas[channel.schema_id])
             name, text, encoding = schema.name, schema.data.decode(errors="surrogateescape"), schema.encoding

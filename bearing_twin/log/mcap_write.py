@@ -63,7 +63,6 @@ class StoredTopic(NamedTuple):
     message_encoding: str
     metadata: dict[str, str]
     schema_encoding: str = "ros2msg"
-    described: bool = True  # False of a channel that no record describes, or one that cannot be read
 
     @property
     def foreign(self) -> bool:

@@ -397,7 +397,7 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
                 if item.name != BAG_RECORD and record not in kept:
                     kept.add(record)
                     log.add_metadata(item.name, item.metadata)
-            elif not item.topic.described:
+            elif not item.topic.message_encoding:
                 unknown[item.topic.name] += 1
             else:
                 messages += 1

@@ -272,11 +272,11 @@ def kind_rows(kind: str) -> list[TopicRow]:
 
     Those that differ in a number alone, as of several balls, are one row.
     """
-    default = Scene(kind, kind, "", KINDS[kind].parameters())
-    tables = [_numberless_rows(scene) for scene in (default, *_shipped().get(kind, ()))]
-    found = dict(max(tables, key=len))
-    for table in tables[::-1]:
-        found |= table  # the text is that of the first
+    found: dict[str, TopicRow] = {}
+    for scene in (Scene(kind, kind, "", KINDS[kind].parameters()), *_shipped().get(kind, ())):
+        for topic in topics(scene):
+            row = TopicRow(*map(_numberless, _row(topic, topic.name, RATES)))
+            found.setdefault(row.topic, row)
     return list(found.values())
 
 
@@ -288,11 +288,6 @@ def _shipped() -> dict[str, list[Scene]]:
         scene = load_scene(name)
         found.setdefault(scene.kind, []).append(scene)
     return found
-
-
-def _numberless_rows(scene: Scene) -> dict[str, TopicRow]:
-    rows = (TopicRow(*map(_numberless, _row(topic, topic.name, RATES))) for topic in topics(scene))
-    return {row.topic: row for row in rows}
 
 
 def _row(topic: Topic, name: str, rates: dict[str, str]) -> TopicRow:
