@@ -233,6 +233,16 @@ def test_files_that_are_none_are_refused(capsys, tmp_path):
     assert cli.main(["spectrum", str(tmp_path / "none.csv"), *BEARING]) == 2
 
 
+@pytest.mark.parametrize("place", [0.1, 0.5, 0.99])
+def test_an_archive_that_was_damaged_is_refused(place, tmp_path, refused):
+    path = tmp_path / "record.npz"
+    np.savez_compressed(path, x=np.random.default_rng(1).normal(size=1000))
+    data = bytearray(path.read_bytes())
+    data[int(place * len(data))] ^= 8
+    path.write_bytes(data)
+    assert "record.npz cannot be read as npz" in refused("spectrum", path, *BEARING, "--rate", "12kHz")
+
+
 def test_a_speed_without_a_unit_is_said_in_rpm(tmp_path, typed):
     path = saved(tmp_path, record("outer", seconds=3.0, strength=2.0))
     assert (

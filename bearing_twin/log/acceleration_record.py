@@ -56,7 +56,7 @@ def read_record(
         raise BearingTwinError(f"{option} is of logs; name a column or variable by --key")
     try:
         columns = _TABLES[suffix](path)
-    except (OSError, ValueError, TypeError, KeyError, NotImplementedError, MemoryError, EOFError) as error:
+    except Exception as error:  # of archives, compression and headers that NumPy and SciPy read
         said = " ".join(str(error).split())[:120]
         raise BearingTwinError(f"{path} cannot be read as {suffix[1:]} ({said}); save it again") from error
     return _tabled(path, columns, key, rate)
