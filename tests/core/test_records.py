@@ -4,7 +4,8 @@ The records were made by the engine before the compiled core, by Numba: made ane
 itself computes. Each row has a scene, its overrides, the greatest costs, and numbers with the distances that are
 allowed: of channels at some outputs (and of a part of their columns), and of the first rows of tables. Rounding, which
 differs with the processor, decides where in a step a contact begins, so that later ones may be further off; and where
-balls hardly touch the inner raceway, that engine took orbits that are of contact angles beyond the load.
+balls hardly touch the inner raceway, that engine took orbits that are of contact angles beyond the load, and of several
+equilibria the one next to the last, where the core takes that of the opening alone.
 """
 
 import json
