@@ -674,33 +674,31 @@ class WatchedPoints:
         )
 
 
-def impact_of_scene(parameters: SphereOnBeamScene, stepper: str = "modes", stop=SIGNALLED) -> BeamImpact:
-    """The motion behind a scene, in pieces; `solve` reads channels and figures off it."""
-    parameters = resolve(parameters)
-    beam = beam_of(parameters, theory_of(parameters))
-    modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters))
-    return solve_impact(
-        beam, modes, sphere_of(parameters), impact_speed(parameters.blow), parameters.run.duration,
-        steps_for(parameters, stepper), stepper, stop,
-    )  # fmt: skip
-
-
 def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "modes", stop=SIGNALLED) -> Impact:
     """The impact by `modes`, `volterra` or `sinusoidal`.
 
     Raises IntegrationError where it fails, and Stopped, also when outputs are read off, soon after `stop` is not 0.
     """
     parameters = resolve(parameters)
-    found = impact_of_scene(parameters, stepper, stop)
-    brought = 0.5 * found.sphere.mass * impact_speed(parameters.blow) ** 2
+    beam, sphere, speed = (
+        beam_of(parameters, theory_of(parameters)),
+        sphere_of(parameters),
+        impact_speed(parameters.blow),
+    )
+    modes, steps = (
+        modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters)),
+        steps_for(parameters, stepper),
+    )
+    found = solve_impact(beam, modes, sphere, speed, parameters.run.duration, steps, stepper, stop)
     watch = WatchedPoints(parameters, found)
     # What is greatest in the beam costs more than all contacts: not computed where contacts alone are requested.
     deflection, stress = watch.greatest() if parameters.wanted.outputs == "history" else (math.nan, math.nan)
-    deepest = [approaches_of_loads(found.sphere.coefficient, HERTZIAN, one.peak_force) for one in found.contacts]
+    deepest = [approaches_of_loads(sphere.coefficient, HERTZIAN, one.peak_force) for one in found.contacts]
     last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
     records = {"contact": contact_rows(found.contacts, deepest, 0.0, 0.0)}
-    known = [last, deflection, stress, _energy_gained(found, brought), found.end, found.gone, modes_for(parameters)]
-    costs = {"steps": len(found.pieces.lengths), "modes": len(found.modes.index)}
+    gained = _energy_gained(found, 0.5 * sphere.mass * speed**2)
+    known = [last, deflection, stress, gained, found.end, found.gone, modes_for(parameters)]
+    costs = {"steps": len(found.pieces.lengths), "modes": len(modes.index)}
     return Impact(watch, parameters.run, records | {"extremes": np.array([known], float)}, costs)
 
 
