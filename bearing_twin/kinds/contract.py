@@ -298,7 +298,7 @@ class Quantity(NamedTuple):
     """A quantity of studies: what `pick` makes of the figures at `keys`, a number in the unit of the first of them.
 
     Its `meaning` is that of this figure, or as given; `closed` is a vectorised closed form or None. `whole`: not of
-    `wanted.outputs: peaks`, which moves contacts alone. `missing`: why a scene has none, or nothing.
+    `wanted.outputs: peaks`, which moves contacts alone.
     """
 
     keys: tuple[str, ...]
@@ -306,7 +306,6 @@ class Quantity(NamedTuple):
     meaning: str = ""
     closed: Callable[..., np.ndarray] | None = None
     whole: bool = False
-    missing: Callable[[Any], str] = lambda parameters: ""
 
     @property
     def unit(self) -> str:
@@ -367,6 +366,8 @@ class Kind:
         Tables of what happens between outputs.
     figures, meanings : callable
         The `Figures` of parameters and a choice, and what each of their keys is; None: of the channels.
+    missing : callable
+        Why a scene of these parameters has none of some figures, by their keys.
     quantities : callable
         What a study may ask, by name; None: every figure drawn from the channels.
     model_errors : callable
@@ -394,6 +395,7 @@ class Kind:
     records: Callable[[Any], tuple[Table, ...]] = nothing
     figures: Callable[[Any, Choice], Figures] | None = None
     meanings: Callable[[], Mapping[str, str]] | None = None
+    missing: Callable[[Any], Mapping[str, str]] = lambda parameters: {}
     quantities: Callable[[], dict[str, Quantity]] | None = None
     model_errors: Callable[[Any, Choice], ModelErrors] = UnknownErrors
     comparison: Callable[[Any, Choice], Comparison] | None = None

@@ -15,6 +15,7 @@ from bearing_twin.base.errors import SceneError, StudyError, is_text
 from bearing_twin.base.parameters import choice, echo, plain, quantity, read, section, text, unknown
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
+from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import Scene, listed_overrides, open_scene, parse_scene
 from bearing_twin.uq.distributions import as_mapping
 from bearing_twin.uq.inputs import (
@@ -539,8 +540,9 @@ def _quantities(given, kind) -> tuple[str, ...]:
 
 
 def _quantity(name, kind, parameters) -> None:
-    reason = quantity_of(kind, name).missing(parameters)
-    _require(not reason, f"quantities: {name}: {reason}")
+    why = KINDS[kind].missing(parameters)
+    for key in quantity_of(kind, name).keys:
+        _require(key not in why, f"quantities: {name}: {why.get(key)}")
 
 
 def _histories(given, scene: Scene) -> tuple[str, ...]:

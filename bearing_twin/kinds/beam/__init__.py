@@ -19,11 +19,27 @@ def quantities() -> dict[str, Quantity]:
     }
 
 
+def meanings() -> dict[str, str]:
+    """What each figure is."""
+    from bearing_twin.kinds.bodies import MEANINGS as IMPACT_MEANINGS
+
+    return IMPACT_MEANINGS | {
+        "restitution": "speed of the sphere away from the beam over its speed before, at the end",
+        "sphere_velocity_after_m_s": "of the sphere along its motion before the impact, at the end",
+        "contact_count": "contacts that have ended",
+        "peak_deflection_m": "of the beam, greatest by magnitude of all points, whole motion; none for peaks alone",
+        "peak_stress_pa": "bending stress, greatest by magnitude of all points, whole motion; none for peaks alone",
+        "highest_mode": "of the beam in the sum, the same for the whole motion",
+        "gravity_m_s2": "on the sphere after the first touch, as the scene gives it",
+    }
+
+
 SPHERE_ON_BEAM = Kind(
     name="sphere_on_beam",
     help="a sphere strikes a simply supported beam",
     parameters=SphereOnBeamScene,
     brief=True,
+    meanings=meanings,
     quantities=quantities,
     **parts_in(
         HERE,
@@ -33,7 +49,6 @@ SPHERE_ON_BEAM = Kind(
         motion="motion:BeamMotion",
         channels="motion:channels",
         records="figures:TABLES",
-        meanings="figures:MEANINGS",
         comparison="figures:BeamComparison",
         figures="figures:BeamFigures",
         model_errors="figures:BeamModelErrors",

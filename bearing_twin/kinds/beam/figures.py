@@ -25,19 +25,8 @@ from bearing_twin.kinds.beam.motion import (
 )
 from bearing_twin.kinds.beam.parameters import BEAM_THEORIES, EULER, BeamSolver, SphereOnBeamScene
 from bearing_twin.kinds.bodies.figures import CONTACT, DURATION, IMPULSE, START, ImpactFigures, contact_warnings
-from bearing_twin.kinds.bodies.figures import MEANINGS as IMPACT_MEANINGS
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison, relative
 from bearing_twin.kinds.error_estimates import BEAM_THEORY, SMALLER, TOLERANCE, ModelErrors
-
-MEANINGS = IMPACT_MEANINGS | {
-    "restitution": "speed of the sphere away from the beam over its speed before, at the end",
-    "sphere_velocity_after_m_s": "of the sphere along its motion before the impact, at the end",
-    "contact_count": "contacts that have ended",
-    "peak_deflection_m": "of the beam, greatest by magnitude of all points, whole motion; none for peaks alone",
-    "peak_stress_pa": "bending stress, greatest by magnitude of all points, whole motion; none for peaks alone",
-    "highest_mode": "of the beam in the sum, the same for the whole motion",
-    "gravity_m_s2": "on the sphere after the first touch, as the scene gives it",
-}
 
 LARGE_DEFLECTION = 0.02  # of the span
 

@@ -41,7 +41,6 @@ from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import lubricated
 from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
-from bearing_twin.kinds.bearing.outputs import has_films
 from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
 from bearing_twin.kinds.bearing.rings import (
     PRESCRIBED,
@@ -243,11 +242,11 @@ def _of_ellipses(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, lis
 
 MISSING_PHYSICS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "film": (
-        lambda parameters: not has_films(parameters),
+        lambda parameters: not lubricated(parameters),
         "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
     ),
     LUBRICATED: (
-        has_films,
+        lubricated,
         "films are steady ones, at the temperature given: churning, seals and fresh grease are not computed, and a "
         "measured torque may differ by half",
     ),

@@ -244,7 +244,7 @@ def cage_needed(parameters) -> str:
         return ""
     return (
         "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
-        "their spacing and orbit speed leave what rolling gives, which cage.kind: even prevents"
+        "their spacing and orbit speed leave what rolling gives, which a cage prevents: set cage.kind: even"
     )
 
 

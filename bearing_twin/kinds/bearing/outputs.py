@@ -24,12 +24,7 @@ OWN, FILMS = 19, 2  # channels with a ball's own numbers, and those of films tha
 
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     """The channels of a bearing with N balls; vectors in `bearing_link`, contact rows ball x (inner, outer)."""
-    return _channels(parameters.geometry.balls, has_films(parameters))
-
-
-def has_films(parameters: BearingScene) -> bool:
-    """True if outputs hold films of a lubricant."""
-    return lubricated(parameters)
+    return _channels(parameters.geometry.balls, lubricated(parameters))
 
 
 # The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.
@@ -152,7 +147,7 @@ def _layout(n: int, films: bool) -> Layout:
 
 def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     """Room for `count` solver outputs: all channels side by side."""
-    layout = _layout(parameters.geometry.balls, has_films(parameters))
+    layout = _layout(parameters.geometry.balls, lubricated(parameters))
     return Rows(layout, np.empty((count, layout.width)))
 
 
@@ -170,7 +165,7 @@ def write_outputs(parameters, bearing, bodies, drive, times, states, orientation
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `body_states`
     (count, BODY_COLUMNS) are those of ring, cage and shaft, the `bodies`. Every column of a row is written.
     """
-    places = _places(parameters.geometry.balls, has_films(parameters))
+    places = _places(parameters.geometry.balls, lubricated(parameters))
     _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), places, rows)
 
 

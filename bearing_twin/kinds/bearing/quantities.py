@@ -59,39 +59,33 @@ MEANINGS = {
     },
 }
 """Meanings of the figures' keys, in their order."""
-FIGURES_OF = {
-    "lubricated": ("catalogue_drive_torque_nm",),
-    "losses": ("dissipated_j", "drive_torque_nm"),
-    "friction": ("friction_torque_nm",),
-    "run-up": ("run_up_time_s",),
-    "displacement": ("ring_displacement_m", "ring_displacement_range_m"),
-    "tilt": ("misalignment_rad",),
-    "cage": ("cage_slip", "greatest_pocket_force_n"),
-    "centre": ("cage_eccentricity_m", "cage_whirl_rad_s"),
-    "land": ("greatest_land_force_n",),
-    "sensor": ("acceleration_rms_m_s2", *(f"{key}_over_noise_db" for key in LINES)),
-}
 
 
-def missing(parameters, in_equilibrium: bool) -> frozenset[str]:
-    """Keys of figures whose part a scene does not have; a run is one of equilibria or not.
+def missing(parameters, in_equilibrium: bool = False) -> dict[str, str]:
+    """Why a scene has none of some figures, by their keys; a run is one of equilibria or not.
 
     A ring that is held has its place and tilt from the scene; equilibria lose nothing, and their cage is no body.
     """
-    free, moving = free_coordinates(parameters), moving_centre(parameters)
-    there = {
-        "lubricated": parameters.drive.kind != TORQUE,
-        "losses": not in_equilibrium or lubricated(parameters),
-        "friction": not in_equilibrium,
-        "run-up": parameters.drive.kind == TORQUE,
-        "displacement": any(free[:3]),
-        "tilt": any(free[3:]),
-        "cage": parameters.cage.kind != "none" and not in_equilibrium,
-        "centre": moving and not in_equilibrium,
-        "land": moving and not in_equilibrium and parameters.cage.guidance != BALLS,
-        "sensor": has_sensor(parameters),
-    }
-    return frozenset(key for part, keys in FIGURES_OF.items() if not there[part] for key in keys)
+    free, moving = free_coordinates(parameters), moving_centre(parameters) and not in_equilibrium
+    turned, cage = parameters.drive.kind == TORQUE, parameters.cage
+    still = "equilibria know neither losses nor the motion of balls and cage; set model.dimension: prescribed or free"
+    steady = "the scene prescribes the inner ring's speed, so that nothing runs it up; turn it by drive.kind: torque"
+    held = "the scene holds the inner ring there, so that it is no result; free it with rings.inner.free"
+    centred = "the cage's centre stays; move it by cage.guidance, with model.dimension: free"
+    unheard = "the scene has no sensor; give it one by sensor.on: housing"
+    rows = (
+        (turned, "a torque turns the inner ring", "catalogue_drive_torque_nm"),
+        (in_equilibrium and not lubricated(parameters), still, "dissipated_j", "drive_torque_nm"),
+        (in_equilibrium, still, "friction_torque_nm", "cage_slip", "greatest_pocket_force_n"),
+        (not turned, steady, "run_up_time_s"),
+        (not any(free[:3]), held, "ring_displacement_m", "ring_displacement_range_m"),
+        (not any(free[3:]), held, "misalignment_rad"),
+        (cage.kind == "none", "the scene has no cage", "cage_slip", "greatest_pocket_force_n"),
+        (not moving, centred, "cage_eccentricity_m", "cage_whirl_rad_s", "greatest_land_force_n"),
+        (cage.guidance == BALLS, "no land guides the cage", "greatest_land_force_n"),
+        (not has_sensor(parameters), unheard, "acceleration_rms_m_s2", *(f"{line}_over_noise_db" for line in LINES)),
+    )
+    return {key: why for absent, why, *keys in rows if absent for key in keys}
 
 
 def _greatest(meaning: str, name: str, unit: str) -> Quantity:
@@ -100,37 +94,17 @@ def _greatest(meaning: str, name: str, unit: str) -> Quantity:
     return Quantity(keys, lambda *lists: max(abs(float(one)) for values in lists for one in values), meaning)
 
 
-def _held(first: int, after: int):
-    """Of a ring that is held along all these coordinates its place is what the scene says, and no result."""
-    say = "the scene holds the inner ring there, so that it is no result; free it with rings.inner.free"
-    return lambda parameters: "" if any(free_coordinates(parameters)[first:after]) else say
-
-
-def _prescribed(parameters) -> str:
-    """Nothing runs up to a prescribed speed."""
-    say = "the scene prescribes the inner ring's speed, so that nothing runs it up; turn it by drive.kind: torque"
-    return "" if parameters.drive.kind == TORQUE else say
-
-
-def _unheard(parameters) -> str:
-    """A sensor is needed."""
-    return "the scene has no sensor; give it one by sensor.on: housing" if not has_sensor(parameters) else ""
-
-
 def quantities() -> dict[str, Quantity]:
     """Quantities that a study may ask of a bearing."""
-    sensed = figure_quantities("acceleration_rms_m_s2", *(f"{line}_over_noise_db" for line in LINES))
     return {
         "greatest_ball_load": _greatest("greatest load of any contact during the run", "greatest_normal_load", "n"),
         "greatest_pressure": _greatest("greatest Hertz pressure of any contact", "peak_pressure", "pa"),
         **figure_quantities("cage_speed_rad_s", "roll_rate_rad_s", "drive_torque_nm"),
         "speed_at_end": Quantity(("inner_ring_speed_at_end_rad_s",)),
-        "run_up_time": Quantity(("run_up_time_s",), missing=_prescribed),
         "dissipated_energy": Quantity(("dissipated_j",)),
-        "ring_displacement": Quantity(("ring_displacement_m",), missing=_held(0, 3)),
-        "misalignment": Quantity(("misalignment_rad",), missing=_held(3, 5)),
+        **figure_quantities("run_up_time_s", "ring_displacement_m", "misalignment_rad"),
         "greatest_contact_angle": _greatest(
-            "at its greatest load, of any contact, to either side", "contact_angle", "rad"
+            "greatest, to either side, of any contact at its greatest load", "contact_angle", "rad"
         ),
-        **{name: one._replace(missing=_unheard) for name, one in sensed.items()},
+        **figure_quantities("acceleration_rms_m_s2", *(f"{line}_over_noise_db" for line in LINES)),
     }

@@ -39,14 +39,60 @@ ELLIPSOID_QUANTITIES = figure_quantities(
 PAIR_QUANTITIES = ELLIPSOID_QUANTITIES | figure_quantities("held_work_j")
 
 
-def _row(name: str, help: str, parameters: type, quantities, **parts: str) -> Kind:
+LISTED = 200  # contacts named one by one in a report
+MEANINGS = {
+    "peak_force_n": "contact force, greatest over all contacts that have ended",
+    "contact_duration_s": "time in contact, sum over all contacts that have ended",
+    "contacts": "the contacts that have ended, one by one: begin, duration, greatest force, impulse of the force",
+    "greatest_approach_m": "mutual approach, greatest over all contacts that have ended",
+    "restitution": "relative speed away over that before, after the last contact that has ended",
+    "energy_closure": "energy gained (+) or lost (-) by the numerical method over the initial energy, whole motion",
+    "impulse_ns": "of the contact force, sum over all contacts that have ended",
+    "impact_speed_m_s": "relative speed at the first touch",
+}
+MEANINGS_OF_ELLIPSOID = {
+    "peak_force_n": "normal load, greatest over the run; of a contact that goes on, as seen at the outputs",
+    "contact_count": "contacts that have begun",
+    "contact_duration_s": "time in contact over the run",
+    "contacts": f"the first {LISTED} contacts one by one; of one that goes on, no impulse and no restitution",
+    "restitution": "speed away over the speed before, of the first contact; none while it goes on",
+    "resting_since_s": "begin of the contact that goes on at the end; none where there is none",
+    "greatest_approach_m": "greatest over the run; of a contact that goes on, as seen at the outputs",
+    "peak_pressure_pa": "Hertz pressure, greatest over the run; of a contact that goes on, as seen at the outputs",
+    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the most ever stored",
+    "greatest_energy_gain": "the most energy gained by the numbers at any output, as a share of the most ever stored",
+    "energy_start_j": "kinetic, elastic and potential, at the start",
+    "energy_end_j": "kinetic, elastic and potential, at the end",
+    "dissipated_viscous_j": "lost to damping since the start, at the end",
+    "dissipated_friction_j": "lost to friction since the start, at the end",
+    "velocity_change_x_m_s": "of the centre along x since the start, at the end",
+    "velocity_change_y_m_s": "of the centre along y since the start, at the end",
+    "angular_momentum_change_vertical_nms": "about the centre, along z, since the start, at the end",
+    "height_at_end_m": "of the centre above the plane, at the end",
+    "quaternion_drift": "of the norm before it is put right, greatest in one step since the start, at the end",
+}
+_NOT_OF_PAIR = ("height_at_end_m", "angular_momentum_change_vertical_nms")
+MEANINGS_OF_PAIR = {key: text for key, text in MEANINGS_OF_ELLIPSOID.items() if key not in _NOT_OF_PAIR} | {
+    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the most ever kinetic "
+    "and elastic",
+    "greatest_energy_gain": "the most energy gained by the numbers at any output, as the same share",
+    **{
+        f"velocity_change_{axis}_m_s": f"of the first body's centre along {axis} since the start, at the end"
+        for axis in "xyz"
+    },
+    "held_work_j": "done on held bodies since the start, at the end",
+    "tracking_error_m": "most by which opposing points missed their equations at a step's end, over the run",
+}
+
+
+def _row(name: str, help: str, parameters: type, quantities, meanings, **parts: str) -> Kind:
     row = {"name": name, "help": help, "parameters": parameters, "quantities": quantities}
+    row["meanings"] = lambda: meanings
     return Kind(brief=True, **row, **parts_in(HERE, **parts))
 
 
 OF_IMPACT = {
     "channels": "impact:CHANNELS", "records": "figures:OF_IMPACT", "figures": "figures:PairFigures",
-    "meanings": "figures:MEANINGS",
     "comparison": "model_errors:ImpactComparison", "picture": "picture:PairPicture", "view": "display:impact_view",
 }  # fmt: skip
 OF_BOUNCING = {
@@ -63,6 +109,7 @@ TWO_SPHERES = _row(
     motion="impact:spheres",
     model_errors="model_errors:SphereErrors",
     quantities=lambda: SPHERE_QUANTITIES,
+    meanings=MEANINGS,
     topics="display:sphere_topics",
     **OF_IMPACT,
 )
@@ -74,6 +121,7 @@ TWO_DISCS = _row(
     motion="impact:discs",
     model_errors="model_errors:DiscErrors",
     quantities=lambda: DISC_QUANTITIES,
+    meanings=MEANINGS,
     topics="display:disc_topics",
     **OF_IMPACT,
 )
@@ -84,7 +132,7 @@ ELLIPSOID_ON_PLANE = _row(
     motion="motion:EllipsoidMotion",
     channels="motion:ELLIPSOID_CHANNELS",
     records="figures:OF_ELLIPSOID",
-    meanings="figures:MEANINGS_OF_ELLIPSOID",
+    meanings=MEANINGS_OF_ELLIPSOID,
     quantities=lambda: ELLIPSOID_QUANTITIES,
     topics="display:ellipsoid_topics",
     **OF_BOUNCING,
@@ -96,7 +144,7 @@ TWO_BODIES = _row(
     motion="motion:PairMotion",
     channels="motion:PAIR_CHANNELS",
     records="figures:OF_PAIR",
-    meanings="figures:MEANINGS_OF_PAIR",
+    meanings=MEANINGS_OF_PAIR,
     quantities=lambda: PAIR_QUANTITIES,
     topics="display:body_topics",
     **OF_BOUNCING,

@@ -15,11 +15,11 @@ from bearing_twin.contact.elasticity import ellipse, hertz_coefficient
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import yield_pressure
 from bearing_twin.contact.validity import gathered, law_warning, pressure_warning, wave_warning, width_warning
+from bearing_twin.kinds.bodies import LISTED, MEANINGS_OF_ELLIPSOID, MEANINGS_OF_PAIR
 from bearing_twin.kinds.bodies.derived import patch_of, transit_of
 from bearing_twin.kinds.bodies.parameters import OVERLAP, TwoBodiesScene
 from bearing_twin.kinds.contract import adds_up
 
-LISTED = 200  # contacts named one by one in a report
 NOTABLE = 0.01  # of the greatest load: lighter touches say nothing about waves in the body
 GREATEST_DRIFT = 1e-6  # of a quaternion's norm in one step
 
@@ -37,16 +37,6 @@ CONTACT = Table(
     ),
     "a contact that has ended",
 )
-MEANINGS = {
-    "peak_force_n": "contact force, greatest over all contacts that have ended",
-    "contact_duration_s": "time in contact, sum over all contacts that have ended",
-    "contacts": "the contacts that have ended, one by one: begin, duration, greatest force, impulse of the force",
-    "greatest_approach_m": "mutual approach, greatest over all contacts that have ended",
-    "restitution": "relative speed away over that before, after the last contact that has ended",
-    "energy_closure": "energy gained (+) or lost (-) by the numerical method over the initial energy, whole motion",
-    "impulse_ns": "of the contact force, sum over all contacts that have ended",
-    "impact_speed_m_s": "relative speed at the first touch",
-}
 FIGURES = ("peak_force_n", "contact_duration_s", "greatest_approach_m", "restitution", "impulse_ns")
 START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
 
@@ -90,41 +80,6 @@ BOUNCE_OF_PAIR = Table(
     ),
     "a contact that has ended",
 )
-MEANINGS_OF_ELLIPSOID = {
-    "peak_force_n": "normal load, greatest over the run; of a contact that goes on, as seen at the outputs",
-    "contact_count": "contacts that have begun",
-    "contact_duration_s": "time in contact over the run",
-    "contacts": f"the first {LISTED} contacts one by one; of one that goes on, no impulse and no restitution",
-    "restitution": "speed away over the speed before, of the first contact; none while it goes on",
-    "resting_since_s": "begin of the contact that goes on at the end; none where there is none",
-    "greatest_approach_m": "greatest over the run; of a contact that goes on, as seen at the outputs",
-    "peak_pressure_pa": "Hertz pressure, greatest over the run; of a contact that goes on, as seen at the outputs",
-    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the most ever stored",
-    "greatest_energy_gain": "the most energy gained by the numbers at any output, as a share of the most ever stored",
-    "energy_start_j": "kinetic, elastic and potential, at the start",
-    "energy_end_j": "kinetic, elastic and potential, at the end",
-    "dissipated_viscous_j": "lost to damping since the start, at the end",
-    "dissipated_friction_j": "lost to friction since the start, at the end",
-    "velocity_change_x_m_s": "of the centre along x since the start, at the end",
-    "velocity_change_y_m_s": "of the centre along y since the start, at the end",
-    "angular_momentum_change_vertical_nms": "about the centre, along z, since the start, at the end",
-    "height_at_end_m": "of the centre above the plane, at the end",
-    "quaternion_drift": "of the norm before it is put right, greatest in one step since the start, at the end",
-}
-_NOT_OF_PAIR = ("height_at_end_m", "angular_momentum_change_vertical_nms")
-MEANINGS_OF_PAIR = {key: text for key, text in MEANINGS_OF_ELLIPSOID.items() if key not in _NOT_OF_PAIR} | {
-    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the most ever kinetic "
-    "and elastic",
-    "greatest_energy_gain": "the most energy gained by the numbers at any output, as the same share",
-    **{
-        f"velocity_change_{axis}_m_s": f"of the first body's centre along {axis} since the start, at the end"
-        for axis in "xyz"
-    },
-    "held_work_j": "done on held bodies since the start, at the end",
-    "tracking_error_m": "most by which opposing points missed their equations at a step's end, over the run",
-}
-
-
 OF_IMPACT, OF_ELLIPSOID, OF_PAIR = (CONTACT,), (TOUCH, BOUNCE), (TOUCH, BOUNCE_OF_PAIR)
 """Tables of the records of two spheres or discs, of an ellipsoid on a plane and of two bodies."""
 
