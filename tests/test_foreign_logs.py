@@ -169,19 +169,15 @@ def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what
     assert [one.log_time for one in found] == sorted(one.log_time for one in found)
     recovered = recover(path, saved)
     assert (recovered.messages, recovered.samples) == (len(source) + foreign, OUTPUTS)
-    assert len(recovered.problems) == ("attachment" in what)
+    assert len(recovered.problems) == (what == "an attachment of 80 MB")  # larger than what is read
     assert asked("report", saved).get("messages_foreign", 0) == foreign
 
 
 def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
-    """Also what surrounds the messages: encodings, schemas that are no text, metadata."""
+    """Also what surrounds the messages: encodings, schemas that are no text, metadata, attachments."""
     raw = channel(BINARY, encoding="protobuf")
-
-    def more(writer):
-        writer.add_metadata("theirs", {"key": "value"})
-
     path, saved = tmp_path / "run.mcap", tmp_path / "saved.mcap"
-    by_mcap(path, source, raw, more)
+    by_mcap(path, source, raw, lambda writer: (attached(100)(writer), writer.add_metadata("theirs", {"key": "value"})))
 
     def reported(file):
         kept = {}
@@ -191,11 +187,12 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
         channels = {(one.topic, one.message_encoding, schemas[one.schema_id]) for one in kept["Channel"]}
         numbers = {one.id: one.topic for one in kept["Channel"]}
         messages = [(numbers[one.channel_id], one.log_time, one.data) for one in kept["Message"]]
-        return channels, messages, [one for one in kept["Metadata"] if one.name == "theirs"]
+        attachments = [(one.name, one.media_type, one.data) for one in kept["Attachment"]]
+        return channels, messages, attachments, [one for one in kept["Metadata"] if one.name == "theirs"]
 
     path.write_bytes(path.read_bytes()[:-100])
     recover(path, saved)
-    by_mcap(path, source, raw, more)
+    by_mcap(path, source, raw, lambda writer: (attached(100)(writer), writer.add_metadata("theirs", {"key": "value"})))
     assert reported(saved) == reported(path)
 
 

@@ -109,7 +109,8 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
         Block(kept, one.first_sequence, one.time_ns, {c.name: one.values[c.name].copy() for c in kept}, one.records)
         for one in run.blocks()
     ]
-    log = SimpleNamespace(has_records=True, cut_short=None, scene=run.scene, channels=kept, blocks=lambda: iter(blocks))
+    log = SimpleNamespace(has_records=True, cut_short=None, kept_rate=0.0, scene=run.scene, channels=kept)
+    log.blocks = lambda: iter(blocks)
     found = verify(log)
     assert found.greatest == 0.0
     assert set(found.deviations) == {channel.name for channel in kept} | {"contact"}

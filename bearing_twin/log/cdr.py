@@ -65,6 +65,11 @@ def deserialise(ros_type: str, cdr: bytes):
         ) from error
 
 
+def serialised(ros_type: str, message) -> bytes:
+    """The bytes of a message as `deserialise` gives it."""
+    return bytes(_typestore().serialize_cdr(message, ros_type))
+
+
 @functools.cache
 def schema_text(ros_type: str) -> str:
     """The definition in rosbag2's `ros2msg` form: the .msg text, then each dependency once, headed `MSG: pkg/Name`.

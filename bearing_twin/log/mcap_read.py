@@ -24,6 +24,7 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
     Channel,
     Chunk,
     Metadata,
@@ -157,11 +158,11 @@ class McapReader:
             what = "its end is missing (it is being written, the writer was stopped, or the file was cut)"
             raise DamagedLog(self.path, self._read_to, what)
 
-    def content(self, damage: list[tuple] | None = None) -> Iterator[LoggedMessage | Metadata]:
-        """All messages and metadata as they stand, while they are checked; attachments are left out.
+    def content(self, damage: list[tuple] | None = None) -> Iterator[LoggedMessage | Metadata | Attachment]:
+        """All messages, metadata and attachments as they stand, while they are checked.
 
         Raises DamagedLog and LogLimit where reading cannot go on; with a list for `damage` place and reason are put
-        into it, those of attachments too, and reading goes on behind them.
+        into it, and reading goes on behind them.
         """
         begin: int | None = len(MAGIC)
         while begin is not None:
@@ -169,10 +170,8 @@ class McapReader:
                 for offset, opcode, content in self._raw(begin, _USED | {Opcode.ATTACHMENT}):
                     if opcode in _DATA:
                         yield from self._messages(offset, self._data_of(offset, opcode, content), self._topic)
-                    elif opcode == Opcode.METADATA:
-                        yield self._parse(offset, Metadata, content)
-                    elif opcode == Opcode.ATTACHMENT:
-                        damage += [(offset, "an attachment is left out")] if damage is not None else []
+                    elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
+                        yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
                     else:
                         self._learn(offset, opcode, content)
                 return

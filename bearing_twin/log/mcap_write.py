@@ -18,6 +18,8 @@ import zstandard
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
+    Attachment,
+    AttachmentIndex,
     Channel,
     Chunk,
     ChunkIndex,
@@ -119,7 +121,7 @@ class McapWriter:
         self._channels = 0
         self._described: list[Schema | Channel] = []
         self._chunks = 0
-        self._added: list[MetadataIndex] = []
+        self._added: list[MetadataIndex | AttachmentIndex] = []
         self.counts: dict[int, int] = {}  # messages on disk for good, by channel
         self.first_ns: int | None = None
         self.last_ns = 0
@@ -173,13 +175,18 @@ class McapWriter:
             if len(room) >= CHUNK_BYTES and not self.problem:
                 self.end_chunk()
 
-    def add(self, record: Metadata) -> None:
-        """Adds a metadata record; it ends the chunk in progress."""
+    def add(self, record: Metadata | Attachment) -> None:
+        """Adds a metadata record or an attachment; it ends the chunk in progress."""
         self._check()
         self.end_chunk()
         content, place = _record(record), self.bytes
         self._append((content,))
-        self._added.append(MetadataIndex(place, len(content), record.name))
+        if isinstance(record, Metadata):
+            self._added.append(MetadataIndex(place, len(content), record.name))
+        else:
+            times = {"log_time": record.log_time, "create_time": record.create_time, "data_size": len(record.data)}
+            said = {"name": record.name, "media_type": record.media_type}
+            self._added.append(AttachmentIndex(offset=place, length=len(content), **times, **said))
 
     def end_chunk(self) -> None:
         """Appends the chunk in progress for good; descriptions without a message wait for the next."""
@@ -297,15 +304,16 @@ class McapWriter:
         data_end = _record(DataEnd(self._crc))
         start = self.bytes + len(data_end)
         channels = [record.id for record in self._described if isinstance(record, Channel)]
+        metadata = sum(isinstance(one, MetadataIndex) for one in self._added)
         statistics = Statistics(
-            attachment_count=0,
+            attachment_count=len(self._added) - metadata,
             channel_count=len(channels),
             channel_message_counts={channel: self.counts[channel] for channel in channels},
             chunk_count=self._chunks,
             message_count=sum(self.counts.values()),
             message_end_time=self.last_ns,
             message_start_time=self.first_ns or 0,
-            metadata_count=len(self._added),
+            metadata_count=metadata,
             schema_count=len(self._described) - len(channels),
         )
         schemas_first = sorted(self._described, key=lambda record: isinstance(record, Channel))

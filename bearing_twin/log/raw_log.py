@@ -5,7 +5,9 @@ A log is one `.mcap` file, or a rosbag2 folder when its path has no suffix `.mca
 """
 
 import datetime
+import math
 import platform
+import struct
 import threading
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
@@ -15,7 +17,8 @@ from pathlib import Path
 from textwrap import indent
 from typing import NamedTuple
 
-from mcap.records import Metadata
+import numpy as np
+from mcap.records import Attachment, Metadata
 
 import bearing_twin
 from bearing_twin.base.errors import LogError, harmless
@@ -26,7 +29,11 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage
 from bearing_twin.log.mcap_write import McapWriter, StoredTopic, refused
+from bearing_twin.log.stream import SLOW_RATE, check_block
 
+KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, and 15 GB whole
+WHOLE_SPAN = 0.5e9 / SLOW_RATE  # ns: a SampleBlock that covers less is an impact or the end of a run, and stays
+KEPT_KEY = "kept_rate_hz"  # of a topic in a log, beside what rosbag2 says of it
 BAG_RECORD = "rosbag2"
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # messages that a recorder received and lost; the last one counts
@@ -37,6 +44,51 @@ STATE_RECORD = "bearing_twin_state"  # of a whole run: the state at its end, to 
 RETRY = 1.0  # s between tries while the disk is full
 
 
+def kept_rate(metadata: Mapping[str, str]) -> float:
+    """Messages a second of a topic that are in a log [1/s], by its metadata; 0 = all."""
+    try:
+        rate = float(metadata.get(KEPT_KEY, ""))
+    except ValueError:
+        return 0.0
+    return rate if 0.0 < rate < math.inf else 0.0
+
+
+class Thinning:
+    """Selects the first message of a topic in each period or, of a SampleBlock, the first output.
+
+    Messages count by the time at which they are logged, outputs by that of the simulation.
+    """
+
+    def __init__(self, ros_type: str, rate: float):
+        self._period, self._outputs, self._last = round(1e9 / rate), ros_type == cdr.SAMPLE_BLOCK, -1
+
+    def kept(self, log_time_ns: int, data: bytes) -> bytes | None:
+        """The bytes to log of a message, None for nothing; what is no SampleBlock of its topic stays, for readers."""
+        if self._outputs:
+            try:
+                return self._first_output(data)
+            except (LogError, struct.error):  # struct.error: a number of the output does not fit
+                return data
+        before, self._last = self._last, log_time_ns // self._period
+        return None if before == self._last else data
+
+    def _first_output(self, data: bytes) -> bytes | None:
+        block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
+        check_block("", block)
+        times, periods = block.time_ns, block.time_ns // self._period
+        if times[-1] - times[0] < WHOLE_SPAN:
+            return data
+        rows = np.flatnonzero(periods != self._last)  # a SampleBlock is shorter than a period
+        self._last = int(periods[-1])
+        if not len(rows):
+            return None
+        row, stamp = int(rows[0]), block.header.stamp
+        stamp.sec, stamp.nanosec = divmod(stamp.sec * 10**9 + stamp.nanosec + int(times[row] - times[0]), 10**9)
+        block.values, block.time_ns = block.values.reshape(block.count, -1)[row], times[row : row + 1]
+        block.first_sequence, block.count = block.first_sequence + row, 1
+        return cdr.serialised(cdr.SAMPLE_BLOCK, block)
+
+
 class Safety(NamedTuple):
     """Protection of a log against loss, and limits on its size.
 
@@ -44,6 +96,7 @@ class Safety(NamedTuple):
     that the same messages give the same bytes. A `patient` log raises no error while the disk is full: it keeps the
     messages that fit into memory, counts the rest, reports a `problem`, and goes on when there is room. A new file
     begins after `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all.
+    Of each topic `kept_rate` messages a second are in the log, and as many outputs (see `Thinning`); 0 = all.
     """
 
     max_loss: float = 0.0
@@ -52,6 +105,7 @@ class Safety(NamedTuple):
     split_bytes: int = 0
     split_seconds: float = 0.0
     keep: int = 0
+    kept_rate: float = 0.0
 
 
 class RawLogWriter:
@@ -91,6 +145,8 @@ class RawLogWriter:
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._number, self._began = 0, None  # of the file; time of its first message [ns]
         self._topics: dict[int, StoredTopic] = {}
+        self._thinned: dict[int, Thinning] = {}
+        self._whole: set[int] = set()  # topics that are not thinned for the time being
         self._metadata: dict[str, Metadata] = {}
         self._latched: dict[int, tuple[int, bytes]] = {}  # last messages of latched topics, which each file repeats
         self._done: list[tuple[Span, dict[int, int]]] = []  # files that are complete and still there, messages by topic
@@ -158,7 +214,13 @@ class RawLogWriter:
         type_hash = cdr.type_hash(ros_type) if type_hash is None else type_hash
         metadata = {"offered_qos_profiles": qos_text(tuple(qos)), "topic_type_hash": type_hash}
         metadata |= {OUTSIDE: outside} if outside else {}
-        return self.copy_topic(StoredTopic(name, ros_type, definition, "cdr", metadata))
+        seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
+        rate = 0.0 if seldom else self._safety.kept_rate
+        metadata |= {KEPT_KEY: f"{rate:g}"} if rate else {}
+        number = self.copy_topic(StoredTopic(name, ros_type, definition, "cdr", metadata))
+        if rate:
+            self._thinned[number] = Thinning(ros_type, rate)
+        return number
 
     def copy_topic(self, topic: StoredTopic) -> int:
         """Describes a topic as it is stored in another log, of any encoding, and returns its number."""
@@ -168,6 +230,11 @@ class RawLogWriter:
             self._unlisted = True
         return number
 
+    def keep_all(self, topic: int, on: bool) -> None:
+        """Logs every message of the topic with that number from here on (`on`), also where the log is thinned."""
+        with self._lock:
+            (self._whole.add if on else self._whole.discard)(topic)
+
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
         """Adds one message of the topic with that number."""
         self.write_all(((topic, log_time_ns, publish_time_ns, cdr),))
@@ -175,7 +242,7 @@ class RawLogWriter:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
         with self._unbroken, self._lock:
-            rest, done = iter(messages), False
+            rest, done = (self._kept(messages) if self._thinned else iter(messages)), False
             while not done:  # while the disk is full the writer stops at each message, which it has taken or dropped
                 with self._patience():
                     if not self._splits:
@@ -183,6 +250,14 @@ class RawLogWriter:
                     for message in rest:
                         self._put_split(*message)
                     done = True
+
+    def _kept(self, messages) -> Iterator[tuple[int, int, int, bytes]]:
+        """The messages as a thinned log holds them, without those that it does not."""
+        for topic, log_time, publish_time, data in messages:
+            thinned = topic in self._thinned and topic not in self._whole
+            kept = self._thinned[topic].kept(log_time, data) if thinned else data
+            if kept is not None:
+                yield topic, log_time, publish_time, kept
 
     def _put_split(self, topic: int, log_time: int, publish_time: int, data: bytes) -> None:
         """Writes a message to the file in progress, or to a new one where that is due."""
@@ -209,6 +284,11 @@ class RawLogWriter:
         with self._unbroken, self._lock, self._patience():
             self._metadata[name] = record
             self._writer.add(record)
+
+    def add_attachment(self, attachment: Attachment) -> None:
+        """Adds an attachment, as it stands in another log."""
+        with self._unbroken, self._lock, self._patience():
+            self._writer.add(attachment)
 
     def note_run(self, **values) -> None:
         """Adds texts to the record that holds date and host, which is written at the end."""
@@ -365,7 +445,7 @@ class Recovered(NamedTuple):
 
 
 def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
-    """Writes all messages, of any encoding, and metadata that can be read of a log to a new log.
+    """Writes all that can be read of a log to a new log: messages of any encoding and metadata.
 
     Parameters
     ----------
@@ -377,8 +457,7 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     Returns
     -------
     Recovered
-        Numbers of messages and samples, and one sentence for each problem: a damaged chunk is left out
-        whole, and so are attachments.
+        Numbers of messages and samples, and one sentence for each problem: a damaged chunk is left out whole.
 
     Raises
     ------
@@ -392,7 +471,9 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     unknown: Counter[str] = Counter()
     with RawLogWriter(out, run_record=False) as log:
         for item in _salvage(log_files(path), problems):
-            if isinstance(item, Metadata):
+            if isinstance(item, Attachment):
+                log.add_attachment(item)
+            elif isinstance(item, Metadata):
                 record = (item.name, *sorted(item.metadata.items()))
                 if item.name != BAG_RECORD and record not in kept:
                     kept.add(record)
@@ -415,7 +496,7 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     return Recovered(messages, samples, tuple(problems))
 
 
-def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata]:
+def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
     """All that can be read of the files; `problems` get a sentence for each part that cannot."""
     for file in files:
         damage: list[tuple[int, str]] = []

@@ -35,6 +35,7 @@ from bearing_twin.log.raw_log import (
     STATE_RECORD,
     RawLogWriter,
     Safety,
+    kept_rate,
 )
 from bearing_twin.log.stream import (
     NUMBERED,
@@ -143,8 +144,9 @@ class LogStream:
     `scene` is that of the metadata or, of a recording, of its topic `scene`; None where there is neither. `choice` is
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
     its texts. With `allow_gaps`, `missing` counts outputs that were found missing so far.
-    `frame` is what the samples are stamped with. `runs` is the number of runs in the log, `run` that of the one that is
-    read (None: all), `begins_s` the time [s] of its first output and `end` the number behind its last.
+    `kept_rate` [1/s] is how many outputs a second of simulated time were logged, 0 = all; what then lies between is not
+    missing. `frame` is what the samples are stamped with. `runs` is the number of runs in the log, `run` that of the
+    one that is read (None: all), `begins_s` the time [s] of its first output and `end` the number behind its last.
     """
 
     def __init__(self, path, allow_gaps: bool, topic: str | None, run: int | None = None):
@@ -158,6 +160,7 @@ class LogStream:
         if not sampled and self._reader.ends:
             raise LogError(f"{'; '.join(self._reader.ends)}; no outputs are in it so far")
         self.topic = _chosen(path, {name for name in sampled if "/records/" not in name}, topic)
+        self.kept_rate: float = max(kept_rate(one.metadata) for one in stored if one.name == self.topic)
         self.namespace = self.topic.rpartition("/")[0]
         self._tables: dict[str, set[str]] = {}  # topics of records with their types
         for one in stored:
@@ -276,6 +279,9 @@ class LogStream:
         """What the log lacks and was not read of it, a sentence each; to be taken once it was read."""
         found = [*self.notes, self.run_note]
         found += [f"{self.missing} outputs are missing from the log"] if self.missing else []
+        if self.kept_rate:
+            which = "greatest and mean values are of those, and `verify` compares no others"
+            found.append(f"the log holds {self.kept_rate:g} outputs a second, not all (full: false): {which}")
         found += [self.cut_short.sentence()] if self.cut_short else []
         found += [f"{self.losses[key]} messages {words}" for key, words in LOSSES.items() if self.losses.get(key)]
         return [one for one in found if one]
@@ -342,6 +348,8 @@ class LogStream:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
 
     def _gap(self, expected: int, found: int) -> None:
+        if self.kept_rate and found > expected:
+            return
         lost = max(found - expected, 0)
         self.missing += lost
         if self._allow_gaps:

@@ -15,7 +15,7 @@ import yaml
 from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo
 from bearing_twin.base.parameters import read_number, unknown
 from bearing_twin.base.units import Limits, labelled, with_unit
-from bearing_twin.log.raw_log import Safety
+from bearing_twin.log.raw_log import KEPT_RATE, Safety
 
 ALLOW_INVALID = "allow_invalid"
 NOT_ALLOWED = f"which the node's parameter {ALLOW_INVALID} = false forbids; omit it, or start the node with true"
@@ -25,7 +25,6 @@ KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "
 
 REMOVED = {
     "frame_prefix": "a replay keeps the frames of its log; beside others remap its /tf, as -r /tf:=/b/tf",
-    "full": "every message is logged; a lower run.output_rate, or keep_files with split_size, limits the size of logs",
 }
 
 
@@ -129,6 +128,7 @@ def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
 
 
 LOG_SAFETY = (
+    NodeParameter("full", True, f"log every message and output; false keeps {KEPT_RATE:g} a second of each topic"),
     NodeParameter("max_loss", 0.1, "longest part of the log that a crash of the node may lose", "s", 0.01, 60.0),
     NodeParameter("fsync", False, "guarantee that for a crash of the machine too; slow on some disks"),
     NodeParameter("split_size", 0.0, "size after which a new file of the log begins; 0 = never", "B", 0.0, 1e15),
@@ -148,6 +148,7 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
         split_bytes=round(values["split_size"]),
         split_seconds=values["split_duration"],
         keep=values["keep_files"],
+        kept_rate=0.0 if values["full"] else KEPT_RATE,
     )
 
 

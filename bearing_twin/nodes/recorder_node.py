@@ -120,10 +120,11 @@ class Recording:
             self.topics[topic] = RecordedTopic(topic, number, ros_type if known else "")
 
     def publishers(self, topic: str, count: int) -> None:
-        """Notes how many publishers a topic has: of several, losses cannot be counted by number."""
+        """Notes how many publishers a topic has: of several, losses cannot be counted by number, nor is it thinned."""
         recorded = self.topics[topic]
         recorded.several = count > 1
         recorded.counted &= not recorded.several
+        self.log.keep_all(recorded.number, recorded.several)
 
     def receive_all(
         self,

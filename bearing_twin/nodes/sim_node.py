@@ -178,7 +178,7 @@ class SimNode(BaseNode):
         self._values, self._scene = values, scene
         self._log, self._logs = None, 0
         self._logged_failure: IntegrationError | None = None
-        self._safety = safety_of(values)
+        self._safety = safety_of(values | {"full": True} if kind.brief else values)
         self._halt, self._started = Halt(), time.monotonic()
         self.loop: SimulationLoop | None = None  # made in the worker's thread: the start of a run may take seconds
         self._doing = "preparing"

@@ -52,6 +52,7 @@ STATUSES = {
 }
 """Meaning of the first word of a report's status."""
 
+THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
 NO_SHARE = 1e-6  # of a figure: a smaller error of the model is not printed
 ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nearly 0
 MADE_OF = {
@@ -333,12 +334,14 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     else:
         made_of = log.scene.parameters, log.choice
         figures, model, estimate = kind.figures_of(*made_of), kind.model_errors(*made_of), estimate_of(kind, *made_of)
+    if log.kept_rate:
+        estimate = Estimate(unknown=THINNED)
     gathering = Gathering(figures, log.choice, model, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}
     report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=failure_in(said))
-    return report, gathering.missing
+    return report, 0 if log.kept_rate else gathering.missing
 
 
 def _cost(said: dict) -> tuple[float, dict[str, int]]:

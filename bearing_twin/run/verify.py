@@ -104,7 +104,7 @@ def verify(log, progress: Progress | None = None) -> Verification:
                 "verify one of its runs, as read_log(path, run=1) gives it"
             )
         apart = block.first_sequence - simulation.sequence - 1
-        missing += apart if samples else 0
+        missing += apart if samples and not log.kept_rate else 0
         again = _again(simulation, block, progress)
         if block.first_sequence != again.first_sequence or not np.array_equal(block.time_ns, again.time_ns):
             raise LogError(
@@ -122,7 +122,7 @@ def verify(log, progress: Progress | None = None) -> Verification:
                 continue
             found = block.records.get(name, np.empty((0, rows.shape[1])))
             rows = rows[:, : found.shape[1]]  # earlier versions wrote fewer columns
-            if apart:  # records of outputs that the log lacks may be missing, too
+            if apart and not log.kept_rate:  # records of outputs that the log lacks may be missing, too
                 rows = rows[max(len(rows) - len(found), 0) :]
             if len(found) > len(rows):  # a recording may end before the outputs that its last records went ahead of
                 found = found[np.rint(1e9 * found[:, 0]) <= block.time_ns[-1]]
