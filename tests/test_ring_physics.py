@@ -246,17 +246,12 @@ def test_rows_of_a_table_however_near_are_a_jump():
     ("text", "words"),
     [
         ("0,0,-1,0,0,0\n0,0,-2,0,0,0\n", "time must grow from row to row; 0 s follows 0 s"),
-        ("0,0,-1,0,0,0\n1,0,,0,0,0\n", r"table\[1\]: y = '' must be a number"),
         ("0,0,-1,0,0,0\n1,0,nan,0,0,0\n", r"table\[1\]: y = 'nan' must be a number"),
         ("0,0,-1\n", "6 numbers a row, none left out"),
-        ("time,x,y,z,mx,my\n", "it holds no row"),
         ("", "it holds no row"),
         ("time [ms],x,y,z,mx,my\n10,0,-1,0,0,0\n", r"column 1 is named 'time \[ms\]', and is time in s"),
-        ("time (s),x (kN),y (N),z,mx,my\n10,0,-1,0,0,0\n", r"column 2 is named 'x \(kN\)', and is x in N"),
         ("time,y,x,z,mx,my\n10,0,-1,0,0,0\n", "column 2 is named 'y', and is x: the order is time, x, y, z, about x"),
-        ("t;x;y;z;mx;my\n0,01;0;-1;0;0;0\n", "6 numbers a row, none left out"),
         ("0;0;-1;0;0;0\n", "numbers are parted by commas, and have a point before their decimals"),
-        ("0 0 -1 0 0 0\n1 0 -1 0 0 0\n", "numbers are parted by commas"),
     ],
 )
 def test_a_table_that_is_not_one_is_refused(text, words, tmp_path):
@@ -418,9 +413,6 @@ def test_wrenches_on_balls_and_rings_add_up_to_what_the_cage_does_to_its_land(gu
         (("cage.guidance=outer", "rings.inner.free=all"), "not built for a ring that tilts"),
         (("cage.guidance=outer", "cage.mass=0", "cage.inertia=1e-6"), "give cage.mass above 0 kg"),
         (("cage.guidance=inner", "cage.land_radius=15e-3"), "inside the pitch circle"),
-        (("cage.guidance=outer", "cage.land_radius=14e-3"), "outside the pitch circle"),
-        (("cage.guidance=outer", "cage.land_clearance=0"), "cage.land_clearance"),
-        (("cage.guidance=lands",), "cage.guidance"),
     ],
 )
 def test_guidance_that_cannot_be_is_refused(overrides, words):

@@ -90,19 +90,10 @@ MOVING = (*LEVEL, *POCKETS, "cage.land_clearance=2.0e-7")
 CASES = {
     "ring": (*SHAFT, SUPPORT),
     "ring and pockets": (*SHAFT, *POCKETS),
-    "ring without tilt": (*LEVEL, SUPPORT),
-    "ring without tilt and pockets": (*LEVEL, *POCKETS),
-    "ring without tilt and even cage of 9 balls": (*LEVEL, "cage.kind=even", "geometry.balls=9"),
-    "ring without tilt of balls that may touch": LEVEL,
     "ring and cage guided by its land": (*MOVING, SUPPORT, "cage.guidance=inner"),
     "ring and cage guided by the outer land": (*MOVING, "cage.guidance=outer", "geometry.balls=9"),
     "ring of balls that may touch, cage guided by its land": (*MOVING, "cage.guidance=outer"),
     "ring and cage guided by balls": (*MOVING, "cage.guidance=balls"),
-    "ring and even cage": (*SHAFT, "cage.kind=even"),
-    "even cage": ("cage.kind=even",),
-    "ring and even cage of 9 balls": (*SHAFT, "cage.kind=even", "geometry.balls=9"),
-    "ring of balls that may touch": SHAFT,
-    "tilted ring and even cage": ("model.dimension=prescribed", "drive.tilt=[1e-3,-5e-4]", "cage.kind=even"),
 }
 
 
