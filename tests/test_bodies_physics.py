@@ -230,6 +230,14 @@ def test_no_touch_is_stepped_over(height, velocity, spin):
     assert (values["position"][:, 2] > 0.5 * smallest).all()
 
 
+def test_a_ball_laid_on_the_plane_closes_its_books():
+    """All that is stored is below the energy of the start, which is none but for rounding."""
+    report, values = ran("ellipsoid_on_plane", "start.height=0", "run.duration=0.02")
+    assert report.figures["dissipated_viscous_j"] > 1e-6
+    assert report.status == "done"
+    assert np.abs(energy(values) - energy(values)[0]).max() < 1e-6 * report.figures["dissipated_viscous_j"]
+
+
 def test_a_contact_ends_once():
     """A touch of 4 ns followed the first impact at 1e-3, where the approach at its end was positive by rounding."""
     for tolerance in (1e-2, 1e-3, 1e-4, 1e-6):

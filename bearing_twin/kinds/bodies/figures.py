@@ -229,7 +229,7 @@ class BouncingFigures:
         if not self.first:
             self.first = self._instant(block, stored, total, 0)
         self.last = self._instant(block, stored, total, -1)
-        self.scale = max(self.scale, float(sum(block.values[name] for name in self._brought).max()))
+        self.scale = max(self.scale, float(np.abs(sum(block.values[name] for name in self._brought)).max()))
         if self.scale > 0.0:
             self.gain = max(self.gain, float(total.max() - self.first["total"]) / self.scale)
         self.until = 1e-9 * float(block.time_ns[-1])
