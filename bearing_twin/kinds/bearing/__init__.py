@@ -72,8 +72,8 @@ FACE = {  # module: names that others may use
     """,
     "outputs": "ring_attitude renewed contact_details contacts origins wrenches",
     "equilibrium": """
-        Support Setting EquilibriumSolver Equilibria solved_cases azimuths_on setting_of support_of solver_of
-        azimuths_of load_line controlled control_reason scene_equilibrium loose_directions equilibrium_error
+        Support Setting Equilibrium EquilibriumSolver Equilibria solved_cases azimuths_on setting_of support_of
+        solver_of azimuths_of load_line controlled control_reason scene_equilibrium loose_directions equilibrium_error
         Contacts COORDINATES SPEED_COLUMN STOP IDLE LONGEST OVERLOAD TRIED_PLACES tried_at commanded_loads
         check_goal limits_used shared ellipses_of
     """,

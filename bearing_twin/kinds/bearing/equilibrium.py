@@ -174,8 +174,8 @@ class Support(NamedTuple):
 class Equilibrium(NamedTuple):
     """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
 
-    `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance;
-    `control` names the raceway control of the balls.
+    `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance, which
+    is one where `status` is FOUND; `control` names the raceway control of the balls.
     """
 
     coordinates: np.ndarray
@@ -185,7 +185,8 @@ class Equilibrium(NamedTuple):
     places: np.ndarray
     contacts: Contacts
     left: float
-    control: str
+    status: int
+    control: str = ""
 
 
 def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setting:
@@ -238,7 +239,6 @@ class EquilibriumSolver:
     """Equilibria of one bearing with balls at these azimuths [rad] (N,), pulled at by `gravity` [m/s^2] (3,).
 
     `rough` are the parameters of a scene with defects, whose contacts are those of smooth raceways; None without any.
-    After `balance` the ring is at `q` (5,) under `load` (5,), with `stiffness` (5, 5), balls' `place` and `contacts`.
     """
 
     body = "the ring"
@@ -263,60 +263,56 @@ class EquilibriumSolver:
     def _at_rest(self) -> "EquilibriumSolver":
         return EquilibriumSolver(self.setting._replace(speed=0.0), self.azimuths, self.gravity)
 
-    @property
-    def found_contacts(self) -> Contacts:
-        """The contacts that were found last."""
-        return contacts_in(self.contacts)
-
-    def legal(self) -> tuple[float, float]:
-        """Greatest squeeze and greatest contact angle of what was found last, each over its limit."""
-        one = self.found_contacts
+    def limits_used(self, one: Contacts) -> tuple[float, float]:
+        """Greatest squeeze and greatest contact angle of these contacts, each over its limit."""
         squeeze, angle = limits_used(self.setting.ball_radius, one.load, one.approach, one.angle)
         return float(squeeze.max()), float(angle.max())
 
-    def balance(self, support: Support, share: float = 1.0) -> tuple[int, float]:
-        """Finds the balance with a `share` of loads and held coordinates; its status, and what is left of it [N]."""
+    def is_legal(self, found: Equilibrium) -> bool:
+        """True for a balance within the limits of the model."""
+        return found.status == FOUND and max(self.limits_used(found.contacts)) <= 1.0
+
+    def balance(self, support: Support, share: float = 1.0) -> Equilibrium:
+        """The balance with a `share` of loads and held coordinates, as far as there is one."""
         free = np.array(support.free, np.bool_)
         wanted, held = share * np.where(free, support.loads, 0.0), share * np.where(free, 0.0, support.held)
         of_ring = self.seats()[None], self.balls, self.azimuths[None]
         found = solved_from_nothing(*of_ring, free, wanted[None], held[None], self.heights)
-        self.q, self.load, self.stiffness, self.place, self.contacts, left, status = (one[0] for one in found)
-        return int(status), float(left)
+        q, load, stiffness, place, contacts, left, status = (one[0] for one in found)
+        return Equilibrium(q, load, stiffness, self.azimuths, place, contacts_in(contacts), float(left), int(status))
 
-    def settle(self, support: Support) -> float:
-        """`balance`, within the limits of the model; what is left of it [N].
+    def settle(self, support: Support) -> Equilibrium:
+        """`balance`, within the limits of the model.
 
         Raises SceneError with the greatest load, or with the support that is missing.
         """
-        status, left = self.balance(support)
-        if status == NOTHING_CARRIES:
+        found = self.balance(support)
+        if found.status == NOTHING_CARRIES:
             free = ", ".join(name for name, one in zip(COORDINATE_NAMES, support.free, strict=True) if one)
             raise SceneError(
                 f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
             )
-        if status != FOUND or max(self.legal()) > 1.0:
-            raise SceneError(self._refusal(support, status))
-        return left
+        if not self.is_legal(found):
+            raise SceneError(self._refusal(support, found))
+        return found
 
     def solve(self, support: Support) -> Equilibrium:
         """The equilibrium; raises SceneError as `settle` does."""
-        left = self.settle(support)
+        found = self.settle(support)
         if self.rough:
-            self.heights = heights_under(
-                defect_numbers(self.rough, float(self.found_contacts.load.max())), self.azimuths
-            )
-            left = self.settle(support)
-        found = self.q, self.load, self.stiffness, self.azimuths, self.place, self.found_contacts
-        return Equilibrium(*found, left, control_named(self.setting))
+            numbers = defect_numbers(self.rough, float(found.contacts.load.max()))
+            self.heights = heights_under(numbers, self.azimuths)
+            found = self.settle(support)
+        return found._replace(control=control_named(self.setting))
 
-    def _refusal(self, support: Support, status: int) -> str:
+    def _refusal(self, support: Support, found: Equilibrium) -> str:
         """Reason for which there is no legal equilibrium, with the greatest share of loads and held coordinates.
 
         That a load is carried at rest is said first, for the greatest at such a speed takes long and says less.
         """
-        squeeze, angle = self.legal() if status == FOUND else (0.0, 0.0)
+        squeeze, angle = self.limits_used(found.contacts) if found.status == FOUND else (0.0, 0.0)
         greatest, at_rest = math.degrees(GREATEST_ANGLE), self._at_rest()
-        if self.speed and at_rest.balance(support)[0] == FOUND and max(at_rest.legal()) <= 1.0:
+        if self.speed and at_rest.is_legal(at_rest.balance(support)):
             reached, most = f"{angle * greatest:.3g} degrees", f"{greatest:.3g} degrees that are modelled"
             leans = f" and leans a contact to {reached}, beyond the {most}" if angle > max(1.0, squeeze) else " too far"
             return (
@@ -348,12 +344,12 @@ class EquilibriumSolver:
         low, high, ratios, tries = 0.0, 1.0, (0.0, 0.0), HALVINGS
         while tries > 0 and high > least:
             share = 0.5 * (low + high) if low else high / COARSE
-            status, _ = self.balance(support, share)
-            legal = status == FOUND and max(self.legal()) <= 1.0
-            ratios = self.legal() if legal else ratios
+            found = self.balance(support, share)
+            legal = self.is_legal(found)
+            ratios = self.limits_used(found.contacts) if legal else ratios
             # too little to touch anything is no reason against a greater load
-            low, high = (share, high) if legal or status == NOTHING_CARRIES else (low, share)
-            tries -= (1 if status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low else 0
+            low, high = (share, high) if legal or found.status == NOTHING_CARRIES else (low, share)
+            tries -= (1 if found.status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low else 0
         return low, ratios
 
 

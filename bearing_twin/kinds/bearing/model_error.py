@@ -108,17 +108,16 @@ def response_to(
         return Response(np.zeros_like(heights), np.zeros_like(heights), np.zeros(5), np.zeros(5))
     step, other = SMALL * float(found.contacts.approach.max()) / size, copy.copy(solver)
     other.heights = step * heights + solver.heights
-    status, _ = other.balance(
+    now = other.balance(
         support._replace(loads=np.array(support.loads) - step * loads, held=np.array(support.held) + step * held)
     )
-    free, now = np.array(support.free, np.bool_), other.found_contacts
     changes = Response(
-        now.load - found.contacts.load,
-        np.where(found.contacts.load > 0.0, now.angle - found.contacts.angle, 0.0),
-        other.q - found.coordinates,
-        np.where(free, 0.0, other.load - found.loads + step * loads),
+        now.contacts.load - found.contacts.load,
+        np.where(found.contacts.load > 0.0, now.contacts.angle - found.contacts.angle, 0.0),
+        now.coordinates - found.coordinates,
+        np.where(support.free, 0.0, now.loads - found.loads + step * loads),
     )
-    return Response(*(one / step if status == FOUND else np.full_like(one, math.nan) for one in changes))
+    return Response(*(one / step if now.status == FOUND else np.full_like(one, math.nan) for one in changes))
 
 
 def heights_of(solver: EquilibriumSolver, found: Equilibrium, shares: np.ndarray) -> np.ndarray:

@@ -18,6 +18,7 @@ from bearing_twin.kinds.bearing import (
     SPEED_COLUMN,
     TRIED_PLACES,
     Contacts,
+    Equilibrium,
     EquilibriumSolver,
     Loading,
     Setting,
@@ -255,27 +256,30 @@ class ShaftSolver(EquilibriumSolver):
     def _at_rest(self) -> "ShaftSolver":
         return ShaftSolver(self.rotor, 0.0)
 
-    def refuse_thrown_out(self, support: Support) -> None:
-        """Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest."""
-        loose, at_rest = loose_directions(self, support, self.scales), self._at_rest()
-        if loose and self.speed:
-            at_rest.settle(support)
-            if not loose_directions(at_rest, support, self.scales):
-                raise SceneError(
-                    f"at {self.speed:g} rad/s the balls are thrown outwards so far that nothing holds the shaft along "
-                    f"{', '.join(loose)}; lower the speed, or preload the bearings more"
-                )
+    def held(self, support: Support) -> Equilibrium:
+        """As `settle`.
 
-    def both_contacts(self) -> list[Contacts]:
-        """The contacts of both bearings where the shaft stands."""
-        found, first = self.found_contacts, self.balls[0]
-        return [Contacts(*(one[:first] for one in found)), Contacts(*(one[first:] for one in found))]
+        Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest, too.
+        """
+        found = self.settle(support)
+        loose = loose_directions(found, support, self.scales)
+        if loose and self.speed and not loose_directions(self._at_rest().settle(support), support, self.scales):
+            raise SceneError(
+                f"at {self.speed:g} rad/s the balls are thrown outwards so far that nothing holds the shaft along "
+                f"{', '.join(loose)}; lower the speed, or preload the bearings more"
+            )
+        return found
 
-    def legal(self) -> tuple[float, float]:
-        """Greatest squeeze and greatest contact angle of what was found last, each over its limit."""
+    def of_both(self, contacts: Contacts) -> list[Contacts]:
+        """The contacts of each bearing."""
+        first = self.balls[0]
+        return [Contacts(*(one[:first] for one in contacts)), Contacts(*(one[first:] for one in contacts))]
+
+    def limits_used(self, contacts: Contacts) -> tuple[float, float]:
+        """Greatest squeeze and greatest contact angle of these contacts, each over its limit."""
         used = [
             [float(one.max()) for one in limits_used(seat.setting.ball_radius, each.load, each.approach, each.angle)]
-            for seat, each in zip(self.rotor.seats, self.both_contacts(), strict=True)
+            for seat, each in zip(self.rotor.seats, self.of_both(contacts), strict=True)
         ]
         return tuple(map(max, zip(*used, strict=True)))
 
@@ -287,11 +291,10 @@ def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0
     Raises SceneError for what no contact carries or what pushes the shaft through its balls.
     """
     solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
-    solver.settle(support)
-    solver.refuse_thrown_out(support)
-    contacts = solver.both_contacts()
+    found = solver.held(support)
+    contacts = solver.of_both(found.contacts)
     ratios = tuple(float(shared(one, one.share)) for one in contacts)
-    return ShaftBalance(solver.q, solver.stiffness, tuple(contacts), ratios)
+    return ShaftBalance(found.coordinates, found.stiffness, tuple(contacts), ratios)
 
 
 def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> ShaftSolver:
@@ -332,8 +335,7 @@ def refuse_uncarried(parameters: ShaftScene, law: str, speed: float, loads: np.n
     support = weighed_support(parameters, loads)
     for place in range(TRIED_PLACES):
         solver = solver_of(parameters, law, speed, lambda balls, place=place: tried_at(support, balls, place))
-        solver.settle(support)
-        solver.refuse_thrown_out(support)
+        solver.held(support)
 
 
 def explained(error: IntegrationError, parameters: ShaftScene, law: str, speed: float, loads) -> IntegrationError:

@@ -242,18 +242,18 @@ def response_of(
     Raises SceneError where nothing carries the loads.
     """
     solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
-    more, heights, found = {}, [], []
-    solver.settle(support)
-    for side, share, seat, contacts in zip(SIDES, shares, solver.rotor.seats, solver.both_contacts(), strict=True):
+    more, heights, found, level = {}, [], [], solver.settle(support)
+    both = solver.of_both(level.contacts)
+    for side, share, seat, contacts in zip(SIDES, shares, solver.rotor.seats, both, strict=True):
         scene, power = bearing_scene(parameters, side), seat.setting.inner.law.power
         more[side] = share + wide * half_space_error(scene, ellipses_of(scene, contacts)[0])
         heights.append(np.where(contacts.load > 0.0, more[side] * contacts.approach / power, 0.0))
     other = copy.copy(solver)
     other.heights = np.concatenate(heights)
-    other.settle(support)
+    higher_up = other.settle(support)
     greatest, most, kept, edges = {}, {}, {}, np.cumsum(solver.balls)[:-1]
-    for one in (solver, other):
-        contacts = one.found_contacts
+    for one in (level, higher_up):
+        contacts = one.contacts
         load, angle = contacts.load[:, 0], contacts.angle[:, 0]
         across = load * np.cos(angle)
         push = np.stack([across * np.cos(one.azimuths), across * np.sin(one.azimuths), load * np.sin(angle)], axis=1)
@@ -263,7 +263,7 @@ def response_of(
         error = float(np.max(more[side] * load))
         greatest[side], most[side] = float(load.max()), float(np.max(more[side]))
         kept[side] = float(np.abs(now - load).max()) / error if error > 0.0 else 1.0
-    return Response(other.q - solver.q, np.subtract(pushed, forces), greatest, most, kept)
+    return Response(higher_up.coordinates - level.coordinates, np.subtract(pushed, forces), greatest, most, kept)
 
 
 class ShaftComparison(Comparison):

@@ -259,10 +259,10 @@ class ShaftMotion:
         places = zip(self.rotor.seats, sample["orbit_angle"].tolist(), strict=True)
         solver = ShaftSolver(self.rotor._replace(seats=tuple(seat._replace(first=one) for seat, one in places)), speed)
         try:
-            solver.settle(Support((False,) * COORDINATES, (0.0,) * COORDINATES, coordinates))
+            found = solver.settle(Support((False,) * COORDINATES, (0.0,) * COORDINATES, coordinates))
         except SceneError as error:
             raise BearingTwinError(f"there is no stiffness where the shaft stands now: {error}") from error
-        return OperatingPoint(solver.q, solver.load, solver.stiffness, speed)
+        return OperatingPoint(found.coordinates, found.loads, found.stiffness, speed)
 
     def _follow_anew(self, course: ShaftCourse) -> None:
         """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
