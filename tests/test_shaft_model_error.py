@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
+from bearing_twin.kinds.shaft import MEANINGS
 from bearing_twin.kinds.shaft.equilibrium import balance_of
-from bearing_twin.kinds.shaft.figures import MEANINGS, response_of
+from bearing_twin.kinds.shaft.figures import response_of
 from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
