@@ -84,6 +84,23 @@ def test_a_recorder_on_simulation_time_logs_by_it_also_where_it_runs_backwards(t
     assert "ERROR" not in capfd.readouterr().err
 
 
+def test_a_replay_on_simulation_time_follows_it(log):
+    with ros_executor() as executor:
+        with pytest.raises(BearingTwinError, match="cannot publish_clock"):
+            started(executor, ReplayNode, log=str(log), use_sim_time=True, publish_clock=True)
+        clock = plain_node(executor).create_publisher(Clock, "/clock", 10)
+        node = started(executor, ReplayNode, log=str(log), discovery=0.0, use_sim_time=True)
+        spin_until(executor, clock.get_subscription_count, "discovery")
+        spin_for(executor, 0.5)
+        assert node.loop.position_ns == 0  # time has not begun
+        for time_ns, position in ((9 * 10**9, 0), (9_100_000_000, 100), (3 * 10**9, 100)):
+            clock.publish(Clock(clock=stamp(time_ns)))
+            spin_for(executor, 0.3)
+            assert position <= node.loop.position_ns // 10**6 <= position + 10  # an output in 10 ms
+        clock.publish(Clock(clock=stamp(3_300_000_000)))
+        spin_until(executor, node.done.is_set, "the end")
+
+
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):
     path = tmp_path_factory.mktemp("logs") / "run.mcap"

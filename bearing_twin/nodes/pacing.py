@@ -98,6 +98,10 @@ class PacedStream(ABC):
     def set_factor(self, now: int, factor: float | str) -> None:
         """Changes the pace from here on; a stream that is held stays where it is."""
         self.factor = _fraction(factor)
+        self.resume_at(now)
+
+    def resume_at(self, now: int) -> None:
+        """Goes on from where the stream is, at another wall time."""
         if not self.paused:
             self._go_on(now)
 
@@ -172,12 +176,15 @@ def _fraction(factor: float | str) -> Fraction:
     return Fraction(factor).limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
 
 
+POLL = 0.005  # s between looks at a clock that is not that of the machine
+
+
 class Worker:
     """A thread that calls `prepare()` once and then `turn(now)` at the times it returns, until `stop`.
 
-    Times are those of the monotonic clock [ns]; `turn` returns that of its next call, or None to wait for a command.
-    `ended(error)` is called once, from the thread, with the exception that ended it or None. Commands
-    run between turns, those posted during `prepare` right after it.
+    Times [ns] are those of the `clock`, monotonic or simulation time; `turn` returns that of its next call, or None to
+    wait for a command. `ended(error)` is called once, from the thread, with the exception that ended it or None.
+    Commands run between turns, those posted during `prepare` right after it.
     """
 
     def __init__(
@@ -185,8 +192,10 @@ class Worker:
         turn: Callable[[int], int | None],
         prepare: Callable[[], None] = lambda: None,
         ended: Callable[[Exception | None], None] = lambda error: None,
+        clock: Callable[[], int] = time.monotonic_ns,
     ):
-        self._turn, self._prepare, self._ended = turn, prepare, ended
+        self._turn, self._prepare, self._ended, self._clock = turn, prepare, ended, clock
+        self._longest = threading.TIMEOUT_MAX if clock is time.monotonic_ns else POLL
         self._commands: queue.SimpleQueue = queue.SimpleQueue()
         self._posting, self._closed, self.stopping = threading.Lock(), False, False
         # A daemon: a computation that takes long must not keep the process from ending.
@@ -223,13 +232,13 @@ class Worker:
             self._prepare()
             while not self.stopping:
                 with suppress(queue.Empty):
-                    self._obey(*self._commands.get(timeout=min(left, threading.TIMEOUT_MAX)))
+                    self._obey(*self._commands.get(timeout=min(left, self._longest)))
                     while not self.stopping:
                         self._obey(*self._commands.get_nowait())
                 if self.stopping:
                     break
-                wake_at = self._turn(time.monotonic_ns())
-                left = math.inf if wake_at is None else max(0, wake_at - time.monotonic_ns()) * 1e-9
+                wake_at = self._turn(self._clock())
+                left = math.inf if wake_at is None else max(0, wake_at - self._clock()) * 1e-9
         except Exception as error:
             failure = error
         with self._posting:
@@ -244,6 +253,6 @@ class Worker:
     def _obey(self, future: Future, command: Callable, arguments: tuple) -> None:
         if future.set_running_or_notify_cancel():
             try:
-                future.set_result(command(time.monotonic_ns(), *arguments))
+                future.set_result(command(self._clock(), *arguments))
             except Exception as error:
                 future.set_exception(error)

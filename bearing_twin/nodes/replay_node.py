@@ -1,5 +1,6 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
+import time
 from collections.abc import Callable, Collection, Container, Iterator
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
@@ -126,7 +127,14 @@ class ReplayLoop(PacedStream):
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._messages = self._read()
-        self._first_ns, self._last_ns = None, 0
+        self._first_ns, self._last_ns, self._turned = None, 0, 0
+
+    def turn(self, now: int) -> int | None:
+        """`PacedStream.turn`; simulation time has not begun at 0, and where it goes back the replay goes on."""
+        if now < self._turned:
+            self.resume_at(now)
+        self._turned = now
+        return super().turn(now) if now else now
 
     def _read(self) -> Iterator[Timed]:
         latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
@@ -173,6 +181,9 @@ class ReplayNode(BaseNode):
         values = declare(self, PARAMETERS, change=self._on_change)
         if not values["log"]:
             raise BearingTwinError("parameter log is empty: give the path of an .mcap file or of a bag folder")
+        by_ros_time = self.get_parameter("use_sim_time").value
+        if by_ros_time and values["publish_clock"]:
+            raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: unset one")
         place, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
         deliver = lambda message: self._outlet.deliver(message)  # noqa: E731  (its topics are those of the loop)
         self.loop = loop = ReplayLoop(values["log"], deliver, values["rate"], start_ns, values["loop"], place)
@@ -189,7 +200,8 @@ class ReplayNode(BaseNode):
         stopping = lambda: self.worker.stopping  # noqa: E731
         said = self.get_logger().info
         wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], said, stopping)
-        self.worker = Worker(self._turn, wait, self._ended)
+        clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
+        self.worker = Worker(self._turn, wait, self._ended, clock)
         self.worker.start()
 
     def close(self) -> None:
