@@ -1,13 +1,17 @@
 """What every node does alike, on the wire: requests that ROS itself cannot read, and what the node says of them."""
 
+import time
 from types import SimpleNamespace
 
 from ros import (
     DiagnosticStatus,
+    Float64,
     ParameterMessage,
     ParameterValue,
+    Qos,
     SetParameters,
     plain_node,
+    rclpy,
     ros_executor,
     spin_until,
     started,
@@ -16,6 +20,7 @@ from ros import (
 )
 
 from bearing_twin.nodes import base_node, outlet
+from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
 
 
@@ -47,6 +52,24 @@ def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
         node.close()
         node.destroy_node()
         executor.shutdown()
+
+
+def test_a_topic_on_which_publishing_takes_most_of_the_time_is_named_with_its_subscribers(monkeypatch):
+    with ros_executor() as executor:
+        talker, listener = plain_node(executor, "talker"), plain_node(executor, "sleeper")
+        topics = [(name, "std_msgs/msg/Float64", Qos()) for name in ("quick", "held_up")]
+        out = outlet.Outlet(talker, topics, publish_clock=False)
+        listener.create_subscription(Float64, "held_up", print, 1)
+        spin_until(executor, lambda: talker.count_subscribers("held_up"), "discovery")
+        monkeypatch.setattr(rclpy.publisher.Publisher, "publish", lambda self, data: time.sleep(len(data)))
+        out.deliver(Timed(0, "quick", b""))
+        assert out.slow_topic() == ""
+        out.deliver(Timed(0, "held_up", b"1"))
+        said = out.slow_topic()
+        assert "/held_up" in said
+        assert "sleeper" in said
+        assert "quick" not in said
+        assert out.slow_topic() == ""
 
 
 def test_two_nodes_of_one_name_are_told(tmp_path):
@@ -95,6 +118,17 @@ def test_a_log_says_when_the_disk_is_nearly_full_and_when_there_is_space_again(t
         log.problem, log.dropped, disk.free = "", 3, 20e9
         assert look()[:2] == (DiagnosticStatus.OK, "")
     assert "there is space again: the log continues, 3 messages were dropped" in capfd.readouterr().err
+
+
+def test_a_log_says_how_much_an_hour_takes_and_how_long_the_disk_lasts(tmp_path, monkeypatch, capfd):
+    monkeypatch.setattr("shutil.disk_usage", lambda path: SimpleNamespace(free=72e9))
+    monkeypatch.setattr(base_node, "SETTLED", 0.0)
+    monkeypatch.setattr(base_node.time, "monotonic", iter(range(1000)).__next__)
+    with ros_executor() as executor:
+        node = base_node.BaseNode("testing", "test", context=executor.context)
+        for size in (5000, 1_005_000, 2_005_000):  # 1 MB/s
+            node.watch_log(SimpleNamespace(problem="", dropped=0, bytes=size), tmp_path)
+    assert capfd.readouterr().err.count("the log takes 3.6 GB an hour; the disk has room for 20 hours") == 1
 
 
 def test_what_peers_send_in_floods_is_told_once_a_second(capfd):

@@ -1,5 +1,6 @@
 """The server of live pages: who may look, who may command, and what a hostile or slow visitor can do."""
 
+import contextlib
 import http.client
 import socket
 import time
@@ -158,3 +159,29 @@ def test_a_slow_viewer_misses_the_oldest_events_and_holds_up_nobody():
         feed.send("frames", str(number))
     assert slow.qsize() == page_server.WAITING
     assert slow.get_nowait() == f"event: frames\ndata: {1000 - page_server.WAITING}\n\n".encode()
+
+
+def test_connections_that_say_nothing_or_little_at_a_time_take_only_so_many_places(monkeypatch):
+    monkeypatch.setattr(page_server, "MOST_CONNECTIONS", 4)
+    monkeypatch.setattr(page_server, "REQUEST_TIME", 0.5)
+    server = PageServer(a_site(), "127.0.0.1", 0)
+    server.start()
+    idle = [socket.create_connection(("127.0.0.1", server.server_port), timeout=PATIENCE) for _ in range(6)]
+
+    def said_little():
+        for one in idle[:3]:
+            with contextlib.suppress(OSError):
+                one.send(b"G")
+        return ask_or_none(server) == 200
+
+    until(said_little)  # once the time for a request is over
+    for one in idle:
+        one.close()
+    server.close()
+
+
+def ask_or_none(server):
+    try:
+        return ask(server)[0]
+    except (OSError, http.client.HTTPException):
+        return None

@@ -45,6 +45,7 @@ from bearing_twin.nodes.node_parameters import (
 from bearing_twin.nodes.outlet import MANY
 
 CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
+SETTLED = 10.0  # s of a log after which its size in an hour is said
 LITTLE = 1e9  # B free on the disk of a log, below which a node warns
 THREADS = 8  # in which callbacks run; up to five goals of uq_node wait in theirs
 POLL = 0.1  # s: how soon the main thread sees that a node is done
@@ -141,6 +142,7 @@ class BaseNode(Node):
         self._task, self._steady = task, Clock(clock_type=ClockType.STEADY_TIME)
         self._statuses = self.create_publisher(interface(DIAGNOSTICS, "msg"), "/diagnostics", 10)
         self._log_problem = ""
+        self._log_began: tuple[float, int] | None = None  # s of the steady clock, B
 
     def every(self, seconds: float, callback: Callable, group: CallbackGroup | None = None) -> None:
         """Calls `callback` every so many seconds of a steady clock: time of a simulation must not drive its node."""
@@ -173,8 +175,14 @@ class BaseNode(Node):
         there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
         free = float(shutil.disk_usage(there).free)
         little = f"the disk of the log has {size_text(free)} left: make room" if free < LITTLE else ""
+        now, size = time.monotonic(), log.bytes
+        began, at_first = self._log_began = self._log_began or (now, size)
+        if now - began >= SETTLED and size > at_first:
+            an_hour = 3600.0 * (size - at_first) / (now - began)
+            said = f"the log takes {size_text(an_hour)} an hour; the disk has room for {free / an_hour:.3g} hours"
+            self.get_logger().info(said, once=True)
         level = ERROR if log.problem else WARN if little else OK
-        numbers = {"bytes": log.bytes, "messages_dropped": log.dropped, "disk_free_bytes": free}
+        numbers = {"bytes": size, "messages_dropped": log.dropped, "disk_free_bytes": free}
         return level, log.problem or little, numbers
 
 

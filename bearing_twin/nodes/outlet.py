@@ -1,6 +1,7 @@
 """The outlet of a node: publishers of serialised messages, and waiting for those who subscribe to them."""
 
 import time
+from collections import Counter
 from collections.abc import Callable, Collection, Iterable
 
 from rclpy._rclpy_pybind11 import RCLError
@@ -11,12 +12,13 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.base.errors import BearingTwinError, echo, harmless
+from bearing_twin.base.errors import BearingTwinError, echo, harmless, name_of_peer
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import burst_profile, interface, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
 
 MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
+SHARE_SHOWN = 0.5  # of the time, from which on a node that is late says that it publishes
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge no sooner than the next heartbeat of DDS, 3 s apart by default
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node logs what it waits for
@@ -54,6 +56,7 @@ class Outlet:
         if problems:
             node.get_logger().warning("; ".join(problems))
         self.published = 0
+        self._node, self._spent, self._asked = node, Counter(), time.monotonic()
 
     @property
     def publishers(self):
@@ -78,8 +81,26 @@ class Outlet:
         """Publishes a message, if it has been made."""
         publisher = self._publishers.get(message.topic)
         if publisher is not None and message.cdr:
+            began = time.perf_counter()
             publisher.publish(message.cdr)
+            self._spent[message.topic] += time.perf_counter() - began
             self.published += 1
+
+    def slow_topic(self) -> str:
+        """Names the topic that took longest to publish since the last call, and its subscribers; "" if all were quick.
+
+        To a process of this machine that is suspended Fast DDS opens shared memory anew for every message.
+        """
+        spent, self._spent = self._spent, Counter()
+        asked, self._asked = self._asked, time.monotonic()
+        share = spent.total() / (self._asked - asked)
+        if share < SHARE_SHOWN:
+            return ""
+        [(name, _)] = spent.most_common(1)
+        topic = self._publishers[name].topic_name
+        nodes = sorted({name_of_peer(one.node_name) for one in self._node.get_subscriptions_info_by_topic(topic)})
+        advice = f"publish less, or see whether a subscriber is suspended ({', '.join(nodes)})"
+        return f"; publishing takes {share:.0%} of the time, most on {topic}: {advice}"
 
 
 def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:

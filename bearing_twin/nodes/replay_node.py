@@ -247,7 +247,8 @@ class ReplayNode(BaseNode):
     def _on_diagnostics(self):
         values = self.loop.progress() | {"messages": self._outlet.published, "rounds": self.loop.rounds}
         level, message = OK, "paused" if self.loop.paused else "playing"
+        held_up_by = self._outlet.slow_topic()
         if values["lag_s"] > LAG_SHOWN:
-            level, message = WARN, f"cannot keep up: {values['lag_s']:.3g} s behind"
+            level, message = WARN, f"cannot keep up: {values['lag_s']:.3g} s behind{held_up_by}"
             self.get_logger().warning(f"{message}; lower `rate`", once=True)
         self.report(level, message, values)

@@ -389,7 +389,9 @@ class SimNode(BaseNode):
             self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
             return
         slow, message, numbers = self.loop.look(time.monotonic_ns())
+        held_up_by = self._outlet.slow_topic()
         if slow:
+            message += held_up_by
             said = f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate"
             self.get_logger().warning(said, once=True)
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)

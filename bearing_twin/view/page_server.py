@@ -4,6 +4,7 @@ Commands need a token, which stands in the address behind #, where no server or 
 asks for and the page that sends a command are checked, so that no other page can use this one's place.
 """
 
+import contextlib
 import functools
 import hmac
 import ipaddress
@@ -20,8 +21,10 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.report import parsed_json
 
 MOST_VIEWERS = 32
+MOST_CONNECTIONS = 64
 LARGEST_COMMAND = 4096  # B
-PATIENCE = 10.0  # s for a viewer to send something, or to take what is sent
+REQUEST_TIME = 10.0  # s for a whole request to come in
+PATIENCE = 10.0  # s for a viewer to take what is sent
 WAITING = 20  # events that a slow viewer may be behind; then the oldest are dropped
 ASK_AGAIN = 2  # s after which a browser requests a page again that was not ready
 QUIET = 2.0  # s without an event after which a sign of life is sent: a viewer that has left is noticed then
@@ -91,6 +94,7 @@ class PageServer(ThreadingHTTPServer):
     def __init__(self, site, host: str, port: int):
         self.site, self.token = site, secrets.token_urlsafe(24)
         self._host = host
+        self._places = threading.BoundedSemaphore(MOST_CONNECTIONS)
         self.stopping = threading.Event()
         if ":" in host:
             self.address_family = socket.AF_INET6
@@ -126,6 +130,20 @@ class PageServer(ThreadingHTTPServer):
         except ValueError:
             return False
 
+    def process_request(self, request, client_address):
+        """A thread for each connection, up to MOST_CONNECTIONS of them."""
+        if not self._places.acquire(blocking=False):
+            self.shutdown_request(request)
+            return
+        super().process_request(request, client_address)
+
+    def process_request_thread(self, request, client_address):
+        """One connection."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._places.release()
+
     def handle_error(self, request, client_address):
         """Nothing: connections may break."""
 
@@ -138,6 +156,20 @@ class _Handler(BaseHTTPRequestHandler):
     def log_message(self, *_):
         """Nothing: a page sends many requests."""
 
+    def handle(self):
+        """One request; its connection ends if it has not come in after REQUEST_TIME, however slowly it comes."""
+        self._limit = threading.Timer(REQUEST_TIME, self._expire)
+        self._limit.daemon = True
+        self._limit.start()
+        try:
+            super().handle()
+        finally:
+            self._limit.cancel()
+
+    def _expire(self) -> None:
+        with contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
+
     def do_GET(self):
         """The page, or its events."""
         no_icon = functools.partial(self._send, HTTPStatus.NO_CONTENT, "image/x-icon", b"")
@@ -148,6 +180,8 @@ class _Handler(BaseHTTPRequestHandler):
         self._answer({"/command": self._command})
 
     def _answer(self, places: Mapping[str, Callable[[], None]]) -> None:
+        if self.command == "GET":
+            self._limit.cancel()
         try:
             if not self.server.known(self.headers.get("Host", "")):
                 raise Refused(HTTPStatus.FORBIDDEN, "this host name is not served: use the address that was printed")
