@@ -200,7 +200,8 @@ inline Settled newton(const Seat &seat, const Plane<Pack> &opening, const Plane<
   for (int look = 0; look < MOST_LOOKS; look++) {
     Balance<Number> here = balance_at(seat, opening, trial, weight);
     Pack left = absolute(here.left_r.value) + absolute(here.left_z.value);
-    Mask better = running & (left < size);
+    // Clear of both raceways less may be left, but no step leads back.
+    Mask better = running & (left < size) & ~(PlaceEquations(here).singular() & (left > NEAR * here.scale));
     found.here = look == 0 ? here : select(better, here, found.here);
     found.place = select(better, trial, found.place);
     size = select(better, left, size);
@@ -255,7 +256,15 @@ inline FirstPlace first_place(const Seat &seat, const Plane<Pack> &opening, cons
   Plane<Pack> gap{opening.r - outside.r, opening.z - outside.z}, low{opening.r - inside.r, opening.z - inside.z};
   Mask clear_inner = dot(gap, gap) <= reach_i * reach_i;
   Mask clear_outer = dot(low, low) <= reach_o * reach_o;
-  Plane<Pack> place = select(~loose | floats, between, select(clear_inner | ~clear_outer, outside, low));
+  // Pressed against both, it is where circles about their centres meet, on the side to which the force points. It begins
+  // with more load than it has in the end: from there Newton's method leaves no contact.
+  Plane<Pack> most{absolute(force.r - weight.r) + absolute(weight.r) + absolute(weight.z), Pack{}};
+  Pack r_o = resting_on(seat, seat.outer, most, weight.outer).r, r_i = resting_on(seat, seat.inner, most, weight.inner).r;
+  Pack along = 0.5 * (distance + (r_o * r_o - r_i * r_i) / distance);
+  Pack beside = square_root(maximum(r_o * r_o - along * along, 0.0) + 1e-300);
+  beside = select(force.z * opening.r - force.r * opening.z < 0.0, -beside, beside);
+  Plane<Pack> wedged{(along * opening.r - beside * opening.z) / distance, (along * opening.z + beside * opening.r) / distance};
+  Plane<Pack> place = select(~loose | floats, between, select(clear_inner, outside, select(clear_outer, low, wedged)));
   return {place, floats | (loose & (clear_inner | clear_outer))};
 }
 
