@@ -96,7 +96,7 @@ FAILURES = (
         "a warning before the run",
         f"simulate bearing_6203_loose --set cage.kind=none {SHORT}",
         0,
-        "cage.kind: even prevents",
+        "a cage prevents: set cage.kind: even",
         "dimensions",
     ),
     Failure(
