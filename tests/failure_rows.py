@@ -292,7 +292,7 @@ FAILURES = (
         "errors of friction are over mu N of a contact and mu N R of a ball",
         f"simulate bearing_6203 {SHORT}",
         0,
-        "over mu N of a contact",
+        "mu N of a contact",
         "steppers",
     ),
     Failure(

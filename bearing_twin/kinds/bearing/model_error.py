@@ -304,7 +304,7 @@ class BearingComparison(Comparison):
         super().__init__(parameters, choice)
         self.outputs = {"loads": "over the greatest load"}
         if parameters.wanted.outputs != LOADS and parameters.contact.friction_coefficient:
-            self.outputs["friction"] = "over mu N of a contact, or mu N R of a ball"
+            self.outputs["friction"] = "over the friction limit (mu N of a contact, mu N R of a ball)"
         self._greatest = 0.0
 
     def refined(self):
