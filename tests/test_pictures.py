@@ -112,6 +112,17 @@ def test_numbers_of_axes_are_whole(tmp_path, figures):
         assert axis.yaxis.get_offset_text().get_text() == ""
 
 
+def test_a_ring_moves_from_where_it_starts_and_speeds_are_in_rpm(tmp_path, figures):
+    """A load moves the ring of a 6203 by 15 um, and balls that pass by 0.1 um, which was a flat line."""
+    words = ["simulate", "bearing_6203_run_up", "--duration", "0.02", "--plot", str(tmp_path / "run.png"), "--json"]
+    assert main(words) == DONE
+    axes = {axis.get_title(loc="left"): axis for axis in figures[0].axes}
+    moved = axes["Inner ring's displacement since the start"]
+    assert moved.get_ylabel() == "nm"
+    assert [line.get_ydata()[0] for line in moved.lines] == [0.0, 0.0, 0.0]
+    assert axes["Speed about the axis: inner ring"].get_ylabel() == "rpm"
+
+
 def test_errors_of_figures_are_drawn_below_loads_and_motion(tmp_path):
     for name, more in (("plain", []), ("errors", ["--plot-errors"])):
         words = ["simulate", "bearing_6203_loose", "--duration", "2e-3", "--plot", str(tmp_path / f"{name}.png")]

@@ -242,7 +242,7 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it():
     result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
     panels = panels_of(result)
     panel, studies = panels["Peak force over the sweep"], result.summary["sweep"]["studies"]
-    (mean,), (here,) = parts_of(panel, "mean"), parts_of(panel, "the other panels")
+    (mean,), (here,) = parts_of(panel, "mean"), parts_of(panel, "value of the other panels")
     assert mean.x == [one["value"] for one in studies]
     assert mean.y.tolist() == [one["quantities"]["peak_force"]["mean"] for one in studies]
     assert here.x == [20.0, 20.0]

@@ -11,7 +11,7 @@ from matplotlib.gridspec import SubplotSpec
 from bearing_twin import __version__
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Sample, Thinned
-from bearing_twin.base.units import prefixed, with_unit
+from bearing_twin.base.units import prefixed, unit_for_people, with_unit
 from bearing_twin.kinds.views import CurvePanel, View, plain_view
 from bearing_twin.pictures import (
     BALL_COLOURS,
@@ -25,7 +25,6 @@ from bearing_twin.pictures import (
     heading,
     key_above,
     marker_of,
-    scaled,
 )
 
 GREATEST_ROWS = 20_000  # outputs kept; of longer runs every second, fourth ... is
@@ -138,7 +137,8 @@ class RunPicture:
         curves = np.stack([values[one.series].reshape(len(time), -1)[:, one.column] for one in panel.lines])
         loads, labels = panel.lines[0].series == LOAD, [one.label for one in panel.lines]
         begin, end, peak = np.concatenate(self._contacts if loads else self._contacts[:1]).T
-        factor, unit = scaled(np.concatenate([curves.ravel(), peak]), panel.unit)
+        greatest = np.nanmax(np.abs(np.concatenate([curves.ravel(), peak])))
+        unit, factor = unit_for_people(panel.unit, float(greatest))
         words, up, many = panel.title, with_unit(unit).strip(), len(curves) > GREATEST_LINES
         if many:
             _draw_map(axis, time, factor * curves, up)

@@ -170,10 +170,10 @@ def _history(result, channel) -> Panel:
     size = max((abs(one) for name in BANDS if name in found for one in found[name]), default=0.0)
     unit, time = result.history_unit(channel), found["time_s"]
     if "0.05" in found:
-        parts.append(_band("5 to 95 % at each instant", time, found["0.05"], found["0.95"]))
+        parts.append(_band("5 to 95 %", time, found["0.05"], found["0.95"]))
     for name, label, look in (
         ("0.50", "median", BLUE),
-        ("mean", "mean of the runs", RED),
+        ("mean", "mean", RED),
         ("at_mean_inputs", "run at the mean inputs", dashed()),
     ):
         if name in found:
@@ -198,7 +198,7 @@ def _swept(found, name, sweep) -> Panel:
     drawn = np.array([low, median, high, mean])
     if (place := sweep.get("at")) is not None:
         look = dashed() | {"linewidth": 1.3, "linestyle": ":"}
-        parts.append(Line("the other panels", [place] * 2, [np.nanmin(drawn), np.nanmax(drawn)], look))
+        parts.append(Line("value of the other panels", [place] * 2, [np.nanmin(drawn), np.nanmax(drawn)], look))
     words, unit = SweepInWords(sweep), sweep.get("unit", "1")
     swept = title_of(words.key.rpartition(".")[2]).lower()
     across = Axis(swept, unit, _is_wide(values), shown=unit_for_people(unit, max(map(abs, values))))

@@ -444,7 +444,7 @@ def _panels(balls: int, moves: bool, cage_moves: bool):
         *((off_axis,) if cage_moves else ()),
         ball_curves("Peak pressure, inner raceway", "Pa", "peak_pressure", balls, 0),
         curves("Friction torque on the inner ring", "N m", ("friction_torque", "about the axis")),
-        curves("Speeds about the axis", "rad/s", ("inner_ring_speed", "inner ring"), ("orbit_speed", "balls, mean")),
+        curves("Speed about the axis", "rad/s", ("inner_ring_speed", "inner ring"), ("orbit_speed", "balls, mean")),
         curves(
             "Energy", "J",
             ("kinetic_energy", "kinetic"), ("elastic_energy", "elastic"), ("potential_energy", "of height"),

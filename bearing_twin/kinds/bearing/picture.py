@@ -14,6 +14,7 @@ from bearing_twin.kinds.bearing.display import view
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import TORQUE
 from bearing_twin.kinds.picture import RunPicture
+from bearing_twin.kinds.views import CurvePanel
 from bearing_twin.pictures import (
     GREATEST_LINES,
     RACEWAY_COLOURS,
@@ -33,6 +34,7 @@ OF_BALLS = {  # panels over the azimuth: title, axis, factor into its unit
     "contact_angle": ("Contact angle of each ball", "angle [°]", np.degrees(1.0)),
     "peak_pressure": ("Greatest Hertz pressure of each ball", "pressure [MPa]", 1e-6),
 }
+MOVED = "inner_ring_offset"
 GREATEST_NUMBERED = 40  # balls: more are too small for a number
 RING, ARROW = 0.55, 2.0  # thickness of a drawn ring, length of the longest arrow of a load, in ball radii
 
@@ -45,7 +47,22 @@ class BearingPicture(RunPicture):
     def __init__(self, scene, choice: Choice):
         super().__init__(scene, choice)
         turned = self.parameters.drive.kind == TORQUE
-        self.kept = ("normal_load", "inner_ring_offset", "cage_offset", *(("inner_ring_speed",) if turned else ()))
+        self.kept = ("normal_load", MOVED, "cage_offset", *(("inner_ring_speed",) if turned else ()))
+
+    def _kept_of(self, sample: Sample) -> dict[str, np.ndarray]:
+        """The ring moves by less than a tenth of where it stands under its load: its motion is drawn from the start."""
+        kept = super()._kept_of(sample)
+        if MOVED in kept:
+            kept[MOVED] = kept[MOVED] - self.first[MOVED]
+        return kept
+
+    def _panels(self, values) -> list[CurvePanel]:
+        panels = super()._panels(values)
+        moved = [panel.lines[0].series == MOVED for panel in panels]
+        return [
+            panel._replace(title=f"{panel.title} since the start") if one else panel
+            for one, panel in zip(moved, panels, strict=True)
+        ]
 
     def begin(self, time) -> float:
         """The time [s] from which on the balls go round GREATEST_TURNS times."""
