@@ -133,7 +133,7 @@ RULES = (
     Rule(
         (BEARING,), "model.dimension", "free",
         "the ring follows loads, has mass and a cage, and loads alone are wanted",
-        "because equilibria of a ring with mass err by up to 1.4 % in load at an instant: it moves with its mass",
+        "because loads of equilibria of a ring with mass have errors of up to 1.4 % at an instant: it moves with its mass",
         lazy_import(f"{FACTS}:moves_for_loads"),
         example=("bearing_6203_rig_400N", "model.dimension=auto", "wanted.outputs=loads"),
     ),
@@ -192,7 +192,7 @@ RULES = (
     ),
     Rule(
         (BEARING,), "contact.friction", "spot_medium", "wanted.tolerance is 1 % or more",
-        "because 12 x 32 points over the contact patch err by less than 1 % where spin is fast",
+        "because 12 x 32 points over the contact patch are exact to 1 % where spin is fast",
         _looser(0.01), example=("bearing_6203_fast", "contact.friction=auto", "wanted.tolerance=0.01"),
     ),
     Rule(
@@ -245,7 +245,7 @@ RULES = (
     ),
     Rule(
         (BEARING,), SETTING, "20 wanted.tolerance", "every ball rolls from the start under a steady load",
-        "because the error of balls that roll under a steady load is far below what a step may err by",
+        "because the error of balls that roll under a steady load is far below the tolerance of a step",
         lazy_import(f"{FACTS}:rolls_steadily"), _times(20.0), ("bearing_6203",),
     ),
     Rule(
