@@ -133,7 +133,7 @@ RULES = (
     Rule(
         (BEARING,), "model.dimension", "free",
         "the ring follows loads, has mass and a cage, and loads alone are wanted",
-        "because loads of equilibria of a ring with mass have errors of up to 1.4 % at an instant: it moves with its mass",
+        "because equilibria of a ring with mass have errors of load up to 1.4 % at an instant: it moves with its mass",
         lazy_import(f"{FACTS}:moves_for_loads"),
         example=("bearing_6203_rig_400N", "model.dimension=auto", "wanted.outputs=loads"),
     ),
