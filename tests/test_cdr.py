@@ -141,6 +141,15 @@ def test_what_is_left_out_is_zero_or_empty():
         encoded("visualization_msgs/msg/Marker", {"colour": 1}, 0, "")
 
 
+def test_texts_of_many_messages_keep_their_lengths():
+    texts = ["0 N", "12.5 N", "1.8 N", "7 N"]
+    fields = {"markers": [{"text": np.array([one.encode() for one in texts]), "scale": np.arange(12.0).reshape(4, 3)}]}
+    several = Encoder("visualization_msgs/msg/MarkerArray", "link").encoded(fields, np.arange(4))
+    found = [cdr.deserialise("visualization_msgs/msg/MarkerArray", one).markers[0] for one in several]
+    assert [one.text for one in found] == texts
+    assert [one.scale.x for one in found] == [0.0, 3.0, 6.0, 9.0]
+
+
 def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
     encoder, stamps = Encoder(cdr.JOINT_STATE, "bearing_link"), np.arange(3) * 10**9
     with pytest.raises(LogError, match="has 2 rows for 3 messages"):

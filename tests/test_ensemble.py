@@ -1,5 +1,6 @@
 """Ensembles: the same numbers by any workers, cancel, no process left behind, failures counted, studies continued."""
 
+import dataclasses
 import math
 import os
 import signal
@@ -450,7 +451,14 @@ def test_a_log_of_a_version_with_other_keys_is_read(tmp_path, monkeypatch):
     with monkeypatch.context() as earlier:
         earlier.setattr(Study, "resolved", lambda study: resolved(study) | more)
         path = write_study(result, tmp_path / "earlier.mcap")
-    assert read_study(path).study == result.study
+        assert read_study(path).study == result.study
+        speed = {"blow.speed": {"distribution": "uniform", "low": 1.0, "high": 2.0}}
+        beam = {"scene": "sphere_on_beam", "inputs": speed, "quantities": ["peak_force"]}
+        of_beam = parse_study(beam, "a study")
+        more["scene"] = of_beam.scene | {"solver": of_beam.scene["solver"] | {"static_tail": "contact"}}
+        summary = result.summary | {"quantities": {"peak_force": {}}}
+        path = write_study(dataclasses.replace(result, study=of_beam, summary=summary), tmp_path / "beam.mcap")
+    assert read_study(path).study.scene == of_beam.scene
 
 
 def test_dask_says_what_is_missing_or_wrong(monkeypatch):

@@ -61,7 +61,9 @@ def test_a_thinned_log_is_small_and_verified_where_it_has_outputs(tmp_path, type
     assert (checked.samples, checked.greatest) == (11, 0.0)
     said = typed("report", path, "--json", "--strict", code=DOUBTFUL)
     found = json.loads(said.out)
-    assert (found["samples"], found["missing_outputs"]) == (11, 0)
+    assert (found["samples"], found["missing_outputs"], found["kept_outputs_hz"]) == (11, 0, KEPT_RATE)
+    assert json.loads(typed("verify", path, "--json").out)["kept_outputs_hz"] == KEPT_RATE
+    assert "holds 5 outputs a second" in typed("view", path, "--out", tmp_path / "page.html").err
     assert abs(found["energy_closure"]) < 1e-3  # sums need no output in between
     assert "5 outputs a second, not all" in said.err
     block.values["normal_load"][200, 0, 0] += 0.5  # this one is

@@ -127,7 +127,7 @@ def _verify(arguments) -> Outcome:
                 f"the log begins at {log.begins_s:.6g} s: the run up to there is simulated first, compared with nothing"
             )
         verification = verify(log, lambda time: update(time / log.seconds))
-    result = {"log": str(arguments.log)} | verification.as_dict()
+    result = {"log": str(arguments.log)} | verification.as_dict() | _kept(log)
     off = verification.differences()
     count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
     hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
@@ -136,6 +136,11 @@ def _verify(arguments) -> Outcome:
     return Outcome(
         result, [*log.notes, *filter(None, [log.run_note]), *verification.warnings()], lambda: show_result(shown)
     )
+
+
+def _kept(log) -> dict[str, float]:
+    """How many outputs a second a thinned log holds."""
+    return {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
 
 
 def _report_arguments(parser):
@@ -157,7 +162,7 @@ def _report(arguments) -> Outcome:
     watched = ShownStream(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
-    result |= {"begins_s": stream.begins_s} if stream.begins_s else {}
+    result |= ({"begins_s": stream.begins_s} if stream.begins_s else {}) | _kept(stream)
     result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
         result["plot"] = watched.write(picture, report, arguments.plot_errors)

@@ -40,9 +40,6 @@ _ANGLES = np.repeat(np.linspace(0.0, 2.0 * np.pi, OUTLINE_SIDES + 1), 2)[1:-1, N
 _COSINES, _SINES = np.cos(_ANGLES), np.sin(_ANGLES)
 
 
-LONGEST_TEXT = 48  # letters, of a text in a marker with spaces behind it
-
-
 def marker(namespace, number, kind, scale, color, position=_ORIGIN, orientation=UNTURNED, *, points=(), text=""):
     """One marker: `kind` as CUBE ... TEXT, `scale` and `points` (..., n, 3) [m], `color` red, green, blue, opacity."""
     pose = {"position": position, "orientation": orientation}
@@ -58,9 +55,9 @@ def placed(shape: dict, position, orientation=UNTURNED) -> dict:
 
 
 def text_marker(name: str, texts: Iterable[str], height: float, place) -> dict:
-    """A text at a place, one an output; all are of one length."""
-    padded = np.array([one.ljust(LONGEST_TEXT).encode() for one in texts])
-    return marker(name, 0, TEXT, (0.0, 0.0, height), GREEN, place, text=padded)
+    """A text at a place, one an output."""
+    found = np.array([one.encode() for one in texts])
+    return marker(name, 0, TEXT, (0.0, 0.0, height), GREEN, place, text=found)
 
 
 def own_axes(orientation: np.ndarray) -> list[np.ndarray]:

@@ -336,8 +336,8 @@ MOST_LAYOUTS = 200  # of a topic's messages that are kept
 class Encoder:
     """All messages of one topic, many at once: how they are laid out is found with the first of a size and kept.
 
-    Fields are those of `encoded`, but an array has one row a message in front, and texts of one length may be an array
-    of bytes; what is no array is the same in all messages that this encoder ever makes.
+    Fields are those of `encoded`, but an array has one row a message in front, and texts may be an array of bytes;
+    what is no array is the same in all messages that this encoder ever makes.
     """
 
     def __init__(self, ros_type: str, frame: str):
@@ -346,6 +346,18 @@ class Encoder:
 
     def encoded(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
         """One message a stamp [ns], in order."""
+        texts = [array for array in _arrays(values) if array.dtype.kind == "S"]
+        if not texts:
+            return self._of_one_size(values, stamps_ns)
+        found = [b""] * len(stamps_ns)
+        sizes = np.stack([np.char.str_len(array) for array in texts], axis=-1)
+        for size in np.unique(sizes, axis=0):
+            rows = np.flatnonzero((sizes == size).all(axis=-1))
+            for row, data in zip(rows, self._of_one_size(_rows_of(values, rows), stamps_ns[rows]), strict=True):
+                found[row] = data
+        return found
+
+    def _of_one_size(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
         arrays = list(_arrays(values))
         sizes = tuple((array.shape[1:], array.itemsize) for array in arrays)
         layout = self._layouts.get(sizes)
@@ -391,6 +403,17 @@ def _stamps(stamps_ns: np.ndarray) -> np.ndarray:
     """Stamps as they stand in a header: eight bytes, seconds first, then nanoseconds."""
     seconds, nanoseconds = np.divmod(stamps_ns, SECOND)
     return seconds + (nanoseconds << 32)
+
+
+def _rows_of(values, rows: np.ndarray):
+    """The fields of some of the messages, whose texts are of one length."""
+    if isinstance(values, np.ndarray):
+        return np.array(values[rows].tolist()) if values.dtype.kind == "S" else values[rows]
+    if isinstance(values, dict):
+        return {name: _rows_of(value, rows) for name, value in values.items()}
+    if isinstance(values, (list, tuple)) and values and isinstance(values[0], dict):
+        return [_rows_of(value, rows) for value in values]
+    return values
 
 
 def _arrays(values) -> Iterator[np.ndarray]:

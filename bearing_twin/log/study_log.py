@@ -27,6 +27,7 @@ from bearing_twin.log.bag import LogReader, Qos
 from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.stream import LARGEST_BLOCK, check_block, samples_message
+from bearing_twin.run.scene import upgraded
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.study import GONE, Study, parse_study
@@ -222,6 +223,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
     keys = {key: one for key, one in parsed_json(record["study"]).items() if key not in GONE}
+    keys["scene"] = upgraded(keys["scene"], "the scene of the study in the log")
     study = parse_study({**keys, **given}, "the study of the log")
     layout, numbers = [], array("d")
     for one in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):

@@ -207,8 +207,13 @@ def checked(scene: Scene, origin: str) -> Scene:
 
 def read_logged(text: str, origin: str) -> Scene:
     """The scene in a log, YAML or JSON, also in the words of an earlier version."""
-    mapping = _canonical(_mapping_of(_from_json(text, origin), origin))
-    return parse_scene(KINDS[_kind_of(mapping, origin)].parameters.upgraded(mapping), origin)
+    return parse_scene(upgraded(_mapping_of(_from_json(text, origin), origin), origin), origin)
+
+
+def upgraded(scene: Mapping, origin: str) -> dict:
+    """The plain data of a scene in a log in today's words, from those of an earlier version."""
+    mapping = _canonical(scene)
+    return KINDS[_kind_of(mapping, origin)].parameters.upgraded(mapping)
 
 
 def _from_json(text: str, origin: str):

@@ -136,7 +136,8 @@ class Simulation:
         try:
             self._motion.resume(failure.state)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            raise SceneError("the failed run does not fit its scene and first model; simulate it again") from error
+            said = "the state to go on from does not fit its scene and first model; it may be of an earlier version"
+            raise SceneError(f"{said}: simulate the scene again") from error
         begun = self._block(failure.sequence, self._motion.first_outputs())
         self._health.check(begun)
         self._pending, self._good = begun.part(1, 1), begun[0]

@@ -183,6 +183,8 @@ def _document(
     omitted = some_of(_omitted(path, stream))
     said = [f"Left out, because no kind of scene has such topics: {omitted}."] if omitted else []
     said += [f"{note[:1].upper()}{note[1:]}." for note in (*stream.notes, stream.run_note) if note]
+    if stream.kept_rate:
+        said.append(f"The log holds {stream.kept_rate:g} outputs a second, not all of them.")
     viewed = document_of_run(stream, [*notes, *said])
     name = original or Path(path)
     return viewed.document | {"title": viewed.report.scene or name.stem}
