@@ -21,7 +21,7 @@ struct PairBlock {
 // Gives rows of the ball, and as those from NEXT on of the next, whose motions are columns 0 to 8 and 9 to 17; returns the approach.
 constexpr int NEXT = LOSS_ROW + 1;
 template <bool DERIVATIVES, class Give>
-CORE_INLINE Pack ball_and_next(const Bearing &bearing, const BallState &ball, const BallState &next, const Pack &around, Give give) {
+CORE_INLINE Pack ball_and_next(const Bearing &bearing, double storing, const BallState &ball, const BallState &next, const Pack &around, Give give) {
   auto motion = [&]<int FIRST>(Index<FIRST>, const BallState &y) __attribute__((always_inline)) {
     auto number = [&]<int C>(Index<C>) __attribute__((always_inline)) { return input<DERIVATIVES, FIRST + C>(y[C]); };
     auto radius = number(index<RADIUS>);
@@ -50,13 +50,13 @@ CORE_INLINE Pack ball_and_next(const Bearing &bearing, const BallState &ball, co
   rows(index<0>, 1.0, place.x, force, torque);
   rows(index<NEXT>, -1.0, next_place.x, back(force), back(torque));
   // Elastic energy counts as lost while balls touch: damping that would pull loses what is left of it.
-  give(index<LOSS_ROW>, through(contact.loss + contact.stored));
+  give(index<LOSS_ROW>, through(contact.loss + storing * contact.stored));
   return value_of(contact.approach);
 }
 
 // Adds the contacts of a block to its rates; with DERIVATIVES to its tile, too. What they do to the next balls stays in `p`.
 template <bool DERIVATIVES>
-[[gnu::noinline]] inline void pairs_of_block(const Bearing &bearing, BallBlock &k, PairBlock &p) {
+[[gnu::noinline]] inline void pairs_of_block(const Bearing &bearing, double storing, BallBlock &k, PairBlock &p) {
   if constexpr (DERIVATIVES) p = {p.next, p.around, p.may_touch};
   auto give = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
     constexpr int row = ROW == LOSS_ROW ? PAIR_ROWS - 1 : ROW % NEXT;
@@ -70,12 +70,14 @@ template <bool DERIVATIVES>
       else p.by_next[row][column] = slope;
     });
   };
-  Pack approach = ball_and_next<DERIVATIVES>(bearing, k.y, p.next, p.around, give);
+  Pack approach = ball_and_next<DERIVATIVES>(bearing, storing, k.y, p.next, p.around, give);
   if (DERIVATIVES) p.meets = (approach > 0.0) & p.may_touch;
 }
 
 class TouchingBalls {
  public:
+  double storing = 1.0;  // share of the power into elastic energy that counts as lost
+
   // `near` (balls,) says which of all balls may touch the next ahead; `numbers` are those of a row of neighbours.
   void begin(const std::uint8_t *near, int balls, const std::vector<int> &numbers) {
     count = int(numbers.size()), pairs.clear(), members.clear();
@@ -96,7 +98,7 @@ class TouchingBalls {
   void add(const Bearing &bearing, std::vector<BallBlock> &blocks) {
     for (int place = 0; place < count; place++)
       for (int c = 0; c < MOTION; c++) pairs[place / LANES].next[c][place % LANES] = blocks[next(place) / LANES].y[c][next(place) % LANES];
-    for (std::size_t n = 0; n < pairs.size(); n++) pairs_of_block<DERIVATIVES>(bearing, blocks[n], pairs[n]);
+    for (std::size_t n = 0; n < pairs.size(); n++) pairs_of_block<DERIVATIVES>(bearing, storing, blocks[n], pairs[n]);
     for (int place = 0; place < count; place++) {
       const PairBlock &p = pairs[place / LANES];
       int lane = place % LANES, other = next(place) % LANES;
