@@ -153,11 +153,14 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
 
 
 def check_arguments(words: Sequence[str]) -> None:
-    """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for or misread."""
+    """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for or refuse by its lexer."""
     for option, word in itertools.pairwise(words):
         if option in ("-p", "--param"):
             if ROS_ARGS not in words[: words.index(option)]:
                 raise BearingTwinError(f"-p {word} stands before {ROS_ARGS}; write {ROS_ARGS} -p {word}")
+            if ":=" not in word:
+                name, _, value = word.replace(":", "=").partition("=")
+                raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
             if word.endswith(":="):
                 said = f"-p {echo(word)} has no value"
                 raise BearingTwinError(f"{said}; omit it, or write -p \"{word}''\" for an empty text")
