@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin import SceneError, equilibrium, load_scene, simulate
+from bearing_twin.run.simulation import Simulation
 
 BALLS, RIG = 8, "bearing_6203_rig_1000N"
 
@@ -49,6 +50,13 @@ def test_it_is_what_the_command_and_the_run_of_the_scene_find(asked):
     alone = equilibrium(scene, [0.0, -700.0, 200.0], ball_angle=0.0)
     assert alone.displacement[:3] == pytest.approx(sample["inner_ring_offset"][0], rel=1e-9)
     assert alone.ball_load == pytest.approx(sample["normal_load"][0], rel=1e-9, abs=1e-9)
+
+
+def test_balls_that_lie_on_the_inner_raceway_alone_are_balanced_too():
+    """Newton's method missed the place of one with a gyroscopic moment, and a load that is carried was refused."""
+    running = Simulation(load_scene("bearing_6203_rig_400N"))
+    running.set_speed(50.0)
+    running.set_load([100.0, -200.0, 50.0], [0.0, 0.0])
 
 
 def test_what_has_no_equilibrium_says_why_and_leaves_the_others():

@@ -236,10 +236,10 @@ inline Plane<Pack> resting_on(const Seat &seat, const Groove &groove, const Plan
   return {n.r * length, n.z * length};
 }
 
-struct FirstPlace { Plane<Pack> place; Mask alone; };
+struct FirstPlace { Plane<Pack> place; Mask floats; };
 
-// Where to begin a ball's balance, and whether that is the answer already (at most one raceway carries). The energy of
-// both contacts is convex in the place, so a ball that rests on one raceway clear of the other is there.
+// Where to begin a ball's balance, and whether nothing pushes it, so that any place is one. The energy of both contacts is
+// convex in the place, so a ball that rests on one raceway clear of the other is there, but for its gyroscopic moment.
 inline FirstPlace first_place(const Seat &seat, const Plane<Pack> &opening, const Surroundings &weight) {
   Pack reach_i = seat.reach(seat.inner) - weight.inner, reach_o = seat.reach(seat.outer) - weight.outer;
   Pack distance = square_root(opening.r * opening.r + opening.z * opening.z + 1e-300);
@@ -265,7 +265,7 @@ inline FirstPlace first_place(const Seat &seat, const Plane<Pack> &opening, cons
   beside = select(force.z * opening.r - force.r * opening.z < 0.0, -beside, beside);
   Plane<Pack> wedged{(along * opening.r - beside * opening.z) / distance, (along * opening.z + beside * opening.r) / distance};
   Plane<Pack> place = select(~loose | floats, between, select(clear_inner, outside, select(clear_outer, low, wedged)));
-  return {place, floats | (loose & (clear_inner | clear_outer))};
+  return {place, floats};
 }
 
 // A ball's place by nested bisection: the radial balance falls with the radial place, what is left axially too. Both
@@ -297,7 +297,7 @@ inline Plane<Pack> bracketed(const Seat &seat, const Plane<Pack> &opening, const
 inline Settled settled(const Seat &seat, const Plane<Pack> &opening, const Surroundings &weight) {
   const FirstPlace first = first_place(seat, opening, weight);
   Settled found = newton(seat, opening, first.place, weight);
-  if (Mask lost = ~(found.done | first.alone); any(lost)) {
+  if (Mask lost = ~(found.done | first.floats); any(lost)) {
     Settled again = newton(seat, opening, bracketed(seat, opening, weight), weight);
     found = {select(lost, again.place, found.place), select(lost, again.here, found.here), found.done | again.done};
   }
