@@ -68,6 +68,7 @@ from bearing_twin.methods import (
     NOTHING,
     OK,
     STALLED,
+    STEPPER_FACTS,
     STEPS,
     STOPPED,
     TOO_DEEP,
@@ -365,7 +366,7 @@ def error_scales(
     return STEP_SHARE * np.append(unit, LOST_SHARE * stored)
 
 
-FIXED_STEP = ("rk4", "imex")
+FIXED_STEP = tuple(name for name, facts in STEPPER_FACTS.items() if not facts.adaptive)
 LEAST_APPROACH = 1e-6  # m: lighter contacts are taken as this one, for loads to come
 STEPS_A_CONTACT = 16  # of a step that is chosen
 FRICTION_SHARE = 0.5  # of the stability limit by friction and damping, of a step that is chosen

@@ -68,15 +68,15 @@ def missing(parameters, in_equilibrium: bool = False) -> dict[str, str]:
     """
     free, moving = free_coordinates(parameters), moving_centre(parameters) and not in_equilibrium
     turned, cage = parameters.drive.kind == TORQUE, parameters.cage
-    still = "equilibria know neither losses nor the motion of balls and cage; set model.dimension: prescribed or free"
+    rolling = "equilibria know neither losses nor the motion of balls and cage; set model.dimension: prescribed or free"
     steady = "the scene prescribes the inner ring's speed, so that nothing runs it up; turn it by drive.kind: torque"
     held = "the scene holds the inner ring there, so that it is no result; free it with rings.inner.free"
     centred = "the cage's centre stays; move it by cage.guidance, with model.dimension: free"
     unheard = "the scene has no sensor; give it one by sensor.on: housing"
     rows = (
         (turned, "a torque turns the inner ring", "catalogue_drive_torque_nm"),
-        (in_equilibrium and not lubricated(parameters), still, "dissipated_j", "drive_torque_nm"),
-        (in_equilibrium, still, "friction_torque_nm", "cage_slip", "greatest_pocket_force_n"),
+        (in_equilibrium and not lubricated(parameters), rolling, "dissipated_j", "drive_torque_nm"),
+        (in_equilibrium, rolling, "friction_torque_nm", "cage_slip", "greatest_pocket_force_n"),
         (not turned, steady, "run_up_time_s"),
         (not any(free[:3]), held, "ring_displacement_m", "ring_displacement_range_m"),
         (not any(free[3:]), held, "misalignment_rad"),
