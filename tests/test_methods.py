@@ -1,6 +1,8 @@
 """Methods of integration: orders on known solutions and on the bearing, derivatives against differences, refusals."""
 
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -347,3 +349,20 @@ def test_orientation_step_is_of_fourth_order_and_keeps_unit_norm():
     errors = [np.linalg.norm(end(n) - exact) for n in (64, 128, 256)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert orders == pytest.approx(4.0, abs=0.15)
+
+
+HEUN = """
+import numpy as np
+from bearing_twin import coefficients, methods
+slopes = coefficients._lower((), (1 / 3,), (0, 2 / 3))
+heun = coefficients.RungeKutta(slopes, np.array([0, 1 / 3, 2 / 3]), np.array([0.25, 0, 0.75]), np.zeros(4), order=3)
+coefficients.EXPLICIT["heun"] = heun
+methods.STEPPER_FACTS["heun"] = methods.StepperFacts(3, False, "nothing implicitly", "Heun 1900")
+from bearing_twin.command.cli import main
+raise SystemExit(main("simulate bearing_6203 --duration 1e-3 --set solver.stepper=heun --json".split()))
+"""
+
+
+def test_a_further_method_of_fixed_step_runs():
+    """It was taken for one that estimates its error, and made ever longer steps without end."""
+    subprocess.run([sys.executable, "-c", HEUN], check=True, timeout=60, stdout=subprocess.DEVNULL)
