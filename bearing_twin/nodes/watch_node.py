@@ -15,6 +15,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rcl_interfaces.srv import SetParameters
 from rclpy.callback_groups import MutuallyExclusiveCallbackGroup
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.parameter import Parameter
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
@@ -147,9 +148,11 @@ class WatchNode(BaseNode):
         if watched and not self._listening:
             samples, quality = f"{self._place}{SAMPLES}", qos_profile(Qos(DEPTH))
             kind = interface(cdr.SAMPLE_BLOCK, "msg")
+            # With events a subscription that is destroyed here ends the turn in which the executor collects them.
+            quiet = {"event_callbacks": SubscriptionEventCallbacks(use_default_callbacks=False)}
             self._listening = [
-                self.create_subscription(kind, samples, self._on_samples, quality, raw=True),
-                self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, quality),
+                self.create_subscription(kind, samples, self._on_samples, quality, raw=True, **quiet),
+                self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, quality, **quiet),
             ]
         elif not watched and self._listening:
             for subscription in self._listening:
