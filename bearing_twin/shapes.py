@@ -1,7 +1,7 @@
 """Surfaces of bodies, where two of them touch, and rotations.
 
-A surface is the zero set of a function f, negative inside the body, in metres and with a gradient near 1. `SURFACES`
-names the kinds; a `Surface` is made by the functions of those names. The core computes them (`core/shapes/`).
+A surface is the zero set of a function f, negative inside the body, in metres and with a gradient near 1. A `Surface`
+is made by the function with the name of its kind. The core computes them (`core/shapes/`).
 
 Opposing points (paper 1, section 2): the eight unknowns are the point P_A on body A, P_B on body B (fixed axes), and
 the multipliers lambda and mu of
@@ -24,10 +24,8 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function, by_elements
 
 PLANE, SPHERE, ELLIPSOID, TORUS, SUPERQUADRIC = range(5)  # SurfaceKind of the core
-SURFACES = {"plane": PLANE, "sphere": SPHERE, "ellipsoid": ELLIPSOID, "torus": TORUS, "superquadric": SUPERQUADRIC}
 CONVEX = (SPHERE, ELLIPSOID, SUPERQUADRIC)
 
-_level = Function("core_level", REAL, (REALS, REALS, REALS_OUT, REALS_OUT))
 _support = Function("core_support", None, (REALS, INTEGER, REALS, REALS_OUT))
 
 
@@ -41,14 +39,6 @@ class Surface(NamedTuple):
     def numbers(self) -> np.ndarray:
         """The same (7,) as the core reads it."""
         return np.array([self.kind, *self.sizes, self.side], float)
-
-
-class Level(NamedTuple):
-    """f [m] of a surface at a point, its gradient (3,) and its Hesse matrix (3, 3) [1/m]."""
-
-    value: float
-    gradient: np.ndarray
-    hesse: np.ndarray
 
 
 def plane() -> Surface:
@@ -101,12 +91,6 @@ def _positive(**sizes):
             raise SceneError(f"{name} = {size:g} must be a finite number of metres above zero")
 
 
-def level(surface: Surface, point) -> Level:
-    """The surface's function at a point [m] (3,) of its own axes; undefined on a torus' axis."""
-    gradient, hesse = np.empty(3), np.empty((3, 3))
-    return Level(_level(surface.numbers(), np.array(point, float), gradient, hesse), gradient, hesse)
-
-
 def support(surface: Surface, directions) -> np.ndarray:
     """The farthest points (..., 3) [m] of a sphere, ellipsoid or superquadric along directions, in the body's axes."""
     directions = np.array(directions, float)
@@ -125,12 +109,8 @@ REFUSALS = {
 }
 
 _nearest_pair = Function("core_nearest_pair", None, (REALS, REALS, REALS_OUT))
-_residual = Function("core_opposing_residual", None, (REALS, REALS, REALS, REALS_OUT))
-_project = Function("core_project", INTEGER, (REALS, REALS, REALS_OUT))
 _find = Function("core_find_opposing", INTEGER, (REALS, REALS, REALS, INTEGER, REALS_OUT))
-_rates = Function("core_opposing_rates", INTEGER, (REALS, REALS, REALS, REALS_OUT, REALS_OUT))
 _opposition = Function("core_opposition", INTEGER, (REALS, REALS, REALS, REALS_OUT))
-_overlap = Function("core_overlap", None, (*(REALS,) * 5, REAL, REAL, REAL, REALS_OUT))
 
 
 class Body(NamedTuple):
@@ -165,24 +145,6 @@ class Opposition(NamedTuple):
     kind: int
 
 
-class Overlap(NamedTuple):
-    """An overlap: energy [J], load [N], volume [m^3], area [m^2], perimeter [m], half-widths [m], centre (2,) [m].
-
-    `centre_x`, `centre_y` are the centre of the volume in the tangent axes; `found` is False where there is none.
-    """
-
-    found: bool
-    energy: float
-    load: float
-    volume: float
-    area: float
-    perimeter: float
-    half_width_x: float
-    half_width_y: float
-    centre_x: float
-    centre_y: float
-
-
 def body(surface: Surface, position=(0, 0, 0), rotation=None, velocity=(0, 0, 0), spin=(0, 0, 0)) -> Body:
     """A `Body` from plain sequences; without a rotation its axes are the fixed ones."""
     turn = np.eye(3) if rotation is None else rotation
@@ -202,19 +164,6 @@ def nearest_pair(a: Body, b: Body) -> np.ndarray:
     return unknowns
 
 
-def opposing_error(a: Body, b: Body, unknowns) -> float:
-    """Distance [m] by which the unknowns miss the equations (1)."""
-    residual = np.empty(8)
-    _residual(a.numbers(), b.numbers(), np.array(unknowns, float), residual)
-    return float(np.linalg.norm(residual[3:]))
-
-
-def projected(a: Body, b: Body, unknowns) -> np.ndarray | None:
-    """The unknowns after one Newton step on (1), which follows a step of the differential form; None if singular."""
-    found = np.array(unknowns, float)
-    return found if _project(a.numbers(), b.numbers(), found) else None
-
-
 def find_opposing(a: Body, b: Body, near, iterations: int = 60) -> np.ndarray:
     """The unknowns (8,) of equations (1) by damped Newton steps from a point [m] (3,) `near` the expected contact.
 
@@ -224,16 +173,6 @@ def find_opposing(a: Body, b: Body, near, iterations: int = 60) -> np.ndarray:
     if not _find(a.numbers(), b.numbers(), np.array(near, float), iterations, unknowns):
         raise SceneError("no pair of opposing points was found from there; start nearer to the contact")
     return unknowns
-
-
-def opposing_rates(a: Body, b: Body, unknowns) -> tuple[np.ndarray, np.ndarray] | None:
-    """Rates (8,) of the unknowns by paper 1, eqs. (2)-(3), and the angular velocity (3,) of the contact frame [rad/s].
-
-    The frame's third axis is A's normal gamma, Omega = gamma x d(gamma)/dt. None where the equations are singular.
-    """
-    rates, spin = np.empty(8), np.empty(3)
-    known = _rates(a.numbers(), b.numbers(), np.array(unknowns, float), rates, spin)
-    return (rates, spin) if known and np.isfinite(rates).all() else None
 
 
 def opposition_of(a: Body, b: Body, unknowns) -> Opposition:
@@ -251,27 +190,6 @@ def contact_of(a: Body, b: Body, unknowns) -> Opposition:
     if found.kind != FOUND:
         raise SceneError(f"the pair of points found {REFUSALS[found.kind]}; start nearer to the contact")
     return found
-
-
-def tangent_axes(normal) -> np.ndarray:
-    """Two unit vectors as rows (2, 3) that complete the unit vector `normal` to a right-handed frame."""
-    normal = np.asarray(normal, float)
-    first = np.eye(3)[np.argmin(np.abs(normal))]
-    first = first - (first @ normal) * normal
-    first /= np.linalg.norm(first)
-    return np.array([first, np.cross(normal, first)])
-
-
-def overlap_of(a: Body, b: Body, origin, axes, normal, approach: float, size: float, modulus: float) -> Overlap:
-    """The overlap of two bodies that press into each other by `approach` > 0 [m] (`core/shapes/overlap.hpp`).
-
-    `origin` (3,) lies between the opposing points, `normal` (3,) is outward of A there, `axes` (2, 3) complete it;
-    `size` [m] is about the bodies' least radius, `modulus` E* [Pa].
-    """
-    found = np.empty(10)
-    places = (np.array(one, float) for one in (origin, axes, normal))
-    _overlap(a.numbers(), b.numbers(), *places, approach, size, modulus, found)
-    return Overlap(bool(found[0]), *found[1:].tolist())
 
 
 _curvatures = Function("core_groove_curvatures", None, (REAL, REAL, REAL, INTEGER, REALS, REALS_OUT, REALS_OUT))

@@ -72,12 +72,7 @@ ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what
     "core.py": ("version", "the library in use, for logs and those who ask"),
     "kinds/soft_discs/motion.py": ("elastic_forces", "the core's forces, for tests of them alone"),
     "contact/elasticity.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
-    "uq/statistics.py": ("half_widths HalfWidths", "the theory that tests hold the convergence of samples to"),
     "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
-    "shapes.py": (
-        "SURFACES opposing_error opposing_rates projected Overlap overlap_of tangent_axes",
-        "the core's surfaces, tracking and overlaps, for tests of them alone",
-    ),
     "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
 }
 

@@ -5,29 +5,23 @@ import math
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from surfaces import SURFACES, level, opposing_error, opposing_rates, overlap_of, projected, tangent_axes
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.shapes import (
-    SURFACES,
     ball_in_groove,
     body,
     contact_of,
     ellipsoid,
     ellipsoid_on_plane,
     find_opposing,
-    level,
-    opposing_error,
-    opposing_rates,
-    overlap_of,
     plane,
-    projected,
     quaternion_from_vector,
     rotation_matrix,
     sphere,
     superquadric,
     support,
-    tangent_axes,
     torus,
 )
 
