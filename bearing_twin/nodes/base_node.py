@@ -316,8 +316,9 @@ def _announce_end(node: BaseNode | None, code: int) -> None:
     exit code.
     """
     sys.stderr.flush()
-    _exit_at_alarm(code)
-    signal.setitimer(signal.ITIMER_REAL, LONGEST_GOODBYE)
+    with suppress(BearingTwinError):  # without its library a node that needs no core just is not bounded
+        _exit_at_alarm(code)
+        signal.setitimer(signal.ITIMER_REAL, LONGEST_GOODBYE)
     # The end of each publisher is announced to all peers: thousands end with the process instead.
     if node is not None and len(list(node.publishers)) <= MANY:
         with suppress(Exception):
