@@ -316,7 +316,7 @@ def _announce_end(node: BaseNode | None, code: int) -> None:
     exit code.
     """
     sys.stderr.flush()
-    with suppress(BearingTwinError):  # without its library a node that needs no core just is not bounded
+    with suppress(BearingTwinError):  # where its library is missing a node that needs none ends unbounded
         _exit_at_alarm(code)
         signal.setitimer(signal.ITIMER_REAL, LONGEST_GOODBYE)
     # The end of each publisher is announced to all peers: thousands end with the process instead.
