@@ -167,9 +167,15 @@ class SimNode(BaseNode):
     """Publishes a running scene; see PARAMETERS. Raises BearingTwinError for parameters or scenes it cannot use."""
 
     def __init__(self, **options):
-        values, scene = start_values(options)
-        kind = KINDS[scene.kind]
-        super().__init__(NAME, "simulation", namespace=kind.namespace, **options)
+        # Fast DDS can block for ever where the last node of a process ends: this one is there until ours is.
+        bare = {"use_global_arguments": False, "start_parameter_services": False, "enable_rosout": False}
+        other = Node(f"{NAME}_starting", context=options.get("context"), **bare)
+        try:
+            values, scene = start_values(options)
+            kind = KINDS[scene.kind]
+            super().__init__(NAME, "simulation", namespace=kind.namespace, **options)
+        finally:
+            other.destroy_node()
         declare(self, PARAMETERS, values, self._on_change)
         if values["log"]:
             refuse_existing(values["log"])
