@@ -215,8 +215,8 @@ class Picture(Protocol):
     def add(self, block: Block) -> None:
         """Takes a block in."""
 
-    def write(self, path) -> Any:
-        """Draws what was taken in; returns the path. Raises BearingTwinError."""
+    def write(self, path, errors=()) -> Any:
+        """Draws what was taken in, and the `errors` of figures; returns the path. Raises BearingTwinError."""
 
 
 class Topic(NamedTuple):
