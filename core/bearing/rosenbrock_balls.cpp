@@ -39,7 +39,6 @@ inline double least_error(const Chunk &chunk, double step, const Approaches &fir
   return LANDING_SHARE / (chunk.scale[VELOCITY] * std::sqrt(double(MOTION))) * change;
 }
 
-
 // A step: `cut_steps` shortens it, `make_step` linearises at its start and solves the stages (`solve_stage`), `end_step` finds the
 // state at its end and the error. Then `judge` accepts or rejects it, `give_out` writes the outputs in it, `move_on` takes its end
 // as the next start and `propose` sets the next step, lane by lane.

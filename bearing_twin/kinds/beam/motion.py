@@ -680,15 +680,9 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     Raises IntegrationError where it fails, and Stopped, also when outputs are read off, soon after `stop` is not 0.
     """
     parameters = resolve(parameters)
-    beam, sphere, speed = (
-        beam_of(parameters, theory_of(parameters)),
-        sphere_of(parameters),
-        impact_speed(parameters.blow),
-    )
-    modes, steps = (
-        modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters)),
-        steps_for(parameters, stepper),
-    )
+    beam, sphere = beam_of(parameters, theory_of(parameters)), sphere_of(parameters)
+    speed, steps = impact_speed(parameters.blow), steps_for(parameters, stepper)
+    modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters))
     found = solve_impact(beam, modes, sphere, speed, parameters.run.duration, steps, stepper, stop)
     watch = WatchedPoints(parameters, found)
     # What is greatest in the beam costs more than all contacts: not computed where contacts alone are requested.
