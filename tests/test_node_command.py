@@ -1,16 +1,18 @@
 """`bearing_twin node` against a node of the test: what ros2 would do, and one sentence for what is not there."""
 
-import contextlib
 import functools
 import json
 import os
 import shlex
+import subprocess
+import sys
 import threading
 import time
 
 import pytest
 
 from bearing_twin.base.errors import BearingTwinError
+from bearing_twin.base.process import AT_END
 from bearing_twin.base.units import named
 from bearing_twin.command import cli, node_command
 from bearing_twin.command.node_command import Traffic, words_of
@@ -110,7 +112,10 @@ def toy():
 def answer(toy, capsys):
     def run(*words, code=cli.DONE):
         patience = ["--wait", "300"] if code == cli.DONE and "--wait" not in words else []  # of a busy machine
-        assert cli.main(["node", *words, *patience]) == code, capsys.readouterr().err
+        found = cli.main(["node", *words, *patience])
+        while AT_END:
+            AT_END.pop()(code)
+        assert found == code, capsys.readouterr().err
         said = capsys.readouterr()
         return json.loads(said.out) if "--json" in words else said.out if code == cli.DONE else said.err
 
@@ -122,9 +127,12 @@ def at_once(toy, monkeypatch):
     """Commands of a test share one view of the graph, as each own one takes seconds to find a node."""
     from bearing_twin.nodes import graph
 
-    with graph.Graph(300.0) as one:
-        monkeypatch.setattr(graph, "Graph", lambda wait: contextlib.nullcontext(one))
+    one = graph.Graph(300.0)
+    with monkeypatch.context() as here:
+        here.setattr(graph, "Graph", lambda wait: one)
+        here.setattr(one, "close", lambda code: None)
         yield
+    one.close(2)
 
 
 def test_topics_are_read_timed_and_written(toy, answer, capsys):
@@ -200,6 +208,24 @@ def test_what_is_there_is_listed(answer):
         "durability": "volatile",
     }
     whole(lambda found: found["ends"] == [end], "topic", "info", "/toy/wrench")
+
+
+@pytest.mark.parametrize(("words", "code"), [("node list", cli.DONE), ("node param get /nobody a --wait 0", 2)])
+def test_a_command_that_cannot_leave_ros_has_printed_its_result_and_ends_with_its_own_code(words, code):
+    """Destroying its node never returns and holds the interpreter, as Fast DDS does now and then."""
+    program = f"""
+import ctypes, sys
+from bearing_twin.command import cli
+from bearing_twin.nodes import base_node, graph
+
+graph.QUIET, base_node.LONGEST_GOODBYE = 0.1, 0.1
+base_node.Node.destroy_node = lambda self: [ctypes.PyDLL(None).pause() for _ in iter(int, 1)]
+sys.argv[1:] = {words.split()}
+cli.program()
+"""
+    result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
+    assert result.returncode == code
+    assert result.stderr.startswith("bearing_twin: there is no node") if code else result.stdout.startswith("name")
 
 
 def test_parameters_are_read_and_set(at_once, answer):

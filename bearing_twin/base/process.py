@@ -81,8 +81,15 @@ def to_standard_output() -> Iterator[None]:
         raise
 
 
+AT_END: list[Callable[[int], None]] = []
+"""What `leave` calls with the exit code: what must wait until all is printed, as it may never return."""
+
+
 def leave(code: int) -> NoReturn:
-    """Ends the process, which has put everything away: Python itself would take up to a second to forget."""
+    """Ends the process, which has printed everything: Python itself would take up to a second to forget."""
+    with contextlib.suppress(KeyboardInterrupt):
+        for end in AT_END:
+            end(code)
     atexit._run_exitfuncs()
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError, ValueError):

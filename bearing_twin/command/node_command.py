@@ -19,6 +19,7 @@ from typing import NamedTuple
 
 from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, unknown
 from bearing_twin.base.parameters import echo
+from bearing_twin.base.process import AT_END
 from bearing_twin.base.report import json_text
 from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import ALLOW_INVALID, Outcome, Subcommand, listed, number, overrides_of
@@ -316,8 +317,9 @@ def _run(arguments) -> Outcome:
     importlib.import_module("bearing_twin.nodes.messages")  # raises in one sentence where ROS is missing
     from bearing_twin.nodes.graph import Graph
 
-    with Graph(number("--wait", arguments.wait, limits=Limits(at_least=0.0, at_most=3600.0))) as graph:
-        return arguments.run_verb(graph, arguments)
+    graph = Graph(number("--wait", arguments.wait, limits=Limits(at_least=0.0, at_most=3600.0)))
+    AT_END.append(graph.close)
+    return arguments.run_verb(graph, arguments)
 
 
 NODE = Subcommand(

@@ -18,6 +18,7 @@ from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescri
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
+from rclpy.context import Context
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -284,7 +285,7 @@ def run(name: str, make_node: Callable[[], BaseNode]) -> int:
         if failure is not None:
             print(f"{name}: {failure}", file=sys.stderr)
         code = 0 if failure is None else 2
-        _announce_end(node, code)
+        leave_ros(node, code)
     return code
 
 
@@ -309,7 +310,7 @@ def _closed(node: BaseNode | None) -> Exception | None:
     return node.failure
 
 
-def _announce_end(node: BaseNode | None, code: int) -> None:
+def leave_ros(node: Node | None, code: int, context: Context | None = None) -> None:
     """Destroys a closed node and ends ROS, so that all peers learn of it.
 
     There Fast DDS 2 can wait for ever, holding the interpreter: after LONGEST_GOODBYE the process ends with its
@@ -323,5 +324,5 @@ def _announce_end(node: BaseNode | None, code: int) -> None:
     if node is not None and len(list(node.publishers)) <= MANY:
         with suppress(Exception):
             node.destroy_node()
-    rclpy.try_shutdown()
+    rclpy.try_shutdown(context=context)
     signal.setitimer(signal.ITIMER_REAL, 0.0)

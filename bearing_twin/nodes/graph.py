@@ -18,6 +18,7 @@ from rclpy.signals import SignalHandlerOptions
 from bearing_twin.base.errors import BearingTwinError, harmless, name_of_peer
 from bearing_twin.base.parameters import echo, unknown
 from bearing_twin.log.bag import Qos
+from bearing_twin.nodes.base_node import leave_ros
 from bearing_twin.nodes.messages import RunStudy, compatible_profile, filled, interface, plain, qos_profile, rclpy
 
 QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; most times that
@@ -56,8 +57,8 @@ def quiet_time() -> float:
     return QUIET * min(max(1.0, waiting / (os.cpu_count() or 1)), LONGEST)
 
 
-class Graph(contextlib.AbstractContextManager):
-    """A node among the others, for a `with` statement in the main thread; `wait` [s] limits each wait for a peer."""
+class Graph:
+    """A node among the others, in the main thread until `close`; `wait` [s] limits each wait for a peer."""
 
     def __init__(self, wait: float):
         self._wait, self._context = wait, rclpy.Context()
@@ -68,10 +69,10 @@ class Graph(contextlib.AbstractContextManager):
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
 
-    def __exit__(self, *_) -> None:
+    def close(self, code: int) -> None:
+        """Ends the node, or after some seconds in which ROS does not let it go the process, with this exit code."""
         self._executor.shutdown()
-        self._node.destroy_node()
-        rclpy.try_shutdown(context=self._context)
+        leave_ros(self._node, code, self._context)
 
     def nodes(self) -> list[str]:
         """Full names of the nodes."""
