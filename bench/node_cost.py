@@ -21,16 +21,16 @@ from bearing_twin.nodes.entry import node_command, started
 RATES = ((100, 100), (1000, 100), (1000, 1000), (4000, 1000))  # outputs, and messages of a topic, a second
 ROUNDS = 3
 SETTLING = 4.0  # s
-LATE = "cannot keep up"  # what sim_node says when it falls behind real time
+LATE = "cannot keep up"  # from the warning of sim_node when it falls behind real time
 
 
-def heard(node, word: str) -> None:
-    """Waits until a node says `word`."""
+def wait_for_output(node, text: str) -> None:
+    """Waits until the output of a node has `text`."""
     end = time.monotonic() + PATIENCE
-    while word not in node.said.read_text(errors="replace"):
+    while text not in node.said.read_text(errors="replace"):
         node.look()
         if time.monotonic() > end:
-            sys.exit(f"{node.said} does not say {word!r}")
+            sys.exit(f"{node.said} does not have {text!r}")
         time.sleep(0.2)
 
 
@@ -65,14 +65,14 @@ def measured(outputs: int, messages: int, folder: Path) -> Cost:
     scene.write_text(load_scene("bearing_6203", rates).text, encoding="utf-8")
     recording = {"log": str(log)}
     with started("sim_node", node_command("sim_node", {"scene": str(scene)}), folder) as simulating:
-        heard(simulating, "ready after")
+        wait_for_output(simulating, "ready after")
         [alone] = least([simulating])
         with started("recorder_node", node_command("recorder_node", recording), folder) as recorder:
-            beside, wrote = least([simulating, recorder])
+            recorded, recorder_share = least([simulating, recorder])
         late = LATE in simulating.said.read_text(errors="replace")
     record = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
     counts = (record[name] for name in ("messages_lost", "messages", "samples_lost", "samples_received"))
-    return Cost(alone, beside, wrote, *map(int, counts), late)
+    return Cost(alone, recorded, recorder_share, *map(int, counts), late)
 
 
 def main() -> None:

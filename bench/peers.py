@@ -26,7 +26,7 @@ from bearing_twin.charts.scenes import last_values
 
 HERE = Path(__file__).resolve().parent
 FOLDER, PEER = HERE.parent / "build" / "peers", "exudyn==1.13.6"
-WANTED = 1e-3, 1e-2, 1e-1  # errors in load and friction at which costs are compared: at the least that both reach
+ERRORS = 1e-3, 1e-2, 1e-1  # errors in load and friction at which costs are compared: at the least that both reach
 LEAST_LOAD = 0.01  # of the greatest load: a contact that carries less has no friction limit for a relative error
 SAME = ("contact.normal=hertz", "contact.relaxation_time=0", "contact.damping=0.5", "drive.offset=[0, 0, 0]")
 TRUTH = ("solver.stepper=rodas4", "wanted.tolerance=1e-8")
@@ -62,15 +62,15 @@ def environment():
     return python
 
 
-def scene_of(problem, *more):
+def scene_of(problem, *overrides):
     """The scene as both run it."""
-    words = f"run.output_rate={problem.rate:g}", f"run.duration={problem.duration:g}"
-    return load_scene(problem.scene, last_values((*SAME, *problem.overrides, *words, *more)))
+    outputs = f"run.output_rate={problem.rate:g}", f"run.duration={problem.duration:g}"
+    return load_scene(problem.scene, last_values((*SAME, *problem.overrides, *outputs, *overrides)))
 
 
-def ours(problem, *more):
+def ours(problem, *overrides):
     """Loads (T, N, 2), friction (T, N, 2, 3), and CPU seconds per simulated second of iterating all blocks."""
-    run = simulate(scene_of(problem, *more))
+    run = simulate(scene_of(problem, *overrides))
     start = time.process_time()
     blocks = list(run.blocks())
     spent = (time.process_time() - start) / problem.duration
@@ -80,19 +80,19 @@ def ours(problem, *more):
     return loads, frictions, spent
 
 
-def given(problem):
+def input_of(problem):
     """Input of Exudyn: the start and the constants, by name."""
     scene = scene_of(problem).parameters
     run = simulate(scene_of(problem))
     first = next(iter(run.blocks()))
     bearing = run.simulation._motion.bearing
-    place, velocity, spin = (first.values[name][0].tolist() for name in ("position", "velocity", "angular_velocity"))
+    position, velocity, spin = (first.values[name][0].tolist() for name in ("position", "velocity", "angular_velocity"))
     rings = [
         {"locus": ring.locus_radius, "groove": ring.groove_radius, "coefficient": ring.law.given}
         for ring in (bearing.inner, bearing.outer)
     ]
     return {
-        "place": place,
+        "position": position,
         "velocity": velocity,
         "spin": spin,
         "rings": rings,
@@ -113,78 +113,82 @@ def given(problem):
 
 def theirs(problem, only=None):
     """One dictionary a run of Exudyn, the tightest first: name, loads, friction, CPU seconds per simulated second."""
-    request = json.dumps(given(problem) | {"only": only})
+    request = json.dumps(input_of(problem) | {"only": only})
     command = [environment(), HERE / "peers_exudyn.py"]
     answer = subprocess.run(command, input=request, stdout=subprocess.PIPE, text=True, check=True)
     for line in filter(lambda line: line.startswith("{"), answer.stdout.splitlines()):
         yield json.loads(line)
 
 
-def errors(found, true, coefficient):
+def errors(result, true, coefficient):
     """Greatest errors of load, over the greatest load, and of friction, over mu times the load there and then."""
-    (load, friction), (true_load, true_friction) = found, true
+    (load, friction), (true_load, true_friction) = result, true
     greatest = true_load.max()
-    apart = np.linalg.norm(friction - true_friction, axis=-1) / np.maximum(true_load, LEAST_LOAD * greatest)
-    return np.abs(load - true_load).max() / greatest, apart.max() / coefficient
+    difference = np.linalg.norm(friction - true_friction, axis=-1) / np.maximum(true_load, LEAST_LOAD * greatest)
+    return np.abs(load - true_load).max() / greatest, difference.max() / coefficient
 
 
-def shown(name, found, seconds):
-    """One line of the table."""
-    print(f"  {name:44}{found[0]:>10.1e}{found[1]:>12.1e}{seconds:>14.3g}", flush=True)
+def print_row(name, errors, seconds):
+    """Print a line of the table."""
+    print(f"  {name:44}{errors[0]:>10.1e}{errors[1]:>12.1e}{seconds:>14.3g}", flush=True)
 
 
-def cheapest(rows, wanted):
-    """The cheapest (name, errors, seconds) whose errors are as wanted, or None."""
-    return min((row for row in rows if max(row[1]) <= wanted), key=lambda row: row[2], default=None)
+def cheapest(rows, tolerance):
+    """The cheapest (name, errors, seconds) whose errors are within the tolerance, or None."""
+    return min((row for row in rows if max(row[1]) <= tolerance), key=lambda row: row[2], default=None)
 
 
 def measured(problem, true, coefficient, setting):
-    """A row of ours, with the companion that estimates the run's errors or without it; the least of REPEATS."""
-    (*found, _), *again = (ours(problem, *setting) for _ in range(1 + REPEATS))  # the first compiles, if need be
-    return ", ".join(setting), errors(found, true, coefficient), min(seconds for *_, seconds in again)
+    """Settings, errors and the least time of REPEATS of our runs, after one that warms up."""
+    (*result, _), *again = (ours(problem, *setting) for _ in range(1 + REPEATS))
+    return ", ".join(setting), errors(result, true, coefficient), min(seconds for *_, seconds in again)
 
 
-def ratio(problem, other, mine):
+def ratio(problem, their_setting, our_setting):
     """Their time over ours, each the least of REPEATS runs in turn, of two settings by their names."""
-    spent = [(next(theirs(problem, other))["seconds"], ours(problem, *mine.split(", "))[2]) for _ in range(REPEATS)]
+    keys = our_setting.split(", ")
+    spent = [(next(theirs(problem, their_setting))["seconds"], ours(problem, *keys)[2]) for _ in range(REPEATS)]
     return np.divide(*np.min(spent, axis=0))
 
 
 def compared(name, problem):
     """Prints the table of one problem; returns Exudyn's time over ours of the cheapest good settings.
 
-    With our companion and without; NaN where Exudyn is not to be had.
+    With our second run and without; NaN where Exudyn is not available.
     """
     try:
         environment()
     except subprocess.CalledProcessError as error:
-        print(f"{PEER} is not to be had: {error}", file=sys.stderr)
+        print(f"{PEER} is not available: {error}", file=sys.stderr)
         return np.nan, np.nan
     mu = scene_of(problem).parameters.contact.friction_coefficient
     *true, _ = ours(problem, *TRUTH)
     runs = list(theirs(problem))
     arrays = [tuple(map(np.array, (run["load"], run["friction"]))) for run in runs]
     between = errors(arrays[0], true, mu)
-    print(f"{name}: the tightest runs of both are apart by {between[0]:.1e} in load and {between[1]:.1e} in friction")
+    print(f"{name}: the tightest runs differ by {between[0]:.1e} in load and {between[1]:.1e} in friction")
     print(f"  {'':44}{'load':>10}{'friction':>12}{'CPU s per s':>14}")
     rows = [
-        (run["name"], errors(found, arrays[0], mu), run["seconds"])
-        for run, found in zip(runs[1:], arrays[1:], strict=True)
-        if found[0].shape == true[0].shape and np.isfinite(found[0]).all()
+        (run["name"], errors(result, arrays[0], mu), run["seconds"])
+        for run, result in zip(runs[1:], arrays[1:], strict=True)
+        if result[0].shape == true[0].shape and np.isfinite(result[0]).all()
     ]
     checked, unchecked = (
-        [measured(problem, true, mu, (f"wanted.tolerance={one:g}", f"solver.check={how}")) for one in TOLERANCES]
-        for how in ("on", "off")
+        [
+            measured(problem, true, mu, (f"wanted.tolerance={tolerance:g}", f"solver.check={check}"))
+            for tolerance in TOLERANCES
+        ]
+        for check in ("second_run", "none")
     )
     for row in rows + checked + unchecked:
-        shown(*row)
+        print_row(*row)
     ratios = [np.nan, np.nan]
-    for which, mine in enumerate((checked, unchecked)):
-        for wanted in WANTED:
-            best, other = cheapest(mine, wanted), cheapest(rows, wanted)
-            if best and other:
-                ratios[which] = times = ratio(problem, other[0], best[0])
-                print(f"  below {wanted:g}: {other[0]} takes {times:.0f} times the time of {best[0]}", flush=True)
+    for index, our_rows in enumerate((checked, unchecked)):
+        for tolerance in ERRORS:
+            mine, best = cheapest(our_rows, tolerance), cheapest(rows, tolerance)
+            if mine and best:
+                ratios[index] = times = ratio(problem, best[0], mine[0])
+                print(f"  below {tolerance:g}: {best[0]} takes {times:.0f} times the time of {mine[0]}", flush=True)
                 break
     return tuple(ratios)
 

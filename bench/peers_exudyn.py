@@ -24,7 +24,7 @@ from exudyn.utilities import (  # noqa: E402
 )
 
 HEAVY = 1e9  # kg and kg m^2
-RESTITUTION = 0.5  # with the velocity below, what gives the wanted damping
+RESTITUTION = 0.5  # with the velocity below, which gives the damping of the problem
 SLOWEST = 12.0  # CPU s a run: finer steps of a method that are likely to take longer are left out, they only cost more
 IMPLICIT = (5e-4, 2e-4, 1e-4, 5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7)
 EXPLICIT = (4e-6, 2e-6, 1e-6, 5e-7, 2e-7)
@@ -35,48 +35,48 @@ def damping_speed(damping):
     return 1.5 * (1.0 - RESTITUTION) / damping
 
 
-def body(system, mass, inertia, place, **how):
+def body(system, mass, inertia, position, **options):
     """The number of a marker in the middle of a new rigid body, and that of the body."""
     inertia = RigidBodyInertia(mass=mass, inertiaTensor=np.diag([inertia] * 3))
     node = exudyn.NodeType.RotationRotationVector
-    number = system.CreateRigidBody(referencePosition=place, inertia=inertia, nodeType=node, **how)
+    number = system.CreateRigidBody(referencePosition=position, inertia=inertia, nodeType=node, **options)
     return system.AddMarker(MarkerBodyRigid(bodyNumber=number)), number
 
 
-def built(given):
-    """The system with its sensors: force of each contact, ball by ball, inner ring first; place of each ball."""
+def system_of(problem):
+    """The system with its sensors: force of each contact, ball by ball, inner ring first; position of each ball."""
     system = exudyn.SystemContainer().AddSystem()
-    turning = {"initialAngularVelocity": [0.0, 0.0, given["speed"]], "gravity": [0.0, 0.0, 0.0]}
-    inner, _ = body(system, HEAVY, HEAVY, given["offset"], **turning)
+    turning = {"initialAngularVelocity": [0.0, 0.0, problem["speed"]], "gravity": [0.0, 0.0, 0.0]}
+    inner, _ = body(system, HEAVY, HEAVY, problem["offset"], **turning)
     outer = system.AddMarker(MarkerBodyRigid(bodyNumber=system.CreateGround()))
-    forces, places = [], []
-    kept = {"storeInternal": True, "writeToFile": False}
-    for place, velocity, spin in zip(given["place"], given["velocity"], given["spin"], strict=True):
-        how = {"initialVelocity": velocity, "initialAngularVelocity": spin, "gravity": given["gravity"]}
-        ball, number = body(system, given["mass"], given["inertia"], place, **how)
-        where = exudyn.OutputVariableType.Position
-        places.append(system.AddSensor(SensorBody(bodyNumber=number, outputVariableType=where, **kept)))
-        for ring, marker in zip(given["rings"], (inner, outer), strict=True):
+    forces, positions = [], []
+    stored = {"storeInternal": True, "writeToFile": False}
+    for position, velocity, spin in zip(problem["position"], problem["velocity"], problem["spin"], strict=True):
+        motion = {"initialVelocity": velocity, "initialAngularVelocity": spin, "gravity": problem["gravity"]}
+        ball, number = body(system, problem["mass"], problem["inertia"], position, **motion)
+        variable = exudyn.OutputVariableType.Position
+        positions.append(system.AddSensor(SensorBody(bodyNumber=number, outputVariableType=variable, **stored)))
+        for ring, marker in zip(problem["rings"], (inner, outer), strict=True):
             contact = ObjectContactSphereTorus(
                 markerNumbers=[ball, marker],
                 nodeNumber=system.AddNode(NodeGenericData(numberOfDataCoordinates=4, initialCoordinates=[0.0] * 4)),
-                sphereRadius=given["radius"],
+                sphereRadius=problem["radius"],
                 torusMajorRadius=ring["locus"],
                 torusMinorRadius=ring["groove"],
                 torusAxis=[0.0, 0.0, 1.0],
-                dynamicFriction=given["friction"],
-                frictionProportionalZone=given["regularisation"],
+                dynamicFriction=problem["friction"],
+                frictionProportionalZone=problem["regularisation"],
                 contactStiffness=ring["coefficient"],
                 contactStiffnessExponent=1.5,
                 impactModel=1,
                 restitutionCoefficient=RESTITUTION,
-                minimumImpactVelocity=damping_speed(given["damping"]),
+                minimumImpactVelocity=damping_speed(problem["damping"]),
             )
             number = system.AddObject(contact)
             force = exudyn.OutputVariableType.Force
-            forces.append(system.AddSensor(SensorObject(objectNumber=number, outputVariableType=force, **kept)))
+            forces.append(system.AddSensor(SensorObject(objectNumber=number, outputVariableType=force, **stored)))
     system.Assemble()
-    return system, forces, places
+    return system, forces, positions
 
 
 def read(system, sensors):
@@ -84,32 +84,32 @@ def read(system, sensors):
     return np.stack([system.GetSensorStoredData(sensor)[1:, 1:4] for sensor in sensors], axis=1)
 
 
-def run(given, method, step, options=()):
+def run(problem, method, step, options=()):
     """Loads (T, N, 2), friction (T, N, 2, 3) and CPU seconds per simulated second; None where it fails."""
-    system, forces, places = built(given)
+    system, forces, positions = system_of(problem)
     settings = exudyn.SimulationSettings()
     solver = settings.timeIntegration
-    solver.endTime, solver.numberOfSteps = given["end"], round(given["end"] / step)
+    solver.endTime, solver.numberOfSteps = problem["end"], round(problem["end"] / step)
     solver.minimumStepSize = step / 16.0  # where Newton's method fails steps are halved, without end by default
     solver.verboseMode = 0
     settings.solutionSettings.writeSolutionToFile = False
-    settings.solutionSettings.sensorsWritePeriod = given["period"]
+    settings.solutionSettings.sensorsWritePeriod = problem["period"]
     for name, value in dict(options).items():
         first, _, last = name.rpartition(".")
-        part = solver
-        for one in filter(None, first.split(".")):
-            part = getattr(part, one)
-        setattr(part, last, value)
+        group = solver
+        for field in filter(None, first.split(".")):
+            group = getattr(group, field)
+        setattr(group, last, value)
     start = time.process_time()
     try:
         system.SolveDynamic(settings, solverType=getattr(exudyn.DynamicSolverType, method), showHints=False)
     except Exception as error:
         print(f"{method} {step:g}: {str(error).splitlines()[0]}", file=sys.stderr)
         return None
-    seconds = (time.process_time() - start) / given["end"]
-    force, place = read(system, forces), read(system, places)
+    seconds = (time.process_time() - start) / problem["end"]
+    force, position = read(system, forces), read(system, positions)
     force = force.reshape(len(force), -1, 2, 3)
-    from_centre = np.stack([place - given["offset"], place], axis=2)
+    from_centre = np.stack([position - problem["offset"], position], axis=2)
     normal = from_centre / np.linalg.norm(from_centre, axis=-1, keepdims=True)
     along = np.sum(force * normal, axis=-1)
     return np.abs(along), force - along[..., np.newaxis] * normal, seconds
@@ -128,31 +128,31 @@ METHODS = {
 }
 
 
-def printed(name, found):
-    """One line."""
-    load, friction, seconds = found
+def print_run(name, result):
+    """Print a line of JSON."""
+    load, friction, seconds = result
     line = {"name": name, "load": load.tolist(), "friction": friction.tolist(), "seconds": seconds}
     print(json.dumps(line), flush=True)
 
 
 def main():
     """Every method from coarse to fine, until a step would take too long; or one run that is named."""
-    given = json.load(sys.stdin)
-    only = given.get("only")  # the name of a run that is repeated
+    problem = json.load(sys.stdin)
+    only = problem.get("only")  # the name of a run that is repeated
     if not only:
-        printed("truth", run(given, "RK44", given["truth"]))
+        print_run("truth", run(problem, "RK44", problem["truth"]))
     for name, (method, steps, options) in METHODS.items():
         before = 0.0
         for step in steps:
             label = f"{name}, {1e6 * step:g} us"
-            if step > given["period"] or before > 0.5 * SLOWEST or only not in (None, label):
+            if step > problem["period"] or before > 0.5 * SLOWEST or only not in (None, label):
                 continue
             print(label, file=sys.stderr)
             start = time.process_time()
-            found = run(given, method, step, options)
+            result = run(problem, method, step, options)
             before = time.process_time() - start
-            if found is not None:
-                printed(label, found)
+            if result is not None:
+                print_run(label, result)
 
 
 if __name__ == "__main__":

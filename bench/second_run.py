@@ -41,13 +41,13 @@ def drawn(seed: str, count: int):
     """(scene, overrides) drawn by chance."""
     chance, names = random.Random(seed), set(scene_names())
     for _ in range(count):
-        name = chance.choice([one for one in DRAWN_FROM if one in names])
-        words = []
+        name = chance.choice([scene for scene in DRAWN_FROM if scene in names])
+        overrides = []
         for key, low, high in OF_KIND.get(load_scene(name).kind, OTHERS):
             if chance.random() < 0.6:
                 value = chance.uniform(low, high) if low <= 0.0 else low * (high / low) ** chance.random()
-                words.append(f"{key}={value:.3g}")
-        yield name, tuple(words)
+                overrides.append(f"{key}={value:.3g}")
+        yield name, tuple(overrides)
 
 
 def refined(kind, parameters, choice, times: int):
@@ -60,7 +60,7 @@ def refined(kind, parameters, choice, times: int):
     return parameters, choice
 
 
-def whole(scene, parameters, choice):
+def outputs_of(scene, parameters, choice):
     """All outputs of a motion of these parameters as blocks in the cut of a run, and its figures."""
     kind = KINDS[scene.kind]
     figures, blocks = kind.figures_of(scene.parameters, choice), []
@@ -84,12 +84,12 @@ def advanced(run: Simulation, outputs: int):
 
 
 def truth(scene, kind, choice):
-    """As `whole`, of a run that is far finer."""
+    """As `outputs_of`, of a run that is far finer."""
     if scene.kind != "soft_discs":
-        return whole(scene, *refined(kind, scene.parameters, choice, TIMES))
+        return outputs_of(scene, *refined(kind, scene.parameters, choice, TIMES))
     parameters = scene.parameters.resolve()
     mesh = dataclasses.replace(parameters.mesh, divisions=TIMES * parameters.mesh.divisions)
-    return whole(scene, dataclasses.replace(parameters, mesh=mesh), choice)
+    return outputs_of(scene, dataclasses.replace(parameters, mesh=mesh), choice)
 
 
 def errors(scene):
@@ -100,27 +100,29 @@ def errors(scene):
         checked.advance(min(checked.chunk_outputs, scene.outputs - checked.sequence - 1))
     report = checked.report(last=True)
     plain = load_scene(scene.resolved(), ("solver.check=none",))
-    own, figures = whole(plain, scene.parameters, choice)
-    true, exact = truth(plain, kind, choice)
-    comparison, found = kind.comparison(scene.parameters, choice), Differences(scene.parameters.wanted.tolerance)
+    blocks, figures = outputs_of(plain, scene.parameters, choice)
+    exact_blocks, exact = truth(plain, kind, choice)
+    comparison, differences = kind.comparison(scene.parameters, choice), Differences(scene.parameters.wanted.tolerance)
     horizon = report.errors.get("horizon_s")
-    for one, other in ((joined(own), joined(true)),):  # a finer mesh has chunks of other lengths
-        until = int(np.sum(one.time_ns <= 1e9 * (horizon if horizon is not None else np.inf) + 0.5))
-        if until:
-            pair = one.part(0, until), other.part(0, until)
-            found.add(1e-9 * pair[0].time_ns, comparison.differences(*pair))
-    for name, (when, *pair) in comparison.events(figures, exact).items():
-        early = np.asarray(when, float) <= (np.inf if horizon is None else horizon)
-        found.add(np.asarray(when, float)[early], {name: tuple(np.asarray(one, float)[early] for one in pair)})
-    wanted = report.errors["wanted_errors"]
+    run, exact_run = joined(blocks), joined(exact_blocks)  # as a finer mesh has chunks of other lengths
+    until = int(np.sum(run.time_ns <= 1e9 * (horizon if horizon is not None else np.inf) + 0.5))
+    if until:
+        pair = run.part(0, until), exact_run.part(0, until)
+        differences.add(1e-9 * pair[0].time_ns, comparison.differences(*pair))
+    for name, (time_s, *pair) in comparison.events(figures, exact).items():
+        early = np.asarray(time_s, float) <= (np.inf if horizon is None else horizon)
+        values = tuple(np.asarray(column, float)[early] for column in pair)
+        differences.add(np.asarray(time_s, float)[early], {name: values})
+    estimates = report.errors["wanted_errors"]
     key = "error" if horizon is None else "error_up_to_horizon"
-    outputs = {name: (one.get(key), found.worst[name].error) for name, one in wanted.items() if name in found.worst}
-    numbers, others, of_figures = figures.figures(), exact.figures(), {}
+    worst = differences.worst
+    outputs = {name: (entry.get(key), worst[name].error) for name, entry in estimates.items() if name in worst}
+    values, exact_values, of_figures = figures.figures(), exact.figures(), {}
     for name, value in report.errors.items():
         key = name.removesuffix("_error")
-        if name != key and value is not None and key in numbers:
+        if name != key and value is not None and key in values:
             estimate = max(value) if isinstance(value, list) else value
-            of_figures[key] = estimate, difference(numbers[key], others[key])
+            of_figures[key] = estimate, difference(values[key], exact_values[key])
     return outputs, of_figures, horizon
 
 
@@ -138,8 +140,8 @@ def cost(scene) -> str:
                 pass
             taken = time.process_time() - began[0], time.perf_counter() - began[1]
             least[row] = np.minimum(least[row], taken)
-    (checked, wall), *each = least
-    both, dearer = sum(one[0] for one in each), max(one[1] for one in each)
+    (checked, wall), *alone_times = least
+    both, dearer = sum(cpu for cpu, _ in alone_times), max(elapsed for _, elapsed in alone_times)
     return f"{checked:.3f} | {both:.3f} | {checked / both:.2f} | {wall:.3f} | {dearer:.3f} | {wall / dearer:.2f}"
 
 
@@ -152,50 +154,51 @@ def main() -> None:
     parser.add_argument("--span", type=float, default=SPAN)
     parser.add_argument("--cost", action="store_true")
     parser.add_argument("--factor", type=float, default=1.0 / error_estimates.TOLERANCE, help="of the tolerances")
-    given = parser.parse_args()
-    error_estimates.TOLERANCE = 1.0 / given.factor
-    seed = given.seed or subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
-    rows = [(name, ()) for name in given.scene or ([] if given.drawn else scene_names())]
-    ratios, held = {}, {}  # by kind: estimates over true errors, and whether figures are within a factor of 3
+    arguments = parser.parse_args()
+    error_estimates.TOLERANCE = 1.0 / arguments.factor
+    seed = arguments.seed or subprocess.run(["git", "rev-parse", "HEAD"], capture_output=True, text=True).stdout.strip()
+    rows = [(name, ()) for name in arguments.scene or ([] if arguments.drawn else scene_names())]
+    ratios, within = {}, {}  # by kind: estimates over true errors, and whether figures are within a factor of 3
     head = (
         "checked run [CPU s] | both alone | ratio | checked run [wall s] | dearer alone | ratio"
-        if given.cost
+        if arguments.cost
         else "output | estimated | true | ratio | horizon [s]"
     )
     print(f"| scene | {head} |\n|---|{'---|' * (head.count('|') + 1)}")
-    for name, words in [*rows, *drawn(seed, given.drawn)]:
+    for name, overrides in [*rows, *drawn(seed, arguments.drawn)]:
         try:
-            scene = load_scene(name, words)
+            scene = load_scene(name, overrides)
             moves = scene.kind in ("bearing", "shaft")
-            span = given.span if given.cost else min(scene.parameters.run.duration, given.span)
-            scene = load_scene(name, (*words, f"run.duration={span}")) if moves else scene
+            span = arguments.span if arguments.cost else min(scene.parameters.run.duration, arguments.span)
+            scene = load_scene(name, (*overrides, f"run.duration={span}")) if moves else scene
             if not has_second_run(KINDS[scene.kind], scene.parameters, choose(scene)):
                 continue
-            label = " ".join((name, *words))
-            if given.cost:
+            label = " ".join((name, *overrides))
+            if arguments.cost:
                 print(f"| {label} | {cost(scene)} |", flush=True)
                 continue
             outputs, figures, horizon = errors(scene)
         except BearingTwinError as error:
-            print(f"| {name} {' '.join(words)} | {str(error)[:60]} |")
+            print(f"| {name} {' '.join(overrides)} | {str(error)[:60]} |")
             continue
         for output, (estimate, true) in outputs.items():
             ratio = estimate / true if true and estimate is not None else float("nan")
             ratios.setdefault(scene.kind, []).extend([ratio] if true > KNOWABLE else [])
             until = "" if horizon is None else f"{horizon:.3g}"
             print(f"| {label} | {output} | {estimate:.2g} | {true:.2g} | {ratio:.2f} | {until} |", flush=True)
-        known = [(one, true) for one, true in figures.values() if true > 0.0 and one > 0.0]
-        held.setdefault(scene.kind, []).extend(1.0 / 3.0 <= one / true <= 3.0 for one, true in known)
-    if given.cost:
+        pairs = [(estimate, true) for estimate, true in figures.values() if true > 0.0 and estimate > 0.0]
+        within.setdefault(scene.kind, []).extend(1.0 / 3.0 <= estimate / true <= 3.0 for estimate, true in pairs)
+    if arguments.cost:
         return
     print(
         "\n|kind|outputs|estimate over true error|within 0.5 to 2|figures within a factor of 3|\n|---|---|---|---|---|"
     )
-    for one in (ratios, held):
-        one["all"] = [each for found in one.values() for each in found]
-    for kind, found in ratios.items():
-        near, span = sum(0.5 <= one <= 2.0 for one in found), f"{min(found):.2f} to {max(found):.2f}" if found else ""
-        print(f"|{kind}|{len(found)}|{span}|{near}|{sum(held[kind])} of {len(held[kind])}|")
+    for by_kind in (ratios, within):
+        by_kind["all"] = [entry for entries in by_kind.values() for entry in entries]
+    for kind, of_kind in ratios.items():
+        near = sum(0.5 <= ratio <= 2.0 for ratio in of_kind)
+        span = f"{min(of_kind):.2f} to {max(of_kind):.2f}" if of_kind else ""
+        print(f"|{kind}|{len(of_kind)}|{span}|{near}|{sum(within[kind])} of {len(within[kind])}|")
     print(f"\nSeed: {seed}.")
 
 

@@ -27,7 +27,7 @@ PARTS = {  # what is counted together: the folders or files of it
 }
 GENERATED_PAGES = ("reference.md", "topics.md", "notebook.md")
 LAYOUT = {tokenize.COMMENT, tokenize.NL, tokenize.NEWLINE, tokenize.INDENT, tokenize.DEDENT, tokenize.ENDMARKER}
-F_STRING = tuple(getattr(tokenize, f"FSTRING_{one}", None) for one in ("START", "END"))  # from Python 3.12 on
+F_STRING = tuple(getattr(tokenize, f"FSTRING_{end}", None) for end in ("START", "END"))  # from Python 3.12 on
 _C_TOKEN = re.compile(
     r"(?P<comment>//[^\n]*|/\*.*?\*/)|(?P<string>\"(?:\\.|[^\"\\\n])*\"|'(?:\\.|[^'\\\n])*'|`(?:\\.|[^`\\])*`)"
     r"|[A-Za-z_$][\w$]*|\.?\d(?:[eEpP][+-]|[\w.'])*|[-+*/%&|^=<>!?:.]+|[^\s\w]",
@@ -51,7 +51,7 @@ def size_of(text: str, suffix: str) -> int:
     return sum(_python_tokens(text)) if suffix == ".py" else sum(_c_tokens(text))
 
 
-def _words_or_one(string: str) -> int:
+def _string_tokens(string: str) -> int:
     return len(string.split()) if len(string) > LONGEST_STRING else 1
 
 
@@ -68,23 +68,23 @@ def _python_tokens(text: str) -> Iterator[int]:
                 (first, left), (last, right) = begin, token.end
                 rows = lines[first - 1 : last]
                 rows[-1] = rows[-1][:right]
-                yield _words_or_one("".join(rows)[left:])
+                yield _string_tokens("".join(rows)[left:])
         elif token.type == tokenize.STRING and not depth:
-            yield 0 if token.start in docstrings else _words_or_one(token.string)
+            yield 0 if token.start in docstrings else _string_tokens(token.string)
         elif token.type not in LAYOUT and not depth:
             yield 1
 
 
 def _docstrings(tree: ast.Module) -> set[tuple[int, int]]:
     owners = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    firsts = [node.body[0] for node in ast.walk(tree) if isinstance(node, owners) and node.body]
-    values = [one.value for one in firsts if isinstance(one, ast.Expr) and isinstance(one.value, ast.Constant)]
-    return {(one.lineno, one.col_offset) for one in values if isinstance(one.value, str)}
+    first = [node.body[0] for node in ast.walk(tree) if isinstance(node, owners) and node.body]
+    values = [node.value for node in first if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)]
+    return {(value.lineno, value.col_offset) for value in values if isinstance(value.value, str)}
 
 
 def _c_tokens(text: str) -> Iterator[int]:
     for token in _C_TOKEN.finditer(text):
-        yield 0 if token["comment"] else _words_or_one(token["string"]) if token["string"] else 1
+        yield 0 if token["comment"] else _string_tokens(token["string"]) if token["string"] else 1
 
 
 def room_of(path: Path) -> str:
@@ -100,8 +100,8 @@ def row(name: str, paths: list[Path]) -> tuple[str, int, int, int, float]:
     texts = {path: path.read_text(encoding="utf-8") for path in paths}
     tokens = sum(size_of(text, path.suffix) for path, text in texts.items())
     lines = [len(text.splitlines()) for text in texts.values()]
-    filled = [many for many in lines if many]
-    return name, tokens, len(paths), sum(lines), sum(many < SHORT_FILE for many in filled) / max(1, len(filled))
+    filled = [count for count in lines if count]
+    return name, tokens, len(paths), sum(lines), sum(count < SHORT_FILE for count in filled) / max(1, len(filled))
 
 
 def words_by_hand() -> dict[str, int]:
@@ -112,24 +112,24 @@ def words_by_hand() -> dict[str, int]:
 
 
 def constants() -> list[tuple[str, str, str]]:
-    """Every tuned number of the package: place, line of code, reason."""
-    found = []
+    """Every tuned number of the package: location, line of code, reason."""
+    tuned = []
     for path in sources(PARTS["package"]):
         for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1):
             if match := _TUNED.match(line):
-                found.append((f"{path.relative_to(ROOT)}:{number}", match["code"].strip(), match["reason"]))
-    return found
+                tuned.append((f"{path.relative_to(ROOT)}:{number}", match["code"].strip(), match["reason"]))
+    return tuned
 
 
-def main(words: list[str] | None = None) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Print the tables; always 0."""
     parser = argparse.ArgumentParser(prog="python bench/size.py", description="Size of the sources.")
     parser.add_argument("--constants", action="store_true", help="list the tuned numbers with their reasons")
-    if parser.parse_args(words).constants:
-        found = constants()
-        for place, code, reason in found:
-            print(f"{place}: {code}\n    {reason}")
-        print(f"{len(found)} tuned numbers")
+    if parser.parse_args(arguments).constants:
+        tuned = constants()
+        for location, code, reason in tuned:
+            print(f"{location}: {code}\n    {reason}")
+        print(f"{len(tuned)} tuned numbers")
         return 0
     rooms: dict[str, list[Path]] = {}
     for path in sources(PARTS["package"]):

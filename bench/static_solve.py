@@ -18,12 +18,12 @@ def main() -> None:
     radial, tilting = np.tile([0.0, -1000.0, 0.0], (CASES, 1)), np.pad(loads, ((0, 0), (0, 2)))
     equilibrium("bearing_6203_rig_1000N", loads[:10])  # imports
     print(f"{CASES} cases in one call of equilibrium, µs a case")
-    for what, given in (("radial", radial), ("all directions", loads), ("all directions, tilts free", tilting)):
+    for label, cases in (("radial", radial), ("all directions", loads), ("all directions, tilts free", tilting)):
         for speed, control in ((0.0, "shared"), (157.08, "shared"), (157.08, "auto")):
             begin = time.process_time()
-            equilibrium("bearing_6203_rig_1000N", given, drive__speed=speed, model__control=control)
+            equilibrium("bearing_6203_rig_1000N", cases, drive__speed=speed, model__control=control)
             spent = 1e6 * (time.process_time() - begin) / CASES
-            print(f"  {what:30}{speed:4.0f} rad/s, control {control:8}{spent:6.1f}")
+            print(f"  {label:30}{speed:4.0f} rad/s, control {control:8}{spent:6.1f}")
 
 
 if __name__ == "__main__":

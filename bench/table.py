@@ -1,6 +1,6 @@
-"""Costs in the user's hand, as one table: `python bench/table.py [--write] [part of a row's name ...]`.
+"""Costs of public calls and commands, as one table: `python bench/table.py [--write] [part of a row's name ...]`.
 
-CPU time of one core where nothing else is said, by public calls and commands; what compiles has been compiled before.
+CPU time of one core unless stated otherwise, by public calls and commands.
 `--write` keeps the rows that ran in docs/speed.csv, from which `python tests/doc_tables.py` writes docs/accuracy.md.
 """
 
@@ -45,7 +45,7 @@ def _spent() -> float:
 
 
 def _median(work: Callable[[], object], repeats: int = REPEATS) -> float:
-    """CPU seconds of `work`, the median of repeats after one that may compile."""
+    """CPU seconds of `work`, the median of repeats after one that warms up."""
     spans = []
     for _ in range(repeats + 1):
         began = time.process_time()
@@ -75,8 +75,10 @@ def _many_balls() -> float:
 
 
 def _study(name, *overrides: str, workers: int = 1) -> float:
-    """CPU seconds of all realisations of a study with their statistics, after a small one compiled."""
-    load = load_study if isinstance(name, str) else lambda mapping, words: parse_study(mapping, "spheres", words)
+    """CPU seconds of all realisations of a study with their statistics, after a small one that warms up."""
+    load = (
+        load_study if isinstance(name, str) else lambda mapping, overrides: parse_study(mapping, "spheres", overrides)
+    )
     run_study(load(name, ["samples=4", f"workers={workers}"]))
     study, began = load(name, [f"workers={workers}", *overrides]), _spent()
     run_study(study)
@@ -110,7 +112,7 @@ def _peer(problem: str) -> float:
 
 TO_THE_END = "stop.relative_tolerance=1e-6"
 SPEEDS = "sweep={motion.first_velocity: [1, 2, 5, 10, 20, 50, 100, 200]}"
-MANY = ("study", "spheres_alpha_4e-5", "--samples", "200000", *(f"--set={one}" for one in (SPEEDS, "histories=[]")))
+MANY = ("study", "spheres_alpha_4e-5", "--samples", "200000", *(f"--set={key}" for key in (SPEEDS, "histories=[]")))
 SPHERES = {
     "scene": "two_spheres",
     "method": "ensemble",
@@ -151,7 +153,7 @@ ROWS = (
 )
 
 
-def kept() -> dict[str, dict]:
+def stored_rows() -> dict[str, dict]:
     """The rows of the table in docs, by name."""
     if not TABLE.is_file():
         return {}
@@ -159,23 +161,23 @@ def kept() -> dict[str, dict]:
         return {line["what"]: line for line in csv.DictReader(stream)}
 
 
-def main(*words: str) -> None:
+def main(*arguments: str) -> None:
     """Prints one line a row; --write keeps them."""
-    parts, found = [word for word in words if word != "--write"], {}
+    names, measured = [name for name in arguments if name != "--write"], {}
     machine, day = processor(), str(date.today())
     print(f"{machine}, {day}")
-    wanted = [row for row in ROWS if not parts or any(part in row.what for part in parts)]
-    for number, row in enumerate(wanted):
-        print(f"{number + 1} of {len(wanted)}: {row.what}", file=sys.stderr, flush=True)
+    rows = [row for row in ROWS if not names or any(name in row.what for name in names)]
+    for number, row in enumerate(rows):
+        print(f"{number + 1} of {len(rows)}: {row.what}", file=sys.stderr, flush=True)
         if "_node" in row.what and not importlib.util.find_spec("rclpy"):
             print(f"{row.what}: not measured, there is no ROS here (source env.bash)", file=sys.stderr)
             continue
         value = row.measure()
         if value == value:
-            found[row.what] = dict(zip(COLUMNS, (row.what, f"{value:.3g}", row.unit, machine, day), strict=True))
+            measured[row.what] = dict(zip(COLUMNS, (row.what, f"{value:.3g}", row.unit, machine, day), strict=True))
             print(f"{row.what:48}{value:8.3g} {row.unit}", flush=True)
-    if "--write" in words:
-        lines = kept() | found
+    if "--write" in arguments:
+        lines = stored_rows() | measured
         with TABLE.open("w", newline="", encoding="utf-8") as stream:
             table = csv.DictWriter(stream, COLUMNS, extrasaction="ignore", lineterminator="\n")
             table.writeheader()

@@ -30,21 +30,21 @@ def processor_seconds(process: subprocess.Popen) -> float:
 
 def shares(nodes) -> list[float]:
     """Per cent of a core that each node takes, over one span."""
-    before, began = [processor_seconds(one.process) for one in nodes], time.monotonic()
+    before, began = [processor_seconds(node.process) for node in nodes], time.monotonic()
     time.sleep(SPAN)
     passed = time.monotonic() - began
-    return [100.0 * (processor_seconds(one.process) - old) / passed for one, old in zip(nodes, before, strict=True)]
+    return [100.0 * (processor_seconds(node.process) - old) / passed for node, old in zip(nodes, before, strict=True)]
 
 
 def address(node) -> str:
     """Where watch_node serves, once it says so."""
     end = time.monotonic() + PATIENCE
-    while not (found := re.search(r"shown at (http://\S+/)", node.said.read_text(errors="replace"))):
+    while not (match := re.search(r"shown at (http://\S+/)", node.said.read_text(errors="replace"))):
         node.look()
         if time.monotonic() > end:
             sys.exit(f"watch_node says nothing; see {node.said}")
         time.sleep(0.2)
-    return found[1]
+    return match[1]
 
 
 def main() -> None:
@@ -53,17 +53,17 @@ def main() -> None:
         simulation = started("sim_node", node_command("sim_node", {"scene": SCENE}), Path(folder))
         watch = started("watch_node", node_command("watch_node", {"port": 0, "patience": PATIENCE}), Path(folder))
         with simulation as sim_node, watch as watch_node:
-            place, nodes = address(watch_node), (sim_node, watch_node)
+            url, nodes = address(watch_node), (sim_node, watch_node)
             for _ in range(ROUNDS):
                 time.sleep(SETTLING)
                 rows["nobody"].append(shares(nodes))
-                events = urlopen(f"{place}events", timeout=PATIENCE)
+                events = urlopen(f"{url}events", timeout=PATIENCE)
                 threading.Thread(target=lambda answer=events: [None for _ in answer], daemon=True).start()
                 time.sleep(1.0)
                 rows["one viewer"].append(shares(nodes))
                 events.fp.raw._sock.shutdown(2)  # its reader waits in the answer: closing it here would wait too
     print(f"{SCENE} in real time, {len(os.sched_getaffinity(0))} processors; per cent of one:")
-    least = {who: [min(column) for column in zip(*found, strict=True)] for who, found in rows.items()}
+    least = {who: [min(column) for column in zip(*spans, strict=True)] for who, spans in rows.items()}
     for who, (simulating, watching) in least.items():
         print(f"  {who:12} sim_node {simulating:5.1f}   watch_node {watching:5.1f}")
     added = sum(least["one viewer"]) - sum(least["nobody"])

@@ -7,8 +7,8 @@ import matplotlib.pyplot as plt
 
 figure, axes = plt.subplots(figsize=(8, 4.5), layout="constrained")
 for size in ("6004", "6204", "6304"):
-    words = ["bearing_twin", "bearing", size, "--load", "0,-1000,0", "--sweep", "load=50:3000:25", "--json"]
-    curves = json.loads(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    command = ["bearing_twin", "bearing", size, "--load", "0,-1000,0", "--sweep", "load=50:3000:25", "--json"]
+    curves = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
     loads = curves["values"]  # N
     radial = [matrix[1][1] * 1e-6 for matrix in curves["stiffness"]]  # N/µm, of y by y
     axes.plot(loads, radial, label=size)
