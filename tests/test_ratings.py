@@ -14,7 +14,7 @@ from bearing_twin.kinds.bearing import (
     Ratings,
     basic_dynamic_rating,
     basic_static_rating,
-    clearance_of,
+    clearance_parts,
     equivalent_load,
     limiting_speeds,
     lives_of,
@@ -136,7 +136,7 @@ def test_the_static_rating_presses_the_raceway_that_reaches_it_first_with_4200_m
 @pytest.mark.parametrize(("balls", "taken"), [(0.0, 3.28e-6), (303.15, 4.05e-6)])
 def test_a_warmer_inner_ring_takes_clearance(balls, taken):
     """10 K between the rings: balls at the mean of the rings, or as hot as the inner one."""
-    found = clearance_of(parameters("temperatures.inner_ring=303.15", f"temperatures.balls={balls}"))
+    found = clearance_parts(parameters("temperatures.inner_ring=303.15", f"temperatures.balls={balls}"))
     assert -found.temperature == pytest.approx(taken, rel=2e-3)
     assert found.operating == pytest.approx(found.initial - taken, abs=1e-8)
 
@@ -167,7 +167,7 @@ def test_shafts_and_housings_press_as_elastic_rings_do(hollow, thick, shaft, hou
     seats += ["fits.shaft.diameter=17e-3", f"fits.shaft.other_diameter={hollow}", f"fits.shaft.material={shaft}"]
     seats += ["fits.housing.diameter=40e-3", f"fits.housing.other_diameter={thick}", f"fits.housing.material={housing}"]
     given = parameters(*seats)
-    found, geometry, fits, rings = clearance_of(given), given.geometry, given.fits, given.materials
+    found, geometry, fits, rings = clearance_parts(given), given.geometry, given.fits, given.materials
     inner, outer = (0.5 * (geometry.pitch_diameter + sign * geometry.ball_diameter) for sign in (-1.0, 1.0))
     _, grows = pressed(fits.shaft.material, rings.inner_ring, 0.5 * hollow or 1e-7, 8.5e-3, inner, 10e-6)
     shrinks, _ = pressed(rings.outer_ring, fits.housing.material, outer, 20e-3, 0.5 * thick or 1e3, 10e-6)
@@ -180,7 +180,7 @@ def test_a_run_has_the_operating_clearance():
     from bearing_twin.kinds.bearing import bearing_of
 
     warm, plain = parameters("temperatures.inner_ring=303.15"), parameters()
-    taken = clearance_of(warm).temperature
+    taken = clearance_parts(warm).temperature
     same = dataclasses.replace(plain, geometry=dataclasses.replace(plain.geometry, radial_clearance=-6e-6 + taken))
     assert bearing_of(warm, "hertz") == bearing_of(same, "hertz")
 

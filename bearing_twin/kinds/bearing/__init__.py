@@ -46,7 +46,7 @@ BEARING = Kind(
 )
 
 FACE = {  # module: names that others may use
-    "geometry": "operating_geometry clearance_of nominal_curvatures cage_speed roll_rate Fits Temperatures",
+    "geometry": "operating_geometry clearance_parts nominal_curvatures cage_speed roll_rate Fits Temperatures",
     "rings": """
         CONTROLS land_radius Cage Drive LoadChange Model SpeedChange load_table steady_load steady_moment EVEN
         QUASI_STATIC SPEED

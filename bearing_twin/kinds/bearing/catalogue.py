@@ -17,6 +17,7 @@ from bearing_twin.base.parameters import LONGEST_TEXT, choice, echo, quantity, r
 from bearing_twin.base.units import suffix_of
 from bearing_twin.base.yaml_files import BEARINGS
 
+BALL_SET = "balls", "ball_diameter", "pitch_diameter", "inner_conformity", "outer_conformity"
 RULE = "rule"
 FOUND = {  # how a ball set was found: what that means
     "frequencies": "from the coefficients FTF, BSF and BPFO of Timken (housed unit catalogue, table A-9), on a pitch "
@@ -95,38 +96,40 @@ class Designation(NamedTuple):
     clearance: str = ""
 
 
-def read_designation(word: str) -> Designation | None:
-    """The bearing that a word such as 6205-2RS/C3 names; None for what is no designation of the catalogue.
+def read_designation(text: str) -> Designation | None:
+    """The bearing that a text such as 6205-2RS/C3 names, None if the catalogue has no such designation.
 
-    Raises SceneError for bearings of other types, which are not modelled, and for groups of clearance that are none.
+    Raises SceneError for bearings of other types, which are not modelled, and for unknown groups of clearance.
     """
-    text = str(word).strip()
-    if text in entries():
-        return Designation(text)
-    text = text.upper()
-    if len(text) > LONGEST_TEXT or not text.isascii():
+    label = str(text).strip()
+    if label in entries():
+        return Designation(label)
+    label = label.upper()
+    if len(label) > LONGEST_TEXT or not label.isascii():
         return None
-    maker = found[1] if (found := MAKER.match(text)) else ""
-    text = MAKER.sub("", text, count=1)
-    for name in sorted((one for one in entries() if text.startswith(one)), key=len, reverse=True):
-        rest, clearance = text[len(name) :], ""
-        while rest := rest.lstrip("-/ ."):
-            found = SUFFIX.match(rest)
-            if not found:
+    maker = match[1] if (match := MAKER.match(label)) else ""
+    label = MAKER.sub("", label, count=1)
+    for name in sorted(filter(label.startswith, entries()), key=len, reverse=True):
+        suffixes, clearance = label[len(name) :], ""
+        while suffixes := suffixes.lstrip("-/ ."):
+            match = SUFFIX.match(suffixes)
+            if not match:
                 break
-            clearance = found[0] if found[0] in CLEARANCES else clearance
-            rest = rest[found.end() :]
-        if not rest:
+            clearance = match[0] if match[0] in CLEARANCES else clearance
+            suffixes = suffixes[match.end() :]
+        if not suffixes:
             name = name + maker if name + maker in entries() else name
             return Designation(name, "" if clearance == "CN" else clearance)
-        if re.fullmatch(r"C\d", rest):
-            raise SceneError(f"{echo(word)}: {rest} is no group of radial clearance; legal: {', '.join(CLEARANCES)}")
-    base = re.split(r"[-/ ]", text)[0]
-    for words, pattern in OTHER_TYPES.items():
+        if re.fullmatch(r"C\d", suffixes):
+            raise SceneError(
+                f"{echo(text)}: {suffixes} is no group of radial clearance; legal: {', '.join(CLEARANCES)}"
+            )
+    base = re.split(r"[-/ ]", label)[0]
+    for bearing_type, pattern in OTHER_TYPES.items():
         if re.fullmatch(rf"(?:{pattern})[A-Z0-9]{{0,6}}" if not base.isdigit() else pattern, base):
             raise SceneError(
-                f"{echo(word)} is {words}: no deep-groove or angular-contact ball bearing of one row, which are those "
-                "that are modelled; `bearing_twin bearing --list` has the catalogue"
+                f"{echo(text)} is {bearing_type}: no deep-groove or angular-contact ball bearing of one row, which are "
+                "those that are modelled; `bearing_twin bearing --list` has the catalogue"
             )
     return None
 
@@ -178,18 +181,18 @@ def read_entries(rows, origin: str) -> dict[str, Entry]:
 @functools.cache
 def entries() -> dict[str, Entry]:
     """The catalogue: every designation with its row, read once; raises SceneError for a file that cannot be used."""
-    found: dict[str, Entry] = {}
+    catalogue: dict[str, Entry] = {}
     for rows, origin in BEARINGS.every():
-        found.update(read_entries(rows, origin))
-    return found
+        catalogue.update(read_entries(rows, origin))
+    return catalogue
 
 
 def add_file(name) -> list[str]:
     """Adds the rows of a YAML file to the catalogue of this process; their designations. Raises SceneError."""
     path = BEARINGS.find(name)
-    found = read_entries(BEARINGS.load(BEARINGS.read_text(path), str(path)), str(path))
-    entries().update(found)
-    return list(found)
+    added = read_entries(BEARINGS.load(BEARINGS.read_text(path), str(path)), str(path))
+    entries().update(added)
+    return list(added)
 
 
 def designations() -> tuple[str, ...]:
@@ -197,56 +200,54 @@ def designations() -> tuple[str, ...]:
     return tuple(sorted(entries()))
 
 
-def clearance_of(entry: Entry, group: str = "") -> tuple[float, float]:
+def clearance_limits(entry: Entry, group: str = "") -> tuple[float, float]:
     """Least and greatest radial clearance [m] of a deep groove bearing as made; zeros where no group is known.
 
     `group` is one of CLEARANCES, "" for the row's own or the normal one.
     """
     if entry.radial_clearance != (0.0, 0.0) and not group:
         return entry.radial_clearance
-    place = 1 + CLEARANCES.index(group or "CN")
-    return next((tuple(1e-6 * one for one in row[place]) for row in GROUPS if entry.bore <= 1e-3 * row[0]), (0.0, 0.0))
+    column = 1 + CLEARANCES.index(group or "CN")
+    return next(
+        (tuple(1e-6 * limit for limit in row[column]) for row in GROUPS if entry.bore <= 1e-3 * row[0]), (0.0, 0.0)
+    )
 
 
 def geometry_of(entry: Entry, group: str = "") -> dict[str, float]:
     """The keys of `geometry` of a scene that a row gives; the clearance is the middle of what is made."""
-    gap = {"contact_angle": entry.contact_angle} if entry.contact_angle else {}
+    angle = {"contact_angle": entry.contact_angle} if entry.contact_angle else {}
     return {
-        "balls": entry.balls,
-        "ball_diameter": entry.ball_diameter,
-        "pitch_diameter": entry.pitch_diameter,
-        "inner_conformity": entry.inner_conformity,
-        "outer_conformity": entry.outer_conformity,
-        **(gap or {"radial_clearance": 0.5 * sum(clearance_of(entry, group))}),
+        **{key: getattr(entry, key) for key in BALL_SET},
+        **(angle or {"radial_clearance": 0.5 * sum(clearance_limits(entry, group))}),
     }
 
 
 def completed(scene: dict) -> tuple[dict, list[str]]:
-    """The plain data of a scene with the row of `geometry.designation` filled in, and what is wrong with it.
+    """The plain data of a scene with the row of `geometry.designation` filled in, and its problems.
 
-    What the scene gives itself stays. Where it leaves nothing out the designation is but a name, known or not: so a log
-    is read where its catalogue is not at hand.
+    Keys of the scene have precedence. If none is missing, the designation is a mere name, known or not, so that a log
+    can be read without the catalogue of its bearing.
     """
-    given = scene.get("geometry")
-    if not isinstance(given, Mapping) or given.get("designation", "") == "":
+    geometry = scene.get("geometry")
+    if not isinstance(geometry, Mapping) or geometry.get("designation", "") == "":
         return scene, []
-    gaps = {"radial_clearance", "contact_angle"} & given.keys()
-    if gaps and {"balls", "ball_diameter", "pitch_diameter", "inner_conformity", "outer_conformity"} <= given.keys():
+    has_clearance = "radial_clearance" in geometry or "contact_angle" in geometry
+    if has_clearance and set(BALL_SET) <= geometry.keys():
         return scene, []
-    name = str(given["designation"])
+    text = str(geometry["designation"])
     try:
-        found = read_designation(name)
+        designation = read_designation(text)
     except SceneError as problem:
         return scene, [f"geometry.designation: {problem}"]
-    if found is None:
-        return scene, [f"geometry.designation = {echo(name)} is not in the catalogue; {unknown(name, designations())}"]
-    entry = entries()[found.name]
-    if found.clearance and entry.contact_angle:
-        return scene, [f"geometry.designation = {echo(name)}: clearance groups are those of deep groove bearings"]
-    row = geometry_of(entry, found.clearance)
-    if gaps:
-        row = {key: value for key, value in row.items() if key not in ("radial_clearance", "contact_angle")}
-    return {**scene, "geometry": {**row, **given, "designation": found.name}}, []
+    if designation is None:
+        return scene, [f"geometry.designation = {echo(text)} is not in the catalogue; {unknown(text, designations())}"]
+    entry = entries()[designation.name]
+    if designation.clearance and entry.contact_angle:
+        return scene, [f"geometry.designation = {echo(text)}: clearance groups are those of deep groove bearings"]
+    row = geometry_of(entry, designation.clearance)
+    if has_clearance:
+        row = {key: row[key] for key in BALL_SET}
+    return {**scene, "geometry": {**row, **geometry, "designation": designation.name}}, []
 
 
 def _description(name: str) -> str:
@@ -258,16 +259,18 @@ def _description(name: str) -> str:
 class _Scenes(dict):
     """Scenes by designation, also with suffixes of makers, such as 6205-2RS/C3."""
 
-    def __contains__(self, word) -> bool:
-        return super().__contains__(word) or read_designation(word) is not None
+    def __contains__(self, text) -> bool:
+        return super().__contains__(text) or read_designation(text) is not None
 
-    def __missing__(self, word) -> dict:
-        found = read_designation(word)
-        if found is None:
-            raise KeyError(word)
-        clearance = f", clearance {found.clearance}" if found.clearance else ""
-        name = f"{found.name}_{found.clearance}" if found.clearance else found.name
-        return _scene(name, f"{_description(found.name)}{clearance}", str(word))
+    def __missing__(self, text) -> dict:
+        designation = read_designation(text)
+        if designation is None:
+            raise KeyError(text)
+        name, clearance = designation
+        described = _description(name)
+        if clearance:
+            name, described = f"{name}_{clearance}", f"{described}, clearance {clearance}"
+        return _scene(name, described, str(text))
 
 
 def _scene(name: str, description: str, designation: str) -> dict:
@@ -290,7 +293,7 @@ def _contradictions(entry: Entry) -> list[str]:
         low, high = getattr(entry, key)
         if low > high:
             problems.append(f"{key} = {[low, high]} must be the least and the greatest, in this order")
-    if not problems and entry.contact_angle == 0.0 and clearance_of(entry) == (0.0, 0.0):
+    if not problems and entry.contact_angle == 0.0 and clearance_limits(entry) == (0.0, 0.0):
         problems.append(
             f"radial_clearance is not given, and ISO 5753-1 is known here for bores up to 200 mm, not {entry.bore:g} "
             "m: give it, or dimensions with their unit, as 40mm"
@@ -299,10 +302,14 @@ def _contradictions(entry: Entry) -> list[str]:
 
 
 def by_rule(entry: Entry) -> tuple[int, float]:
-    """Number and diameter [m] of the balls by the rule; a given diameter is kept."""
-    rule = ANGULAR_CONTACT if entry.contact_angle else DEEP_GROOVE
+    """Number and diameter [m] of the balls by the rule; a diameter of the row is kept."""
+    rule = _rule(entry)
     ball = entry.ball_diameter or rule.diameter * (entry.outside_diameter - entry.bore)
     return max(3, round(rule.filling * math.pi * _pitch(entry) / ball)), ball
+
+
+def _rule(entry: Entry) -> BallRule:
+    return ANGULAR_CONTACT if entry.contact_angle else DEEP_GROOVE
 
 
 def _pitch(entry: Entry) -> float:
@@ -310,35 +317,33 @@ def _pitch(entry: Entry) -> float:
 
 
 def _with_balls(entry: Entry) -> Entry:
-    """The row with pitch circle and ball set; what it leaves out is found by the rule, with its uncertainty."""
-    found = {}
+    """The row with pitch circle and ball set; missing values follow from the rule, with its uncertainty."""
+    estimates = {}
     if not entry.pitch_diameter:
-        found = {"pitch_diameter": _pitch(entry), "pitch_diameter_doubt": PITCH_ERROR * _pitch(entry)}
-    rule = ANGULAR_CONTACT if entry.contact_angle else DEEP_GROOVE
+        estimates = {"pitch_diameter": _pitch(entry), "pitch_diameter_doubt": PITCH_ERROR * _pitch(entry)}
+    rule = _rule(entry)
     balls, ball = by_rule(entry)
     if not entry.ball_diameter:
-        found |= {"found": RULE, "ball_diameter": ball, "ball_diameter_doubt": rule.diameter_error * ball}
+        estimates |= {"found": RULE, "ball_diameter": ball, "ball_diameter_doubt": rule.diameter_error * ball}
     if not entry.balls:
-        found |= {"found": RULE, "balls": balls, "balls_doubt": rule.balls_error}
-    return dataclasses.replace(entry, **found)
+        estimates |= {"found": RULE, "balls": balls, "balls_doubt": rule.balls_error}
+    return dataclasses.replace(entry, **estimates)
 
 
 def row_of(name: str) -> dict:
     """The row of a designation with SI-suffixed keys; ranges are (least, greatest), None where nothing is published."""
     entry = entries()[name]
-    row = {
+    columns = {
         f"{field.name}{suffix_of(field.metadata.get('unit', ''))}": getattr(entry, field.name)
         for field in dataclasses.fields(entry)
         if field.name not in ("dynamic", "static")
     }
-    return (
-        {"designation": name}
-        | row
-        | {
-            "width_m": entry.width or None,
-            "radial_clearance_m": None if entry.contact_angle else list(clearance_of(entry)),
-            "found_means": FOUND[entry.found],
-            "published_dynamic_rating_n": list(entry.dynamic) if entry.dynamic[1] else None,
-            "published_static_rating_n": list(entry.static) if entry.static[1] else None,
-        }
-    )
+    return {
+        "designation": name,
+        **columns,
+        "width_m": entry.width or None,
+        "radial_clearance_m": None if entry.contact_angle else list(clearance_limits(entry)),
+        "found_means": FOUND[entry.found],
+        "published_dynamic_rating_n": list(entry.dynamic) if entry.dynamic[1] else None,
+        "published_static_rating_n": list(entry.static) if entry.static[1] else None,
+    }

@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     import numpy as np
 
 SURFACES = ("inner", "outer", "ball")
-MOST = 16  # in one bearing
+MOST_DEFECTS = 16  # in one bearing
 LONGEST_SHARE = 1.0 / 6.0  # of a surface's circumference, of a spall
-WIDEST = 2.0 * math.sin(math.radians(60.0))  # of the groove's radius: as wide as contacts go
-HIGHEST = 0.002  # of the ball's diameter, of a wave: a tenth of what a contact bears
+WIDEST_SPALL = 2.0 * math.sin(math.radians(60.0))  # of the groove's radius: as wide as contacts go
+HIGHEST_WAVE = 0.002  # of the ball's diameter, of a wave: a tenth of what a contact bears
 
 
 @dataclass(frozen=True)
@@ -66,37 +66,38 @@ def defect_list():
     return dataclasses.field(
         default=(),
         metadata={
-            "columns": columns, "help": help, "read": read_defects, "kind": "list", "element": Defect, "most": MOST,
+            "columns": columns, "help": help, "read": read_defects, "kind": "list", "element": Defect,
+            "most": MOST_DEFECTS,
         },
     )  # fmt: skip
 
 
-def read_defects(given, _columns) -> tuple[tuple, str]:
-    """(defects, "") of the list, or ((), the tail of a sentence about what is wrong)."""
+def read_defects(rows, _columns) -> tuple[tuple, str]:
+    """(defects, "") of the list, or ((), the end of a sentence about the first problem)."""
     legal = "must be a list of {on: inner | outer | ball} with waviness or spall each"
-    if not isinstance(given, (list, tuple)) or len(given) > MOST:
-        return (), f" = {echo(given)} {legal}, {MOST} at most"
-    found = []
-    for number, one in enumerate(given):
-        if not isinstance(one, Mapping) or "on" not in one:
-            return (), f"[{number}] = {echo(one)} {legal}"
-        defect, problems = read(Defect, one)
+    if not isinstance(rows, (list, tuple)) or len(rows) > MOST_DEFECTS:
+        return (), f" = {echo(rows)} {legal}, {MOST_DEFECTS} at most"
+    defects = []
+    for index, row in enumerate(rows):
+        if not isinstance(row, Mapping) or "on" not in row:
+            return (), f"[{index}] = {echo(row)} {legal}"
+        defect, problems = read(Defect, row)
         if problems:
-            return (), f"[{number}].{problems[0]}"
+            return (), f"[{index}].{problems[0]}"
         if (defect.waviness[0] != 0.0) == (defect.spall.length > 0.0):
-            return (), f"[{number}] = {echo(one)} {legal}: waviness of an order above 0, or a spall with a length"
-        found.append(defect)
-    return tuple(found), ""
+            return (), f"[{index}] = {echo(row)} {legal}: waviness of an order above 0, or a spall with a length"
+        defects.append(defect)
+    return tuple(defects), ""
 
 
 def defect_problems(defects: tuple[Defect, ...], geometry) -> list[str]:
     """Problems of defects that a bearing of this geometry cannot have, one sentence each."""
     problems = []
-    for number, one in enumerate(defects):
-        spall, (order, amplitude, _) = one.spall, one.waviness
-        conformity = geometry.inner_conformity if one.on == "inner" else geometry.outer_conformity
-        longest = LONGEST_SHARE * 2.0 * math.pi * one.radius(geometry)
-        widest, highest = WIDEST * conformity * geometry.ball_diameter, HIGHEST * geometry.ball_diameter
+    for index, defect in enumerate(defects):
+        spall, (order, amplitude, _) = defect.spall, defect.waviness
+        conformity = geometry.inner_conformity if defect.on == "inner" else geometry.outer_conformity
+        longest = LONGEST_SHARE * 2.0 * math.pi * defect.radius(geometry)
+        widest, highest = WIDEST_SPALL * conformity * geometry.ball_diameter, HIGHEST_WAVE * geometry.ball_diameter
         rows = (
             (
                 spall.length > longest,
@@ -114,7 +115,7 @@ def defect_problems(defects: tuple[Defect, ...], geometry) -> list[str]:
             ),
         )
         problems += [
-            f"defects[{number}].{key} = {value:g} must be {legal}" for wrong, key, value, legal in rows if wrong
+            f"defects[{index}].{key} = {value:g} must be {legal}" for wrong, key, value, legal in rows if wrong
         ]
     return problems
 
@@ -139,19 +140,20 @@ def defect_numbers(parameters, load: float) -> "np.ndarray":
     loads, e_star = np.full((1, 2), max(load, LEAST_LOAD)), np.array(moduli(parameters.materials))
     axes = ellipse(curvatures[..., 0], curvatures[..., 1], e_star, loads)[:2]
     numbers = [float(len(parameters.defects))]
-    for number, one in enumerate(parameters.defects):
-        side = 0 if one.on == "inner" else 1
-        numbers += _numbers_of(number, one, geometry, *(float(axis[0, side]) for axis in axes))
+    for index, defect in enumerate(parameters.defects):
+        side = 0 if defect.on == "inner" else 1
+        across, along = (float(axis[0, side]) for axis in axes)
+        numbers += _row_of_numbers(index, defect, geometry, across, along)
     return np.array(numbers)
 
 
-def _numbers_of(number: int, defect: Defect, geometry, across: float, along: float) -> list[float]:
+def _row_of_numbers(index: int, defect: Defect, geometry, across: float, along: float) -> list[float]:
     import numpy as np
 
     radius, spall, (order, amplitude, phase) = defect.radius(geometry), defect.spall, defect.waviness
     if order * along > math.pi * radius:
         raise SceneError(
-            f"defects[{number}].waviness[0] = {order:g} makes waves shorter than the contact, "
+            f"defects[{index}].waviness[0] = {order:g} makes waves shorter than the contact, "
             f"which is {2.0 * along:.3g} m long; at most {math.floor(math.pi * radius / along)} waves"
         )
     half, width = 0.5 * spall.length + along, 0.5 * spall.width or across
@@ -161,7 +163,7 @@ def _numbers_of(number: int, defect: Defect, geometry, across: float, along: flo
 
 
 def _table(defect: Defect, geometry, half: float, along: float) -> "np.ndarray":
-    """Drops and their slopes (pieces + 1, 2), the latter a piece, from the middle to where nothing drops any more."""
+    """Drops and their slopes per piece (pieces + 1, 2), from the middle of a spall to the end of its influence."""
     import numpy as np
     from scipy.interpolate import CubicSpline
 
@@ -169,9 +171,9 @@ def _table(defect: Defect, geometry, half: float, along: float) -> "np.ndarray":
     share, weight = np.polynomial.legendre.leggauss(64)
     reach = (x * along / (x**12 + along**12) ** (1.0 / 12.0))[:, None]  # the lesser of both, smoothly
     ball, pitch = 0.5 * geometry.ball_diameter, 0.5 * geometry.pitch_diameter
-    bent = 1.0 + ball / (pitch - ball) if defect.on == "inner" else 1.0 - ball / (pitch + ball)
+    curvature_factor = 1.0 + ball / (pitch - ball) if defect.on == "inner" else 1.0 - ball / (pitch + ball)
     edge = np.clip(0.5 * defect.spall.length - np.abs(x[:, None] + reach * share), 0.0, ball)
-    drops = np.minimum((ball - np.sqrt(ball**2 - edge**2)) * bent, defect.spall.depth)
+    drops = np.minimum((ball - np.sqrt(ball**2 - edge**2)) * curvature_factor, defect.spall.depth)
     means = drops @ (weight * 0.75 * (1.0 - share**2))
     spline = CubicSpline(x, means, bc_type=("not-a-knot", (1, 0.0)))
     return np.stack([means, spline(x, 1) * (x[1] - x[0])], axis=1)
@@ -181,6 +183,6 @@ def heights_under(numbers: "np.ndarray", azimuths: "np.ndarray", ring_angle: flo
     """Heights (N, 2) [m] of the inner and the outer raceway under balls at these azimuths [rad] (N,)."""
     import numpy as np
 
-    found = np.empty((len(azimuths), 2))
-    _heights(numbers, len(azimuths), np.ascontiguousarray(azimuths), ring_angle, found)
-    return found
+    heights = np.empty((len(azimuths), 2))
+    _heights(numbers, len(azimuths), np.ascontiguousarray(azimuths), ring_angle, heights)
+    return heights

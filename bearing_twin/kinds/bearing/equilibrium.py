@@ -21,7 +21,7 @@ from bearing_twin.contact.friction import AUTO, POINT
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.defects import defect_numbers, heights_under
 from bearing_twin.kinds.bearing.geometry import moduli
-from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, rubbing_by
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE, with_friction
 from bearing_twin.kinds.bearing.ratings import command_warning
 from bearing_twin.kinds.bearing.rings import (
     CONTROLS,
@@ -37,7 +37,7 @@ from bearing_twin.kinds.bearing.rings import (
     free_coordinates,
     idle_loads,
     moving_centre,
-    runs_away,
+    torque_problem,
 )
 from bearing_twin.kinds.bearing.system import Raceway, bearing_of
 from bearing_twin.kinds.contract import OperatingPoint
@@ -195,7 +195,7 @@ def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setti
     `arm` of a tilt: "groove", to the inner groove's centre, the true geometry; or "pitch", to the pitch circle, as
     commercial programs have it.
     """
-    bearing = bearing_of(rubbing_by(parameters, POINT), law)  # equilibria hold no friction
+    bearing = bearing_of(with_friction(parameters, POINT), law)  # equilibria hold no friction
     lever, reach = bearing.inner.groove_radius, bearing.inner.locus_radius
     if arm == "pitch":
         lever, reach = bearing.ball_radius, 0.5 * parameters.geometry.pitch_diameter
@@ -538,7 +538,7 @@ class CommandedBearing:
         """A warning of a `value` for the `key`, speed [rad/s] or torque [N m], or ""; see `CommandedMotion`."""
         check_goal(self.parameters.drive.kind, key, value)
         if key != SPEED:
-            if problem := runs_away(self.parameters, value):
+            if problem := torque_problem(self.parameters, value):
                 raise BearingTwinError(problem)
             return ""
         check_load(self.parameters, self.law, value, *load)

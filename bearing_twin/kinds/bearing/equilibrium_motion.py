@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
     weighed_support,
 )
 from bearing_twin.kinds.bearing.friction_torque import contact_losses
-from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
@@ -284,7 +284,7 @@ class QuasiStaticMotion(CommandedBearing):
         out.numbers[:] = 0.0
         write_channels(self.setting, self.parameters.gravity, found, speed, angle, out)
         power = np.zeros(count)
-        if lubricated(self.parameters):
+        if is_lubricated(self.parameters):
             losses = contact_losses(self.parameters, contacts, speed)
             power = losses.power.sum(axis=(1, 2, 3))
             out.film_thickness[:], out.film_ratio[:] = losses.thickness, losses.ratio

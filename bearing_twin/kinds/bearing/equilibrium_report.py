@@ -19,7 +19,7 @@ from bearing_twin.kinds.bearing.equilibrium import (
 )
 from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
-from bearing_twin.kinds.bearing.geometry import clearance_of
+from bearing_twin.kinds.bearing.geometry import clearance_parts
 from bearing_twin.kinds.bearing.model_error import SIDES, model_errors
 from bearing_twin.kinds.bearing.models import contact_flags, of_temperatures
 from bearing_twin.kinds.bearing.ratings import (
@@ -66,7 +66,7 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
     force = _settled(-found.loads[:3], carried)
     lives = lives_of(parameters, ratings, force, *contacts.load.T)
     dynamic, static = equivalent_loads(geometry, force)
-    clearance = clearance_of(parameters)
+    clearance = clearance_parts(parameters)
     moved = max(np.linalg.norm(found.coordinates[:3]), arm * np.linalg.norm(found.coordinates[3:]))
     stiff = np.sqrt(np.abs(np.diagonal(found.stiffness)))
     return {

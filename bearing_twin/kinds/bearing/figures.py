@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing.accelerometer import Listener
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque
 from bearing_twin.kinds.bearing.geometry import cage_speed, moduli, roll_rate
 from bearing_twin.kinds.bearing.models import contact_flags, law_error, touches_at_rest
-from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_sensor
+from bearing_twin.kinds.bearing.parameters import BearingScene, has_sensor, with_chosen_friction
 from bearing_twin.kinds.bearing.quantities import missing
 from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, TORQUE, dimension_of
@@ -216,7 +216,7 @@ class BearingFigures:
     in_stretches = False  # blocks may hold many
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.choice, self.law = as_chosen(parameters, choice), choice, choice.law
+        self.parameters, self.choice, self.law = with_chosen_friction(parameters, choice), choice, choice.law
         self.first, self.last = {}, {}
         self._balls = parameters.geometry.balls
         self._static = ratings_of(parameters).static

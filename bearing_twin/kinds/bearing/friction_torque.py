@@ -15,9 +15,9 @@ from bearing_twin.kinds.bearing.lubricant import (
     film_lubricant,
     film_numbers,
     films,
-    in_words,
     inlet_factors,
-    lubricated,
+    is_lubricated,
+    lubricant_sentence,
     viscosity_of,
 )
 from bearing_twin.kinds.bearing.ratings import GREASE as GREASED
@@ -144,7 +144,7 @@ def skf_torque(parameters, static: float, force) -> float | None:
 
 def catalogue_torque(parameters, static: float, force, speed: float) -> float | None:
     """`palmgren_torque` with the lubricant of a scene, and its defaults without one."""
-    if not lubricated(parameters):
+    if not is_lubricated(parameters):
         return palmgren_torque(parameters.geometry, static, force, speed)
     lubricant = parameters.lubricant
     viscosity, amount = (
@@ -159,7 +159,7 @@ def torque_answer(parameters, contacts, static: float, force) -> dict:
 
     Raises SceneError where the thinnest film is below LEAST_FILM of the roughness.
     """
-    if not lubricated(parameters):
+    if not is_lubricated(parameters):
         return {}
     found = contact_torque(parameters, contacts)
     if found is None:
@@ -180,5 +180,5 @@ def torque_answer(parameters, contacts, static: float, force) -> dict:
         "friction_loss_w": total * abs(speed),
         "film_m": found.thickness,
         "lambda": found.ratio,
-        "friction_note": f"{in_words(parameters)} {WHY}{'' if skf is not None else f' {UNKNOWN_SERIES}.'}",
+        "friction_note": f"{lubricant_sentence(parameters)} {WHY}{'' if skf is not None else f' {UNKNOWN_SERIES}.'}",
     }

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from bearing_twin.base.parameters import quantity, section
 from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 
-ROOM = 293.15  # K
+ROOM_TEMPERATURE = 293.15  # K
 SAME = 1e-9  # relative: a clearance that is already the one of the contact angle
 
 
@@ -42,9 +42,9 @@ class Fits:
 class Temperatures:
     """Temperatures of the parts, each taken as even; expansion by `materials.*.thermal_expansion`."""
 
-    reference: float = quantity(ROOM, "K", "at which the clearance was measured", above=0.0)
-    inner_ring: float = quantity(ROOM, "K", "of the inner ring", above=0.0)
-    outer_ring: float = quantity(ROOM, "K", "of the outer ring", above=0.0)
+    reference: float = quantity(ROOM_TEMPERATURE, "K", "at which the clearance was measured", above=0.0)
+    inner_ring: float = quantity(ROOM_TEMPERATURE, "K", "of the inner ring", above=0.0)
+    outer_ring: float = quantity(ROOM_TEMPERATURE, "K", "of the outer ring", above=0.0)
     balls: float = quantity(0.0, "K", "of the balls; 0 = the mean of the rings", at_least=0.0)
 
 
@@ -74,15 +74,16 @@ def _fit(seat: Seat, ring: Material, raceway: float, side: float) -> float:
     """
     if seat.interference == 0.0:
         return 0.0
-    at, other = seat.diameter**2, seat.other_diameter**2
-    own = side * (raceway**2 + at) / (raceway**2 - at) + side * ring.poisson_ratio
-    wall = side * (at + other) / (at - other) if side > 0.0 or other > 0.0 else 1.0
-    seated = wall - side * seat.material.poisson_ratio
-    pressure = seat.interference / seat.diameter / (own / ring.young_modulus + seated / seat.material.young_modulus)
-    return 2.0 * pressure * at * raceway / (ring.young_modulus * (raceway**2 - at))
+    d2, other2 = seat.diameter**2, seat.other_diameter**2
+    of_ring = side * (raceway**2 + d2) / (raceway**2 - d2) + side * ring.poisson_ratio
+    wall = side * (d2 + other2) / (d2 - other2) if side > 0.0 or other2 > 0.0 else 1.0
+    of_seat = wall - side * seat.material.poisson_ratio
+    compliance = of_ring / ring.young_modulus + of_seat / seat.material.young_modulus
+    pressure = seat.interference / seat.diameter / compliance
+    return 2.0 * pressure * d2 * raceway / (ring.young_modulus * (raceway**2 - d2))
 
 
-def clearance_of(parameters) -> Clearance:
+def clearance_parts(parameters) -> Clearance:
     """The clearance of a bearing scene and its parts; raceways are taken as rings d_m -+ D in diameter.
 
     Fits: interference times the ratio of the ring's diameters for a solid shaft of the ring's material (Harris). Heat:
@@ -94,28 +95,28 @@ def clearance_of(parameters) -> Clearance:
     shaft = 0.0 - _fit(parameters.fits.shaft, materials.inner_ring, inner, 1.0)
     housing = 0.0 + _fit(parameters.fits.housing, materials.outer_ring, outer, -1.0)
     balls = heat.balls or 0.5 * (heat.inner_ring + heat.outer_ring)
-    warmer = [one - heat.reference for one in (heat.inner_ring, balls, heat.outer_ring)]
-    warm = (
-        materials.outer_ring.thermal_expansion * outer * warmer[2]
-        - materials.inner_ring.thermal_expansion * inner * warmer[0]
-        - 2.0 * materials.ball.thermal_expansion * geometry.ball_diameter * warmer[1]
+    thermal = (
+        materials.outer_ring.thermal_expansion * outer * (heat.outer_ring - heat.reference)
+        - materials.inner_ring.thermal_expansion * inner * (heat.inner_ring - heat.reference)
+        - 2.0 * materials.ball.thermal_expansion * geometry.ball_diameter * (balls - heat.reference)
     )
-    return Clearance(initial, shaft, housing, warm, initial + shaft + housing + warm)
+    return Clearance(initial, shaft, housing, thermal, initial + shaft + housing + thermal)
 
 
 def operating_geometry(parameters):
     """The scene's geometry with the clearance it runs with."""
-    return dataclasses.replace(parameters.geometry, radial_clearance=clearance_of(parameters).operating)
+    return dataclasses.replace(parameters.geometry, radial_clearance=clearance_parts(parameters).operating)
 
 
 def clearance_problems(parameters) -> list[str]:
     """Contradictions of contact angle and fits, one sentence each."""
     geometry, shaft, housing = parameters.geometry, parameters.fits.shaft, parameters.fits.housing
     inner, outer = (geometry.pitch_diameter + side * geometry.ball_diameter for side in (-1.0, 1.0))
-    far, given = housing.other_diameter or math.inf, geometry.radial_clearance != type(geometry).radial_clearance
+    far = housing.other_diameter or math.inf
+    has_clearance = geometry.radial_clearance != type(geometry).radial_clearance
     rows = (
         (
-            geometry.contact_angle > 0.0 and given,
+            geometry.contact_angle > 0.0 and has_clearance,
             f"geometry.contact_angle = {geometry.contact_angle:g} rad and geometry.radial_clearance = "
             f"{geometry.radial_clearance:g} m say the same thing; keep one of them",
         ),
@@ -134,19 +135,19 @@ def clearance_problems(parameters) -> list[str]:
 
 
 def squeezes(parameters) -> list[tuple[float, float]]:
-    """Squeezes [m] of balls at the near and the far side of the ring's offset, at each of its places.
+    """Squeezes [m] of balls at the near and the far side of the ring's offset, before and after its change.
 
     At the far side of a radial offset r this is hypot(A_0 - r, z) - (f_i + f_o - 1) D.
     """
     geometry, drive = operating_geometry(parameters), parameters.drive
     free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
     middle = free - 0.5 * geometry.radial_clearance
-    places = [drive.offset]
+    offsets = [drive.offset]
     if drive.change.time:
-        places.append(drive.changed_offset)
+        offsets.append(drive.changed_offset)
     return [
         (math.hypot(middle + radial, z) - free, math.hypot(middle - radial, z) - free)
-        for radial, z in ((math.hypot(x, y), z) for x, y, z in places)
+        for radial, z in ((math.hypot(x, y), z) for x, y, z in offsets)
     ]
 
 

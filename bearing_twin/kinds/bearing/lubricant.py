@@ -9,6 +9,7 @@ from bearing_twin.base.units import CELSIUS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.catalogue import entries
+from bearing_twin.kinds.bearing.geometry import nominal_curvatures
 
 if TYPE_CHECKING:  # to read a scene needs no arrays
     import numpy as np
@@ -63,16 +64,16 @@ class Surface:
     )
 
 
-def lubricated(parameters) -> bool:
+def is_lubricated(parameters) -> bool:
     """True if there is a lubricant."""
     return parameters.lubricant.kind != NONE
 
 
 def _by_walther(cold: float, warm: float, temperature: float) -> float:
     """ASTM D341: log10 log10(nu + 0.7) = A - B log10(T), nu in mm^2/s, through values [m^2/s] at 40 and 100 degrees."""
-    first, last = (math.log10(math.log10(1e6 * one + 0.7)) for one in (cold, warm))
-    slope = (first - last) / math.log10(HUNDRED / FORTY)
-    return 1e-6 * (10.0**10.0 ** (first - slope * math.log10(temperature / FORTY)) - 0.7)
+    at_40, at_100 = (math.log10(math.log10(1e6 * viscosity + 0.7)) for viscosity in (cold, warm))
+    slope = (at_40 - at_100) / math.log10(HUNDRED / FORTY)
+    return 1e-6 * (10.0**10.0 ** (at_40 - slope * math.log10(temperature / FORTY)) - 0.7)
 
 
 def viscosity_of(lubricant: Lubricant, temperature: float) -> float:
@@ -84,7 +85,7 @@ def viscosity_of(lubricant: Lubricant, temperature: float) -> float:
     return 1e-6 * a * math.exp(b / (temperature - CELSIUS + 95.0))
 
 
-def in_words(parameters) -> str:
+def lubricant_sentence(parameters) -> str:
     """The lubricant of a scene, at its temperature, as a sentence."""
     lubricant, celsius = parameters.lubricant, parameters.temperature - CELSIUS
     grade = "two viscosities" if lubricant.viscosity_40 else "VG100" if lubricant.name == "auto" else lubricant.name
@@ -105,7 +106,7 @@ def inlet_factors(geometry, viscosity: float) -> tuple[float, float]:
 
     They are 1.84e-9 d_m^1.28 nu^0.64 and K nu (d + D) sqrt(K_z/(2 (D - d))), n in 1/min.
     """
-    bore, outside = (1e3 * one for one in boundary_dimensions(geometry))
+    bore, outside = (1e3 * diameter for diameter in boundary_dimensions(geometry))
     replenished = 4.4 if geometry.contact_angle else 3.1
     heating = 1.84e-9 * (0.5 * (bore + outside)) ** 1.28 * (1e6 * viscosity) ** 0.64
     return heating, 6e-8 * 1e6 * viscosity * (bore + outside) * math.sqrt(replenished / (2.0 * (outside - bore)))
@@ -121,7 +122,7 @@ def film_lubricant(parameters) -> "np.ndarray":
     import numpy as np
 
     lubricant, geometry = parameters.lubricant, parameters.geometry
-    if not lubricated(parameters):
+    if not is_lubricated(parameters):
         return np.zeros(8)
     viscosity = viscosity_of(lubricant, parameters.temperature)
     cold = viscosity_of(lubricant, FORTY)
@@ -141,10 +142,10 @@ def film_numbers(lubricant: "np.ndarray", small, large, modulus: float, ball_rad
     """Numbers (N, FILM_NUMBERS) of films before loads and speeds, by the curvatures of the gap [1/m] (N,)."""
     import numpy as np
 
-    small, large = (np.ascontiguousarray(one, float) for one in (small, large))
-    found = np.empty((len(small), FILM_NUMBERS))
-    _numbers(lubricant, len(small), small, large, modulus, ball_radius, found)
-    return found
+    small, large = (np.ascontiguousarray(curvatures, float) for curvatures in (small, large))
+    numbers = np.empty((len(small), FILM_NUMBERS))
+    _numbers(lubricant, len(small), small, large, modulus, ball_radius, numbers)
+    return numbers
 
 
 def films(lubricant: "np.ndarray", numbers: "np.ndarray", load, speed) -> "np.ndarray":
@@ -158,18 +159,18 @@ def films(lubricant: "np.ndarray", numbers: "np.ndarray", load, speed) -> "np.nd
     """
     import numpy as np
 
-    load, speed = (np.ascontiguousarray(one, float) for one in (load, speed))
-    found = np.empty((len(load), FILM_RESULTS))
-    _films(lubricant, len(load), np.ascontiguousarray(numbers), load, speed, found)
-    return found
+    load, speed = np.ascontiguousarray(load, float), np.ascontiguousarray(speed, float)
+    results = np.empty((len(load), FILM_RESULTS))
+    _films(lubricant, len(load), np.ascontiguousarray(numbers), load, speed, results)
+    return results
 
 
 def lubricant_problems(parameters) -> list[str]:
     """Problems of the lubricant, one sentence each."""
     lubricant = parameters.lubricant
-    if not lubricated(parameters):
-        given = lubricant.name != "auto" or lubricant.viscosity_40 or lubricant.viscosity_100
-        return ["lubricant.kind = none leaves the oil unused; give lubricant.kind: grease or oil"] if given else []
+    if not is_lubricated(parameters):
+        has_oil = lubricant.name != "auto" or lubricant.viscosity_40 or lubricant.viscosity_100
+        return ["lubricant.kind = none leaves the oil unused; give lubricant.kind: grease or oil"] if has_oil else []
     cold, warm, temperature = lubricant.viscosity_40, lubricant.viscosity_100, parameters.temperature
     named, speed = lubricant.name != "auto" and (cold or warm), parameters.drive.speed
     rows = (
@@ -204,10 +205,8 @@ def ordinary_film(parameters, speed: float) -> float:
     from bearing_twin.contact.elasticity import ellipse
 
     geometry, materials = parameters.geometry, parameters.materials
-    radius = 0.5 * geometry.ball_diameter
-    small = 0.5 / radius - 0.5 / (geometry.inner_conformity * geometry.ball_diameter)
-    large = 0.5 / radius + 0.5 / (0.5 * geometry.pitch_diameter - radius)
-    modulus = effective_modulus(materials.ball, materials.inner_ring)
+    radius, modulus = 0.5 * geometry.ball_diameter, effective_modulus(materials.ball, materials.inner_ring)
+    small, large = nominal_curvatures(geometry)[0]
     load = (ORDINARY_PRESSURE / ellipse(small, large, modulus, 1.0).peak_pressure) ** 3
     lubricant = film_lubricant(parameters)
     numbers = film_numbers(lubricant, [small], [large], modulus, radius)

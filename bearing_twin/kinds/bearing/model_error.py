@@ -39,9 +39,9 @@ from bearing_twin.kinds.bearing.equilibrium import (
 )
 from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
-from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, as_chosen
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, with_chosen_friction
 from bearing_twin.kinds.bearing.rings import (
     PRESCRIBED,
     QUASI_STATIC,
@@ -49,8 +49,8 @@ from bearing_twin.kinds.bearing.rings import (
     dimension_of,
     free_coordinates,
     moving_centre,
+    scenes_by_speed,
     shaft_inertia,
-    with_speeds,
 )
 from bearing_twin.kinds.bearing.system import Loading
 from bearing_twin.kinds.error_estimates import (
@@ -190,7 +190,7 @@ def errors_of_run(parameters, law: str) -> list[EquilibriumErrors]:
         return []
     loading, found = Loading(parameters.rings.inner), []
     loads = dict.fromkeys(tuple(loading.at(time)[0].tolist()) for time in (0.0, float(parameters.run.duration)))
-    for one in with_speeds(parameters):
+    for one in scenes_by_speed(parameters):
         setting = setting_of(one, law, one.drive.speed)
         for load in loads:
             support = weighed_support(one, load)
@@ -241,11 +241,11 @@ def _of_ellipses(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, lis
 
 MISSING_PHYSICS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "film": (
-        lambda parameters: not lubricated(parameters),
+        lambda parameters: not is_lubricated(parameters),
         "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
     ),
     LUBRICATED: (
-        lubricated,
+        is_lubricated,
         "films are steady ones, at the temperature given: churning, seals and fresh grease are not computed, and a "
         "measured torque may differ by half",
     ),
@@ -352,7 +352,7 @@ class BearingErrors:
     in_stretches = False  # blocks may hold many
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters, self.choice = as_chosen(parameters, choice), choice
+        self.parameters, self.choice = with_chosen_friction(parameters, choice), choice
         balls = parameters.geometry.balls
         self.outputs = 0
         self.load = np.zeros((balls, 2))
@@ -473,7 +473,7 @@ class BearingErrors:
             return {}
         contact, drive, lubricant = self.parameters.contact, self.parameters.drive, self.parameters.lubricant
         over_patch, coefficient = FRICTIONS[contact.friction].over_patch, contact.friction_coefficient
-        if lubricated(self.parameters):  # at most
+        if is_lubricated(self.parameters):  # at most
             coefficient = max(lubricant.boundary_friction, lubricant.film_friction)
         most, power = np.zeros(len(self.load)), 0.0
         for side, ball in np.argwhere(self.load.T > 0.0):

@@ -15,7 +15,7 @@ from bearing_twin.contact.validity import pressure_warning, shoulder_warning
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, weighed_support
 from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
-from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.rings import (
     COMMON_STEPS,
     FREE_RING,
@@ -144,7 +144,7 @@ def rim_speed(parameters) -> float:
 
 def spins_slowly(parameters) -> bool:
     """True if the coarsest rule of points over the contact patch is fine enough."""
-    if lubricated(parameters) or parameters.wanted.tolerance >= SMOOTH:
+    if is_lubricated(parameters) or parameters.wanted.tolerance >= SMOOTH:
         return True
     return rim_speed(parameters) < parameters.contact.friction_regularisation
 

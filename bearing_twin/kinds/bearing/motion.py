@@ -44,8 +44,8 @@ from bearing_twin.kinds.bearing.integrate import (
     too_long,
 )
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, outer_ring_forces, write_outputs
-from bearing_twin.kinds.bearing.parameters import BearingScene, as_chosen, has_sensor
-from bearing_twin.kinds.bearing.rings import QUASI_STATIC, keeps_apart
+from bearing_twin.kinds.bearing.parameters import BearingScene, has_sensor, with_chosen_friction
+from bearing_twin.kinds.bearing.rings import QUASI_STATIC, separates_balls
 from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
     BODY_COLUMNS,
@@ -178,11 +178,11 @@ class BearingMotion(CommandedBearing):
     """
 
     def __init__(self, parameters: BearingScene, choice: Choice):
-        self.parameters = parameters = as_chosen(parameters, choice)
+        self.parameters = parameters = with_chosen_friction(parameters, choice)
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.bodies = bodies = coupled_bodies_of(parameters)
-        self._apart = keeps_apart(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
+        self._apart = separates_balls(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
         quick = not has_sensor(parameters) and (not bodies.active or (self._apart and bodies.ring))
         self.longest_chunk = LONGEST if quick else None
         if self.bearing.ring:

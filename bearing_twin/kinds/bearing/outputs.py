@@ -12,7 +12,7 @@ from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.core import INTEGER, INTEGERS, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.geometry import moduli
-from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.system import numbers_of, numbers_of_bodies
 from bearing_twin.kinds.topics import NUMBERS
@@ -24,7 +24,7 @@ OWN, FILMS = 19, 2  # channels with a ball's own numbers, and those of films tha
 
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     """The channels of a bearing with N balls; vectors in `bearing_link`, contact rows ball x (inner, outer)."""
-    return _channels(parameters.geometry.balls, lubricated(parameters))
+    return _channels(parameters.geometry.balls, is_lubricated(parameters))
 
 
 # The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.
@@ -147,7 +147,7 @@ def _layout(n: int, films: bool) -> Layout:
 
 def empty_outputs(parameters: BearingScene, count: int) -> Rows:
     """Room for `count` solver outputs: all channels side by side."""
-    layout = _layout(parameters.geometry.balls, lubricated(parameters))
+    layout = _layout(parameters.geometry.balls, is_lubricated(parameters))
     return Rows(layout, np.empty((count, layout.width)))
 
 
@@ -165,7 +165,7 @@ def write_outputs(parameters, bearing, bodies, drive, times, states, orientation
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `body_states`
     (count, BODY_COLUMNS) are those of ring, cage and shaft, the `bodies`. Every column of a row is written.
     """
-    places = _places(parameters.geometry.balls, lubricated(parameters))
+    places = _places(parameters.geometry.balls, is_lubricated(parameters))
     _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), places, rows)
 
 

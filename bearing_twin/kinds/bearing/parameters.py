@@ -20,8 +20,8 @@ from bearing_twin.kinds.bearing.lubricant import (
     NONE,
     Lubricant,
     Surface,
+    is_lubricated,
     lubricant_problems,
-    lubricated,
     rolling_speed,
 )
 from bearing_twin.kinds.bearing.rings import (
@@ -84,7 +84,7 @@ class Sensor:
     @property
     def unit_direction(self) -> tuple[float, ...]:
         """The direction, of length 1."""
-        return tuple(one / math.hypot(*self.direction) for one in self.direction)
+        return tuple(component / math.hypot(*self.direction) for component in self.direction)
 
 
 def has_sensor(parameters) -> bool:
@@ -108,13 +108,13 @@ def sensor_problems(parameters, geometry) -> list[str]:
         legal = " or ".join(COMMON_STEPS)
         problems.append(f"solver.stepper = {stepper} takes no samples between its steps; use {legal}")
     ratio = geometry.ball_diameter / geometry.pitch_diameter
-    for number, one in enumerate(parameters.defects):
-        share = {"outer": 1.0 - ratio, "inner": 1.0 + ratio, "ball": 1.0 / ratio - ratio}[one.on]
-        speed = 0.5 * share * abs(parameters.drive.changed_speed) * one.radius(geometry)
-        least = SAMPLES_A_PULSE * speed / (0.5 * one.spall.length) if one.spall.length else 0.0
+    for index, defect in enumerate(parameters.defects):
+        share = {"outer": 1.0 - ratio, "inner": 1.0 + ratio, "ball": 1.0 / ratio - ratio}[defect.on]
+        speed = 0.5 * share * abs(parameters.drive.changed_speed) * defect.radius(geometry)
+        least = SAMPLES_A_PULSE * speed / (0.5 * defect.spall.length) if defect.spall.length else 0.0
         if sensor.rate < least:
             problems.append(
-                f"sensor.rate = {sensor.rate:g} Hz is too low for the double pulse of defects[{number}]; "
+                f"sensor.rate = {sensor.rate:g} Hz is too low for the double pulse of defects[{index}]; "
                 f"at least {math.ceil(least)} Hz"
             )
     return problems
@@ -294,8 +294,8 @@ class BearingScene(SceneParameters):
         Spin of contacts is a part of the torque of a lubricated bearing.
         """
         contact, lubricant = scene.get("contact", {}), scene.get("lubricant")
-        greased = isinstance(lubricant, Mapping) and lubricant.get("kind", NONE) != NONE
-        if greased and isinstance(contact, Mapping) and "friction" not in contact:
+        has_lubricant = isinstance(lubricant, Mapping) and lubricant.get("kind", NONE) != NONE
+        if has_lubricant and isinstance(contact, Mapping) and "friction" not in contact:
             scene = {**scene, "contact": {**contact, "friction": AUTO}}
         return catalogue.completed(scene)
 
@@ -321,7 +321,7 @@ class BearingScene(SceneParameters):
         """Slip speed [m/s] below which friction is smoothed by default: in oil friction saturates with the rolling."""
         drive = self.drive
         rolling = rolling_speed(self.geometry, max(abs(drive.speed), abs(drive.changed_speed)))
-        return min(SMOOTHING, CREEP * rolling or SMOOTHING) if lubricated(self) else SMOOTHING
+        return min(SMOOTHING, CREEP * rolling or SMOOTHING) if is_lubricated(self) else SMOOTHING
 
     def check(self) -> list[str]:
         """Contradictions between numbers that are legal alone, one sentence each that names keys, values and limits."""
@@ -332,7 +332,7 @@ class BearingScene(SceneParameters):
         crowded = geometry.balls >= 2 and pitch > ball > pitch * math.sin(math.pi / geometry.balls)
         fitting = math.floor(math.pi / math.asin(min(ball / pitch, 1.0)))
         widest = 0.5 * (pitch / ball + 1.0)
-        least, most = -GREATEST_INTERFERENCE * ball, GREATEST_CLEARANCE * ball
+        least, greatest = -GREATEST_INTERFERENCE * ball, GREATEST_CLEARANCE * ball
         rows = (
             (
                 pitch <= ball,
@@ -350,15 +350,17 @@ class BearingScene(SceneParameters):
                 f"ring; it must be below {widest:.6g} for this ball and pitch diameter",
             ),
             (
-                not least <= clearance <= most,
+                not least <= clearance <= greatest,
                 f"geometry.radial_clearance = {clearance:g} m is outside what a ball of {ball:g} m bears; it must be "
-                f"between {least:.6g} and {most:.6g} m",
+                f"between {least:.6g} and {greatest:.6g} m",
             ),
         )
         problems = [sentence for wrong, sentence in rows if wrong]
-        places = {"drive.offset": drive.offset, "drive.offset + drive.change.offset": drive.changed_offset}
-        if least <= clearance <= most:
-            problems += list(filter(None, (_check_offset(*one, geometry) for one in places.items())))[:1]
+        if least <= clearance <= greatest:
+            problem = _offset_problem("drive.offset", drive.offset, geometry) or _offset_problem(
+                "drive.offset + drive.change.offset", drive.changed_offset, geometry
+            )
+            problems += [problem] if problem else []
         problems += [
             *ring_problems(self),
             *defect_problems(self.defects, geometry),
@@ -389,46 +391,41 @@ def viscous_terms(contact: BearingContact) -> tuple[float, float]:
     return damping_for_restitution(contact.restitution, contact.restitution_speed), 0.0
 
 
-def rubbing_by(parameters: BearingScene, friction: str) -> BearingScene:
-    """The same with this friction model in the place of `auto`."""
+@functools.lru_cache(64)  # equal scenes stay one object, which copies of a run's writers share
+def with_friction(parameters: BearingScene, friction: str) -> BearingScene:
+    """The same scene with this friction model if its own is `auto`."""
     if parameters.contact.friction != AUTO:
         return parameters
     return dataclasses.replace(parameters, contact=dataclasses.replace(parameters.contact, friction=friction))
 
 
-@functools.lru_cache(64)  # one scene for all who ask: a copy of a run's writers shares it
-def _rubbing(parameters: BearingScene, name: str) -> BearingScene:
-    return rubbing_by(parameters, name)
-
-
-def as_chosen(parameters: BearingScene, choice=None) -> BearingScene:
-    """The scene with a friction model in the place of `auto`: that which a choice names, else that of the rules."""
+def with_chosen_friction(parameters: BearingScene, choice=None) -> BearingScene:
+    """The scene with the friction model of a choice, else of the rules, if its own is `auto`."""
     if parameters.contact.friction != AUTO:
         return parameters
-    named = getattr(choice, "friction", "")  # a log may say anything
-    if named not in friction_names():
-        named = pick(BEARING, "contact.friction", parameters).value
-    return _rubbing(parameters, named)
+    name = getattr(choice, "friction", "")  # that of a log may be any text
+    if name not in friction_names():
+        name = pick(BEARING, "contact.friction", parameters).value
+    return with_friction(parameters, name)
 
 
-def _check_offset(key: str, vector: tuple[float, float, float], geometry: Geometry) -> str:
-    """Problem of this displacement of the inner ring for a ball anywhere on its way round, "" if nothing.
+def _offset_problem(key: str, offset: tuple[float, float, float], geometry: Geometry) -> str:
+    """Problem of this offset of the inner ring for a ball anywhere along its orbit, "" if there is none.
 
     Between the centres of the grooves lie A_r = (f_i + f_o - 1) D - c/2 + r cos(psi) and A_z = z; the ball is squeezed
     by hypot(A_r, A_z) - (f_i + f_o - 1) D at the angle of this line, most of all where the radial offset r points.
     """
-    ball, radial, axial = geometry.ball_diameter, math.hypot(*vector[:2]), abs(vector[2])
+    ball, radial, axial = geometry.ball_diameter, math.hypot(*offset[:2]), abs(offset[2])
     free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * ball
     middle, limit = free - 0.5 * geometry.radial_clearance, GREATEST_SQUEEZE * ball
     squeeze = math.hypot(middle + radial, axial) - free
     if squeeze > limit and radial + axial > 0.0:
         # the root s of |(middle, 0) + s (radial, axial)| = free + limit
         length = math.hypot(radial, axial)
-        along = middle * radial / length
-        longest = (free + limit) ** 2 - middle**2
-        longest = longest / (along + math.sqrt(along**2 + longest)) if longest > 0.0 else 0.0
+        half_b, c = middle * radial / length, (free + limit) ** 2 - middle**2
+        longest = c / (half_b + math.sqrt(half_b**2 + c)) if c > 0.0 else 0.0
         return (
-            f"{key} = {list(vector)} m squeezes a ball by {squeeze:.4g} m between the raceways, more than a contact "
+            f"{key} = {list(offset)} m squeezes a ball by {squeeze:.4g} m between the raceways, more than a contact "
             f"bears ({limit:.4g} m, {100.0 * GREATEST_SQUEEZE:g} % of its diameter); in this direction its length must "
             f"be below {longest:.5g} m"
         )
@@ -437,7 +434,7 @@ def _check_offset(key: str, vector: tuple[float, float, float], geometry: Geomet
     angle = math.atan2(axial, nearest)
     if nearest <= middle + radial and angle > GREATEST_ANGLE:
         return (
-            f"{key} = {list(vector)} m brings contacts to an angle of {math.degrees(angle):.3g} degrees, on the edge "
+            f"{key} = {list(offset)} m brings contacts to an angle of {math.degrees(angle):.3g} degrees, on the edge "
             f"of the grooves; at most {math.degrees(GREATEST_ANGLE):.3g} degrees: shorten its part along z, or lower "
             "geometry.radial_clearance"
         )

@@ -1,6 +1,6 @@
 """The figures of a bearing run by name: what each is, which a scene lacks, and which a study may ask for."""
 
-from bearing_twin.kinds.bearing.lubricant import lubricated
+from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.parameters import has_sensor
 from bearing_twin.kinds.bearing.rings import BALLS, TORQUE, free_coordinates, moving_centre
 from bearing_twin.kinds.contract import Quantity, figure_quantities
@@ -33,8 +33,8 @@ MEANINGS = {
     "ring_displacement_range_m": f"greatest minus least displacement, {HALF}; none of a ring that is held",
     "ring_force_range_n": f"greatest minus least force of the balls, {HALF}",
     **{
-        f"{key}_{ring}{suffix}": f"{words.format(ring=ring)}, one value a ball"
-        for key, suffix, words in (
+        f"{key}_{ring}{suffix}": f"{meaning.format(ring=ring)}, one value a ball"
+        for key, suffix, meaning in (
             ("normal_load", "_n", f"load on the {{ring}} raceway, {LATE}"),
             ("greatest_normal_load", "_n", "load on the {ring} raceway, greatest of all outputs"),
             ("contact_angle", "_rad", f"on the {{ring}} raceway, {PEAK}, > 0 where the ring is pushed along +z"),
@@ -54,8 +54,8 @@ MEANINGS = {
     f"centre, {LATE}; none from equilibria",
     "acceleration_rms_m_s2": f"of the sensor's samples, {LAST}",
     **{
-        f"{key}_over_noise_db": f"level of the line {words} in the envelope spectrum over the median around it, {LAST}"
-        for key, words in LINES.items()
+        f"{key}_over_noise_db": f"level of the line {line} in the envelope spectrum over the median around it, {LAST}"
+        for key, line in LINES.items()
     },
 }
 """Meanings of the figures' keys, in their order."""
@@ -75,7 +75,7 @@ def missing(parameters, in_equilibrium: bool = False) -> dict[str, str]:
     unheard = "the scene has no sensor; give it one by sensor.on: housing"
     rows = (
         (turned, "a torque turns the inner ring", "catalogue_drive_torque_nm"),
-        (in_equilibrium and not lubricated(parameters), rolling, "dissipated_j", "drive_torque_nm"),
+        (in_equilibrium and not is_lubricated(parameters), rolling, "dissipated_j", "drive_torque_nm"),
         (in_equilibrium, rolling, "friction_torque_nm", "cage_slip", "greatest_pocket_force_n"),
         (not turned, steady, "run_up_time_s"),
         (not any(free[:3]), held, "ring_displacement_m", "ring_displacement_range_m"),
@@ -91,7 +91,7 @@ def missing(parameters, in_equilibrium: bool = False) -> dict[str, str]:
 def _greatest(meaning: str, name: str, unit: str) -> Quantity:
     """The greatest size of the numbers of both raceways."""
     keys = tuple(f"{name}_{ring}_{unit}" for ring in ("inner", "outer"))
-    return Quantity(keys, lambda *lists: max(abs(float(one)) for values in lists for one in values), meaning)
+    return Quantity(keys, lambda *lists: max(abs(float(value)) for values in lists for value in values), meaning)
 
 
 def quantities() -> dict[str, Quantity]:

@@ -25,9 +25,9 @@ class LoadChange:
     moment: tuple[float, float] = quantity((0.0, 0.0), "N m", "added to moment")
 
 
-def steady_load(where: str):
-    """The key `load` [N]: the force on the body, `where` says at which point."""
-    return quantity((0.0, 0.0, 0.0), "N", f"force {where}")
+def steady_load(point: str):
+    """The key `load` [N]: the force on a body at a point, as `on the inner ring at its centre`."""
+    return quantity((0.0, 0.0, 0.0), "N", f"force {point}")
 
 
 def steady_moment(body: str):
@@ -89,13 +89,13 @@ class Drive:
 
     @property
     def changed_speed(self) -> float:
-        """The speed [rad/s] once the change has come."""
+        """The speed [rad/s] after the change."""
         return self.speed + self.change.speed
 
     @property
     def changed_offset(self) -> tuple[float, float, float]:
-        """Displacement of the ring's centre [m] once the change has come."""
-        x, y, z = (here + more for here, more in zip(self.offset, self.change.offset, strict=True))
+        """Displacement of the ring's centre [m] after the change."""
+        x, y, z = (offset + change for offset, change in zip(self.offset, self.change.offset, strict=True))
         return x, y, z
 
 
@@ -110,15 +110,15 @@ def cage_inertia(parameters) -> float:
     return cage.inertia or cage.mass * (0.5 * parameters.geometry.pitch_diameter) ** 2
 
 
-def runs_away(parameters, torque: float) -> str:
-    """Sentence on a torque [N m] that turns the ring to drive.greatest_speed within an output; "" for others."""
+def torque_problem(parameters, torque: float) -> str:
+    """Problem of a torque [N m] that turns the ring to drive.greatest_speed within an output; "" if there is none."""
     drive = parameters.drive
-    most = drive.greatest_speed * (shaft_inertia(parameters) * parameters.run.output_rate + drive.damping)
-    if abs(torque) <= most:
+    limit = drive.greatest_speed * (shaft_inertia(parameters) * parameters.run.output_rate + drive.damping)
+    if abs(torque) <= limit:
         return ""
     return (
         f"a torque of {torque:g} N m turns the inner ring from rest to drive.greatest_speed = {drive.greatest_speed:g} "
-        f"rad/s between two outputs; take at most {most:.3g} N m, or more drive.inertia"
+        f"rad/s between two outputs; take at most {limit:.3g} N m, or more drive.inertia"
     )
 
 
@@ -126,9 +126,9 @@ def torque_problems(parameters, in_equilibrium: bool) -> list[str]:
     """Contradictions of a drive that gives a torque, one sentence each."""
     drive = parameters.drive
     if drive.kind == SPEED:
-        given = [f"drive.{key}" for key in ("torque", "torque_table", "inertia", "damping") if getattr(drive, key)]
-        return [f"{' and '.join(given)} act where drive.kind is torque; set it, or leave them out"] if given else []
-    greatest = max((drive.torque, *(drive.torque + more for _, more in drive.torque_table)), key=abs)
+        idle = [f"drive.{key}" for key in ("torque", "torque_table", "inertia", "damping") if getattr(drive, key)]
+        return [f"{' and '.join(idle)} act where drive.kind is torque; set it, or leave them out"] if idle else []
+    greatest = max((drive.torque, *(drive.torque + added for _, added in drive.torque_table)), key=abs)
     rows = (
         (
             in_equilibrium,
@@ -151,11 +151,11 @@ def torque_problems(parameters, in_equilibrium: bool) -> list[str]:
         ),
     )
     problems = [sentence for wrong, sentence in rows if wrong]
-    return problems or list(filter(None, [runs_away(parameters, greatest)]))
+    return problems or list(filter(None, [torque_problem(parameters, greatest)]))
 
 
-def with_speeds(parameters) -> list:
-    """The scene, and with the speed at its end where that is another: equilibria differ in what they leave out."""
+def scenes_by_speed(parameters) -> list:
+    """The scene, and the scene at its changed speed if it has one."""
     drive = parameters.drive
     if not drive.change.speed:
         return [parameters]
@@ -308,35 +308,32 @@ def free_coordinates(parameters) -> tuple[bool, ...]:
 
 
 def dimension_of(parameters) -> str:
-    """The dimension a scene asks for; `auto` is quasi_static where the ring is loaded, free or tilted.
+    """The dimension of a scene; `auto` is quasi_static where the ring is loaded, free or tilted.
 
-    It is free where a torque turns such a ring, or it has mass, balls have a cage, and loads alone are wanted.
+    It is free where a torque turns such a ring, or it has mass, balls have a cage, and only loads are requested.
     """
-    follows, drive = any(free_coordinates(parameters)), parameters.drive
+    has_freedom, drive = any(free_coordinates(parameters)), parameters.drive
     if parameters.model.dimension != "auto":
         return parameters.model.dimension
     massive = parameters.rings.inner.mass and parameters.cage.kind != "none" and parameters.wanted.outputs == LOADS
-    if follows and (drive.kind == TORQUE or massive):
+    if has_freedom and (drive.kind == TORQUE or massive):
         return FREE_RING
-    return QUASI_STATIC if drive.kind != TORQUE and (follows or any(drive.tilt)) else PRESCRIBED
+    return QUASI_STATIC if drive.kind != TORQUE and (has_freedom or any(drive.tilt)) else PRESCRIBED
 
 
 def idle_loads(parameters, load, moment, *names: str) -> list[str]:
-    """Problem of loads [N] (3,) or moments [N m] (2,) of these names that act on held coordinates."""
-    return _idle(parameters.rings.inner.free, free_coordinates(parameters), load, moment, *names)
-
-
-def _idle(freedom: str, free, load, moment, *names: str) -> list[str]:
+    """Problem of a load [N] (3,) and a moment [N m] (2,) of these names that act on held coordinates."""
+    free = free_coordinates(parameters)
     idle = [
         f"{name}[{i}] = {value:g} {unit}"
         for name, unit, values, freedom in zip(names, ("N", "N m"), (load, moment), (free[:3], free[3:]), strict=True)
-        for i, (value, one) in enumerate(zip(values, freedom, strict=True))
-        if value != 0.0 and not one
+        for i, (value, is_free) in enumerate(zip(values, freedom, strict=True))
+        if value != 0.0 and not is_free
     ]
     if not idle:
         return []
     return [
-        f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {freedom} holds; leave "
+        f"{' and '.join(idle)} acts on a coordinate that rings.inner.free = {parameters.rings.inner.free} holds; leave "
         "the load out or free the coordinate"
     ]
 
@@ -350,21 +347,22 @@ def ring_problems(parameters) -> list[str]:
     for name, load, moment in (
         ("", ring.load, ring.moment),
         ("change.", ring.change.load, ring.change.moment),
-        *((f"table[{number}].", row[1:4], row[4:]) for number, row in enumerate(ring.table)),
+        *((f"table[{index}].", row[1:4], row[4:]) for index, row in enumerate(ring.table)),
     ):
         names = f"rings.inner.{name}load", f"rings.inner.{name}moment"
-        problems = problems or _idle(ring.free, free, load, moment, *names)
+        problems = problems or idle_loads(parameters, load, moment, *names)
     support = ring.support
-    held = *support.stiffness, *support.damping, support.tilt_stiffness, support.tilt_damping
-    dynamic = any((*ring.change.load, *ring.change.moment, ring.unbalance, ring.table)) or any(held)
-    moving = [words for words, is_so in (
+    springs = *support.stiffness, *support.damping, support.tilt_stiffness, support.tilt_damping
+    dynamic = any((*ring.change.load, *ring.change.moment, ring.unbalance, ring.table)) or any(springs)
+    bodies = (
         ("a ring with mass", massive),
         ("a shaft by a torque", drive.kind == TORQUE and moves),
         ("a cage", cage.kind not in (AUTO, "none") and moves),
-    ) if is_so]  # fmt: skip
-    pockets, room = cage.kind == POCKETS and moves, pocket_pitch(parameters.geometry)
-    guided, named = cage.guidance != CENTRED, f"cage.guidance = {cage.guidance}"
-    half, inside = 0.5 * parameters.geometry.pitch_diameter, cage.guidance == INNER_LAND
+    )
+    moving = [body for body, is_moving in bodies if is_moving]
+    pockets, pitch = cage.kind == POCKETS and moves, pocket_pitch(parameters.geometry)
+    guided, guidance = cage.guidance != CENTRED, f"cage.guidance = {cage.guidance}"
+    radius, inside = 0.5 * parameters.geometry.pitch_diameter, cage.guidance == INNER_LAND
     on_land = cage.guidance in (INNER_LAND, OUTER_LAND) and cage.land_radius
     in_pockets = guided and cage.kind == POCKETS
     rows = (
@@ -400,30 +398,30 @@ def ring_problems(parameters) -> list[str]:
             "cage.kind = pockets wants cage.mass or cage.inertia above 0; a cage without is even",
         ),
         (
-            pockets and cage.pocket_clearance >= 0.5 * room,
+            pockets and cage.pocket_clearance >= 0.5 * pitch,
             f"cage.pocket_clearance = {cage.pocket_clearance:g} m reaches into the next pocket; at most "
-            f"{0.5 * room:.4g} m",
+            f"{0.5 * pitch:.4g} m",
         ),
-        (guided and not in_pockets, f"{named} guides a cage of kind pockets; set cage.kind: pockets"),
+        (guided and not in_pockets, f"{guidance} guides a cage of kind pockets; set cage.kind: pockets"),
         (
             in_pockets and prescribed,
-            f"{named} is built for a ring with mass; set model.dimension: free with rings.inner.mass",
+            f"{guidance} is built for a ring with mass; set model.dimension: free with rings.inner.mass",
         ),
         (
             in_pockets and (any(free[3:]) or any(drive.tilt)),
-            f"{named} is not built for a ring that tilts; use rings.inner.free: displacement",
+            f"{guidance} is not built for a ring that tilts; use rings.inner.free: displacement",
         ),
-        (in_pockets and cage.mass == 0.0, f"{named} moves the cage's mass; give cage.mass above 0 kg"),
+        (in_pockets and cage.mass == 0.0, f"{guidance} moves the cage's mass; give cage.mass above 0 kg"),
         (
-            in_pockets and on_land and ((cage.land_radius >= half) if inside else (cage.land_radius <= half)),
+            in_pockets and on_land and ((cage.land_radius >= radius) if inside else (cage.land_radius <= radius)),
             f"cage.land_radius = {cage.land_radius:g} m: the land of the {cage.guidance} ring lies "
-            f"{'inside' if inside else 'outside'} the pitch circle, whose radius is {half:.4g} m",
+            f"{'inside' if inside else 'outside'} the pitch circle, whose radius is {radius:.4g} m",
         ),
     )
     return problems + [sentence for wrong, sentence in rows if wrong]
 
 
-def keeps_apart(cage, geometry, reach: float) -> bool:
+def separates_balls(cage, geometry, reach: float) -> bool:
     """True if a cage keeps more than `reach` [m] between the surfaces of neighbours, as long as its pockets hold."""
     if cage.kind == POCKETS:
         return pocket_pitch(geometry) - geometry.ball_diameter - cage.pocket_clearance > reach

@@ -20,7 +20,7 @@ from bearing_twin.contact.friction import FRICTIONS, POINT, patch_by
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.kinds.bearing.geometry import operating_geometry
-from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, lubricated
+from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, is_lubricated
 from bearing_twin.kinds.bearing.parameters import BearingScene, has_sensor, viscous_terms
 from bearing_twin.kinds.bearing.rings import (
     BALLS,
@@ -350,7 +350,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     inner = raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring))
     outer = raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring))
     patch, coefficient, film = (), contact.friction_coefficient, ()
-    if lubricated(parameters):
+    if is_lubricated(parameters):
         oil, coefficient = film_lubricant(parameters), parameters.lubricant.boundary_friction
         film = oil, films_along(oil, inner, radius, -1.0), films_along(oil, outer, radius, 1.0)
     if friction.over_patch:
