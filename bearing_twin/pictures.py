@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from bearing_twin import __version__
-from bearing_twin.base.paths import write_whole
-from bearing_twin.base.units import prefixed
+from bearing_twin.base.paths import write_atomic
+from bearing_twin.base.units import prefixed_unit
 
 STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6dc", "edge": "#8a97a3"}
 
@@ -42,7 +42,7 @@ def marker_of(outputs: int) -> str:
 
 def scaled(values, unit) -> tuple[float, str]:
     """(factor, unit with prefix) that makes the values readable."""
-    return prefixed(float(np.nanmax(np.abs(values))) if np.size(values) else 0.0, unit)
+    return prefixed_unit(float(np.nanmax(np.abs(values))) if np.size(values) else 0.0, unit)
 
 
 def heading(axis, text: str, across: str | None = None, up: str | None = None, pad: float = 6.0) -> None:
@@ -88,7 +88,7 @@ def save(figure, path, **options) -> Path:
     """Writes a figure as a PNG, whole or not at all; raises BearingTwinError where that is impossible."""
     drawn = io.BytesIO()
     figure.savefig(drawn, format="png", **options)
-    return write_whole(path, drawn.getvalue())
+    return write_atomic(path, drawn.getvalue())
 
 
 NUMBERS = 0.25 * np.pi  # azimuth [rad] near which the numbers of the circles stand, where nothing pushes

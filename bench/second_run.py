@@ -16,7 +16,7 @@ import time
 import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.sample import joined
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.kinds import KINDS, error_estimates
 from bearing_twin.run.scene import choose, load_scene, scene_names
 from bearing_twin.run.second_run import Differences, difference, has_second_run
@@ -104,7 +104,7 @@ def errors(scene):
     exact_blocks, exact = truth(plain, kind, choice)
     comparison, differences = kind.comparison(scene.parameters, choice), Differences(scene.parameters.wanted.tolerance)
     horizon = report.errors.get("horizon_s")
-    run, exact_run = joined(blocks), joined(exact_blocks)  # as a finer mesh has chunks of other lengths
+    run, exact_run = join_blocks(blocks), join_blocks(exact_blocks)  # as a finer mesh has chunks of other lengths
     until = int(np.sum(run.time_ns <= 1e9 * (horizon if horizon is not None else np.inf) + 0.5))
     if until:
         pair = run.part(0, until), exact_run.part(0, until)

@@ -13,10 +13,10 @@ import pytest
 from hypothesis import settings
 from processes import own_domain
 
-from bearing_twin.base.process import one_processor
+from bearing_twin.base.process import limit_blas_threads
 from bearing_twin.command import cli
 
-one_processor()
+limit_blas_threads()
 gc.disable()  # until all tests are collected: what modules hold is no garbage
 # Each process that a test starts would compile every module of Python for itself, 0.3 s.
 sys.dont_write_bytecode = False
@@ -169,8 +169,8 @@ def here(monkeypatch, capfd):
 
     kept, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
 
-    monkeypatch.setattr(process, "leave", lambda code: None)  # which would end the tests, too
-    monkeypatch.setattr(process, "prepare", lambda: None)  # streams are those of the tests
+    monkeypatch.setattr(process, "exit_process", lambda code: None)  # which would end the tests, too
+    monkeypatch.setattr(process, "prepare_streams", lambda: None)  # streams are those of the tests
 
     def call(name, *arguments):
         monkeypatch.setattr(sys, "argv", [name, *arguments])

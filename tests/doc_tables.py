@@ -14,7 +14,7 @@ from pathlib import Path
 from failure_rows import FAILURES
 
 from bearing_twin.base.parameters import describe
-from bearing_twin.base.units import named, two_digits, with_unit
+from bearing_twin.base.units import label_and_unit, two_digits, with_unit
 from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.charts import CHARTS, chart_of
 from bearing_twin.charts.contest import cheapest, read_table
@@ -220,7 +220,7 @@ def _keys() -> str:
 
 def _figures() -> str:
     rows = (
-        (kind, f"`{key}`", named(key)[1] or "-", meaning)
+        (kind, f"`{key}`", label_and_unit(key)[1] or "-", meaning)
         for kind, entry in SHIPPED_KINDS.items()
         for key, meaning in entry.meanings_of().items()
     )

@@ -1,7 +1,7 @@
 """An impact as tests look at it: the channels of a whole run by name, and its figures."""
 
 from bearing_twin import load_scene, simulate
-from bearing_twin.base.sample import joined
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.kinds.bodies.impact import ContactPeriod
 
 
@@ -10,7 +10,7 @@ class SolvedImpact:
 
     def __init__(self, scene, *overrides):
         run = simulate(load_scene(scene, (*overrides, "solver.check=none")))
-        block, self.figures = joined(list(run.blocks())), run.report.figures
+        block, self.figures = join_blocks(list(run.blocks())), run.report.figures
         self.time, self.values, self.force = 1e-9 * block.time_ns, block.values, block["normal_load"]
         self.contacts = tuple(ContactPeriod(*one.values()) for one in self.figures["contacts"])
         names = "peak_force_n", "greatest_approach_m", "restitution", "energy_closure"

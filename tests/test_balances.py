@@ -285,7 +285,7 @@ def test_contacts_of_each_body_add_up_to_its_wrench_and_all_wrenches_to_zero(mak
 def outputs_of(name, *overrides, count=300):
     """The first `count` outputs of a scene, its topics, and where these place the frames of the bodies."""
     scene = load_scene(name, overrides)
-    output = Output(scene.parameters, "hertz", Simulation(scene).advance(count).sampled(range(count)))
+    output = Output(scene.parameters, "hertz", Simulation(scene).advance(count).sample_rows(range(count)))
     table = {topic.name: topic for topic in KINDS[scene.kind].topics(scene.parameters)}
     frames = table["/tf"].fields(output)["transforms"]
     return output, table, {one["child_frame_id"]: one["transform"]["translation"] for one in frames}

@@ -10,7 +10,7 @@ from reference.ellipsoid import contact_delay, rocking_rate
 from runs import a_choice, reported
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.base.sample import joined
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.charts import reference
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact.elasticity import coefficient_of
@@ -307,7 +307,7 @@ def scene(**sections):
 def run(**sections):
     """Figures and all outputs of a run."""
     found = simulate(scene(**sections))
-    whole = joined(list(found.blocks()))
+    whole = join_blocks(list(found.blocks()))
     return found.report.figures, whole.values
 
 

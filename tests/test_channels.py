@@ -153,7 +153,7 @@ def test_markers():
     scene = made_up_scene(balls=2)
     block, diameter = made_up_block(scene, 7, seed=3), scene.parameters.geometry.ball_diameter
     [topic] = (one for one in topics(scene) if one.name == "markers")
-    found = topic.fields(Output(scene.parameters, "hertz", block.sampled(range(7))))["markers"]
+    found = topic.fields(Output(scene.parameters, "hertz", block.sample_rows(range(7))))["markers"]
     marker = {(one["ns"], one["id"]): one for one in found}
     assert len(marker) == len(found)
     assert marker["balls", 0]["points"] == pytest.approx(block.values["position"])
@@ -207,8 +207,11 @@ def test_many_messages_at_once_are_those_one_by_one(name):
     for topic in KINDS[scene.kind].topics(scene.parameters):
         if topic.rate not in (PUBLISH, MARKERS):
             continue
-        several, encoder = Output(scene.parameters, "hertz", block.sampled(rows)), Encoder(topic.ros_type, topic.frame)
-        ones = (Output(scene.parameters, "hertz", block.sampled(range(row, row + 1))) for row in rows)
+        several, encoder = (
+            Output(scene.parameters, "hertz", block.sample_rows(rows)),
+            Encoder(topic.ros_type, topic.frame),
+        )
+        ones = (Output(scene.parameters, "hertz", block.sample_rows(range(row, row + 1))) for row in rows)
         stamps = 5 + several.sample.time_ns
         alone = [
             encoded(topic.ros_type, without_rows(topic.fields(one)), int(stamp), topic.frame)

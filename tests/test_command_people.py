@@ -9,8 +9,8 @@ import sys
 
 import pytest
 
-from bearing_twin.base.errors import LONGEST_ECHO, name_of_peer
-from bearing_twin.base.units import UNITS, for_people, known_digits, readable
+from bearing_twin.base.errors import LONGEST_ECHO, peer_name
+from bearing_twin.base.units import UNITS, readable_label, readable_unit, rounded_to_error
 from bearing_twin.command import cli, commands
 from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.command.commands import COMMANDS
@@ -62,7 +62,7 @@ def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch
     ],
 )
 def test_a_number_is_shown_to_the_second_digit_of_its_error(value, error, shown):
-    assert known_digits(value, error) == shown
+    assert rounded_to_error(value, error) == shown
 
 
 def cli_outcome():
@@ -85,11 +85,11 @@ def test_every_unit_that_people_read_is_the_same_quantity():
     assert set(of_people) == set(exact)
     for name, (symbol, factor) in of_people.items():
         assert (symbol, factor) == (exact[name][0], pytest.approx(exact[name][1], rel=1e-15))
-    assert for_people(2e-5, UNITS["m"]) == ("µm", pytest.approx(1e6))
+    assert readable_unit(2e-5, UNITS["m"]) == ("µm", pytest.approx(1e6))
     forces = {3.96e7: ("MN", 1e-6), 15000.0: ("kN", 1e-3), 1500.0: ("N", 1.0), 0.0: ("N", 1.0), 7e-3: ("mN", 1e3)}
-    assert {size: for_people(size, UNITS["N"]) for size in forces} == forces
-    assert readable("peak_pressure_inner_pa", 1e9) == ("peak pressure inner", "MPa", 1e-6)
-    assert readable("energy_closure", 1.0) == ("energy closure", "", 1.0)
+    assert {size: readable_unit(size, UNITS["N"]) for size in forces} == forces
+    assert readable_label("peak_pressure_inner_pa", 1e9) == ("peak pressure inner", "MPa", 1e-6)
+    assert readable_label("energy_closure", 1.0) == ("energy closure", "", 1.0)
 
 
 def parsers_below(parser):
@@ -174,6 +174,6 @@ def test_a_missing_package_for_completion_is_named(monkeypatch, refused):
 
 
 def test_names_of_peers_bring_no_control_characters_to_a_terminal():
-    assert name_of_peer("std_msgs/msg/Float64") == "std_msgs/msg/Float64"
-    assert name_of_peer("a/msg/\x1b[2J") == "'a/msg/\\x1b[2J'"
-    assert len(name_of_peer("x" * 100_000)) == LONGEST_ECHO
+    assert peer_name("std_msgs/msg/Float64") == "std_msgs/msg/Float64"
+    assert peer_name("a/msg/\x1b[2J") == "'a/msg/\\x1b[2J'"
+    assert len(peer_name("x" * 100_000)) == LONGEST_ECHO

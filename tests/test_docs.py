@@ -28,7 +28,7 @@ EDITS = "your_law"  # which the last test follows
 @pytest.mark.parametrize("page", [one for one in TUTORIALS if one.stem != EDITS], ids=lambda page: page.stem)
 def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, quick_workers, pictures_once):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
+    monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
     ran = 0
     for block in blocks(page):
         text = FEWER.sub(r"\g<1>12", block.text)
@@ -113,7 +113,7 @@ def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(subprocess, "run", answered(subprocess.run))
     monkeypatch.setattr(subprocess, "Popen", node_at_once)
-    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
+    monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
     matplotlib.use("Agg")
     runpy.run_path(str(example), run_name="__main__")
     hidden = [axes for one in map(plt.figure, plt.get_fignums()) for axes in one.axes if covers_a_curve(axes)]

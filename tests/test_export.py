@@ -13,7 +13,7 @@ from runs import made_up_run
 
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
 from bearing_twin.base.errors import BearingTwinError, LogError
-from bearing_twin.base.sample import Channel, joined
+from bearing_twin.base.sample import Channel, join_blocks
 from bearing_twin.command import cli, log_commands
 from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
 from bearing_twin.run.dataset import axes_of
@@ -44,7 +44,7 @@ def study(tmp_path_factory):
 
 
 def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, typed):
-    whole = joined(list(read_log(log).blocks()))
+    whole = join_blocks(list(read_log(log).blocks()))
     whole.values["drive_torque"][-1] = np.nan
     write_log(made_up_run(load_scene("bearing_6203"), [whole.part(0, 5), whole.part(9, 21)]), tmp_path / "gap.mcap")
     words = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from runs import a_choice, made_up_block, made_up_run, made_up_scene
 
-from bearing_twin.base.sample import Block, joined
-from bearing_twin.base.units import suffix_of
+from bearing_twin.base.sample import Block, join_blocks
+from bearing_twin.base.units import key_suffix
 from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds import KINDS
@@ -35,7 +35,7 @@ ONE_EACH = (
 def blocks_of(name) -> tuple:
     """(scene, choice, all outputs as one block) of a short run."""
     run = simulate(load_scene(name, [f"run.duration={SHORTER[name]}"] if name in SHORTER else []))
-    whole = joined(list(run.blocks()))
+    whole = join_blocks(list(run.blocks()))
     return run.scene, run.choice, whole
 
 
@@ -78,7 +78,7 @@ def test_the_figures_of_every_kind_are_listed_with_units(asked, typed):
         for key, meaning in kind.meanings_of().items():
             row = listed.pop((name, key))
             assert row["meaning"] == meaning
-            assert key.endswith(suffix_of(row["unit"]))
+            assert key.endswith(key_suffix(row["unit"]))
     assert not listed
     assert "mean over the second half of the run" in " ".join("".join(typed("scenes", "--figures")).split())
 

@@ -11,7 +11,7 @@ from processes import forked
 from torture_rows import in_a_process
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.paths import file_name, write_whole
+from bearing_twin.base.paths import file_name, write_atomic
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.study import parse_study
@@ -19,8 +19,8 @@ from bearing_twin.uq.study import parse_study
 
 def test_a_file_that_cannot_be_written_whole_leaves_what_was_there(tmp_path):
     path = tmp_path / "picture.png"
-    write_whole(path, b"old")
-    done = forked(lambda: write_whole(path, b"new" * 100) and None, largest_file=10)
+    write_atomic(path, b"old")
+    done = forked(lambda: write_atomic(path, b"new" * 100) and None, largest_file=10)
     assert done.returncode == 1
     assert "cannot be written (File too large); give another path" in done.stderr
     assert path.read_bytes() == b"old"
@@ -49,12 +49,12 @@ def test_links_stay_links_and_pipes_take_the_bytes(tmp_path):
     (tmp_path / "far").mkdir()
     link, pipe = tmp_path / "link.png", tmp_path / "pipe"
     link.symlink_to(tmp_path / "far" / "picture.png")
-    assert write_whole(link, b"bytes") == link
+    assert write_atomic(link, b"bytes") == link
     assert link.is_symlink()
     assert (tmp_path / "far" / "picture.png").read_bytes() == b"bytes"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
-    write_whole(pipe, b"bytes")
+    write_atomic(pipe, b"bytes")
     assert os.read(reader, 10) == b"bytes"
     os.close(reader)
     assert pipe.is_fifo()
@@ -62,16 +62,16 @@ def test_links_stay_links_and_pipes_take_the_bytes(tmp_path):
 
 def test_who_may_read_a_file_stays(tmp_path):
     path = tmp_path / "picture.png"
-    write_whole(path, b"old")
+    write_atomic(path, b"old")
     path.chmod(0o640)
-    write_whole(path, b"new")
+    write_atomic(path, b"new")
     assert (path.stat().st_mode & 0o777, path.read_bytes()) == (0o640, b"new")
 
 
 @pytest.mark.parametrize("place", ["nowhere/picture.png", "."])
 def test_a_place_that_is_none_is_refused(tmp_path, place):
     with pytest.raises(BearingTwinError, match="cannot be written"):
-        write_whole(tmp_path / place, b"bytes")
+        write_atomic(tmp_path / place, b"bytes")
     assert os.listdir(tmp_path) == []
 
 
@@ -103,9 +103,9 @@ def test_a_reader_that_leaves_is_no_error(what, both, tmp_path):
 
 def test_another_pipe_that_breaks_is_an_error():
     code = (
-        "from bearing_twin.base.process import while_read\n"
+        "from bearing_twin.base.process import run_while_read\n"
         "def broken():\n    raise BrokenPipeError('a socket')\n"
-        "while_read(broken)"
+        "run_while_read(broken)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600, check=False)
     assert (done.returncode, "a socket" in done.stderr) == (1, True)

@@ -16,7 +16,7 @@ from solved_impact import SolvedImpact
 
 from bearing_twin import simulate
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.base.sample import joined
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.command.log_commands import ShownStream
 from bearing_twin.contact import hertz_impact as impact
@@ -259,7 +259,7 @@ def logged(run, block, path):
 def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, asked):
     """A record that was altered by 1 uN, and one that is not there."""
     run = simulate(load_scene("two_spheres", ["run.output_rate=5e5"]))
-    whole = joined(list(run.blocks()))
+    whole = join_blocks(list(run.blocks()))
     rows = whole.records["contact"]
     altered = rows + 1e-6 * np.array([channel.name == "peak_force" for channel in CONTACT.columns])
     for name, contacts, deviation in (("same", rows, 0.0), ("altered", altered, 1e-6), ("none", rows[:0], np.inf)):
@@ -274,7 +274,7 @@ def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatc
     """Also with the last one of a message."""
     monkeypatch.setattr("bearing_twin.log.stream.LARGEST_BLOCK", 8000)
     run = simulate("two_spheres")
-    whole = joined(list(run.blocks()))
+    whole = join_blocks(list(run.blocks()))
     end = next(logged(run, whole, tmp_path / "first.mcap").blocks()).time_ns[-1]
     rows = whole.records["contact"].copy()
     rows[:, 0] = 1e-9 * end

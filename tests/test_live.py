@@ -43,7 +43,7 @@ def test_an_event_has_few_outputs_the_last_among_them_and_their_own_numbers():
     assert len(times) == ROWS
     assert times[-1] == 1e-9 * BLOCK.time_ns[49]
     assert (np.diff(times) > 0.0).all()
-    wanted = BLOCK.sampled(range(9, 50, 10))
+    wanted = BLOCK.sample_rows(range(9, 50, 10))
     found = run.view.rows(wanted)
     for one in run.view.series:
         values = found[one.name].reshape(5, -1)

@@ -19,7 +19,7 @@ from rosbags.highlevel import AnyReader
 from runs import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import IntegrationError, LogError
-from bearing_twin.base.sample import Block, Channel, joined
+from bearing_twin.base.sample import Block, Channel, join_blocks
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
@@ -66,7 +66,7 @@ def test_samples_come_back_bit_for_bit(tmp_path, name):
 
 def test_a_log_that_begins_late_or_has_gaps_is_verified_where_it_has_outputs(tmp_path, typed):
     scene = load_scene("bearing_6203", ["run.duration=0.12"])
-    whole = joined(list(simulate(scene).blocks()))
+    whole = join_blocks(list(simulate(scene).blocks()))
     write_log(made_up_run(scene, [whole.part(60, 90), whole.part(100, 121)]), tmp_path / "run.mcap")
     with pytest.raises(LogError, match="10 outputs are missing"):
         verify(read_log(tmp_path / "run.mcap"))
@@ -131,7 +131,7 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
 def test_a_recording_that_ends_between_records_and_their_outputs_is_verified_up_to_its_last_output():
     """A node hands over a chunk's records before its last outputs: a recorder may be ended in between."""
     run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.05"]))
-    whole = joined(list(run.blocks()))
+    whole = join_blocks(list(run.blocks()))
     cut_off = dataclasses.replace(whole.part(0, 30), records=whole.records)
     log = SimpleNamespace(has_records=True, cut_short=None, scene=run.scene, channels=run.channels)
     log.blocks = lambda: iter([cut_off])
@@ -440,7 +440,7 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, type
         assert (stream.seconds, stream.scene.parameters) == (pytest.approx(0.001 * outputs), scene.parameters)
         assert (found.law, found.figures) == (run.choice.law, run.report.figures)
         assert found.errors["errors_by_source"] == run.report.errors["errors_by_source"]
-        assert bits(stream) == bits(joined(list(simulate(scene).blocks())))
+        assert bits(stream) == bits(join_blocks(list(simulate(scene).blocks())))
         for command in ("report", "verify"):
             reported = typed(command, path, "--json", "--run", number)
             assert json.loads(reported.out)["samples"] == outputs

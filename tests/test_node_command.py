@@ -13,7 +13,7 @@ import pytest
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.process import AT_END
-from bearing_twin.base.units import named
+from bearing_twin.base.units import label_and_unit
 from bearing_twin.command import cli, node_command
 from bearing_twin.command.node_command import Traffic, words_of
 
@@ -26,7 +26,7 @@ def test_rate_and_sizes_are_those_of_the_window():
     assert (figures["messages"], figures["rate_hz"], figures["window"]) == (5, 1.5, 3)
     assert (figures["least_period_s"], figures["greatest_period_s"]) == (0.5, 1.0)
     assert figures["std_of_period_s"] == pytest.approx((2.0 / 36.0) ** 0.5)
-    assert named("bytes_per_s") == ("bytes", "1/s")  # in the table
+    assert label_and_unit("bytes_per_s") == ("bytes", "1/s")  # in the table
     assert [sizes[one] for one in ("bytes_per_s", "mean_bytes", "least_bytes", "greatest_bytes")] == [45, 30, 20, 40]
 
 

@@ -10,10 +10,10 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.base.parameters import choice, describe, quantity, read_strict, section
 from bearing_twin.base.units import (
     UNITS,
-    named,
-    prefixed,
-    sentence_for_people,
-    suffix_of,
+    key_suffix,
+    label_and_unit,
+    prefixed_unit,
+    readable_sentence,
 )
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.pictures import scaled
@@ -165,8 +165,8 @@ def test_sizes_that_no_machine_has_are_refused(key, value, sentence):
 
 @pytest.mark.parametrize("unit", [one for one in UNITS.values() if one.suffix], ids=lambda unit: unit.suffix)
 def test_every_suffix_leads_to_its_own_unit(unit):
-    assert named(f"thing_{unit.suffix}") == ("thing", unit.shown)
-    assert suffix_of(next(symbol for symbol, row in UNITS.items() if row == unit)) == f"_{unit.suffix}"
+    assert label_and_unit(f"thing_{unit.suffix}") == ("thing", unit.shown)
+    assert key_suffix(next(symbol for symbol, row in UNITS.items() if row == unit)) == f"_{unit.suffix}"
 
 
 def test_every_declared_unit_is_in_the_table():
@@ -196,7 +196,7 @@ def test_every_declared_unit_is_in_the_table():
     ],
 )
 def test_prefixes_make_numbers_readable(size, unit, factor, text):
-    assert prefixed(size, unit) == (pytest.approx(factor), text)
+    assert prefixed_unit(size, unit) == (pytest.approx(factor), text)
     assert scaled([0.1 * size, -size], unit) == (pytest.approx(factor), text)
 
 
@@ -214,8 +214,8 @@ def test_prefixes_make_numbers_readable(size, unit, factor, text):
     ],
 )
 def test_sentences_beside_tables_have_the_units_of_these(si, people):
-    assert sentence_for_people(si) == people
-    assert sentence_for_people(people) == people
+    assert readable_sentence(si) == people
+    assert readable_sentence(people) == people
 
 
 @pytest.mark.parametrize(
@@ -228,7 +228,7 @@ def test_sentences_beside_tables_have_the_units_of_these(si, people):
     ],
 )
 def test_what_is_no_si_number_of_people_stays_in_a_sentence(text):
-    assert sentence_for_people(text) == text
+    assert readable_sentence(text) == text
 
 
 SOURCED = ("no source: ", "ISO", "paper")

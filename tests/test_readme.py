@@ -47,7 +47,7 @@ EXAMPLES = blocks("python")
 @pytest.mark.parametrize("example", [text for _, text in EXAMPLES], ids=[page for page, _ in EXAMPLES])
 def test_examples_run(example, tmp_path, monkeypatch, capsys, quick_workers):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bearing_twin.uq.workers.usable", lambda: 1)
+    monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
     exec(compile(example, "<example>", "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out.strip()
 

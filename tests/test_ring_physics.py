@@ -9,7 +9,7 @@ from bearings import AXIAL_PRELOAD, FREE, motion, stored_energy
 from runs import reported
 
 from bearing_twin.base.errors import IntegrationError, SceneError
-from bearing_twin.base.paths import only_below
+from bearing_twin.base.paths import restrict_reading
 from bearing_twin.charts.scenes import last_values
 from bearing_twin.kinds.bearing import (
     CAGE,
@@ -46,7 +46,7 @@ def advanced(moving, period, count):
 def said(scene, block, name):
     """Fields of the messages of a topic at all outputs of a block."""
     [topic] = (one for one in topics(scene) if one.name == name)
-    return topic.fields(Output(scene.parameters, "hertz", block.sampled(range(len(block)))))
+    return topic.fields(Output(scene.parameters, "hertz", block.sample_rows(range(len(block)))))
 
 
 def closure(out):
@@ -277,7 +277,10 @@ def test_a_motion_goes_on_from_a_snapshot_to_the_bit(scene):
 def test_tables_are_read_from_regular_files_and_never_for_somebody_else(tmp_path):
     path = tmp_path / "loads.csv"
     path.write_text("0,0,-1,0,0,0\n")
-    with only_below([tmp_path], "the folders"), pytest.raises(SceneError, match="not read for this; give the rows"):
+    with (
+        restrict_reading([tmp_path], "the folders"),
+        pytest.raises(SceneError, match="not read for this; give the rows"),
+    ):
         load_scene(RIG, [f"rings.inner.table={path}"])
     with pytest.raises(SceneError, match="it is no file of at most"):
         load_scene(RIG, ["rings.inner.table=/dev/zero"])

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from shafts import energy, motion_of, outputs_of, parameters_of
 
 from bearing_twin.base.errors import IntegrationError, SceneError
-from bearing_twin.base.sample import joined
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
@@ -306,7 +306,7 @@ def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
 def angular_run():
     """A short run of the shaft on two angular contact bearings, and all its outputs."""
     run = simulate(load_scene("shaft_angular_pair", ("run.duration=0.02",)))
-    return run, joined(list(run.blocks()))
+    return run, join_blocks(list(run.blocks()))
 
 
 def test_the_peak_pressure_is_that_of_hertz_at_the_greatest_load_of_either_raceway(angular_run):
@@ -450,7 +450,7 @@ def test_figures_are_those_of_the_second_half():
     run = simulate(
         load_scene("shaft_two_6203", ("shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"))
     )
-    whole = joined(list(run.blocks()))
+    whole = join_blocks(list(run.blocks()))
     late, figures = whole.time_ns >= 10_000_000, run.report.figures
     position, force = whole.values["position"][late], whole.values["bearing_force"][late]
     assert figures["displacement_m"] == pytest.approx(position.mean(axis=0).tolist(), rel=1e-9, abs=1e-18)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from runs import a_choice, bits, made_up_block, made_up_scene
 
-from bearing_twin.base.sample import joined
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, raw_messages
@@ -53,7 +53,7 @@ def test_what_is_kept_is_as_it_was(tmp_path):
 
 def test_a_thinned_log_is_small_and_verified_where_it_has_outputs(tmp_path, typed):
     run = simulate(load_scene("bearing_6203", ["run.duration=2"]))
-    block = joined(list(run.blocks()))
+    block = join_blocks(list(run.blocks()))
     block.values["normal_load"][201, 0, 0] += 1e-9  # it is in none of the 5 a second
     path = thin_log(tmp_path / "run.mcap", run, [block])
     assert path.stat().st_size / 2.0 * 3600.0 < 0.5e9  # B an hour

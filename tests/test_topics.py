@@ -50,7 +50,7 @@ def test_every_body_is_a_link_below_the_frame_of_the_scene_and_is_placed_by_tf(k
     assert {joint.find("parent").get("link") for joint in joints} == {root}
     assert {joint.get("type") for joint in joints} == {"floating"}
     assert len({joint.get("name") for joint in joints}) == len(joints)
-    output = Output(scene.parameters, "", Simulation(scene).advance(1).sampled(range(1)), PREFIX)
+    output = Output(scene.parameters, "", Simulation(scene).advance(1).sample_rows(range(1)), PREFIX)
     assert [one["child_frame_id"] for one in table["/tf"].fields(output)["transforms"]] == bodies
 
 

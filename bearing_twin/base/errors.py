@@ -86,19 +86,19 @@ EXTRAS = {  # extra of the package: what it is for
 }
 
 
-def install(extra: str) -> str:
+def install_command(extra: str) -> str:
     """The command that installs an extra: the package is on no index, where its name is free."""
     return f"pip install '.[{extra}]' (in the checkout)"
 
 
-def wanted(module: str, extra: str) -> ModuleType:
+def import_optional(module: str, extra: str) -> ModuleType:
     """The module of an optional package; raises BearingTwinError that says which extra brings it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
         package = module.partition(".")[0].replace("_", "-")
         raise BearingTwinError(
-            f"{EXTRAS[extra]} need the package {package}; install it with: {install(extra)}"
+            f"{EXTRAS[extra]} need the package {package}; install it with: {install_command(extra)}"
         ) from error
 
 
@@ -112,7 +112,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2
 _SURROGATE = re.compile(r"[\ud800-\udfff]")  # of which YAML, file names and arguments may have single ones
 
 
-def slips(first: str, second: str) -> float:
+def edit_distance(first: str, second: str) -> float:
     """Letters to insert, leave out, replace or swap with their neighbour to turn one word into the other.
 
     The optimal string alignment distance (Damerau 1964; Boytsov 2011, section 2.2), but that a swap counts `SWAP`: what
@@ -140,7 +140,7 @@ def nearest(word: Any, legal: Iterable[str]) -> list[str]:
     counted = []
     for place, one in enumerate(legal):
         other = one.lower()[:LONGEST]
-        if (number := slips(given, other)) <= 0.5 * max(len(given), len(other)):
+        if (number := edit_distance(given, other)) <= 0.5 * max(len(given), len(other)):
             begun = len(given) > 1 and (other.startswith(given) or given.startswith(other))
             counted.append((min(number, SWAP) if begun else number, number, place, one))
     counted.sort()
@@ -153,7 +153,7 @@ def did_you_mean(word: Any, legal: Iterable[str]) -> str:
     return f"did you mean {' or '.join([', '.join(near[:-1]), near[-1]] if near[1:] else near)}? " if near else ""
 
 
-def unknown(word: Any, legal: Iterable[str]) -> str:
+def legal_hint(word: Any, legal: Iterable[str]) -> str:
     """The tail of a message about an unknown word: the nearest legal ones, if any is near, and the legal ones."""
     legal = [str(one) for one in legal]
     hint = did_you_mean(word, legal)
@@ -163,15 +163,15 @@ def unknown(word: Any, legal: Iterable[str]) -> str:
 
 def echo(value: Any) -> str:
     """The offending value as a user may recognise it, cut to a readable length."""
-    return shortened(repr(value))
+    return shorten(repr(value))
 
 
-def no_progress(given: Any, loader: str) -> str:
+def progress_error(given: Any, loader: str) -> str:
     """Why what was handed over as `progress` is refused: a list of changes is meant for the `loader`."""
     return f"progress = {echo(given)} must be a function; changes are handed to {loader}(name, changes)"
 
 
-def harmless(text: str) -> str:
+def escape_controls(text: str) -> str:
     """Text for a terminal: what would move its cursor, turn the direction of letters, or is in no UTF-8, as escapes."""
     return _CONTROL.sub(lambda one: one[0].encode("unicode_escape").decode(), text)
 
@@ -181,11 +181,11 @@ def is_text(value: Any, longest: int) -> bool:
     return isinstance(value, str) and len(value) <= longest and not _SURROGATE.search(value)
 
 
-def shortened(text: str) -> str:
+def shorten(text: str) -> str:
     """Text cut to a readable length."""
     return text if len(text) <= LONGEST_ECHO else text[: LONGEST_ECHO - 3] + "..."
 
 
-def name_of_peer(name: str) -> str:
+def peer_name(name: str) -> str:
     """A name that a peer gave, as it may be shown: one with more than letters, digits, _ and / as `echo` has it."""
     return name if len(name) <= LONGEST_ECHO and re.fullmatch(r"[\w/]+", name, re.ASCII) else echo(name)

@@ -14,9 +14,9 @@ import stat
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
-from bearing_twin.base.errors import LONGEST_ECHO, SceneError, echo, unknown
+from bearing_twin.base.errors import LONGEST_ECHO, SceneError, echo, legal_hint
 from bearing_twin.base.paths import READABLE
-from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, in_another_case, si_value, units_taken, with_unit
+from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, accepted_units, si_value, units_in_other_case, with_unit
 
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
@@ -181,8 +181,8 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
     if isinstance(given, str) and (value := si_value(given, unit)) is not None:
         given = value
     if isinstance(given, bool) or not isinstance(given, (int, float)):
-        units = units_taken(unit) if isinstance(given, str) else ()
-        meant = in_another_case(given, unit) if units else []
+        units = accepted_units(unit) if isinstance(given, str) else ()
+        meant = units_in_other_case(given, unit) if units else []
         legal += f"; write {' or '.join(meant)}, as upper and lower case differ" if meant else ""
         return None, f"{legal}; units that are read: {', '.join(units)}" if units[1:] else legal
     try:
@@ -203,14 +203,16 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
 def _read_section(cls, mapping, path, problems, defaults):
     fields = {item.name: item for item in dataclasses.fields(cls)}
     if not isinstance(mapping, Mapping):
-        problems.append(f"{path or 'the scene'} must hold keys and values, not {echo(mapping)}; {unknown('', fields)}")
+        problems.append(
+            f"{path or 'the scene'} must hold keys and values, not {echo(mapping)}; {legal_hint('', fields)}"
+        )
         return defaults
     values = {}
     for key, given in mapping.items():
         full = f"{path}.{key}" if path else str(key)
         if key not in fields:
             why = problems.explain(full[:LONGEST_ECHO])
-            problems.append(why or f"{full[:LONGEST_ECHO]} is not a key; {unknown(key, fields)}")
+            problems.append(why or f"{full[:LONGEST_ECHO]} is not a key; {legal_hint(key, fields)}")
             continue
         values[key] = _read_field(fields[key], given, full, problems, getattr(defaults, key))
     return dataclasses.replace(defaults, **values)
@@ -254,7 +256,7 @@ def _read_word(item, given, path, problems):
         if word == item.default or word in options():
             return word
     reason = item.metadata["refused"].get(given) if isinstance(given, str) else None
-    problems.append(f"{path} = {echo(given)} {reason or f'is not known; {unknown(given, options())}'}")
+    problems.append(f"{path} = {echo(given)} {reason or f'is not known; {legal_hint(given, options())}'}")
     return item.default
 
 
@@ -272,7 +274,7 @@ def _read_named(metadata, given, path, problems, default):
     if names and isinstance(given, str):
         if given in names:
             return names[given]
-        problems.append(f"{path} = {echo(given)} is not known; {unknown(given, names)}, or its values as keys")
+        problems.append(f"{path} = {echo(given)} is not known; {legal_hint(given, names)}, or its values as keys")
         return default
     return _read_section(metadata["section"], given, path, problems, default)
 

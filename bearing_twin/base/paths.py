@@ -41,29 +41,29 @@ def file_name(text: str) -> str:
     return re.sub(r"[^\w.-]+", "_", text).strip(".")[:LONGEST_NAME] or "_"
 
 
-def own_folder(name: str) -> Path:
+def user_folder(name: str) -> Path:
     """The folder of the user's own files of a kind, `$XDG_CONFIG_HOME/bearing_twin/<name>`; it need not exist."""
     home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
     return Path(home) / "bearing_twin" / name
 
 
-def write_whole(path, content: bytes) -> Path:
-    """Writes a file as `put_whole` does; raises BearingTwinError where it cannot be written."""
+def write_atomic(path, content: bytes) -> Path:
+    """Writes a file as `replace_file` does; raises BearingTwinError where it cannot be written."""
     try:
-        put_whole(Path(path), content)
+        replace_file(Path(path), content)
     except OSError as error:
         raise BearingTwinError(f"{path} cannot be written ({error.strerror or error}); give another path") from error
     return Path(path)
 
 
-def put_whole(path: Path, content: bytes) -> None:
-    """Writes a file by `drafted`; raises OSError where it cannot be written."""
-    with drafted(path) as draft:
+def replace_file(path: Path, content: bytes) -> None:
+    """Writes a file by `draft_file`; raises OSError where it cannot be written."""
+    with draft_file(path) as draft:
         draft.write_bytes(content)
 
 
 @contextlib.contextmanager
-def drafted(path: Path) -> Iterator[Path]:
+def draft_file(path: Path) -> Iterator[Path]:
     """A draft beside a file, with its ending, that takes its name in the end: a full disk leaves what was there before.
 
     An earlier file keeps its permissions. A link stays one; devices and pipes take the
@@ -91,7 +91,7 @@ READABLE: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("readable
 
 
 @contextlib.contextmanager
-def only_below(folders: Iterable, called: str) -> Iterator[None]:
+def restrict_reading(folders: Iterable, called: str) -> Iterator[None]:
     """Within it, files other than those of the package are read only if they lie below one of these folders.
 
     They must be regular files named *.yaml or *.yml; a relative path counts from each of the folders. What is refused

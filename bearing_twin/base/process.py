@@ -32,7 +32,7 @@ class _Lossy(io.FileIO):
             return len(data)
 
 
-def prepare() -> None:
+def prepare_streams() -> None:
     """Streams that whoever began this has closed lead nowhere, and words on standard error end nothing on a full disk.
 
     Without that a file opened later would get the number of the closed stream, and what is printed.
@@ -48,7 +48,7 @@ def prepare() -> None:
     sys.stderr = io.TextIOWrapper(raw, sys.stderr.encoding, "backslashreplace", line_buffering=True)
 
 
-def while_read(program: Callable[[], int]) -> int:
+def run_while_read(program: Callable[[], int]) -> int:
     """Runs a program that prints; returns its exit code, or 0 where what it prints has no reader any more.
 
     All else that it raises passes through, SystemExit too, once everything is printed.
@@ -68,7 +68,7 @@ def while_read(program: Callable[[], int]) -> int:
 
 
 @contextlib.contextmanager
-def to_standard_output() -> Iterator[None]:
+def name_standard_output() -> Iterator[None]:
     """Within it an OSError of no file, as of a full disk, is one of standard output; a reader that left is none."""
     try:
         yield
@@ -82,10 +82,10 @@ def to_standard_output() -> Iterator[None]:
 
 
 AT_END: list[Callable[[int], None]] = []
-"""What `leave` calls with the exit code: what must wait until all is printed, as it may never return."""
+"""What `exit_process` calls with the exit code: what must wait until all is printed, as it may never return."""
 
 
-def leave(code: int) -> NoReturn:
+def exit_process(code: int) -> NoReturn:
     """Ends the process, which has printed everything: Python itself would take up to a second to forget."""
     with contextlib.suppress(KeyboardInterrupt):
         for end in AT_END:
@@ -103,12 +103,12 @@ def _without_reader(number: int) -> bool:
     return any(event & select.POLLERR for _, event in poll.poll(0))
 
 
-def usable() -> int:
+def processor_count() -> int:
     """Number of processors that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def one_processor() -> None:
+def limit_blas_threads() -> None:
     """Lets linear algebra use one thread, unless the environment says otherwise; call it before NumPy is imported.
 
     Matrices are small here: a second thread of BLAS waits actively and costs 0.2 s of processor time a command.
@@ -117,7 +117,7 @@ def one_processor() -> None:
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
 
-def seldom_collecting() -> None:
+def relax_garbage_collection() -> None:
     """Lets Python look for circular garbage seldom: for an executable, whose process is its own.
 
     Libraries are many objects that stay; to look through them took a tenth of the time of a start.
@@ -128,11 +128,11 @@ def seldom_collecting() -> None:
 AGAIN = 0.01  # s until a signal that was dropped, or came while a module was imported, is sent again
 LONGEST_IMPORT = 0.25  # s for which it may be put off
 RAISED: list[int] = []  # signals of which an exception was made; one that computes on has lost it
-PUT_OFF: list[int] = []  # signals that are sent again, unless one of them became an exception meanwhile
+DEFERRED: list[int] = []  # signals that are sent again, unless one of them became an exception meanwhile
 
 
 @contextlib.contextmanager
-def ended_by_signals() -> Iterator[None]:
+def signals_as_exceptions() -> Iterator[None]:
     """Ctrl-C is KeyboardInterrupt, SIGTERM and SIGHUP SystemExit with 128 + number: a log being written is closed.
 
     An exception within an import can become any other, which libraries catch or pass on as theirs: there a signal
@@ -145,17 +145,17 @@ def ended_by_signals() -> Iterator[None]:
         if _importing(frame) and began[-1] - began[0] < LONGEST_IMPORT:
             again(number)
             return
-        PUT_OFF.clear()
+        DEFERRED.clear()
         RAISED.append(number)
         raise _ending(number)
 
     def again(number):
         def send():
             time.sleep(AGAIN)
-            if previous and number in PUT_OFF:
+            if previous and number in DEFERRED:
                 signal.pthread_kill(main_thread, number)
 
-        PUT_OFF.append(number)
+        DEFERRED.append(number)
         _thread.start_new_thread(send, ())  # not `threading`: its locks may be held by what was interrupted
 
     def dropped(one):
@@ -184,7 +184,7 @@ def ended_by_signals() -> Iterator[None]:
         while previous:
             signal.signal(*previous.popitem())
         RAISED.clear()
-        PUT_OFF.clear()
+        DEFERRED.clear()
 
 
 def _importing(frame) -> bool:
@@ -207,7 +207,7 @@ def signal_of(error) -> int | None:
     return signal.SIGINT if isinstance(error, KeyboardInterrupt) else None
 
 
-class Unbroken:
+class DeferredSignals:
     """Within it, in the main thread, handlers of signals wait for its end: an exception of theirs splits nothing.
 
     `watch` takes the handlers over, `release` gives them back; other threads never run any.

@@ -80,7 +80,7 @@ class Report:
 
     def __repr__(self) -> str:
         title = f"{self.scene}: {self.status}; {self.simulated_seconds:.6g} s by {self.law} and {self.stepper}"
-        return in_lines(title, self.figures)
+        return summary_text(title, self.figures)
 
     def record(self) -> dict[str, Any]:
         """Record of the run for its log: the report, and which of its numbers are costs."""
@@ -108,7 +108,7 @@ class Report:
         }
 
 
-def in_lines(title: str, numbers: Mapping[str, Any]) -> str:
+def summary_text(title: str, numbers: Mapping[str, Any]) -> str:
     """A short text of a result: the title, and a line for each key with its value, or the range of long ones."""
     return "\n".join([title, *(f"  {key:<36} {_in_words(value)}" for key, value in numbers.items())])
 
@@ -122,7 +122,7 @@ def _in_words(value) -> str:
     return ", ".join(f"{one:.6g}" for one in values)
 
 
-def parsed_json(text: str | bytes):
+def parse_json(text: str | bytes):
     """The data in a JSON text of anybody; ValueError for what is none, also by its depth. No integer is beyond a float.
 
     A whole number of more than 18 digits becomes a float.
@@ -135,17 +135,17 @@ def parsed_json(text: str | bytes):
 
 def json_text(result) -> str:
     """A result as one line of JSON."""
-    return json.dumps(plain_json(result), allow_nan=False)
+    return json.dumps(json_data(result), allow_nan=False)
 
 
-def plain_json(value):
+def json_data(value):
     """The same in what JSON has: no arrays of numpy and no NaN."""
     if isinstance(value, dict):
-        return {str(key): plain_json(one) for key, one in value.items()}
+        return {str(key): json_data(one) for key, one in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain_json(one) for one in value]
+        return [json_data(one) for one in value]
     if hasattr(value, "tolist"):
-        return plain_json(value.tolist())
+        return json_data(value.tolist())
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value if value is None or isinstance(value, (bool, int, str)) else str(value)

@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import ChannelError, LogError, echo, unknown
+from bearing_twin.base.errors import ChannelError, LogError, echo, legal_hint
 
-AT_ONCE = 32 << 20  # bytes of outputs
+CHUNK_BYTES = 32 << 20  # bytes of outputs
 
 
 class Channel(NamedTuple):
@@ -63,21 +63,21 @@ class Wrench(NamedTuple):
     torque: np.ndarray
 
 
-class Places(dict):
+class Fields(dict):
     """Channels by name; a name that is none is refused with those that are meant."""
 
     def __missing__(self, name):
-        raise ChannelError(f"there is no channel {echo(name)}; {unknown(name, self)}")
+        raise ChannelError(f"there is no channel {echo(name)}; {legal_hint(name, self)}")
 
 
 class Layout:
-    """Places of channels in a row of all channels side by side: `places` maps names to (slice, shape)."""
+    """Places of channels in a row of all channels side by side: `fields` maps names to (slice, shape)."""
 
     def __init__(self, channels: tuple[Channel, ...]):
         self.channels = channels
-        self.places, low = Places(), 0
+        self.fields, low = Fields(), 0
         for channel in channels:
-            self.places[channel.name] = slice(low, low + channel.width), channel.shape
+            self.fields[channel.name] = slice(low, low + channel.width), channel.shape
             low += channel.width
         self.width = low
 
@@ -108,7 +108,7 @@ class Columns(Mapping):
         return Columns(self.layout, self.numbers[rows])
 
     def __getitem__(self, name: str) -> np.ndarray:
-        columns, shape = self.layout.places[name]
+        columns, shape = self.layout.fields[name]
         numbers = self.numbers
         if not shape:
             return numbers[columns.start] if numbers.ndim == 1 else numbers[..., columns.start]
@@ -117,16 +117,16 @@ class Columns(Mapping):
 
     def get(self, name: str, default=None):
         """The channel of that name, or `default`, without a search for similar names."""
-        return self[name] if name in self.layout.places else default
+        return self[name] if name in self.layout.fields else default
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self.layout.places)
+        return iter(self.layout.fields)
 
     def __len__(self) -> int:
-        return len(self.layout.places)
+        return len(self.layout.fields)
 
     def __contains__(self, name) -> bool:
-        return name in self.layout.places
+        return name in self.layout.fields
 
 
 @dataclass(eq=False, slots=True, repr=False)
@@ -167,7 +167,7 @@ class Block:
         if not isinstance(values, Columns):
             layout = layout_of(tuple(self.channels))
             if not isinstance(values, np.ndarray):
-                values = side_by_side(layout, [values[name] for name in layout.places], len(self.time_ns))
+                values = stack_channels(layout, [values[name] for name in layout.fields], len(self.time_ns))
             object.__setattr__(self, "values", Columns(layout, values))
 
     def __len__(self) -> int:
@@ -193,7 +193,7 @@ class Block:
             yield Sample(sequence, time_ns, Columns(layout, numbers))
             sequence += 1
 
-    def sampled(self, rows: range) -> Sample:
+    def sample_rows(self, rows: range) -> Sample:
         """These rows as one sample: its arrays, number and time have one row an output in front."""
         part = slice(rows.start, rows.stop, rows.step)
         sequence = self.first_sequence + np.arange(rows.start, rows.stop, rows.step, dtype=np.uint64)
@@ -205,7 +205,7 @@ class Block:
             return self
         after = -math.inf if low == 0 else self.time_ns[low - 1]
         until = math.inf if high == len(self) else self.time_ns[high - 1] if high else -math.inf
-        records = {name: between(rows, after, until) for name, rows in self.records.items()}
+        records = {name: records_between(rows, after, until) for name, rows in self.records.items()}
         values = self.values.rows(slice(low, high))
         return Block(self.channels, self.first_sequence + low, self.time_ns[low:high], values, records)
 
@@ -220,7 +220,7 @@ class Block:
         return self.values.numbers
 
 
-def side_by_side(layout: Layout, arrays: Sequence[np.ndarray], count: int) -> np.ndarray:
+def stack_channels(layout: Layout, arrays: Sequence[np.ndarray], count: int) -> np.ndarray:
     """One matrix (count, total width) of one array (count, *shape) a channel, in order.
 
     Arrays that are the channels of one such matrix already, as views of it, give that matrix without a copy.
@@ -230,23 +230,23 @@ def side_by_side(layout: Layout, arrays: Sequence[np.ndarray], count: int) -> np
     if fits and matrix.flags.c_contiguous and all(array.base is matrix for array in arrays):
         return matrix
     matrix = np.empty((count, layout.width))
-    for array, (columns, _) in zip(arrays, layout.places.values(), strict=True):
+    for array, (columns, _) in zip(arrays, layout.fields.values(), strict=True):
         matrix[:, columns] = np.reshape(array, (count, columns.stop - columns.start))
     return matrix
 
 
-def outputs_at_once(channels: Sequence[Channel]) -> int:
+def outputs_per_chunk(channels: Sequence[Channel]) -> int:
     """Number of outputs that are handled together: thousands of balls would else hold up a stop for seconds."""
-    return max(1, AT_ONCE // (8 * sum(channel.width for channel in channels)))
+    return max(1, CHUNK_BYTES // (8 * sum(channel.width for channel in channels)))
 
 
-def between(rows: np.ndarray, after: float, until: float) -> np.ndarray:
+def records_between(rows: np.ndarray, after: float, until: float) -> np.ndarray:
     """The records (n, columns), in order of time, above `after` and not above `until` [whole ns]; a view."""
     low, high = (bisect_right(rows[:, 0], end, key=lambda seconds: np.rint(1e9 * seconds)) for end in (after, until))
     return rows[low:high]
 
 
-def joined(blocks: list[Block]) -> Block:
+def join_blocks(blocks: list[Block]) -> Block:
     """Consecutive blocks of the same channels as one."""
     if len(blocks) == 1:
         return blocks[0]
@@ -259,7 +259,7 @@ def joined(blocks: list[Block]) -> Block:
     return Block(blocks[0].channels, blocks[0].first_sequence, time_ns, numbers, records)
 
 
-def cut(block: Block, length: int) -> Iterator[Block]:
+def split_block(block: Block, length: int) -> Iterator[Block]:
     """The block in pieces that end before sequence numbers divisible by `length`."""
     low = 0
     while low < len(block):
@@ -268,11 +268,11 @@ def cut(block: Block, length: int) -> Iterator[Block]:
         low = high
 
 
-class Aligned:
+class BlockAligner:
     """Cuts a stream at the same outputs however it arrives: pieces end before sequence numbers divisible by `length`.
 
-    Pieces may be several times as long; `cut` makes them shorter. Sums over the short ones are then the same to the bit
-    in a run, in its log and in a node.
+    Pieces may be several times as long; `split_block` makes them shorter. Sums over the short ones are then the same
+    to the bit in a run, in its log and in a node.
     """
 
     def __init__(self, length: int):
@@ -282,14 +282,14 @@ class Aligned:
     def add(self, block: Block) -> Iterator[Block]:
         """Takes a block in and gives what is complete; a gap ends a piece."""
         if self._waiting and block.first_sequence != self._waiting[-1].first_sequence + len(self._waiting[-1]):
-            yield from self.rest()
+            yield from self.remainder()
             self._waiting = []
         whole = (block.first_sequence + len(block)) // self._length * self._length - block.first_sequence
         low = 0
         if self._waiting and whole > 0:
             # What waits is completed first, so that no more than a piece is copied.
             low = min(whole, self._length - block.first_sequence % self._length)
-            yield joined([*self._waiting, block.part(0, low)])
+            yield join_blocks([*self._waiting, block.part(0, low)])
             self._waiting = []
         if whole > low:
             yield block.part(low, whole)
@@ -297,13 +297,13 @@ class Aligned:
         if low < len(block):
             self._waiting.append(block.part(low, len(block)))
 
-    def rest(self) -> Iterator[Block]:
+    def remainder(self) -> Iterator[Block]:
         """The piece in progress, if any; it stays in progress."""
         if self._waiting:
-            yield joined(self._waiting)
+            yield join_blocks(self._waiting)
 
 
-class Thinned:
+class ThinnedOutputs:
     """Arrays of the outputs of a run of any length, at most `most` rows: the first, and every `stride`-th after it.
 
     `kept` makes what is kept of a sample of many outputs: arrays by name, one row an output. Of `outputs` that came,
@@ -320,7 +320,7 @@ class Thinned:
         """Takes a block in."""
         rows = range(self._next - self.outputs, len(block), self.stride)
         if len(rows):
-            sample = block.sampled(rows)
+            sample = block.sample_rows(rows)
             self._times.append(1e-9 * sample.time_ns)
             for name, values in self._kept(sample).items():
                 self._parts.setdefault(name, []).append(values)

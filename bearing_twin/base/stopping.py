@@ -18,7 +18,7 @@ from contextvars import ContextVar
 import numpy as np
 
 from bearing_twin.base.errors import Interrupted, Stopped
-from bearing_twin.base.process import PUT_OFF, RAISED
+from bearing_twin.base.process import DEFERRED, RAISED
 
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
 MAP_FIXED = 0x10  # of Linux, where `_FILE` is; Python does not name it
@@ -68,8 +68,8 @@ def signal_flag() -> Iterator[None]:
     try:
         yield
     except Stopped:
-        if PUT_OFF:  # what computes has seen the signal before its handler would run again
-            signal.raise_signal(PUT_OFF[-1])
+        if DEFERRED:  # what computes has seen the signal before its handler would run again
+            signal.raise_signal(DEFERRED[-1])
         raise
     finally:
         signal.set_wakeup_fd(previous)

@@ -147,7 +147,7 @@ _SAID = re.compile(  # a number with its unit in a sentence, also `1 ± 2 N m` a
 _OF_A_KEY = re.compile(r"\w\.\w+ = ")  # what a sentence tells to write into a scene is SI
 
 
-def named(key: str) -> tuple[str, str]:
+def label_and_unit(key: str) -> tuple[str, str]:
     """(words, unit as shown) of an SI-suffixed key: `normal_load_inner_n` is ("normal load inner", "N")."""
     words, unit = _words_and_unit(key)
     return words, unit.shown
@@ -164,26 +164,26 @@ def unit_suffix(key: str) -> str:
     return f"_{unit.suffix}" if unit.suffix else ""
 
 
-def readable(key: str, size: float) -> tuple[str, str, float]:
+def readable_label(key: str, size: float) -> tuple[str, str, float]:
     """(words, unit that people read, factor into it) of an SI-suffixed key whose values are up to `size`."""
     words, unit = _words_and_unit(key)
-    return words, *for_people(size, unit)
+    return words, *readable_unit(size, unit)
 
 
-def for_people(size: float, unit: Unit) -> tuple[str, float]:
+def readable_unit(size: float, unit: Unit) -> tuple[str, float]:
     """(unit that people read, factor into it) of values of up to `size` in a unit of the table."""
     if unit.people and not (unit.prefixes and 0.0 < size * unit.people[1] < LEAST_FOR_PEOPLE):
         return unit.people
-    factor, shown = prefixed(size or PREFIXES[unit.zero], unit.shown)
+    factor, shown = prefixed_unit(size or PREFIXES[unit.zero], unit.shown)
     return shown, factor
 
 
 def unit_for_people(unit: str, size: float) -> tuple[str, float]:
     """(unit that people read, factor into it) of values of up to `size` in a declared unit; as it is where unknown."""
-    return for_people(size, UNITS[unit]) if unit in UNITS else (unit, 1.0)
+    return readable_unit(size, UNITS[unit]) if unit in UNITS else (unit, 1.0)
 
 
-def sizes_for_units(sizes: Mapping[str, float]) -> dict[str, float]:
+def unit_choice_sizes(sizes: Mapping[str, float]) -> dict[str, float]:
     """The size by which the unit of each SI-suffixed key is chosen: a 0 has that of a key near it of its unit."""
     keys, found = list(sizes), dict(sizes)
     for place, key in enumerate(keys):
@@ -213,18 +213,18 @@ def _words_and_unit(key: str) -> tuple[str, Unit]:
     return key.replace("_", " "), UNITS["1"]
 
 
-def of_films(words: str) -> str:
+def lubricated_label(words: str) -> str:
     """The words of a key in a result of lubricated contacts."""
     return _DRY.get(words, words)
 
 
-def suffix_of(unit: str) -> str:
+def key_suffix(unit: str) -> str:
     """The suffix of keys whose values are in `unit`, as `_rad_s`; empty for numbers without one and for rare units."""
     known = UNITS.get(unit)
     return f"_{known.suffix}" if known and known.suffix else ""
 
 
-def symbol_of(key: str) -> str:
+def key_unit(key: str) -> str:
     """The symbol that declarations use for the unit of an SI-suffixed key."""
     row = _words_and_unit(key)[1]
     return next(symbol for symbol, unit in UNITS.items() if unit is row)
@@ -257,11 +257,11 @@ def si_value(text: str, unit: str) -> float | None:
         return number + CELSIUS
     factors = _factors(unit)
     if word not in factors and word[0] not in "mM":  # KN is kN, but mn may be mN or MN
-        word = next(iter(in_another_case(text, unit)), word)
+        word = next(iter(units_in_other_case(text, unit)), word)
     return float(f"{number * factors[word]:.15g}") if word in factors else None
 
 
-def in_another_case(text: str, unit: str) -> list[str]:
+def units_in_other_case(text: str, unit: str) -> list[str]:
     """Units of this dimension that differ from the one in the text in the case of letters alone."""
     word = _parted(text)[1].lower()
     return [one for one in _factors(unit) if one.lower() == word] if unit in UNITS else []
@@ -274,7 +274,7 @@ def _parted(text: str) -> tuple[float, str]:
 
 
 @functools.cache
-def units_taken(unit: str) -> tuple[str, ...]:
+def accepted_units(unit: str) -> tuple[str, ...]:
     """Units that a number declared in `unit` may be written with, the usual prefixes among them; that of SI first."""
     row = UNITS.get(unit, UNITS["1"])
     names = [row.shown, *(row.people or ())[:1], *(prefix + row.shown for prefix in "kmµ" if prefix in row.prefixes)]
@@ -303,7 +303,7 @@ def _canonical(word: str) -> str:
     return _WRITTEN.get(word, word)
 
 
-def sentence_for_people(text: str) -> str:
+def readable_sentence(text: str) -> str:
     """A sentence with its SI numbers in the units that people read, to as many digits; one on `a.key = 1` as it is.
 
     What a run says of itself is in SI, as its figures are: this is what stands beside a table for people.
@@ -313,7 +313,7 @@ def sentence_for_people(text: str) -> str:
 
 def _said_for_people(found: re.Match) -> str:
     numbers = re.findall(_NUMBER, found[1])
-    shown, factor = for_people(max(abs(float(one)) for one in numbers), _SHOWN[found[2]])
+    shown, factor = readable_unit(max(abs(float(one)) for one in numbers), _SHOWN[found[2]])
     if factor == 1.0:
         return found[0]
     between = re.sub(_NUMBER, "{}", found[1])
@@ -326,19 +326,19 @@ def _to_its_digits(number: str, factor: float) -> str:
     return f"{float(f'{factor * float(number):.{max(digits, 1 if exact else 3)}g}'):.12g}"
 
 
-def labelled(words: str, unit: str) -> str:
+def axis_label(words: str, unit: str) -> str:
     """The label of an axis: `load [N]`, or the words alone where there is no unit."""
     return words if _is_plain(unit) else f"{words} [{unit}]"
 
 
-def inverse(unit: str) -> str:
+def inverse_unit(unit: str) -> str:
     """The unit of a density over this unit."""
     if _is_plain(unit):
         return ""
     return f"1/({unit})" if " " in unit or "/" in unit else f"1/{unit}"
 
 
-def prefixed(size: float, unit: str) -> tuple[float, str]:
+def prefixed_unit(size: float, unit: str) -> tuple[float, str]:
     """(factor, unit with prefix) by which values of up to `size` in `unit` become readable numbers."""
     known = UNITS.get(unit)
     if known is None or not known.prefixes or not 0.0 < size < math.inf:
@@ -349,13 +349,13 @@ def prefixed(size: float, unit: str) -> tuple[float, str]:
     return 1.0 / scale, f"{prefix}{unit}"
 
 
-def known_digits(value: float, error: float | None, digits: int = 6) -> str:
+def rounded_to_error(value: float, error: float | None, digits: int = 6) -> str:
     """A number for people: to the second digit of its error, and to `digits` digits of its own at most.
 
     Value and error are in the same unit; an error of None, 0 or without bound leaves the digits alone. A value far
     below its error is 0.
     """
-    if is_nothing(abs(value), error):
+    if is_negligible(abs(value), error):
         return "0"
     plain = f"{float(f'{value:.{digits}g}') + 0.0:.{max(digits, 7)}g}"  # no -0, and no power of ten up to 1e7
     if not error or not math.isfinite(error) or not math.isfinite(value):
@@ -367,7 +367,7 @@ def known_digits(value: float, error: float | None, digits: int = 6) -> str:
     return f"{rounded:.{decimals}f}" if 0 <= decimals <= digits else f"{rounded:.{max(digits, 7)}g}"
 
 
-def is_nothing(size: float, error: float | None) -> bool:
+def is_negligible(size: float, error: float | None) -> bool:
     """True for a figure of this size that is 0 within its error."""
     return error is not None and math.isfinite(error) and size < NOTHING * abs(error)
 

@@ -12,9 +12,9 @@ from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
-from bearing_twin.base.errors import SceneError, StudyError, did_you_mean, nearest, unknown
+from bearing_twin.base.errors import SceneError, StudyError, did_you_mean, legal_hint, nearest
 from bearing_twin.base.parameters import echo
-from bearing_twin.base.paths import READABLE, own_folder, share_path
+from bearing_twin.base.paths import READABLE, share_path, user_folder
 
 GREATEST_FILE = 128_000  # bytes
 LONGEST_KEPT = 10_000  # characters of a text whose data are kept
@@ -53,8 +53,8 @@ class Shelf(NamedTuple):
             yield self.load(self.read_text(path), str(path)), str(path)
 
     def own_files(self) -> list[Path]:
-        """The user's own files of this kind, in `own_folder`, sorted."""
-        return sorted(path for path in own_folder(self.folder).glob("*.y*ml") if path.suffix in SUFFIXES)
+        """The user's own files of this kind, in `user_folder`, sorted."""
+        return sorted(path for path in user_folder(self.folder).glob("*.y*ml") if path.suffix in SUFFIXES)
 
     def find(self, name_or_path, also: Callable[[], Iterable[str]] = tuple) -> Path:
         """The file of that name or path; raises `error` with the nearest name, or the nearest of `also()` if any is."""
@@ -84,7 +84,7 @@ class Shelf(NamedTuple):
         for other in (SCENES, STUDIES):
             if text in other.names():
                 raise self.error(f"{echo(text)} is a {other.noun}, not a {self.noun}; {USED[other.noun]}")
-        hint = unknown(text, self.names())
+        hint = legal_hint(text, self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
     def _permitted(self, text: str) -> Path:

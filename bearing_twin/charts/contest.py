@@ -28,9 +28,9 @@ import numpy as np
 
 from bearing_twin import __version__
 from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
-from bearing_twin.base.parameters import echo, unknown
-from bearing_twin.base.paths import drafted
-from bearing_twin.base.units import prefixed, two_digits
+from bearing_twin.base.parameters import echo, legal_hint
+from bearing_twin.base.paths import draft_file
+from bearing_twin.base.units import prefixed_unit, two_digits
 from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, curves_of, draw, in_rows, labels
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.pictures import STYLE
@@ -108,7 +108,7 @@ def read_table(path: Path) -> list[Row]:
 def write_rows(path: Path, header: Sequence[str], rows: Iterable[Iterable]) -> None:
     """Writes a header and rows with the column `made`, whole or not at all; raises BearingTwinError where it cannot."""
     try:
-        with drafted(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
+        with draft_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
             table = csv.writer(stream)
             table.writerow([*header, MADE])
             table.writerows([*row, made_with()] for row in rows)
@@ -171,7 +171,7 @@ def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
     """The requested names, in their order, all for none; raises BearingTwinError for one that is not known."""
     words, known = set(words), list(known)
     for word in words - set(known):
-        raise BearingTwinError(f"{echo(word)} is not a part of this chart; {unknown(word, known)}")
+        raise BearingTwinError(f"{echo(word)} is not a part of this chart; {legal_hint(word, known)}")
     return [name for name in known if not words or name in words]
 
 
@@ -343,7 +343,7 @@ def best_of(contest: "Contest", rows: list[Row]) -> list[str]:
 
 def seconds(value: float) -> str:
     """A time in words, two digits."""
-    factor, unit = prefixed(value, "s")
+    factor, unit = prefixed_unit(value, "s")
     return f"{two_digits(factor * value)} {unit}"
 
 

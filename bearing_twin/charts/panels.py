@@ -11,7 +11,7 @@ from matplotlib.colors import LogNorm, PowerNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
-from bearing_twin.base.units import inverse, labelled
+from bearing_twin.base.units import axis_label, inverse_unit
 from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_line, frame, heading, save, scaled
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
@@ -212,16 +212,16 @@ def _draw_panel(figure, axis, panel: Panel) -> None:
     if panel.to_scale:
         axis.set_aspect("equal", adjustable="datalim")
     across, unit = _label(axis.xaxis, panel.x)
-    density = (1.0 / across, inverse(unit)) if panel.y.unit == f"1/{panel.x.unit}" else None
+    density = (1.0 / across, inverse_unit(unit)) if panel.y.unit == f"1/{panel.x.unit}" else None
     up, unit = _label(axis.yaxis, panel.y, density)
     if panel.names:
         axis.set_yticks(range(len(panel.names)), panel.names)
     for part, drawn in zip((one for one in panel.parts if isinstance(one, Map)), axis.collections, strict=False):
-        per, of = (1.0 / up, inverse(unit)) if part.unit == f"1/{panel.y.unit}" else (1.0, part.unit)
+        per, of = (1.0 / up, inverse_unit(unit)) if part.unit == f"1/{panel.y.unit}" else (1.0, part.unit)
         beyond = np.nanmax(part.z, initial=part.limits[0]) > part.limits[1]
         bar = figure.colorbar(drawn, ax=axis, pad=0.02, extend="max" if beyond else "neither")
         bar.outline.set_visible(False)
-        bar.set_label(labelled(part.name, of), fontsize=11, color=STYLE["ink"])
+        bar.set_label(axis_label(part.name, of), fontsize=11, color=STYLE["ink"])
         bar.ax.tick_params(length=0, labelsize=10, labelcolor=STYLE["ink"])
         if per != 1.0:
             bar.ax.yaxis.set_major_formatter(_plain(per))
@@ -232,7 +232,7 @@ def _label(along, axis: Axis, density: tuple[float, str] | None = None) -> tuple
     low, high = along.get_view_interval()
     shown = axis.shown[::-1] if axis.shown else density
     factor, unit = shown or scaled([low, high], axis.unit)
-    along.set_label_text(labelled(axis.name, unit))
+    along.set_label_text(axis_label(axis.name, unit))
     wide = axis.log and high > FEW_DECADES * low
     if axis.log:
         along.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))

@@ -15,10 +15,10 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
-from bearing_twin.base.errors import SceneError, echo, unknown
+from bearing_twin.base.errors import SceneError, echo, legal_hint
 from bearing_twin.base.parameters import NUMBER, describe
-from bearing_twin.base.paths import own_folder
-from bearing_twin.base.units import UNITS, Limits, for_people, known_digits, labelled, two_digits, with_unit
+from bearing_twin.base.paths import user_folder
+from bearing_twin.base.units import UNITS, Limits, axis_label, readable_unit, rounded_to_error, two_digits, with_unit
 from bearing_twin.command.outcome import (
     Outcome,
     add_changes,
@@ -319,15 +319,15 @@ def _unit_of(scene, path: str) -> str:
     rows = {row.key: row for row in describe(KINDS[scene.kind].parameters) if row.type == "number"}
     if path not in rows:
         raise SceneError(
-            f"--sweep {echo(path)} is no number of a {scene.kind}; {unknown(path, ['load', *SHORT_KEYS, *rows])}"
+            f"--sweep {echo(path)} is no number of a {scene.kind}; {legal_hint(path, ['load', *SHORT_KEYS, *rows])}"
         )
     return rows[path].unit
 
 
 def _axis_of(path: str, unit: str, values) -> dict:
     """Label of the axis of a sweep over a key, with its unit, and the factor into that unit."""
-    shown, scale = for_people(max(map(abs, values)), UNITS[unit or "1"])
-    return {"label": labelled(path, shown), "scale": scale}
+    shown, scale = readable_unit(max(map(abs, values)), UNITS[unit or "1"])
+    return {"label": axis_label(path, shown), "scale": scale}
 
 
 L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
@@ -354,14 +354,14 @@ def short(value: float, digits: int = 4) -> str:
     """So many digits, without a power of ten up to 1e7; 0 where it is rounding."""
     if not math.isfinite(value):
         return "without limit"
-    return "0" if abs(value) < 1e-9 else known_digits(value, None, digits)
+    return "0" if abs(value) < 1e-9 else rounded_to_error(value, None, digits)
 
 
 def listed_catalogue() -> Outcome:
     """Every designation with its row, and what the ways are in which ball sets were found."""
     from bearing_twin.kinds.bearing import FOUND, designations, row_of
 
-    rows, folder = [row_of(name) for name in designations()], str(own_folder("bearings"))
+    rows, folder = [row_of(name) for name in designations()], str(user_folder("bearings"))
 
     def show() -> None:
         header = ("", "bore\n[mm]", "outside\n[mm]", "width\n[mm]", "balls\n ", "of\n[mm]", "±\n[mm]")
@@ -443,7 +443,7 @@ def _known(value: float, error: float) -> str:
     """A value to the second digit of its error; what is smaller than that keeps two digits, and rounding is 0."""
     if not error or abs(value) < error:
         return short(value, 2 if error else 4)
-    return known_digits(value, error, 4)
+    return rounded_to_error(value, error, 4)
 
 
 def _show_balls(result: dict) -> None:
@@ -565,7 +565,7 @@ def _frequencies(result: dict) -> str:
     """The fault frequencies of a result [Hz] in words, with their errors."""
     errors = result.get("fault_frequencies_hz_error", {})
     return ", ".join(
-        f"{name.upper() if len(name) <= 4 else name.replace('_', ' ')} {known_digits(value, errors.get(name), 5)}"
+        f"{name.upper() if len(name) <= 4 else name.replace('_', ' ')} {rounded_to_error(value, errors.get(name), 5)}"
         + (f" ± {two_digits(errors[name])}" if errors.get(name) else "")
         for name, value in result["fault_frequencies_hz"].items()
     )
@@ -589,7 +589,7 @@ def _clearance(pair) -> str:
 def _millimetres(value, error: float = 0.0) -> str:
     if value is None:
         return "-"
-    return known_digits(1e3 * value, 1e3 * error, 5) + (f" ± {two_digits(1e3 * error)}" if error else "")
+    return rounded_to_error(1e3 * value, 1e3 * error, 5) + (f" ± {two_digits(1e3 * error)}" if error else "")
 
 
 def _range(pair, scale: float) -> str:

@@ -52,12 +52,12 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _refuse(word: str) -> None:
-    from bearing_twin.base.parameters import echo, unknown
+    from bearing_twin.base.parameters import echo, legal_hint
     from bearing_twin.charts import CHARTS, RENAMED
 
     if word in RENAMED:
         raise BearingTwinError(f"the chart {word} was removed: use chart {RENAMED[word]}")
-    raise BearingTwinError(f"{echo(word)} is not a chart; {unknown(word, [*CHARTS, ALL])}")
+    raise BearingTwinError(f"{echo(word)} is not a chart; {legal_hint(word, [*CHARTS, ALL])}")
 
 
 def _list() -> Outcome:

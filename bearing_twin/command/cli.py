@@ -16,16 +16,23 @@ import textwrap
 from typing import NoReturn
 
 from bearing_twin import __version__
-from bearing_twin.base.errors import BearingTwinError, echo, harmless, missing_package, unknown, wanted
+from bearing_twin.base.errors import (
+    BearingTwinError,
+    echo,
+    escape_controls,
+    import_optional,
+    legal_hint,
+    missing_package,
+)
 from bearing_twin.base.process import (
-    ended_by_signals,
-    leave,
-    one_processor,
-    prepare,
-    seldom_collecting,
+    exit_process,
+    limit_blas_threads,
+    name_standard_output,
+    prepare_streams,
+    relax_garbage_collection,
+    run_while_read,
     signal_of,
-    to_standard_output,
-    while_read,
+    signals_as_exceptions,
 )
 
 _NEGATIVE = re.compile(r"-([\d.,]|$)")
@@ -66,7 +73,7 @@ class _Parser(argparse.ArgumentParser):
         if value in GONE:
             raise BearingTwinError(f"{value} was removed: {GONE[value]}")
         name = "/".join(action.option_strings) or action.metavar or action.dest
-        raise BearingTwinError(f"{name} {echo(value)} is not known; {unknown(value, action.choices)}")
+        raise BearingTwinError(f"{name} {echo(value)} is not known; {legal_hint(value, action.choices)}")
 
     def error(self, message):
         raise BearingTwinError(f"{message}; see {self.prog} --help")
@@ -74,30 +81,30 @@ class _Parser(argparse.ArgumentParser):
 
 def program() -> NoReturn:
     """The executable: `main`, after which the process ends at once."""
-    prepare()
-    seldom_collecting()
+    prepare_streams()
+    relax_garbage_collection()
     os.environ["MPLBACKEND"] = "agg"  # pictures go to files; a notebook's shell names one that need not be there
     sys.stdout.reconfigure(errors="backslashreplace")  # a terminal without µ
     try:
         code = main()
     except SystemExit as end:  # --help, or a signal
         code = end.code or DONE
-    leave(code)
+    exit_process(code)
 
 
 def main(argv=None) -> int:
     """Run one subcommand and return the exit code; never a traceback for what a user can cause."""
-    one_processor()
-    return while_read(lambda: _exit_code(sys.argv[1:] if argv is None else list(argv)))
+    limit_blas_threads()
+    return run_while_read(lambda: _exit_code(sys.argv[1:] if argv is None else list(argv)))
 
 
 def _exit_code(argv) -> int:
     """The exit code, with one sentence for what a user can cause."""
     try:
-        with ended_by_signals():
+        with signals_as_exceptions():
             return _main(argv)
     except BearingTwinError as error:
-        print(f"bearing_twin: {harmless(str(error))}", file=sys.stderr)
+        print(f"bearing_twin: {escape_controls(str(error))}", file=sys.stderr)
         return BAD_INPUT
     except ModuleNotFoundError as error:
         print(f"bearing_twin: {missing_package(error)}", file=sys.stderr)
@@ -112,7 +119,7 @@ def _exit_code(argv) -> int:
                 print(f"bearing_twin: ended by {signal.Signals(number).name}", file=sys.stderr)
         raise
     except BrokenPipeError:
-        raise  # see `while_read`
+        raise  # see `run_while_read`
     except OSError as error:
         print(f"bearing_twin: {error.filename or 'a file'} cannot be used ({error.strerror or error})", file=sys.stderr)
         return BAD_INPUT
@@ -127,14 +134,14 @@ def _main(argv) -> int:
     word = next((one for one in argv if not one.startswith("-")), None)
     parser, subparsers = _parsers(None if COMPLETING in os.environ else word)
     if COMPLETING in os.environ:
-        wanted("argcomplete", "completion").autocomplete(parser)  # ends the program
+        import_optional("argcomplete", "completion").autocomplete(parser)  # ends the program
     if not argv:
         parser.print_help(sys.stderr)
         return BAD_INPUT
     if word is not None and word not in COMMANDS:
         if word in GONE:
             raise BearingTwinError(f"{word} was removed: {GONE[word]}")
-        raise BearingTwinError(f"{echo(word)} is not a subcommand; {unknown(word, COMMANDS)}")
+        raise BearingTwinError(f"{echo(word)} is not a subcommand; {legal_hint(word, COMMANDS)}")
     arguments, rest = parser.parse_known_args(argv)
     if rest:
         _refuse(rest, subparsers[arguments.command])
@@ -158,7 +165,7 @@ def _present(outcome, arguments) -> None:
     """Prints the result to standard output and the warnings to standard error."""
     from bearing_twin.command.terminal import in_shown_units
 
-    with to_standard_output():
+    with name_standard_output():
         if outcome.result is None:
             pass  # it was printed as it came
         elif arguments.json:
@@ -168,7 +175,7 @@ def _present(outcome, arguments) -> None:
         else:
             _show(outcome, arguments.si)
         sys.stdout.flush()
-    warnings = [f"bearing_twin: warning: {harmless(in_shown_units(one))}" for one in outcome.warnings]
+    warnings = [f"bearing_twin: warning: {escape_controls(in_shown_units(one))}" for one in outcome.warnings]
     complete = arguments.json or getattr(arguments, "verbose", True)  # commands without --verbose show all
     for line in warnings if complete else _shortened(warnings):
         print(line, file=sys.stderr)
@@ -184,10 +191,10 @@ def _show(outcome, si: bool) -> None:
     if outcome.show and not (si and outcome.engineering):
         outcome.show()
         return
-    from bearing_twin.base.report import plain_json
+    from bearing_twin.base.report import json_data
     from bearing_twin.command.results import show_result
 
-    show_result(plain_json(outcome.result))
+    show_result(json_data(outcome.result))
 
 
 def _parsers(only: str | None = None):
@@ -253,4 +260,4 @@ def _refuse(rest, subparser):
             f"{echo(option)} is not an option of {subparser.prog}; set a key of the scene "
             f"instead, as --set {KEYS_OF_OPTIONS[option]}"
         )
-    raise BearingTwinError(f"{echo(option)} is not an option of {subparser.prog}; {unknown(option, options)}")
+    raise BearingTwinError(f"{echo(option)} is not an option of {subparser.prog}; {legal_hint(option, options)}")

@@ -144,7 +144,7 @@ def _raceway(name, race):
 
 def _materials(arguments, bodies):
     """The two materials: the scene's or steel, or those named, with moduli and ratios given replaced."""
-    from bearing_twin.base.parameters import echo, plain, read_strict, unknown
+    from bearing_twin.base.parameters import echo, legal_hint, plain, read_strict
     from bearing_twin.contact.materials import MATERIALS, Material
 
     bodies = bodies or (MATERIALS["steel"],) * 2
@@ -152,7 +152,7 @@ def _materials(arguments, bodies):
         names = _pair(arguments.material, "--material")
         for name in names:
             if name not in MATERIALS:
-                raise SceneError(f"--material {echo(name)} is not known; {unknown(name, MATERIALS)}")
+                raise SceneError(f"--material {echo(name)} is not known; {legal_hint(name, MATERIALS)}")
         bodies = tuple(MATERIALS[name] for name in names)
     values = [plain(body) for body in bodies]
     for key, given in (("young_modulus", arguments.young), ("poisson_ratio", arguments.poisson)):

@@ -17,7 +17,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, unknown
+from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, legal_hint
 from bearing_twin.base.parameters import echo
 from bearing_twin.base.process import AT_END
 from bearing_twin.base.report import json_text
@@ -35,7 +35,7 @@ SAID_EVERY = 1.0  # s
 def words_of(node: str, words: Sequence[str]) -> list[str]:
     """The words after the name of Python; `--ros-args` is added where it is missing. Raises BearingTwinError."""
     if node not in NODES:
-        raise BearingTwinError(f"{echo(node)} is no node of this package; {unknown(node, NODES)}")
+        raise BearingTwinError(f"{echo(node)} is no node of this package; {legal_hint(node, NODES)}")
     rest = list(words)
     if rest and rest[0] != ROS_ARGS and not {"-h", "--help"} & set(rest):
         rest.insert(0, ROS_ARGS)
@@ -118,7 +118,7 @@ def _field(data, path: str | None):
     """The part of a message that `path`, such as wrench.force, leads to."""
     for name in path.split(".") if path else ():
         if not isinstance(data, dict) or name not in data:
-            legal = unknown(name, data) if isinstance(data, dict) else "there are no fields below"
+            legal = legal_hint(name, data) if isinstance(data, dict) else "there are no fields below"
             raise BearingTwinError(f"--field {echo(path)}: there is no {echo(name)}; {legal}")
         data = data[name]
     return data

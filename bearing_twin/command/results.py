@@ -3,8 +3,8 @@
 from collections.abc import Iterator, Mapping
 from contextvars import ContextVar
 
-from bearing_twin.base.report import Report, plain_json
-from bearing_twin.base.units import LUBRICATED, named, of_films, readable, unit_suffix
+from bearing_twin.base.report import Report, json_data
+from bearing_twin.base.units import LUBRICATED, label_and_unit, lubricated_label, readable_label, unit_suffix
 from bearing_twin.command.terminal import (
     SI,
     columns_apart,
@@ -40,7 +40,7 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     verbose : bool
         Print every column and key, as why the model was chosen, costs, and errors of the model.
     """
-    result = plain_json(result)
+    result = json_data(result)
     if verbose:
         show_result(result)
         return
@@ -97,7 +97,7 @@ def _show_events(events: Mapping[str, list[Mapping]]) -> None:
     """Print a table for each list of events."""
     for key, rows in events.items():
         header, cells = events_for_people([dict(_flat(row)) for row in rows], _readable)
-        show_text(f"\n{named(key)[0]}")
+        show_text(f"\n{label_and_unit(key)[0]}")
         show_rows([f"{words} [{unit}]" if unit else words for words, unit in header], cells)
 
 
@@ -126,8 +126,8 @@ def show_quantities(result: Mapping) -> None:
 
 def _readable(key: str, size: float) -> tuple[str, str, float]:
     """(words, unit, factor into that unit) of a key with values to `size`: SI with --si, else what engineers read."""
-    words, *shown = (*named(key), 1.0) if SI.get() else readable(key, size)
-    return (of_films(words) if FILMS.get() else words, *shown)
+    words, *shown = (*label_and_unit(key), 1.0) if SI.get() else readable_label(key, size)
+    return (lubricated_label(words) if FILMS.get() else words, *shown)
 
 
 def _errors_joined(result: Mapping) -> dict:

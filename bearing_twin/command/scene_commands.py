@@ -37,12 +37,14 @@ def _scene_keys() -> Outcome:
 
 
 def _scene_figures() -> Outcome:
-    from bearing_twin.base.units import named
+    from bearing_twin.base.units import label_and_unit
     from bearing_twin.kinds import KINDS
 
     rows = [(kind, key, meaning) for kind, entry in KINDS.items() for key, meaning in entry.meanings_of().items()]
     header = ("kind", "figure", "unit", "meaning")
-    found = ({"kind": kind, "figure": key, "unit": named(key)[1], "meaning": meaning} for kind, key, meaning in rows)
+    found = (
+        {"kind": kind, "figure": key, "unit": label_and_unit(key)[1], "meaning": meaning} for kind, key, meaning in rows
+    )
     return listed("figures", header, found)
 
 

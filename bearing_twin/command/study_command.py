@@ -233,12 +233,14 @@ def _modes(found) -> str:
 
 def _interval(value, interval, factor: float = 1.0) -> str:
     """A number and its interval, to the second digit of what the interval leaves open."""
-    from bearing_twin.base.units import known_digits
+    from bearing_twin.base.units import rounded_to_error
 
     if value is None:
         return "-"
     ends = interval or (None, None)
     open_by = max((abs(factor * (one - value)) for one in ends if one is not None), default=0.0)
     digits = 6 if open_by else 4
-    shown, low, high = (OPEN if one is None else known_digits(factor * one, open_by, digits) for one in (value, *ends))
+    shown, low, high = (
+        OPEN if one is None else rounded_to_error(factor * one, open_by, digits) for one in (value, *ends)
+    )
     return shown if low == high == OPEN else f"{shown} [{low}, {high}]"

@@ -10,9 +10,9 @@ from contextvars import ContextVar
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
 
-from bearing_twin.base.errors import harmless
+from bearing_twin.base.errors import escape_controls
 from bearing_twin.base.units import (
-    sentence_for_people,
+    readable_sentence,
     unit_for_people,
 )
 
@@ -136,7 +136,7 @@ def show_paragraph(text: str) -> None:
 
 def in_shown_units(sentence: str) -> str:
     """A sentence, as of a warning, in the units of the tables beside it."""
-    return sentence if SI.get() else sentence_for_people(sentence)
+    return sentence if SI.get() else readable_sentence(sentence)
 
 
 def shown_unit(unit: str, size: float) -> tuple[str, float]:
@@ -146,12 +146,12 @@ def shown_unit(unit: str, size: float) -> tuple[str, float]:
 
 def show_text(text: str = "") -> None:
     """Print a line of a result on standard output."""
-    print(harmless(text))
+    print(escape_controls(text))
 
 
 def say(text: str) -> None:
     """Print a line about the work, not of its result, on standard error."""
-    print(harmless(text), file=sys.stderr, flush=True)
+    print(escape_controls(text), file=sys.stderr, flush=True)
 
 
 @contextlib.contextmanager
@@ -167,7 +167,7 @@ def progress(what: str) -> Iterator[Callable[[float], None]]:
     words = TextColumn("{task.description}", markup=False)
     columns = words, BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
     bars = outer or Progress(*columns, console=Console(stderr=True), transient=True)
-    token, task = _BARS.set(bars), bars.add_task(harmless(what), total=None)
+    token, task = _BARS.set(bars), bars.add_task(escape_controls(what), total=None)
     try:
         with contextlib.nullcontext() if outer else bars:
             yield lambda share: bars.update(task, completed=share, total=1.0)

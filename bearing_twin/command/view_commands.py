@@ -5,7 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError, wanted
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, import_optional
 from bearing_twin.base.paths import file_name
 from bearing_twin.command.bearing_command import note_bare_speed
 from bearing_twin.command.node_command import replace_by_node
@@ -43,7 +43,7 @@ def _view(arguments: argparse.Namespace) -> Outcome:
     out = new_path(arguments.out, (".html", ".htm"), "page", replaced=True) if arguments.out else None
     gif = new_path(arguments.gif, (".gif",), "animation") if arguments.gif else None
     if gif:
-        wanted("playwright.sync_api", "view")  # said before a scene is run
+        import_optional("playwright.sync_api", "view")  # said before a scene is run
     sort = _sort(arguments)
     if sort == "log" and (arguments.set or arguments.duration):
         raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
@@ -189,7 +189,7 @@ def _layouts_arguments(parser) -> None:
 
 def _layouts(arguments) -> Outcome:
     """The files; raises BearingTwinError, SceneError or LogError."""
-    from bearing_twin.base.paths import write_whole
+    from bearing_twin.base.paths import write_atomic
     from bearing_twin.log.layouts import LAYOUTS
 
     source = Path(arguments.source)
@@ -205,7 +205,7 @@ def _layouts(arguments) -> Outcome:
     files, opened = {}, {}
     for program in arguments.programs or LAYOUTS:
         layout = LAYOUTS[program]
-        path = write_whole(cleared(folder / f"{name}{layout.suffix}"), layout.made(panels))
+        path = write_atomic(cleared(folder / f"{name}{layout.suffix}"), layout.made(panels))
         opened[program] = layout.opening(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])

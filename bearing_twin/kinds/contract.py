@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol
 
 from bearing_twin.base.report import Choice
-from bearing_twin.base.units import suffix_of, symbol_of
+from bearing_twin.base.units import key_suffix, key_unit
 from bearing_twin.kinds.error_estimates import Comparison, ModelErrors, UnknownErrors
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def channel_figures(channels: tuple[Channel, ...]) -> Iterator[tuple[ChannelFigu
         if channel.shape == ():
             names = {f"{channel.name}_at_end": "at the end", f"greatest_{channel.name}": "greatest magnitude"}
             yield tuple(
-                ChannelFigure(channel, name, name + suffix_of(channel.unit), f"{channel.meaning}, {words}")
+                ChannelFigure(channel, name, name + key_suffix(channel.unit), f"{channel.meaning}, {words}")
                 for name, words in names.items()
             )
 
@@ -310,7 +310,7 @@ class Quantity(NamedTuple):
     @property
     def unit(self) -> str:
         """The SI unit."""
-        return symbol_of(self.keys[0])
+        return key_unit(self.keys[0])
 
     def figure(self, figures: Mapping) -> float:
         """The quantity of a run with these figures; NaN where one is missing."""
@@ -320,7 +320,7 @@ class Quantity(NamedTuple):
 
 def figure_quantities(*keys: str) -> dict[str, Quantity]:
     """Quantities that are the figures at these keys, named as they are without the unit."""
-    return {key.removesuffix(suffix_of(symbol_of(key))): Quantity((key,)) for key in keys}
+    return {key.removesuffix(key_suffix(key_unit(key))): Quantity((key,)) for key in keys}
 
 
 class ClosedForm(NamedTuple):

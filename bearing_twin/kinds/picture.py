@@ -10,8 +10,8 @@ from matplotlib.gridspec import SubplotSpec
 
 from bearing_twin import __version__
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Block, Sample, Thinned
-from bearing_twin.base.units import prefixed, unit_for_people, with_unit
+from bearing_twin.base.sample import Block, Sample, ThinnedOutputs
+from bearing_twin.base.units import prefixed_unit, unit_for_people, with_unit
 from bearing_twin.kinds.views import CurvePanel, View, plain_view
 from bearing_twin.pictures import (
     BALL_COLOURS,
@@ -58,7 +58,7 @@ class RunPicture:
         self.parameters = scene and scene.parameters
         self._greatest: np.ndarray | float = -np.inf  # loads, by their column
         self._contacts = [np.empty((0, 3))]
-        self._outputs = Thinned(GREATEST_ROWS, self._kept_of)
+        self._outputs = ThinnedOutputs(GREATEST_ROWS, self._kept_of)
 
     def add(self, block: Block) -> None:
         """Takes a block in."""
@@ -108,7 +108,7 @@ class RunPicture:
         parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / tall, bottom=below / tall)
         apart = {"hspace": min(0.16 * rows, 0.8), "wspace": 0.14}
         axes = parts[1].subgridspec(rows, columns, **apart).subplots(sharex=True, squeeze=False)
-        factor, unit = prefixed(float(values["time"][-1]), "s")
+        factor, unit = prefixed_unit(float(values["time"][-1]), "s")
         for axis in axes.ravel()[len(panels) :]:
             axis.set_axis_off()
         for axis, panel in zip(axes.ravel(), panels, strict=False):

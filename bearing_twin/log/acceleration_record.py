@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, LogError, echo, unknown
+from bearing_twin.base.errors import BearingTwinError, LogError, echo, legal_hint
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SQLITE, SUFFIX, LogReader
 from bearing_twin.log.run_log import read_log
@@ -154,7 +154,7 @@ def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, 
     if topic is None or types.get(topic) == cdr.SAMPLE_BLOCK:
         return _own_log(path, key, topic, run)
     if topic not in types:
-        raise BearingTwinError(f"{path} has no topic {echo(topic)} of a known type; {unknown(topic, list(types))}")
+        raise BearingTwinError(f"{path} has no topic {echo(topic)} of a known type; {legal_hint(topic, list(types))}")
     field = key or ("samples" if types[topic] == cdr.WAVEFORM else "data")
     parts, stamps = [], []
     for one in reader.messages({topic}):
@@ -180,7 +180,7 @@ def _field(message, topic: str, path: str):
     for word in path.split("."):
         if word not in (names := list(getattr(value, "__dataclass_fields__", ()))):
             raise BearingTwinError(
-                f"messages on {topic} have no field {echo(word)}; {unknown(word, names)}: give --key"
+                f"messages on {topic} have no field {echo(word)}; {legal_hint(word, names)}: give --key"
             )
         value = getattr(value, word)
     found = np.asarray(value)

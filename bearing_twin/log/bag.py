@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import yaml
 
-from bearing_twin.base.errors import LogError, echo, shortened
+from bearing_twin.base.errors import LogError, echo, shorten
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import (
     LARGEST_MESSAGE,
@@ -306,7 +306,7 @@ class SqliteReader:
         except LogError:
             raise
         except Exception as error:  # of rosbags, of apsw, and what a database may hold in place of numbers
-            raise LogError(f"{self.path} cannot be read as a bag of sqlite3 ({shortened(str(error))})") from error
+            raise LogError(f"{self.path} cannot be read as a bag of sqlite3 ({shorten(str(error))})") from error
 
 
 def reader_of(file: Path, contents: Contents | None = None) -> McapReader | SqliteReader:

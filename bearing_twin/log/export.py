@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import LogError, echo, unknown, wanted
-from bearing_twin.base.paths import file_name, put_whole
+from bearing_twin.base.errors import LogError, echo, import_optional, legal_hint
+from bearing_twin.base.paths import file_name, replace_file
 from bearing_twin.log.bag import path_of
 from bearing_twin.log.run_log import LogStream, read_log
 from bearing_twin.log.study_log import STUDY_RECORD, read_study
@@ -77,7 +77,7 @@ def export_log(
         Where a package of the extra `export` is missing.
     """
     if to not in FORMATS:
-        raise LogError(f"a log cannot be written as {echo(to)}; {unknown(to, FORMATS)}")
+        raise LogError(f"a log cannot be written as {echo(to)}; {legal_hint(to, FORMATS)}")
     target = path_of(out, "what is exported")
     if target.exists():
         raise LogError(f"{target} exists and is not overwritten; give another path")
@@ -205,7 +205,7 @@ def _csv_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Callable]
 @contextlib.contextmanager
 def _parquet_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Callable]:
     """Units in the metadata of each field, where the numbers come from in that of the file."""
-    arrow, parquet = wanted("pyarrow", "export"), wanted("pyarrow.parquet", "export")
+    arrow, parquet = import_optional("pyarrow", "export"), import_optional("pyarrow.parquet", "export")
     with contextlib.ExitStack() as stack:
         file = None
 
@@ -226,7 +226,7 @@ def _netcdf(stream, target, begun, watch) -> Exported:
 
     Made in memory: where a disk is full HDF5 ends the process when it closes the file.
     """
-    xarray, h5netcdf = wanted("xarray", "export"), wanted("h5netcdf", "export")
+    xarray, h5netcdf = import_optional("xarray", "export"), import_optional("h5netcdf", "export")
     if hasattr(stream, "study"):
         variables = {
             name: ("realisation", np.asarray(values), {"long_name": meaning} | ({"units": unit} if unit else {}))
@@ -239,7 +239,7 @@ def _netcdf(stream, target, begun, watch) -> Exported:
     held = io.BytesIO()
     with h5netcdf.File(held, "w") as file:
         dataset.dump_to_store(xarray.backends.H5NetCDFStore(file))
-    put_whole(target, held.getbuffer())
+    replace_file(target, held.getbuffer())
     return Exported((os.fspath(target),), rows)
 
 

@@ -21,9 +21,9 @@ import numpy as np
 from mcap.records import Attachment, Metadata
 
 import bearing_twin
-from bearing_twin.base.errors import LogError, harmless
-from bearing_twin.base.paths import put_whole
-from bearing_twin.base.process import Unbroken
+from bearing_twin.base.errors import LogError, escape_controls
+from bearing_twin.base.paths import replace_file
+from bearing_twin.base.process import DeferredSignals
 from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
@@ -139,7 +139,7 @@ class RawLogWriter:
             except OSError as error:
                 said = f"{path} cannot be made ({error.strerror}); give another place for the log"
                 raise refused(said, error) from error
-        self._lock, self._unbroken, self._ended = threading.Lock(), Unbroken(), threading.Event()
+        self._lock, self._unbroken, self._ended = threading.Lock(), DeferredSignals(), threading.Event()
         self._closed = False
         self._unlisted = False  # whether the description of the bag lacks topics
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
@@ -396,7 +396,7 @@ class RawLogWriter:
         information = self._described(counts, self._spans())
         target = self._folder / "metadata.yaml"
         try:
-            put_whole(target, f"rosbag2_bagfile_information:\n{indent(information, '  ')}".encode())
+            replace_file(target, f"rosbag2_bagfile_information:\n{indent(information, '  ')}".encode())
         except OSError as error:
             said = f"{target} cannot be written ({error.strerror}); the messages are in {self._writer.path}"
             raise refused(said, error) from error
@@ -492,7 +492,9 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
         said = "; ".join(problems)
         if not messages:
             raise LogError(f"nothing in {path} can be recovered ({said or 'it holds no message'})")
-        log.add_metadata(RECOVERY_RECORD, {"from": harmless(Path(path).name), "problems": harmless(said or "none")})
+        log.add_metadata(
+            RECOVERY_RECORD, {"from": escape_controls(Path(path).name), "problems": escape_controls(said or "none")}
+        )
     return Recovered(messages, samples, tuple(problems))
 
 

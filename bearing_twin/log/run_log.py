@@ -19,8 +19,8 @@ import numpy as np
 
 import bearing_twin
 from bearing_twin.base.errors import LogError, SceneError, echo
-from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parsed_json
-from bearing_twin.base.sample import Block, Channel, Sample, Table, between
+from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parse_json
+from bearing_twin.base.sample import Block, Channel, Sample, Table, records_between
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.contract import Topic
 from bearing_twin.log import cdr
@@ -70,7 +70,7 @@ def count_in(text: str | None) -> int | None:
 def report_in(record: Mapping[str, str]) -> dict | None:
     """The report of a run in RUN_RECORD; None without one, and for nonsense."""
     try:
-        found = parsed_json(record["report"])
+        found = parse_json(record["report"])
     except (KeyError, ValueError):
         return None
     return found if isinstance(found, dict) else None
@@ -78,7 +78,7 @@ def report_in(record: Mapping[str, str]) -> dict | None:
 
 def scene_record(text: str) -> dict[str, str]:
     """The content of a message of the topic `scene` as texts; ValueError and AttributeError for what is none."""
-    content = parsed_json(text)
+    content = parse_json(text)
     return {key: one if isinstance(one, str) else json.dumps(one) for key, one in content.items()}
 
 
@@ -86,7 +86,7 @@ def choice_in(record: Mapping[str, str]) -> Choice:
     """The model named in a log's metadata; empty texts where there is none."""
     named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
     try:
-        warnings = tuple(map(str, parsed_json(record.get("warnings", "[]"))))
+        warnings = tuple(map(str, parse_json(record.get("warnings", "[]"))))
         setting, friction = float(record.get("setting", "nan")), record.get("friction", "")
         return Choice(*named, warnings, setting, friction=friction)
     except (ValueError, TypeError):
@@ -252,7 +252,7 @@ class LogStream:
         record = self.metadata.get(STATE_RECORD, {})
         sequence = count_in(record.get("sequence"))
         try:
-            state = parsed_json(record.get("state", "null"))
+            state = parse_json(record.get("state", "null"))
         except ValueError:
             return None
         return (sequence, state) if sequence is not None and isinstance(state, dict) else None
@@ -457,10 +457,10 @@ class _Records:
 
     def until(self, time_ns: float) -> np.ndarray:
         """The records up to `time_ns` that were not taken before."""
-        taken = [between(self._rest, -np.inf, time_ns)]
+        taken = [records_between(self._rest, -np.inf, time_ns)]
         while len(taken[-1]) == len(self._rest) and (following := next(self._parts, None)) is not None:
             self._rest = following
-            taken.append(between(following, -np.inf, time_ns))
+            taken.append(records_between(following, -np.inf, time_ns))
             self._refuse_many(sum(one.size for one in taken))
         self._rest = self._rest[len(taken[-1]) :]
         return taken[0] if len(taken) == 1 else np.concatenate(taken)

@@ -19,7 +19,7 @@ import numpy as np
 from bearing_twin import __version__
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Block, Channel, Sample, Table, joined
+from bearing_twin.base.sample import Block, Channel, Sample, Table, join_blocks
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import renewed
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, SECOND, Output, Topic
@@ -179,7 +179,7 @@ class MessageStream:
         """The records and the SampleBlock of the outputs that wait."""
         if not self._waiting:
             return
-        block, self._waiting = joined(self._waiting), []
+        block, self._waiting = join_blocks(self._waiting), []
         stamp_ns = self.start_time_ns + int(block.time_ns[-1])
         for name, table in self._tables.items():
             topic, rows = self._by_name[f"records/{name}"], block.records.get(name, ())
@@ -218,7 +218,7 @@ class MessageStream:
             if topic.rate == SECOND or not rows.get(topic.rate) or (wanted is not None and topic.name not in wanted):
                 continue
             if topic.rate not in outputs:
-                sample = block.sampled(rows[topic.rate])
+                sample = block.sample_rows(rows[topic.rate])
                 outputs[topic.rate] = self._output(sample), self.start_time_ns + sample.time_ns
             output, stamps_ns = outputs[topic.rate]
             data = self._encoders[topic.name].encoded(topic.fields(output), stamps_ns)

@@ -19,8 +19,8 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.base.errors import LogError, echo, shortened
-from bearing_twin.base.report import parsed_json
+from bearing_twin.base.errors import LogError, echo, shorten
+from bearing_twin.base.report import parse_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, Qos
@@ -210,7 +210,7 @@ def reading_study(path) -> Iterator[None]:
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        said = shortened(f"{type(error).__name__}: {error}")
+        said = shorten(f"{type(error).__name__}: {error}")
         raise LogError(f"{path} does not hold what a study writes ({said}); run the study again") from error
 
 
@@ -220,15 +220,15 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     if STUDY_RECORD not in records:
         raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
     record = records[STUDY_RECORD]
-    work = parsed_json(records.get(RUN_RECORD, {}).get("work", "{}"))
+    work = parse_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     given = {key: work[key] for key in WORK if key in work}
-    keys = {key: one for key, one in parsed_json(record["study"]).items() if key not in GONE}
+    keys = {key: one for key, one in parse_json(record["study"]).items() if key not in GONE}
     keys["scene"] = upgraded(keys["scene"], "the scene of the study in the log")
     study = parse_study({**keys, **given}, "the study of the log")
     layout, numbers = [], array("d")
     for one in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):
         if one.topic.name == SUMMARY_TOPIC:
-            summary = parsed_json(cdr.deserialise(cdr.STRING, one.data).data)
+            summary = parse_json(cdr.deserialise(cdr.STRING, one.data).data)
             continue
         message = cdr.deserialise(cdr.SAMPLE_BLOCK, one.data)
         check_block(path, message)
@@ -261,7 +261,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
             f"{path} lacks a part of its study; go on with `bearing_twin study ... --resume {path}` and another name "
             "for the log, or run the study again"
         )
-    status, reasons = columns(STATUS)[:, 0].astype(np.int32), tuple(parsed_json(record["reasons"]))
+    status, reasons = columns(STATUS)[:, 0].astype(np.int32), tuple(parse_json(record["reasons"]))
     if len(status) and not 0 <= status.min() <= status.max() <= len(reasons):
         raise ValueError("a realisation that failed has no reason")
     if summary is not None and (summary["samples"], {*summary["quantities"]}) != (count, {*study.quantities}):
@@ -274,7 +274,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
         status,
         reasons,
         columns(DOUBTFUL)[:, 0].astype(np.int64),
-        tuple(parsed_json(record["doubts"])),
+        tuple(parse_json(record["doubts"])),
         {**(summary or {}), "seconds": float(work.get("seconds", math.nan))},
     )
 

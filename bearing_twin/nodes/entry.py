@@ -24,8 +24,8 @@ def _run(what: str) -> int:
         signal.signal(number, lambda *_: os._exit(0))
     from bearing_twin.base import process
 
-    process.prepare()
-    return process.while_read(lambda: _exit_code(*what.split(":")))
+    process.prepare_streams()
+    return process.run_while_read(lambda: _exit_code(*what.split(":")))
 
 
 def _exit_code(name: str, work: str) -> int:
@@ -34,9 +34,9 @@ def _exit_code(name: str, work: str) -> int:
     Of a node 0 when it is done or a signal ended it, 2 where it cannot do its work; of the demonstration its own.
     """
     from bearing_twin.base.errors import missing_package
-    from bearing_twin.base.process import leave, one_processor
+    from bearing_twin.base.process import exit_process, limit_blas_threads
 
-    one_processor()
+    limit_blas_threads()
     try:
         frequent_heartbeats()
         importlib.import_module("bearing_twin.nodes.messages")  # raises in one sentence where ROS is missing
@@ -51,7 +51,7 @@ def _exit_code(name: str, work: str) -> int:
         from bearing_twin.nodes.base_node import run
 
         code = run(name, getattr(module, work))
-        leave(code)
+        exit_process(code)
         return code
     except BearingTwinError as error:
         print(f"{name}: {error}", file=sys.stderr)

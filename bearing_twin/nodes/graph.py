@@ -15,8 +15,8 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
 
-from bearing_twin.base.errors import BearingTwinError, harmless, name_of_peer
-from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.errors import BearingTwinError, escape_controls, peer_name
+from bearing_twin.base.parameters import echo, legal_hint
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.base_node import leave_ros
 from bearing_twin.nodes.messages import RunStudy, compatible_profile, filled, interface, plain, qos_profile, rclpy
@@ -45,7 +45,7 @@ def refuse_other_type(name: str, kind: type, group: str, types: list[str]) -> No
     """Raises GraphError where `kind` is none of the types of a topic or service, if it has any."""
     full = f"{kind.__module__.partition('.')[0]}/{group}/{kind.__name__}"
     if types and full not in types:
-        raise GraphError(f"{name} takes {' or '.join(map(name_of_peer, types))}, not {full}")
+        raise GraphError(f"{name} takes {' or '.join(map(peer_name, types))}, not {full}")
 
 
 def quiet_time() -> float:
@@ -82,7 +82,7 @@ class Graph:
     def topics(self) -> dict[str, str]:
         """Topics with their types."""
         found = sorted(self._at_rest(self._node.get_topic_names_and_types))
-        return {name: ", ".join(map(name_of_peer, types)) for name, types in found if NAME.fullmatch(name)}
+        return {name: ", ".join(map(peer_name, types)) for name, types in found if NAME.fullmatch(name)}
 
     def ends(self, topic: str) -> list[dict[str, str]]:
         """Publishers and subscriptions of a topic: node, type and quality of service of each."""
@@ -128,7 +128,7 @@ class Graph:
         def on_log(one: Log) -> None:
             name = f"/{one.name.replace('.', '/')}"
             if sent and one.level >= Log.WARN and name in map(full_name, takers()):
-                warn(harmless(f"{name} warns: {one.msg}"))
+                warn(escape_controls(f"{name} warns: {one.msg}"))
 
         self._node.create_subscription(Log, "/rosout", on_log, DEPTH)
         subscribed = lambda: [one for one in self.topics() if self._node.count_subscribers(one)]  # noqa: E731
@@ -150,7 +150,7 @@ class Graph:
     def parameter(self, node: str, name: str) -> Any:
         """The value of a parameter; raises GraphError for one that the node does not have."""
         if (value := self._parameter(node, name)) is None:
-            raise GraphError(f"{node} has no parameter {echo(name)}; {unknown(name, list(self.parameters(node)))}")
+            raise GraphError(f"{node} has no parameter {echo(name)}; {legal_hint(name, list(self.parameters(node)))}")
         return value
 
     def set_parameter(self, node: str, name: str, value: Any) -> Any:
@@ -233,7 +233,7 @@ class Graph:
         known = lambda: dict(self._node.get_topic_names_and_types())  # noqa: E731
         first, *others = self._await(lambda: known().get(topic), "topic", topic, known)
         if others:
-            several = ", ".join(map(name_of_peer, (first, *others)))
+            several = ", ".join(map(peer_name, (first, *others)))
             raise GraphError(f"{topic} has several types: {several}; end all nodes but those of one")
         return first
 
@@ -244,7 +244,7 @@ class Graph:
         there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(OWN)]
         if name in there:
             raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
-        near = f"; {unknown(name, there)}" if there else ": there is no node in this ROS_DOMAIN_ID"
+        near = f"; {legal_hint(name, there)}" if there else ": there is no node in this ROS_DOMAIN_ID"
         raise GraphError(f"there is no {what} {echo(name)}{near}")
 
     def _answer(self, future, name: str) -> Any:

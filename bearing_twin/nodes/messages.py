@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, MissingInterfacesError, echo, harmless, unknown
+from bearing_twin.base.errors import BearingTwinError, MissingInterfacesError, echo, escape_controls, legal_hint
 from bearing_twin.base.parameters import read_number
 from bearing_twin.log.bag import Qos
 
@@ -128,12 +128,14 @@ def interface(ros_type: str, group: str) -> type:
         home = importlib.import_module(module)
     except (LookupError, OSError, ImportError) as error:
         raise MissingInterfacesError(
-            harmless(f"the type {package}/{group}/{name} cannot be imported ({error}): install or source its package")
+            escape_controls(
+                f"the type {package}/{group}/{name} cannot be imported ({error}): install or source its package"
+            )
         ) from error
     kind = getattr(home, name, None)
     if not isinstance(kind, type):
         names = [one for one, value in vars(home).items() if isinstance(value, type)]
-        raise InterfaceError(f"{package} has no {group} {echo(name)}; {unknown(name, names)}")
+        raise InterfaceError(f"{package} has no {group} {echo(name)}; {legal_hint(name, names)}")
     return kind
 
 
@@ -170,7 +172,7 @@ def filled(message_class: type, data: Any, where: str = "") -> Any:
     fields = {}
     for name, value in (data or {}).items():
         if name not in types:
-            hint = "write a space behind the colon" if ":" in str(name) else unknown(name, types)
+            hint = "write a space behind the colon" if ":" in str(name) else legal_hint(name, types)
             raise MessageError(f"{called} has no field {echo(name)}; {hint}")
         fields[name] = _value(types[name], value, f"{where}.{name}" if where else str(name))
     try:

@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 import yaml
 
 from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo
-from bearing_twin.base.parameters import read_number, unknown
-from bearing_twin.base.units import Limits, labelled, with_unit
+from bearing_twin.base.parameters import legal_hint, read_number
+from bearing_twin.base.units import Limits, axis_label, with_unit
 from bearing_twin.log.raw_log import KEPT_RATE, Safety
 
 ALLOW_INVALID = "allow_invalid"
@@ -45,7 +45,7 @@ class NodeParameter(NamedTuple):
 
     @property
     def description(self) -> str:
-        return labelled(self.help, self.unit)
+        return axis_label(self.help, self.unit)
 
     @property
     def legal(self) -> str:
@@ -65,7 +65,7 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
     """
     names = [parameter.name for parameter in table]
     problems = [
-        f"there is no parameter {echo(name)}; {REMOVED.get(name) or unknown(name, names)}"
+        f"there is no parameter {echo(name)}; {REMOVED.get(name) or legal_hint(name, names)}"
         for name in given
         if name not in names and name not in also_legal
     ]

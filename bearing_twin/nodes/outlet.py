@@ -12,7 +12,7 @@ from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
-from bearing_twin.base.errors import BearingTwinError, echo, harmless, name_of_peer
+from bearing_twin.base.errors import BearingTwinError, echo, escape_controls, peer_name
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import burst_profile, interface, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
@@ -46,7 +46,7 @@ class Outlet:
                 form = interface(ros_type, "msg"), name, burst_profile(qos)
                 self._publishers[name] = node.create_publisher(*form, event_callbacks=events)
             except BearingTwinError as error:
-                problems.append(f"{harmless(name)} is not published: {error}")
+                problems.append(f"{escape_controls(name)} is not published: {error}")
             except InvalidTopicNameException:
                 problems.append(f"{echo(name)} is not published: it is not a legal name of a topic in ROS")
             except RCLError:
@@ -98,7 +98,7 @@ class Outlet:
             return ""
         [(name, _)] = spent.most_common(1)
         topic = self._publishers[name].topic_name
-        nodes = sorted({name_of_peer(one.node_name) for one in self._node.get_subscriptions_info_by_topic(topic)})
+        nodes = sorted({peer_name(one.node_name) for one in self._node.get_subscriptions_info_by_topic(topic)})
         advice = f"publish less, or see whether a subscriber is suspended ({', '.join(nodes)})"
         return f"; publishing takes {share:.0%} of the time, most on {topic}: {advice}"
 

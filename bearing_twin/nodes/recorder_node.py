@@ -16,7 +16,7 @@ from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.validate_full_topic_name import validate_full_topic_name
 
-from bearing_twin.base.errors import BearingTwinError, LogError, name_of_peer
+from bearing_twin.base.errors import BearingTwinError, LogError, peer_name
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
@@ -319,7 +319,7 @@ class RecorderNode(BaseNode):
         offered = tuple(qos_words(profile)._replace(depth=profile.depth or OFFERED_DEPTH) for profile in profiles)
         try:
             if len(types) > 1:
-                raise BearingTwinError(f"publishers disagree on its type: {', '.join(map(name_of_peer, types))}")
+                raise BearingTwinError(f"publishers disagree on its type: {', '.join(map(peer_name, types))}")
             message = interface(types[0], "msg")
             self.recording.add(name, types[0], str(publishers[0].topic_type_hash), offered)
         except BearingTwinError as error:

@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from bearing_twin.base.errors import BearingTwinError, LogError, StudyError
 from bearing_twin.base.parameters import echo
-from bearing_twin.base.paths import file_name, only_below
-from bearing_twin.base.process import usable
+from bearing_twin.base.paths import file_name, restrict_reading
+from bearing_twin.base.process import processor_count
 from bearing_twin.base.report import json_text
 from bearing_twin.kinds.rules import ON
 from bearing_twin.log.study_log import StudyLog
@@ -86,7 +86,7 @@ def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
     overrides = [one for one in goal.overrides if one]
     overrides += [f"{key}={value}" for key, value in (("samples", goal.samples), ("seed", goal.seed)) if value]
     text = goal.study.strip()
-    with only_below(folders, "the folders of the node's parameter study_folders"):
+    with restrict_reading(folders, "the folders of the node's parameter study_folders"):
         if not text:
             raise StudyError(f"which study? give a name, a path or YAML; legal: {', '.join(study_names())}")
         if "\n" in text or text.startswith("{"):
@@ -131,7 +131,7 @@ class StudyLimits(NamedTuple):
                 f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
                 f"{self.memory:.3g} B; request fewer samples, histories or history_points"
             )
-        most = self.workers or usable()
+        most = self.workers or processor_count()
         workers = min(study.settings.workers or most, most)
         return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
 

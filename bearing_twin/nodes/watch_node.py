@@ -21,8 +21,8 @@ from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.base.errors import BearingTwinError, Stopped
-from bearing_twin.base.parameters import echo, read_number, unknown
-from bearing_twin.base.units import UNITS, for_people
+from bearing_twin.base.parameters import echo, legal_hint, read_number
+from bearing_twin.base.units import UNITS, readable_unit
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
@@ -126,7 +126,7 @@ class WatchNode(BaseNode):
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: name the one to show")
         found = name or next(iter(nodes))
         if found not in nodes:
-            raise BearingTwinError(f"no node {echo(name)} publishes samples; {unknown(name, sorted(nodes))}")
+            raise BearingTwinError(f"no node {echo(name)} publishes samples; {legal_hint(name, sorted(nodes))}")
         if len(nodes[found]) > 1:
             raise BearingTwinError(f"{found} publishes {', '.join(sorted(nodes[found]))}: play a log of one bearing")
         return found, nodes[found][0]
@@ -210,14 +210,14 @@ class WatchNode(BaseNode):
         """Carries out {"do": "speed" | "load" | "pace" | "pause" | "reset", ...}."""
         what, legal = command.get("do"), ("speed", "load", "pace", "pause", "reset")
         if what not in legal:
-            raise BearingTwinError(f"{echo(what)} is no command; {unknown(str(what), legal)}")
+            raise BearingTwinError(f"{echo(what)} is no command; {legal_hint(str(what), legal)}")
         return getattr(self, f"_obey_{what}")(command)
 
     def _obey_speed(self, command) -> str:
         speed = number_of(command, "value", "speed")
         check_speed(speed)
         self._send(self._speed, Float64(data=speed))
-        unit, factor = for_people(abs(speed), UNITS["rad/s"])
+        unit, factor = readable_unit(abs(speed), UNITS["rad/s"])
         return f"speed {factor * speed:.6g} {unit} sent"
 
     def _obey_load(self, command) -> str:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 import bearing_twin
-from bearing_twin.base.errors import wanted
+from bearing_twin.base.errors import import_optional
 from bearing_twin.base.sample import Channel
 from bearing_twin.kinds import KINDS
 
@@ -72,7 +72,7 @@ def dataset_of(stream, blocks=None):
     Attributes hold the scene as YAML, law and stepper, and the report. A run is computed by this, a log read, and all
     of it is held in memory. Raises BearingTwinError without xarray, and whatever the run or the log raises.
     """
-    xarray = wanted("xarray", "export")
+    xarray = import_optional("xarray", "export")
     blocks = list(stream.blocks() if blocks is None else blocks)
     scene = stream.scene
     kind = None if scene is None else scene.kind

@@ -11,7 +11,7 @@ import numpy as np
 
 import bearing_twin
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError, SceneError
-from bearing_twin.base.report import json_text, parsed_json
+from bearing_twin.base.report import json_text, parse_json
 from bearing_twin.base.sample import Block, Channel, Sample
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Kind
@@ -171,7 +171,7 @@ def read_failure(path) -> Failure:
             content = file.read(LARGEST_FILE + 1)  # a device has no size
         if len(content) > LARGEST_FILE:
             raise BearingTwinError(f"{path} is too large for a failure; give a file that a failed run wrote")
-        found = parsed_json(content)
+        found = parse_json(content)
         if found["format"] != FORMAT:
             raise ValueError
         seconds = found["seconds"]

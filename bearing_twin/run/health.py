@@ -30,7 +30,7 @@ class Health:
     """Watches the outputs of one run, from its start or from where it is continued."""
 
     def __init__(self, kind: Kind, channels: tuple[Channel, ...]):
-        places = layout_of(channels).places
+        places = layout_of(channels).fields
         self._kind = kind
         self._limits, self._rotations = _allowed(channels)
         stored = np.array([places[name][0].start for name in STORED if name in places])
@@ -93,7 +93,7 @@ class Health:
 @lru_cache(maxsize=64)
 def _allowed(channels: tuple[Channel, ...]) -> tuple[np.ndarray, np.ndarray]:
     """The limit of each number of all channels side by side, and where quaternions begin."""
-    places = (layout_of(channels).places[one.name][0] for one in filter(_is_rotation, channels))
+    places = (layout_of(channels).fields[one.name][0] for one in filter(_is_rotation, channels))
     starts = [np.arange(at.start, at.stop, 4) for at in places]
     limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
     return limits, np.concatenate([np.empty(0, np.int64), *starts])

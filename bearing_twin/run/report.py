@@ -10,15 +10,15 @@ import numpy as np
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import Choice, Report
-from bearing_twin.base.sample import Aligned, Block, cut, outputs_at_once
+from bearing_twin.base.sample import Block, BlockAligner, outputs_per_chunk, split_block
 from bearing_twin.base.units import (
     LUBRICATED,
     greatest_error,
-    is_nothing,
-    known_digits,
-    named,
-    of_films,
-    readable,
+    is_negligible,
+    label_and_unit,
+    lubricated_label,
+    readable_label,
+    rounded_to_error,
     two_digits,
     with_unit,
 )
@@ -90,9 +90,9 @@ def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], statu
         keys[f"{figure}_error"] = parts.get(METHOD)
         known[figure] = {source: one for source, one in parts.items() if not _unknown(one)}
         most = max(map(greatest, known[figure].values()), default=0.0)
-        if is_nothing(greatest(figures[figure]), most):
+        if is_negligible(greatest(figures[figure]), most):
             continue
-        unit = named(figure)[1]
+        unit = label_and_unit(figure)[1]
         share = estimate.tolerance if unit == "J" else ROUNDING  # works: beside what all loads would do over all ways
         enough = max(errors.negligible.get(figure, 0.0), share * sizes.get(unit, 0.0))
         for source, one in known[figure].items():
@@ -168,7 +168,7 @@ def shown_errors(result: Mapping[str, Any], figure: str, size: float) -> tuple[f
     models = (greatest_error(of.get(figure)) for of in result.get("model_errors", {}).values())
     known = [one for one in (method, *models) if one is not None]
     most = max(known, default=None)
-    if is_nothing(size, most):
+    if is_negligible(size, most):
         return most, most
     return most, None if method is None or most > FAR * method else method
 
@@ -182,7 +182,7 @@ def model_errors_in_words(result: Mapping[str, Any]) -> list[str]:
         if not max(shares.values(), default=0.0) > NO_SHARE:
             continue
         figure = max(shares, key=shares.__getitem__)
-        words, unit = named(figure)
+        words, unit = label_and_unit(figure)
         size, share = f"{two_digits(greatest(of[figure]))} {unit}", shares[figure]
         lines.append(f"{WORDS[source]}: up to {f'{100.0 * share:.2g} %' if share < 1.0 else size} ({words})")
     return lines
@@ -209,7 +209,7 @@ def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:
     for key, value in figures.items():
         values = value if isinstance(value, list) else [value]
         if values and all(isinstance(one, (int, float)) and math.isfinite(one) for one in values):
-            unit = named(key)[1]
+            unit = label_and_unit(key)[1]
             sizes[unit] = max(sizes.get(unit, 0.0), greatest(values))
     made = {
         unit: math.prod(sizes[one] ** power for one, power in powers.items())
@@ -226,10 +226,10 @@ def greatest(value) -> float:
 
 def _said(figure: str, value, error, source: str, films: bool) -> str:
     """One figure whose error is large, and its greatest source; `films`: of contacts with them."""
-    words, unit = named(figure)
-    words = of_films(words) if films else words
+    words, unit = label_and_unit(figure)
+    words = lubricated_label(words) if films else words
     off = greatest(error)
-    size = known_digits(greatest(value), off, 2)
+    size = rounded_to_error(greatest(value), off, 2)
     return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {WORDS.get(source, source)}"
 
 
@@ -253,7 +253,7 @@ class Gathering:
     def __init__(self, figures: Figures, choice: Choice, model_errors: ModelErrors, estimate: Estimate | None = None):
         self.choice, self.outputs, self.missing = choice, 0, 0
         self._writers = figures, model_errors, estimate or Estimate(unknown=NO_SECOND_RUN)
-        self._length, self._aligned = 0, Aligned(0)
+        self._length, self._aligned = 0, BlockAligner(0)
         self._last_ns, self._following = 0, None
 
     def add(self, block: Block) -> None:
@@ -264,12 +264,12 @@ class Gathering:
         self.outputs += len(block)
         self._last_ns = int(block.time_ns[-1])
         if not self._length:
-            self._length = min(BLOCK_OUTPUTS, outputs_at_once(block.channels))
-            self._aligned = Aligned(self._length)
+            self._length = min(BLOCK_OUTPUTS, outputs_per_chunk(block.channels))
+            self._aligned = BlockAligner(self._length)
         for piece in self._aligned.add(block):
             for writer in self._writers:
                 if getattr(writer, "in_stretches", True):
-                    for one in cut(piece, self._length):
+                    for one in split_block(piece, self._length):
                         writer.add(one)
                 else:
                     writer.add(piece)
@@ -291,7 +291,7 @@ class Gathering:
         figures, model, estimate = self._writers
         if not last:
             figures, model, estimate = copy.deepcopy(self._writers)
-        for piece in self._aligned.rest():
+        for piece in self._aligned.remainder():
             for writer in (figures, model, estimate):
                 writer.add(piece)
         choice, numbers = self.choice, figures.figures()
@@ -373,9 +373,10 @@ def figure_errors(report: Report) -> list[tuple[str, dict[str, float]]]:
         whole = math.fsum(errors.values())
         if not 0.0 < size < math.inf or not whole > NO_SHARE * size:
             continue
-        words, unit, factor = readable(key, size)
-        text = f"{words}: {known_digits(factor * size, factor * whole)} ± {two_digits(factor * whole)}{with_unit(unit)}"
-        rows.append((text, {WORDS.get(source, source): one / size for source, one in errors.items() if one > 0.0}))
+        words, unit, factor = readable_label(key, size)
+        number, error = rounded_to_error(factor * size, factor * whole), two_digits(factor * whole)
+        text = f"{words}: {number} ± {error}{with_unit(unit)}"
+        rows.append((text, {WORDS.get(source, source): part / size for source, part in errors.items() if part > 0.0}))
     return rows[:MOST_ROWS]
 
 

@@ -15,19 +15,19 @@ from typing import Any
 
 import yaml
 
-from bearing_twin.base.errors import MOST_NAMED, MOST_NEAR, SceneError, is_text, shortened
+from bearing_twin.base.errors import MOST_NAMED, MOST_NEAR, SceneError, is_text, shorten
 from bearing_twin.base.parameters import (
     describe,
     echo,
+    legal_hint,
     names_at,
     plain,
     raise_problems,
     read,
     read_number,
     stands_for_section,
-    unknown,
 )
-from bearing_twin.base.report import Choice, parsed_json
+from bearing_twin.base.report import Choice, parse_json
 from bearing_twin.base.sample import Channel, Table
 from bearing_twin.base.units import UNITS
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
@@ -223,7 +223,7 @@ def _from_json(text: str, origin: str):
     if len(text) > LONGEST_LOGGED or text.count(",") > MOST_LOGGED:
         raise SceneError(f"{origin} is longer than {LONGEST_LOGGED} characters or {MOST_LOGGED} values")
     try:
-        return parsed_json(text)
+        return parse_json(text)
     except ValueError:
         return text
 
@@ -245,7 +245,7 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     kind = _kind_of(mapping, origin)
     for override in overrides:
         _apply(KINDS[kind].parameters, mapping, override)
-    named = [shortened(override) for override in overrides[:MOST_NAMED]]
+    named = [shorten(override) for override in overrides[:MOST_NAMED]]
     more = [f"and {len(overrides) - MOST_NAMED} more"] if len(overrides) > MOST_NAMED else []
     origin = " ".join((origin, *(("with",) if overrides else ()), *named, *more))
     if not isinstance(source, Mapping):  # of data all keys may stand there, whoever gave them
@@ -279,7 +279,7 @@ def _kind_of(mapping: Mapping, origin: str) -> str:
         raise SceneError(f"{origin} has no key `kind`; legal: {', '.join(KINDS)}")
     kind = mapping["kind"]
     if not isinstance(kind, str) or kind not in KINDS:
-        raise SceneError(f"{origin}: kind = {echo(kind)} is not known; {unknown(kind, KINDS)}")
+        raise SceneError(f"{origin}: kind = {echo(kind)} is not known; {legal_hint(kind, KINDS)}")
     return kind
 
 

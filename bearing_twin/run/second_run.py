@@ -16,8 +16,8 @@ import numpy as np
 
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Block, Channel, Columns, Table, layout_of, side_by_side
-from bearing_twin.base.units import symbol_of
+from bearing_twin.base.sample import Block, Channel, Columns, Table, layout_of, stack_channels
+from bearing_twin.base.units import key_unit
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.error_estimates import SECOND_RUN, Comparison, is_checked
 
@@ -67,7 +67,7 @@ def _table(kind: Kind, parameters) -> Table:
             Channel(f"of_{name}_until", "1", (), "the same up to the horizon; -1: there is none"),
         ]
     for key, meaning in _compared(kind, comparison).items():
-        columns.append(Channel(f"of_{key}", symbol_of(key), (), f"difference of: {meaning}; -1: not known"))
+        columns.append(Channel(f"of_{key}", key_unit(key), (), f"difference of: {meaning}; -1: not known"))
     meaning = "difference between the run so far and a second run at a fraction of its tolerance"
     return Table(SECOND_RUN, tuple(columns), meaning, needed=False)
 
@@ -321,7 +321,7 @@ class CheckedMotion:
 
 
 def _block(layout, times_ns: np.ndarray, values, records) -> Block:
-    numbers = values.numbers if isinstance(values, Columns) else side_by_side(layout, values, len(times_ns))
+    numbers = values.numbers if isinstance(values, Columns) else stack_channels(layout, values, len(times_ns))
     return Block(layout.channels, 0, times_ns, numbers, records)
 
 

@@ -8,9 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError, echo, no_progress
+from bearing_twin.base.errors import BearingTwinError, IntegrationError, Interrupted, SceneError, echo, progress_error
 from bearing_twin.base.report import Choice, Report
-from bearing_twin.base.sample import Block, Columns, Sample, joined, layout_of, outputs_at_once, side_by_side
+from bearing_twin.base.sample import Block, Columns, Sample, join_blocks, layout_of, outputs_per_chunk, stack_channels
 from bearing_twin.base.stopping import SIGNALLED, Halt, signal_flag
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
@@ -27,7 +27,7 @@ COMMANDED_NS, COMMANDING_NS = 20_000_000, 1_000_000_000  # in one go after a com
 
 def chunk_outputs(scene: Scene, longest_ns: int) -> int:
     """Outputs that are computed in one go, of at most so much simulated time."""
-    return max(1, min(CHUNK_OUTPUTS, outputs_at_once(scene.channels), longest_ns // scene.output_period_ns))
+    return max(1, min(CHUNK_OUTPUTS, outputs_per_chunk(scene.channels), longest_ns // scene.output_period_ns))
 
 
 def chunk_end(scene: Scene, first: int, chunk: int, commanded: bool) -> int:
@@ -178,7 +178,7 @@ class Simulation:
             parts.append(pending.part(0, take))
             self._pending = pending.part(take, len(pending))
             missing -= take
-        self._given = block = joined(parts)
+        self._given = block = join_blocks(parts)
         self.sequence, self.time_ns = block.first_sequence + len(block) - 1, int(block.time_ns[-1])
         self._gathering.add(block)
         return block
@@ -236,7 +236,9 @@ class Simulation:
         return self._pending
 
     def _block(self, first: int, arrays) -> Block:
-        numbers = arrays.numbers if isinstance(arrays, Columns) else side_by_side(self._layout, arrays, len(arrays[0]))
+        numbers = (
+            arrays.numbers if isinstance(arrays, Columns) else stack_channels(self._layout, arrays, len(arrays[0]))
+        )
         numbers = np.column_stack([numbers, np.ones(len(numbers))]) if self.scene.marked else numbers
         time_ns = np.arange(first, first + len(numbers), dtype=np.int64) * self.output_period_ns
         return Block(self.channels, first, time_ns, numbers, self._motion.take_records())
@@ -423,7 +425,7 @@ def simulate(
     True
     """
     if progress is not None and not callable(progress):
-        raise SceneError(no_progress(progress, "load_scene"))
+        raise SceneError(progress_error(progress, "load_scene"))
     if failure is not None and not isinstance(failure, Failure):
         raise SceneError(f"failure = {echo(failure)} must be a Failure, as read_failure gives it")
     return Run(scene if isinstance(scene, Scene) else load_scene(scene), progress, failure)

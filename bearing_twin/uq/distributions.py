@@ -14,7 +14,7 @@ from scipy.optimize import brentq, root
 from scipy.special import digamma, ndtr
 
 from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.base.parameters import echo, unknown
+from bearing_twin.base.parameters import echo, legal_hint
 from bearing_twin.base.units import Limits
 
 GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound than 1/500 of the range is refused
@@ -257,7 +257,7 @@ def of_scipy(name, **parameters):
     legal = [one for one in legal if one] + ["scale"] * isinstance(family, stats.rv_continuous)
     wrong = [one for one in parameters if one not in legal]
     if wrong:
-        raise StudyError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {unknown(wrong[0], legal)}")
+        raise StudyError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {legal_hint(wrong[0], legal)}")
     lacking = [one for one in legal[: family.numargs] if one not in parameters]
     _require(not lacking, f"scipy.stats.{name} needs {', '.join(lacking)} too")
     _require(name not in SLOW, f"scipy.stats.{name} takes minutes for a few numbers; give its density as a table")
@@ -350,7 +350,7 @@ def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
     """
     wrong = [fact for fact in facts if fact not in FACTS]
     if wrong:
-        raise StudyError(f"{echo(wrong[0])} is no fact; {unknown(wrong[0], FACTS)}")
+        raise StudyError(f"{echo(wrong[0])} is no fact; {legal_hint(wrong[0], FACTS)}")
     if not isinstance(facts.get("positive", True), bool):
         raise StudyError(f"positive = {echo(facts['positive'])} must be true or false")
     given = frozenset(fact for fact in facts if fact != "positive" or facts[fact])

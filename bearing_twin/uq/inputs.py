@@ -15,7 +15,7 @@ from scipy import stats
 from scipy.special import ndtr, ndtri
 
 from bearing_twin.base.errors import StudyError
-from bearing_twin.base.parameters import Parameter, describe, echo, element_at, read_number, unknown
+from bearing_twin.base.parameters import Parameter, describe, echo, element_at, legal_hint, read_number
 from bearing_twin.base.units import NO_LIMITS, Limits
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Quantity
@@ -60,7 +60,7 @@ def quantity_of(kind: str, name) -> Quantity:
     """The row of a quantity; raises StudyError with the nearest legal name."""
     known = quantities_of(kind)
     if name not in known:
-        raise StudyError(f"{echo(name)} is no quantity of a scene of kind {kind}; {unknown(name, known)}")
+        raise StudyError(f"{echo(name)} is no quantity of a scene of kind {kind}; {legal_hint(name, known)}")
     return known[name]
 
 
@@ -78,7 +78,7 @@ def checked_key(kind: str, key) -> str:
     if isinstance(first, str) and first in known:
         return first
     ends = [one for one in known if first in one.rpartition(".")[2].split("_")]
-    hint = f"did you mean {' or '.join(ends[:3])}?" if ends else unknown(key, known)
+    hint = f"did you mean {' or '.join(ends[:3])}?" if ends else legal_hint(key, known)
     raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {hint}")
 
 
@@ -267,17 +267,19 @@ def _from_knowledge(mapping):
 
 def _from_parameters(mapping):
     if "distribution" not in mapping:
-        raise StudyError(f"give distribution: with its parameters, or know: with facts; {unknown('', DISTRIBUTIONS)}")
+        raise StudyError(
+            f"give distribution: with its parameters, or know: with facts; {legal_hint('', DISTRIBUTIONS)}"
+        )
     name = mapping["distribution"]
     given = {word: value for word, value in mapping.items() if word != "distribution"}
     if isinstance(name, str) and name.startswith(SCIPY):
         return name, {str(word): _number(word, value, NO_LIMITS) for word, value in given.items()}
     if not isinstance(name, str) or name not in DISTRIBUTIONS:
-        raise StudyError(f"{echo(name)} is no distribution; {unknown(name, DISTRIBUTIONS)}")
+        raise StudyError(f"{echo(name)} is no distribution; {legal_hint(name, DISTRIBUTIONS)}")
     row = DISTRIBUTIONS[name]
     wrong = [word for word in given if word not in row.parameters]
     if wrong:
-        raise StudyError(f"{echo(wrong[0])} is no parameter of {name}; {unknown(wrong[0], row.parameters)}")
+        raise StudyError(f"{echo(wrong[0])} is no parameter of {name}; {legal_hint(wrong[0], row.parameters)}")
     if not any(set(form) == set(given) for form in row.forms):
         forms = " or ".join(", ".join(form) for form in row.forms)
         raise StudyError(f"{name} takes {forms}, not {', '.join(given) or 'nothing'}")
@@ -344,7 +346,7 @@ def _correlation_matrix(keys, pairs):
             raise StudyError(f"a correlation is between two different inputs, not {echo(one)} and itself")
         for key in (one, other):
             if key not in keys:
-                raise StudyError(f"correlation: {echo(key)} is no input; {unknown(key, keys)}")
+                raise StudyError(f"correlation: {echo(key)} is no input; {legal_hint(key, keys)}")
         value, problem = read_number(given, "", Limits(above=-1.0, below=1.0))
         if problem:
             raise StudyError(f"correlation of {one} and {other} = {echo(given)} {problem}")

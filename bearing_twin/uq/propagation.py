@@ -18,7 +18,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 from scipy.special import log_ndtr, ndtr, ndtri
 
-from bearing_twin.base.errors import StatisticError, StudyError, wanted
+from bearing_twin.base.errors import StatisticError, StudyError, import_optional
 from bearing_twin.uq.inputs import Input, Joint
 from bearing_twin.uq.statistics import mode_places
 
@@ -313,7 +313,7 @@ def expand(joint: Joint, function, degree=None) -> Chaos:
     Raises StudyError for no or more than four uncertain inputs, inputs without a density, or a quantity that is not
     finite where it is needed; BearingTwinError without chaospy.
     """
-    chaospy = wanted("chaospy", "chaos")
+    chaospy = import_optional("chaospy", "chaos")
     germs = {place: joint.independent and one.distribution_name in UNIFORM_GERMS for place, one in _expanded(joint)}
     density = chaospy.J(*(chaospy.Uniform(-1, 1) if uniform else chaospy.Normal() for uniform in germs.values()))
     runs = 0

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import StatisticError, Stopped, StudyError, wanted
-from bearing_twin.base.report import in_lines
+from bearing_twin.base.errors import StatisticError, Stopped, StudyError, import_optional
+from bearing_twin.base.report import summary_text
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
-from bearing_twin.base.units import labelled, two_digits, unit_for_people, with_unit
+from bearing_twin.base.units import axis_label, two_digits, unit_for_people, with_unit
 from bearing_twin.run.report import WORDS
 from bearing_twin.uq.histories import history_statistics
 from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
@@ -78,7 +78,7 @@ class StudyResult:
             for name, column in zip(self.study.quantities, self.quantities[self.status == 0].T, strict=True)
             if len(column)
         }
-        return in_lines(f"{title}; quantiles 5, 50, 95 %", medians)
+        return summary_text(f"{title}; quantiles 5, 50, 95 %", medians)
 
     def as_dict(self) -> dict:
         """The summary as plain data, as `--json` gives it; statistics that do not exist are null, with the reason."""
@@ -130,7 +130,7 @@ class StudyResult:
 
         Raises BearingTwinError without pandas (extra `export`).
         """
-        table, frame = self.table(), wanted("pandas", "export").DataFrame(self.columns())
+        table, frame = self.table(), import_optional("pandas", "export").DataFrame(self.columns())
         frame.index.name = "realisation"
         frame.attrs["units"] = {one.name: one.unit for one in table if one.unit}
         frame.attrs["meanings"] = {one.name: one.meaning for one in table}
@@ -268,7 +268,7 @@ class SweepInWords:
     def __init__(self, sweep: Mapping[str, Any], shown: Callable = unit_for_people):
         values, at = [one["value"] for one in sweep["studies"]], sweep.get("at")
         unit, factor = shown(sweep.get("unit", "1"), max(map(abs, [*values, at or 0.0])))
-        self.key, self.label = sweep["key"], labelled(sweep["key"], unit)
+        self.key, self.label = sweep["key"], axis_label(sweep["key"], unit)
         self.values = [factor * one for one in values]
         self.at = "" if at is None else f"{self.key} = {factor * at:.6g}{with_unit(unit)}"
         requested = len(sweep.get("values", values))

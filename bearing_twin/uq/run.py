@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import StatisticError, Stopped, StudyError, echo, no_progress
+from bearing_twin.base.errors import StatisticError, Stopped, StudyError, echo, progress_error
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
@@ -336,7 +336,7 @@ def run_study(
     """
     began = time.monotonic()
     if progress is not None and not callable(progress):
-        raise StudyError(no_progress(progress, "load_study"))
+        raise StudyError(progress_error(progress, "load_study"))
     if not (cancelled is None or callable(cancelled) or hasattr(cancelled, "is_set")):
         raise StudyError(f"cancelled = {echo(cancelled)} must be a function or a threading.Event")
     if not isinstance(start, StudyResult | None):

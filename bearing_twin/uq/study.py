@@ -12,7 +12,7 @@ import numpy as np
 from scipy.stats.distributions import rv_frozen
 
 from bearing_twin.base.errors import SceneError, StudyError, is_text
-from bearing_twin.base.parameters import choice, echo, plain, quantity, read, section, text, unknown
+from bearing_twin.base.parameters import choice, echo, legal_hint, plain, quantity, read, section, text
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.kinds import KINDS
@@ -341,7 +341,7 @@ def _overridden(mapping: dict, overrides) -> tuple[dict, str]:
         if word in GONE:
             raise StudyError(GONE[word])
         if word not in legal:
-            hint = unknown(word, legal)
+            hint = legal_hint(word, legal)
             raise StudyError(f"override {echo(override)}: {echo(word)} is no key of the study or its scene; {hint}")
     opened = _open(mapping, [one for one, word in words.items() if word not in of_study])
     for override, word in words.items():
@@ -379,7 +379,7 @@ def _apply(mapping, kind, override):
         inner = max((one for one in known if rest == one or rest.startswith(f"{one}.")), key=len, default=None)
         if inner is None:
             raise StudyError(
-                f"override {echo(override)}: {echo(rest)} is no number of the scene; {unknown(rest, known)}"
+                f"override {echo(override)}: {echo(rest)} is no number of the scene; {legal_hint(rest, known)}"
             )
         words = ["inputs", inner, *(rest[len(inner) + 1 :].split(".") if rest != inner else ())]
     holder = mapping
@@ -394,7 +394,7 @@ def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
     """The study; what is wrong is added to `problems`, and then the result is not to be used."""
     kind, legal = scene["kind"], (*FREE_KEYS, *SETTINGS)
     problems += [
-        GONE.get(key) or f"{echo(key)} is not a key of a study; {unknown(key, legal)}"
+        GONE.get(key) or f"{echo(key)} is not a key of a study; {legal_hint(key, legal)}"
         for key in mapping
         if key not in legal
     ]
@@ -435,7 +435,7 @@ def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
         else dataclasses.replace(settings.stop, quantity="".join(quantities[:1]))
     )
     if stop.quantity not in quantities and quantities:
-        hint = unknown(stop.quantity, quantities)
+        hint = legal_hint(stop.quantity, quantities)
         problems.append(f"stop.quantity = {echo(stop.quantity)} is not among the study's quantities; {hint}")
     executor = mapping.get("executor", "processes")
     if not isinstance(executor, str) or (executor != "processes" and not executor.startswith("dask://")):
@@ -550,7 +550,7 @@ def _histories(given, scene: Scene) -> tuple[str, ...]:
     channels = [one.name for one in scene.channels if one.shape == ()] if names else ()
     for name in names:
         if name not in channels:
-            raise StudyError(f"histories: {echo(name)} is no channel of one number; {unknown(name, channels)}")
+            raise StudyError(f"histories: {echo(name)} is no channel of one number; {legal_hint(name, channels)}")
     return names
 
 

@@ -22,7 +22,7 @@ from multiprocessing.connection import Connection, wait
 import numpy as np
 
 from bearing_twin.base.errors import StudyError
-from bearing_twin.base.process import usable
+from bearing_twin.base.process import processor_count
 from bearing_twin.kinds import KINDS
 from bearing_twin.uq.realisations import Realised, Task, joined, load, realise
 
@@ -45,7 +45,7 @@ class Ensemble:
 
     def __init__(self, task: Task, workers: int, executor: str, cancelled: Callable[[], bool]):
         self._task, self._cancelled = task, cancelled
-        self._workers, self._executor = workers or usable(), executor
+        self._workers, self._executor = workers or processor_count(), executor
         self._pool: Workers | Cluster | None = None
 
     def __enter__(self):

@@ -63,7 +63,7 @@ class LiveRun:
         block = block_of(channels, message)
         step = -(-len(block) // int(min(MOST_ROWS, ROWS * passed / PERIOD)))
         rows = range((len(block) - 1) % step, len(block), step)
-        return self._encoded(block.sampled(rows))
+        return self._encoded(block.sample_rows(rows))
 
     def _encoded(self, sample: Sample) -> str:
         self.latest = 1e-9 * np.asarray(sample.time_ns), self.view.rows(sample)

@@ -26,10 +26,10 @@ from typing import Any
 import numpy as np
 
 from bearing_twin import __version__
-from bearing_twin.base.errors import BearingTwinError, wanted
-from bearing_twin.base.paths import write_whole
+from bearing_twin.base.errors import BearingTwinError, import_optional
+from bearing_twin.base.paths import write_atomic
 from bearing_twin.base.report import json_text
-from bearing_twin.base.sample import Block, Channel, Sample, Thinned
+from bearing_twin.base.sample import Block, Channel, Sample, ThinnedOutputs
 from bearing_twin.base.units import PREFIXES, UNITS
 from bearing_twin.kinds.views import View
 
@@ -73,7 +73,7 @@ def _safe(script: str) -> str:
 
 def write_page(document: Mapping[str, Any], path) -> Path:
     """Writes the page; returns the path. Raises BearingTwinError where there is no place for it."""
-    return write_whole(path, html(document).encode())
+    return write_atomic(path, html(document).encode())
 
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge")
@@ -85,7 +85,7 @@ DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimatio
 @contextlib.contextmanager
 def browser_page(width: int, height: int) -> Iterator:
     """A page of playwright in a Chromium without a window; raises BearingTwinError where one is missing."""
-    playwright_api = wanted("playwright.sync_api", "view")
+    playwright_api = import_optional("playwright.sync_api", "view")
     found = next(filter(None, map(shutil.which, BROWSERS)), None)
     # Chromium refuses its sandbox to the superuser, as whom programs run in containers; the page is our own file.
     sandbox = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
@@ -133,14 +133,14 @@ def write_gif(page_path: Path, path: Path, progress: Callable[[float], None] = l
     drawn = io.BytesIO()
     more = {"save_all": True, "append_images": images[1:], "duration": round(1000 / RATE), "loop": 0}
     images[0].save(drawn, format="gif", optimize=True, **more)
-    return write_whole(path, drawn.getvalue())
+    return write_atomic(path, drawn.getvalue())
 
 
 GREATEST_NUMBERS = 2_600_000  # of all series together: 5.2 MB as whole numbers of two bytes, 7 MB as text
 LEAST_FRAMES = 100
 
 
-class Frames(Thinned):
+class Frames(ThinnedOutputs):
     """Outputs on the page of a run: every `stride`-th, as many as fit; `values` are the series of its view."""
 
     def __init__(self, view: View):

@@ -18,7 +18,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from urllib.parse import urlsplit
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.report import parsed_json
+from bearing_twin.base.report import parse_json
 
 MOST_VIEWERS = 32
 MOST_CONNECTIONS = 64
@@ -228,7 +228,7 @@ class _Handler(BaseHTTPRequestHandler):
         if not length.isdecimal() or int(length) > LARGEST_COMMAND:
             raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a command has at most {LARGEST_COMMAND} bytes")
         try:
-            command = parsed_json(self.rfile.read(int(length)))
+            command = parse_json(self.rfile.read(int(length)))
         except ValueError:
             raise Refused(HTTPStatus.BAD_REQUEST, "a command is one JSON object") from None
         if not isinstance(command, dict):

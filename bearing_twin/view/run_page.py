@@ -12,7 +12,7 @@ import numpy as np
 
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Report
-from bearing_twin.base.units import sentence_for_people
+from bearing_twin.base.units import readable_sentence
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.views import View, plain_view
 from bearing_twin.log.bag import LogReader, some_of
@@ -73,7 +73,7 @@ def document_of_run(stream, notes: Sequence[str] = ()) -> Viewed:
         "kind": "run",
         "title": report.scene or "Recorded run",
         "subtitle": stream.scene.description if stream.scene else "a recording without its scene",
-        "notes": [sentence_for_people(one) for one in said if one],
+        "notes": [readable_sentence(one) for one in said if one],
         **_tables(stream.scene, report),
         "view": described_view(view),
         "packed": packed_outputs(frames.time, frames.values, view),
@@ -88,18 +88,18 @@ def _tables(scene, report: Report) -> dict[str, Any]:
     facts = [
         ("elastic law", report.law or "-"),
         ("method", report.stepper or "-"),
-        ("simulated", sentence_for_people(f"{report.simulated_seconds:.6g} s")),
+        ("simulated", readable_sentence(f"{report.simulated_seconds:.6g} s")),
         ("outputs", f"{report.samples}"),
-        ("computed in", sentence_for_people(f"{took:.3g} s") if took > 0.0 else "-"),
+        ("computed in", readable_sentence(f"{took:.3g} s") if took > 0.0 else "-"),
         ("kind of scene", scene.kind if scene else "-"),
     ]
     return {
         "badges": badges(report.status, report.law, report.stepper, len(report.flags) + len(report.warnings)),
         "facts": facts,
-        "reason": sentence_for_people(report.choice_reason),
-        "status": sentence_for_people(report.status),
-        "warnings": [sentence_for_people(one) for one in report.warnings],
-        "flags": [sentence_for_people(one) for one in report.flags],
+        "reason": readable_sentence(report.choice_reason),
+        "status": readable_sentence(report.status),
+        "warnings": [readable_sentence(one) for one in report.warnings],
+        "flags": [readable_sentence(one) for one in report.flags],
         **tables_of_page(report.figures, report.errors, meanings),
     }
 

@@ -4,7 +4,7 @@ import base64
 import io
 from typing import Any
 
-from bearing_twin.base.units import known_digits, sentence_for_people, two_digits
+from bearing_twin.base.units import readable_sentence, rounded_to_error, two_digits
 from bearing_twin.charts.panels import figure_of
 from bearing_twin.uq.result import StudyResult, SweepInWords, model_error_sentences, refusals, sweep_of
 from bearing_twin.view.study_picture import IN_WORDS, sheet_of, title_of, unit_of
@@ -42,7 +42,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "badges": badges,
         "picture": f"data:image/svg+xml;base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}",
         "statistics": [{"title": title_of(name), "rows": _statistics(summary["quantities"][name])} for name in names],
-        "flags": [sentence_for_people(one) for one in (*result.doubts, *_refused(names, summary), *ended)],
+        "flags": [readable_sentence(one) for one in (*result.doubts, *_refused(names, summary), *ended)],
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *inputs],
@@ -67,7 +67,7 @@ def _statistics(found) -> list[dict[str, str]]:
 def _row(words, value, ends, shown, error=None) -> dict[str, str]:
     unit, factor = shown
     known = max((abs(one - value) * factor for one in ends if None not in (one, value)), default=0.0)
-    text = ["–" if one is None else known_digits(one * factor, known, DIGITS) for one in (value, *ends)]
+    text = ["–" if one is None else rounded_to_error(one * factor, known, DIGITS) for one in (value, *ends)]
     return {
         "words": words,
         "value": text[0],

@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 from bearing_twin.base.units import (
     digits_of,
     greatest_error,
-    known_digits,
-    named,
-    readable,
-    sentence_for_people,
-    sizes_for_units,
+    label_and_unit,
+    readable_label,
+    readable_sentence,
+    rounded_to_error,
     two_digits,
+    unit_choice_sizes,
     unit_suffix,
 )
 from bearing_twin.run.report import output_error_in_words, shown_errors, unit_sizes
@@ -41,13 +41,13 @@ class Figure(NamedTuple):
 
 
 def figures_for_people(
-    figures: Mapping[str, Any], result: Mapping[str, Any], unit_of: Readable = readable
+    figures: Mapping[str, Any], result: Mapping[str, Any], unit_of: Readable = readable_label
 ) -> list[Figure]:
     """The figures but lists of events and nested mappings; `result` holds their errors, as the result of `--json`."""
     found = []
     figures = {key: one for key, one in figures.items() if not isinstance(one, Mapping) and not is_events(one)}
     units = {unit: NOISE * size for unit, size in unit_sizes(figures).items() if unit}
-    rounding = {key: units.get(named(key)[1], 0.0) for key in figures}
+    rounding = {key: units.get(label_and_unit(key)[1], 0.0) for key in figures}
     figures = {key: _without_rounding(one, rounding[key]) for key, one in figures.items()}
     errors = {
         key: _without_rounding(shown_errors(result, key, _size(one)), rounding[key]) for key, one in figures.items()
@@ -56,7 +56,7 @@ def figures_for_people(
     long = {key: unit_suffix(key) for key, value in figures.items() if _is_long(value)}
     for key, suffix in long.items():  # those of one unit in one
         sizes[key] = max(_size(figures[other]) for other, one in long.items() if one == suffix)
-    for key, size in sizes_for_units(sizes).items():
+    for key, size in unit_choice_sizes(sizes).items():
         value, (most, own), digits = figures[key], errors[key], digits_of(key)
         several = value if isinstance(value, (list, tuple)) else [value]
         words, unit, factor = unit_of(key, size)
@@ -81,7 +81,9 @@ def lists_by_length(figures: Iterable[Figure]) -> dict[int, list[Figure]]:
     return found
 
 
-def events_for_people(rows: list[Mapping[str, Any]], unit_of: Readable = readable) -> tuple[list, list[list[str]]]:
+def events_for_people(
+    rows: list[Mapping[str, Any]], unit_of: Readable = readable_label
+) -> tuple[list, list[list[str]]]:
     """Words and unit of each column of a list of mappings with the same keys, and the rows as texts."""
     columns = {key: [row.get(key) for row in rows] for key in rows[0]}
     shown = [unit_of(key, _size(values)) for key, values in columns.items()]
@@ -104,7 +106,7 @@ def value_text(value, factor: float = 1.0, error=None, digits: int = DIGITS) -> 
         return ", ".join(map(value_text, value))
     if not isinstance(value, (int, float)) or (isinstance(value, int) and factor == 1.0):
         return str(value)
-    return known_digits(value * factor, None if error is None else factor * greatest_error(error), digits)
+    return rounded_to_error(value * factor, None if error is None else factor * greatest_error(error), digits)
 
 
 def _without_rounding(value, least: float):
@@ -181,4 +183,4 @@ def error_notes(errors: Mapping[str, Any]) -> list[str]:
     notes = [f"{output}: error {text}" for output, text in known.items()] + [
         f"Not in these errors: {one}" for one in unknown
     ]
-    return [sentence_for_people(one) for one in notes]
+    return [readable_sentence(one) for one in notes]

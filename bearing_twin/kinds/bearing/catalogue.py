@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bearing_twin.base.errors import SceneError, unknown
+from bearing_twin.base.errors import SceneError, legal_hint
 from bearing_twin.base.parameters import LONGEST_TEXT, choice, echo, quantity, raise_problems, read, text
-from bearing_twin.base.units import suffix_of
+from bearing_twin.base.units import key_suffix
 from bearing_twin.base.yaml_files import BEARINGS
 
 BALL_SET = "balls", "ball_diameter", "pitch_diameter", "inner_conformity", "outer_conformity"
@@ -240,7 +240,9 @@ def completed(scene: dict) -> tuple[dict, list[str]]:
     except SceneError as problem:
         return scene, [f"geometry.designation: {problem}"]
     if designation is None:
-        return scene, [f"geometry.designation = {echo(text)} is not in the catalogue; {unknown(text, designations())}"]
+        return scene, [
+            f"geometry.designation = {echo(text)} is not in the catalogue; {legal_hint(text, designations())}"
+        ]
     entry = entries()[designation.name]
     if designation.clearance and entry.contact_angle:
         return scene, [f"geometry.designation = {echo(text)}: clearance groups are those of deep groove bearings"]
@@ -334,7 +336,7 @@ def row_of(name: str) -> dict:
     """The row of a designation with SI-suffixed keys; ranges are (least, greatest), None where nothing is published."""
     entry = entries()[name]
     columns = {
-        f"{field.name}{suffix_of(field.metadata.get('unit', ''))}": getattr(entry, field.name)
+        f"{field.name}{key_suffix(field.metadata.get('unit', ''))}": getattr(entry, field.name)
         for field in dataclasses.fields(entry)
         if field.name not in ("dynamic", "static")
     }

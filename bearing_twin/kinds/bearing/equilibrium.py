@@ -13,7 +13,7 @@ import numpy as np
 from numpy.ctypeslib import ndpointer
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
-from bearing_twin.base.report import in_lines
+from bearing_twin.base.report import summary_text
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact.elasticity import ellipse as ellipses_at
 from bearing_twin.contact.elasticity import elliptic_e
@@ -620,7 +620,7 @@ class Equilibria:
             "stiffness along x, y, z [N/m]": np.diagonal(self.stiffness, axis1=-2, axis2=-1)[..., :3],
         }
         title = f"{self.converged.size} equilibria, {int(self.converged.sum())} of them found"
-        return in_lines(title, {name: value.ravel().tolist() for name, value in rows.items()})
+        return summary_text(title, {name: value.ravel().tolist() for name, value in rows.items()})
 
 
 def azimuths_on(loads: np.ndarray) -> np.ndarray:

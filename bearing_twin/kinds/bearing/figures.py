@@ -84,9 +84,9 @@ TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others
 
 def columns_of(layout: Layout) -> np.ndarray:
     """The first column of each channel that is read in a row of all channels; raises ChannelError for one too few."""
-    missing = MAY_BE_MISSING.difference(layout.places)
+    missing = MAY_BE_MISSING.difference(layout.fields)
     missing |= set(CENTRE) if missing.intersection(CENTRE) else set()
-    return np.array([MISSING if name in missing else layout.places[name][0].start for name in _READ])
+    return np.array([MISSING if name in missing else layout.fields[name][0].start for name in _READ])
 
 
 class Sums:
@@ -284,7 +284,7 @@ class BearingFigures:
         """
         change = self.parameters.drive.change
         shifted = change.time and any(change.offset) and before["time"] <= change.time <= late["time"]
-        separate = "inner_ring_load_work" in self._layout.places or dimension_of(self.parameters) == PRESCRIBED
+        separate = "inner_ring_load_work" in self._layout.fields or dimension_of(self.parameters) == PRESCRIBED
         return separate and not shifted and dimension_of(self.parameters) != QUASI_STATIC
 
     @property

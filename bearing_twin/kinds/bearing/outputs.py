@@ -123,7 +123,7 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 def _places(n: int, films: bool) -> np.ndarray:
     """Places of the numbers of a bearing with n balls in a row of all channels: those of RowPlaces."""
     rows, layout = _channels(n, films), _layout(n, films)
-    edges = {name: columns.start for name, (columns, _) in layout.places.items()}
+    edges = {name: columns.start for name, (columns, _) in layout.fields.items()}
     own = [(edges[channel.name], channel.width // n) for channel in rows[: OWN + films * FILMS]]
     first, width = zip(*own, *((0, 0),) * (OWN + FILMS - len(own)), strict=True)
     named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
@@ -133,7 +133,7 @@ def _places(n: int, films: bool) -> np.ndarray:
 @functools.cache
 def _places_of_sums(n: int) -> tuple[np.ndarray, int]:
     """As `_places`, in rows without contacts; and the first number of the force on the outer ring."""
-    first = {name: columns.start for name, (columns, _) in _layout(n, False).places.items()}
+    first = {name: columns.start for name, (columns, _) in _layout(n, False).fields.items()}
     named = "inner_ring_angle", "inner_ring_force", "outer_ring_force", "neighbour_approach"
     ring, sums, force, end = (first[name] - first["inner_ring_angle"] for name in named)
     return np.array([*(0,) * 2 * (OWN + FILMS), ring, sums, -1, 0, 0, end]), force

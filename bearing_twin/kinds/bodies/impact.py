@@ -35,7 +35,7 @@ from scipy.interpolate import CubicHermiteSpline
 
 from bearing_twin.base.errors import IntegrationError, Stopped
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Channel, between
+from bearing_twin.base.sample import Channel, records_between
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.contact import hertz_impact
 from bearing_twin.contact import line as line_contact
@@ -295,7 +295,7 @@ class ImpactMotion:
         for name, rows in self.impact.records.items():
             rows = rows.copy()
             rows[:, 0] = np.minimum(rows[:, 0], last)
-            found[name] = between(rows, self._given, now)
+            found[name] = records_between(rows, self._given, now)
         self._given = now
         return found
 

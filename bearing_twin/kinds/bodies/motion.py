@@ -316,7 +316,7 @@ class EllipsoidMotion(PairMotion):
         if choice.stepper == "rk4":  # its step in contact [s]
             fixed = parameters.solver.step
             fixed = fixed or min(shortest_contact(parameters) / 64.0, 0.5 * longest_creep_step(parameters))
-        one, self._taken = parameters.body, [column for name in self.layout.places for column in columns_of(name)]
+        one, self._taken = parameters.body, [column for name in self.layout.fields for column in columns_of(name)]
         self._lowest = mass_of(one) * -parameters.gravity[2] * min(one.semi_axes)
         super().__init__(parameters, choice, fixed)
 
@@ -333,5 +333,5 @@ class EllipsoidMotion(PairMotion):
 
 def columns_of(name: str) -> range:
     """The columns of a channel of two bodies."""
-    columns, _ = layout_of(PAIR_CHANNELS).places[name]
+    columns, _ = layout_of(PAIR_CHANNELS).fields[name]
     return range(columns.start, columns.stop)

@@ -7,7 +7,7 @@ import numpy as np
 
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Table
-from bearing_twin.base.units import suffix_of
+from bearing_twin.base.units import key_suffix
 from bearing_twin.kinds.bodies.model_errors import ImpactComparison
 from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import LAW, ModelErrors
@@ -61,7 +61,7 @@ class SoftDiscFigures:
     def figures(self) -> dict[str, Any]:
         """Numbers by SI-suffixed keys; none of the impact before it is over."""
         known = self._known
-        found = {f"{one.name}{suffix_of(one.unit)}": known.get(one.name) for one in IMPACT.columns}
+        found = {f"{one.name}{key_suffix(one.unit)}": known.get(one.name) for one in IMPACT.columns}
         found["energy_closure"] = known["energy_gained"] / self._brought if known else None
         found["force_balance"] = known["force_balance"] / known["peak_force"] if known.get("peak_force") else None
         found["touches"] = int(known["touches"]) if known else None
