@@ -172,10 +172,10 @@ def frames_in(messages):
 def test_a_namespace_of_the_user_wins_and_frames_take_a_prefix():
     """Two bearings side by side: nothing of one is taken for the other's."""
     with ros_executor() as executor:
-        for side in ("left", "right"):
-            words = f"--ros-args -r __ns:=/{side} -p scene:=two_spheres -p real_time_factor:=1e-4"
+        for side, words, options in (("left", "-r __ns:=/left", {}), ("right", "", {"namespace": "/right"})):
+            words = f"--ros-args {words} -p scene:=two_spheres -p real_time_factor:=1e-4"
             words += f" -p frame_prefix:={side}/ -p start_paused:=true"
-            node = SimNode(context=executor.context, cli_args=words.split())
+            node = SimNode(context=executor.context, cli_args=words.split(), **options)
             executor.add_node(node)
             assert node.get_namespace() == f"/{side}"
         watcher = plain_node(executor)

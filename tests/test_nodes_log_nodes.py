@@ -290,6 +290,16 @@ def test_what_cannot_be_logged_or_played_is_refused():
                 started(executor, node_class, **parameters)
 
 
+def test_a_recorder_that_logs_frames_alone_warns(tmp_path):
+    """Nodes in other namespaces than those of kinds of scenes publish theirs beside what is not recorded by default."""
+    with ros_executor() as executor:
+        peer = plain_node(executor)
+        seen = statuses(peer)
+        peer.create_publisher(interface(cdr.TRANSFORMS, "msg"), "/tf", 10)
+        started(executor, RecorderNode, log=str(tmp_path / "log.mcap"))
+        spin_until(executor, lambda: any("there is /tf so far" in one.message for one in seen), "warning")
+
+
 def test_to_have_recorded_nothing_is_told_and_fails(tmp_path):
     with ros_executor() as executor:
         seen = statuses(plain_node(executor))
@@ -298,7 +308,7 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path):
             spin_until(executor, lambda: seen, "diagnostics")
             recorder.send_signal(signal.SIGINT)
             _, said = recorder.communicate(timeout=300)
-    assert "no topic matches so far" in seen[0].message
+    assert "there is none so far" in seen[0].message
     assert recorder.returncode == 2
     assert "nothing was recorded" in said.splitlines()[-1]
 

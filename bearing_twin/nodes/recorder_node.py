@@ -217,7 +217,7 @@ def warning_of(status: dict) -> str:
     for key, sentence in LOSSES.items():
         if status[key]:
             return sentence.format(status[key])
-    return "" if status["topics"] else "no topic matches so far: there is nothing to record"
+    return ""
 
 
 def _range_or_none(data: bytes, ros_type: str) -> tuple[int, int] | None:
@@ -378,9 +378,16 @@ class RecorderNode(BaseNode):
         self.recording.note_losses()
         status, log = self.recording.status(), self.recording.log
         level, message, room = self.watch_log(log, log.path.parent)
-        if not message and (message := warning_of(status)):
+        if not message and not {*self._subscribed} - {*FRAMES} and {*self._topics} - {*FRAMES}:
+            matching = " and ".join(self._subscribed) or "none"
+            level, message = WARN, f"of the topics {' '.join(self._topics)} there is {matching} so far"
+            if self._subscribed:
+                self.get_logger().warning(
+                    f"{message}; name those of other namespaces in the parameter topics", once=True
+                )
+        elif not message and (message := warning_of(status)):
             level = WARN
-            if status["topics"] and message.strip("0123456789") != self._warned:
+            if message.strip("0123456789") != self._warned:
                 self._warned = message.strip("0123456789")
                 self.get_logger().warning(f"{message}; topics: lost_on of /diagnostics and of the log")
         if self.failure is not None:

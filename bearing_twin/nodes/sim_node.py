@@ -126,9 +126,8 @@ def start_values(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
     """
     found = None
     for namespace in dict.fromkeys(kind.namespace for kind in KINDS.values()):
-        asking = Node(
-            NAME, namespace=namespace, **(options | {"start_parameter_services": False, "enable_rosout": False})
-        )
+        quiet = {"start_parameter_services": False, "enable_rosout": False}
+        asking = Node(NAME, **{"namespace": namespace} | options | quiet)
         try:
             given = given_parameters(asking)
             values, own = values_of(asking, PARAMETERS), asking.get_namespace()
@@ -173,7 +172,7 @@ class SimNode(BaseNode):
         try:
             values, scene = start_values(options)
             kind = KINDS[scene.kind]
-            super().__init__(NAME, "simulation", namespace=kind.namespace, **options)
+            super().__init__(NAME, "simulation", **{"namespace": kind.namespace} | options)
         finally:
             other.destroy_node()
         declare(self, PARAMETERS, values, self._on_change)

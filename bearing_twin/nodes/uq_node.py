@@ -52,7 +52,7 @@ class UqNode(BaseNode):
 
     def __init__(self, **options):
         sys.setswitchinterval(SWITCH)
-        super().__init__("uq_node", "studies", namespace=NAMESPACE, **options)
+        super().__init__("uq_node", "studies", **{"namespace": NAMESPACE} | options)
         values = declare(self, PARAMETERS)
         limits = StudyLimits(**{name: values[name] for name in StudyLimits._fields})
         self.studies = Studies(values["log_folder"], limits, [one for one in values["study_folders"] if one])
