@@ -50,30 +50,30 @@ def read_record(
         wrong = "is of no known kind" if path.exists() else "does not exist"
         raise BearingTwinError(f"{path} {wrong}; give a log (.mcap or a bag), .csv, .npz or .mat")
     if suffix not in _TABLES or path.is_dir():
-        return _logged(path, key, rate, topic, run)
+        return _record_of_topic(path, key, rate, topic, run)
     if topic is not None or run is not None:
         option = "--run" if topic is None else "--topic"
         raise BearingTwinError(f"{option} is of logs; name a column or variable by --key")
     try:
         columns = _TABLES[suffix](path)
     except Exception as error:  # of archives, compression and headers that NumPy and SciPy read
-        said = " ".join(str(error).split())[:120]
-        raise BearingTwinError(f"{path} cannot be read as {suffix[1:]} ({said}); save it again") from error
-    return _tabled(path, columns, key, rate)
+        reason = " ".join(str(error).split())[:120]
+        raise BearingTwinError(f"{path} cannot be read as {suffix[1:]} ({reason}); save it again") from error
+    return _record_of_columns(path, columns, key, rate)
 
 
 def _csv_columns(path: Path) -> dict[str, np.ndarray]:
     """Columns by name, or by number from 1 where there is no header."""
     with open(path, encoding="utf-8") as file:
         first = file.readline(100_000)
-    delimiter = next((one for one in ";\t," if one in first), None)
-    words = next(csv.reader([first], delimiter=delimiter)) if delimiter else first.split()
+    delimiter = next((character for character in ";\t," if character in first), None)
+    cells = next(csv.reader([first], delimiter=delimiter)) if delimiter else first.split()
     source = path
     if delimiter == ";":  # where a comma is the sign of decimals
         source = io.StringIO(path.read_text(encoding="utf-8").replace(",", "."))
     headed = re.search(r"[a-df-zA-DF-Z]", first.lower().replace("nan", "")) is not None  # e stands in numbers
     table = np.loadtxt(source, delimiter=delimiter, skiprows=int(headed), ndmin=2, comments=None if headed else "#")
-    names = [word.strip() for word in words] if headed else [str(number + 1) for number in range(table.shape[1])]
+    names = [cell.strip() for cell in cells] if headed else [str(number + 1) for number in range(table.shape[1])]
     return dict(zip(names, table.T, strict=True))
 
 
@@ -91,24 +91,24 @@ def _mat_columns(path: Path) -> dict[str, np.ndarray]:
 _TABLES = {".csv": _csv_columns, ".txt": _csv_columns, ".npz": _npz_columns, ".mat": _mat_columns}
 
 
-def _tabled(path: Path, columns: dict[str, np.ndarray], key: str | None, rate: float | None) -> Record:
+def _record_of_columns(path: Path, columns: dict[str, np.ndarray], key: str | None, rate: float | None) -> Record:
     """The record among columns, with the rate of a column of times, or that of a single number."""
-    numbers = {name: np.ravel(one) for name, one in columns.items() if one.dtype.kind in "fiu"}
-    times = {name: one for name, one in numbers.items() if _time_factor(name)}
-    rows = [name for name, one in numbers.items() if len(one) >= LEAST_SAMPLES and name not in times]
-    samples = numbers[_named(path, key, [name for name in rows if name.lower() not in COUNTERS])]
-    singles = {name.lower(): float(one[0]) for name, one in numbers.items() if len(one) == 1}
-    if clock := next((one for one in times if len(times[one]) == len(samples)), None):
-        found = _even_rate(times[clock] * _time_factor(clock))
-        if rate is not None and abs(rate / found - 1.0) > RATE_ERROR:
-            raise BearingTwinError(f"the times in {path} say {found:.6g} Hz, not {rate:g} Hz; leave out --rate")
-        rate = rate or found
+    numbers = {name: np.ravel(column) for name, column in columns.items() if column.dtype.kind in "fiu"}
+    times = {name: column for name, column in numbers.items() if _time_factor(name)}
+    names = [name for name, column in numbers.items() if len(column) >= LEAST_SAMPLES and name not in times]
+    samples = numbers[_selected_name(path, key, [name for name in names if name.lower() not in COUNTERS])]
+    singles = {name.lower(): float(column[0]) for name, column in numbers.items() if len(column) == 1}
+    if clock := next((name for name in times if len(times[name]) == len(samples)), None):
+        measured = _even_rate(times[clock] * _time_factor(clock))
+        if rate is not None and abs(rate / measured - 1.0) > RATE_ERROR:
+            raise BearingTwinError(f"the times in {path} say {measured:.6g} Hz, not {rate:g} Hz; leave out --rate")
+        rate = rate or measured
     rate = rate or next((singles[name] for name in RATES if name in singles), None)
-    turns = next((one for name, one in singles.items() if name.endswith("rpm")), None)
-    return Record(samples, _known(rate, path), None if turns is None else turns * math.pi / 30.0)
+    rpm = next((value for name, value in singles.items() if name.endswith("rpm")), None)
+    return Record(samples, _required_rate(rate, path), None if rpm is None else rpm * math.pi / 30.0)
 
 
-def _known(rate: float | None, source) -> float:
+def _required_rate(rate: float | None, source) -> float:
     if rate is None:
         raise BearingTwinError(f"{source} does not say at which rate it was sampled; give it by --rate, as 12kHz")
     return rate
@@ -120,19 +120,19 @@ def _time_factor(name: str) -> float | None:
     return SECONDS[unit[1]] if unit else TIMES.get(name.lower())
 
 
-def _named(path: Path, key: str | None, names: list[str]) -> str:
+def _selected_name(path: Path, key: str | None, names: list[str]) -> str:
     """The row that `key` names, whole or by the end of its name; the only one, or that of the acceleration, without."""
     if not names:
         raise BearingTwinError(f"{path} holds no row of numbers that could be a record")
     if key is None:
-        found = names if len(names) == 1 else [name for name in names if name.lower() == ACCELERATION]
+        matches = names if len(names) == 1 else [name for name in names if name.lower() == ACCELERATION]
     else:
-        found = [name for name in names if name == key] or [name for name in names if name.endswith(key)]
-    if len(found) == 1:
-        return found[0]
+        matches = [name for name in names if name == key] or [name for name in names if name.endswith(key)]
+    if len(matches) == 1:
+        return matches[0]
     listed = ", ".join(map(echo, names[:MOST_NAMED])) + (" ..." if len(names) > MOST_NAMED else "")
-    said = "holds several rows" if key is None else f"has {'no' if not found else 'several'} {echo(key)}"
-    raise BearingTwinError(f"{path} {said}; give one of these by --key: {listed}")
+    problem = "holds several rows" if key is None else f"has {'no' if not matches else 'several'} {echo(key)}"
+    raise BearingTwinError(f"{path} {problem}; give one of these by --key: {listed}")
 
 
 def _even_rate(times: np.ndarray) -> float:
@@ -147,23 +147,24 @@ def _even_rate(times: np.ndarray) -> float:
     return (len(times) - 1) / float(times[-1] - times[0])
 
 
-def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, run: int | None) -> Record:
+def _record_of_topic(path: Path, key: str | None, rate: float | None, topic: str | None, run: int | None) -> Record:
     """The record on a topic of any log; without a topic that of a log of ours."""
     reader = LogReader(path)
-    types = {one.name: one.ros_type for one in reader.topics if not one.foreign and cdr.is_known(one.ros_type)}
+    readable = [channel for channel in reader.topics if not channel.foreign and cdr.is_known(channel.ros_type)]
+    types = {channel.name: channel.ros_type for channel in readable}
     if topic is None or types.get(topic) == cdr.SAMPLE_BLOCK:
-        return _own_log(path, key, topic, run)
+        return _record_of_run(path, key, topic, run)
     if topic not in types:
         raise BearingTwinError(f"{path} has no topic {echo(topic)} of a known type; {legal_hint(topic, list(types))}")
     field = key or ("samples" if types[topic] == cdr.WAVEFORM else "data")
     parts, stamps = [], []
-    for one in reader.messages({topic}):
-        ros_type = one.topic.ros_type
+    for entry in reader.messages({topic}):
+        ros_type = entry.topic.ros_type
         is_waveform = ros_type == cdr.WAVEFORM
-        message = checked_waveform(path, one.data) if is_waveform else cdr.deserialise(ros_type, one.data)
-        parts.append(np.ravel(_field(message, topic, field)).astype(np.float32))
+        message = checked_waveform(path, entry.data) if is_waveform else cdr.deserialise(ros_type, entry.data)
+        parts.append(np.ravel(_numbers_of_field(message, topic, field)).astype(np.float32))
         header = getattr(message, "header", None)
-        stamps.append(1e-9 * one.log_time if header is None else header.stamp.sec + 1e-9 * header.stamp.nanosec)
+        stamps.append(1e-9 * entry.log_time if header is None else header.stamp.sec + 1e-9 * header.stamp.nanosec)
     lengths = {len(part) for part in parts[:-1]}
     if sum(map(len, parts)) < LEAST_SAMPLES:
         raise BearingTwinError(f"{topic} in {path} holds too few numbers for a record, {sum(map(len, parts))}")
@@ -171,25 +172,25 @@ def _logged(path: Path, key: str | None, rate: float | None, topic: str | None, 
         rate = rate or _even_rate(np.array(stamps)) * lengths.pop()
     elif is_waveform:
         rate = rate or message.rate
-    return Record(np.concatenate(parts), _known(rate, f"{topic} in {path}"))
+    return Record(np.concatenate(parts), _required_rate(rate, f"{topic} in {path}"))
 
 
-def _field(message, topic: str, path: str):
+def _numbers_of_field(message, topic: str, path: str):
     """The numbers of a message: those of a field given as a path, such as linear_acceleration.z."""
     value = message
-    for word in path.split("."):
-        if word not in (names := list(getattr(value, "__dataclass_fields__", ()))):
+    for part in path.split("."):
+        if part not in (names := list(getattr(value, "__dataclass_fields__", ()))):
             raise BearingTwinError(
-                f"messages on {topic} have no field {echo(word)}; {legal_hint(word, names)}: give --key"
+                f"messages on {topic} have no field {echo(part)}; {legal_hint(part, names)}: give --key"
             )
-        value = getattr(value, word)
-    found = np.asarray(value)
-    if found.dtype.kind not in "fiu":
+        value = getattr(value, part)
+    numbers = np.asarray(value)
+    if numbers.dtype.kind not in "fiu":
         raise BearingTwinError(f"the field {path} of {topic} holds no numbers; give another by --key")
-    return found
+    return numbers
 
 
-def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
+def _record_of_run(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
     """The samples of the sensor of a scene, with the course of the speed."""
     log = read_log(path, topic=topic, last_run=True, run=run)
     if all(table.name != ACCELERATION for table in log.tables):
@@ -198,12 +199,12 @@ def _own_log(path: Path, key: str | None, topic: str | None, run: int | None) ->
         )
     if key not in (None, ACCELERATION):
         raise LogError(f"{path} holds the {ACCELERATION} alone, not {echo(key)}; leave out --key")
-    sampled, moments, speeds = [], [], []
+    samples_of_blocks, moments, speeds = [], [], []
     for block in log.blocks():  # copies, as a view would keep its block
-        sampled.append(np.copy(block.records.get(ACCELERATION, np.zeros((0, 2)))))
+        samples_of_blocks.append(np.copy(block.records.get(ACCELERATION, np.zeros((0, 2)))))
         moments.append(1e-9 * block.time_ns), speeds.append(block.values["inner_ring_speed"].copy())
-    at, samples = np.concatenate(sampled).T
-    if len(at) < LEAST_SAMPLES:
-        raise BearingTwinError(f"{path} holds {len(at)} samples, which are no record")
-    course = np.concatenate(moments) - at[0], np.concatenate(speeds)
-    return Record(samples.astype(np.float32), _even_rate(at), course, log.scene.parameters.geometry)
+    times, samples = np.concatenate(samples_of_blocks).T
+    if len(times) < LEAST_SAMPLES:
+        raise BearingTwinError(f"{path} holds {len(times)} samples, which are no record")
+    course = np.concatenate(moments) - times[0], np.concatenate(speeds)
+    return Record(samples.astype(np.float32), _even_rate(times), course, log.scene.parameters.geometry)

@@ -3,6 +3,7 @@
 import functools
 import heapq
 import re
+from collections import Counter
 from collections.abc import Container, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path, PurePath
@@ -40,7 +41,7 @@ _NEXT_PROFILE = re.compile(r"\n(?=-)")
 
 
 class Qos(NamedTuple):
-    """A publisher's quality of service in rosbag2's words: reliable or best_effort, volatile or transient_local."""
+    """A publisher's quality of service in the terms of rosbag2."""
 
     depth: int = 10
     reliability: str = "reliable"
@@ -83,18 +84,18 @@ def qos_text(profiles: tuple[Qos, ...]) -> str:
 
 @functools.lru_cache(maxsize=256)
 def offered_qos(text: str) -> Qos:
-    """The first of the profiles that a bag lists as YAML; reliable and volatile where it says nothing usable."""
+    """The first of the profiles that a bag lists as YAML; reliable and volatile if they are malformed."""
     first = _NEXT_PROFILE.split(text, maxsplit=1)[0]
     try:
         profile = yaml.safe_load(first)[0] if len(first) <= LONGEST_PROFILE else {}
-        said = {key: NUMBERED[key].get(profile[key], profile[key]) for key in NUMBERED}
+        policies = {key: NUMBERED[key].get(profile[key], profile[key]) for key in NUMBERED}
         depth = int(profile["depth"])
     except (yaml.YAMLError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError):
         return Qos()
     return Qos(
         depth if 1 <= depth <= DEEPEST else Qos().depth,
-        "best_effort" if said["reliability"] == "best_effort" else "reliable",
-        "transient_local" if said["durability"] == "transient_local" else "volatile",
+        "best_effort" if policies["reliability"] == "best_effort" else "reliable",
+        "transient_local" if policies["durability"] == "transient_local" else "volatile",
     )
 
 
@@ -108,14 +109,14 @@ def bag_information(counts: list[tuple[StoredTopic, int]], spans: list[Span]) ->
 
     A file without a name is left out, for the copy inside the file itself (rosbag2 fills in the name on reading).
     """
-    facts = [span for span in spans if span.first_ns is not None]
-    first, last = min((one.first_ns for one in facts), default=None), max((one.last_ns for one in facts), default=0)
-    whole = Span("", first, last, sum(count for _, count in counts), 0)
+    first = min((span.first_ns for span in spans if span.first_ns is not None), default=None)
+    last = max((span.last_ns for span in spans if span.first_ns is not None), default=0)
+    total = Span("", first, last, sum(count for _, count in counts), 0)
     named = [span for span in spans if span.path]
     information = {
         "version": 9,
         "storage_identifier": "mcap",
-        **_when(whole),
+        **_when(total),
         "topics_with_message_count": [
             {"topic_metadata": _described(topic), "message_count": count} for topic, count in counts
         ],
@@ -157,87 +158,85 @@ class _PlainDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
 
 def some_of(names: Sequence[str]) -> str:
     """The first MOST_NAMED of these names, and the number of the others: a log may have thousands of channels."""
-    more = f" and {len(names) - MOST_NAMED} others" if len(names) > MOST_NAMED else ""
-    return ", ".join(names[:MOST_NAMED]) + more
+    remainder = f" and {len(names) - MOST_NAMED} others" if len(names) > MOST_NAMED else ""
+    return ", ".join(names[:MOST_NAMED]) + remainder
 
 
 class LogReader:
     """A log as its messages: an .mcap file, or a bag folder of files by MCAP or sqlite3. Raises LogError.
 
-    `topics` are its channels, `counts` the messages of each of them by `identity`, `metadata` the last record of each
-    name. With `unfinished` a file that is being written, or was cut, is read to its last whole chunk, and `ends` says
-    so, a sentence a file; else that is DamagedLog.
+    `topics` are its channels, `counts` the numbers of their messages by `identity`, `metadata` the last record of each
+    name. With `unfinished` a file that is being written, or was truncated, is read to its last complete chunk, and
+    `ends` has a sentence about it; without, it raises DamagedLog.
     """
 
     def __init__(self, path, unfinished: bool = False):
-        self._files = log_files(path)
-        self._held: list[Contents] = []  # by file
+        self._contents: dict[Path, Contents] = {}
         self.metadata: dict[str, dict[str, str]] = {}
         self.ends: list[str] = []
         topics: dict[tuple, StoredTopic] = {}
-        self.counts: dict[tuple, int] = {}
-        for file in self._files:
+        self.counts: Counter[tuple] = Counter()
+        for file in log_files(path):
             with reader_of(file) as reader:
-                contents = reader.contents()
+                contents = self._contents[file] = reader.contents()
                 if not unfinished:
                     reader.require_end()
             if not contents.ended:
-                said = "has no end, as it is being written or was cut: it is read to its last whole chunk, byte"
-                self.ends.append(f"the file {file.name} {said} {contents.end}")
-            self._held.append(contents)
+                reason = "has no end, as it is being written or was cut: it is read to its last whole chunk, byte"
+                self.ends.append(f"the file {file.name} {reason} {contents.end}")
             self.metadata |= {record.name: record.metadata for record in contents.metadata}
             for number, topic in contents.topics.items():
                 key = topic.identity
                 topics.setdefault(key, topic)
-                self.counts[key] = self.counts.get(key, 0) + contents.counts.get(number, 0)
+                self.counts[key] += contents.counts.get(number, 0)
         self.topics = list(topics.values())
-        self.first_ns = min((one.first_ns for one in self._held if one.last_ns), default=0)
-        self.last_ns = max((one.last_ns for one in self._held), default=0)
+        self.first_ns = min((contents.first_ns for contents in self._contents.values() if contents.last_ns), default=0)
+        self.last_ns = max((contents.last_ns for contents in self._contents.values()), default=0)
 
     @property
     def foreign(self) -> dict[str, int]:
-        """Messages that no ROS 2 program can read, by their channel's name."""
-        found: dict[str, int] = {}
+        """Numbers of messages that no ROS 2 program can read, by the name of their channel."""
+        counts: Counter[str] = Counter()
         for topic in self.topics:
-            if topic.foreign and (count := self.counts[topic.identity]):
-                found[topic.name] = found.get(topic.name, 0) + count
-        return found
+            if topic.foreign:
+                counts[topic.name] += self.counts[topic.identity]
+        return dict(+counts)
 
     @property
     def notes(self) -> list[str]:
-        """Parts of the log that are not read, a sentence each: files without an end, messages that are passed over."""
-        if not (foreign := self.foreign):
-            return list(self.ends)
-        said = f"{sum(foreign.values())} messages are passed over, for they have no schema or are not in CDR: on "
-        return [*self.ends, said + some_of(sorted(foreign))]
+        """Parts of the log that are not read, a sentence each: files without an end, foreign messages."""
+        notes = list(self.ends)
+        if foreign := self.foreign:
+            reason = "messages are passed over, for they have no schema or are not in CDR"
+            notes.append(f"{sum(foreign.values())} {reason}: on {some_of(sorted(foreign))}")
+        return notes
 
     def messages(
-        self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
+        self, names: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
     ) -> Iterator[LoggedMessage]:
-        """Messages of the `wanted` topics (None: of all) by log time; raises DamagedLog and LogLimit, also part way.
+        """Messages of the topics `names` (None: of all) by log time; raises DamagedLog and LogLimit, also part way.
 
         Files that overlap in time are open together.
         """
-        together: list[Iterator[LoggedMessage]] = []
+        overlapping: list[Iterator[LoggedMessage]] = []
         end = 0
-        for held, file in sorted(zip(self._held, self._files, strict=True), key=lambda one: one[0].first_ns):
-            if held.first_ns >= end:
-                yield from heapq.merge(*together, key=lambda one: one.log_time)
-                together = []
-            together.append(self._of(file, held, wanted, from_ns, until_ns))
-            end = max(end, held.last_ns)
-        yield from heapq.merge(*together, key=lambda one: one.log_time)
+        for file, contents in sorted(self._contents.items(), key=lambda entry: entry[1].first_ns):
+            if contents.first_ns >= end:
+                yield from heapq.merge(*overlapping, key=lambda message: message.log_time)
+                overlapping = []
+            overlapping.append(self._messages_in(file, names, from_ns, until_ns))
+            end = max(end, contents.last_ns)
+        yield from heapq.merge(*overlapping, key=lambda message: message.log_time)
 
-    @staticmethod
-    def _of(file: Path, held: Contents, *limits) -> Iterator[LoggedMessage]:
+    def _messages_in(self, file: Path, *limits) -> Iterator[LoggedMessage]:
         """The messages of one file."""
-        with reader_of(file, held) as reader:
+        with reader_of(file, self._contents[file]) as reader:
             yield from reader.messages(*limits)
 
-    def in_file_order(self, wanted: Container[str] | None = None) -> Iterator[LoggedMessage]:
+    def in_file_order(self, names: Container[str] | None = None) -> Iterator[LoggedMessage]:
         """`messages` in the order in which they were written."""
-        for file, held in zip(self._files, self._held, strict=True):
-            yield from self._of(file, held, wanted, 0, LAST_NS + 1, False)
+        for file in self._contents:
+            yield from self._messages_in(file, names, 0, LAST_NS + 1, False)
 
 
 class SqliteReader:
@@ -247,10 +246,10 @@ class SqliteReader:
         from rosbags.rosbag2 import Reader
 
         self.path, self._bag = path, Reader(path)
-        with self._said():
+        with self._log_errors():
             self._bag.open()
             self._bag.storage.dbconn.limit(0, LARGEST_MESSAGE)  # of a text or blob
-        self._topics = {one.id: self._topic(one) for one in self._bag.connections}
+        self._topics = {connection.id: self._topic(connection) for connection in self._bag.connections}
 
     def __enter__(self):
         return self
@@ -263,24 +262,24 @@ class SqliteReader:
 
     def contents(self) -> Contents:
         """Contents of the file, which has no metadata records."""
-        counts = {one.id: one.msgcount for one in self._bag.connections}
+        counts = {connection.id: connection.msgcount for connection in self._bag.connections}
         times = (self._bag.start_time, self._bag.end_time - 1) if self._bag.message_count else (0, 0)
         return Contents(self._topics, counts, *times, [], 0, True, [])
 
     def messages(
-        self, wanted: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS, by_time: bool = True
+        self, names: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS, by_time: bool = True
     ) -> Iterator[LoggedMessage]:
-        """Messages of the `wanted` topics (None: of all) from `from_ns` to before `until_ns`, always by their time."""
+        """Messages of the topics `names` (None: of all) from `from_ns` to before `until_ns`, always by their time."""
         connections = [
-            one
-            for one in self._bag.connections
-            if wanted is None or (one.topic in wanted and not self._topics[one.id].foreign)
+            connection
+            for connection in self._bag.connections
+            if names is None or (connection.topic in names and not self._topics[connection.id].foreign)
         ]
-        with self._said():
-            for connection, given, data in (
-                self._bag.messages(connections, from_ns, min(until_ns, LAST_SQL_NS)) if connections else ()
-            ):
-                if not 0 <= (time_ns := int(given)) <= LAST_SQL_NS:
+        if not connections:  # of which rosbags would read all
+            return
+        with self._log_errors():
+            for connection, time, data in self._bag.messages(connections, from_ns, min(until_ns, LAST_SQL_NS)):
+                if not 0 <= (time_ns := int(time)) <= LAST_SQL_NS:
                     raise ValueError(f"a message at {time_ns} ns")
                 yield LoggedMessage(self._topics[connection.id], time_ns, time_ns, bytes(data))
 
@@ -292,19 +291,17 @@ class SqliteReader:
         ros_type = connection.msgtype
         text = connection.msgdef.data or (cdr.schema_text(ros_type) if cdr.is_known(ros_type) else "")
         offered = tuple(
-            Qos(one.depth, one.reliability.name.lower(), one.durability.name.lower())
-            for one in connection.ext.offered_qos_profiles
+            Qos(profile.depth, profile.reliability.name.lower(), profile.durability.name.lower())
+            for profile in connection.ext.offered_qos_profiles
         )
-        said = {"offered_qos_profiles": qos_text(offered), "topic_type_hash": connection.digest or ""}
-        return StoredTopic(connection.topic, ros_type, text, connection.ext.serialization_format, said)
+        metadata = {"offered_qos_profiles": qos_text(offered), "topic_type_hash": connection.digest or ""}
+        return StoredTopic(connection.topic, ros_type, text, connection.ext.serialization_format, metadata)
 
     @contextmanager
-    def _said(self) -> Iterator[None]:
-        """Errors of the database as LogError."""
+    def _log_errors(self) -> Iterator[None]:
+        """Turns errors of the database into LogError."""
         try:
             yield
-        except LogError:
-            raise
         except Exception as error:  # of rosbags, of apsw, and what a database may hold in place of numbers
             raise LogError(f"{self.path} cannot be read as a bag of sqlite3 ({shorten(str(error))})") from error
 
@@ -330,14 +327,15 @@ def log_files(path) -> list[Path]:
         if path.suffix == ".zstd":
             raise _to_convert(path, "a file of a compressed bag", path.absolute().parent)
         return [path]
-    found = _information(path / "metadata.yaml")
-    storage, mode = found.get("storage_identifier") or "mcap", str(found.get("compression_mode") or "none").lower()
+    information = _information(path / "metadata.yaml")
+    storage = information.get("storage_identifier") or "mcap"
+    mode = str(information.get("compression_mode") or "none").lower()
     if mode != "none":
-        raise _to_convert(path, f"a bag by {storage}, compressed by {found.get('compression_format')} ({mode})")
+        raise _to_convert(path, f"a bag by {storage}, compressed by {information.get('compression_format')} ({mode})")
     if storage not in STORAGES:
         raise _to_convert(path, f"a bag by {storage}")
     files = (
-        [path / name for name in found.get("files", ())]
+        [path / name for name in information.get("files", ())]
         or sorted(path.glob(f"*{SUFFIX}"))
         or sorted(path.glob(f"*{SQLITE}"))
     )
@@ -345,23 +343,23 @@ def log_files(path) -> list[Path]:
     if len(set(files)) < len(files):
         raise LogError(f"{path / 'metadata.yaml'} names a file twice; remove it to read the files beside it")
     if not files or missing:
-        what = "holds no .mcap file; give a log written by bearing_twin or `ros2 bag record`"
-        what = f"lacks its file {missing[0]}; remove its metadata.yaml to read the others" if missing else what
-        raise LogError(f"the bag folder {path} {what}")
+        reason = "holds no .mcap file; give a log written by bearing_twin or `ros2 bag record`"
+        reason = f"lacks its file {missing[0]}; remove its metadata.yaml to read the others" if missing else reason
+        raise LogError(f"the bag folder {path} {reason}")
     return files
 
 
-def path_of(given, what: str = "a log") -> Path:
-    """The path that was given; raises LogError for anything else."""
+def path_of(path, content: str = "a log") -> Path:
+    """The path as a Path; raises LogError for anything else, which should be that of `content`."""
     try:
-        return Path(given)
+        return Path(path)
     except TypeError:
-        raise LogError(f"{echo(given)} is no path of {what}; give one as text or as a pathlib.Path") from None
+        raise LogError(f"{echo(path)} is no path of {content}; give one as text or as a pathlib.Path") from None
 
 
-def _to_convert(path: Path, what: str, bag: Path | None = None) -> LogError:
+def _to_convert(path: Path, description: str, bag: Path | None = None) -> LogError:
     command = f"rosbags-convert --src {bag or path} --dst NEW_BAG --dst-storage mcap"
-    return LogError(f"{path} is {what}, which is not read; convert it by `{command}` and give NEW_BAG")
+    return LogError(f"{path} is {description}, which is not read; convert it by `{command}` and give NEW_BAG")
 
 
 def _information(path: Path) -> dict:

@@ -127,8 +127,8 @@ def _dependencies(ros_type: str, text: str) -> set[str]:
 
 
 def _definition(ros_type: str) -> str:
-    own = _own_definitions().get(ros_type)
-    return own if own is not None else _typestore().gendefhash(ros_type, {}, ros_version=2)[0]
+    text = _own_definitions().get(ros_type)
+    return text if text is not None else _typestore().gendefhash(ros_type, {}, ros_version=2)[0]
 
 
 @functools.cache
@@ -160,34 +160,37 @@ SECOND = 1_000_000_000  # ns
 
 
 def encoded(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str) -> bytes:
-    """A message of that type with these fields; each header not given holds `stamp_ns` and `frame`.
+    """A message of that type with these fields; a header that is not given has `stamp_ns` and `frame`.
 
     A nested message may be a mapping or the sequence of its fields; of one with a header, the key `frame_id` names
-    another frame. Sequences of messages may be arrays with one row each. Raises LogError for a field it has not.
-    Filled up to whole words of four bytes, as the middleware does before it hands a message over.
+    another frame. Sequences of messages may be arrays with a row for each. Raises LogError for an unknown field.
+    It is padded to whole words of four bytes, as by the middleware.
     """
-    return bytes(laid_out(ros_type, values, Draft(stamp_ns, frame, None)).data)
+    return bytes(laid_out(ros_type, values, Draft(stamp_ns, frame)).data)
 
 
 class Draft:
-    """A message while it is laid out; of many (`count`), the first, with the places of what differs."""
+    """A message that is being written; of `many`, the first, with offset, format and array of each field that varies.
 
-    __slots__ = ("count", "data", "frame", "places", "stamp_ns")
+    The array of a stamp is None.
+    """
 
-    def __init__(self, stamp_ns, frame: str, count: int | None):
-        self.stamp_ns, self.frame, self.count = stamp_ns, frame, count
+    __slots__ = ("data", "frame", "many", "stamp_ns", "varying")
+
+    def __init__(self, stamp_ns, frame: str, many: bool = False):
+        self.stamp_ns, self.frame, self.many = stamp_ns, frame, many
         self.data = bytearray(_REPRESENTATION)
-        self.places: list[tuple[int, Any, Any]] = []
+        self.varying: list[tuple[int, Any, Any]] = []
 
     def align(self, size: int) -> None:
-        """Fills up to a multiple of `size`, counted behind the representation."""
+        """Pads to a multiple of `size` bytes, counted after the representation."""
         self.data += bytes(-(len(self.data) - 4) % size)
 
     def text(self, value: str) -> None:
         """A string: its length with the closing zero, then both."""
         self.align(4)
         if isinstance(value, np.ndarray):
-            self.places.append((len(self.data) + 4, (value.dtype, (1,)), value))
+            self.varying.append((len(self.data) + 4, (value.dtype, (1,)), value))
             content = bytes(value.flat[0])
         else:
             content = value.encode()
@@ -196,37 +199,37 @@ class Draft:
     def number(self, value, letter: str, kind: np.dtype) -> None:
         """One number."""
         self.align(kind.itemsize)
-        if isinstance(value, np.ndarray) and self.count is not None:
-            self.places.append((len(self.data), (kind, (1,)), value))
+        if self.many and isinstance(value, np.ndarray):
+            self.varying.append((len(self.data), (kind, (1,)), value))
             value = value.flat[0]
         self.data += struct.pack("<" + letter, value)
 
-    def numbers(self, value, kind: np.dtype, each: int | None) -> None:
-        """Several numbers: a sequence with its length in `each`s before it, or, with `each` None, exactly as many."""
-        many = self.count is not None and isinstance(value, np.ndarray)
-        array = np.ascontiguousarray(value[0] if many else value, dtype=kind).reshape(-1)
-        if each is not None:
+    def numbers(self, value, kind: np.dtype, width: int | None) -> None:
+        """Several numbers: a sequence after its length in elements of `width` numbers, or, with None, an array."""
+        varies = self.many and isinstance(value, np.ndarray)
+        array = np.ascontiguousarray(value[0] if varies else value, dtype=kind).reshape(-1)
+        if width is not None:
             self.align(4)
-            self.data += struct.pack("<I", array.size // each)
+            self.data += struct.pack("<I", array.size // width)
         if array.size:
             self.align(kind.itemsize)
-        if many and array.size:
-            self.places.append((len(self.data), (kind, (array.size,)), value))
+        if varies and array.size:
+            self.varying.append((len(self.data), (kind, (array.size,)), value))
         self.data += array.tobytes()
 
     def header(self, frame: str) -> None:
         """std_msgs/Header with the stamp of the message."""
         self.align(4)
         stamp_ns = self.stamp_ns
-        if self.count is not None:
-            self.places.append((len(self.data), np.dtype("<i8"), None))
+        if self.many:
+            self.varying.append((len(self.data), np.dtype("<i8"), None))
             stamp_ns = int(stamp_ns[0])
         self.data += struct.pack("<iI", *divmod(stamp_ns, SECOND))
         self.text(frame)
 
 
 def laid_out(ros_type: str, values, draft: Draft) -> Draft:
-    """The draft with a whole message of that type in it."""
+    """The draft with a complete message of that type."""
     _writer(ros_type)(values, draft)
     draft.data += bytes(-len(draft.data) % 4)
     return draft
@@ -235,7 +238,7 @@ def laid_out(ros_type: str, values, draft: Draft) -> Draft:
 @functools.cache
 def _writer(ros_type: str) -> Callable:
     """The function (values, draft) that writes a message of a type."""
-    fields = {name: (_field(what), _default(what)) for name, what in fields_of(ros_type)}
+    fields = {name: (_field(description), _default(description)) for name, description in fields_of(ros_type)}
 
     def write(values, draft):
         if not isinstance(values, dict):
@@ -253,10 +256,10 @@ def _writer(ros_type: str) -> Callable:
 
 @functools.cache
 def _flat(ros_type: str) -> tuple[str, int] | None:
-    """The one type of number that a message consists of and how many, as of a vector; None for any other message."""
+    """Type and count of the numbers of a message with numbers of one type only, as a vector; None for any other."""
     kinds, count = set(), 0
-    for _, (node, what) in fields_of(ros_type):
-        inner = _flat(what) if node == NAME else (what[0], 1) if node == BASE and what[0] not in _TEXTS else None
+    for _, (node, detail) in fields_of(ros_type):
+        inner = _flat(detail) if node == NAME else (detail[0], 1) if node == BASE and detail[0] not in _TEXTS else None
         if inner is None:
             return None
         kinds.add(inner[0])
@@ -266,20 +269,20 @@ def _flat(ros_type: str) -> tuple[str, int] | None:
 
 def _field(description) -> Callable:
     """The function (value, draft) that writes a field."""
-    node, what = description
+    node, detail = description
     if node == NAME:
-        return _nested(what)
+        return _nested(detail)
     if node == BASE:
-        if what[0] in _TEXTS:
+        if detail[0] in _TEXTS:
             return lambda value, draft: draft.text(value)
-        letter, kind = _FORMATS[what[0]], _DTYPES[what[0]]
+        letter, kind = _FORMATS[detail[0]], _DTYPES[detail[0]]
         return lambda value, draft: draft.number(value, letter, kind)
-    (inner, inner_what), _ = what
+    (inner, inner_detail), _ = detail
     counted = node == SEQUENCE
-    if inner == BASE and inner_what[0] not in _TEXTS:
-        kind = _DTYPES[inner_what[0]]
+    if inner == BASE and inner_detail[0] not in _TEXTS:
+        kind = _DTYPES[inner_detail[0]]
         return lambda value, draft: draft.numbers(value, kind, 1 if counted else None)
-    return _listed(_field((inner, inner_what)), counted, _flat(inner_what) if inner == NAME else None)
+    return _listed(_field((inner, inner_detail)), counted, _flat(inner_detail) if inner == NAME else None)
 
 
 def _nested(ros_type: str) -> Callable:
@@ -301,7 +304,7 @@ def _nested(ros_type: str) -> Callable:
 
 
 def _listed(put: Callable, counted: bool, flat: tuple[str, int] | None) -> Callable:
-    """The function that writes texts or messages one after the other; an array of those of one type of number whole."""
+    """The function that writes texts or messages one by one; an array of messages of equal numbers in one piece."""
 
     def write(values, draft):
         if flat is not None and isinstance(values, np.ndarray):
@@ -317,27 +320,27 @@ def _listed(put: Callable, counted: bool, flat: tuple[str, int] | None) -> Calla
 
 
 def _default(description):
-    """The value of a field that is left out."""
-    node, what = description
+    """The value of a field that is not given."""
+    node, detail = description
     if node == NAME:
-        flat = _flat(what)
+        flat = _flat(detail)
         return {} if flat is None else (0,) * flat[1]
     if node == BASE:
-        return "" if what[0] in _TEXTS else 0
-    (inner, inner_what), length = what
+        return "" if detail[0] in _TEXTS else 0
+    (inner, inner_detail), length = detail
     if node == SEQUENCE:
         return ()
-    return [_default((inner, inner_what))] * length
+    return [_default((inner, inner_detail))] * length
 
 
-MOST_LAYOUTS = 200  # of a topic's messages that are kept
+MOST_LAYOUTS = 200  # of one topic that are cached
 
 
 class Encoder:
-    """All messages of one topic, many at once: how they are laid out is found with the first of a size and kept.
+    """Encoder of the messages of one topic, many at once; the layout of each size of message is cached.
 
-    Fields are those of `encoded`, but an array has one row a message in front, and texts may be an array of bytes;
-    what is no array is the same in all messages that this encoder ever makes.
+    Fields are those of `encoded`, but arrays have a leading axis of messages, and texts may be an array of bytes;
+    other values are the same in all messages of this encoder.
     """
 
     def __init__(self, ros_type: str, frame: str):
@@ -345,17 +348,17 @@ class Encoder:
         self._layouts: dict[tuple, _Layout] = {}
 
     def encoded(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
-        """One message a stamp [ns], in order."""
+        """A message for each stamp [ns], in order."""
         texts = [array for array in _arrays(values) if array.dtype.kind == "S"]
         if not texts:
             return self._of_one_size(values, stamps_ns)
-        found = [b""] * len(stamps_ns)
+        messages = [b""] * len(stamps_ns)
         sizes = np.stack([np.char.str_len(array) for array in texts], axis=-1)
         for size in np.unique(sizes, axis=0):
             rows = np.flatnonzero((sizes == size).all(axis=-1))
             for row, data in zip(rows, self._of_one_size(_rows_of(values, rows), stamps_ns[rows]), strict=True):
-                found[row] = data
-        return found
+                messages[row] = data
+        return messages
 
     def _of_one_size(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
         arrays = list(_arrays(values))
@@ -368,8 +371,8 @@ class Encoder:
         size = layout.record.itemsize
         records = np.empty(len(stamps_ns), layout.record)
         records.view((np.uint8, size))[...] = layout.template
-        for name, place in layout.filled:
-            records[name] = _stamps(stamps_ns) if place is None else arrays[place].reshape(len(stamps_ns), -1)
+        for name, number in zip(layout.record.names, layout.sources, strict=True):
+            records[name] = _stamps(stamps_ns) if number is None else arrays[number].reshape(len(stamps_ns), -1)
         data = records.tobytes()
         return [data[low : low + size] for low in range(0, len(data), size)]
 
@@ -377,30 +380,29 @@ class Encoder:
         for array in arrays:
             if len(array) != len(stamps_ns):
                 raise LogError(f"a field of {self._type} has {len(array)} rows for {len(stamps_ns)} messages")
-        draft = laid_out(self._type, values, Draft(stamps_ns, self._frame, len(stamps_ns)))
-        numbers = {id(array): place for place, array in enumerate(arrays)}
-        filled = [
-            (f"f{i}", None if array is None else numbers[id(array)]) for i, (_, _, array) in enumerate(draft.places)
-        ]
+        draft = laid_out(self._type, values, Draft(stamps_ns, self._frame, many=True))
+        offsets, formats, varying = zip(*draft.varying, strict=True) if draft.varying else ((), (), ())
+        numbers = {id(array): number for number, array in enumerate(arrays)}
         record = {
-            "names": [name for name, _ in filled],
-            "formats": [what for _, what, _ in draft.places],
-            "offsets": [offset for offset, _, _ in draft.places],
+            "names": [f"f{field}" for field in range(len(varying))],
+            "formats": formats,
+            "offsets": offsets,
             "itemsize": len(draft.data),
         }
-        return _Layout(np.frombuffer(bytes(draft.data), np.uint8), filled, np.dtype(record))
+        template = np.frombuffer(bytes(draft.data), np.uint8)
+        return _Layout(template, [numbers.get(id(array)) for array in varying], np.dtype(record))
 
 
 class _Layout(NamedTuple):
-    """Messages of one size: the first of them, (field, number of its array; None: the stamp), the record to fill."""
+    """Messages of one size: the first, the numbers of the arrays of varying fields (None: the stamp), their record."""
 
     template: np.ndarray
-    filled: list[tuple[str, int | None]]
+    sources: list[int | None]
     record: np.dtype
 
 
 def _stamps(stamps_ns: np.ndarray) -> np.ndarray:
-    """Stamps as they stand in a header: eight bytes, seconds first, then nanoseconds."""
+    """Stamps as in a header: eight bytes, seconds first, then nanoseconds."""
     seconds, nanoseconds = np.divmod(stamps_ns, SECOND)
     return seconds + (nanoseconds << 32)
 

@@ -1,7 +1,7 @@
-"""Logs out of the house: CSV, Parquet and NetCDF, with named axes and units, bit for bit.
+"""Export of logs to CSV, Parquet and NetCDF, with named axes and units, bit for bit.
 
-CSV and Parquet hold a file for each group of channels with the same axes, one row an output and a place along the axes;
-`channels.csv` beside them says what each column is. NetCDF holds everything in one file.
+CSV and Parquet have a file for each group of channels with the same axes, and a row for each output and position along
+the axes; `channels.csv` describes the columns. NetCDF has everything in one file.
 """
 
 import contextlib
@@ -87,15 +87,17 @@ def export_log(
     run = None
     if isinstance(log, LogStream):
         log, topic, run = log.path, topic or log.topic, log.run
-    stream = read_log_or_study(log, topic, run)
-    begun: list[Path] = []
+    stream = read_log(log, allow_gaps=True, topic=topic, run=run)
+    if STUDY_RECORD in stream.metadata:
+        stream = read_study(log)
+    created: list[Path] = []
     try:
-        written = write(stream, target, begun, watch)
+        written = write(stream, target, created, watch)
         if isinstance(stream, LogStream):
             written = written._replace(missing=stream.missing, warnings=tuple(stream.warnings))
         return written
     except BaseException as error:
-        for path in reversed(begun):
+        for path in reversed(created):
             with contextlib.suppress(OSError):
                 path.rmdir() if path.is_dir() else path.unlink()
         if isinstance(error, OSError):
@@ -103,24 +105,18 @@ def export_log(
         raise
 
 
-def read_log_or_study(log, topic: str | None, run: int | None = None):
-    """The stream of a run's log, gaps allowed, or the result in that of a study."""
-    stream = read_log(log, allow_gaps=True, topic=topic, run=run)
-    return read_study(log) if STUDY_RECORD in stream.metadata else stream
-
-
 def groups_of(stream) -> list[Group]:
     """The groups of a run's channels, those of single numbers first, then the tables of its records."""
     kind = None if stream.scene is None else stream.scene.kind
-    found: dict[tuple[ChannelAxis, ...], list] = {}
+    columns_by_axes: dict[tuple[ChannelAxis, ...], list] = {}
     for channel in stream.channels:
-        found.setdefault(axes_of(channel, kind), []).append((channel.name, channel.unit, channel.meaning))
+        columns_by_axes.setdefault(axes_of(channel, kind), []).append((channel.name, channel.unit, channel.meaning))
     groups = [
         Group(file_name("_".join(axis.name for axis in axes)) if axes else OUTPUTS, axes, tuple(columns))
-        for axes, columns in found.items()
+        for axes, columns in columns_by_axes.items()
     ]
     tables = [
-        Group(f"{RECORD}{table.name}", (), tuple((one.name, one.unit, one.meaning) for one in table.columns))
+        Group(f"{RECORD}{table.name}", (), tuple((row.name, row.unit, row.meaning) for row in table.columns))
         for table in stream.tables
     ]
     return sorted(groups, key=lambda group: len(group.axes)) + tables
@@ -134,32 +130,33 @@ def _columns(group: Group, block) -> dict[str, np.ndarray]:
         return dict(zip(names, np.asarray(rows).T, strict=True))
     sequence = np.arange(block.first_sequence, block.first_sequence + len(block))
     labels = list(zip(*itertools.product(*(axis.labels for axis in group.axes)), strict=True))
-    places = len(labels[0]) if labels else 1
-    found = {
-        name: np.repeat(one, places)
-        for name, one in zip(TIMES, (sequence, block.time_ns, 1e-9 * block.time_ns), strict=True)
+    repeats = len(labels[0]) if labels else 1
+    columns = {
+        name: np.repeat(column, repeats)
+        for name, column in zip(TIMES, (sequence, block.time_ns, 1e-9 * block.time_ns), strict=True)
     }
-    found |= {axis.name: np.tile(one, len(block)) for axis, one in zip(group.axes, labels, strict=True)}
-    return found | {name: np.reshape(block.values[name], -1) for name in names}
+    columns |= {axis.name: np.tile(column, len(block)) for axis, column in zip(group.axes, labels, strict=True)}
+    return columns | {name: np.reshape(block.values[name], -1) for name in names}
 
 
-def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffix: str) -> Exported:
+def _write_grouped(stream, target: Path, created: list[Path], watch, writer, suffix: str) -> Exported:
     """One file a group in a folder, or the only one at a path that ends with `suffix`."""
     if hasattr(stream, "study"):
-        groups, source = [Group(SAMPLES, (), tuple(one[:3] for one in stream.table()))], {}
+        groups, source = [Group(SAMPLES, (), tuple(column[:3] for column in stream.table()))], {}
         pieces = iter([(len(stream.status), [stream.columns()])])
     else:
         groups, source = groups_of(stream), source_of(stream)
-        pieces = ((len(one), [_columns(group, one) for group in groups]) for one in watch(stream.blocks(), stream))
+        blocks = watch(stream.blocks(), stream)
+        pieces = ((len(block), [_columns(group, block) for group in groups]) for block in blocks)
     alone = target.suffix == suffix
     if alone and len(groups) > 1:
         stems = ", ".join(group.stem for group in groups)
         raise LogError(f"{target}: the log has channels of {len(groups)} kinds ({stems}), one file each; give a folder")
     if not alone:
         target.mkdir()
-        begun.append(target)
+        created.append(target)
     paths = [target if alone else target / f"{group.stem}{suffix}" for group in groups]
-    begun += paths
+    created += paths
     rows = 0
     with contextlib.ExitStack() as stack:
         adders = [
@@ -168,14 +165,14 @@ def _write_grouped(stream, target: Path, begun: list[Path], watch, writer, suffi
         ]
         for count, columns in pieces:
             rows += count
-            for add, found in zip(adders, columns, strict=True):
-                add(found)
-    files = paths if alone else [*paths, _about(target / CHANNELS, groups, suffix, begun)]
+            for add, block_columns in zip(adders, columns, strict=True):
+                add(block_columns)
+    files = paths if alone else [*paths, _about(target / CHANNELS, groups, suffix, created)]
     return Exported(tuple(map(str, files)), rows)
 
 
-def _about(path: Path, groups: Iterable[Group], suffix: str, begun: list[Path]) -> Path:
-    begun.append(path)
+def _about(path: Path, groups: Iterable[Group], suffix: str, created: list[Path]) -> Path:
+    created.append(path)
     with open(path, "x", newline="", encoding="utf-8") as file:
         table = csv.writer(file)
         table.writerow(("file", "column", "unit", "axes", "meaning"))
@@ -196,7 +193,8 @@ def _csv_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Callable]
         def add(columns: Mapping) -> None:
             if not file.tell():
                 table.writerow(columns)
-            cells = (["" if one != one else one for one in np.asarray(column).tolist()] for column in columns.values())
+            lists = (np.asarray(column).tolist() for column in columns.values())
+            cells = (["" if number != number else number for number in numbers] for numbers in lists)
             table.writerows(zip(*cells, strict=True))
 
         yield add
@@ -213,7 +211,7 @@ def _parquet_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Calla
             nonlocal file
             table = arrow.table({name: np.asarray(column) for name, column in columns.items()})
             if file is None:
-                fields = [one.with_metadata({"units": units.get(one.name, "")}) for one in table.schema]
+                fields = [field.with_metadata({"units": units.get(field.name, "")}) for field in table.schema]
                 schema = arrow.schema(fields, metadata=dict(source))
                 file = stack.enter_context(parquet.ParquetWriter(path, schema))
             file.write_table(table.cast(file.schema))
@@ -221,7 +219,7 @@ def _parquet_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Calla
         yield add
 
 
-def _netcdf(stream, target, begun, watch) -> Exported:
+def _netcdf(stream, target, created, watch) -> Exported:
     """One file of NetCDF 4 by h5netcdf; realisations of a study are its variables over `realisation`.
 
     Made in memory: where a disk is full HDF5 ends the process when it closes the file.

@@ -61,23 +61,23 @@ def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
     """The panels of a scene that runs in `namespace` (empty: that of its kind), its frames behind `frame_prefix`."""
     kind = KINDS[scene.kind]
     table = {topic.name: topic for topic in topics(scene)}
-    place = namespace.rstrip("/") or kind.namespace
+    prefix = namespace.rstrip("/") or kind.namespace
 
     def full(name: str) -> str | None:
-        return f"{place}/{name}" if name in table else None
+        return f"{prefix}/{name}" if name in table else None
 
     bodies = [name for name, topic in table.items() if topic.ros_type == cdr.WRENCH]
     balls = sum(name.startswith("ball_") for name in bodies)
     plots = [
-        *_contact_plots(table, place, balls),
-        *(_wrench_plot(table[name], place) for name in bodies if not name.startswith("ball_")),
-        *_state_plots(table, place),
+        *_contact_plots(table, prefix, balls),
+        *(_wrench_plot(table[name], prefix) for name in bodies if not name.startswith("ball_")),
+        *_state_plots(table, prefix),
     ]
-    look = kind.view(scene.parameters, scene.channels).look
-    middle, radius = look.beginning
+    camera = kind.view(scene.parameters, scene.channels).look
+    middle, radius = camera.beginning
     shown = full("markers"), full("robot_description")
-    seen = ((0.0, 0.0, 0.0), radius) if look.follows else (middle, radius)
-    follows = f"{frame_prefix}{look.follows}" if look.follows else ""
+    seen = ((0.0, 0.0, 0.0), radius) if camera.follows else (middle, radius)
+    follows = f"{frame_prefix}{camera.follows}" if camera.follows else ""
     return Panels(scene.name, f"{frame_prefix}{kind.frame}", *shown, *seen, tuple(plots), follows)
 
 
@@ -90,14 +90,14 @@ def panels_of_log(log: LogStream) -> Panels:
     return panels(log.scene, log.namespace, log.frame.removesuffix(KINDS[log.scene.kind].frame))
 
 
-def _contact_plots(table: dict[str, Topic], place: str, balls: int) -> list[Plot]:
+def _contact_plots(table: dict[str, Topic], prefix: str, balls: int) -> list[Plot]:
     if "contacts" not in table:
         return []
     topic = table["contacts"]
     shown = {"normal_load": "normal load [N]", "peak_pressure": "peak pressure [Pa]"}
 
     def curve(field: str, row: int, label: str) -> Curve:
-        return Curve(f"{place}/{topic.name}", topic.ros_type, (field, row), label)
+        return Curve(f"{prefix}/{topic.name}", topic.ros_type, (field, row), label)
 
     if not balls:
         return [Plot(title, (curve(field, 0, field),)) for field, title in shown.items()]
@@ -108,13 +108,13 @@ def _contact_plots(table: dict[str, Topic], place: str, balls: int) -> list[Plot
     ]
 
 
-def _wrench_plot(topic: Topic, place: str) -> Plot:
+def _wrench_plot(topic: Topic, prefix: str) -> Plot:
     body = topic.name.removesuffix("/wrench")
-    curves = (Curve(f"{place}/{topic.name}", topic.ros_type, ("wrench", "force", axis), f"F{axis}") for axis in "xyz")
+    curves = (Curve(f"{prefix}/{topic.name}", topic.ros_type, ("wrench", "force", axis), f"F{axis}") for axis in "xyz")
     return Plot(f"force on {body.replace('_', ' ')} [N]", tuple(curves))
 
 
-def _state_plots(table: dict[str, Topic], place: str) -> list[Plot]:
+def _state_plots(table: dict[str, Topic], prefix: str) -> list[Plot]:
     if "state" not in table or table["state"].ros_type != cdr.STATE:
         return []
     shown = {
@@ -123,7 +123,7 @@ def _state_plots(table: dict[str, Topic], place: str) -> list[Plot]:
         "energy [J]": ENERGIES,
     }
     return [
-        Plot(title, tuple(Curve(f"{place}/state", cdr.STATE, (field,), field.replace("_", " ")) for field in fields))
+        Plot(title, tuple(Curve(f"{prefix}/state", cdr.STATE, (field,), field.replace("_", " ")) for field in fields))
         for title, fields in shown.items()
     ]
 
@@ -151,12 +151,12 @@ class ViewerLayout(NamedTuple):
         return self.opened.format(file=path, data=self.data.format(log=log) if log else "")
 
 
-def rviz(panels: Panels, *others: Panels) -> bytes:
+def rviz(panels: Panels, *further: Panels) -> bytes:
     """Markers, frames and, switched off, the URDF of one scene or several, in the frame of the first."""
-    radius, (x, y, z) = panels.radius, (f"{one:.9f}" for one in panels.middle)  # no 1e-05, a text in YAML 1.1
+    x, y, z = (f"{coordinate:.9f}" for coordinate in panels.middle)  # no 1e-05, which is text in YAML 1.1
     lengths = {"cell": 0.25, "axes": 0.4, "distance": AWAY, "focus": 0.14}
-    named = {name: f"{share * radius:.9f}" for name, share in lengths.items()}
-    displays = "".join(map(_rviz_displays, (panels, *others)))
+    named = {name: f"{share * panels.radius:.9f}" for name, share in lengths.items()}
+    displays = "".join(map(_rviz_displays, (panels, *further)))
     frames = {"frame": panels.frame, "target": panels.follows or panels.frame}
     return _template("scene.rviz", displays=displays, x=x, y=y, z=z, **frames, **named).encode()
 
@@ -168,9 +168,9 @@ def _template(name: str, **values) -> str:
 
 def _rviz_displays(panels: Panels) -> str:
     quality = "Depth: 5, History Policy: Keep Last, Reliability Policy: Reliable, Durability Policy:"
-    found = ""
+    displays = ""
     if panels.description:
-        found += f"""\
+        displays += f"""\
   - Class: rviz_default_plugins/RobotModel
     Name: Bodies of {panels.description}
     Enabled: false
@@ -178,13 +178,13 @@ def _rviz_displays(panels: Panels) -> str:
     Description Topic: {{{quality} Transient Local, Value: {panels.description}}}
 """
     if panels.markers:
-        found += f"""\
+        displays += f"""\
   - Class: rviz_default_plugins/MarkerArray
     Name: {panels.markers}
     Enabled: true
     Topic: {{{quality} Volatile, Value: {panels.markers}}}
 """
-    return found
+    return displays
 
 
 def foxglove(panels: Panels) -> bytes:
@@ -204,7 +204,7 @@ def _foxglove_view(panels: Panels) -> dict:
     values = {name: share * panels.radius for name, share in shares.items()}
     values |= {"target": panels.follows or panels.frame, "frame": panels.frame, "markers": panels.markers}
     values |= {"follow": "follow-position" if panels.follows else "follow-none", "middle": panels.middle}
-    return json.loads(_template("scene.foxglove.json", **{name: json.dumps(one) for name, one in values.items()}))
+    return json.loads(_template("scene.foxglove.json", **{name: json.dumps(value) for name, value in values.items()}))
 
 
 def _foxglove_plot(plot: Plot) -> dict:
@@ -223,8 +223,8 @@ def _halved(names: Sequence[str], direction: str = "column"):
     if len(names) == 1:
         return names[0]
     middle = len(names) // 2
-    other = "row" if direction == "column" and len(names) <= 2 * PLOTS_IN_A_ROW else direction
-    first, second = _halved(names[:middle], other), _halved(names[middle:], other)
+    inner_direction = "row" if direction == "column" and len(names) <= 2 * PLOTS_IN_A_ROW else direction
+    first, second = _halved(names[:middle], inner_direction), _halved(names[middle:], inner_direction)
     return {"first": first, "second": second, "direction": direction, "splitPercentage": 50}
 
 

@@ -108,7 +108,7 @@ class McapWriter:
                 f"{path} cannot be written ({error.strerror}); give another place for the log", error
             ) from error
         self.bytes = 0  # of the file, up to which it is complete
-        self._crc = 0
+        self._crc = 0  # of what was appended
         self.problem = ""  # why the file cannot grow, and what was kept
         self._closed = False
         self._index = bytearray()  # of the chunks, 10 MB an hour of a bearing of eight balls
@@ -156,9 +156,9 @@ class McapWriter:
         return self._channels
 
     def write(self, channel: int, log_time: int, publish_time: int, data: bytes) -> None:
-        """Adds one message; raises LogError, saying what was kept, once the file cannot grow.
+        """Adds one message; raises LogError, with the number of messages in the file, once the file cannot grow.
 
-        A patient file takes it all the same, and raises LogError when it has no room for it in memory either.
+        A patient file keeps it in memory then, and raises LogError when there is no room in memory either.
         """
         self.write_all(((channel, log_time, publish_time, data),))
 
@@ -179,14 +179,14 @@ class McapWriter:
         """Adds a metadata record or an attachment; it ends the chunk in progress."""
         self._check()
         self.end_chunk()
-        content, place = _record(record), self.bytes
+        content, offset = _record(record), self.bytes
         self._append((content,))
         if isinstance(record, Metadata):
-            self._added.append(MetadataIndex(place, len(content), record.name))
+            self._added.append(MetadataIndex(offset, len(content), record.name))
         else:
-            times = {"log_time": record.log_time, "create_time": record.create_time, "data_size": len(record.data)}
-            said = {"name": record.name, "media_type": record.media_type}
-            self._added.append(AttachmentIndex(offset=place, length=len(content), **times, **said))
+            sizes = {"offset": offset, "length": len(content), "data_size": len(record.data)}
+            fields = ("log_time", "create_time", "name", "media_type")
+            self._added.append(AttachmentIndex(**sizes, **{field: getattr(record, field) for field in fields}))
 
     def end_chunk(self) -> None:
         """Appends the chunk in progress for good; descriptions without a message wait for the next."""
@@ -229,7 +229,7 @@ class McapWriter:
                     self.end_chunk()
             finally:
                 self.problem = ""
-                self._put(self._tail())
+                self._append(self._tail())
                 with contextlib.suppress(OSError):
                     os.ftruncate(self._file, self.bytes)  # what another program appended
                     os.fsync(self._file)
@@ -243,7 +243,7 @@ class McapWriter:
         self.path.unlink(missing_ok=True)
 
     @property
-    def begun(self) -> bool:
+    def has_messages(self) -> bool:
         """True once a message has been written."""
         return bool(self._chunk_index) or self.first_ns is not None
 
@@ -304,7 +304,7 @@ class McapWriter:
         data_end = _record(DataEnd(self._crc))
         start = self.bytes + len(data_end)
         channels = [record.id for record in self._described if isinstance(record, Channel)]
-        metadata = sum(isinstance(one, MetadataIndex) for one in self._added)
+        metadata = sum(isinstance(record, MetadataIndex) for record in self._added)
         statistics = Statistics(
             attachment_count=len(self._added) - metadata,
             channel_count=len(channels),
@@ -327,12 +327,7 @@ class McapWriter:
         ]
 
     def _append(self, parts: Sequence[bytes]) -> None:
-        self._put(parts)
-        for part in parts:
-            self._crc = crc32(part, self._crc)
-
-    def _put(self, parts: Sequence[bytes]) -> None:
-        """Writes parts behind what is complete; on failure it leaves none of them."""
+        """Writes parts at the end of what is complete; on failure it leaves none of them."""
         status = os.fstat(self._file)
         if status.st_size < self.bytes or not status.st_nlink:  # one that was moved goes on where it is
             self.problem = f"{self.path} was removed or cut by another program; write to a new log"
@@ -345,13 +340,15 @@ class McapWriter:
         except OSError as error:
             with contextlib.suppress(OSError):
                 os.ftruncate(self._file, self.bytes)
-            kept = f"{sum(self.counts.values())} messages (up to t = {self.last_ns * 1e-9:.6f} s) are kept"
+            count = f"{sum(self.counts.values())} messages (up to t = {self.last_ns * 1e-9:.6f} s) are kept"
             self.problem = (
-                f"{self.path} cannot grow ({error.strerror}): {'no message is' if self.first_ns is None else kept} in "
+                f"{self.path} cannot grow ({error.strerror}): {'no message is' if self.first_ns is None else count} in "
                 f"it; make room{'' if self._patient else ' and write to a new log'}"
             )
             raise refused(self.problem, error) from error
         self.bytes += size
+        for part in parts:
+            self._crc = crc32(part, self._crc)
 
 
 def _record(record) -> bytes:

@@ -62,8 +62,8 @@ class Thinning:
     def __init__(self, ros_type: str, rate: float):
         self._period, self._outputs, self._last = round(1e9 / rate), ros_type == cdr.SAMPLE_BLOCK, -1
 
-    def kept(self, log_time_ns: int, data: bytes) -> bytes | None:
-        """The bytes to log of a message, None for nothing; what is no SampleBlock of its topic stays, for readers."""
+    def thinned(self, log_time_ns: int, data: bytes) -> bytes | None:
+        """The bytes to log of a message, None for nothing; a malformed SampleBlock is logged unchanged, for readers."""
         if self._outputs:
             try:
                 return self._first_output(data)
@@ -92,10 +92,10 @@ class Thinning:
 class Safety(NamedTuple):
     """Protection of a log against loss, and limits on its size.
 
-    Every `max_loss` seconds the messages so far go to disk, with `fsync` past its caches; 0 = as chunks become full, so
-    that the same messages give the same bytes. A `patient` log raises no error while the disk is full: it keeps the
-    messages that fit into memory, counts the rest, reports a `problem`, and goes on when there is room. A new file
-    begins after `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all.
+    Every `max_loss` seconds the messages so far are written to disk, with `fsync` past its caches; 0 = as chunks become
+    full, so that the same messages give the same bytes. A `patient` log raises no error while the disk is full: it
+    keeps the messages that fit into memory, counts the others, reports a `problem`, and continues when there is room. A
+    new file begins after `split_bytes` or `split_seconds` of messages, and the `keep` newest stay; 0 = not, all.
     Of each topic `kept_rate` messages a second are in the log, and as many outputs (see `Thinning`); 0 = all.
     """
 
@@ -137,8 +137,8 @@ class RawLogWriter:
             try:
                 self._folder.mkdir()
             except OSError as error:
-                said = f"{path} cannot be made ({error.strerror}); give another place for the log"
-                raise refused(said, error) from error
+                reason = f"{path} cannot be made ({error.strerror}); give another place for the log"
+                raise refused(reason, error) from error
         self._lock, self._unbroken, self._ended = threading.Lock(), DeferredSignals(), threading.Event()
         self._closed = False
         self._unlisted = False  # whether the description of the bag lacks topics
@@ -171,7 +171,7 @@ class RawLogWriter:
         return self
 
     def __exit__(self, kind, *_):
-        if kind is None or self._number or self._writer.begun:
+        if kind is None or self._number or self._writer.has_messages:
             self.close()
         else:
             self._discard()
@@ -179,7 +179,7 @@ class RawLogWriter:
     @property
     def messages(self) -> int:
         """Messages on disk for good."""
-        return sum(one.messages for one in self._spans())
+        return sum(span.messages for span in self._spans())
 
     @property
     def problem(self) -> str:
@@ -194,7 +194,7 @@ class RawLogWriter:
     @property
     def bytes(self) -> int:
         """Size of the log on disk so far."""
-        return sum(one.bytes for one in self._spans())
+        return sum(span.bytes for span in self._spans())
 
     def add_topic(
         self,
@@ -207,14 +207,14 @@ class RawLogWriter:
     ) -> int:
         """Describes a topic (full name, type, `ros2msg` text with dependencies, RIHS01 hash) and returns its number.
 
-        A text or hash of None is that of the common message of this type. `outside` stands beside all of its messages:
-        the models that were outside their range.
+        A text or hash of None is that of the common message of this type. `outside` names models outside their range,
+        in the metadata of the topic.
         """
         definition = cdr.schema_text(ros_type) if definition is None else definition
         type_hash = cdr.type_hash(ros_type) if type_hash is None else type_hash
         metadata = {"offered_qos_profiles": qos_text(tuple(qos)), "topic_type_hash": type_hash}
         metadata |= {OUTSIDE: outside} if outside else {}
-        seldom = "/records/" in name or any(one.durability == "transient_local" for one in qos)
+        seldom = "/records/" in name or any(profile.durability == "transient_local" for profile in qos)
         rate = 0.0 if seldom else self._safety.kept_rate
         metadata |= {KEPT_KEY: f"{rate:g}"} if rate else {}
         number = self.copy_topic(StoredTopic(name, ros_type, definition, "cdr", metadata))
@@ -230,10 +230,10 @@ class RawLogWriter:
             self._unlisted = True
         return number
 
-    def keep_all(self, topic: int, on: bool) -> None:
-        """Logs every message of the topic with that number from here on (`on`), also where the log is thinned."""
+    def keep_all(self, topic: int, enabled: bool) -> None:
+        """Logs every message of the topic with that number from now on, or thins it again if not `enabled`."""
         with self._lock:
-            (self._whole.add if on else self._whole.discard)(topic)
+            (self._whole.add if enabled else self._whole.discard)(topic)
 
     def write(self, topic: int, log_time_ns: int, publish_time_ns: int, cdr: bytes) -> None:
         """Adds one message of the topic with that number."""
@@ -242,22 +242,22 @@ class RawLogWriter:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
         with self._unbroken, self._lock:
-            rest, done = (self._kept(messages) if self._thinned else iter(messages)), False
-            while not done:  # while the disk is full the writer stops at each message, which it has taken or dropped
+            pending = self._selected(messages) if self._thinned else iter(messages)
+            while True:  # while the disk is full the writer stops at each message, which it has taken or dropped
                 with self._patience():
                     if not self._splits:
-                        self._writer.write_all(rest)
-                    for message in rest:
+                        self._writer.write_all(pending)
+                    for message in pending:
                         self._put_split(*message)
-                    done = True
+                    return
 
-    def _kept(self, messages) -> Iterator[tuple[int, int, int, bytes]]:
-        """The messages as a thinned log holds them, without those that it does not."""
+    def _selected(self, messages) -> Iterator[tuple[int, int, int, bytes]]:
+        """The messages that a thinned log holds, as it holds them."""
         for topic, log_time, publish_time, data in messages:
-            thinned = topic in self._thinned and topic not in self._whole
-            kept = self._thinned[topic].kept(log_time, data) if thinned else data
-            if kept is not None:
-                yield topic, log_time, publish_time, kept
+            if topic in self._thinned and topic not in self._whole:
+                data = self._thinned[topic].thinned(log_time, data)
+            if data is not None:
+                yield topic, log_time, publish_time, data
 
     def _put_split(self, topic: int, log_time: int, publish_time: int, data: bytes) -> None:
         """Writes a message to the file in progress, or to a new one where that is due."""
@@ -375,7 +375,7 @@ class RawLogWriter:
         return Span(writer.path.name, writer.first_ns, writer.last_ns, sum(writer.counts.values()), writer.bytes)
 
     def _spans(self) -> list[Span]:
-        return [*(one for one, _ in self._done), self._span()]
+        return [*(span for span, _ in self._done), self._span()]
 
     def _patience(self):
         return suppress(LogError) if self._safety.patient and not self._closed else nullcontext()
@@ -398,8 +398,8 @@ class RawLogWriter:
         try:
             replace_file(target, f"rosbag2_bagfile_information:\n{indent(information, '  ')}".encode())
         except OSError as error:
-            said = f"{target} cannot be written ({error.strerror}); the messages are in {self._writer.path}"
-            raise refused(said, error) from error
+            reason = f"{target} cannot be written ({error.strerror}); the messages are in {self._writer.path}"
+            raise refused(reason, error) from error
 
     def _discard(self) -> None:
         """Removes a log that never got a message."""
@@ -467,16 +467,16 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
     problems: list[str] = []
     messages = samples = 0
     numbers: dict[tuple, int] = {}
-    kept: set[tuple] = set()
+    copied: set[tuple] = set()
     unknown: Counter[str] = Counter()
     with RawLogWriter(out, run_record=False) as log:
-        for item in _salvage(log_files(path), problems):
+        for item in _readable(log_files(path), problems):
             if isinstance(item, Attachment):
                 log.add_attachment(item)
             elif isinstance(item, Metadata):
                 record = (item.name, *sorted(item.metadata.items()))
-                if item.name != BAG_RECORD and record not in kept:
-                    kept.add(record)
+                if item.name != BAG_RECORD and record not in copied:
+                    copied.add(record)
                     log.add_metadata(item.name, item.metadata)
             elif not item.topic.message_encoding:
                 unknown[item.topic.name] += 1
@@ -489,17 +489,17 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
         problems += [
             f"{count} messages of {name} are left out: no record describes it" for name, count in unknown.items()
         ]
-        said = "; ".join(problems)
+        sentence = "; ".join(problems)
         if not messages:
-            raise LogError(f"nothing in {path} can be recovered ({said or 'it holds no message'})")
+            raise LogError(f"nothing in {path} can be recovered ({sentence or 'it holds no message'})")
         log.add_metadata(
-            RECOVERY_RECORD, {"from": escape_controls(Path(path).name), "problems": escape_controls(said or "none")}
+            RECOVERY_RECORD, {"from": escape_controls(Path(path).name), "problems": escape_controls(sentence or "none")}
         )
     return Recovered(messages, samples, tuple(problems))
 
 
-def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
-    """All that can be read of the files; `problems` get a sentence for each part that cannot."""
+def _readable(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage | Metadata | Attachment]:
+    """All that can be read of the files; a sentence for each part that cannot is appended to `problems`."""
     for file in files:
         damage: list[tuple[int, str]] = []
         with reader_of(file) as reader:
@@ -507,8 +507,8 @@ def _salvage(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage |
             try:
                 reader.require_end()
             except DamagedLog as error:
-                damage.append((error.offset, error.what))
-        problems += dict.fromkeys(f"{file.name} at byte {offset}: {what}" for offset, what in damage)
+                damage.append((error.offset, error.reason))
+        problems += dict.fromkeys(f"{file.name} at byte {offset}: {reason}" for offset, reason in damage)
 
 
 def _outputs(message: LoggedMessage) -> int:

@@ -63,23 +63,23 @@ LOSSES = {  # of a recording: what happened to messages
 
 
 def count_in(text: str | None) -> int | None:
-    """A count that a log says of itself; None where it says none, or nonsense."""
+    """A count in the metadata of a log; None without one, and for malformed text."""
     return int(text) if text and text.isdecimal() and len(text) <= DIGITS else None
 
 
 def report_in(record: Mapping[str, str]) -> dict | None:
-    """The report of a run in RUN_RECORD; None without one, and for nonsense."""
+    """The report of a run in RUN_RECORD; None without one, and for malformed text."""
     try:
-        found = parse_json(record["report"])
+        report = parse_json(record["report"])
     except (KeyError, ValueError):
         return None
-    return found if isinstance(found, dict) else None
+    return report if isinstance(report, dict) else None
 
 
 def scene_record(text: str) -> dict[str, str]:
-    """The content of a message of the topic `scene` as texts; ValueError and AttributeError for what is none."""
+    """The content of a message of the topic `scene` as texts; raises ValueError or AttributeError for other text."""
     content = parse_json(text)
-    return {key: one if isinstance(one, str) else json.dumps(one) for key, one in content.items()}
+    return {key: value if isinstance(value, str) else json.dumps(value) for key, value in content.items()}
 
 
 def choice_in(record: Mapping[str, str]) -> Choice:
@@ -94,21 +94,21 @@ def choice_in(record: Mapping[str, str]) -> Choice:
 
 
 def known_choice(choice: Choice, scene: Scene | None) -> Choice:
-    """The model a log names; where it names no law there is, that which its scene gets now, with a warning."""
+    """The model named in a log; without a known law there, the model of its scene today, with a warning."""
     if scene is None or choice.law in LAWS:
         return choice
-    now = choose(scene)
-    if choice.law == now.law:  # of a kind that has laws of its own
+    current = choose(scene)
+    if choice.law == current.law:  # of a kind that has laws of its own
         return choice
-    named = f"names the law {echo(choice.law)}, which there is not" if choice.law else "does not name its law"
-    warning = f"the log {named}: it is judged by {now.law}, which its scene gets now"
-    return now._replace(stepper=choice.stepper or now.stepper, warnings=(*choice.warnings, warning))
+    problem = f"names the law {echo(choice.law)}, which there is not" if choice.law else "does not name its law"
+    warning = f"the log {problem}: it is judged by {current.law}, which its scene gets now"
+    return current._replace(stepper=choice.stepper or current.stepper, warnings=(*choice.warnings, warning))
 
 
 def read_log(
     path: Any, allow_gaps: bool = False, topic: str | None = None, last_run: bool = False, run: int | None = None
 ) -> "LogStream":
-    """The samples of a log, as the run gave them out.
+    """The samples of a log, as the run computed them.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def read_log(
 
 
 class LogStream:
-    """The samples of a log, of its `topic`: iterate it, or its `blocks()`, as often as wanted. Made by `read_log`.
+    """The samples of a log, of its `topic`: iterate it, or its `blocks()`, any number of times. Made by `read_log`.
 
     `scene` is that of the metadata or, of a recording, of its topic `scene`; None where there is neither. `choice` is
     the model in use, `report` what the run said of itself (None for recordings). `metadata` maps each record's name to
@@ -155,17 +155,17 @@ class LogStream:
         self._allow_gaps = allow_gaps
         self._reader = LogReader(path, unfinished=allow_gaps)
         self.metadata: dict[str, dict[str, str]] = self._reader.metadata
-        stored = [one for one in self._reader.topics if one.ros_type in NUMBERED and not one.foreign]
-        sampled = {one.name for one in stored if one.ros_type == cdr.SAMPLE_BLOCK}
+        stored = [channel for channel in self._reader.topics if channel.ros_type in NUMBERED and not channel.foreign]
+        sampled = {channel.name for channel in stored if channel.ros_type == cdr.SAMPLE_BLOCK}
         if not sampled and self._reader.ends:
             raise LogError(f"{'; '.join(self._reader.ends)}; no outputs are in it so far")
-        self.topic = _chosen(path, {name for name in sampled if "/records/" not in name}, topic)
-        self.kept_rate: float = max(kept_rate(one.metadata) for one in stored if one.name == self.topic)
+        self.topic = _selected_topic(path, {name for name in sampled if "/records/" not in name}, topic)
+        self.kept_rate: float = max(kept_rate(channel.metadata) for channel in stored if channel.name == self.topic)
         self.namespace = self.topic.rpartition("/")[0]
         self._tables: dict[str, set[str]] = {}  # topics of records with their types
-        for one in stored:
-            if one.name.startswith(f"{self.namespace}/records/"):
-                self._tables.setdefault(one.name, set()).add(one.ros_type)
+        for channel in stored:
+            if channel.name.startswith(f"{self.namespace}/records/"):
+                self._tables.setdefault(channel.name, set()).add(channel.ros_type)
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
         self._runs = self._found_runs()
         self.runs = len(self._runs)
@@ -226,14 +226,14 @@ class LogStream:
     @property
     def notes(self) -> list[str]:
         """Parts of the run that are not read, a sentence each: files without an end, foreign messages, a late begin."""
-        said = f"the log begins at {self.begins_s:.6g} s: what is said of it holds from there on"
-        return self._reader.notes + ([said] if self.begins_s and not self.begins else [])
+        sentence = f"the log begins at {self.begins_s:.6g} s: what is said of it holds from there on"
+        return self._reader.notes + ([sentence] if self.begins_s and not self.begins else [])
 
     @property
     def cut_short(self) -> CutShort | None:
         """The end of a log before its scene's, once it was read; None at the scene's end, or where the run failed.
 
-        Of a node and of a recorder, which are ended when their work is done, it is None.
+        It is None for the log of a node or a recorder, which the user ends.
         """
         outputs = count_in(self.metadata.get(SCENE_RECORD, {}).get(OUTPUTS_KEY)) or 0
         if self.scene is None or not 0 < self._reached < outputs or failure_in(self.report or {}):
@@ -269,22 +269,24 @@ class LogStream:
             )
         if self._run_selected:
             return ""
-        which = f"figures are those of run {self.run} of {self.runs}; --run N for another"
+        effect = f"figures are those of run {self.run} of {self.runs}; --run N for another"
         if self.run is None:
-            which = "time and sequence begin again"
-        return f"the log holds {self.runs} runs, as the node was reset or started again: {which}"
+            effect = "time and sequence begin again"
+        return f"the log holds {self.runs} runs, as the node was reset or started again: {effect}"
 
     @property
     def warnings(self) -> list[str]:
-        """What the log lacks and was not read of it, a sentence each; to be taken once it was read."""
-        found = [*self.notes, self.run_note]
-        found += [f"{self.missing} outputs are missing from the log"] if self.missing else []
+        """Parts of the run that are missing in the log or were not read, a sentence each; complete once it was read."""
+        sentences = [*self.notes, self.run_note]
+        if self.missing:
+            sentences.append(f"{self.missing} outputs are missing from the log")
         if self.kept_rate:
-            which = "greatest and mean values are of those, and `verify` compares no others"
-            found.append(f"the log holds {self.kept_rate:g} outputs a second, not all (full: false): {which}")
-        found += [self.cut_short.sentence()] if self.cut_short else []
-        found += [f"{self.losses[key]} messages {words}" for key, words in LOSSES.items() if self.losses.get(key)]
-        return [one for one in found if one]
+            extent = "greatest and mean values are of those, and `verify` compares no others"
+            sentences.append(f"the log holds {self.kept_rate:g} outputs a second, not all (full: false): {extent}")
+        if self.cut_short:
+            sentences.append(self.cut_short.sentence())
+        sentences += [f"{self.losses[key]} messages {loss}" for key, loss in LOSSES.items() if self.losses.get(key)]
+        return list(filter(None, sentences))
 
     @property
     def has_records(self) -> bool:
@@ -307,7 +309,8 @@ class LogStream:
         widths = [channel.width for channel in self.channels]
         stored = {name: self._stored(name) for name in (self.topic, *self._tables)}
         for run in self._read:
-            parts = {name: itertools.islice(one, run.stop[name] - run.start[name]) for name, one in stored.items()}
+            counts = run.stop - run.start
+            parts = {name: itertools.islice(messages, counts[name]) for name, messages in stored.items()}
             held, records = None, self._records(run, parts)
             for message in self._decoded(parts[self.topic]):
                 if message.channel_name != names or message.channel_width.tolist() != widths:
@@ -333,35 +336,35 @@ class LogStream:
         }
 
     def _described(self) -> dict[str, str]:
-        """The content of the topic `scene` of a recording, as texts; empty where there is nothing usable.
+        """The content of the topic `scene` of a recording, as texts; empty without a message.
 
-        Of several runs each has its own, for a node that is started again may play another scene.
+        It is that of the last run that is read: a node that was started again may have another scene.
         """
-        place = f"{self.namespace}/scene"
-        count = self._read[-1].stop[place]
+        topic = f"{self.namespace}/scene"
+        count = self._read[-1].stop[topic]
         if not count:
             return {}
-        (last,) = itertools.islice(self._in_order(place), count - 1, count)
+        (last,) = itertools.islice(self._in_order(topic), count - 1, count)
         try:
             return scene_record(cdr.deserialise(cdr.STRING, last.data).data)
         except (ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
 
-    def _gap(self, expected: int, found: int) -> None:
-        if self.kept_rate and found > expected:
+    def _gap(self, expected: int, first: int) -> None:
+        if self.kept_rate and first > expected:
             return
-        lost = max(found - expected, 0)
+        lost = max(first - expected, 0)
         self.missing += lost
         if self._allow_gaps:
             return
-        if found < expected:
+        if first < expected:
             raise LogError(
-                f"{self.path} holds {self.runs} runs, as the node was reset or started again: output {found} follows "
+                f"{self.path} holds {self.runs} runs, as the node was reset or started again: output {first} follows "
                 f"{expected - 1}; read one with run=1 to {self.runs}, the last with last_run=True, or all with "
                 "allow_gaps=True"
             )
         raise LogError(
-            f"{lost} outputs are missing in {self.path}, from sequence {expected} to {found - 1}: they were lost while "
+            f"{lost} outputs are missing in {self.path}, from sequence {expected} to {first - 1}: they were lost while "
             "recording; read the rest with allow_gaps=True"
         )
 
@@ -371,17 +374,17 @@ class LogStream:
         Messages are in the order of time, except for a recording by the clock of a simulation that began again: its
         runs overlap in time, and follow each other in the file.
         """
-        found: list[tuple[int, tuple[int, int], str]] = []
-        for one in self._reader.in_file_order({self.topic, f"{self.namespace}/scene", *self._tables}):
-            name = one.topic.name
+        rows: list[tuple[int, tuple[int, int], str]] = []
+        for message in self._reader.in_file_order({self.topic, f"{self.namespace}/scene", *self._tables}):
+            name = message.topic.name
             if name != self.topic:
-                found.append((one.log_time, (0, 0), name))
-            elif one.topic.ros_type == cdr.SAMPLE_BLOCK:
-                found.append((one.log_time, sample_range(one.data), name))
-        by_time = sorted(found, key=lambda row: row[0])
-        self._by_time = _breaks(by_time) < _breaks(found)
+                rows.append((message.log_time, (0, 0), name))
+            elif message.topic.ros_type == cdr.SAMPLE_BLOCK:
+                rows.append((message.log_time, sample_range(message.data), name))
+        by_time = sorted(rows, key=lambda row: row[0])
+        self._by_time = _breaks(by_time) < _breaks(rows)
         runs, seen = [_Run()], Counter[str]()
-        for _, (first, count), name in by_time if self._by_time else found:
+        for _, (first, count), name in by_time if self._by_time else rows:
             if count and first < runs[-1].end:
                 runs.append(_Run(runs[-1].stop))
             seen[name] += 1
@@ -393,7 +396,7 @@ class LogStream:
     def _in_order(self, topic: str) -> Iterator[LoggedMessage]:
         """The messages of a topic as the runs count them."""
         messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({topic})
-        return (one for one in messages if topic != self.topic or one.topic.ros_type == cdr.SAMPLE_BLOCK)
+        return (message for message in messages if topic != self.topic or message.topic.ros_type == cdr.SAMPLE_BLOCK)
 
     def _stored(self, topic: str) -> Iterator[LoggedMessage]:
         """The messages of a topic in the runs that are read."""
@@ -401,8 +404,8 @@ class LogStream:
 
     def _decoded(self, messages: Iterable[LoggedMessage]) -> Iterator[Any]:
         """The SampleBlocks in messages, checked."""
-        for one in messages:
-            block = cdr.deserialise(cdr.SAMPLE_BLOCK, one.data)
+        for message in messages:
+            block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
             check_block(self.path, block)
             yield block
 
@@ -413,27 +416,30 @@ def _with_records(block: Block, records: Mapping[str, "_Records"], time_ns: floa
 
 
 class _Records:
-    """The records of one table in order of time, which are taken as outputs go on.
+    """The records of one table in order of time, which are taken up to the time of each block of outputs.
 
-    Events are held and sorted all together; waveforms, which may be long, are read one by one.
+    Events are held in memory and sorted; waveforms, which may be long, are read one by one.
     """
 
     def __init__(self, path, topic: str, messages: Iterable[LoggedMessage], types: set[str], sampled: bool):
         self._path, self._topic = path, topic
-        parts = (records_of(path, one.topic.ros_type, one.data) for one in messages if one.topic.ros_type in types)
-        self._parts = self._growing(parts) if types == {cdr.WAVEFORM} else iter([self._sorted(parts, sampled)])
-        self._rest = next(self._parts)
+        stored = ((message.topic.ros_type, message.data) for message in messages if message.topic.ros_type in types)
+        parts = (records_of(path, ros_type, data) for ros_type, data in stored)
+        self._parts = self._in_sequence(parts) if types == {cdr.WAVEFORM} else iter([self._sorted(parts, sampled)])
+        self._remaining = next(self._parts)
 
-    def _growing(self, parts: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+    def _in_sequence(self, parts: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
+        """The parts; raises LogError for one that begins before the end of the last."""
         reached = -math.inf
         for part in parts:
             if part[0, 0] < reached:
-                said = f"a Waveform at {part[0, 0]:.6g} s on {self._topic} is behind a later one"
-                raise LogError(f"{self._path}: {said}; record it again")
+                reason = f"a Waveform at {part[0, 0]:.6g} s on {self._topic} is behind a later one"
+                raise LogError(f"{self._path}: {reason}; record it again")
             reached = part[-1, 0]
             yield part
 
     def _sorted(self, parts: Iterator[np.ndarray], sampled: bool) -> np.ndarray:
+        """All records sorted by time, those of a signal that is `sampled` in single precision."""
         held, size = [], 0
         for part in parts:
             held.append(part)
@@ -446,29 +452,29 @@ class _Records:
                 )
         rows = np.concatenate(held)
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
-        if sampled:  # earlier versions wrote samples with more digits
+        if sampled:  # earlier versions wrote samples in double precision
             rows[:, 1:] = rows[:, 1:].astype(np.float32)
         return rows
 
     def _refuse_many(self, size: int) -> None:
         if size > MOST_HELD:
-            said = f"more numbers on {self._topic} than are held at once, {MOST_HELD}"
-            raise LogError(f"{self._path} has {said}; its outputs are too far apart, or its records too many")
+            reason = f"more numbers on {self._topic} than are held at once, {MOST_HELD}"
+            raise LogError(f"{self._path} has {reason}; its outputs are too far apart, or its records too many")
 
     def until(self, time_ns: float) -> np.ndarray:
         """The records up to `time_ns` that were not taken before."""
-        taken = [records_between(self._rest, -np.inf, time_ns)]
-        while len(taken[-1]) == len(self._rest) and (following := next(self._parts, None)) is not None:
-            self._rest = following
+        taken = [records_between(self._remaining, -np.inf, time_ns)]
+        while len(taken[-1]) == len(self._remaining) and (following := next(self._parts, None)) is not None:
+            self._remaining = following
             taken.append(records_between(following, -np.inf, time_ns))
-            self._refuse_many(sum(one.size for one in taken))
-        self._rest = self._rest[len(taken[-1]) :]
-        return taken[0] if len(taken) == 1 else np.concatenate(taken)
+            self._refuse_many(sum(part.size for part in taken))
+        self._remaining = self._remaining[len(taken[-1]) :]
+        return np.concatenate(taken)
 
 
 @dataclasses.dataclass
 class _Run:
-    """One run of a log: by topic the number of messages before it and up to its end; the number behind its last output.
+    """One run of a log: numbers of messages before it and up to its end by topic, and the number after its last output.
 
     Messages of a topic are counted in the order in which they are read.
     """
@@ -479,18 +485,19 @@ class _Run:
 
 
 def _breaks(rows: list[tuple]) -> int:
-    """Number of SampleBlocks that do not follow the one before them; a row has their first number and count second."""
-    found = [(first, count) for _, (first, count), _ in rows if count]
-    return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(found))
+    """Number of SampleBlocks that do not follow the one before them, from rows (time, (first number, count), topic)."""
+    ranges = [(first, count) for _, (first, count), _ in rows if count]
+    return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(ranges))
 
 
-def _chosen(path, found: set[str], topic: str | None) -> str:
-    if not found:
+def _selected_topic(path, names: set[str], topic: str | None) -> str:
+    """The topic to read among `names`; raises LogError where it is missing or ambiguous."""
+    if not names:
         raise LogError(f"{path} holds no topic of type {cdr.SAMPLE_BLOCK}; record /bearing/samples to read it back")
-    if topic is None and len(found) == 1:
-        return next(iter(found))
-    if topic not in found:
-        held = ", ".join(sorted(found)) + (f", not {topic!r}" if topic else "")
+    if topic is None and len(names) == 1:
+        return next(iter(names))
+    if topic not in names:
+        held = ", ".join(sorted(names)) + (f", not {topic!r}" if topic else "")
         raise LogError(f"{path} holds samples on {held}; read one with --topic, or read_log(path, topic=...)")
     return topic
 
@@ -524,7 +531,8 @@ class LogWriter(RawLogWriter):
         try:
             self.add_metadata(SCENE_RECORD, {"scene": scene.text, **_versions(), **(metadata or {})})
             self._numbers = {
-                one.name: self.add_topic(one.full_name, one.ros_type, qos=(one.qos,), outside=outside) for one in table
+                topic.name: self.add_topic(topic.full_name, topic.ros_type, qos=(topic.qos,), outside=outside)
+                for topic in table
             }
         except BaseException:  # Ctrl-C before the first message
             self.__exit__(*sys.exc_info())
@@ -551,19 +559,19 @@ class LogWriter(RawLogWriter):
 
 
 def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss: float = 0.0) -> LogSummary:
-    """Simulates a run to its end into a new log, as far as it comes.
+    """Simulates a run to its end, or to its failure, into a new log.
 
     Parameters
     ----------
     run : Run
-        What `simulate` gave; it is begun anew.
+        A run of `simulate`; it starts again.
     path : str or path
         The log, an .mcap file that must not exist.
     run_record : bool
-        False leaves out what differs from run to run: date, host, cost.
+        False omits what differs from run to run: date, host, cost.
     max_loss : float
-        What was written more than so long ago [s] is on disk whatever happens; 0 = as chunks become full, which gives
-        the same bytes for the same run.
+        Longest time [s] after which a message is on disk; 0 = as chunks become full, which gives the same bytes for the
+        same run.
 
     Returns
     -------

@@ -1,9 +1,9 @@
 """Solver outputs as messages: every topic of a scene, its type, quality of service, and the bytes due at each output.
 
-What a kind publishes stands in its `topics`; here stand the topics of every scene: its samples, its records and the
-scene itself; and the table of topics, of one scene or of every kind. Nodes and logs take their bytes from
-`MessageStream`, so what is on the wire is what is in the log. Last, SampleBlocks and Waveforms, written and read back
-with checks: a log or a peer may have written anything.
+A kind lists its own topics; those of every scene (samples, records, the scene itself) and the table of topics, of one
+scene or of every kind, are here. Nodes and logs take their bytes from `MessageStream`, so that messages are the same on
+the wire and in the log. SampleBlocks and Waveforms are written, and read back with checks: a log or a peer may contain
+anything.
 """
 
 import functools
@@ -39,46 +39,43 @@ LATCHED = Qos(depth=1, durability="transient_local")
 
 
 def topics(scene) -> tuple[Topic, ...]:
-    """The topic table of a scene, in the order in which one instant's messages are given out."""
+    """The topic table of a scene, in the order of the messages of one instant."""
     kind = KINDS[scene.kind]
     rows = [
         Topic("scene", cdr.STRING, ONCE, None, "the resolved scene, the chosen model and versions, as JSON"),
         *((outside_topic(scene.outside),) if scene.marked else ()),
         *kind.topics(scene.parameters),
         *(
-            Topic(f"records/{table.name}", _record_type(table), SAMPLES, None, table.meaning, kind.frame)
+            Topic(f"records/{table.name}", ros_type, SAMPLES, None, table.meaning, kind.frame)
             for table in scene.tables
+            for ros_type in (cdr.WAVEFORM if table.rate else cdr.SAMPLE_BLOCK,)
         ),
         Topic("samples", cdr.SAMPLE_BLOCK, SAMPLES, None, "every solver output, without loss", kind.frame),
     ]
-    rate = 0.0 if kind.brief else scene.parameters.run.publish_rate  # what is brief is played slowly
+    rate = 0.0 if kind.brief else scene.parameters.run.publish_rate  # a brief run is played slowly
     depth = min(max(RELIABLE.depth, math.ceil(KEPT_SECONDS * rate)), DEEPEST)
-    kept = {ONCE: LATCHED, PUBLISH: RELIABLE._replace(depth=depth)}
+    qualities = {ONCE: LATCHED, PUBLISH: RELIABLE._replace(depth=depth)}
     return tuple(
         row._replace(
             full_name=row.name if row.name.startswith("/") else f"{kind.namespace}/{row.name}",
-            qos=kept.get(row.rate, RELIABLE),
+            qos=qualities.get(row.rate, RELIABLE),
         )
         for row in rows
     )
 
 
-def _record_type(table: Table) -> str:
-    return cdr.WAVEFORM if table.rate else cdr.SAMPLE_BLOCK
-
-
 def scene_text(scene, choice: Choice) -> str:
     """Text of the topic `scene`: enough to report on a recording and to simulate it again."""
-    return json.dumps({"scene": scene.text, **_chosen(choice), "bearing_twin_version": __version__})
+    return json.dumps({"scene": scene.text, **_choice_data(choice), "bearing_twin_version": __version__})
 
 
 def choice_record(choice: Choice) -> dict[str, str]:
-    """The chosen model as texts for a log's metadata: what is no text, as JSON."""
-    return {key: one if isinstance(one, str) else json.dumps(one) for key, one in _chosen(choice).items()}
+    """The chosen model as texts for a log's metadata: values that are no text as JSON."""
+    return {key: value if isinstance(value, str) else json.dumps(value) for key, value in _choice_data(choice).items()}
 
 
-def _chosen(choice: Choice) -> dict[str, str | float | list | dict | None]:
-    """The chosen model as plain data; a setting that is that of the scene is left out."""
+def _choice_data(choice: Choice) -> dict[str, str | float | list | dict | None]:
+    """The chosen model as plain data, without a setting that equals the scene's."""
     return {
         "law": choice.law,
         "stepper": choice.stepper,
@@ -90,28 +87,24 @@ def _chosen(choice: Choice) -> dict[str, str | float | list | dict | None]:
 
 
 class MessageStream:
-    """Turns blocks of solver outputs into messages, the same ones however the blocks are cut.
+    """Turns blocks of solver outputs into messages, which do not depend on how the outputs are split into blocks.
 
-    What is said once comes first, the scene before all. An output whose sequence number is a multiple of
+    Messages that are sent once come first, that of the scene before all. An output whose number is a multiple of
     output_rate / publish_rate gives the "publish" topics, one at a multiple of round(output_rate / 20) the markers, one
     at a multiple of round(output_rate) those at 1 Hz.
     A SampleBlock ends after round(output_rate / 20) outputs, of a scene with a sensor round(output_rate / 10) (fewer
     where that would exceed 4 MiB), counted from sequence 0; records come before the SampleBlock that holds their
-    output, those of an evenly sampled signal as a Waveform. `start_time_ns` is added to the
-    simulation time in all stamps; `choice` is the model in use (None: the one the scene gets); `frame_prefix` stands
-    before the name of every frame.
+    output, those of an evenly sampled signal as a Waveform. `start_time_ns` is added to the simulation time in all
+    stamps; `choice` is the model in use (None: that of the scene); `frame_prefix` precedes the name of every frame.
     """
 
     def __init__(self, scene, start_time_ns: int = 0, choice: Choice | None = None, frame_prefix: str = ""):
         run = scene.parameters.run
         self.topics = topics(scene)
         self.start_time_ns = start_time_ns
-        self.publish_every = max(1, round(run.output_rate / run.publish_rate))
-        self.markers_every = max(1, round(run.output_rate / SLOW_RATE))
-        self._every = {PUBLISH: self.publish_every, MARKERS: self.markers_every}
         self._gathered = {topic: topic.fields(scene.parameters) for topic in self.topics if topic.rate == SECOND}
-        if self._gathered:
-            self._every[SECOND] = max(1, round(run.output_rate))
+        rates = {PUBLISH: run.publish_rate, MARKERS: SLOW_RATE} | ({SECOND: 1.0} if self._gathered else {})
+        self._every = {name: max(1, round(run.output_rate / rate)) for name, rate in rates.items()}  # outputs
         row_bytes = 8 * sum(channel.width for channel in scene.channels)
         self._tables: dict[str, Table] = {table.name: table for table in scene.tables}
         block_rate = WAVEFORM_RATE if any(table.rate for table in self._tables.values()) else SLOW_RATE
@@ -121,71 +114,65 @@ class MessageStream:
         self._frame = f"{frame_prefix}{KINDS[scene.kind].frame}"
         self._by_name = {topic.name: topic for topic in self.topics}
         self._encoders = {topic.name: Encoder(topic.ros_type, f"{frame_prefix}{topic.frame}") for topic in self.topics}
-        self._waiting: list[Block] = []
+        self._pending: list[Block] = []  # outputs of the SampleBlock in progress
         self._recorded = dict.fromkeys(self._tables, 0)
         self._first = self._next = 0
-        self._begun = False
+        self._started = False
 
-    def messages(self, block: Block, wanted: Container[str] | None = None) -> list[tuple[Topic, int, bytes]]:
+    def messages(self, block: Block, names: Container[str] | None = None) -> list[tuple[Topic, int, bytes]]:
         """(topic, stamp [ns], CDR) of every message due in `block`, in order of time.
 
-        With `wanted`, only the topics of these names are made; where none is due, one message without bytes marks how
-        far the stream has come. A block that does not follow the one before (after a reset) first closes the
-        SampleBlock in progress.
+        With `names`, only these topics are encoded; where none is due, one message without bytes marks the time that
+        the stream has reached. A block that does not follow the one before (after a reset) first closes the SampleBlock
+        in progress.
         """
-        found: list = []
-        if not self._begun:
-            self._begun = True
-            found += self._latched(block)
+        messages: list = []
+        if not self._started:
+            self._started = True
+            messages += self._latched(block)
         if block.first_sequence != self._next:
-            found += self._rest(wanted)
+            messages += self._pending_outputs(names)
             self._first = block.first_sequence
             self._gathered = {topic: topic.fields(self._scene.parameters) for topic in self._gathered}
         self._next = block.first_sequence + len(block)
-        due, done = self._instants(block, wanted), 0
+        due, done = self._instants(block, names), 0
         for row in self._rows_due(block.first_sequence, len(block)):
-            if row in due or wanted is None:
-                found += due.get(row, ())
+            if row in due or names is None:
+                messages += due.get(row, ())
             else:
-                found.append((self._by_name["samples"], self.start_time_ns + int(block.time_ns[row]), b""))
+                messages.append((self._by_name["samples"], self.start_time_ns + int(block.time_ns[row]), b""))
             if (block.first_sequence + row + 1) % self.block_outputs == 0:
-                self._waiting.append(block.part(done, row + 1))
+                self._pending.append(block.part(done, row + 1))
                 done = row + 1
-                found += self._rest(wanted)
+                messages += self._pending_outputs(names)
         if done < len(block):
-            self._waiting.append(block.part(done, len(block)))
-        return found
+            self._pending.append(block.part(done, len(block)))
+        return messages
 
     def flush(self) -> list[tuple[Topic, int, bytes]]:
         """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
-        return list(self._rest(None))
-
-    def scene_message(self, time_ns: int = 0) -> tuple[Topic, int, bytes]:
-        """The message of the topic `scene`."""
-        stamp_ns = self.start_time_ns + time_ns
-        text = {"data": scene_text(self._scene, self._choice)}
-        return self._by_name["scene"], stamp_ns, encoded(cdr.STRING, text, stamp_ns, "")
+        return list(self._pending_outputs(None))
 
     def _latched(self, block: Block) -> Iterator[tuple[Topic, int, bytes]]:
         """The messages that are sent once: the scene, and the kind's own."""
-        time_ns = int(block.time_ns[0])
-        yield self.scene_message(time_ns)
-        output, stamp_ns = self._output(block[0]), self.start_time_ns + time_ns
+        output, stamp_ns = self._output(block[0]), self.start_time_ns + int(block.time_ns[0])
+        scene = {"data": scene_text(self._scene, self._choice)}
         for topic in self.topics:
-            if topic.rate == ONCE and topic.fields is not None:
-                yield topic, stamp_ns, encoded(topic.ros_type, topic.fields(output), stamp_ns, "")
+            if topic.rate == ONCE:
+                fields = scene if topic.fields is None else topic.fields(output)
+                yield topic, stamp_ns, encoded(topic.ros_type, fields, stamp_ns, "")
 
-    def _rest(self, wanted: Container[str] | None) -> Iterator[tuple[Topic, int, bytes]]:
-        """The records and the SampleBlock of the outputs that wait."""
-        if not self._waiting:
+    def _pending_outputs(self, names: Container[str] | None) -> Iterator[tuple[Topic, int, bytes]]:
+        """The records and the SampleBlock of the pending outputs."""
+        if not self._pending:
             return
-        block, self._waiting = join_blocks(self._waiting), []
+        block, self._pending = join_blocks(self._pending), []
         stamp_ns = self.start_time_ns + int(block.time_ns[-1])
         for name, table in self._tables.items():
             topic, rows = self._by_name[f"records/{name}"], block.records.get(name, ())
             if not len(rows):
                 continue
-            if wanted is not None and topic.name not in wanted:
+            if names is not None and topic.name not in names:
                 pass
             elif table.rate:
                 unit = table.columns[1].unit
@@ -196,7 +183,7 @@ class MessageStream:
                 yield topic, stamp_ns, self._sample_block(table.columns, self._recorded[name], times_ns, rows)
             self._recorded[name] += len(rows)
         samples = b""
-        if wanted is None or "samples" in wanted:
+        if names is None or "samples" in names:
             samples = self._sample_block(self._scene.channels, self._first, block.time_ns, block.matrix())
         self._first += len(block)
         yield self._by_name["samples"], stamp_ns, samples
@@ -209,13 +196,13 @@ class MessageStream:
         due.update(range((-first - 1) % self.block_outputs, count, self.block_outputs))
         return sorted(due)
 
-    def _instants(self, block: Block, wanted: Container[str] | None) -> dict[int, list]:
+    def _instants(self, block: Block, names: Container[str] | None) -> dict[int, list]:
         """The messages due at each row of `block` that has any; topics of one rate are encoded for all rows at once."""
-        found: dict[int, list] = {}
+        messages: dict[int, list] = {}
         rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
         outputs: dict[str, tuple] = {}
         for topic in self.topics:
-            if topic.rate == SECOND or not rows.get(topic.rate) or (wanted is not None and topic.name not in wanted):
+            if topic.rate == SECOND or not rows.get(topic.rate) or (names is not None and topic.name not in names):
                 continue
             if topic.rate not in outputs:
                 sample = block.sample_rows(rows[topic.rate])
@@ -223,18 +210,18 @@ class MessageStream:
             output, stamps_ns = outputs[topic.rate]
             data = self._encoders[topic.name].encoded(topic.fields(output), stamps_ns)
             for row, stamp_ns, message in zip(rows[topic.rate], stamps_ns.tolist(), data, strict=True):
-                found.setdefault(row, []).append((topic, stamp_ns, message))
+                messages.setdefault(row, []).append((topic, stamp_ns, message))
         for topic, gathered in self._gathered.items():
             done = 0
             for row in rows[SECOND]:
                 gathered.add(block.part(done, row + 1))
                 done = row + 1
-                if wanted is None or topic.name in wanted:
+                if names is None or topic.name in names:
                     stamp_ns = self.start_time_ns + int(block.time_ns[row])
                     message = encoded(topic.ros_type, gathered.fields(), stamp_ns, "")
-                    found.setdefault(row, []).append((topic, stamp_ns, message))
+                    messages.setdefault(row, []).append((topic, stamp_ns, message))
             gathered.add(block.part(done, len(block)))
-        return found
+        return messages
 
     def _output(self, sample: Sample) -> Output:
         law = f"{self._choice.law} ({OUTSIDE})" if self._scene.marked else self._choice.law
@@ -272,22 +259,22 @@ def kind_rows(kind: str) -> list[TopicRow]:
 
     Those that differ in a number alone, as of several balls, are one row.
     """
-    found: dict[str, TopicRow] = {}
+    table: dict[str, TopicRow] = {}
     for scene in (Scene(kind, kind, "", KINDS[kind].parameters()), *_shipped().get(kind, ())):
         for topic in topics(scene):
             row = TopicRow(*map(_numberless, _row(topic, topic.name, RATES)))
-            found.setdefault(row.topic, row)
-    return list(found.values())
+            table.setdefault(row.topic, row)
+    return list(table.values())
 
 
 @functools.cache
 def _shipped() -> dict[str, list[Scene]]:
     """The shipped scenes of each kind."""
-    found: dict[str, list[Scene]] = {}
+    scenes: dict[str, list[Scene]] = {}
     for name in scene_names():
         scene = load_scene(name)
-        found.setdefault(scene.kind, []).append(scene)
-    return found
+        scenes.setdefault(scene.kind, []).append(scene)
+    return scenes
 
 
 def _row(topic: Topic, name: str, rates: dict[str, str]) -> TopicRow:
@@ -360,30 +347,30 @@ def waveform_message(unit: str, rate: float, rows: np.ndarray, frame: str, start
     return encoded(cdr.WAVEFORM, fields, start_time_ns + round(1e9 * first / rate), frame)
 
 
-def checked_waveform(place, data: bytes):
-    """The Waveform in these bytes; raises LogError, naming `place`, where it says no times of its samples."""
+def checked_waveform(source, data: bytes):
+    """The Waveform in these bytes; raises LogError, naming `source`, where it says no times of its samples."""
     message = cdr.deserialise(cdr.WAVEFORM, data)
     end = message.first_sequence + len(message.samples)
     if not (0.0 < message.rate < math.inf and message.first_sequence < end < 1 << 53):
-        raise LogError(f"{place}: the Waveform at sample {message.first_sequence} contradicts itself; record again")
+        raise LogError(f"{source}: the Waveform at sample {message.first_sequence} contradicts itself; record again")
     if (count := len(message.samples)) > MOST_SAMPLES:
-        raise LogError(f"{place}: a Waveform of {count} samples is longer than is read, {MOST_SAMPLES} samples")
+        raise LogError(f"{source}: a Waveform of {count} samples is longer than is read, {MOST_SAMPLES} samples")
     return message
 
 
-def records_of(place, ros_type: str, data: bytes) -> np.ndarray:
-    """The records (n, columns) in a message of a topic of records; raises LogError, naming `place`."""
+def records_of(source, ros_type: str, data: bytes) -> np.ndarray:
+    """The records (n, columns) in a message of a topic of records; raises LogError, naming `source`."""
     if ros_type == cdr.SAMPLE_BLOCK:
         message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block(place, message)
+        check_block(source, message)
         return message.values.reshape(message.count, -1)
-    message = checked_waveform(place, data)
+    message = checked_waveform(source, data)
     numbers = message.first_sequence + np.arange(len(message.samples))
     return np.stack([numbers / message.rate, message.samples], axis=1)
 
 
-def check_block(place, message) -> None:
-    """Raises LogError, naming `place`, for a SampleBlock whose arrays do not belong together."""
+def check_block(source, message) -> None:
+    """Raises LogError, naming `source`, for a SampleBlock whose arrays do not belong together."""
     row = int(message.channel_width.sum(dtype=np.int64))
     fits = (
         message.count == len(message.time_ns) > 0
@@ -394,7 +381,7 @@ def check_block(place, message) -> None:
         and len(message.values) == message.count * row
     )
     if not fits:
-        raise LogError(f"{place}: the SampleBlock at output {message.first_sequence} contradicts itself; record again")
+        raise LogError(f"{source}: the SampleBlock at output {message.first_sequence} contradicts itself; record again")
 
 
 def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:
@@ -411,13 +398,13 @@ def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:
     return tuple(rows)
 
 
-def refuse_misfits(place, scene: Scene | None, channels: tuple[Channel, ...]) -> None:
-    """Raises LogError, naming `place`, where a channel has another count of numbers than in the scene beside it."""
+def refuse_misfits(source, scene: Scene | None, channels: tuple[Channel, ...]) -> None:
+    """Raises LogError, naming `source`, where a channel has another count of numbers than in the scene beside it."""
     known = {} if scene is None else {channel.name: channel.width for channel in scene.channels}
     for name, _, shape, *_ in channels:
         if (width := known.get(name, math.prod(shape))) != math.prod(shape):
             raise LogError(
-                f"{place}: an output has {math.prod(shape)} numbers of {name}, but {width} by the scene beside it; "
+                f"{source}: an output has {math.prod(shape)} numbers of {name}, but {width} by the scene beside it; "
                 "they are of different runs, so record one of them"
             )
 

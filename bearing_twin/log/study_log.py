@@ -41,16 +41,16 @@ INPUT, QUANTITY, HISTORY, STATUS, DOUBTFUL = "input ", "quantity ", "history ", 
 
 
 class StudyLog:
-    """A new log of a study, filled as it goes; use as a context manager. Raises LogError if `path` exists.
+    """A new log of a study, filled while it runs; use as a context manager. Raises LogError if `path` exists.
 
-    What was added more than `max_loss` [s] ago is on disk, whatever happens; 0 = as chunks become full. While the disk
-    is full it keeps what fits into memory, and its end raises LogError where it still is. A log that got no further is
-    read with `unfinished`, after `recover` where it lost its end too. `run_record` False leaves out date, host,
-    seconds and who did the work, and the n-th realisation arrives at n ms: equal studies then give equal bytes.
+    Realisations are on disk at most `max_loss` [s] after they were added; 0 = as chunks become full. While the disk is
+    full it keeps what fits into memory, and raises LogError at its end where it is still full. A log without its end is
+    read with `unfinished`, after `recover` where its file is damaged. `run_record` False omits date, host, seconds and
+    workers, and the n-th realisation arrives at n ms: equal studies then give equal bytes.
     """
 
     def __init__(self, study: Study, path, run_record: bool = True, max_loss: float = 1.0):
-        self._study, self._written, self._said = study, 0, {}
+        self._study, self._written, self._described = study, 0, {}
         self._encoder, self._arrived = Encoder(cdr.REALISATION, ""), time.time_ns()
         self._plain = study.resolved()
         self._work = {key: self._plain.pop(key) for key in WORK}
@@ -96,24 +96,24 @@ class StudyLog:
 
     def _add_realisations(self, first: int, arrival: np.ndarray, part: np.ndarray) -> None:
         """The inputs and quantities of these realisations, a message each."""
-        shown = [one for one in self._channels if one.name.startswith((INPUT, QUANTITY))]
+        shown = [channel for channel in self._channels if channel.name.startswith((INPUT, QUANTITY))]
         status, doubtful = part[:, len(shown)], part[:, len(shown) + 1]
         fields = {
             "number": np.arange(first, first + len(part)),
             "failed": status > 0.0,
             "doubtful": doubtful > 0.0,
-            "name": [one.name for one in shown],
-            "unit": [one.unit for one in shown],
+            "name": [channel.name for channel in shown],
+            "unit": [channel.unit for channel in shown],
             "value": np.ascontiguousarray(part[:, : len(shown)]),
         }
         for moment, message in zip(arrival.tolist(), self._encoder.encoded(fields, arrival), strict=True):
             self._log.write(self._topics[REALISATIONS_TOPIC], moment, moment, message)
 
     def finish(self, result: StudyResult) -> None:
-        """Adds what is not there yet of the result, and its summary."""
-        rest = slice(self._written, None)
+        """Adds the realisations of the result that are missing, and its summary."""
+        added = slice(self._written, None)
         columns = result.values, result.quantities, result.histories, result.status, result.doubtful
-        self.add(*(column[rest] for column in columns), result.reasons, result.doubts_met)
+        self.add(*(column[added] for column in columns), result.reasons, result.doubts_met)
         self._describe(result.reasons, result.doubts_met, samples=len(result.status))
         summary = result.as_dict()
         work = {"seconds": summary.pop("seconds"), **self._work}
@@ -129,22 +129,22 @@ class StudyLog:
     def _arrivals(self, count: int) -> np.ndarray:
         """Times of arrival [ns] (count,) of the realisations just written.
 
-        They come many at once: they are spread over the time since those before came, so that each has its own.
+        As many arrive at once, they are spread over the time since the previous ones, so that each has its own time.
         """
         before = self._arrived if self._dated else 1_000_000 * (self._written - count)
         self._arrived = now = max(self._now(), before + count)
         return before + (now - before) * np.arange(1, count + 1) // count
 
-    def _describe(self, reasons, doubts, **more) -> None:
-        """The study and what its numbers of reasons and doubts mean, as often as that changes; the last one counts."""
+    def _describe(self, reasons, doubts, **counts) -> None:
+        """Writes the study and the sentences of its reasons and doubts if they have changed; the last record counts."""
         record = {
             "study": json.dumps(self._plain),
             "reasons": json.dumps(list(reasons)),
             "doubts": json.dumps(list(doubts)),
+            **counts,
         }
-        record |= more
-        if record != self._said:
-            self._said = record
+        if record != self._described:
+            self._described = record
             self._log.add_metadata(STUDY_RECORD, record)
 
 
@@ -206,12 +206,12 @@ def read_study(path: str | PathLike, unfinished: bool = False) -> StudyResult:
 
 @contextlib.contextmanager
 def reading_study(path) -> Iterator[None]:
-    """Around what reads or shows the content of a study's log, which anybody may have written: errors as LogError."""
+    """Turns errors of the body, which reads or shows a study's log that anybody may have written, into LogError."""
     try:
         yield
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        said = shorten(f"{type(error).__name__}: {error}")
-        raise LogError(f"{path} does not hold what a study writes ({said}); run the study again") from error
+        reason = shorten(f"{type(error).__name__}: {error}")
+        raise LogError(f"{path} does not hold what a study writes ({reason}); run the study again") from error
 
 
 def _study_in(path, unfinished: bool) -> StudyResult:
@@ -221,35 +221,36 @@ def _study_in(path, unfinished: bool) -> StudyResult:
         raise LogError(f"{path} holds no study; give a log written by `bearing_twin study --out`")
     record = records[STUDY_RECORD]
     work = parse_json(records.get(RUN_RECORD, {}).get("work", "{}"))
-    given = {key: work[key] for key in WORK if key in work}
-    keys = {key: one for key, one in parse_json(record["study"]).items() if key not in GONE}
+    work_keys = {key: work[key] for key in WORK if key in work}
+    keys = {key: value for key, value in parse_json(record["study"]).items() if key not in GONE}
     keys["scene"] = upgraded(keys["scene"], "the scene of the study in the log")
-    study = parse_study({**keys, **given}, "the study of the log")
-    layout, numbers = [], array("d")
-    for one in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):
-        if one.topic.name == SUMMARY_TOPIC:
-            summary = parse_json(cdr.deserialise(cdr.STRING, one.data).data)
+    study = parse_study({**keys, **work_keys}, "the study of the log")
+    layout, numbers = {}, array("d")
+    for message in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):
+        if message.topic.name == SUMMARY_TOPIC:
+            summary = parse_json(cdr.deserialise(cdr.STRING, message.data).data)
             continue
-        message = cdr.deserialise(cdr.SAMPLE_BLOCK, one.data)
-        check_block(path, message)
-        layout = layout or list(zip(message.channel_name, message.channel_width.tolist(), strict=True))
-        if layout != list(zip(message.channel_name, message.channel_width.tolist(), strict=True)):
+        block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
+        check_block(path, block)
+        widths = dict(zip(block.channel_name, block.channel_width.tolist(), strict=True))
+        layout = layout or widths
+        if list(layout.items()) != list(widths.items()):
             raise ValueError("its channels change")
-        numbers.frombytes(memoryview(message.values).cast("B"))
-    edges = np.cumsum([0, *(width for _, width in layout)]).tolist()
+        numbers.frombytes(memoryview(block.values).cast("B"))
+    edges = np.cumsum([0, *layout.values()]).tolist()
     table = np.frombuffer(numbers).reshape(-1, edges[-1]) if numbers else np.zeros((0, 0))
     count = len(table)
-    places = {name: range(*ends) for (name, _), ends in zip(layout, itertools.pairwise(edges), strict=True)}
+    columns_of = {name: range(*ends) for name, ends in zip(layout, itertools.pairwise(edges), strict=True)}
 
     def columns(*names: str) -> np.ndarray:
         """The columns of these channels, 0 where an earlier version wrote none; a view where they are adjacent."""
-        found = [place for name in names for place in places.get(name, ())]
-        if not found:
+        indices = [column for name in names for column in columns_of.get(name, ())]
+        if not indices:
             return np.zeros((count, len(names)))
-        low, high = found[0], found[-1] + 1
-        return table[:, low:high] if found == list(range(low, high)) else table[:, found]
+        low, high = indices[0], indices[-1] + 1
+        return table[:, low:high] if indices == list(range(low, high)) else table[:, indices]
 
-    inputs = columns(*(INPUT + one.key for one in study.inputs))
+    inputs = columns(*(INPUT + variable.key for variable in study.inputs))
     quantities, histories = (
         columns(*(sort + name for name in names))
         for sort, names in ((QUANTITY, study.quantities), (HISTORY, study.histories))
@@ -282,7 +283,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
 def _channels(study: Study) -> tuple[Channel, ...]:
     known = numeric_keys(study.kind)
     return (
-        *(Channel(INPUT + one.key, known[one.key].unit, (), "") for one in study.inputs),
+        *(Channel(INPUT + variable.key, known[variable.key].unit, (), "") for variable in study.inputs),
         *(Channel(QUANTITY + name, unit, (), "") for name, unit in study.quantity_units.items()),
         Channel(STATUS, "1", (), ""),
         Channel(DOUBTFUL, "1", (), ""),
