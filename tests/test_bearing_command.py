@@ -131,7 +131,10 @@ def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(typed):
     for phrase in ("tilts are held", "90 % of bearings", "grease, VG100, 40 °C, 101 mm²/s"):
         assert phrase in " ".join(held.split())
     assert "tilts are held" not in printed(typed, *words, "--moment", "0,0")
-    assert "90 % of bearings" in printed(typed, *DOWN, "--sweep", "load=100:1000:4")
+    for sweep, kept in (("load=100:1000:4", "1750 rpm, law"), ("speed=0:100:2", "load (0, -1000, 0) N, law")):
+        swept = printed(typed, "bearing", "6308", "--load", "0,-1kN,0", "--sweep", sweep)
+        assert "90 % of bearings" in swept
+        assert kept in swept.splitlines()[0]
     out = printed(typed, "bearing", "6308", "--load", "0,-3000,0", "--si")
     assert re.search(r"^stiffness +7.8788e\+07, 0, 0, 0, 0$", out, flags=re.MULTILINE)
 
@@ -154,6 +157,8 @@ def test_sweeps_are_curves(tmp_path, pictures_once, asked):
     assert [one is None for one in great["stiffness"]] == [False, False, True, True]
     assert [one["value"] for one in great["refused"]] == pytest.approx([30000.0, 40000.0])
     assert "the greatest in this direction" in great["refused"][0]["reason"]
+    assert "beyond the yield pressure" in " ".join(great["flags"])
+    assert fast["axis"]["label"] == "speed [rpm]"
 
 
 @pytest.mark.parametrize(

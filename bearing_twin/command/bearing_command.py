@@ -278,22 +278,42 @@ def _swept(arguments, given, angle, sweep) -> dict:
     """Curves over a sweep, with how its axis is shown."""
     from bearing_twin.kinds.bearing import curves_of
 
-    path, unit, axis, values, change = _changes(arguments, given, sweep)
+    path, axis, values, change = _changes(arguments, given, sweep)
 
-    head = {}
+    head, flagged = {}, []
 
     def solved(value):
         found = _solved(arguments, given, angle, **change(value))
         head.update({name: found[name] for name in ("scene", "law", "arm", "control") if name not in head})
+        if found["flags"]:
+            flagged.append((value, found["flags"]))
         return found
 
     curves = curves_of(values, solved)
-    flags = [f"{path} {one['value']:g}{with_unit(unit)}: {one['reason']}" for one in curves["refused"][:1]]
-    return head | {"sweep": path, "values": values, "axis": axis} | curves | {"flags": flags}
+    flags = [f"{_shown_value(axis, one['value'])}: {one['reason']}" for one in curves["refused"][:1]]
+    if flagged:
+        value, most = max(reversed(flagged), key=lambda one: len(one[1]))
+        others = f", one of {len(flagged)} values with warnings" if flagged[1:] else ""
+        flags += [f"{_shown_value(axis, value)}{others}: {flag}" for flag in most]
+    held = _held(_bearing_scene(arguments).parameters, given, path)
+    return head | {"sweep": path, "held": held, "values": values, "axis": axis} | curves | {"flags": flags}
+
+
+def _held(parameters, given, path: str) -> str:
+    """What a sweep over the key `path` keeps, in words: load and speed."""
+    loads = _support(given, parameters).loads[:3]
+    load = f"load ({', '.join(f'{one:.4g}' for one in loads)}) N" if any(loads) else ""
+    words = {"load": load, "drive.speed": f"{parameters.drive.speed * 30.0 / math.pi:.5g} rpm"}
+    return ", ".join(text for key, text in words.items() if text and key != path)
+
+
+def _shown_value(axis: dict, value: float) -> str:
+    words, _, unit = axis["label"].rstrip("]").partition(" [")
+    return f"{words} {short(axis['scale'] * value)}{with_unit(unit)}"
 
 
 def _changes(arguments, given, sweep) -> tuple:
-    """Path, unit, axis and values of a sweep, and what a value changes, as arguments of `_solved`."""
+    """Path, axis and values of a sweep, and what a value changes, as arguments of `_solved`."""
     from bearing_twin.run.scene import gives
 
     key, first_value, last_value, count = sweep
@@ -303,13 +323,13 @@ def _changes(arguments, given, sweep) -> tuple:
         if size == 0.0:
             raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
         values, axis = _evenly(first_value, last_value, count, "N"), {"label": "load [N]", "scale": 1.0}
-        return key, "N", axis, values, lambda value: {"factor": value / size}
+        return key, axis, values, lambda value: {"factor": value / size}
     path = SHORT_KEYS.get(key, key)
     if gives(overrides_of(arguments, **SHORT_KEYS), path):
         raise SceneError(f"{path} is given by --sweep and by another option; keep one of them")
     unit = _unit_of(scene, path)
     values = _evenly(first_value, last_value, count, unit)
-    return path, unit, _axis_of(path, unit, values), values, lambda value: {"overrides": (f"{path}={value!r}",)}
+    return path, _axis_of(path, unit, values), values, lambda value: {"overrides": (f"{path}={value!r}",)}
 
 
 def _unit_of(scene, path: str) -> str:
@@ -327,7 +347,7 @@ def _unit_of(scene, path: str) -> str:
 def _axis_of(path: str, unit: str, values) -> dict:
     """Label of the axis of a sweep over a key, with its unit, and the factor into that unit."""
     shown, scale = readable_unit(max(map(abs, values)), UNITS[unit or "1"])
-    return {"label": axis_label(path, shown), "scale": scale}
+    return {"label": axis_label(path.rpartition(".")[2].replace("_", " "), shown), "scale": scale}
 
 
 L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
@@ -526,7 +546,8 @@ def _scattered(torque: float) -> str:
     """A friction torque [N m] with the scatter of measured ones."""
     from bearing_twin.kinds.bearing import TORQUE_SCATTER
 
-    return f"{two_digits(MOMENT * torque)} ± {two_digits(MOMENT * TORQUE_SCATTER * torque)} N mm"
+    error = MOMENT * TORQUE_SCATTER * torque
+    return f"{known_digits(MOMENT * torque, error, 4)} ± {two_digits(error)} N mm"
 
 
 def _life(result: dict, name: str) -> str:
@@ -540,9 +561,11 @@ def _life(result: dict, name: str) -> str:
 
 def show_sweep(result: dict) -> None:
     """Prints the curves of a sweep, one line a value."""
-    show_text(f"{result['scene']}, law {result['law']}, arm of tilts {result['arm']}, over {result['sweep']}\n")
-    unit = result["axis"]["label"].rpartition("[")[2].rstrip("]")
-    header = [f"{result['sweep'].rpartition('.')[2].replace('_', ' ')}\n[{unit}]"]
+    words, _, unit = result["axis"]["label"].partition(" [")
+    kept = filter(None, (result["held"], f"law {result['law']}", f"arm of tilts {result['arm']}"))
+    show_paragraph(f"{result['scene']} over {words}: {', '.join(kept)}")
+    show_text()
+    header = [f"{words}\n[{unit}" if unit else words]
     header += [f"{axis}\n[µm]" for axis in AXES[:3]] + [f"stiffness {axis}\n[N/µm]" for axis in AXES[:3]]
     rows = []
     for k, value in enumerate(result["values"]):

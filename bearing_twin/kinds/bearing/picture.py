@@ -203,4 +203,4 @@ def draw_sweep(result: dict, path) -> Path:
         key_above(axis)
     lost = f"{refused} of {len(values)} values have no equilibrium" if refused else ""
     title = f"{result['scene']}: equilibria over {label}"
-    return finish(figure, title, _footer(f"law {result['law']}", lost), path)
+    return finish(figure, title, _footer(result["held"], f"law {result['law']}", lost), path)
