@@ -79,9 +79,11 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
     for thrust, error, flags in ((1e-11, 1e-11, 0), (1e-9, 1e-9, 1), (0.0, 1.0, 0)):  # rounding beside 100 N; nothing
         found = judged(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": thrust}, "done", CHOICE)
         assert (len(found.flags), len(found.keys["large_errors"])) == (flags, flags)
-    assert exceeds(0.0, 1e-12)
-    assert not exceeds(0.0, 0.0)
-    assert exceeds(1.0, math.nan)
+    assert exceeds(0.0, 1e-12, "N")
+    assert not exceeds(0.0, 0.0, "N")
+    assert exceeds(1.0, math.nan, "N")
+    assert not exceeds(0.4, 0.8, "dB")  # a level near 0 dB is no small amplitude
+    assert exceeds(50.0, 0.9, "dB")
 
 
 @pytest.mark.parametrize(

@@ -547,7 +547,7 @@ def _scattered(torque: float) -> str:
     from bearing_twin.kinds.bearing import TORQUE_SCATTER
 
     error = MOMENT * TORQUE_SCATTER * torque
-    return f"{known_digits(MOMENT * torque, error, 4)} ± {two_digits(error)} N mm"
+    return f"{rounded_to_error(MOMENT * torque, error, 4)} ± {two_digits(error)} N mm"
 
 
 def _life(result: dict, name: str) -> str:

@@ -96,7 +96,7 @@ def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], statu
         share = estimate.tolerance if unit == "J" else ROUNDING  # works: beside what all loads would do over all ways
         enough = max(errors.negligible.get(figure, 0.0), share * sizes.get(unit, 0.0))
         for source, one in known[figure].items():
-            if exceeds(figures[figure], one) and not greatest(one) <= enough:
+            if exceeds(figures[figure], one, unit) and not greatest(one) <= enough:
                 large.setdefault(figure, source)
     keys["large_errors"] = dict(large)
     keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
@@ -197,10 +197,10 @@ def failed(failure: Mapping[str, Any]) -> str:
     return f"{FAILED}: {failure.get('failure_reason', 'broken off')}"
 
 
-def exceeds(value, error) -> bool:
-    """True for an error above a tenth of its figure; of a list, of its greatest value."""
-    scale, worst = greatest(value), greatest(error)
-    return not worst <= LARGE * scale
+def exceeds(value, error, unit: str) -> bool:
+    """True for an error above a tenth of its figure, of the greatest of a list, and of the amplitude of a level."""
+    allowed = 20.0 * math.log10(1.0 + LARGE) if unit == "dB" else LARGE * greatest(value)
+    return not greatest(error) <= allowed
 
 
 def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:

@@ -114,11 +114,12 @@ def gathered(study: Study, found: Realised, known: Iterable[str] = (), where: st
         if len(by_source) < len(parts):
             unknown[name] = "a figure that it is read off has no bound of its error"
         sizes = found.quantities[np.isfinite(found.quantities[:, column]), column].tolist()
-        if error is not None and sizes and exceeds(sizes, error):
-            unit, source = with_unit(quantity_of(study.kind, name).unit), max(by_source, key=by_source.get)
+        unit = quantity_of(study.kind, name).unit
+        if error is not None and sizes and exceeds(sizes, error, unit):
+            source = max(by_source, key=by_source.get)
             notes.append(
-                f"{name}: the error of the model is {error:.2g}{unit}, over {100.0 * LARGE:g} % of it, mostly "
-                f"{WORDS.get(source, source)}: no sampling makes it smaller"
+                f"{name}: the error of the model is {error:.2g}{with_unit(unit)}, over {100.0 * LARGE:g} % of it, "
+                f"mostly {WORDS.get(source, source)}: no sampling makes it smaller"
             )
     known, tally = set(map(without_numbers, known)), Tally()
     bits = tally.bits(len(found.quantities), found.doubts)
