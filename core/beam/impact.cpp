@@ -36,15 +36,15 @@ class Collocation {
     force[0] = 0.0;
     for (; piece + 1 < impact.capacity; piece++) {
       if (*impact.stop) return STOPPED;
-      double span = std::min(longest, std::max(shortest, impact.start[piece] - begun));
+      double span = std::min(longest, std::max(shortest, impact.start[piece] - begun)), left = impact.until - impact.start[piece];
       if (alpha_rate < 0.0) span = std::min(span, std::max(shortest, -0.5 * alpha / alpha_rate));
-      Status ended = step(piece, span, alpha, alpha_rate);
+      Status ended = step(piece, std::min(span, left), alpha, alpha_rate);
       if (ended == NOT_FINITE || ended == STALLED) return ended;
       impact.close(piece, length, cubic(), steps[LAST]);
       alpha = approach[LAST], alpha_rate = (approach[LAST] - approach[LAST - 1]) / ((1.0 - POINTS[LAST]) * length);
       force[0] = force[LAST + 1];
       if (ended == SEPARATED) return piece++, ended;
-      if (impact.start[piece + 1] >= impact.until) return piece++, TIME_UP;
+      if (length >= left) return piece++, TIME_UP;
     }
     return FULL;
   }
@@ -181,11 +181,11 @@ class Volterra {
   Status contact(int &first) {
     int &piece = first;
     double low = 0.0;
-    steps.set(impact.modes, length);
-    double compliance = response(steps, 0.0, 1.0) + impact.modes.tail;
     for (; piece + 1 < impact.capacity; piece++) {
       if (*impact.stop) return STOPPED;
-      double high = load(free_approach(piece, steps, low), compliance);
+      double left = impact.until - impact.start[piece];
+      steps.set(impact.modes, std::min(length, left));
+      double high = load(free_approach(piece, steps, low), response(steps, 0.0, 1.0) + impact.modes.tail);
       if (!std::isfinite(high)) return NOT_FINITE;
       if (high <= 0.0) {
         ModeSteps last;
@@ -194,14 +194,14 @@ class Volterra {
           last.set(impact.modes, span);
           after = free_approach(piece, last, low);
         };
-        make(length);
-        if (after < 0.0 && before > 0.0) landing_step(std::identity{}, make, before, after, length, NEAR_ZERO * before);
+        make(steps.span);
+        if (after < 0.0 && before > 0.0) landing_step(std::identity{}, make, before, after, steps.span, NEAR_ZERO * before);
         impact.close(piece++, last.span, line(low, 0.0), last);
         return SEPARATED;
       }
-      impact.close(piece, length, line(low, high), steps);
+      impact.close(piece, steps.span, line(low, high), steps);
       low = high;
-      if (impact.start[piece + 1] >= impact.until) return piece++, TIME_UP;
+      if (steps.span >= left) return piece++, TIME_UP;
     }
     return FULL;
   }

@@ -101,12 +101,11 @@ class BeamFigures(ImpactFigures):
         size, body = min((sphere.radius, "radius"), (beam.height, "height"))
         shortest = float(self.contacts[:, DURATION].min(initial=math.inf))
         found = contact_warnings((sphere, beam), pressure, shortest, [(half_width, size, body)])
-        return [*found, *self._beam_flags(), *super().flags()]
+        return [*found, *self._beam_flags()]
 
     def _beam_flags(self) -> list[str]:
-        beam, extremes = self.parameters.beam, self._extremes
+        beam, extremes, flags = self.parameters.beam, self._extremes, []
         stress, deflection = extremes.get("peak_stress", 0.0), extremes.get("peak_deflection", 0.0)
-        flags = []
         if 0.0 < beam.material.yield_strength < stress:
             flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
         if deflection > LARGE_DEFLECTION * beam.span:
@@ -115,12 +114,15 @@ class BeamFigures(ImpactFigures):
         most = 2.0 * sphere.mass * self.speed
         if sphere.gravity == 0.0 and total > most * (1.0 + 1e-9):
             flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {most:.4g} N s: the numbers are wrong")
+        end, start = extremes.get("known_until", math.inf), self.contacts[-1:, START].sum()
+        if math.isclose(start + self.contacts[-1:, DURATION].sum(), end):
+            goes_on = f"the contact that begins at {start:.4g} s goes on at the end of the run, {end:.4g} s"
+            return [*flags, f"{goes_on}: its duration and impulse are those until then"]
         if extremes and not extremes["gone"]:
             flags.append(
-                f"the sphere was not surely gone at {extremes['known_until']:.4g} s: further contacts are possible; "
-                "lengthen run.duration"
+                f"the sphere was not surely gone at {end:.4g} s: further contacts are possible; lengthen run.duration"
             )
-        return flags
+        return flags + super().flags()
 
 
 class BeamComparison(ImpactComparison):
