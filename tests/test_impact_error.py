@@ -56,6 +56,14 @@ def ratios(scene, always, tolerances, exact, ignored=()):
     return np.array(found)
 
 
+def test_a_second_run_sees_the_error_of_the_first_step_of_a_contact():
+    """Both runs began with the same step, in which the load grows as time^1.5: a fifth of the error was estimated."""
+    words = "first.mass=0", "second.mass=0", "contact.restitution=0.2", "motion.first_velocity=1.5"
+    own, true = (reported(SPHERE, *words, "solver.stepper=dop853", f"wanted.tolerance={one}") for one in (6e-8, 1e-12))
+    error = abs(own.figures["peak_force_n"] - true.figures["peak_force_n"])
+    assert own.errors["errors_by_source"]["peak_force_n"]["method"] == pytest.approx(error, rel=0.5)
+
+
 @pytest.mark.parametrize("cell", CELLS)
 def test_estimates_are_near_the_true_errors(cell):
     """Of nine in ten figures within a factor of 3, in the median within 2."""

@@ -65,7 +65,8 @@ PIECES = 400  # of the history of discs by quadrature
 SAMPLES = 2001  # of a contact, for its greatest load
 MOST_NODES = 20 * MOST_STEPS  # of fixed steps until a contact is given up: half a second
 MOST_ENDS = 10_000  # of steps of dop853
-FIRST_STEP, LEAST_STEP, LONGEST = 1e-3, 1e-14, 100.0  # of the contact expected: first step, least, the whole
+FIRST_STEP, LEAST_STEP, LONGEST = 1e-3, 1e-14, 100.0  # of the contact expected: first step at most, least, the whole
+BEGIN_ORDER = 2.5  # power of the first step with which its error goes: the load begins as time^1.5
 NO_LINE = LineLaw(0.0, 0.0, 0.0)
 CHANNELS = (
     Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),
@@ -153,7 +154,8 @@ def collide(
         history, duration, last, cost = _by_fixed_steps(numbers, speed, method, step, expected, touch)
     else:
         scales = tolerance * np.array([speed * expected, speed, reduced_mass * speed**2])
-        history, duration, last, cost = _by_controlled_steps(numbers, speed, scales, expected, touch)
+        first = min(FIRST_STEP, tolerance ** (1.0 / BEGIN_ORDER)) * expected
+        history, duration, last, cost = _by_controlled_steps(numbers, speed, scales, first, expected, touch)
     approach, rate = history(np.linspace(0.0, duration, SAMPLES))
     leaving, energy = -float(last[1]), 0.5 * reduced_mass * speed**2
     # Elastic energy that is left at the separation is lost.
@@ -168,10 +170,10 @@ def _refused(sentence: str, reason: str, seconds: float) -> IntegrationError:
     return IntegrationError(sentence, reason, seconds, FIRST, SECOND)
 
 
-def _by_controlled_steps(numbers, speed, scales, expected, touch):
+def _by_controlled_steps(numbers, speed, scales, first, expected, touch):
     """History, duration [s], last (approach, rate, energy dissipated) and cost."""
     nodes, written, counts = np.empty((MOST_ENDS + 1, 4)), np.zeros(1, np.int64), np.zeros(3, np.int64)
-    first, least, longest = FIRST_STEP * expected, LEAST_STEP * expected, LONGEST * expected
+    least, longest = LEAST_STEP * expected, LONGEST * expected
     status = _follow(numbers, speed, scales, first, least, longest, len(nodes), SIGNALLED, nodes, written, counts)
     nodes = nodes[: written[0]].copy()
     end, deepest = map(float, nodes[-1, :2])
