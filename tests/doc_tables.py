@@ -1,6 +1,6 @@
-"""Writes the tables of README and docs that stand in the code: `python tests/doc_tables.py`.
+"""Write the generated tables of README and docs: `python tests/doc_tables.py`.
 
-A table stands between `<!-- table: NAME -->` and `<!-- end -->`; TABLES says what each is drawn from.
+A table is the text between `<!-- table: NAME -->` and `<!-- end -->`; TABLES maps its name to a function that makes it.
 """
 
 import csv
@@ -31,7 +31,7 @@ ROOT = Path(__file__).resolve().parent.parent
 CHARTED = ROOT / "docs" / "charts"  # tables and pictures of charts
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 SHIPPED_KINDS = {name: KINDS[name] for name in SHIPPED}  # not those of tests
-_PLACE = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
+_MARKED = re.compile(r"(<!-- table: (\w+) -->\n)(.*?)(<!-- end -->)", flags=re.DOTALL)
 
 
 def _table(header: tuple[str, ...], rows: Iterable[tuple]) -> str:
@@ -57,9 +57,9 @@ def _kinds() -> str:
 
 
 def _laws() -> str:
-    given = {need: f"`contact.{key}` [{unit}]" for need, (key, unit) in MEASURED.items()}
+    keys = {need: f"`contact.{key}` [{unit}]" for need, (key, unit) in MEASURED.items()}
     rows = (
-        (f"`{name}`", law.fits, law.help, ", ".join(given[need] for need in law.needs if need in given) or "-")
+        (f"`{name}`", law.fits, law.help, ", ".join(keys[need] for need in law.needs if need in keys) or "-")
         for name, law in LAWS.items()
     )
     return _table(("law", "contact", "what", "required key"), rows)
@@ -75,7 +75,7 @@ def _frictions() -> str:
 def _ranges() -> str:
     rows = (
         (
-            ", ".join(f"`{row.key}: {one}`" for one in row.models),
+            ", ".join(f"`{row.key}: {model}`" for model in row.models),
             row.words.rstrip(","),
             row.limits,
             row.why,
@@ -95,25 +95,25 @@ def _rules() -> str:
 
 
 def _unsourced() -> str:
-    """Keys whose help says that their default has no source, each word once, and why it was chosen."""
-    found: dict[tuple, dict] = {}
+    """Keys whose help says that their default has no source, each once, with the reason for the value."""
+    defaults: dict[tuple, dict] = {}
     for kind in SHIPPED_KINDS.values():
         for row in describe(kind.parameters):
-            what, nothing, because = row.help.partition("; no source: ")
-            if nothing and row.default:
+            meaning, separator, reason = row.help.partition("; no source: ")
+            if separator and row.default:
                 key = row.key if row.key.count(".") == 1 else f"material.{row.key.rpartition('.')[2]}"
-                found.setdefault((key, what, because), {})[f"{row.default:g}{with_unit(row.unit)}"] = None
-    rows = ((f"`{key}`", ", ".join(values), because) for (key, _, because), values in found.items())
+                defaults.setdefault((key, meaning, reason), {})[f"{row.default:g}{with_unit(row.unit)}"] = None
+    rows = ((f"`{key}`", ", ".join(values), reason) for (key, _, reason), values in defaults.items())
     return _table(("key", "default", "reason"), rows)
 
 
 def _laws_of_kinds() -> str:
-    """Which kind takes which law and which friction, as its parameters say."""
+    """Laws, frictions and steppers that the parameters of each kind accept."""
     rows = []
     for name, kind in SHIPPED_KINDS.items():
-        taken = {row.key: row.options for row in describe(kind.parameters)}
+        options = {row.key: row.options for row in describe(kind.parameters)}
         cells = [
-            ", ".join(f"`{one}`" for one in taken.get(key, ()) if one != "auto") or "no choice"
+            ", ".join(f"`{option}`" for option in options.get(key, ()) if option != "auto") or "no choice"
             for key in ("contact.normal", "contact.friction", "solver.stepper")
         ]
         rows.append((f"`{name}`", *cells))
@@ -122,8 +122,8 @@ def _laws_of_kinds() -> str:
 
 def _steppers() -> str:
     rows = (
-        (f"`{name}`", one.order, "adaptive" if one.adaptive else "fixed", one.treats, one.source)
-        for name, one in STEPPER_FACTS.items()
+        (f"`{name}`", facts.order, "adaptive" if facts.adaptive else "fixed", facts.treats, facts.source)
+        for name, facts in STEPPER_FACTS.items()
     )
     return _table(("stepper", "order", "step", "what it treats implicitly", "source"), rows)
 
@@ -148,7 +148,7 @@ def _speeds(steppers: tuple[str, ...] = ()) -> str:
     lines = []
     for problem, title in chart.problems.items():
         best = (cheapest(rows, problem, stepper, chart.wanted) for stepper in steppers)
-        lines.append((title, *(two_digits(1.0 / one.seconds) if one else "never" for one in best)))
+        lines.append((title, *(two_digits(1.0 / row.seconds) if row else "never" for row in best)))
     return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), lines)
 
 
@@ -158,9 +158,9 @@ def _charts() -> str:
 
 def _quantities() -> str:
     rows = (
-        (kind, f"`{name}`", one.unit, one.meaning)
+        (kind, f"`{name}`", quantity.unit, quantity.meaning)
         for kind, entry in SHIPPED_KINDS.items()
-        for name, one in entry.quantities_of().items()
+        for name, quantity in entry.quantities_of().items()
     )
     return _table(("kind", "quantity", "unit", "meaning"), rows)
 
@@ -181,7 +181,7 @@ def _samplers() -> str:
 
 
 def _reading(name: str) -> str:
-    """Sentences of a chart, from the table or the texts beside its pictures; empty where there are none."""
+    """Sentences of a chart, from its table or the texts of its sheets; empty where there are none."""
     chart, table = chart_of(name), CHARTED / f"{name}.csv"
     if table.is_file():
         sentences = chart.reading(read_table(table))
@@ -192,7 +192,7 @@ def _reading(name: str) -> str:
 
 
 def _failures() -> str:
-    """Ways to fail with the command that provokes each, as `failure_rows` has them and a test runs them."""
+    """Failures with the command that provokes each; tests/test_failure_rows.py runs these commands."""
     rows = (
         (
             row.fails,
@@ -206,15 +206,15 @@ def _failures() -> str:
 
 
 def _keys() -> str:
-    """Every key once for the kinds that have it with the same default and limits."""
+    """Every key, once for all kinds that have it with the same default and limits."""
     kinds: dict[tuple, list[str]] = {}
     for name, kind in SHIPPED_KINDS.items():
         for row in describe(kind.parameters):
             cells = (f"`{row.key}`", row.type, f"`{row.default}`", row.unit, row.limits, row.help)
             kinds.setdefault(cells, []).append(f"`{name}`")
-    of = {cells: "all" if len(names) == len(SHIPPED_KINDS) else ", ".join(names) for cells, names in kinds.items()}
+    columns = {cells: "all" if len(names) == len(SHIPPED_KINDS) else ", ".join(names) for cells, names in kinds.items()}
     return _table(
-        ("key", "type", "default", "unit", "limits", "meaning", "kinds"), ((*cells, of[cells]) for cells in kinds)
+        ("key", "type", "default", "unit", "limits", "meaning", "kinds"), ((*cells, columns[cells]) for cells in kinds)
     )
 
 
@@ -233,9 +233,9 @@ def _node_parameters() -> str:
         return ""
     tables = {name: importlib.import_module(f"bearing_twin.nodes.{name}").PARAMETERS for name in NODES}
     rows = (
-        (f"`{node}`", f"`{one.name}`", f"`{one.default!r}`", one.unit or "-", "-" if one.read_only else "yes", one.help)
+        (f"`{node}`", f"`{row.name}`", f"`{row.default!r}`", row.unit or "-", "-" if row.read_only else "yes", row.help)
         for node, table in tables.items()
-        for one in table
+        for row in table
     )
     return _table(("node", "parameter", "default", "unit", "live", "meaning"), rows)
 
@@ -251,8 +251,8 @@ def _topics() -> str:
         parts.append(_table(stream.TopicRow._fields, (_in_code(*row) for row in stream.kind_rows(name))))
         if commands := kind.commands():
             rows = (
-                _in_code(one.name, one.ros_type.replace("/msg/", "/"), one.frame or "-", one.meaning)
-                for one in commands
+                _in_code(command.name, command.ros_type.replace("/msg/", "/"), command.frame or "-", command.meaning)
+                for command in commands
             )
             parts.append("\nSubscribed by `sim_node`:\n\n")
             parts.append(_table(("command", "type", "frame", "meaning"), rows))
@@ -261,9 +261,9 @@ def _topics() -> str:
 
 
 def _in_code(name: str, ros_type: str, *rest: str) -> tuple[str, ...]:
-    """A row of topics whose name, type and frame are set as code."""
-    *between, frame, meaning = rest
-    return f"`{name}`", f"`{ros_type}`", *between, frame if frame == "-" else f"`{frame}`", meaning
+    """A row of topics with name, type and frame as code."""
+    *middle, frame, meaning = rest
+    return f"`{name}`", f"`{ros_type}`", *middle, frame if frame == "-" else f"`{frame}`", meaning
 
 
 TABLES: dict[str, Callable[[], str]] = {
@@ -295,17 +295,17 @@ TABLES: dict[str, Callable[[], str]] = {
 
 
 def names_in(text: str) -> list[str]:
-    """The tables that stand in a page."""
-    return [found[1] for found in _PLACE.findall(text)]
+    """The names of the tables in a page."""
+    return [match[1] for match in _MARKED.findall(text)]
 
 
 def written(text: str) -> str:
-    """A page with its tables as they are in the code."""
-    return _PLACE.sub(lambda found: f"{found[1]}{TABLES[found[2]]() or found[3]}{found[4]}", text)
+    """The text of a page with its tables made again."""
+    return _MARKED.sub(lambda match: f"{match[1]}{TABLES[match[2]]() or match[3]}{match[4]}", text)
 
 
 def main() -> int:
-    """Writes what differs; returns the number of pages that did."""
+    """Rewrite the pages whose tables have changed; return their number."""
     changed = 0
     for page in PAGES:
         text = page.read_text(encoding="utf-8")

@@ -1,8 +1,8 @@
-"""Runs the tests against a product that is broken on purpose: `make mutants`, or `python tests/mutants.py [ID ...]`.
+"""Mutation tests: `make mutants`, or `python tests/mutants.py [ID ...]`.
 
-Each row of mutants.yaml says what it breaks in words, which text becomes which other in the one file of a folder that
-holds it, and the names of the tests that must notice. Every mutant is tried in a copy of the checkout.
-Exit code 1 if more than SURVIVORS are not noticed, or a row fits the sources no more.
+A row of mutants.yaml describes a fault, the text that it replaces in the only file of a folder with that text, and the
+names of the tests that must fail. Every mutant is tried in a copy of the checkout. The exit code is 1 if more than
+SURVIVORS pass their tests, or if a row does not match the sources any more.
 """
 
 import argparse
@@ -21,14 +21,14 @@ ROOT = Path(__file__).resolve().parent.parent
 ROWS = Path(__file__).with_suffix(".yaml")
 KEYS = {"id", "room", "breaks", "where", "find", "put", "tests"}
 ROOMS = ("contact", "bearing", "ring", "log", "uq", "nodes", "vibration")
-SURVIVORS = 2  # that are let pass
+SURVIVORS = 2  # accepted
 SOURCES = (".py", ".hpp", ".cpp")
-LINKED = (".venv", "install")  # of the checkout, which the copy shares
-LONGEST = 900  # s of one mutant's tests: what hangs is noticed
+LINKED = (".venv", "install")  # folders of the checkout that the copy shares
+LONGEST = 900  # s for the tests of a mutant; a mutant that hangs is noticed
 
 
 def read_rows() -> list[dict]:
-    """The rows of mutants.yaml; raises ValueError for one that is not whole or that is there twice."""
+    """The rows of mutants.yaml; raises ValueError for an incomplete or repeated row."""
     rows = yaml.safe_load(ROWS.read_text(encoding="utf-8"))
     for row in rows:
         if set(row) != KEYS or row["room"] not in ROOMS or row["find"] == row["put"]:
@@ -41,34 +41,34 @@ def read_rows() -> list[dict]:
 
 
 @functools.cache
-def texts_below(folder: str) -> dict[Path, str]:
-    """The sources below a folder of the checkout, as they are."""
+def sources_below(folder: str) -> dict[Path, str]:
+    """The texts of the sources below a folder of the checkout."""
     paths = sorted(path for path in (ROOT / folder).rglob("*") if path.suffix in SOURCES)
     return {path: path.read_text(encoding="utf-8") for path in paths}
 
 
-def places_of(names: list[str]) -> list[str]:
-    """Paths of pytest, as tests/test_x.py::test_name, of tests by their names; raises ValueError for one not there."""
-    texts, places = texts_below("tests"), []
+def node_ids(names: list[str]) -> list[str]:
+    """The pytest ids, as tests/test_x.py::test_name, of tests by name; raises ValueError for an unknown test."""
+    texts, ids = sources_below("tests"), []
     for name in names:
         bare = name.partition("[")[0]
-        found = [path for path, text in texts.items() if f"\ndef {bare}(" in text]
-        if len(found) != 1:
-            raise ValueError(f"{bare} is the name of {len(found)} tests; give that of one")
-        places.append(f"{found[0].relative_to(ROOT).as_posix()}::{name}")
-    return places
+        files = [path for path, text in texts.items() if f"\ndef {bare}(" in text]
+        if len(files) != 1:
+            raise ValueError(f"{bare} is the name of {len(files)} tests; it must be that of one")
+        ids.append(f"{files[0].relative_to(ROOT).as_posix()}::{name}")
+    return ids
 
 
-def seed_of(row: dict) -> Path:
-    """The file, below the checkout, that holds a row's text; raises ValueError unless it stands there once, in one."""
-    counts = {path: text.count(row["find"]) for path, text in texts_below(row["where"]).items()}
+def file_of(row: dict) -> Path:
+    """The file, relative to the checkout, with the text of a row; raises ValueError unless the text occurs once."""
+    counts = {path: text.count(row["find"]) for path, text in sources_below(row["where"]).items()}
     if sum(counts.values()) != 1:
-        raise ValueError(f"{row['where']} holds its text {sum(counts.values())} times: seed it where the code is now")
+        raise ValueError(f"{row['where']} has its text {sum(counts.values())} times; correct the row")
     return max(counts, key=counts.get).relative_to(ROOT)
 
 
 def copy_checkout(target: Path) -> None:
-    """Files that git knows of the checkout, changed or new, and links to what the set-up made."""
+    """Copy tracked and new files of the checkout, and link what the set-up made."""
     names = subprocess.run(
         ["git", "ls-files", "-co", "--exclude-standard", "-z"], cwd=ROOT, stdout=subprocess.PIPE, check=True
     ).stdout
@@ -81,19 +81,24 @@ def copy_checkout(target: Path) -> None:
             (target / name).symlink_to((ROOT / name).resolve())
 
 
-def surroundings(target: Path, cache: Path) -> dict[str, str]:
+def environment_of(target: Path, cache: Path) -> dict[str, str]:
     """The environment of the tests: the package of the copy, and a cache of its own."""
     paths = [path for path in os.environ.get("PYTHONPATH", "").split(os.pathsep) if path and path != str(ROOT)]
     return {**os.environ, "XDG_CACHE_HOME": str(cache), "PYTHONPATH": os.pathsep.join([str(target), *paths])}
 
 
-def tested(target: Path, environment: dict[str, str], places: list[str]) -> int | None:
-    """Exit code of pytest on these tests in the copy, its core as its sources are; None where they exceed LONGEST."""
+def run_tests(target: Path, environment: dict[str, str], ids: list[str]) -> int | None:
+    """The exit code of pytest for these tests in the copy, after a build; None if they take longer than LONGEST."""
     build = [sys.executable, target / "core" / "build.py"]
     subprocess.run(build, env=environment, stdout=subprocess.DEVNULL, check=True)
-    words = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *places]
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", *ids]
     with subprocess.Popen(
-        words, cwd=target, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+        command,
+        cwd=target,
+        env=environment,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
     ) as process:
         try:
             return process.wait(LONGEST)
@@ -102,16 +107,16 @@ def tested(target: Path, environment: dict[str, str], places: list[str]) -> int 
             return None
 
 
-def main(words: list[str] | None = None) -> int:
-    """Try the mutants of these ids, or all; see the top of the file for the exit code."""
+def main(arguments: list[str] | None = None) -> int:
+    """Try the mutants of these ids, or all."""
     parser = argparse.ArgumentParser(prog="python tests/mutants.py", description="Tests against broken products.")
     parser.add_argument("ids", nargs="*", metavar="ID", help="mutants to try; all without")
-    asked = parser.parse_args(words).ids
-    rows = [row for row in read_rows() if not asked or row["id"] in asked]
-    problems, seeds = [], {}
+    requested = parser.parse_args(arguments).ids
+    rows = [row for row in read_rows() if not requested or row["id"] in requested]
+    problems, mutants = [], {}
     for row in rows:
         try:
-            seeds[row["id"]] = seed_of(row), places_of(row["tests"])
+            mutants[row["id"]] = file_of(row), node_ids(row["tests"])
         except ValueError as error:
             problems.append(f"{row['id']}: {error}")
     if problems:
@@ -121,20 +126,20 @@ def main(words: list[str] | None = None) -> int:
     with tempfile.TemporaryDirectory(prefix="mutants_") as folder:
         target, cache = Path(folder) / "checkout", Path(folder) / "cache"
         copy_checkout(target)
-        environment = surroundings(target, cache)
-        every = sorted({place for _, places in seeds.values() for place in places})
-        if tested(target, environment, every) != 0:
-            print(f"the tests fail as it is: python -m pytest {' '.join(every)}")
+        environment = environment_of(target, cache)
+        every = sorted({node_id for _, ids in mutants.values() for node_id in ids})
+        if run_tests(target, environment, every) != 0:
+            print(f"the tests fail without a mutant: python -m pytest {' '.join(every)}")
             return 1
         for row in rows:
-            (seed, places), begun = seeds[row["id"]], time.monotonic()
-            path = target / seed
+            (file, ids), start = mutants[row["id"]], time.monotonic()
+            path = target / file
             text = path.read_text(encoding="utf-8")
             path.write_text(text.replace(row["find"], row["put"]), encoding="utf-8")
-            survived = tested(target, environment, places) == 0
+            survived = run_tests(target, environment, ids) == 0
             path.write_text(text, encoding="utf-8")
             survivors += survived
-            seconds = time.monotonic() - begun
+            seconds = time.monotonic() - start
             print(
                 f"{'SURVIVED' if survived else 'killed  '} {row['id']:28}{seconds:6.0f} s  {row['breaks']}", flush=True
             )

@@ -1,4 +1,4 @@
-"""The house: imports point one way, ROS stays in its room, nothing points outside the checkout."""
+"""Architecture: the order of imports, where ROS is imported, no path outside the checkout."""
 
 import ast
 import functools
@@ -13,9 +13,9 @@ from sources import PACKAGE, ROOT, nodes_of, package_trees, tree_of
 import bearing_twin
 
 # A module may import from its own room and from those above it in this list, never from those below.
-GROUND = ("base", "core")
 ROOMS = (
-    *GROUND,
+    "base",
+    "core",
     "methods",
     "coefficients",
     "shapes",
@@ -34,27 +34,25 @@ ROOMS = (
 )
 
 CORE_ROOMS = (
-    *(
-        "math",
-        "contact",
-        "shapes",
-        "methods",
-        "bearing",
-        "shaft",
-        "bodies",
-        "beam",
-        "soft_discs",
-        "api.cpp",
-    ),
+    "math",
+    "contact",
+    "shapes",
+    "methods",
+    "bearing",
+    "shaft",
+    "bodies",
+    "beam",
+    "soft_discs",
+    "api.cpp",
 )  # in C++
 
-APART = {
+NEVER_IMPORT = {
     ("nodes", "command"),
     ("command", "nodes"),
 }
-REACH_ROS = {"command/node_command.py"}  # of the command line, inside functions: ROS is imported when one of them runs
+REACH_ROS = {"command/node_command.py"}  # imports rooms with ROS inside functions, when one of them runs
 PHYSICS = ("methods", "coefficients", "shapes", "contact", "kinds")
-NUMBERS_OF_UQ = {  # these know no files and no plots either
+NUMERICS_OF_UQ = {  # these know no files and no plots either
     *("distributions", "inputs", "sampling", "propagation", "statistics", "histories"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
@@ -66,14 +64,14 @@ LATE_ROOMS = {
     "uq",
     "vibration",
     "view",
-}  # what the command line may only import inside functions
+}  # the command line imports these inside functions alone
 
-ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and until when, or what for
-    "core.py": ("version", "the library in use, for logs and those who ask"),
+ONLY_TESTS_REACH = {  # path below bearing_twin/: names, and their purpose
+    "core.py": ("version", "the library in use, for logs and users"),
     "kinds/soft_discs/motion.py": ("elastic_forces", "the core's forces, for tests of them alone"),
-    "contact/elasticity.py": ("CURVATURE_RATIO_MAX", "how far the ellipse is known; tests go to that end"),
-    "run/report.py": ("STATUSES", "what a status may say and means; tests hold every run to it"),
-    "log/cdr.py": ("JOINT_STATE", "one of the names of types; kinds name theirs in topics.py"),
+    "contact/elasticity.py": ("CURVATURE_RATIO_MAX", "the range of the ellipse, which tests use"),
+    "run/report.py": ("STATUSES", "every status and its meaning; tests compare runs with it"),
+    "log/cdr.py": ("JOINT_STATE", "the name of a type; kinds name theirs in topics.py"),
 }
 
 SOURCES = sorted(PACKAGE.rglob("*.py"))
@@ -114,30 +112,30 @@ def test_imports_point_one_way():
     wrong = []
     for path in package_trees():
         for line, room in own_rooms(imports_of(path)):
-            here = room_of(path)
-            allowed = here != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(here)
-            reaches = path.relative_to(PACKAGE).as_posix() in REACH_ROS and room == "nodes"
-            if not allowed or ((here, room) in APART and not reaches):
+            importer = room_of(path)
+            allowed = importer != "__init__" and room in ROOMS and ROOMS.index(room) <= ROOMS.index(importer)
+            reaches_ros = path.relative_to(PACKAGE).as_posix() in REACH_ROS and room == "nodes"
+            if not allowed or ((importer, room) in NEVER_IMPORT and not reaches_ros):
                 wrong.append(f"{path.relative_to(ROOT)}:{line} imports {room}")
     assert wrong == []
 
 
-def test_a_room_does_not_import_itself_in_a_circle():
-    """Within a room, too: modules can be put in an order where each imports only earlier ones, also late."""
+def test_modules_do_not_import_each_other_in_a_circle():
+    """Imports inside functions count, too."""
     names = {".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path for path in SOURCES}
-    needs = {}
+    imports = {}
     for name, path in names.items():
-        found = {one for _, one in imports_of(path)}
-        needs[name] = {one if one in names else one.rpartition(".")[0] for one in found} & set(names) - {"bearing_twin"}
-    while needs:
-        free = [name for name, wanted in needs.items() if not wanted & set(needs) - {name}]
-        assert free, f"these modules import each other in a circle: {sorted(needs)}"
+        full_names = {full_name for _, full_name in imports_of(path)}
+        modules = {name if name in names else name.rpartition(".")[0] for name in full_names}
+        imports[name] = modules & set(names) - {"bearing_twin"}
+    while imports:
+        free = [name for name, modules in imports.items() if not modules & set(imports) - {name}]
+        assert free, f"these modules import each other in a circle: {sorted(imports)}"
         for name in free:
-            del needs[name]
+            del imports[name]
 
 
 def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
-    """`contract` names the default picture by its place."""
     wrong = []
     for path in package_trees():
         if room_of(path) != "kinds":
@@ -145,8 +143,8 @@ def test_a_kind_plots_in_its_picture_and_names_ros_types_in_its_topics():
         if path.stem != "picture":
             wrong += [f"{path}:{line}" for line, room in own_rooms(imports_of(path)) if room == "pictures"]
         if path.stem not in ("topics", "markers"):
-            texts = [one for one in nodes_of(path) if isinstance(one, ast.Constant) and isinstance(one.value, str)]
-            wrong += [f"{path}:{one.lineno}" for one in texts if re.fullmatch(r"\w+/(msg|srv)/\w+", one.value)]
+            texts = [node for node in nodes_of(path) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+            wrong += [f"{path}:{node.lineno}" for node in texts if re.fullmatch(r"\w+/(msg|srv)/\w+", node.value)]
     assert wrong == []
 
 
@@ -166,7 +164,7 @@ def test_physics_knows_no_files_no_clock_and_no_plots():
         f"{path.relative_to(ROOT)}:{line} imports {name}"
         for path in package_trees()
         if (room_of(path) in PHYSICS and path.stem != "picture")
-        or (room_of(path) == "uq" and path.stem in NUMBERS_OF_UQ)
+        or (room_of(path) == "uq" and path.stem in NUMERICS_OF_UQ)
         for line, name in imports_of(path)
         if name.split(".")[0] in NO_PHYSICS
     ]
@@ -198,46 +196,44 @@ def test_the_command_line_imports_late(module):
 def test_includes_of_the_core_point_one_way():
     wrong = []
     for path in (ROOT / "core").rglob("*.[ch]pp"):
-        here = path.relative_to(ROOT / "core").parts[0]
-        assert here in CORE_ROOMS, path
+        room = path.relative_to(ROOT / "core").parts[0]
+        assert room in CORE_ROOMS, path
         for name in re.findall(r'^\s*#\s*include\s+"([^"]+)"', path.read_text(encoding="utf-8"), flags=re.MULTILINE):
-            found = next((one for one in (path.parent / name, ROOT / "core" / name) if one.is_file()), path)
-            room = found.resolve().relative_to(ROOT / "core").parts[0]
-            if CORE_ROOMS.index(room) > CORE_ROOMS.index(here):
+            candidates = (path.parent / name, ROOT / "core" / name)
+            header = next((candidate for candidate in candidates if candidate.is_file()), path)
+            included = header.resolve().relative_to(ROOT / "core").parts[0]
+            if CORE_ROOMS.index(included) > CORE_ROOMS.index(room):
                 wrong.append(f"{path.relative_to(ROOT)} includes {name}")
     assert wrong == []
 
 
 def test_public_functions_and_classes_have_a_sentence():
-    silent = []
+    undocumented = []
     for path, tree in package_trees().items():
         public = [node for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))]
-        silent += [
+        undocumented += [
             f"{path.relative_to(ROOT)}:{node.lineno} {node.name}"
             for node in public
             if not node.name.startswith("_") and not ast.get_docstring(node)
         ]
-        if path.name not in ("__init__.py",) and not ast.get_docstring(tree):
-            silent.append(f"{path.relative_to(ROOT)}")
-    assert silent == []
+        if path.name != "__init__.py" and not ast.get_docstring(tree):
+            undocumented.append(f"{path.relative_to(ROOT)}")
+    assert undocumented == []
 
 
-def words_of(node: ast.AST) -> set[str]:
-    """The names used below a node.
-
-    Those behind the colon of texts such as "module:name", too, which rows of tables give in place of imports.
-    """
-    words = set()
-    for one in ast.walk(node):
-        if isinstance(one, (ast.Name, ast.Attribute)):
-            words.add(one.id if isinstance(one, ast.Name) else one.attr)
-        elif isinstance(one, ast.Constant) and isinstance(one.value, str):
-            words |= {found[1] for found in [re.search(r"[\w}.]*:(\w+)$", one.value)] if found}
-    return words
+def names_used(node: ast.AST) -> set[str]:
+    """The names used below a node, also those in texts such as "module:name", which tables have in place of imports."""
+    names = set()
+    for child in ast.walk(node):
+        if isinstance(child, (ast.Name, ast.Attribute)):
+            names.add(child.id if isinstance(child, ast.Name) else child.attr)
+        elif isinstance(child, ast.Constant) and isinstance(child.value, str):
+            names |= {match[1] for match in [re.search(r"[\w}.]*:(\w+)$", child.value)] if match}
+    return names
 
 
 def test_what_only_tests_reach_is_listed_or_gone():
-    """From the public API, entry points, launch files and what runs on import."""
+    """Reached is what the public API, entry points, launch files and imports use."""
     defined, entries = (ast.FunctionDef, ast.ClassDef), PACKAGE / "nodes" / "entry.py"
     reached = {
         "main",
@@ -246,50 +242,52 @@ def test_what_only_tests_reach_is_listed_or_gone():
         *(node.name for node in tree_of(entries).body if isinstance(node, defined)),
     }
     for path in (ROOT / "launch").glob("*.py"):
-        reached |= {one.attr for one in nodes_of(path) if isinstance(one, ast.Attribute)}
-    inside, named = {}, {}
+        reached |= {node.attr for node in nodes_of(path) if isinstance(node, ast.Attribute)}
+    used_by, defined_in = {}, {}
     for path, tree in package_trees().items():
         for node in tree.body:
-            words = words_of(node)
+            names = names_used(node)
             if isinstance(node, ast.Assign):
-                constants = {one.id for one in node.targets if isinstance(one, ast.Name) and one.id.isupper()}
-                named.setdefault(path, set()).update(constants)
-                words -= constants
+                constants = {
+                    target.id for target in node.targets if isinstance(target, ast.Name) and target.id.isupper()
+                }
+                defined_in.setdefault(path, set()).update(constants)
+                names -= constants
             if isinstance(node, defined):
-                inside.setdefault(node.name, set()).update(words)
-                named.setdefault(path, set()).add(node.name)
+                used_by.setdefault(node.name, set()).update(names)
+                defined_in.setdefault(path, set()).add(node.name)
             else:
-                reached |= words
+                reached |= names
     waiting = list(reached)
     while waiting:
-        new = inside.get(waiting.pop(), set()) - reached
+        new = used_by.get(waiting.pop(), set()) - reached
         reached |= new
         waiting += new
     listed = {name for names, _ in ONLY_TESTS_REACH.values() for name in names.split()}
-    found = {}
-    for path, names in named.items():
+    unreached = {}
+    for path, names in defined_in.items():
         dead = {name for name in names - reached - listed if not name.startswith("_")}
         if dead and room_of(path) != "__init__":
-            found[path.relative_to(PACKAGE).as_posix()] = dead
-    assert found == {}
+            unreached[path.relative_to(PACKAGE).as_posix()] = dead
+    assert unreached == {}
 
 
 def test_nothing_points_outside_the_checkout():
     outside = re.compile(r"\.\./" + r"shared|(?<![\w./])/(home|root|Users|work)/\w")
-    made = {"build", "install", "log"}
-    tops = [top for top in ROOT.iterdir() if top.name not in made and (top.name[0] != "." or top.name == ".ci")]
+    generated = {"build", "install", "log"}
+    tops = [top for top in ROOT.iterdir() if top.name not in generated and (top.name[0] != "." or top.name == ".ci")]
     files = [path for top in tops for path in (top.rglob("*") if top.is_dir() else [top]) if path.is_file()]
-    found = []
+    matches = []
     for path in files:
         content = path.read_bytes()
         if "__pycache__" not in path.parts and not path.parent.name.endswith(".egg-info") and b"\0" not in content:
             text = content.decode("utf-8", errors="replace")
-            found += [f"{path.relative_to(ROOT)}: {match.group()}" for match in outside.finditer(text)]
+            matches += [f"{path.relative_to(ROOT)}: {match.group()}" for match in outside.finditer(text)]
     assert len(files) > 10
-    assert found == []
+    assert matches == []
 
 
-def test_public_names_of_the_package_are_what_they_say():
+def test_public_names_of_the_package_exist():
     import bearing_twin.run.simulation
 
     assert bearing_twin.simulate is bearing_twin.run.simulation.simulate
@@ -299,13 +297,13 @@ def test_public_names_of_the_package_are_what_they_say():
         bearing_twin.simulat  # noqa: B018
 
 
-def test_tests_that_are_named_are_there():
-    named = re.compile(r"\btests/\w+\.py\b")
+def test_tests_named_in_pages_and_code_exist():
+    name = re.compile(r"\btests/\w+\.py\b")
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     programs = [*PACKAGE.rglob("*.py"), *(ROOT / "bench").glob("*.py")]
-    texts = {path: named.findall(path.read_text(encoding="utf-8")) for path in (*pages, *programs)}
-    assert sum(map(len, texts.values())) > 10
-    assert {str(path): one for path, found in texts.items() for one in found if not (ROOT / one).exists()} == {}
+    names = {path: name.findall(path.read_text(encoding="utf-8")) for path in (*pages, *programs)}
+    assert sum(map(len, names.values())) > 10
+    assert {str(path): test for path, tests in names.items() for test in tests if not (ROOT / test).exists()} == {}
 
 
 FACES = ("bearing_twin.kinds.bearing",)  # rooms whose __init__.py names what others use, also other kinds

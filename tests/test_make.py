@@ -2,18 +2,18 @@
 
 import pytest
 import torture
-from mutants import ROOMS, SOURCES, places_of, read_rows, seed_of
+from mutants import ROOMS, SOURCES, file_of, node_ids, read_rows
 from torture_inputs import ROWS as INPUTS
 from torture_logs import ROWS as LOGS
 
 
-def test_every_mutant_has_its_place_in_the_sources_and_its_tests():
+def test_every_mutant_matches_the_sources_and_names_tests():
     rows = read_rows()
     assert len(rows) == 50
     assert {row["room"] for row in rows} == set(ROOMS)
     for row in rows:
-        assert seed_of(row).suffix in SOURCES
-        assert places_of(row["tests"])
+        assert file_of(row).suffix in SOURCES
+        assert node_ids(row["tests"])
 
 
 SHARES = {"kill": 0.04, "cut": 0.01, "flip": 0.01, "mutant": 0.03}
