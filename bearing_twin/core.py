@@ -81,7 +81,7 @@ class Function:
         return function
 
 
-def by_elements(function: Function, results: int, before: tuple, *numbers) -> list:
+def elementwise(function: Function, results: int, before: tuple, *numbers) -> list:
     """Results of an elementwise function of the core for numbers and arrays that broadcast.
 
     It takes `before`, the number of elements, the arrays and so many arrays of results, which are floats where all
@@ -97,7 +97,7 @@ def by_elements(function: Function, results: int, before: tuple, *numbers) -> li
 
 
 _version = Function("core_version", ctypes.c_char_p)
-lanes = Function("core_lanes", ctypes.c_int)
+simd_lanes = Function("core_lanes", ctypes.c_int)
 self_check = Function("core_self_check", REAL, (REALS_OUT, INTEGER))
 
 

@@ -63,7 +63,7 @@ COUPLED = tuple(name for name, facts in STEPPER_FACTS.items() if facts.coupled)
 
 OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED, UNTRACKED = range(9)
 
-WORDS = {NOT_FINITE: "not finite", TOO_DEEP: "too deep", STALLED: "stalled", UNTRACKED: "untracked"}
+REASONS = {NOT_FINITE: "not finite", TOO_DEEP: "too deep", STALLED: "stalled", UNTRACKED: "untracked"}
 NO_END = "no end"
 """The reason that an `IntegrationError` gives for such an end, and for a contact that does not end."""
 

@@ -29,7 +29,7 @@ LOAD_MAP = "cividis"
 KEY_SIZE = 10.5  # points, of the words of a legend
 
 
-def ball_line(ball: int) -> dict:
+def ball_style(ball: int) -> dict:
     """Colour and dashes of the line of a ball, or of a row of any table: after eight the colours come again, dashed."""
     rounds, number = divmod(ball, len(BALL_COLOURS))
     return {"color": BALL_COLOURS[number], "linestyle": DASHES[rounds % len(DASHES)]}
@@ -40,7 +40,7 @@ def marker_of(outputs: int) -> str:
     return "o" if outputs <= FEW else ""
 
 
-def scaled(values, unit) -> tuple[float, str]:
+def readable_scale(values, unit) -> tuple[float, str]:
     """(factor, unit with prefix) that makes the values readable."""
     return prefixed_unit(float(np.nanmax(np.abs(values))) if np.size(values) else 0.0, unit)
 
@@ -54,7 +54,7 @@ def heading(axis, text: str, across: str | None = None, up: str | None = None, p
         axis.set_ylabel(up)
 
 
-def key_above(axis) -> None:
+def legend_above(axis) -> None:
     """The legend of a panel between its title and its curves, in as many rows as it needs; call it last."""
     handles, labels = axis.get_legend_handles_labels()
     if not labels:
@@ -72,7 +72,7 @@ def key_above(axis) -> None:
     heading(axis, axis.get_title(loc="left"), pad=6 + rows * KEY_SIZE * 1.55)
 
 
-def frame(axis) -> None:
+def style_axes(axis) -> None:
     """A quiet panel: light ground, white grid, no border."""
     axis.set_facecolor(STYLE["panel"])
     axis.grid(True, color="white", linewidth=1.2)
@@ -94,7 +94,7 @@ def save(figure, path, **options) -> Path:
 NUMBERS = 0.25 * np.pi  # azimuth [rad] near which the numbers of the circles stand, where nothing pushes
 
 
-def draw_loads_around(axis, azimuth, loads, push) -> None:
+def draw_load_distribution(axis, azimuth, loads, push) -> None:
     """Bars of `loads` (N, 2) [N] on both raceways at `azimuth` (N,) [rad], an arrow along `push` (2,) [N] on the ring.
 
     `axis` is polar, 0 is +x. A push below a thousandth of the greatest load has no arrow.
@@ -124,7 +124,7 @@ def draw_loads_around(axis, azimuth, loads, push) -> None:
         label.set(ha="center", bbox=aside)
 
 
-def readable_on(colour):
+def contrast_colour(colour):
     """White or ink, whichever can be read on a colour."""
     from matplotlib.colors import to_rgb
 
@@ -138,7 +138,7 @@ MARKS = "osD^v"
 
 def draw_errors(axis, rows: Sequence[tuple[str, Mapping[str, float]]]) -> None:
     """A bar for the error of each figure, and a mark for that by each source: words and errors over the figure."""
-    frame(axis)
+    style_axes(axis)
     for place, (_, parts) in enumerate(rows):
         whole = [LEAST, np.clip(math.fsum(parts.values()), LEAST, MOST)]
         axis.plot(whole, [place, place], color=STYLE["edge"], linewidth=5, solid_capstyle="butt")
@@ -155,7 +155,7 @@ def draw_errors(axis, rows: Sequence[tuple[str, Mapping[str, float]]]) -> None:
     axis.legend(frameon=False, fontsize=11, ncol=len(sources), loc="lower right", bbox_to_anchor=(1.0, 1.0))
 
 
-def finish(figure, title: str, footer: str, png_path, size: int = 20) -> Path:
+def finish_picture(figure, title: str, footer: str, png_path, size: int = 20) -> Path:
     """Writes title and footer on a picture of a run, and saves it; raises as `save`."""
     figure.text(0.06, 0.955, title, fontsize=size, weight="bold", color=STYLE["ink"], va="center")
     figure.text(0.06, 0.22 / figure.get_size_inches()[1], footer, fontsize=10.5, color=STYLE["soft"], va="center")

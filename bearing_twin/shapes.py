@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function, by_elements
+from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function, elementwise
 
 PLANE, SPHERE, ELLIPSOID, TORUS, SUPERQUADRIC = range(5)  # SurfaceKind of the core
 CONVEX = (SPHERE, ELLIPSOID, SUPERQUADRIC)
@@ -213,7 +213,7 @@ def groove_curvatures(ball_radius, locus_radius, groove_radius, normal_radial):
     Halves of the relative principal curvatures: the small one along the meridian, the large one along the rolling
     direction.
     """
-    return tuple(by_elements(_curvatures, 2, (ball_radius, locus_radius, groove_radius), normal_radial))
+    return tuple(elementwise(_curvatures, 2, (ball_radius, locus_radius, groove_radius), normal_radial))
 
 
 def ball_in_groove(axis_distance, axial, ball_radius, locus_radius, groove_radius) -> GrooveContact:

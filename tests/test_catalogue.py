@@ -23,7 +23,7 @@ from bearing_twin.kinds.bearing import (
     entries,
     row_of,
 )
-from bearing_twin.run.scene import load_scene, parse_scene, read_logged
+from bearing_twin.run.scene import load_scene, parse_scene, read_logged_scene
 from bearing_twin.vibration import rolling_frequencies
 
 SCATTER = 0.014  # by which a rating may leave the range that makers publish; most in the 6208, sold with two sets
@@ -178,7 +178,7 @@ def test_a_designation_as_override_takes_the_place_of_the_whole_geometry():
     assert (swapped.geometry.ball_diameter, swapped.geometry.balls) == (15.081e-3, 7)
     assert swapped.drive == parameters("bearing_6203").drive
     scene = load_scene("6308")  # a resolved scene needs no catalogue
-    logged = read_logged(
+    logged = read_logged_scene(
         scene.text.replace("designation: '6308'", "designation: NOWHERE1"), "a log"
     ).parameters.geometry
     assert (logged.designation, logged.ball_diameter) == ("NOWHERE1", scene.parameters.geometry.ball_diameter)

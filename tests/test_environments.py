@@ -86,5 +86,5 @@ def test_the_package_runs_with_another_python(minor, tmp_path):
     words = [own, "-m", "bearing_twin", "simulate", "two_spheres", "--json", "--out", "run.mcap"]
     done = subprocess.run(words, env=there, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
     assert json.loads(done.stdout)["status"] == "done"
-    words = [own, "-c", "from bearing_twin import core; print(core.lanes())"]
+    words = [own, "-c", "from bearing_twin import core; print(core.simd_lanes())"]
     assert int(subprocess.run(words, env=there, cwd=tmp_path, stdout=subprocess.PIPE, check=True).stdout) > 1

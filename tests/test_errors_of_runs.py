@@ -10,7 +10,7 @@ from runs import reported
 from bearing_twin.base.report import Choice
 from bearing_twin.command.results import show_result
 from bearing_twin.kinds.error_estimates import FRICTION_MODEL, LAW, Errors, ModelError
-from bearing_twin.run.report import DOUBTFUL, FAILED, STATUSES, exceeds, judged
+from bearing_twin.run.report import DOUBTFUL, FAILED, STATUSES, is_large_error, judge_errors
 from bearing_twin.run.second_run import OutputError
 
 FIGURES = {"torque_nm": 2.0, "load_n": [100.0, 50.0, 0.0], "speed_rad_s": 7.0, "none_j": None}
@@ -28,7 +28,7 @@ def estimate(figures=None, error=0.0, horizon=None, until=None):
 def test_errors_of_method_and_model_stand_apart():
     """The error of a figure is the method's alone; a figure without one has null."""
     model = Errors({"torque_nm": {LAW: 0.02}, "load_n": {LAW: [1.0, 2.0, 3.0]}, "none_j": {LAW: 1.0}})
-    found = judged(model, estimate({"torque_nm": 0.01, "speed_rad_s": None}), FIGURES, "done", CHOICE)
+    found = judge_errors(model, estimate({"torque_nm": 0.01, "speed_rad_s": None}), FIGURES, "done", CHOICE)
     assert found.keys["torque_nm_error"] == 0.01
     assert found.keys["speed_rad_s_error"] is None
     assert found.keys["load_n_error"] is None
@@ -39,32 +39,34 @@ def test_errors_of_method_and_model_stand_apart():
 
 @pytest.mark.parametrize(("error", "status"), [(2e-3, DOUBTFUL), (math.nan, DOUBTFUL), (1e-3, "done"), (None, "done")])
 def test_above_the_tolerance_a_run_is_doubtful_and_says_what_would_mend_it(error, status):
-    found = judged(Errors(), estimate(error=error), FIGURES, "done", CHOICE)
+    found = judge_errors(Errors(), estimate(error=error), FIGURES, "done", CHOICE)
     assert found.status.partition(":")[0] == status
     assert found.status.partition(":")[0] in STATUSES
     assert len(found.exceeded) == (status == DOUBTFUL)
     assert all("tighten it" in one and "0.001" in one for one in found.exceeded)
-    failed = judged(Errors(), estimate(error=error), FIGURES, f"{FAILED}: energy", CHOICE)
+    failed = judge_errors(Errors(), estimate(error=error), FIGURES, f"{FAILED}: energy", CHOICE)
     assert failed.status == f"{FAILED}: energy"
 
 
 def test_so_it_is_by_an_error_of_the_model():
     model = Errors(outputs={"loads": (ModelError(LAW, 0.03, "hertz costs no more"),)})
-    found = judged(model, estimate(), FIGURES, "done", CHOICE)
+    found = judge_errors(model, estimate(), FIGURES, "done", CHOICE)
     assert found.status == "doubtful: loads"
     assert "hertz costs no more" in found.exceeded[0]
     assert found.keys["wanted_errors"]["loads"]["model_errors"] == {LAW: 0.03}
 
 
 def test_a_horizon_is_told_with_the_error_up_to_it():
-    found = judged(Errors(), estimate(error=0.1, horizon=0.5, until=2e-4), FIGURES, "done", CHOICE)
+    found = judge_errors(Errors(), estimate(error=0.1, horizon=0.5, until=2e-4), FIGURES, "done", CHOICE)
     assert found.keys["horizon_s"] == 0.5
     assert found.keys["wanted_errors"]["loads"]["error_up_to_horizon"] == 2e-4
 
 
 def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
     figures = {"torque_nm": 1e-6, "load_n": [1.0, 9.0, 9.9]}
-    (flag,) = judged(Errors({"torque_nm": {FRICTION_MODEL: 0.3}}), estimate(figures), FIGURES, "done", CHOICE).flags
+    (flag,) = judge_errors(
+        Errors({"torque_nm": {FRICTION_MODEL: 0.3}}), estimate(figures), FIGURES, "done", CHOICE
+    ).flags
     assert "torque 2 ± 0.3 N m, mostly friction model" in flag
     assert "load" not in flag
     figures = {"torque_nm": 1.0, "load_n": [20.0, 9.0, 1.0]}
@@ -74,16 +76,16 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
         ({"negligible": {"torque_nm": 1.0}}, {"load"}),
         ({"negligible": {"torque_nm": 0.9}}, {"torque", "load"}),
     ):
-        (flag,) = judged(Errors(**kept), estimate(figures), FIGURES, "done", CHOICE).flags
+        (flag,) = judge_errors(Errors(**kept), estimate(figures), FIGURES, "done", CHOICE).flags
         assert {word for word in ("torque", "load") if word in flag} == named
     for thrust, error, flags in ((1e-11, 1e-11, 0), (1e-9, 1e-9, 1), (0.0, 1.0, 0)):  # rounding beside 100 N; nothing
-        found = judged(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": thrust}, "done", CHOICE)
+        found = judge_errors(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": thrust}, "done", CHOICE)
         assert (len(found.flags), len(found.keys["large_errors"])) == (flags, flags)
-    assert exceeds(0.0, 1e-12, "N")
-    assert not exceeds(0.0, 0.0, "N")
-    assert exceeds(1.0, math.nan, "N")
-    assert not exceeds(0.4, 0.8, "dB")  # a level near 0 dB is no small amplitude
-    assert exceeds(50.0, 0.9, "dB")
+    assert is_large_error(0.0, 1e-12, "N")
+    assert not is_large_error(0.0, 0.0, "N")
+    assert is_large_error(1.0, math.nan, "N")
+    assert not is_large_error(0.4, 0.8, "dB")  # a level near 0 dB is no small amplitude
+    assert is_large_error(50.0, 0.9, "dB")
 
 
 @pytest.mark.parametrize(
@@ -105,7 +107,7 @@ def test_every_figure_has_an_error_in_its_shape_or_null(scene, overrides):
 def test_no_figure_shows_more_digits_than_its_model_has(capsys):
     """`cage speed 646.524 ± 0.00081 rpm` stood beside 3.2 % off rolling."""
     model = Errors({"speed_rad_s": {LAW: 0.3}})
-    found = judged(model, estimate({"speed_rad_s": 1e-6, "torque_nm": 1e-3}), FIGURES, "done", CHOICE)
+    found = judge_errors(model, estimate({"speed_rad_s": 1e-6, "torque_nm": 1e-3}), FIGURES, "done", CHOICE)
     show_result(FIGURES | found.keys)
     lines = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
     assert "±" not in lines["speed"]

@@ -70,7 +70,7 @@ def test_a_number_that_no_motion_has_stops_the_run_and_is_named(reason, spoilt, 
     found = read_failure(write_failure(error, tmp_path))
     assert (found.sequence, found.good_seconds, found.reason) == (199, pytest.approx(0.239), reason)
     assert found.scene == BALLS
-    assert all(np.isfinite(value) for _, value, _ in found.about_body())
+    assert all(np.isfinite(value) for _, value, _ in found.body_rows())
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ def test_failures_of_the_core_leave_a_file_too(tmp_path):
     assert (found.reason, found.sequence) == ("stalled", 99)
     assert found.body.startswith("ball ")
     assert found.contact in ("inner race", "outer race")
-    assert {unit for _, _, unit in found.about_body()} >= {"N", "m/s"}
+    assert {unit for _, _, unit in found.body_rows()} >= {"N", "m/s"}
 
 
 def test_a_run_that_fails_in_its_first_step_gives_out_its_start():

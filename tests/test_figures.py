@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing import BearingFigures, missing
 from bearing_twin.kinds.bodies.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.run_log import write_log
-from bearing_twin.run.report import Gathering
+from bearing_twin.run.report import ReportBuilder
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -42,7 +42,7 @@ def blocks_of(name) -> tuple:
 def gathered(scene, choice, blocks):
     """What is made of these blocks."""
     kind, made_of = KINDS[scene.kind], (scene.parameters, choice)
-    gathering = Gathering(kind.figures_of(*made_of), choice, kind.model_errors(*made_of))
+    gathering = ReportBuilder(kind.figures_of(*made_of), choice, kind.model_errors(*made_of))
     for block in blocks:
         gathering.add(block)
     return gathering

@@ -16,7 +16,7 @@ from bearing_twin.base.units import (
     readable_sentence,
 )
 from bearing_twin.kinds import KINDS, SHIPPED
-from bearing_twin.pictures import scaled
+from bearing_twin.pictures import readable_scale
 from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.uq.study import Settings
 
@@ -197,7 +197,7 @@ def test_every_declared_unit_is_in_the_table():
 )
 def test_prefixes_make_numbers_readable(size, unit, factor, text):
     assert prefixed_unit(size, unit) == (pytest.approx(factor), text)
-    assert scaled([0.1 * size, -size], unit) == (pytest.approx(factor), text)
+    assert readable_scale([0.1 * size, -size], unit) == (pytest.approx(factor), text)
 
 
 @pytest.mark.parametrize(

@@ -21,12 +21,12 @@ from bearing_twin.kinds.sections import RunSettings, resolved_run
 from bearing_twin.run.scene import (
     KINDS,
     choose,
-    late_keys,
     load_scene,
     open_scene,
     parse_scene,
     read_scene,
     scene_names,
+    unreached_keys,
 )
 from bearing_twin.uq.inputs import value_at
 from bearing_twin.uq.study import load_study
@@ -372,9 +372,9 @@ def test_a_study_is_no_scene_and_is_told_as_one(read, name, words):
 )
 def test_what_comes_only_after_the_end_of_a_run_is_named(name, override, keys):
     scene = load_scene(name, ["run.duration=0.1", override])
-    reported = late_keys(scene, 0.1)
+    reported = unreached_keys(scene, 0.1)
     assert reported == [f"{key} is beyond the end of the run at 0.1 s: nothing of that happens" for key in keys]
-    assert not late_keys(scene, math.inf)
+    assert not unreached_keys(scene, math.inf)
 
 
 @pytest.mark.parametrize(

@@ -201,7 +201,7 @@ def test_a_failed_run_tells_of_the_shaft_and_its_load(tmp_path):
     error = failed(simulation)
     reported = read_failure(write_failure(error, tmp_path))
     assert reported.body == "shaft"
-    rows = {label: value for label, value, _ in reported.about_body()}
+    rows = {label: value for label, value, _ in reported.body_rows()}
     assert rows["load z"] == 0.0
     assert rows["shaft_speed"] > 10.0
     unbalance = 0.005 * math.hypot(rows["shaft_speed"] ** 2, 2e4)

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from bearing_twin.base.units import axis_label, inverse_unit
-from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_line, frame, heading, save, scaled
+from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_style, heading, readable_scale, save, style_axes
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 WRITTEN_OUT = 1e-2, 1e4  # numbers beside a wider axis that are no powers
@@ -133,7 +133,7 @@ class Sheet:
 
 def colour(place: int) -> dict:
     """The look of the line number `place`."""
-    return {**ball_line(place), "linewidth": 2.0}
+    return {**ball_style(place), "linewidth": 2.0}
 
 
 def curve(name: str, number: int, points, lost=()) -> list[Line]:
@@ -203,7 +203,7 @@ def figure_of(sheet: Sheet, made: str = "") -> Figure:
 
 def _draw_panel(figure, axis, panel: Panel) -> None:
     heading(axis, panel.title if panel.title[1:2] == "/" else panel.title[:1].upper() + panel.title[1:])
-    frame(axis)
+    style_axes(axis)
     axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear")
     for part in panel.parts:
         part.draw(axis, **({"label": part.name} if part.label else {}))
@@ -231,7 +231,7 @@ def _label(along, axis: Axis, density: tuple[float, str] | None = None) -> tuple
     """Label and ticks of an axis in a readable unit, or in that of a `density`; the factor into that unit, and it."""
     low, high = along.get_view_interval()
     shown = axis.shown[::-1] if axis.shown else density
-    factor, unit = shown or scaled([low, high], axis.unit)
+    factor, unit = shown or readable_scale([low, high], axis.unit)
     along.set_label_text(axis_label(axis.name, unit))
     wide = axis.log and high > FEW_DECADES * low
     if axis.log:

@@ -314,7 +314,7 @@ def _shown_value(axis: dict, value: float) -> str:
 
 def _changes(arguments, given, sweep) -> tuple:
     """Path, axis and values of a sweep, and what a value changes, as arguments of `_solved`."""
-    from bearing_twin.run.scene import gives
+    from bearing_twin.run.scene import has_override
 
     key, first_value, last_value, count = sweep
     scene = _bearing_scene(arguments)
@@ -325,7 +325,7 @@ def _changes(arguments, given, sweep) -> tuple:
         values, axis = _evenly(first_value, last_value, count, "N"), {"label": "load [N]", "scale": 1.0}
         return key, axis, values, lambda value: {"factor": value / size}
     path = SHORT_KEYS.get(key, key)
-    if gives(overrides_of(arguments, **SHORT_KEYS), path):
+    if has_override(overrides_of(arguments, **SHORT_KEYS), path):
         raise SceneError(f"{path} is given by --sweep and by another option; keep one of them")
     unit = _unit_of(scene, path)
     values = _evenly(first_value, last_value, count, unit)

@@ -63,9 +63,9 @@ def _simulate(arguments) -> Outcome:
         if arguments.duration or not arguments.more > 0.0:
             raise BearingTwinError("--continue takes a time above 0, in place of --duration")
         from bearing_twin.log.run_log import read_log
-        from bearing_twin.run.failure import continued
+        from bearing_twin.run.failure import continuation
 
-        begun = continued(read_log(arguments.scene), arguments.more, overrides)
+        begun = continuation(read_log(arguments.scene), arguments.more, overrides)
         scene = begun.scene
     note_bare_speed(scene, overrides)
     picture = picture_path(arguments.plot) if arguments.plot else None
@@ -73,7 +73,7 @@ def _simulate(arguments) -> Outcome:
 
     from bearing_twin.command.results import show_report
     from bearing_twin.run.failure import failure_sentence
-    from bearing_twin.run.scene import late_keys
+    from bearing_twin.run.scene import unreached_keys
     from bearing_twin.run.simulation import cost_of, simulate
 
     large = cost_of(scene).sentence(bool(log), shutil.disk_usage(log.parent).free if log else math.inf)
@@ -81,7 +81,7 @@ def _simulate(arguments) -> Outcome:
         say(in_shown_units(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
         run = simulate(scene, update, begun)
-        for warning in (*late_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
+        for warning in (*unreached_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
             say(in_shown_units(f"{scene.name}: {warning}"))
         drawing = ShownStream(run, bool(picture))
         incomplete, failure = ended(drawing, log)

@@ -248,11 +248,11 @@ def _explain(arguments: argparse.Namespace) -> Outcome:
         "body": failure.body or "unknown",
         "contact": failure.contact or "unknown",
         "last_good_s": failure.good_seconds,
-        "last_good": {name: value for name, value, _ in failure.about_body()},
+        "last_good": {name: value for name, value, _ in failure.body_rows()},
     }
     warnings, incomplete = [], ""
     if not arguments.stop:
-        scene = failure.tightened(arguments.tolerance)
+        scene = failure.with_tighter_tolerance(arguments.tolerance)
         continued, warnings, incomplete = _continued(
             failure, with_duration(scene, _end(failure, scene, arguments.until)), log
         )
@@ -331,7 +331,7 @@ def _show_failure(result, failure) -> None:
     if failure.values:
         show_text(f"\nlast good output, {failure.good_seconds:.9g} s, {failure.body or 'all bodies'}:")
         show_rows(
-            ("channel", "value", "unit"), ((name, f"{value:.6g}", unit) for name, value, unit in failure.about_body())
+            ("channel", "value", "unit"), ((name, f"{value:.6g}", unit) for name, value, unit in failure.body_rows())
         )
 
 

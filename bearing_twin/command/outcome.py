@@ -91,10 +91,10 @@ def overrides_of(arguments: argparse.Namespace, **keys: str) -> list[str]:
 
     Raises SceneError where a key is given two values.
     """
-    from bearing_twin.run.scene import listed_overrides
+    from bearing_twin.run.scene import check_overrides
 
     given = {key: value for option, key in keys.items() if (value := getattr(arguments, option)) is not None}
-    return list(listed_overrides([*arguments.set, *(f"{key}={value}" for key, value in given.items())]))
+    return list(check_overrides([*arguments.set, *(f"{key}={value}" for key, value in given.items())]))
 
 
 def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:

@@ -14,7 +14,7 @@ from bearing_twin.command.terminal import (
     show_text,
     width_of_terminal,
 )
-from bearing_twin.run.report import model_errors_in_words
+from bearing_twin.run.report import model_error_lines
 from bearing_twin.view.tables import (
     Figure,
     errors_in_words,
@@ -140,7 +140,7 @@ def _errors_joined(result: Mapping) -> dict:
     shown = {f"error of {output.replace('_', ' ')}": text for output, text in known.items()}
     if "errors_by_source" in result:  # of a run
         hidden |= {"model_errors"}
-        shown |= {"model errors": model} if (model := model_errors_in_words(result)) else {}
+        shown |= {"model errors": model} if (model := model_error_lines(result)) else {}
     rest = {key: value for key, value in result.items() if key not in hidden}
     return rest | shown | ({"not included in these errors": notes} if notes else {})
 

@@ -102,23 +102,23 @@ def _of_log(arguments) -> tuple[dict[str, Any], str]:
 
 def _of_scene(arguments) -> tuple[dict[str, Any], str]:
     """The page of a run, as far as it came, and why it came no further."""
-    from bearing_twin.run.scene import gives, load_scene
+    from bearing_twin.run.scene import has_override, load_scene
 
     overrides = overrides_of(arguments, duration="run.duration")
     scene = load_scene(arguments.what, overrides)
     note_bare_speed(scene, overrides)
     own = scene.parameters.run.duration
     from bearing_twin.run.failure import failure_sentence
-    from bearing_twin.run.scene import late_keys
+    from bearing_twin.run.scene import unreached_keys
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
-    if own > LONGEST and not gives(overrides, "run.duration"):
+    if own > LONGEST and not has_override(overrides, "run.duration"):
         say(in_shown_units(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more"))
         scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
     else:
         say(in_shown_units(f"{scene.name} is run for {own:g} s"))
-    for warning in late_keys(scene, scene.parameters.run.duration):
+    for warning in unreached_keys(scene, scene.parameters.run.duration):
         say(in_shown_units(f"{scene.name}: {warning}"))
     with progress(f"simulating {scene.name}") as update:
         run_ = simulate(scene, update)

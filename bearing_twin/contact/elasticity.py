@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.laws import FORMULAS, LAWS
-from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function, by_elements
+from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function, elementwise
 
 _coefficients = Function("core_law_coefficients", None, (INTEGER, REAL, INTEGER, REALS, REALS, REALS, REALS_OUT))
 _elastic = Function("core_elastic", None, (REAL, INTEGER, REALS, REALS, *(REALS_OUT,) * 3))
@@ -53,7 +53,7 @@ def elasticity(name: str, modulus: float, given: float) -> Elasticity:
 def fresh_coefficient(law: Elasticity, curvature_small, curvature_large, modulus=None):
     """c [N/m^power] of a law, its states, if any, solved afresh; curvatures [1/m] and moduli [Pa] broadcast."""
     places = curvature_small, curvature_large, law.modulus if modulus is None else modulus
-    return by_elements(_coefficients, 1, (law.number, law.given), *places)[0]
+    return elementwise(_coefficients, 1, (law.number, law.given), *places)[0]
 
 
 def coefficient_of(name: str, curvature_small, curvature_large, modulus, given=0.0):
@@ -84,7 +84,7 @@ def elastic(coefficient, power: float, approach) -> Elastic:
 
     The energy is the integral of the load at constant coefficient (paper 1, section 4).
     """
-    return Elastic(coefficient, *by_elements(_elastic, 3, (float(power),), coefficient, approach))
+    return Elastic(coefficient, *elementwise(_elastic, 3, (float(power),), coefficient, approach))
 
 
 def loads_at(coefficient, power, depth):
@@ -147,7 +147,7 @@ class Ellipse(NamedTuple):
 
 def elliptic_b_d(complementary):
     """The complete elliptic integrals B(m) and D(m) as functions of kc = sqrt(1 - m) in (0, 1], to full precision."""
-    return tuple(by_elements(_elliptic, 2, (), complementary))
+    return tuple(elementwise(_elliptic, 2, (), complementary))
 
 
 def elliptic_e(complementary):
@@ -168,7 +168,7 @@ def axis_ratio(curvature_small, curvature_large):
     NaN when the curvatures are not 0 < P <= Q; below b/a = 1e-6 the answer is still returned and `AXIS_RATIO_MIN` says
     whether to trust it.
     """
-    return by_elements(_axis_ratios, 1, (), curvature_small, curvature_large)[0]
+    return elementwise(_axis_ratios, 1, (), curvature_small, curvature_large)[0]
 
 
 def hertz_coefficient(curvature_small, curvature_large, effective_modulus):
@@ -192,4 +192,4 @@ def ellipse(curvature_small, curvature_large, effective_modulus, normal_load) ->
 
     a^3 = 3 F D / (2 pi E* P (b/a)), peak pressure 3F/(2 pi a b); all zero without load.
     """
-    return Ellipse(*by_elements(_ellipses, 3, (), curvature_small, curvature_large, effective_modulus, normal_load))
+    return Ellipse(*elementwise(_ellipses, 3, (), curvature_small, curvature_large, effective_modulus, normal_load))

@@ -24,7 +24,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.laws import LAWS, LINE_FORMULAS, law_names
-from bearing_twin.core import INTEGER, REALS, REALS_OUT, Function, by_elements
+from bearing_twin.core import INTEGER, REALS, REALS_OUT, Function, elementwise
 
 _scales = Function("core_line_scales", None, (INTEGER, INTEGER, REALS, REALS, REALS_OUT))
 _lambert_lower = Function("core_lambert_lower", None, (INTEGER, REALS, REALS_OUT))
@@ -43,14 +43,14 @@ def line_law(name: str, radius, thickness, young_modulus, poisson_ratio) -> Line
     if name not in LAWS or LAWS[name].fits != "line":
         raise ValueError(f"{name} is no law of line contact; legal: {', '.join(law_names('line', ()))}")
     half = 0.5 * thickness
-    [scale] = by_elements(_scales, 1, (LINE_FORMULAS.index(LAWS[name].formula),), radius, half)
+    [scale] = elementwise(_scales, 1, (LINE_FORMULAS.index(LAWS[name].formula),), radius, half)
     compliance = (1.0 - poisson_ratio**2) / (math.pi * young_modulus)
     return LineLaw(scale, compliance, half)
 
 
 def lambert_lower(x):
     """Branch -1 of Lambert's function, w exp(w) = x with w <= -1, for -1/e <= x < 0; NaN elsewhere, -inf at 0."""
-    return by_elements(_lambert_lower, 1, (), x)[0]
+    return elementwise(_lambert_lower, 1, (), x)[0]
 
 
 def energy(law, load):

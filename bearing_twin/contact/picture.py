@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from bearing_twin.contact.calculator import COMPARED, Gap, axis_stresses, laws_at
 from bearing_twin.contact.elasticity import curvature_ratio
 from bearing_twin.contact.laws import LAWS
-from bearing_twin.pictures import BALL_COLOURS, LOAD_MAP, SIZE, STYLE, ball_line, frame, heading, save
+from bearing_twin.pictures import BALL_COLOURS, LOAD_MAP, SIZE, STYLE, ball_style, heading, save, style_axes
 
 LEAST_SHOWN = 1e-12  # of the laws' errors
 
@@ -33,7 +33,7 @@ def plot_contact(result: dict, poisson_ratio: float, png_path) -> Path:
 
 
 def _draw_ellipse(figure, axis, result):
-    frame(axis)
+    style_axes(axis)
     a, b = 1e6 * result["semi_major_m"], 1e6 * result["semi_minor_m"]
     x, y = np.meshgrid(np.linspace(-a, a, 401), np.linspace(-b, b, 201))
     inside = 1.0 - (x / a) ** 2 - (y / b) ** 2
@@ -51,7 +51,7 @@ def _draw_ellipse(figure, axis, result):
 
 
 def _draw_pressure(axis, result):
-    frame(axis)
+    style_axes(axis)
     share = np.sin(np.linspace(-0.5, 0.5, 201) * np.pi)
     pressure = 1e-9 * result["peak_pressure_pa"] * np.sqrt(1.0 - share**2)
     for name, key, colour in (("major", "semi_major_m", 0), ("minor", "semi_minor_m", 5)):
@@ -63,7 +63,7 @@ def _draw_pressure(axis, result):
 
 
 def _draw_stress(axis, result, poisson_ratio):
-    frame(axis)
+    style_axes(axis)
     contact = result["semi_major_m"], result["semi_minor_m"], result["peak_pressure_pa"]
     depth = np.linspace(0.0, 3.0 * result["semi_minor_m"], 300)
     stresses = np.array(axis_stresses(*contact, poisson_ratio, depth))
@@ -81,7 +81,7 @@ def _draw_stress(axis, result, poisson_ratio):
 
 
 def _draw_laws(axis, result):
-    frame(axis)
+    style_axes(axis)
     ratios = np.geomspace(1e-3, 1.0, 241)
     # What the user measured has no error; hertz_exact is what the others are measured against.
     errors = {name: [] for name in COMPARED if not LAWS[name].measured and name != "hertz_exact"}
@@ -92,7 +92,7 @@ def _draw_laws(axis, result):
         for name in errors:
             errors[name].append(max(abs(found[name].error), LEAST_SHOWN))
     for number, (name, error) in enumerate(errors.items()):
-        axis.loglog(ratios, error, **ball_line(number), linewidth=2.0, label=name)
+        axis.loglog(ratios, error, **ball_style(number), linewidth=2.0, label=name)
     axis.axvline(result["axis_ratio"], color=STYLE["ink"], linewidth=1.2, linestyle=":")
     axis.annotate(
         "this contact", (result["axis_ratio"], 0.03), xycoords=("data", "axes fraction"), rotation=90, ha="right",

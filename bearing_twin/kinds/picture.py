@@ -18,13 +18,13 @@ from bearing_twin.pictures import (
     GREATEST_LINES,
     LOAD_MAP,
     SIZE,
-    ball_line,
+    ball_style,
     draw_errors,
-    finish,
-    frame,
+    finish_picture,
     heading,
-    key_above,
+    legend_above,
     marker_of,
+    style_axes,
 )
 
 GREATEST_ROWS = 20_000  # outputs kept; of longer runs every second, fourth ... is
@@ -119,7 +119,7 @@ class RunPicture:
             self.draw_bodies(figure, parts[0], values)
         if errors:
             draw_errors(figure.add_axes((0.38, BELOW / tall, 0.58, ERROR_ROW * len(errors) / tall)), errors)
-        return finish(figure, self.title(), self._footer(values["time"]), path, size=17)
+        return finish_picture(figure, self.title(), self._footer(values["time"]), path, size=17)
 
     def _panels(self, values) -> list[CurvePanel]:
         """The panels of the view with those of their curves that are kept."""
@@ -133,7 +133,7 @@ class RunPicture:
 
     def _draw_curves(self, axis, panel: CurvePanel, time, values, seconds: float) -> None:
         """One panel of the view over `time`, which is `seconds` times that in s."""
-        frame(axis)
+        style_axes(axis)
         curves = np.stack([values[one.series].reshape(len(time), -1)[:, one.column] for one in panel.lines])
         loads, labels = panel.lines[0].series == LOAD, [one.label for one in panel.lines]
         begin, end, peak = np.concatenate(self._contacts if loads else self._contacts[:1]).T
@@ -147,7 +147,7 @@ class RunPicture:
             axis.stackplot(time, parts, labels=labels, colors=BALL_COLOURS, alpha=0.78, linewidth=0)
         else:
             for one, curve in zip(panel.lines, factor * curves, strict=True):
-                look = {"linewidth": 1.6, "marker": marker_of(len(time)), **ball_line(one.colour)}
+                look = {"linewidth": 1.6, "marker": marker_of(len(time)), **ball_style(one.colour)}
                 axis.plot(time, curve, label=one.label if len(curves) > 1 else None, **look)
             axis.ticklabel_format(useOffset=False)
         if loads:
@@ -159,7 +159,7 @@ class RunPicture:
         axis.margins(x=0.0)
         heading(axis, words[:90], up=labels[0].rstrip("0123456789, ") or "number" if many else up)
         if not many and panel.lines[0].series not in self.named:
-            key_above(axis)
+            legend_above(axis)
 
     def _footer(self, time: np.ndarray) -> str:
         choice, outputs = self.choice, self._outputs

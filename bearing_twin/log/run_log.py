@@ -50,8 +50,8 @@ from bearing_twin.log.stream import (
     topics,
 )
 from bearing_twin.run.dataset import dataset_of
-from bearing_twin.run.failure import failure_in
-from bearing_twin.run.scene import Scene, choose, read_logged
+from bearing_twin.run.failure import logged_failure
+from bearing_twin.run.scene import Scene, choose, read_logged_scene
 from bearing_twin.run.simulation import Run
 
 MOST_HELD = 1 << 24  # numbers of records that are held together, 128 MB
@@ -180,7 +180,7 @@ class LogStream:
         described = described if described.get("scene") else self._described() or described
         text = described.get("scene")
         try:
-            self.scene: Scene | None = read_logged(text, f"the scene in {self.path.name}") if text else None
+            self.scene: Scene | None = read_logged_scene(text, f"the scene in {self.path.name}") if text else None
         except SceneError as error:
             raise LogError(f"{error}; the log is damaged, or was written by another version") from error
         self.choice = known_choice(choice_in(described), self.scene)
@@ -236,7 +236,7 @@ class LogStream:
         It is None for the log of a node or a recorder, which the user ends.
         """
         outputs = count_in(self.metadata.get(SCENE_RECORD, {}).get(OUTPUTS_KEY)) or 0
-        if self.scene is None or not 0 < self._reached < outputs or failure_in(self.report or {}):
+        if self.scene is None or not 0 < self._reached < outputs or logged_failure(self.report or {}):
             return None
         period = 1e-9 * self.scene.output_period_ns
         return CutShort((self._reached - 1) * period, (outputs - 1) * period)

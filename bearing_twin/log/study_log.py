@@ -27,7 +27,7 @@ from bearing_twin.log.bag import LogReader, Qos
 from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.stream import LARGEST_BLOCK, check_block, samples_message
-from bearing_twin.run.scene import upgraded
+from bearing_twin.run.scene import upgrade_scene
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult
 from bearing_twin.uq.study import GONE, Study, parse_study
@@ -223,7 +223,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     work = parse_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     work_keys = {key: work[key] for key in WORK if key in work}
     keys = {key: value for key, value in parse_json(record["study"]).items() if key not in GONE}
-    keys["scene"] = upgraded(keys["scene"], "the scene of the study in the log")
+    keys["scene"] = upgrade_scene(keys["scene"], "the scene of the study in the log")
     study = parse_study({**keys, **work_keys}, "the study of the log")
     layout, numbers = {}, array("d")
     for message in reader.messages((SUMMARY_TOPIC, SAMPLES_TOPIC)):

@@ -53,7 +53,7 @@ from bearing_twin.nodes.outlet import Outlet, wait_for_acknowledgement, wait_for
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST, Worker
 from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop, log_path
 from bearing_twin.run.failure import failure_sentence
-from bearing_twin.run.scene import Scene, gives, late_keys, load_scene, refuse_outside
+from bearing_twin.run.scene import Scene, check_ranges, has_override, load_scene, unreached_keys
 from bearing_twin.run.simulation import Simulation
 
 NAME = "sim_node"
@@ -148,11 +148,11 @@ def scene_of(values: dict[str, Any]) -> Scene:
     allowed = [f"solver.{ALLOW_INVALID}=on"] if values[ALLOW_INVALID] else []
     overrides = list(filter(None, values["overrides"]))
     scene = load_scene(values["scene"], [*overrides, *allowed])
-    if not any(gives(overrides, key) for key in ("solver.check", "solver.companion")):
+    if not any(has_override(overrides, key) for key in ("solver.check", "solver.companion")):
         scene = dataclasses.replace(scene, parameters=unchecked(scene.parameters))
     if scene.allows_invalid and not allowed:
         raise SceneError(f"scene {scene.name} has solver.{ALLOW_INVALID}: on, {NOT_ALLOWED}")
-    refuse_outside(scene)
+    check_ranges(scene)
     return scene
 
 
@@ -191,7 +191,7 @@ class SimNode(BaseNode):
         self._serve(kind)
         own_end_ns = (scene.outputs - 1) * scene.output_period_ns if kind.brief else 0
         self._duration_ns = math.ceil(values["duration"] * 1e9) or own_end_ns
-        for late in late_keys(scene, 1e-9 * self._duration_ns or float("inf")):
+        for late in unreached_keys(scene, 1e-9 * self._duration_ns or float("inf")):
             self.get_logger().warning(late)
         self.worker = Worker(self._turn, self._prepare, self._ended)
         self.worker.start()

@@ -15,7 +15,7 @@ from bearing_twin.base.report import json_text, parse_json
 from bearing_twin.base.sample import Block, Channel, Sample
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Kind
-from bearing_twin.run.scene import Scene, choose, load_scene, parse_scene, read_logged
+from bearing_twin.run.scene import Scene, choose, load_scene, parse_scene, read_logged_scene
 
 FORMAT = "bearing_twin failure 1"
 LARGEST_FILE = 20_000_000  # bytes
@@ -42,7 +42,7 @@ class Failure(NamedTuple):
     sequence: int
     state: Mapping[str, Any] | None
 
-    def about_body(self) -> list[tuple[str, float, str]]:
+    def body_rows(self) -> list[tuple[str, float, str]]:
         """(channel with its contact, value, unit) of the last good output for the body that failed, or all scalars."""
         kind, rows = KINDS[self.scene.kind], []
         for channel in self.scene.channels:
@@ -56,7 +56,7 @@ class Failure(NamedTuple):
                     rows.append((label, float(values[index]), channel.unit))
         return rows
 
-    def tightened(self, tolerance: float | None = None) -> Scene:
+    def with_tighter_tolerance(self, tolerance: float | None = None) -> Scene:
         """The scene with a tenth of its tolerance, or with `tolerance`, and a fixed step a quarter as long.
 
         Friction that was chosen stays, for a tighter tolerance might choose another.
@@ -94,7 +94,7 @@ def record_of(scene: Scene, error: IntegrationError, good: Sample | None, sequen
     }
 
 
-def placed(error: IntegrationError, given: float, contact: str, scene: Scene, *state) -> IntegrationError:
+def recorded_error(error: IntegrationError, given: float, contact: str, scene: Scene, *state) -> IntegrationError:
     """The error of a run whose last output was `given` out at [s], with the record of its failure.
 
     `state`: the last good output, the number of the output to go on after, and the motion's snapshot there.
@@ -120,7 +120,7 @@ def failure_keys(error: IntegrationError) -> dict[str, Any]:
     return _known((str(error), error.reason, error.seconds, error.body, error.contact))
 
 
-def failure_in(report: Mapping[str, Any]) -> dict[str, Any] | None:
+def logged_failure(report: Mapping[str, Any]) -> dict[str, Any] | None:
     """The FAILURE_KEYS in a log's own report; None without a failure, and for nonsense."""
     try:
         return _known(report.get(key) for key in FAILURE_KEYS) if report.get("failure") else None
@@ -176,7 +176,7 @@ def read_failure(path) -> Failure:
             raise ValueError
         seconds = found["seconds"]
         return Failure(
-            scene=read_logged(str(found["scene"]), f"the scene in {path.name}"),
+            scene=read_logged_scene(str(found["scene"]), f"the scene in {path.name}"),
             sentence=str(found["failure"]),
             reason=str(found["reason"]),
             seconds=math.nan if seconds is None else float(seconds),
@@ -193,7 +193,7 @@ def read_failure(path) -> Failure:
         raise BearingTwinError(f"{path} is not the file of a failed run; give one that a failed run wrote") from error
 
 
-def continued(log, seconds: float, overrides: Iterable[str] = ()) -> Failure:
+def continuation(log, seconds: float, overrides: Iterable[str] = ()) -> Failure:
     """The state near the end of the run in a log, with its scene lengthened by `seconds` [s], for `simulate`.
 
     It is that at the end of the last whole chunk, so that the continuation is that of one long run to the bit.
@@ -233,7 +233,7 @@ def _axis(channel: Channel, index: tuple[int, ...]) -> tuple[str, ...]:
     return ("xyzw"[index[-1]],) if width in (3, 4) else ()
 
 
-class Broken(NamedTuple):
+class Breakdown(NamedTuple):
     """Why nothing comes behind some outputs; the number of the output to go on after, and the motion's state there."""
 
     error: IntegrationError
@@ -241,14 +241,14 @@ class Broken(NamedTuple):
     state: Any
 
 
-def state_of(motion):
+def snapshot_of(motion):
     """The state of a motion as plain data, None of one that has none."""
     return motion.snapshot() if hasattr(motion, "snapshot") else None
 
 
-def up_to_break(
-    motion, made: Callable[[np.ndarray], Block], first: int, times: np.ndarray, now: float, begun: Broken, block
-) -> tuple[Block | None, Broken]:
+def outputs_before_failure(
+    motion, made: Callable[[np.ndarray], Block], first: int, times: np.ndarray, now: float, begun: Breakdown, block
+) -> tuple[Block | None, Breakdown]:
     """The outputs before the error of a chunk from number `first` on, at `times` (n,) [s] from `now` [s].
 
     `block` has them all where it is one of them that no motion can have; else they are `made` anew, up to the error or
@@ -264,11 +264,11 @@ def up_to_break(
         except IntegrationError:  # earlier than it said
             times = times[: len(times) // 2]
         else:
-            return block, Broken(begun.error, first + len(times) - 1, state_of(motion))
+            return block, Breakdown(begun.error, first + len(times) - 1, snapshot_of(motion))
     return None, begun
 
 
-def worst_contact(kind: Kind, sample, channels: tuple[Channel, ...], body: str) -> str:
+def deepest_contact(kind: Kind, sample, channels: tuple[Channel, ...], body: str) -> str:
     """The contact of `body` that is pressed in deepest in an output; empty where the kind names none."""
     deepest, found = -math.inf, ""
     for channel in channels:

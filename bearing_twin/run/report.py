@@ -37,7 +37,7 @@ from bearing_twin.kinds.error_estimates import (
     ModelErrors,
     UnknownErrors,
 )
-from bearing_twin.run.failure import failure_in
+from bearing_twin.run.failure import logged_failure
 from bearing_twin.run.second_run import NO_SECOND_RUN, Estimate, OutputError, estimate_of
 
 WORDS = {LAW: "elastic law", BEAM_THEORY: "beam theory", FRICTION_MODEL: "friction model"}
@@ -76,7 +76,9 @@ class Judgement(NamedTuple):
     keys: dict[str, Any]
 
 
-def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], status: str, choice: Choice) -> Judgement:
+def judge_errors(
+    errors: Errors, estimate: Estimate, figures: Mapping[str, Any], status: str, choice: Choice
+) -> Judgement:
     """The judgement of a run with these model errors, error estimate and figures, whose own status was this.
 
     The error of a figure is that of the method alone, None where it is not known; errors of the model stand beside.
@@ -89,14 +91,14 @@ def judged(errors: Errors, estimate: Estimate, figures: Mapping[str, Any], statu
             continue
         keys[f"{figure}_error"] = parts.get(METHOD)
         known[figure] = {source: one for source, one in parts.items() if not _unknown(one)}
-        most = max(map(greatest, known[figure].values()), default=0.0)
-        if is_negligible(greatest(figures[figure]), most):
+        most = max(map(max_magnitude, known[figure].values()), default=0.0)
+        if is_negligible(max_magnitude(figures[figure]), most):
             continue
         unit = label_and_unit(figure)[1]
         share = estimate.tolerance if unit == "J" else ROUNDING  # works: beside what all loads would do over all ways
         enough = max(errors.negligible.get(figure, 0.0), share * sizes.get(unit, 0.0))
         for source, one in known[figure].items():
-            if exceeds(figures[figure], one, unit) and not greatest(one) <= enough:
+            if is_large_error(figures[figure], one, unit) and not max_magnitude(one) <= enough:
                 large.setdefault(figure, source)
     keys["large_errors"] = dict(large)
     keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
@@ -158,7 +160,7 @@ def _exceeded(name: str, output: OutputError, model: tuple[ModelError, ...], est
     return "; ".join(said)
 
 
-def shown_errors(result: Mapping[str, Any], figure: str, size: float) -> tuple[float | None, float | None]:
+def displayed_errors(result: Mapping[str, Any], figure: str, size: float) -> tuple[float | None, float | None]:
     """Of a figure of this size in a table: the error that sets its digits, and that behind its ±, None for none.
 
     The latter is the method's, and not printed where that of the model is far greater, as it would suggest too high an
@@ -173,17 +175,17 @@ def shown_errors(result: Mapping[str, Any], figure: str, size: float) -> tuple[f
     return most, None if method is None or most > FAR * method else method
 
 
-def model_errors_in_words(result: Mapping[str, Any]) -> list[str]:
+def model_error_lines(result: Mapping[str, Any]) -> list[str]:
     """The errors of the model in a report, one line a source: its greatest over a figure."""
     lines = []
     for source, of in result.get("model_errors", {}).items():
-        sizes = {key: greatest(result[key]) for key in of if result.get(key) is not None}
-        shares = {key: greatest(of[key]) / size for key, size in sizes.items() if size > 0.0}
+        sizes = {key: max_magnitude(result[key]) for key in of if result.get(key) is not None}
+        shares = {key: max_magnitude(of[key]) / size for key, size in sizes.items() if size > 0.0}
         if not max(shares.values(), default=0.0) > NO_SHARE:
             continue
         figure = max(shares, key=shares.__getitem__)
         words, unit = label_and_unit(figure)
-        size, share = f"{two_digits(greatest(of[figure]))} {unit}", shares[figure]
+        size, share = f"{two_digits(max_magnitude(of[figure]))} {unit}", shares[figure]
         lines.append(f"{WORDS[source]}: up to {f'{100.0 * share:.2g} %' if share < 1.0 else size} ({words})")
     return lines
 
@@ -192,15 +194,15 @@ def _unknown(error) -> bool:
     return error is None or (isinstance(error, list) and None in error)
 
 
-def failed(failure: Mapping[str, Any]) -> str:
+def failed_status(failure: Mapping[str, Any]) -> str:
     """The status of a run that broke off, by what `run.failure.failure_keys` says of it."""
     return f"{FAILED}: {failure.get('failure_reason', 'broken off')}"
 
 
-def exceeds(value, error, unit: str) -> bool:
+def is_large_error(value, error, unit: str) -> bool:
     """True for an error above a tenth of its figure, of the greatest of a list, and of the amplitude of a level."""
-    allowed = 20.0 * math.log10(1.0 + LARGE) if unit == "dB" else LARGE * greatest(value)
-    return not greatest(error) <= allowed
+    allowed = 20.0 * math.log10(1.0 + LARGE) if unit == "dB" else LARGE * max_magnitude(value)
+    return not max_magnitude(error) <= allowed
 
 
 def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:
@@ -210,7 +212,7 @@ def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:
         values = value if isinstance(value, list) else [value]
         if values and all(isinstance(one, (int, float)) and math.isfinite(one) for one in values):
             unit = label_and_unit(key)[1]
-            sizes[unit] = max(sizes.get(unit, 0.0), greatest(values))
+            sizes[unit] = max(sizes.get(unit, 0.0), max_magnitude(values))
     made = {
         unit: math.prod(sizes[one] ** power for one, power in powers.items())
         for unit, powers in MADE_OF.items()
@@ -219,7 +221,7 @@ def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:
     return sizes | {unit: max(size, sizes.get(unit, 0.0)) for unit, size in made.items()}
 
 
-def greatest(value) -> float:
+def max_magnitude(value) -> float:
     """The greatest magnitude of a number or of a list, 0 of an empty one; NaN where one is."""
     return float(np.abs(value).max(initial=0.0))
 
@@ -228,12 +230,12 @@ def _said(figure: str, value, error, source: str, films: bool) -> str:
     """One figure whose error is large, and its greatest source; `films`: of contacts with them."""
     words, unit = label_and_unit(figure)
     words = lubricated_label(words) if films else words
-    off = greatest(error)
-    size = rounded_to_error(greatest(value), off, 2)
+    off = max_magnitude(error)
+    size = rounded_to_error(max_magnitude(value), off, 2)
     return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {WORDS.get(source, source)}"
 
 
-def output_error_in_words(result: Mapping[str, Any]) -> str:
+def output_error_text(result: Mapping[str, Any]) -> str:
     """A row of `wanted_errors` whose error is known: by how much, what was requested, and where."""
     parts = [f"{two_digits(result['error'])} {result['norm']}, requested {result['tolerance']:g}", result["where"]]
     if before := result.get("error_up_to_horizon"):
@@ -244,7 +246,7 @@ def output_error_in_words(result: Mapping[str, Any]) -> str:
 BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
 
 
-class Gathering:
+class ReportBuilder:
     """A run's writers of figures, model errors and error estimate, empty at first, fed in pieces of any length.
 
     A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
@@ -296,9 +298,9 @@ class Gathering:
                 writer.add(piece)
         choice, numbers = self.choice, figures.figures()
         errors = model.errors(numbers)
-        status = failed(failure) if failure else figures.status()
+        status = failed_status(failure) if failure else figures.status()
         seconds = 1e-9 * self._last_ns
-        judgement = judged(errors, estimate, numbers, status, choice)
+        judgement = judge_errors(errors, estimate, numbers, status, choice)
         return Report(
             scene=scene,
             law=self.choice.law,
@@ -336,11 +338,11 @@ def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
         figures, model, estimate = kind.figures_of(*made_of), kind.model_errors(*made_of), estimate_of(kind, *made_of)
     if log.kept_rate:
         estimate = Estimate(unknown=THINNED)
-    gathering = Gathering(figures, log.choice, model, estimate)
+    gathering = ReportBuilder(figures, log.choice, model, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
     said = log.report or {}
-    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=failure_in(said))
+    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=logged_failure(said))
     return report, 0 if log.kept_rate else gathering.missing
 
 
@@ -369,7 +371,10 @@ def figure_errors(report: Report) -> list[tuple[str, dict[str, float]]]:
     """Rows of `pictures.draw_errors`: of figures that are not 0 and have an error, of lists the greatest of both."""
     rows = []
     for key, parts in report.errors.get("errors_by_source", {}).items():
-        size, errors = greatest(report.figures[key]), {source: greatest(part) for source, part in parts.items()}
+        size, errors = (
+            max_magnitude(report.figures[key]),
+            {source: max_magnitude(part) for source, part in parts.items()},
+        )
         whole = math.fsum(errors.values())
         if not 0.0 < size < math.inf or not whole > NO_SHARE * size:
             continue

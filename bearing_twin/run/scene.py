@@ -35,7 +35,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import catalogue_scenes
 from bearing_twin.kinds.rules import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice
-from bearing_twin.run.second_run import tables_of
+from bearing_twin.run.second_run import record_tables
 
 DESIGNATION = re.compile(r"[A-Za-z]{0,6}[ -]{0,3}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as SKF 6205-2RS/C3
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
@@ -63,7 +63,7 @@ class Scene:
     @property
     def tables(self) -> tuple[Table, ...]:
         """Tables of what a run of this scene records between outputs."""
-        return tables_of(KINDS[self.kind], self.parameters)
+        return record_tables(KINDS[self.kind], self.parameters)
 
     @property
     def allows_invalid(self) -> bool:
@@ -148,7 +148,7 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
     return read_scene(mapping, origin).resolved(), origin
 
 
-def listed_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
+def check_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
     """The overrides; raises SceneError for what is no list of texts, and for two values of one key."""
     legal = isinstance(overrides, Iterable) and not isinstance(overrides, (str, bytes, Mapping))
     several = tuple(overrides) if legal else ()
@@ -171,7 +171,7 @@ def _equal(first: str, second: str) -> bool:
     return any(None not in pair and math.isclose(*pair) for pair in numbers)
 
 
-def gives(overrides: Iterable[str], key: str) -> bool:
+def has_override(overrides: Iterable[str], key: str) -> bool:
     """True where one of the overrides gives this key."""
     return any(override.partition("=")[0].strip() == key for override in overrides)
 
@@ -196,21 +196,21 @@ def parse_scene(text_or_mapping: str | Mapping, origin: str) -> Scene:
     SceneError
         Naming every problem.
     """
-    return checked(read_scene(text_or_mapping, origin), origin)
+    return check_scene(read_scene(text_or_mapping, origin), origin)
 
 
-def checked(scene: Scene, origin: str) -> Scene:
+def check_scene(scene: Scene, origin: str) -> Scene:
     """A scene of `read_scene`, checked, its automatic choices made; raises SceneError."""
     raise_problems(origin, scene.parameters.check())
     return dataclasses.replace(scene, parameters=scene.parameters.resolve())
 
 
-def read_logged(text: str, origin: str) -> Scene:
+def read_logged_scene(text: str, origin: str) -> Scene:
     """The scene in a log, YAML or JSON, also in the words of an earlier version."""
-    return parse_scene(upgraded(_mapping_of(_from_json(text, origin), origin), origin), origin)
+    return parse_scene(upgrade_scene(_mapping_of(_from_json(text, origin), origin), origin), origin)
 
 
-def upgraded(scene: Mapping, origin: str) -> dict:
+def upgrade_scene(scene: Mapping, origin: str) -> dict:
     """The plain data of a scene in a log in today's words, from those of an earlier version."""
     mapping = _canonical(scene)
     return KINDS[_kind_of(mapping, origin)].parameters.upgraded(mapping)
@@ -239,7 +239,7 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     else:
         path = SCENES.find(source, also=catalogue_scenes)
         text, origin = SCENES.read_text(path), f"scene {path.name}"
-    overrides = listed_overrides(overrides)
+    overrides = check_overrides(overrides)
     mapping = _canonical(_mapping_of(text, origin))
     mapping.setdefault("name", Path(origin.removeprefix("scene ")).stem)
     kind = _kind_of(mapping, origin)
@@ -328,7 +328,7 @@ def _by_last_word(parameters: type, path: str) -> str | None:
 
 
 def read_scene(text_or_mapping, origin: str) -> Scene:
-    """A scene as by `parse_scene`, before automatic keys are chosen and contradictions are refused (see `checked`)."""
+    """A scene as by `parse_scene`, but neither checked nor with its automatic keys chosen (see `check_scene`)."""
     mapping = _canonical(_mapping_of(text_or_mapping, origin))
     kind = _kind_of(mapping, origin)
     del mapping["kind"]
@@ -382,11 +382,11 @@ def _place_in(found: list, word: str, override: str) -> int:
 
 def choose(scene: Scene) -> Choice:
     """Law and stepper for a scene; raises SceneError where a bearing has no start, or a model leaves its range."""
-    refuse_outside(scene)
+    check_ranges(scene)
     return KINDS[scene.kind].choose(scene.parameters)._replace(outside=scene.outside)
 
 
-def refuse_outside(scene: Scene) -> None:
+def check_ranges(scene: Scene) -> None:
     """Raises SceneError where a specified model leaves its range, and the scene does not allow that."""
     if scene.outside and not scene.allows_invalid:
         fault = "; ".join(scene.outside)
@@ -396,7 +396,7 @@ def refuse_outside(scene: Scene) -> None:
         )
 
 
-def late_keys(scene: Scene, until: float) -> list[str]:
+def unreached_keys(scene: Scene, until: float) -> list[str]:
     """One sentence for each key of the scene with a time that a run of `until` [s] never comes to.
 
     Rows of a table count where the run ends before the row in front of them: between two it is straight.

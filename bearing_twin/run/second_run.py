@@ -52,7 +52,7 @@ def _compared(kind: Kind, comparison: Comparison) -> dict[str, str]:
     return {key: text for key, text in kind.meanings_of().items() if key not in comparison.exact}
 
 
-def tables_of(kind: Kind, parameters) -> tuple[Table, ...]:
+def record_tables(kind: Kind, parameters) -> tuple[Table, ...]:
     """The tables of a scene: the kind's own, and that of the second run where the scene specifies one."""
     own = tuple(kind.records(parameters))
     return (*own, _table(kind, parameters)) if kind.comparison is not None and is_checked(parameters) else own
@@ -82,7 +82,7 @@ def difference(value, second, coarser: float = 1.0) -> float:
     return float(max(abs(value - second) / coarser, ROUNDING * abs(second)))
 
 
-class Worst(NamedTuple):
+class GreatestDifference(NamedTuple):
     """The greatest difference of an output so far, the greatest size, when [s], and the error up to the horizon."""
 
     difference: float = 0.0
@@ -106,7 +106,7 @@ class Differences:
 
     def __init__(self, tolerance: float):
         self.tolerance = tolerance
-        self.worst: dict[str, Worst] = {}
+        self.worst: dict[str, GreatestDifference] = {}
         self.count = self.sum = self.least = self.at_least = 0
         self.turned = 0.0
 
@@ -116,14 +116,14 @@ class Differences:
             return
         beyond, worst, so_far = np.zeros(len(times), bool), dict(self.worst), {}
         for name, (apart, sizes) in found.items():
-            before = worst.get(name, Worst(when=float(times[int(np.argmax(apart))])))
+            before = worst.get(name, GreatestDifference(when=float(times[int(np.argmax(apart))])))
             sizes = np.maximum.accumulate(np.maximum(sizes, before.size))
             beyond |= ~(apart <= self.tolerance * sizes)
             greatest = np.maximum.accumulate(np.maximum(apart, before.difference))
             so_far[name] = greatest, sizes
             grown = not greatest[-1] <= before.difference
             when = float(times[int(np.argmax(apart))]) if grown else before.when
-            worst[name] = Worst(float(greatest[-1]), float(sizes[-1]), when, before.until)
+            worst[name] = GreatestDifference(float(greatest[-1]), float(sizes[-1]), when, before.until)
         path = self.sum + np.cumsum(np.where(beyond, 1, -1))
         low = len(path) - 1 - int(np.argmin(path[::-1]))
         if path[low] <= self.least:

@@ -14,9 +14,17 @@ from bearing_twin.base.sample import Block, Columns, Sample, join_blocks, layout
 from bearing_twin.base.stopping import SIGNALLED, Halt, signal_flag
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import OperatingPoint
-from bearing_twin.run.failure import Broken, Failure, failure_keys, placed, state_of, up_to_break, worst_contact
+from bearing_twin.run.failure import (
+    Breakdown,
+    Failure,
+    deepest_contact,
+    failure_keys,
+    outputs_before_failure,
+    recorded_error,
+    snapshot_of,
+)
 from bearing_twin.run.health import Health
-from bearing_twin.run.report import Gathering
+from bearing_twin.run.report import ReportBuilder
 from bearing_twin.run.scene import Scene, choose, load_scene
 from bearing_twin.run.second_run import CheckedMotion, estimate_of, has_second_run
 
@@ -116,13 +124,13 @@ class Simulation:
         self._commanded_until = 0  # number of an output: those before it follow a command closely
         made_of = self.scene.parameters, self.choice
         writers = self.kind.figures_of(*made_of), self.choice, self.kind.model_errors(*made_of)
-        self._gathering = Gathering(*writers, estimate_of(self.kind, *made_of))
+        self._gathering = ReportBuilder(*writers, estimate_of(self.kind, *made_of))
         self._compute_seconds = 0.0
         self._health, self._good = Health(self.kind, self.channels), None
         self._forget_failure()
 
     def _forget_failure(self) -> None:
-        self._broken: Broken | None = None  # nothing comes behind `_pending`
+        self._broken: Breakdown | None = None  # nothing comes behind `_pending`
         self.failure: IntegrationError | None = None  # what was raised for it
 
     def resume(self, failure: Failure) -> None:
@@ -250,15 +258,15 @@ class Simulation:
         start, here = time.perf_counter(), (first - 1) * self.output_period_ns
         until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
         times = 1e-9 * self.output_period_ns * np.arange(1, until - first + 1)
-        state, block = state_of(self._motion), None
+        state, block = snapshot_of(self._motion), None
         self._chunk_state = first - 1, state
         try:
             block = self._advanced(first, times)
             self._health.check(block)
         except IntegrationError as error:
-            begun = Broken(error, first - 1 if state is not None else -1, state)
+            begun = Breakdown(error, first - 1 if state is not None else -1, state)
             made = partial(self._sound, first)
-            block, self._broken = up_to_break(self._motion, made, first, times, 1e-9 * here, begun, block)
+            block, self._broken = outputs_before_failure(self._motion, made, first, times, 1e-9 * here, begun, block)
         if block is not None and len(block):
             self._pending, self._chunk_first, self._good = block, first, block[len(block) - 1]
         self._compute_seconds += time.perf_counter() - start
@@ -273,11 +281,11 @@ class Simulation:
         self._health.check(block)
         return block
 
-    def _failed(self, broken: Broken) -> IntegrationError:
+    def _failed(self, broken: Breakdown) -> IntegrationError:
         """The error with the time of the last output given out, and all that is needed to look into it."""
         error, *going_on = broken
-        contact = error.contact or worst_contact(self.kind, self._good, self.channels, error.body)
-        self.failure = placed(error, 1e-9 * self.time_ns, contact, self.scene, self._good, *going_on)
+        contact = error.contact or deepest_contact(self.kind, self._good, self.channels, error.body)
+        self.failure = recorded_error(error, 1e-9 * self.time_ns, contact, self.scene, self._good, *going_on)
         return self.failure
 
     @property
@@ -289,7 +297,7 @@ class Simulation:
         if self._pending is None or len(self._pending) or self._broken is not None or self._chunk_first is None:
             return None
         whole = (self.sequence + 1) % self.chunk_outputs == 0
-        sequence, kept = (self.sequence, state_of(self._motion)) if whole else self._chunk_state
+        sequence, kept = (self.sequence, snapshot_of(self._motion)) if whole else self._chunk_state
         return None if kept is None else (sequence, kept)
 
     def report(self, last: bool = False) -> Report:
@@ -401,7 +409,7 @@ def simulate(
         Called with the share done, up to 1, after each block.
     failure : Failure, optional
         The run starts from the last good state of a run that failed (`run.failure.read_failure`), or from the end of
-        that in a log (`run.failure.continued`).
+        that in a log (`run.failure.continuation`).
 
     Returns
     -------

@@ -17,7 +17,7 @@ from bearing_twin.kinds.contract import Quantity
 from bearing_twin.kinds.error_estimates import NO_CHECK
 from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.report import FAILED
-from bearing_twin.run.scene import choose, parse_scene, refuse_outside
+from bearing_twin.run.scene import check_ranges, choose, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.uq.inputs import numeric_keys, placed, put, quantities_of, replaced
 from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails
@@ -279,7 +279,7 @@ def task_of(study: Study) -> Task:
     """The task of a study."""
     settings, histories = study.settings, study.histories
     at_medians = study.scene_at(study.medians)
-    refuse_outside(at_medians)
+    check_ranges(at_medians)
     medians = at_medians.parameters
     duration = (settings.history_duration or medians.run.duration) if histories else 0.0
     varied = {key for keys in study.targets for key in keys}

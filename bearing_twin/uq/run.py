@@ -21,7 +21,7 @@ from bearing_twin.base.errors import StatisticError, Stopped, StudyError, echo, 
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
-from bearing_twin.run.report import LARGE, WORDS, exceeds
+from bearing_twin.run.report import LARGE, WORDS, is_large_error
 from bearing_twin.uq.histories import COLUMNS, ROWS
 from bearing_twin.uq.inputs import quantity_of
 from bearing_twin.uq.propagation import MOST_RUNS, expand
@@ -115,7 +115,7 @@ def gathered(study: Study, found: Realised, known: Iterable[str] = (), where: st
             unknown[name] = "a figure that it is read off has no bound of its error"
         sizes = found.quantities[np.isfinite(found.quantities[:, column]), column].tolist()
         unit = quantity_of(study.kind, name).unit
-        if error is not None and sizes and exceeds(sizes, error, unit):
+        if error is not None and sizes and is_large_error(sizes, error, unit):
             source = max(by_source, key=by_source.get)
             notes.append(
                 f"{name}: the error of the model is {error:.2g}{with_unit(unit)}, over {100.0 * LARGE:g} % of it, "

@@ -16,7 +16,7 @@ from bearing_twin.base.parameters import choice, echo, legal_hint, plain, quanti
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.kinds import KINDS
-from bearing_twin.run.scene import Scene, listed_overrides, open_scene, parse_scene
+from bearing_twin.run.scene import Scene, check_overrides, open_scene, parse_scene
 from bearing_twin.uq.distributions import as_mapping
 from bearing_twin.uq.inputs import (
     Input,
@@ -281,7 +281,7 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
                 raise StudyError(f"{other} is another name of {first}, which is given too; keep one of them")
             if other in mapping:
                 mapping[first] = mapping.pop(other)
-        study = _read(mapping, *_overridden(mapping, listed_overrides(overrides)), origin, problems)
+        study = _read(mapping, *_overridden(mapping, check_overrides(overrides)), origin, problems)
     except (SceneError, StudyError) as error:
         if not problems:
             raise StudyError(f"{origin}: {error}") from error

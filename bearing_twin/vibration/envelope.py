@@ -431,7 +431,7 @@ def draw_spectrum(found: Spectrum, name: str, path):
     """Draws amplitude and level over frequency, the harmonics of each family dashed where they were found."""
     from matplotlib.figure import Figure
 
-    from bearing_twin.pictures import BALL_COLOURS, STYLE, finish, frame, heading
+    from bearing_twin.pictures import BALL_COLOURS, STYLE, finish_picture, heading, style_axes
 
     colours = {"BPFO": BALL_COLOURS[5], "BPFI": BALL_COLOURS[0], "2BSF": BALL_COLOURS[2], "FTF": BALL_COLOURS[3]}
     figure = Figure(figsize=(15.0, 9.0), dpi=100, facecolor="white")
@@ -445,7 +445,7 @@ def draw_spectrum(found: Spectrum, name: str, path):
     lines = {line.name: line for line in found.lines}
     for place, (values, words, label) in enumerate(rows):
         panel = figure.add_subplot(grid[place])
-        frame(panel)
+        style_axes(panel)
         panel.plot(hertz, values[shown], lw=0.8, color=STYLE["ink"])
         for family, colour in colours.items():
             for harmonic in HARMONICS:
@@ -460,4 +460,4 @@ def draw_spectrum(found: Spectrum, name: str, path):
     low, high = (round(one) for one in found.band_hz)
     words = f"shaft {found.shaft_hz:.4g} Hz   ·   band {low} to {high} Hz   ·   {found.seconds:.4g} s"
     title = DAMAGE.get(found.verdict, found.verdict)
-    return finish(figure, f"{name}: {title}", f"{words}   ·   bearing_twin {__version__}", path)
+    return finish_picture(figure, f"{name}: {title}", f"{words}   ·   bearing_twin {__version__}", path)

@@ -13,7 +13,7 @@ from bearing_twin.kinds.views import View
 from bearing_twin.log import cdr
 from bearing_twin.log.run_log import choice_in, scene_record
 from bearing_twin.log.stream import block_of, channels_of, check_block
-from bearing_twin.run.scene import Scene, read_logged
+from bearing_twin.run.scene import Scene, read_logged_scene
 from bearing_twin.view.page import POLICY, file_text, html, packed
 from bearing_twin.view.run_page import badges, described_view, packed_outputs, run_view
 
@@ -83,7 +83,7 @@ def _read(said: str) -> tuple[Scene, Choice]:
         text = record["scene"]
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
-    return read_logged(text, "the topic scene"), choice_in(record)
+    return read_logged_scene(text, "the topic scene"), choice_in(record)
 
 
 LIVE = {"sort": "good", "name": "", "text": "live"}

@@ -15,7 +15,7 @@ from bearing_twin.base.units import (
     unit_choice_sizes,
     unit_suffix,
 )
-from bearing_twin.run.report import output_error_in_words, shown_errors, unit_sizes
+from bearing_twin.run.report import displayed_errors, output_error_text, unit_sizes
 
 AXES = 3  # lists of so many numbers at most are vectors
 DIGITS = 5
@@ -50,7 +50,7 @@ def figures_for_people(
     rounding = {key: units.get(label_and_unit(key)[1], 0.0) for key in figures}
     figures = {key: _without_rounding(one, rounding[key]) for key, one in figures.items()}
     errors = {
-        key: _without_rounding(shown_errors(result, key, _size(one)), rounding[key]) for key, one in figures.items()
+        key: _without_rounding(displayed_errors(result, key, _size(one)), rounding[key]) for key, one in figures.items()
     }
     sizes = {key: max(_size(value), errors[key][1] or 0.0) for key, value in figures.items()}
     long = {key: unit_suffix(key) for key, value in figures.items() if _is_long(value)}
@@ -94,7 +94,7 @@ def events_for_people(
 def errors_in_words(result: Mapping[str, Any]) -> tuple[dict[str, str], list[str]]:
     """The errors of the requested outputs by their names, and sentences about errors that are not known."""
     wanted = result.get("wanted_errors", {}).items()
-    known = {output: output_error_in_words(one) for output, one in wanted if one["error"] is not None}
+    known = {output: output_error_text(one) for output, one in wanted if one["error"] is not None}
     return known, [f"{name}: {text}" for name, text in result.get("errors_unknown", {}).items()]
 
 

@@ -43,7 +43,7 @@ def test_numbers_go_through_the_door(library):
     numbers = np.arange(11.0)
     assert core.self_check(numbers, numbers.size) == 385
     assert np.array_equal(numbers, np.arange(11.0) ** 2)
-    assert core.lanes() in (2, 4, 8)
+    assert core.simd_lanes() in (2, 4, 8)
     assert re.match(r"build [0-9a-f]{12}, .+ \d+.*, \S+", core.version())
     frozen = np.zeros(3)
     frozen.flags.writeable = False
@@ -180,7 +180,7 @@ def test_the_wheel_is_for_every_python_and_brings_the_core_to_a_fresh_environmen
     own = tmp_path / "venv" / "bin" / "python"
     done = run(own, "-m", "pip", "install", "--no-deps", wheel, f"numpy=={np.__version__}", env=there)
     assert done.returncode == 0, done.stderr
-    words = [own, "-c", "from bearing_twin import core; print(core.version(), core.lanes())"]
+    words = [own, "-c", "from bearing_twin import core; print(core.version(), core.simd_lanes())"]
     done = run(*words, env=there, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert core.version()[:18] in done.stdout

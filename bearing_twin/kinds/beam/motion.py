@@ -37,7 +37,7 @@ from bearing_twin.kinds.bodies.parameters import FEW_STEPS, FEWEST_STEPS
 from bearing_twin.kinds.rules import BEAM as KIND
 from bearing_twin.kinds.rules import answers, odd_mass, sentences
 from bearing_twin.kinds.sections import LOOSEST, STANDARD_GRAVITY, check_run, resolved_run
-from bearing_twin.methods import FULL, NO_END, NOT_FINITE, STALLED, TIME_UP, WORDS
+from bearing_twin.methods import FULL, NO_END, NOT_FINITE, REASONS, STALLED, TIME_UP
 
 NEGLIGIBLE = 1e-12  # a mode with a smaller shape at the force is never moved
 
@@ -402,7 +402,7 @@ def _refuse(status, time):
         STALLED: "Newton's method for the contact force stalls; raise solver.steps",
     }
     if status in reasons:
-        sentence, reason = f"after {time:.6g} s {reasons[status]}", WORDS.get(status, NO_END)
+        sentence, reason = f"after {time:.6g} s {reasons[status]}", REASONS.get(status, NO_END)
         raise IntegrationError(sentence, reason, time, BODY, BEAM)
 
 

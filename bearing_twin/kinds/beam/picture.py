@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.kinds.beam.display import view
 from bearing_twin.kinds.bodies.figures import CONTACT
 from bearing_twin.kinds.picture import RunPicture
-from bearing_twin.pictures import BALL_COLOURS, STYLE, frame, heading
+from bearing_twin.pictures import BALL_COLOURS, STYLE, heading, style_axes
 
 ABOVE, BELOW = 0.75, 1.35  # what is seen above and below the beam at rest, in greatest deflections
 
@@ -18,7 +18,7 @@ class BeamPicture(RunPicture):
     def draw_bodies(self, figure, place, values) -> None:
         """The beam and the sphere at the start, at the greatest force and at the greatest deflection."""
         axis, parameters, time = figure.add_subplot(place), self.parameters, values["time"]
-        frame(axis)
+        style_axes(axis)
         span, greatest = 1e3 * parameters.beam.span, values["shape"].max() or 1.0
         stations = np.linspace(0.0, span, values["shape"].shape[1])
         instants = {

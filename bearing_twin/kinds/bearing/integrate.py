@@ -67,12 +67,12 @@ from bearing_twin.methods import (
     NOT_FINITE,
     NOTHING,
     OK,
+    REASONS,
     STALLED,
     STEPPER_FACTS,
     STEPS,
     STOPPED,
     TOO_DEEP,
-    WORDS,
 )
 from bearing_twin.shapes import turned
 
@@ -179,7 +179,7 @@ def check(status: int, elapsed: float, failure: np.ndarray) -> None:
         raise Stopped(f"the computation was stopped at {elapsed:.9g} s")
     if status != OK:
         seconds, body = elapsed + failure[0], f"ball {int(failure[1])}"
-        raise IntegrationError(f"at {seconds:.9g} s {body} {FAILURES[status]}", WORDS[status], seconds, body)
+        raise IntegrationError(f"at {seconds:.9g} s {body} {FAILURES[status]}", REASONS[status], seconds, body)
 
 
 # Where balls have steps of their own, only those that may soon meet share steps, and only for a while: balls that share

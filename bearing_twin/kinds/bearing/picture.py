@@ -20,13 +20,13 @@ from bearing_twin.pictures import (
     RACEWAY_COLOURS,
     RACEWAYS,
     STYLE,
-    ball_line,
-    draw_loads_around,
-    finish,
-    frame,
+    ball_style,
+    contrast_colour,
+    draw_load_distribution,
+    finish_picture,
     heading,
-    key_above,
-    readable_on,
+    legend_above,
+    style_axes,
 )
 
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
@@ -98,13 +98,13 @@ def _draw_bearing(figure, place, sample: Sample) -> None:
         axis.add_artist(Annulus((0, 0), outside, RING * radius, fc=STYLE["ring"], ec=STYLE["edge"], zorder=1))
     room = ARROW * radius, min(ARROW * radius, 0.8 * (pitch - radius))
     for ball, centre in enumerate(position):
-        colour = ball_line(ball)["color"] if len(position) <= GREATEST_LINES else STYLE["soft"]
+        colour = ball_style(ball)["color"] if len(position) <= GREATEST_LINES else STYLE["soft"]
         loose = load[ball].max() <= 0.0
         look = {"fc": "white", "ec": colour, "ls": "--"} if loose else {"fc": colour, "ec": "white"}
         axis.add_artist(Circle(centre, radius, lw=1.6, zorder=3, **look))
         if len(position) <= GREATEST_NUMBERED:
             size = np.clip(234.0 * radius / reach, 6.0, 15.0)
-            ink = colour if loose else readable_on(colour)
+            ink = colour if loose else contrast_colour(colour)
             axis.text(*centre, f"{ball}", ha="center", va="center", fontsize=size, color=ink, weight="bold", zorder=4)
         outward = centre / np.linalg.norm(centre)
         for raceway, (side, longest, fill) in enumerate(zip((-1.0, 1.0), room[::-1], RACEWAY_COLOURS, strict=True)):
@@ -136,7 +136,7 @@ def _draw_balls(figure, grid, azimuth, values: dict, draw_first: Callable) -> No
         if name not in values:
             continue
         axis = figure.add_subplot(parts[row])
-        frame(axis)
+        style_axes(axis)
         for k, (colour, mark, aside) in enumerate(zip(RACEWAY_COLOURS, "os", (-3.0, 3.0), strict=True)):
             shown = np.where(loads[:, k] > 0.0, factor * values[name][:, k], np.nan)
             axis.plot(degrees + aside, shown, mark, ms=7, color=colour)
@@ -157,7 +157,7 @@ def draw_equilibrium(result: dict, path) -> Path:
 
     def draw_loads(place):
         around = figure.add_subplot(place, projection="polar")
-        draw_loads_around(around, azimuth, values["normal_load"], push)
+        draw_load_distribution(around, azimuth, values["normal_load"], push)
         heading(around, "Load on each ball [N]; 0° is +x, 90° is +y", pad=24)
         around.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.32, -0.1))
 
@@ -170,7 +170,7 @@ def draw_equilibrium(result: dict, path) -> Path:
         f"law {result['law']}",
         f"clearance {1e6 * result['clearance_m']['operating']:.4g} µm",
     )
-    return finish(figure, title, _footer(*words), path, size=15)
+    return finish_picture(figure, title, _footer(*words), path, size=15)
 
 
 SWEPT = {  # panels of a sweep: title, axis, factor into its unit, labels of its curves
@@ -190,17 +190,17 @@ def draw_sweep(result: dict, path) -> Path:
     values, refused = scale * np.asarray(result["values"]), len(result["refused"])
     solved = [k for k, one in enumerate(result["stiffness"]) if one is not None]
     for axis, (key, (words, up, factor, names)) in zip(axes.ravel(), SWEPT.items(), strict=True):
-        frame(axis)
+        style_axes(axis)
         found = factor * np.array([result[key][k] for k in solved], float)
         found = np.diagonal(found, axis1=1, axis2=2) if key == "stiffness" else found.reshape(len(solved), -1)
         curves = np.full((len(values), found.shape[1]), np.nan)  # broken where there is no equilibrium
         curves[solved] = found
         for k in range(max(len(names), 1)):
-            axis.plot(values, curves[:, k], lw=2.0, **ball_line(k), **({"label": names[k]} if names else {}))
+            axis.plot(values, curves[:, k], lw=2.0, **ball_style(k), **({"label": names[k]} if names else {}))
         if key == "reference_life_mrev" and np.nanmax(found, initial=0.0) > 20.0 * np.nanmin(found, initial=np.inf):
             axis.set_yscale("log")
         heading(axis, words, label, up)
-        key_above(axis)
+        legend_above(axis)
     lost = f"{refused} of {len(values)} values have no equilibrium" if refused else ""
     title = f"{result['scene']}: equilibria over {label}"
-    return finish(figure, title, _footer(result["held"], f"law {result['law']}", lost), path)
+    return finish_picture(figure, title, _footer(result["held"], f"law {result['law']}", lost), path)

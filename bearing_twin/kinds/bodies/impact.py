@@ -58,7 +58,7 @@ from bearing_twin.kinds.bodies.derived import (
 from bearing_twin.kinds.bodies.figures import contact_rows
 from bearing_twin.kinds.bodies.parameters import FIRST, FIXED_STEP, MOST_STEPS, SECOND, TwoDiscsScene, TwoSpheresScene
 from bearing_twin.kinds.contract import ClosedForm
-from bearing_twin.methods import EVALUATIONS, NO_END, NOT_FINITE, SEPARATED, STALLED, STEPS, STOPPED, WORDS
+from bearing_twin.methods import EVALUATIONS, NO_END, NOT_FINITE, REASONS, SEPARATED, STALLED, STEPS, STOPPED
 
 SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_error.py`)
 PIECES = 400  # of the history of discs by quadrature
@@ -183,7 +183,7 @@ def _by_controlled_steps(numbers, speed, scales, first, expected, touch):
         raise _refused(
             f"at {touch + end:.9g} s the contact load is not finite beyond an approach of {deepest:.6g} m; the law "
             "does not reach so far",
-            WORDS[NOT_FINITE],
+            REASONS[NOT_FINITE],
             touch + end,
         )
     if status != SEPARATED:
@@ -207,7 +207,7 @@ def _by_fixed_steps(numbers, speed, method, step, expected, touch):
         raise _refused(
             f"the bodies do not part, or the load is not finite, by {last:.6g} s with steps of {step:.6g} s; "
             "shorten solver.step",
-            NO_END if finite else WORDS[NOT_FINITE],
+            NO_END if finite else REASONS[NOT_FINITE],
             touch + last,
         )
     t, x, v, lost = nodes[:count].T

@@ -29,7 +29,7 @@ from bearing_twin.kinds.bodies.derived import (
 )
 from bearing_twin.kinds.bodies.parameters import OVERLAP, EllipsoidOnPlaneScene
 from bearing_twin.kinds.error_estimates import TOLERANCE
-from bearing_twin.methods import FULL, NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, UNTRACKED, WORDS
+from bearing_twin.methods import FULL, NOT_FINITE, OK, REASONS, STALLED, STOPPED, TOO_DEEP, UNTRACKED
 from bearing_twin.shapes import quaternion_from_vector, rotation_matrix
 
 FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
@@ -262,7 +262,7 @@ class PairMotion:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
         if status != OK:
             sentence = f"at {seconds:.9g} s {self.failures[status]}"
-            raise IntegrationError(sentence, WORDS[status], seconds, *self.parameters.names)
+            raise IntegrationError(sentence, REASONS[status], seconds, *self.parameters.names)
         self._now = until
         return self.outputs(states)
 

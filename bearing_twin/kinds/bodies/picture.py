@@ -8,7 +8,7 @@ from bearing_twin.kinds.bodies.derived import surface_of
 from bearing_twin.kinds.bodies.display import bouncing_view, impact_view
 from bearing_twin.kinds.bodies.figures import BOUNCE, CONTACT
 from bearing_twin.kinds.picture import RunPicture
-from bearing_twin.pictures import BALL_COLOURS, STYLE, frame, heading, marker_of, scaled
+from bearing_twin.pictures import BALL_COLOURS, STYLE, heading, marker_of, readable_scale, style_axes
 from bearing_twin.shapes import CONVEX, TORUS, rotation_matrix, support
 
 OUTLINES, SIDES = 9, 96  # of a body along its path; sides of an outline
@@ -23,9 +23,9 @@ class PairPicture(RunPicture):
     def draw_bodies(self, figure, place, values) -> None:
         """The force over the approach."""
         axis, inside = figure.add_subplot(place), values["approach"] >= 0.0
-        frame(axis)
+        style_axes(axis)
         deep, load = values["approach"][inside], values["normal_load"][inside]
-        (by_length, length), (by_force, newtons) = scaled(deep, "m"), scaled(load, "N")
+        (by_length, length), (by_force, newtons) = readable_scale(deep, "m"), readable_scale(load, "N")
         axis.plot(by_length * deep, by_force * load, color=BALL_COLOURS[0], linewidth=2, marker=marker_of(len(inside)))
         across, up = f"approach [{length}]", f"contact force [{newtons}]"
         heading(axis, "Force against approach: the loop is the energy lost", across, up)
@@ -64,7 +64,7 @@ def _draw_paths(axis, values, bodies, view, title: str, sections: bool) -> None:
 
     Of planes and grooves the `sections`.
     """
-    frame(axis)
+    style_axes(axis)
     cut = []
     for one, prefix, colour in zip(bodies, ("", "second_"), (0, 4), strict=True):
         centre = values.get(f"{prefix}position", np.zeros((1, 3)))

@@ -41,7 +41,7 @@ from bearing_twin.kinds.shaft.equilibrium import (
     unbalance_response,
 )
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene, bearing_scene
-from bearing_twin.methods import NOT_FINITE, OK, STALLED, STOPPED, TOO_DEEP, WORDS
+from bearing_twin.methods import NOT_FINITE, OK, REASONS, STALLED, STOPPED, TOO_DEEP
 
 SETTING = 0.01  # tolerance of a step over that of a ball's load
 FINEST = 1e-11  # least tolerance of a step
@@ -305,7 +305,7 @@ class ShaftMotion:
 
     def _failed(self, status: int, seconds: float) -> IntegrationError:
         """The error of a run that failed at `seconds`."""
-        error = IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", WORDS[status], seconds, "shaft")
+        error = IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", REASONS[status], seconds, "shaft")
         angle, speed, acceleration = self.course.turned(seconds)
         turning = (speed**2 - 1j * acceleration) * np.exp(1j * angle) * self.rotor.unbalance
         loads = self.course.load_at(seconds)[0] + turning.real

@@ -12,11 +12,11 @@ from bearing_twin.kinds.shaft.parameters import SIDES
 from bearing_twin.pictures import (
     BALL_COLOURS,
     STYLE,
-    draw_loads_around,
-    frame,
+    draw_load_distribution,
     heading,
-    key_above,
-    scaled,
+    legend_above,
+    readable_scale,
+    style_axes,
 )
 
 ROOM = 1.8  # times the greatest frequency: the key stands above the curves
@@ -45,7 +45,7 @@ def _draw_loads(axis, values, side, k):
     azimuth = first + 2.0 * np.pi * np.arange(len(load)) / len(load)
     push = -values["bearing_force"][-1, k]
     size = float(np.hypot(push[0], push[1]))
-    draw_loads_around(axis, azimuth, load, push[:2])
+    draw_load_distribution(axis, azimuth, load, push[:2])
     words = f"{side.capitalize()}: ball loads at the end [N]"
     heading(axis, words, pad=26)
     axis.text(
@@ -58,21 +58,21 @@ def _draw_loads(axis, values, side, k):
 
 def _draw_orbits(axis, values):
     """The ways of the rings' centres in the second half of the run, about their means."""
-    frame(axis)
+    style_axes(axis)
     offset = values["ring_offset"][len(values["time"]) // 2 :, :, :2]
     load = max(values[f"{side}_normal_load"][-1].max() for side in SIDES)
     offset = np.array(settled(offset - offset.mean(axis=0), approach_of(values["elastic_energy"][-1], load)))
-    factor, unit = scaled(offset, "m")
+    factor, unit = readable_scale(offset, "m")
     for k, side in enumerate(SIDES):
         axis.plot(*(factor * offset[:, k]).T, color=BALL_COLOURS[k], linewidth=1.4, label=f"{side} bearing")
     axis.set_aspect("equal", adjustable="datalim")
     heading(axis, "Orbits of both rings about their means", f"x [{unit}]", f"y [{unit}]")
-    key_above(axis)
+    legend_above(axis)
 
 
 def _draw_frequencies(axis, parameters, law):
     """Natural frequencies over speed, as stiff as in balance at the run's end, and the line of one period a turn."""
-    frame(axis)
+    style_axes(axis)
     found, critical = modes_of(parameters, law)
     matrices, speed = last_matrices(parameters, law)
     ends = [abs(speed), LEAST * 2.0 * math.pi * found.frequencies[0], *critical[:1]]

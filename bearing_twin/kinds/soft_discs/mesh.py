@@ -18,7 +18,7 @@ from scipy import sparse
 from scipy.interpolate import KroghInterpolator
 from scipy.special import wrightomega
 
-from bearing_twin.core import lanes
+from bearing_twin.core import simd_lanes
 from bearing_twin.kinds.soft_discs.derived import capped_ratio
 from bearing_twin.kinds.soft_discs.parameters import DiscMesh, SoftDiscsScene
 
@@ -154,7 +154,7 @@ def _rim(points, edges, order):
 
 def _in_lanes(array, fill=0):
     """(e, ...) as (blocks, ..., lanes); what is missing is `fill`."""
-    side_by_side = lanes()
+    side_by_side = simd_lanes()
     missing = -len(array) % side_by_side
     whole = np.concatenate([array, np.full((missing, *array.shape[1:]), fill, array.dtype)])
     return np.ascontiguousarray(np.moveaxis(whole.reshape(-1, side_by_side, *array.shape[1:]), 1, -1))

@@ -8,7 +8,7 @@ from bearing_twin.kinds.soft_discs.derived import bodies_of
 from bearing_twin.kinds.soft_discs.display import view
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.kinds.soft_discs.mesh import density_at_nodes, edges_of, half_disc, triangles_of
-from bearing_twin.pictures import STYLE, frame, heading, scaled
+from bearing_twin.pictures import STYLE, heading, readable_scale, style_axes
 
 
 class SoftDiscPicture(RunPicture):
@@ -22,9 +22,9 @@ class SoftDiscPicture(RunPicture):
         mesh, drawn = half_disc(parameters.mesh), None
         bodies = dict(zip(("shape", "other_shape"), bodies_of(parameters).values(), strict=False))
         densities = {name: density_at_nodes(body, mesh, values[name][row]) for name, body in bodies.items()}
-        factor, unit = scaled(np.stack([*densities.values()]), "Pa")
+        factor, unit = readable_scale(np.stack([*densities.values()]), "Pa")
         greatest = factor * max(one.max() for one in densities.values())
-        frame(axis)
+        style_axes(axis)
         axis.grid(False)
         for (name, density), up in zip(densities.items(), (1.0, -1.0), strict=False):
             for side in (1.0, -1.0):
