@@ -191,12 +191,14 @@ def test_a_designation_as_override_takes_the_place_of_the_whole_geometry():
         ("63o8", "did you mean 6308 or 6318?"),
         ("7205", "did you mean 7205B?"),
         ("6199", "did you mean 6009, 6019 or 6209?"),
+        ("9999", ""),
     ],
 )
 def test_an_unknown_designation_is_a_bearing_and_no_scene_and_names_its_neighbours(word, near):
     with pytest.raises(SceneError) as refused:
         load_scene(word)
-    assert str(refused.value).startswith(f"there is no bearing or scene '{word}'; {near} `bearing_twin bearing --list`")
+    hint = f"{near} ".lstrip()
+    assert str(refused.value).startswith(f"there is no bearing or scene '{word}'; {hint}`bearing_twin bearing --list`")
     with pytest.raises(SceneError, match=f"geometry.designation = '{word}' is not in the catalogue") as refused:
         parse_scene(f"kind: bearing\ngeometry: {{designation: {word}}}", "a scene")
     assert near in str(refused.value)

@@ -78,7 +78,8 @@ class Shelf(NamedTuple):
         designation, near = text.rpartition("_")[2], nearest(text, self.names())
         if designation in (others := list(also())) and not any(designation in name for name in near):
             raise self.error(f"there is no {self.noun} {echo(text)}; did you mean {designation}, by its designation?")
-        if not near and (hint := did_you_mean(text, others)):
+        hint = did_you_mean(text, others)
+        if not near and others and (hint or text[:1].isdigit()):
             where = "`bearing_twin bearing --list` has the catalogue"
             raise self.error(f"there is no bearing or {self.noun} {echo(text)}; {hint}{where}")
         for other in (SCENES, STUDIES):
