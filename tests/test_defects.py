@@ -275,12 +275,18 @@ def test_from_entry_to_impact_a_ball_takes_the_time_of_kinematics():
         ({"on": "inner", "waviness": [7.5, 1e-7, 0]}, "whole"),
         ({"on": "inner", "waviness": [7, 1e-4, 0]}, "at most"),
         ({"on": "inner", "waviness": [4000, 1e-9, 0]}, "shorter"),
+        ({"on": "inner", "waviness": [7, "100 rpm", 0]}, r"waviness\[1\] = '100 rpm' must be a number in m"),
         ("a pit", "list"),
     ],
 )
 def test_a_defect_that_no_bearing_has_is_refused(defect, word):
     with pytest.raises(SceneError, match=word):
         simulate(scene_of({"model.dimension": "prescribed", "geometry.radial_clearance": -6e-6}, [defect]))
+
+
+def test_waviness_has_the_unit_of_each_number():
+    (defect,) = scene_of({}, [{"on": "inner", "waviness": [9, "0.2 um", "90 deg"]}]).parameters.defects
+    assert defect.waviness == pytest.approx((9.0, 0.2e-6, 0.5 * np.pi))
 
 
 def test_a_sound_bearing_under_radial_load_has_the_line_of_its_compliance():

@@ -40,6 +40,7 @@ class Parameter(NamedTuple):
 def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_most=None, less=""):
     """A number (int or float, as the default is) or a tuple of floats of the default's length, in `unit`.
 
+    The numbers of a tuple may have units of their own, as "1, m, rad".
     Without an upper bound the greatest size of its unit holds (see `units.Unit`), and the least if none is below 0.
     `less` says why nothing below `at_least` is taken.
     """
@@ -286,9 +287,9 @@ def _read_tuple(item, given, path, problems):
         unit = with_unit(item.metadata["unit"])
         problems.append(f"{path} = {echo(original)} must be a list of {length} numbers{unit and ' in' + unit}")
         return item.default
-    values = []
+    values, units = [], item.metadata["unit"].split(", ")
     for index, one in enumerate(given):
-        value, problem = read_number(one, item.metadata["unit"], item.metadata["limits"])
+        value, problem = read_number(one, units[index % len(units)], item.metadata["limits"])
         if problem:
             problems.append(f"{path}[{index}] = {echo(one)} {problem}")
         values.append(value)

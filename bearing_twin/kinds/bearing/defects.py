@@ -48,8 +48,8 @@ class Defect:
     on: str = choice("outer", SURFACES, "inner, outer: a raceway; ball: the first ball, on its great circle across z")
     waviness: tuple[float, float, float] = quantity(
         (0.0, 0.0, 0.0),
-        "1",
-        "order, amplitude [m], phase [rad]: adds to approaches the cosine of order angle + phase, times the amplitude",
+        "1, m, rad",
+        "order, amplitude, phase: adds to approaches the cosine of order angle + phase, times the amplitude",
     )
     spall: Spall = section(Spall)
 
