@@ -27,10 +27,10 @@ LATE = "cannot keep up"  # from the warning of sim_node when it falls behind rea
 def wait_for_output(node, text: str) -> None:
     """Waits until the output of a node has `text`."""
     end = time.monotonic() + PATIENCE
-    while text not in node.said.read_text(errors="replace"):
-        node.look()
+    while text not in node.output.read_text(errors="replace"):
+        node.check()
         if time.monotonic() > end:
-            sys.exit(f"{node.said} does not have {text!r}")
+            sys.exit(f"{node.output} does not have {text!r}")
         time.sleep(0.2)
 
 
@@ -69,7 +69,7 @@ def measured(outputs: int, messages: int, folder: Path) -> Cost:
         [alone] = least([simulating])
         with started("recorder_node", node_command("recorder_node", recording), folder) as recorder:
             recorded, recorder_share = least([simulating, recorder])
-        late = LATE in simulating.said.read_text(errors="replace")
+        late = LATE in simulating.output.read_text(errors="replace")
     record = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
     counts = (record[name] for name in ("messages_lost", "messages", "samples_lost", "samples_received"))
     return Cost(alone, recorded, recorder_share, *map(int, counts), late)

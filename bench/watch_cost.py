@@ -39,10 +39,10 @@ def shares(nodes) -> list[float]:
 def address(node) -> str:
     """Where watch_node serves, once it says so."""
     end = time.monotonic() + PATIENCE
-    while not (match := re.search(r"shown at (http://\S+/)", node.said.read_text(errors="replace"))):
-        node.look()
+    while not (match := re.search(r"shown at (http://\S+/)", node.output.read_text(errors="replace"))):
+        node.check()
         if time.monotonic() > end:
-            sys.exit(f"watch_node says nothing; see {node.said}")
+            sys.exit(f"watch_node says nothing; see {node.output}")
         time.sleep(0.2)
     return match[1]
 

@@ -10,7 +10,7 @@ from ros import rclpy
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.paths import share_path
-from bearing_twin.nodes.node_parameters import SHARED, SIDES, checked, typed, values_given
+from bearing_twin.nodes.node_parameters import SHARED, SIDES, as_argument, checked_values, launch_values
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
 from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
@@ -22,9 +22,9 @@ TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES, "two_beari
 
 @pytest.mark.parametrize("table", [SHARED, RECORDER, *TABLES.values()])
 def test_every_default_is_read_again_as_it_is_typed(table):
-    given = {one.name: typed(one.default) for one in table if typed(one.default) != "none"}
+    given = {one.name: as_argument(one.default) for one in table if as_argument(one.default) != "none"}
     given |= {one.name: str(one.default) for one in table if type(one.default) is list and one.name in given}
-    assert checked(table, values_given(table, given)) == {one.name: one.default for one in table}
+    assert checked_values(table, launch_values(table, given)) == {one.name: one.default for one in table}
     shared = {one.name for one in SHARED} & {one.name for one in table}
     assert not shared or table is SHARED  # else an argument would have two meanings
 
@@ -37,14 +37,14 @@ def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node()
         "fsync": "True",
     }
     words |= {"keep_files": "3", "log": "", "record": "x.mcap"}
-    assert values_given(SIMULATION, words) == {
+    assert launch_values(SIMULATION, words) == {
         "scene": "1e3",
         "overrides": ["run.duration=1", "contact.normal=hertz"],
         "duration": 2.0,
         "fsync": True,
         "keep_files": 3,
     }
-    assert values_given(SIMULATION, {"overrides": "run.duration=1"}) == {"overrides": ["run.duration=1"]}
+    assert launch_values(SIMULATION, {"overrides": "run.duration=1"}) == {"overrides": ["run.duration=1"]}
     for text, sentence in {
         "duration:soon": "parameter duration = 'soon' must be a number",
         "duration:nan": "must be a number",
@@ -54,7 +54,7 @@ def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node()
         "overrides:[1, 2]": "must be a list of texts",
     }.items():
         with pytest.raises(BearingTwinError, match=sentence):
-            values_given(SIMULATION, dict([text.split(":")]))
+            launch_values(SIMULATION, dict([text.split(":")]))
 
 
 def test_the_launch_files_and_their_arguments_in_the_documentation_are_these():

@@ -306,15 +306,15 @@ def test_messages_become_data_and_back(toy):
         InterfaceError,
         MessageError,
         MissingInterfacesError,
-        filled,
         interface,
-        plain,
+        message_from,
+        plain_data,
     )
 
     data = {"wrench": {"force": {"x": 1, "y": "2e-3"}}, "header": {"frame_id": "a", "stamp": {"sec": 3}}}
-    message = filled(ros.WrenchStamped, data)
-    assert plain(message)["wrench"]["force"] == {"x": 1.0, "y": 2e-3, "z": 0.0}
-    assert plain(filled(ros.Contacts, {"normal_load": [1, 2, 3]}), 2)["normal_load"] == [1.0, 2.0, "..."]
+    message = message_from(ros.WrenchStamped, data)
+    assert plain_data(message)["wrench"]["force"] == {"x": 1.0, "y": 2e-3, "z": 0.0}
+    assert plain_data(message_from(ros.Contacts, {"normal_load": [1, 2, 3]}), 2)["normal_load"] == [1.0, 2.0, "..."]
     for wrong, sentence in [
         ({"header": {"stamp": {"sec": 1e99}}}, "header.stamp: The 'sec' field must be of type 'int'"),
         ({"header": {"frame_id": 3}}, "header: The 'frame_id' field must be of type 'str'"),
@@ -324,10 +324,10 @@ def test_messages_become_data_and_back(toy):
         ({"wrench:3": None}, "write a space behind the colon"),
     ]:
         with pytest.raises(MessageError, match=sentence):
-            filled(ros.WrenchStamped, wrong)
-    assert plain(filled(ros.DiagnosticStatus, {"level": 255}))["level"] == 255
+            message_from(ros.WrenchStamped, wrong)
+    assert plain_data(message_from(ros.DiagnosticStatus, {"level": 255}))["level"] == 255
     with pytest.raises(MessageError, match="The 'level' field must be of type 'bytes'"):
-        filled(ros.DiagnosticStatus, {"level": 256})
+        message_from(ros.DiagnosticStatus, {"level": 256})
     with pytest.raises(MissingInterfacesError, match="the type no_such/srv/Type cannot be imported"):
         interface("no_such/srv/Type", "srv")
     for name in ("os; x", "std_msgs/msg/String"):

@@ -108,15 +108,15 @@ def test_a_log_says_when_the_disk_is_nearly_full_and_when_there_is_space_again(t
     with ros_executor() as executor:
         node = base_node.BaseNode("testing", "test", context=executor.context)
         executor.add_node(node)
-        look = lambda: node.watch_log(log, tmp_path / "gone" / "too")  # noqa: E731
+        status = lambda: node.log_status(log, tmp_path / "gone" / "too")  # noqa: E731
         numbers = {"bytes": 5000, "messages_dropped": 0, "disk_free_bytes": 20e9}
-        assert look() == (DiagnosticStatus.OK, "", numbers)
+        assert status() == (DiagnosticStatus.OK, "", numbers)
         disk.free = 0.5e9
-        assert look()[:2] == (DiagnosticStatus.WARN, "the disk of the log has 500 MB left: make room")
+        assert status()[:2] == (DiagnosticStatus.WARN, "the disk of the log has 500.0 MB left: make room")
         log.problem = "no room"
-        assert look()[:2] == (DiagnosticStatus.ERROR, "no room")
+        assert status()[:2] == (DiagnosticStatus.ERROR, "no room")
         log.problem, log.dropped, disk.free = "", 3, 20e9
-        assert look()[:2] == (DiagnosticStatus.OK, "")
+        assert status()[:2] == (DiagnosticStatus.OK, "")
     assert "there is space again: the log continues, 3 messages were dropped" in capfd.readouterr().err
 
 
@@ -127,7 +127,7 @@ def test_a_log_says_how_much_an_hour_takes_and_how_long_the_disk_lasts(tmp_path,
     with ros_executor() as executor:
         node = base_node.BaseNode("testing", "test", context=executor.context)
         for size in (5000, 1_005_000, 2_005_000):  # 1 MB/s
-            node.watch_log(SimpleNamespace(problem="", dropped=0, bytes=size), tmp_path)
+            node.log_status(SimpleNamespace(problem="", dropped=0, bytes=size), tmp_path)
     assert capfd.readouterr().err.count("the log takes 3.6 GB an hour; the disk has room for 20 hours") == 1
 
 

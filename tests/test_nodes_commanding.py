@@ -35,7 +35,7 @@ def test_a_load_acts_from_the_next_output_on_and_is_held_until_the_next():
     assert force[116:] == pytest.approx(np.tile([0.0, 250.0, 0.0], (50, 1)), abs=1e-6)
     assert down[20] < down[10] < down[120] < 0.0
     assert (it.loop.commands.counts["taken"], it.loop.commands.counts["refused"]) == (2, 0)
-    assert it.loop.look()[2]["load_from"] == "command/load"
+    assert it.loop.status()[2]["load_from"] == "command/load"
 
 
 def test_moments_tilt_a_ring_that_is_free_to():
@@ -72,7 +72,7 @@ def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing():
         it.run(0.05)
     for name in ("inner_ring_force", "position", "normal_load"):
         assert np.array_equal(reported.channel(name), left.channel(name)), name
-    commands, numbers = reported.loop.commands, reported.loop.look()[2]
+    commands, numbers = reported.loop.commands, reported.loop.status()[2]
     assert (commands.counts["taken"], commands.counts["refused"]) == (1, len(refused))
     assert commands.warning().startswith(f"{len(refused)} refused, the last: command/load refused")
     assert commands.warning() == ""  # said once
@@ -123,14 +123,14 @@ def test_a_load_that_no_other_follows_is_stale_on_time_and_the_scenes_own_acts()
     assert force[66:] == pytest.approx(400.0)
     for _ in range(2):
         assert it.loop.commands.warning() == "command/load is stale, 0.03 s without another: the scene's load acts"
-    assert it.loop.look()[2]["load_from"] == "the scene"
+    assert it.loop.status()[2]["load_from"] == "the scene"
     it.tell("command/load", wrench((0.0, -450.0, 0.0)))
     assert it.loop.commands.warning() == ""
     it.loop.reset(0)
     it.run(0.08)
     assert it.channel("inner_ring_force")[-80:, 1] == pytest.approx(400.0)
     assert it.loop.commands.warning() == ""
-    assert it.loop.look()[2]["load_from"] == "the scene"
+    assert it.loop.status()[2]["load_from"] == "the scene"
 
 
 @pytest.mark.parametrize(("timeout_ns", "outputs"), [(4_500_000, 6), (10_000_000, 11)])

@@ -18,7 +18,7 @@ from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import sample_range
 from bearing_twin.nodes import demo
-from bearing_twin.nodes.node_parameters import checked
+from bearing_twin.nodes.node_parameters import checked_values
 
 ENTRY = (sys.executable, "-m", "bearing_twin.nodes.entry")
 
@@ -102,7 +102,7 @@ def test_help_is_printed_and_nothing_starts(name, here, monkeypatch):
     assert ("changeable while it runs: *" in result.stdout) is any(not one.read_only for one in node.PARAMETERS)
     program, *_, assigned = shlex.split(result.stdout.splitlines()[-1])
     parameter, _, value = assigned.partition(":=")
-    assert (program, checked(node.PARAMETERS, {parameter: value})[parameter]) == ("bearing_twin", value)
+    assert (program, checked_values(node.PARAMETERS, {parameter: value})[parameter]) == ("bearing_twin", value)
     assert value.endswith(".mcap") is (parameter == "log")
 
 

@@ -35,7 +35,7 @@ from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.nodes import recorder_node
-from bearing_twin.nodes.messages import compatible_profile, qos_words, stamp
+from bearing_twin.nodes.messages import compatible_profile, qos_of, stamp
 from bearing_twin.nodes.node_parameters import ParameterError
 from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import Timed
@@ -116,7 +116,7 @@ def test_a_subscription_is_suited_to_all_publishers_of_its_topic():
         asked = compatible_profile(profiles, 100)
         assert QoSCompatibility.ERROR not in [qos_check_compatible(one, asked)[0] for one in profiles]
         kept = {durability for _, durability in two} == {"transient_local"}
-        assert qos_words(asked).durability == ("transient_local" if kept else "volatile")
+        assert qos_of(asked).durability == ("transient_local" if kept else "volatile")
 
 
 def test_a_publisher_that_offers_less_than_those_before_is_recorded_too(tmp_path):

@@ -14,15 +14,15 @@ from bearing_twin.nodes.node_parameters import (
     LOG_SAFETY,
     NodeParameter,
     ParameterError,
-    checked,
-    help_of,
+    checked_values,
+    help_text,
     safety_of,
 )
 
 TABLE = (
     NodeParameter("scene", "bearing_6203", "scene to run"),
     NodeParameter("overrides", [], "changes"),
-    NodeParameter("rate", 1.0, "pace", "1", 1e-9, 10.0, words=("fastest",)),
+    NodeParameter("rate", 1.0, "pace", "1", 1e-9, 10.0, alternatives=("fastest",)),
     NodeParameter("depth", 5, "messages", "", 1, 100),
     NodeParameter("loop", False, "again"),
     NodeParameter("pause", 0.0, "wait", "s", 0.0, 60.0),
@@ -31,13 +31,14 @@ TABLE = (
 
 
 def test_defaults_and_given_values():
-    assert checked(TABLE, {}) == {parameter.name: parameter.default for parameter in TABLE}
+    assert checked_values(TABLE, {}) == {parameter.name: parameter.default for parameter in TABLE}
     given = {"rate": 5, "overrides": ["a=1"], "pause": "20 ms", "loop": True, "designation": 6308, "use_sim_time": True}
-    values = checked(TABLE, given, ["use_sim_time"])
+    values = checked_values(TABLE, given, ["use_sim_time"])
     assert type(values["rate"]) is float
     assert [values[name] for name in given if name in values] == [5.0, ["a=1"], 0.02, True, "6308"]
-    assert checked(TABLE, {"rate": "fastest", "overrides": None}) == checked(TABLE, {}) | {"rate": "fastest"}
-    assert checked(TABLE, {"pause": "1e-5"})["pause"] == 1e-5  # a text to YAML
+    defaults = checked_values(TABLE, {})
+    assert checked_values(TABLE, {"rate": "fastest", "overrides": None}) == defaults | {"rate": "fastest"}
+    assert checked_values(TABLE, {"pause": "1e-5"})["pause"] == 1e-5  # a text to YAML
 
 
 MISTAKES = (
@@ -60,10 +61,10 @@ MISTAKES = (
 def test_mistakes_are_named_all_at_once():
     for given, words in MISTAKES:
         with pytest.raises(ParameterError) as refused:
-            checked(TABLE, given)
+            checked_values(TABLE, given)
         assert words in str(refused.value)
     with pytest.raises(ParameterError) as refused:
-        checked(TABLE, {"rate": -1.0, "loop": 1, "sceen": ""})
+        checked_values(TABLE, {"rate": -1.0, "loop": 1, "sceen": ""})
     assert all(word in str(refused.value) for word in ("rate", "loop", "sceen"))
 
 
@@ -76,7 +77,7 @@ def test_to_keep_some_files_they_must_be_several():
 
 
 def test_help_tells_every_parameter_within_eighty_columns():
-    reported = help_of("sim_node", "runs a scene", LOG_SAFETY)
+    reported = help_text("sim_node", "runs a scene", LOG_SAFETY)
     assert all(parameter.name in reported and parameter.help.split()[0] in reported for parameter in LOG_SAFETY)
     assert max(map(len, reported.splitlines())) <= 80
 
@@ -101,9 +102,9 @@ def test_a_node_that_fails_or_ends_too_early_names_its_output_and_the_next_step(
     with started("sim_node", python(f"import os, sys; {code}"), tmp_path) as node:
         node.process.wait(LIMIT)
         with pytest.raises(ProcessError) as error:
-            node.look(may_end)
+            node.check(may_end)
         if not may_end:
-            node.look(may_end=True)
+            node.check(may_end=True)
     said = str(error.value)
     assert all(one in said for one in (*words, str(tmp_path / "sim_node.txt"), "try again"))
 
@@ -113,7 +114,7 @@ def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monke
     deaf = "import signal, time; signal.signal(2, signal.SIG_IGN); print('deaf', flush=True); time.sleep(600)"
     with started("sim_node", python(deaf), tmp_path) as node:
         end = time.monotonic() + LIMIT
-        while "deaf" not in node.said.read_text() and time.monotonic() < end:
+        while "deaf" not in node.output.read_text() and time.monotonic() < end:
             time.sleep(0.01)
         assert not node.ended
     assert node.process.returncode == -signal.SIGKILL

@@ -42,7 +42,7 @@ from bearing_twin.kinds.topics import WRENCH
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import MessageStream, sample_range, topics
-from bearing_twin.nodes.node_parameters import checked
+from bearing_twin.nodes.node_parameters import checked_values
 from bearing_twin.nodes.sim_node import PARAMETERS, SimNode, scene_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
@@ -345,7 +345,7 @@ REFUSED = (
 @pytest.mark.parametrize(("parameters", "words"), REFUSED)
 def test_what_cannot_be_run_is_refused(parameters, words):
     with pytest.raises(BearingTwinError) as refused:
-        scene_of(checked(PARAMETERS, parameters))
+        scene_of(checked_values(PARAMETERS, parameters))
     assert words in str(refused.value)
 
 

@@ -46,7 +46,7 @@ def test_a_run_begins_again_at_the_pace_asked_for(repeat_ms, begins, tmp_path):
     loop.drive(begins[-1] + 99)
     assert [wall for wall, topic in loop.walls if topic == "scene"] == [begin * MS for begin in begins]
     assert not loop.over
-    assert loop.run == loop.look()[2]["runs"] == len(begins)
+    assert loop.run == loop.status()[2]["runs"] == len(begins)
     runs, whole = [data for _, data in loop.delivered["state"]], [data for _, data in expected(101)["state"]]
     assert runs[:11] == runs[11:22] == whole
     assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]
@@ -57,7 +57,7 @@ def test_a_run_that_waits_begins_again_on_request_alone_and_a_pause_holds_the_ne
     loop = Loop(duration_ns=100 * MS, repeat_ns=-1)
     loop.drive(5_000)
     assert (loop.finished, loop.over, loop.run) == (True, False, 1)
-    assert loop.look()[:2] == (False, "waiting for the next start")
+    assert loop.status()[:2] == (False, "waiting for the next start")
     assert len(loop.delivered["state"]) == 11
     assert loop.reset(loop.clock) == "run 2 starts at 0 s"
     loop.drive(200)
@@ -102,7 +102,7 @@ def test_a_look_tells_of_the_time_since_the_last_one():
     """A tenth of a second in time, then outputs that take twice as long to compute as they last."""
     loop = Loop()
     loop.drive(100)
-    slow, message, numbers = loop.look()
+    slow, message, numbers = loop.status()
     assert (slow, message) == (False, "running")
     assert numbers["real_time_factor"] == pytest.approx(1.0, rel=0.05)
     advance = loop.simulation.advance
@@ -113,7 +113,7 @@ def test_a_look_tells_of_the_time_since_the_last_one():
 
     loop.simulation.advance = slowly
     loop.drive(300)
-    slow, message, numbers = loop.look()
+    slow, message, numbers = loop.status()
     assert slow
     assert "cannot keep up" in message
     assert numbers["real_time_factor"] == pytest.approx(0.5, rel=0.15)
@@ -128,7 +128,7 @@ def test_outputs_that_take_long_are_told_of_while_they_are_computed(factor, earl
 
     def long(outputs):
         for seconds in (early, 60):
-            seen[seconds] = loop.look(loop.clock + round(seconds * 1e9))
+            seen[seconds] = loop.status(loop.clock + round(seconds * 1e9))
         return advance(outputs)
 
     loop.simulation.advance = long
@@ -151,7 +151,7 @@ def test_a_run_below_its_specification_is_a_warning(status, said):
     assert loop.warning() == ""
     loop.simulation.report = lambda: SimpleNamespace(status=status, errors={})
     loop.drive(100)
-    assert loop.look()[2]["status"] == status
+    assert loop.status()[2]["status"] == status
     assert loop.warning() == said
 
 
@@ -287,7 +287,7 @@ def test_a_run_that_fails_after_a_command_waits_for_a_reset(tmp_path):
         loop.drive(200)
         assert loop.failure.body == "inner ring"
         assert not loop.over
-        assert "~/reset" in loop.look()[1]
+        assert "~/reset" in loop.status()[1]
         assert read_log(tmp_path / log).report["status"] == "failed: overload"
         loop.reset(loop.clock)
         assert loop.failure is None

@@ -28,7 +28,7 @@ from ros import (
 
 from bearing_twin.base.paths import share_path
 from bearing_twin.log.study_log import read_study
-from bearing_twin.nodes.node_parameters import checked
+from bearing_twin.nodes.node_parameters import checked_values
 from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, QUEUE, UqNode
 
 pytestmark = pytest.mark.usefixtures("quick_diagnostics")
@@ -218,4 +218,4 @@ def test_the_parameter_file_gives_the_defaults():
     text = share_path("config", "uq_node.yaml").read_text(encoding="utf-8")
     given = yaml.safe_load(text)["/**/uq_node"]["ros__parameters"]
     given["memory"] = float(given["memory"])  # 2.0e9 is a number to ROS, a text to PyYAML
-    assert checked(PARAMETERS, given) == given == checked(PARAMETERS, {})
+    assert checked_values(PARAMETERS, given) == given == checked_values(PARAMETERS, {})

@@ -10,7 +10,7 @@ from torture_rows import Found, Row, part_of
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.yaml_files import SCENES, STUDIES
-from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, checked, safety_of
+from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, checked_values, safety_of
 from bearing_twin.nodes.simulation_loop import check_speed
 from bearing_twin.nodes.studies import Goal, study_of
 from bearing_twin.run.scene import load_scene, parse_scene
@@ -102,7 +102,7 @@ def _case(chance: random.Random) -> Callable[[], object]:
 
     def parameter():
         given = {chance.choice(PARAMETERS).name: chance.choice(VALUES) for _ in range(3)}
-        return lambda: safety_of(checked(PARAMETERS, given))
+        return lambda: safety_of(checked_values(PARAMETERS, given))
 
     def goal():
         text = chance.choice(
@@ -120,7 +120,7 @@ def _case(chance: random.Random) -> Callable[[], object]:
     return chance.choice((scene, scene, override, study, study_override, parameter, goal, command))()
 
 
-PARAMETERS = (*LOG_SAFETY, NodeParameter("real_time_factor", 1.0, "pace", "1", 1e-9, 1000.0, words=("fastest",)))
+PARAMETERS = (*LOG_SAFETY, NodeParameter("real_time_factor", 1.0, "pace", "1", 1e-9, 1000.0, alternatives=("fastest",)))
 VALUES = (
     0, 1, -1, 2**63 - 1, 0.0, 1e-310, 1e308, float("nan"), float("inf"), "", "x", True, [], ["a"], [1, "a"], b"a", None,
 )  # fmt: skip

@@ -101,12 +101,12 @@ def _each(graph, arguments, take: Callable, raw: bool = False) -> None:
 
 def _echo(graph, arguments) -> Outcome:
     from bearing_twin.command.terminal import show_text
-    from bearing_twin.nodes.messages import plain
+    from bearing_twin.nodes.messages import plain_data
 
     most = None if arguments.full_length or arguments.json else SHORT_LIST
 
     def show(message) -> None:
-        data = _field(plain(message, most), arguments.field)
+        data = _field(plain_data(message, most), arguments.field)
         show_text(json_text(data) if arguments.json else f"{_shown(data)}---")
         sys.stdout.flush()
 

@@ -2,7 +2,6 @@
 
 import ctypes
 import functools
-import math
 import os
 import shutil
 import signal
@@ -23,6 +22,7 @@ from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.signals import SignalHandlerOptions
+from rich.filesize import decimal
 
 from bearing_twin.base.errors import BearingTwinError, Stopped
 from bearing_twin.core import Function
@@ -38,10 +38,9 @@ from bearing_twin.nodes.messages import (
 from bearing_twin.nodes.node_parameters import (
     NodeParameter,
     ParameterError,
-    advice,
     check_arguments,
-    checked,
-    read,
+    checked_values,
+    initialisation_hint,
 )
 from bearing_twin.nodes.outlet import MANY
 
@@ -58,23 +57,17 @@ LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in
 _exit_at_alarm = Function("core_exit_at_alarm", None, (ctypes.c_int,))
 
 
-def size_text(size: float) -> str:
-    """A size with its unit, such as 3.2 MB."""
-    power = min(max(int(math.log10(size) // 3) if size >= 1.0 else 0, 0), 4)
-    return f"{size / 1000.0**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB')[power]}"
-
-
-def given_parameters(node: Node) -> dict[str, Any]:
+def parameter_overrides(node: Node) -> dict[str, Any]:
     """Parameters given at start-up, including those with names that are not declared."""
     # rclpy has no public way to see these.
     return {name: parameter.value for name, parameter in node._parameter_overrides.items()}
 
 
-def values_of(node: Node, table: Sequence[NodeParameter]) -> dict[str, Any]:
-    """The values of the parameters of `table`; raises ParameterError for anything the node was given and cannot use."""
-    given = given_parameters(node)
-    legal = [name for name in given if node.has_parameter(name) or name.startswith("qos_overrides.")]
-    return checked(table, given, legal)
+def parameter_values(node: Node, table: Sequence[NodeParameter]) -> dict[str, Any]:
+    """The values of the parameters of `table`; raises ParameterError for overrides that are illegal."""
+    overrides = parameter_overrides(node)
+    legal = [name for name in overrides if node.has_parameter(name) or name.startswith("qos_overrides.")]
+    return checked_values(table, overrides, legal)
 
 
 def declare(
@@ -83,32 +76,33 @@ def declare(
     values: dict[str, Any] | None = None,
     change: Callable[[str, Any], None] = lambda name, value: None,
 ) -> dict[str, Any]:
-    """Declares the parameters of `table` and returns their values, those of the node where none are handed in.
+    """Declares the parameters of `table` and returns their values, by default `parameter_values` of the node.
 
-    `change` carries out a new value while the node runs, or raises BearingTwinError: the parameter then keeps its own.
+    `change` carries out a new value while the node runs, or raises BearingTwinError, and the parameter is not changed.
     """
-    values = values_of(node, table) if values is None else values
-    for one in table:
-        value = values[one.name]
+    values = parameter_values(node, table) if values is None else values
+    for row in table:
+        value = values[row.name]
         default = Parameter.Type.STRING_ARRAY if value == [] else value
-        node.declare_parameter(one.name, default, _descriptor(one), ignore_override=True)
-        if value == [] and not one.read_only:  # else it is not set, and cannot be read
-            node.set_parameters([Parameter(one.name, Parameter.Type.STRING_ARRAY, [])])
-    changeable = {one.name: one for one in table if not one.read_only}
+        node.declare_parameter(row.name, default, _descriptor(row), ignore_override=True)
+        if value == [] and not row.read_only:  # else it is not set, and cannot be read
+            node.set_parameters([Parameter(row.name, Parameter.Type.STRING_ARRAY, [])])
+    changeable = {row.name: row for row in table if not row.read_only}
 
     def convert(changes: list[Parameter]) -> list[Parameter]:
-        found = []
-        for one in changes:
-            if one.name in changeable and type(one.value) in (int, str):
+        converted = []
+        for parameter in changes:
+            if parameter.name in changeable and type(parameter.value) in (int, str):
                 with suppress(ParameterError):  # which `carry_out` reports
-                    one = Parameter(one.name, value=read(changeable[one.name], one.value))
-            found.append(one)
-        return found
+                    parameter = Parameter(parameter.name, value=changeable[parameter.name].convert(parameter.value))
+            converted.append(parameter)
+        return converted
 
     def carry_out(changes: list[Parameter]) -> SetParametersResult:
-        own = [one for one in changes if one.name in changeable]
+        requested = {parameter.name: parameter.value for parameter in changes if parameter.name in changeable}
         try:
-            for name, value in [(one.name, read(changeable[one.name], one.value)) for one in own]:
+            values = {name: changeable[name].convert(value) for name, value in requested.items()}
+            for name, value in values.items():
                 change(name, value)
         except BearingTwinError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -121,7 +115,7 @@ def declare(
 
 def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
     ranges, low, high = {}, parameter.low, parameter.high
-    if parameter.words:  # ROS would not name them where a number is out of range: `read` does
+    if parameter.alternatives:  # ROS would not name them where a number is out of range: `convert` does
         ranges = {"dynamic_typing": True, "additional_constraints": parameter.legal}
     elif low is not None and type(parameter.default) is float:
         ranges = {"floating_point_range": [FloatingPointRange(from_value=low, to_value=high)]}
@@ -156,8 +150,8 @@ class BaseNode(Node):
 
     def report(self, level: bytes, message: str, values: dict) -> None:
         """Publishes a status on /diagnostics; a namesake and faults of callbacks are added, and turn OK into WARN."""
-        own = self.get_name(), self.get_namespace()
-        if self.get_node_names_and_namespaces().count(own) > 1:
+        identity = self.get_name(), self.get_namespace()
+        if self.get_node_names_and_namespaces().count(identity) > 1:
             level, values = max(level, WARN), values | {"problem": NAMESAKE}
             self.get_logger().warning(NAMESAKE, once=True)
         if faults := getattr(self.executor, "faults", 0):
@@ -165,26 +159,27 @@ class BaseNode(Node):
         name = f"{self.get_fully_qualified_name().lstrip('/')}: {self._task}"
         self._statuses.publish(diagnostics(self.get_clock().now().nanoseconds, name, level, message, values))
 
-    def watch_log(self, log, folder: Path) -> tuple[bytes, str, dict[str, float]]:
+    def log_status(self, log, folder: Path) -> tuple[bytes, str, dict[str, float]]:
         """Level, sentence ("" if none) and numbers of a log in `folder` with `problem`, `dropped` and `bytes`."""
         if log.problem and not self._log_problem:
             self.get_logger().error(f"{log.problem}; messages are kept in memory, as many as fit")
         elif self._log_problem and not log.problem:
-            said = f"there is space again: the log continues, {log.dropped} messages were dropped"
-            self.get_logger().info(said)
+            self.get_logger().info(f"there is space again: the log continues, {log.dropped} messages were dropped")
         self._log_problem = log.problem
-        there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
-        free = float(shutil.disk_usage(there).free)
-        little = f"the disk of the log has {size_text(free)} left: make room" if free < LITTLE else ""
+        existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+        free = shutil.disk_usage(existing).free
+        shortage = f"the disk of the log has {decimal(free)} left: make room" if free < LITTLE else ""
         now, size = time.monotonic(), log.bytes
         began, at_first = self._log_began = self._log_began or (now, size)
         if now - began >= SETTLED and size > at_first:
-            an_hour = 3600.0 * (size - at_first) / (now - began)
-            said = f"the log takes {size_text(an_hour)} an hour; the disk has room for {free / an_hour:.3g} hours"
-            self.get_logger().info(said, once=True)
-        level = ERROR if log.problem else WARN if little else OK
-        numbers = {"bytes": size, "messages_dropped": log.dropped, "disk_free_bytes": free}
-        return level, log.problem or little, numbers
+            hourly = 3600.0 * (size - at_first) / (now - began)
+            sentence = (
+                f"the log takes {decimal(round(hourly))} an hour; the disk has room for {free / hourly:.3g} hours"
+            )
+            self.get_logger().info(sentence, once=True)
+        level = ERROR if log.problem else WARN if shortage else OK
+        numbers = {"bytes": size, "messages_dropped": log.dropped, "disk_free_bytes": float(free)}
+        return level, log.problem or shortage, numbers
 
 
 class Executor(MultiThreadedExecutor):
@@ -200,15 +195,14 @@ class Executor(MultiThreadedExecutor):
             self.spin_once(timeout_sec=POLL)
         except Exception as error:
             self.faults += 1
-            said = f"a request or message was discarded: {type(error).__name__}: {error}"
-            node.get_logger().error(said, throttle_duration_sec=LOG_PERIOD)
+            sentence = f"a request or message was discarded: {type(error).__name__}: {error}"
+            node.get_logger().error(sentence, throttle_duration_sec=LOG_PERIOD)
 
 
 def guarded(callback: Callable) -> Callable:
     """A method as a callback that cannot end the node: an exception is logged, a service answers success false.
 
-    Every client of a service receives the answers to all of them and keeps ten: answers follow each other by
-    ANSWER_PERIOD.
+    Every client of a service receives the answers to all clients and keeps ten: answers are ANSWER_PERIOD apart.
     """
     next_answer = 0.0
 
@@ -222,20 +216,20 @@ def guarded(callback: Callable) -> Callable:
         try:
             return callback(node, *arguments)
         except BearingTwinError as error:
-            said = str(error)
-            node.get_logger().warning(said, throttle_duration_sec=LOG_PERIOD)
+            reason = str(error)
+            node.get_logger().warning(reason, throttle_duration_sec=LOG_PERIOD)
         except Exception as error:
-            said = f"{type(error).__name__}: {error}"
-            node.get_logger().error(f"{callback.__name__}: {said}", throttle_duration_sec=LOG_PERIOD)
+            reason = f"{type(error).__name__}: {error}"
+            node.get_logger().error(f"{callback.__name__}: {reason}", throttle_duration_sec=LOG_PERIOD)
         if response is not None:
-            response.success, response.message = False, said
+            response.success, response.message = False, reason
         return response
 
     return safe
 
 
 interrupted = threading.Event()
-"""Set once a signal has asked this process to end; a constructor that waits looks at it."""
+"""Set by a signal that ends this process; a constructor that waits checks it."""
 
 
 def run(name: str, make_node: Callable[[], BaseNode]) -> int:
@@ -246,20 +240,20 @@ def run(name: str, make_node: Callable[[], BaseNode]) -> int:
     node = failure = None
     interrupted.clear()
 
-    def noted(*_) -> None:
+    def on_signal(*_) -> None:
         if interrupted.is_set() and node is None:  # its constructor takes long
             os._exit(2)
         interrupted.set()
 
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, noted)
+        signal.signal(number, on_signal)
     try:
-        _initialised()
+        _initialise()
         node = make_node()
-        if "--params-file" in sys.argv and not given_parameters(node):
-            own = node.get_fully_qualified_name()
-            said = f"the file of parameters holds none for {own}; begin them with /**/{node.get_name()}"
-            node.get_logger().warning(f"{said}: and ros__parameters:")
+        if "--params-file" in sys.argv and not parameter_overrides(node):
+            node_name = node.get_fully_qualified_name()
+            sentence = f"the file of parameters holds none for {node_name}; begin them with /**/{node.get_name()}"
+            node.get_logger().warning(f"{sentence}: and ros__parameters:")
         executor = Executor()
         executor.add_node(node)
         while not node.done.is_set() and not interrupted.is_set():
@@ -280,8 +274,12 @@ def run(name: str, make_node: Callable[[], BaseNode]) -> int:
             raise
         failure = BearingTwinError(f"{error}".replace("\n", " "))
     finally:
-        at_end = _closed(node)
-        failure = failure or at_end
+        if node is not None:
+            try:
+                node.close()
+            except Exception as error:
+                node.fail(error)
+            failure = failure or node.failure
         if failure is not None:
             print(f"{name}: {failure}", file=sys.stderr)
         code = 0 if failure is None else 2
@@ -289,31 +287,20 @@ def run(name: str, make_node: Callable[[], BaseNode]) -> int:
     return code
 
 
-def _initialised() -> None:
+def _initialise() -> None:
     """Initialises ROS, without its signal handlers; raises BearingTwinError for illegal arguments."""
     check_arguments(sys.argv)
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of unknown arguments the error is their list
-        said = f"ROS knows no {error}" if str(error).startswith("[") else error
-        raise BearingTwinError(f"{said}; {advice(str(error))}".replace("\n", " ")) from error
-
-
-def _closed(node: BaseNode | None) -> Exception | None:
-    """Closes the node; returns why it failed, if it did."""
-    if node is None:
-        return None
-    try:
-        node.close()
-    except Exception as error:
-        return node.failure or error
-    return node.failure
+        problem = f"ROS knows no {error}" if str(error).startswith("[") else error
+        raise BearingTwinError(f"{problem}; {initialisation_hint(str(error))}".replace("\n", " ")) from error
 
 
 def leave_ros(node: Node | None, code: int, context: Context | None = None) -> None:
-    """Destroys a closed node and ends ROS, so that all peers learn of it.
+    """Destroys a closed node and shuts ROS down, so that all peers are notified.
 
-    There Fast DDS 2 can wait for ever, holding the interpreter: after LONGEST_GOODBYE the process ends with its
+    Fast DDS 2 can block for ever there, holding the interpreter: after LONGEST_GOODBYE the process ends with its
     exit code.
     """
     sys.stderr.flush()

@@ -66,17 +66,17 @@ class Watcher(Node):
     def _on_wrench(self, ball: int, message: WrenchStamped) -> None:
         force, stamp = message.wrench.force, message.header.stamp
         self._forces[ball] = math.hypot(force.x, force.y, force.z)
-        at = stamp.sec + 1e-9 * stamp.nanosec
-        if ball == len(self._forces) - 1 and at >= self._next:
-            self._next = at + LINE
+        time_s = stamp.sec + 1e-9 * stamp.nanosec
+        if ball == len(self._forces) - 1 and time_s >= self._next:
+            self._next = time_s + LINE
             sizes = " ".join(f"{size:7.3f}" for size in self._forces)
-            output.print(f"t = {at:5.2f} s  net |F| on balls [N]: {sizes}", soft_wrap=True)
+            output.print(f"t = {time_s:5.2f} s  net |F| on balls [N]: {sizes}", soft_wrap=True)
 
 
 def wrenches(scene: Scene) -> list[str]:
     """The topics of the wrenches on the balls."""
-    place = KINDS[scene.kind].namespace
-    return [f"{place}/ball_{ball}/wrench" for ball in range(scene.parameters.geometry.balls)]
+    namespace = KINDS[scene.kind].namespace
+    return [f"{namespace}/ball_{ball}/wrench" for ball in range(scene.parameters.geometry.balls)]
 
 
 def main(args: list[str] | None = None) -> int:
@@ -85,12 +85,12 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument("--scene", default=SCENE, help="scene to run (default: %(default)s)")
     parser.add_argument("--duration", type=float, default=DURATION, help="simulated time [s] (default: %(default)s)")
     parser.add_argument("--out", default="demo", help="folder for logs and pictures (default: %(default)s)")
-    given = parser.parse_args(args)
+    arguments = parser.parse_args(args)
     _keep_to_itself()
-    scene = load_scene(given.scene, ["solver.check=none"])  # as nodes run it: without topics of a second run
+    scene = load_scene(arguments.scene, ["solver.check=none"])  # as nodes run it: without topics of a second run
     if scene.kind != "bearing":
         raise DemoError(f"scene {scene.name} is no bearing but of kind {scene.kind}: give the name of a bearing scene")
-    parent = Path(given.out)
+    parent = Path(arguments.out)
     parent.mkdir(parents=True, exist_ok=True)
     # A new folder named by date and time, which no other demonstration has.
     folder = Path(tempfile.mkdtemp(prefix=time.strftime("%Y%m%d_%H%M%S_"), dir=parent))
@@ -98,8 +98,8 @@ def main(args: list[str] | None = None) -> int:
     rclpy.init()
     try:
         watcher = Watcher(scene)
-        progress.print(f"{scene.name} runs in real time for {given.duration:g} s", soft_wrap=True)
-        simulated = {"scene": given.scene, "duration": given.duration}
+        progress.print(f"{scene.name} runs in real time for {arguments.duration:g} s", soft_wrap=True)
+        simulated = {"scene": arguments.scene, "duration": arguments.duration}
         recording = _recorded(scene, folder / "recording.mcap", "sim_node", simulated, watcher)
         progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
         played = {"log": recording, "rate": REPLAY_RATE}
@@ -108,32 +108,32 @@ def main(args: list[str] | None = None) -> int:
         return 130
     finally:
         rclpy.try_shutdown()
-    return _show_results(scene, given.duration, recording, replayed)
+    return _show_results(scene, arguments.duration, recording, replayed)
 
 
 def _keep_to_itself() -> None:
     """A domain on this machine that is not the user's, so that nodes of others are neither seen nor disturbed."""
     taken = os.environ.get("ROS_DOMAIN_ID", "0")
-    own = 10 + os.getpid() % 90
-    os.environ["ROS_DOMAIN_ID"] = str(own if str(own) != taken else own + 1)
+    domain = 10 + os.getpid() % 90
+    os.environ["ROS_DOMAIN_ID"] = str(domain if str(domain) != taken else domain + 1)
     os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 
 
 def _recorded(scene: Scene, log: Path, name: str, parameters: dict, watcher: Watcher) -> Path:
     """Runs a node to its end, recorded in `log`; raises ProcessError where it or the recorder fails."""
-    wanted = {"log": log, "topics": [topic.full_name for topic in topics(scene)]}
+    recorded = {"log": log, "topics": [topic.full_name for topic in topics(scene)]}
     # A node waits for the recorder, which knows a publisher before it subscribes: nothing is lost at the beginning.
     publishing = node_command(name, parameters | {"discovery": DISCOVERY})
     with (
-        started("recorder_node", node_command("recorder_node", wanted), log.parent) as recorder,
+        started("recorder_node", node_command("recorder_node", recorded), log.parent) as recorder,
         started(name, publishing, log.parent) as node,
         progress.status(f"{name} and recorder_node"),
     ):
         while not node.ended:
             rclpy.spin_once(watcher, timeout_sec=POLL)
-            recorder.look()
-        node.look(may_end=True)
-    recorder.look(may_end=True)
+            recorder.check()
+        node.check(may_end=True)
+    recorder.check(may_end=True)
     return log
 
 
@@ -155,7 +155,7 @@ def _show_results(scene: Scene, duration: float, recording: Path, replayed: Path
         table.add_row(str(ball), shown, str(counts[name]), str(max(lost.values())))
     output.print(table)
     for line in (
-        f"samples lost: {', '.join(f'{count} {where}' for where, count in lost.items())}",
+        f"samples lost: {', '.join(f'{count} {kind}' for kind, count in lost.items())}",
         f"messages: {counts.total()} recorded",
         f"log:     {recording.resolve()}",
         f"picture: {Path(picture).resolve()}",

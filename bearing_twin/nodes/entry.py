@@ -18,14 +18,14 @@ from bearing_twin.base.errors import ROS_ARGS, BearingTwinError
 from bearing_twin.base.paths import share_path
 
 
-def _run(what: str) -> int:
+def _run(executable: str) -> int:
     """Runs an executable, given as "module:class of the node"; returns the exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
         signal.signal(number, lambda *_: os._exit(0))
     from bearing_twin.base import process
 
     process.prepare_streams()
-    return process.run_while_read(lambda: _exit_code(*what.split(":")))
+    return process.run_while_read(lambda: _exit_code(*executable.split(":")))
 
 
 def _exit_code(name: str, work: str) -> int:
@@ -44,9 +44,9 @@ def _exit_code(name: str, work: str) -> int:
         if name == "demo":
             return getattr(module, work)()
         if {"-h", "--help"} & set(sys.argv[1:]):
-            from bearing_twin.nodes.node_parameters import help_of
+            from bearing_twin.nodes.node_parameters import help_text
 
-            print(help_of(name, module.__doc__.partition("\n\n")[0].replace("\n", " "), module.PARAMETERS))
+            print(help_text(name, module.__doc__.partition("\n\n")[0].replace("\n", " "), module.PARAMETERS))
             return 0
         from bearing_twin.nodes.base_node import run
 
@@ -82,7 +82,7 @@ def frequent_heartbeats() -> None:
 
 
 GRACE = 60.0  # s a node has to end after SIGINT, before it is killed
-LAST_WORDS = 3  # lines of a node's output that an error repeats
+LAST_LINES = 3  # lines of a node's output that an error repeats
 
 
 class ProcessError(BearingTwinError):
@@ -92,27 +92,27 @@ class ProcessError(BearingTwinError):
 class NodeProcess:
     """A process with its output in the file `said`."""
 
-    def __init__(self, name: str, command: Sequence[str], said: Path):
-        self.name, self.said = name, said
-        with said.open("wb") as output:
-            self.process = subprocess.Popen(command, stdout=output, stderr=subprocess.STDOUT)
+    def __init__(self, name: str, command: Sequence[str], output: Path):
+        self.name, self.output = name, output
+        with output.open("wb") as file:
+            self.process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
 
     @property
     def ended(self) -> bool:
         """True once the process has ended."""
         return self.process.poll() is not None
 
-    def look(self, may_end: bool = False) -> None:
+    def check(self, may_end: bool = False) -> None:
         """Raises ProcessError if the process failed, or ended though it may not."""
         code = self.process.poll()
         if code is None or (code == 0 and may_end):
             return
         how = f"was ended by signal {signal.Signals(-code).name}" if code < 0 else f"ended early with code {code}"
-        lines = self.said.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_WORDS:]
-        words = "".join(f"\n  {line}" for line in lines) or " nothing"
+        lines = self.output.read_text(encoding="utf-8", errors="replace").splitlines()[-LAST_LINES:]
+        last = "".join(f"\n  {line}" for line in lines) or " nothing"
         raise ProcessError(
-            f"{self.name} {how}. Its last lines:{words}\n"
-            f"Its output is in {self.said}. Correct the cause named there, or try again."
+            f"{self.name} {how}. Its last lines:{last}\n"
+            f"Its output is in {self.output}. Correct the cause named there, or try again."
         )
 
     def interrupt(self) -> None:
@@ -138,9 +138,9 @@ def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodePro
 
 def node_command(name: str, parameters: dict) -> list[str]:
     """The command line that starts a node of this package with these parameters."""
-    words = [f"{key}:={json.dumps(value, default=str)}" for key, value in parameters.items()]
+    assignments = [f"{key}:={json.dumps(value, default=str)}" for key, value in parameters.items()]
     command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, ROS_ARGS]
-    return [*command, *(part for word in words for part in ("-p", word))]
+    return [*command, *(part for assignment in assignments for part in ("-p", assignment))]
 
 
 if __name__ == "__main__":

@@ -19,7 +19,15 @@ from bearing_twin.base.errors import BearingTwinError, escape_controls, peer_nam
 from bearing_twin.base.parameters import echo, legal_hint
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.base_node import leave_ros
-from bearing_twin.nodes.messages import RunStudy, compatible_profile, filled, interface, plain, qos_profile, rclpy
+from bearing_twin.nodes.messages import (
+    RunStudy,
+    compatible_profile,
+    interface,
+    message_from,
+    plain_data,
+    qos_profile,
+    rclpy,
+)
 
 QUIET, LONGEST = 1.5, 3.0  # s without a change after which a list is complete on a free machine; most times that
 TURN, DEPTH = 0.05, 100  # s of one turn of the executor; messages that may wait
@@ -29,7 +37,7 @@ GOALS = "/_action/send_goal"  # the service of an action that takes its goals
 OWN = "/bearing_twin_command"
 NAME = re.compile(r"/[\w/]*", flags=re.ASCII)  # anybody on the network can send names with control characters
 
-Found = TypeVar("Found")
+T = TypeVar("Found")
 
 
 class GraphError(BearingTwinError):
@@ -76,13 +84,13 @@ class Graph:
 
     def nodes(self) -> list[str]:
         """Full names of the nodes."""
-        names = self._at_rest(self._node.get_fully_qualified_node_names)
+        names = self._settled(self._node.get_fully_qualified_node_names)
         return sorted(name for name in names if name != OWN and NAME.fullmatch(name))
 
     def topics(self) -> dict[str, str]:
         """Topics with their types."""
-        found = sorted(self._at_rest(self._node.get_topic_names_and_types))
-        return {name: ", ".join(map(peer_name, types)) for name, types in found if NAME.fullmatch(name)}
+        names_and_types = sorted(self._settled(self._node.get_topic_names_and_types))
+        return {name: ", ".join(map(peer_name, types)) for name, types in names_and_types if NAME.fullmatch(name)}
 
     def ends(self, topic: str) -> list[dict[str, str]]:
         """Publishers and subscriptions of a topic: node, type and quality of service of each."""
@@ -90,17 +98,17 @@ class Graph:
         publishers, subscriptions = self._node.get_publishers_info_by_topic, self._node.get_subscriptions_info_by_topic
         ends = ("publisher", publishers), ("subscription", subscriptions)
         return [
-            {"end": end, "node": full_name(one), "type": one.topic_type}
-            | {key: getattr(one.qos_profile, key).name.lower() for key in ("reliability", "durability")}
-            for end, one in self._at_rest(lambda: [(end, one) for end, ask in ends for one in ask(topic)])
+            {"end": end, "node": full_name(info), "type": info.topic_type}
+            | {key: getattr(info.qos_profile, key).name.lower() for key in ("reliability", "durability")}
+            for end, info in self._settled(lambda: [(end, info) for end, ask in ends for info in ask(topic)])
         ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
         """The messages of a topic from now on, bytes where `raw`; calls `silent()` if none comes within the wait."""
         kind, waiting = interface(self._type_of(topic), "msg"), []
-        take = lambda one: waiting.append(one)  # noqa: E731  (rclpy inspects its signature: a builtin has none)
-        offered = [one.qos_profile for one in self._node.get_publishers_info_by_topic(topic)]
-        self._node.create_subscription(kind, topic, take, compatible_profile(offered, DEPTH), raw=raw)
+        on_message = lambda message: waiting.append(message)  # noqa: E731  (rclpy needs a signature)
+        offered = [publisher.qos_profile for publisher in self._node.get_publishers_info_by_topic(topic)]
+        self._node.create_subscription(kind, topic, on_message, compatible_profile(offered, DEPTH), raw=raw)
         if not self._spin(self._wait, lambda: waiting):
             silent()
         while True:
@@ -117,23 +125,23 @@ class Graph:
         what the nodes that subscribe log meanwhile as a warning or an error, such as the refusal of a command.
         """
         kind = interface(ros_type, "msg")
-        message = filled(kind, data)
+        message = message_from(kind, data)
         publisher = self._node.create_publisher(kind, topic, qos_profile(Qos(10)))
-        takers, sent = lambda: self._node.get_subscriptions_info_by_topic(topic), 0
+        subscriptions, sent = lambda: self._node.get_subscriptions_info_by_topic(topic), 0
 
-        def heard() -> int:
-            refuse_other_type(topic, kind, "msg", sorted({one.topic_type for one in takers()}))
+        def count_subscriptions() -> int:
+            refuse_other_type(topic, kind, "msg", sorted({info.topic_type for info in subscriptions()}))
             return publisher.get_subscription_count()
 
-        def on_log(one: Log) -> None:
-            name = f"/{one.name.replace('.', '/')}"
-            if sent and one.level >= Log.WARN and name in map(full_name, takers()):
-                warn(escape_controls(f"{name} warns: {one.msg}"))
+        def on_log(entry: Log) -> None:
+            name = f"/{entry.name.replace('.', '/')}"
+            if sent and entry.level >= Log.WARN and name in map(full_name, subscriptions()):
+                warn(escape_controls(f"{name} warns: {entry.msg}"))
 
         self._node.create_subscription(Log, "/rosout", on_log, DEPTH)
-        subscribed = lambda: [one for one in self.topics() if self._node.count_subscribers(one)]  # noqa: E731
-        self._await(heard, "subscriber of", topic, subscribed)
-        self._at_rest(publisher.get_subscription_count)  # each learns of the publisher a little later
+        subscribed = lambda: [name for name in self.topics() if self._node.count_subscribers(name)]  # noqa: E731
+        self._await(count_subscriptions, "subscriber of", topic, subscribed)
+        self._settled(publisher.get_subscription_count)  # each learns of the publisher a little later
         with contextlib.suppress(KeyboardInterrupt):
             while not count or sent < count:
                 publisher.publish(message)
@@ -144,7 +152,7 @@ class Graph:
 
     def parameters(self, node: str) -> dict[str, Any]:
         """All parameters of a node that have a value."""
-        names = sorted(self._called(node, "list_parameters").result.names)
+        names = sorted(self._parameter_answer(node, "list_parameters").result.names)
         return {name: value for name in names if (value := self._parameter(node, name)) is not None}
 
     def parameter(self, node: str, name: str) -> Any:
@@ -165,7 +173,7 @@ class Graph:
             value = [value]
         kind = Parameter.Type.STRING_ARRAY if value == [] else None  # an empty list has no type
         message = Parameter(name, kind, value).to_parameter_msg()
-        (result,) = self._called(node, "set_parameters", [message]).results
+        (result,) = self._parameter_answer(node, "set_parameters", [message]).results
         if not result.successful:
             raise GraphError(f"{node} refuses {name} = {echo(value)}: {result.reason or 'it gives no reason'}")
         return self.parameter(node, name)
@@ -175,11 +183,11 @@ class Graph:
         known = lambda: dict(self._node.get_service_names_and_types())  # noqa: E731
         types = self._await(lambda: known().get(service), "service", service, known)
         kind = interface(ros_type or types[0], "srv")
-        request = filled(kind.Request, data)
+        request = message_from(kind.Request, data)
         refuse_other_type(service, kind, "srv", types)
         client = self._node.create_client(kind, service)
         self._await(client.service_is_ready, "service", service, known)
-        return plain(self._answer(client.call_async(request), service))
+        return plain_data(self._answer(client.call_async(request), service))
 
     def run_study(self, action: str, goal: dict[str, Any], tell: Callable[[dict], None]) -> tuple[str, dict[str, Any]]:
         """Final state of a goal of run_study (succeeded, canceled, aborted) and its result; `tell` takes the feedback.
@@ -199,9 +207,9 @@ class Graph:
 
         try:
             self._await(client.server_is_ready, "action", action, actions)
-            request = filled(RunStudy.Goal, goal)
-            sent = client.send_goal_async(request, feedback_callback=lambda one: tell(plain(one.feedback)))
-            handle = self._answer(sent, action)
+            request = message_from(RunStudy.Goal, goal)
+            on_feedback = lambda message: tell(plain_data(message.feedback))  # noqa: E731
+            handle = self._answer(client.send_goal_async(request, feedback_callback=on_feedback), action)
             if not handle.accepted:
                 raise GraphError(f"{action} refuses the goal: its queue is full; try again later")
             ended = handle.get_result_async()
@@ -211,16 +219,16 @@ class Graph:
                 handle.cancel_goal_async()
                 end(ended)
             status = {value: name for name, value in vars(GoalStatus).items() if name.startswith("STATUS_")}
-            return status[ended.result().status].removeprefix("STATUS_").lower(), plain(ended.result().result)
+            return status[ended.result().status].removeprefix("STATUS_").lower(), plain_data(ended.result().result)
         finally:
             client.destroy()
 
     def _parameter(self, node: str, name: str) -> Any:
         # One by one: a node answers with nothing at all where it lacks one of several.
-        values = self._called(node, "get_parameters", [name]).values
-        return plain(parameter_value_to_python(values[0])) if values else None
+        values = self._parameter_answer(node, "get_parameters", [name]).values
+        return plain_data(parameter_value_to_python(values[0])) if values else None
 
-    def _called(self, node: str, method: str, *arguments) -> Any:
+    def _parameter_answer(self, node: str, method: str, *arguments) -> Any:
         """The answer of one of a node's parameter services."""
         name = f"/{node.lstrip('/')}"
         if name not in self._clients:
@@ -231,39 +239,39 @@ class Graph:
 
     def _type_of(self, topic: str) -> str:
         known = lambda: dict(self._node.get_topic_names_and_types())  # noqa: E731
-        first, *others = self._await(lambda: known().get(topic), "topic", topic, known)
-        if others:
-            several = ", ".join(map(peer_name, (first, *others)))
+        first, *more_types = self._await(lambda: known().get(topic), "topic", topic, known)
+        if more_types:
+            several = ", ".join(map(peer_name, (first, *more_types)))
             raise GraphError(f"{topic} has several types: {several}; end all nodes but those of one")
         return first
 
-    def _await(self, ask: Callable[[], Found], what: str, name: str, names: Callable[[], Any]) -> Found:
+    def _await(self, ask: Callable[[], T], role: str, name: str, names: Callable[[], Any]) -> T:
         """The first true value of `ask()`; raises GraphError with near `names` after the wait."""
-        if found := self._spin(self._wait, ask):
-            return found
-        there = [one for one in names() if NAME.fullmatch(one) and not one.startswith(OWN)]
-        if name in there:
+        if answer := self._spin(self._wait, ask):
+            return answer
+        listed = [known for known in names() if NAME.fullmatch(known) and not known.startswith(OWN)]
+        if name in listed:
             raise GraphError(f"{name} is there, but was not ready within {self._wait:g} s; wait longer: --wait")
-        near = f"; {legal_hint(name, there)}" if there else ": there is no node in this ROS_DOMAIN_ID"
-        raise GraphError(f"there is no {what} {echo(name)}{near}")
+        near = f"; {legal_hint(name, listed)}" if listed else ": there is no node in this ROS_DOMAIN_ID"
+        raise GraphError(f"there is no {role} {echo(name)}{near}")
 
     def _answer(self, future, name: str) -> Any:
         if not self._spin(self._wait, future.done):
             raise GraphError(f"{name} did not answer within {self._wait:g} s; wait longer: --wait")
         return future.result()
 
-    def _spin(self, seconds: float, ask: Callable[[], Found] = lambda: False) -> Found:
+    def _spin(self, seconds: float, ask: Callable[[], T] = lambda: False) -> T:
         """Serves what comes for so long, or until `ask()` is true; returns its value."""
         end = time.monotonic() + seconds
-        while not (found := ask()) and (left := end - time.monotonic()) > 0.0:
-            self._executor.spin_once(timeout_sec=min(TURN, left))
-        return found
+        while not (answer := ask()) and (remaining := end - time.monotonic()) > 0.0:
+            self._executor.spin_once(timeout_sec=min(TURN, remaining))
+        return answer
 
-    def _at_rest(self, ask: Callable[[], Found]) -> Found:
+    def _settled(self, ask: Callable[[], T]) -> T:
         """The value of `ask()` once it no longer changes."""
         last, changed, quiet = ask(), time.monotonic(), quiet_time()
         while time.monotonic() < changed + quiet:
             self._spin(TURN)
-            if (found := ask()) != last:
-                last, changed = found, time.monotonic()
+            if (current := ask()) != last:
+                last, changed = current, time.monotonic()
         return last

@@ -7,7 +7,6 @@ import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 
 from ament_index_python.packages import PackageNotFoundError, get_package_prefix
 
@@ -24,7 +23,7 @@ from bearing_twin.base.paths import share_path
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import Panels, foxglove, panels, panels_of_log, rviz
 from bearing_twin.log.run_log import read_log
-from bearing_twin.nodes.node_parameters import SHARED, SIDES, NodeParameter, typed, values_given
+from bearing_twin.nodes.node_parameters import SHARED, SIDES, NodeParameter, as_argument, launch_values
 from bearing_twin.nodes.recorder_node import FRAMES
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
@@ -38,32 +37,18 @@ TABLES = {"sim_node": SIMULATION, "replay_node": REPLAY, "uq_node": STUDIES, "re
 
 
 def simulate() -> LaunchDescription:
-    """A scene, its recorder and what shows it."""
-
-    def actions(words):
-        node = _node("sim_node", words, _wait(words), on_exit=[Shutdown()])
-        return [*_recorder(words), node, *_viewers(words, lambda: [_panels(words)])]
-
-    return _launched(SIMULATION, actions)
+    """A scene, its recorder and viewers."""
+    return _launch_of_node("sim_node", _panels)
 
 
 def replay() -> LaunchDescription:
-    """A replay of a log, and its recorder."""
-
-    def actions(words):
-        node = _node("replay_node", words, _wait(words), on_exit=[Shutdown()])
-        return [*_recorder(words), node, *_viewers(words, lambda: [_panels_of_log(words)])]
-
-    return _launched(REPLAY, actions)
+    """A replay of a log, its recorder and viewers."""
+    return _launch_of_node("replay_node", _panels_of_log)
 
 
 def study() -> LaunchDescription:
-    """Studies on request; what it shows beside are the default scene's topics."""
-
-    def actions(words):
-        return [*_recorder(words), _node("uq_node", words), *_viewers(words, lambda: [_panels({"namespace": ""})])]
-
-    return _launched(STUDIES, actions)
+    """Studies on request, and a recorder; viewers show the topics of the default scene."""
+    return _launch_of_node("uq_node", lambda arguments: _panels({"namespace": ""}))
 
 
 def two_bearings() -> LaunchDescription:
@@ -72,16 +57,18 @@ def two_bearings() -> LaunchDescription:
     With `namespace` and `frame_prefix` those stand in front.
     """
 
-    def actions(words):
-        both, place = [], words["namespace"].strip("/")
-        for side, scene in (("left", words.get("scene")), ("right", words.get("scene_right") or words.get("scene"))):
-            own = {"namespace": f"/{place}/{side}" if place else f"/{side}"}
-            own |= {"frame_prefix": f"{words.get('frame_prefix', '')}{side}/"}
-            both.append(words | own | ({"scene": scene} if scene else {}))
-        found = _recorder(words, topics=[*(f"{one['namespace']}/*" for one in both), *FRAMES])
-        for one, at in zip(both, (0.0, words.get("distance", SIDES[-1].default)), strict=True):
-            found += [_node("sim_node", one, _wait(words)), _static_transform(_panels(one).frame, at)]
-        return [*found, *_viewers(words, lambda: [_panels(one)._replace(frame="world") for one in both])]
+    def actions(arguments):
+        scene = arguments.get("scene")
+        scenes = {"left": scene, "right": arguments.get("scene_right", scene)}
+        bearings = []
+        for side, scene in scenes.items():
+            namespace = f"/{arguments['namespace'].strip('/')}/{side}".replace("//", "/")
+            frames = {"frame_prefix": f"{arguments.get('frame_prefix', '')}{side}/"}
+            bearings.append(arguments | frames | {"namespace": namespace} | ({"scene": scene} if scene else {}))
+        started = _recorder(arguments, topics=[*(f"{bearing['namespace']}/*" for bearing in bearings), *FRAMES])
+        for bearing, height in zip(bearings, (0.0, arguments.get("distance", SIDES[-1].default)), strict=True):
+            started += [_node("sim_node", bearing), _static_transform(_panels(bearing).frame, height)]
+        return started + _viewers(arguments, lambda: [_panels(bearing)._replace(frame="world") for bearing in bearings])
 
     return _launched(SIDES, actions)
 
@@ -91,91 +78,99 @@ def stay_on_this_host() -> None:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
 
-def _launched(table: Sequence[NodeParameter], actions: Callable[[dict], list]) -> LaunchDescription:
-    """The shared arguments and those of `table`, empty where it is left to the node and its parameter file.
+def _launch_of_node(name: str, panels_of: Callable[[dict], Panels]) -> LaunchDescription:
+    """A node, its recorder and viewers; its end ends them too."""
 
-    `actions` gets the values of the shared ones, and of others those that are given.
+    def actions(arguments):
+        node = _node(name, arguments, on_exit=[Shutdown()])
+        return [*_recorder(arguments), node, *_viewers(arguments, lambda: [panels_of(arguments)])]
+
+    return _launched(TABLES[name], actions)
+
+
+def _launched(table: Sequence[NodeParameter], actions: Callable[[dict], list]) -> LaunchDescription:
+    """The shared arguments and those of `table`, empty where they are left to the node and its parameter file.
+
+    `actions` takes the values of the shared ones, and of the others those that are given.
     """
     stay_on_this_host()
     table = (*SHARED, *table)
-    declared = [
-        DeclareLaunchArgument(
-            one.name, default_value="", description=f"{one.description} [default: {typed(one.default)}]"
-        )
-        for one in table
-    ]
-    shared = {one.name: one.default for one in SHARED}
-    started = OpaqueFunction(function=lambda at: actions(shared | values_given(table, at.launch_configurations)))
-    return LaunchDescription([*declared, started])
+    declared = []
+    for row in table:
+        description = f"{row.description} [default: {as_argument(row.default)}]"
+        declared.append(DeclareLaunchArgument(row.name, default_value="", description=description))
+    shared = {row.name: row.default for row in SHARED}
+
+    def start(context) -> list:
+        return actions(shared | launch_values(table, context.launch_configurations))
+
+    return LaunchDescription([*declared, OpaqueFunction(function=start)])
 
 
-def _panels(words: Mapping) -> Panels:
-    scene = load_scene(words.get("scene", SIDES[0].default), [one for one in words.get("overrides", ()) if one])
-    return panels(scene, words["namespace"], words.get("frame_prefix", ""))
+def _panels(arguments: Mapping) -> Panels:
+    scene = load_scene(arguments.get("scene", SIDES[0].default), list(filter(None, arguments.get("overrides", ()))))
+    return panels(scene, arguments["namespace"], arguments.get("frame_prefix", ""))
 
 
-def _panels_of_log(words: Mapping) -> Panels:
+def _panels_of_log(arguments: Mapping) -> Panels:
     """The panels of the run in a log, its topics named as replay_node will name them."""
-    log = read_log(words["log"])
-    if not words["namespace"]:
+    log = read_log(arguments["log"])
+    if not arguments["namespace"]:
         return panels_of_log(log)
-    return panels(log.scene, words["namespace"], log.frame.removesuffix(KINDS[log.scene.kind].frame))
+    return panels(log.scene, arguments["namespace"], log.frame.removesuffix(KINDS[log.scene.kind].frame))
 
 
-def _wait(words: Mapping) -> dict:
-    """A node waits for the recorder that starts with it; its own `discovery` has precedence."""
-    return {"discovery": DISCOVERY} if words["record"] and "discovery" not in words else {}
+def _recorder(arguments: Mapping, **parameters) -> list[Node]:
+    return [_node("recorder_node", arguments, log=arguments["record"], **parameters)] if arguments["record"] else []
 
 
-def _recorder(words: Mapping, **parameters) -> list[Node]:
-    return [_node("recorder_node", words, {"log": words["record"]} | parameters)] if words["record"] else []
-
-
-def _node(name: str, words: Mapping, parameters: Mapping = MappingProxyType({}), **options) -> Node:
-    """A node with the parameters of its table that are given, and these."""
-    files = [str(share_path("config", f"{name}.yaml")), *([words["params_file"]] if words["params_file"] else [])]
-    given = {one.name: words[one.name] for one in TABLES[name] if one.name in words} | dict(parameters)
+def _node(name: str, arguments: Mapping, on_exit: Sequence | None = None, **parameters) -> Node:
+    """A node with the parameters of its table that are given, and these; it waits for the recorder that starts too."""
+    legal = [row.name for row in TABLES[name]]
+    waits = {"discovery": DISCOVERY} if arguments["record"] and "discovery" in legal else {}
+    values = waits | {key: arguments[key] for key in legal if key in arguments} | parameters
     # launch_ros would read texts as YAML again: "1e3" as a number.
-    kinds = {str: str, list: list[str]}
-    given = {
-        key: ParameterValue(value, value_type=kinds[type(value)]) if type(value) in kinds else value
-        for key, value in given.items()
+    types = {str: str, list: list[str]}
+    values = {
+        key: ParameterValue(value, value_type=types[type(value)]) if type(value) in types else value
+        for key, value in values.items()
     }
+    files = filter(None, (str(share_path("config", f"{name}.yaml")), arguments["params_file"]))
     return Node(
         package="bearing_twin",
         executable=name,
-        namespace=words["namespace"] or None,  # launch_ros would put "" into the root, not into that of the kind
+        namespace=arguments["namespace"] or None,  # launch_ros would put "" into the root, not into that of the kind
         output="screen",
-        parameters=[*files, *([given] if given else [])],
-        arguments=[ROS_ARGS, "--log-level", words["log_level"]],
-        **options,
+        parameters=[*files, *([values] if values else [])],
+        arguments=[ROS_ARGS, "--log-level", arguments["log_level"]],
+        on_exit=on_exit,
     )
 
 
 def _static_transform(frame: str, height: float):
-    words = {"--z": height, "--frame-id": "world", "--child-frame-id": frame}
+    options = {"--z": height, "--frame-id": "world", "--child-frame-id": frame}
     return _if_installed(
         f"place of {frame} in world",
         "tf2_ros",
         executable="static_transform_publisher",
         name=f"place_of_{frame.replace('/', '_')}",
-        arguments=[str(word) for pair in words.items() for word in pair],
+        arguments=[str(part) for pair in options.items() for part in pair],
     )
 
 
-def _viewers(words: Mapping, scenes: Callable[[], list[Panels]]) -> list:
+def _viewers(arguments: Mapping, scenes: Callable[[], list[Panels]]) -> list:
     """RViz and the bridge to Foxglove, if they are requested and installed; else one sentence."""
-    found = []
-    if words["rviz"]:
+    viewers = []
+    if arguments["rviz"]:
         layout = _layout_file("bearing_twin.rviz", rviz(*scenes()))
-        found.append(_if_installed("rviz:=true", "rviz2", arguments=["-d", layout]))
-    if words["foxglove"]:
+        viewers.append(_if_installed("rviz:=true", "rviz2", arguments=["-d", layout]))
+    if arguments["foxglove"]:
         layout = _layout_file("bearing_twin.foxglove.json", foxglove(scenes()[0]))
         bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
-        found.append(_if_installed("foxglove:=true", "foxglove_bridge", parameters=[bridge]))
-        if isinstance(found[-1], Node):
-            found.append(LogInfo(msg=f"in Foxglove open ws://localhost:{BRIDGE_PORT} and import the layout {layout}"))
-    return found
+        viewers.append(_if_installed("foxglove:=true", "foxglove_bridge", parameters=[bridge]))
+        if isinstance(viewers[-1], Node):
+            viewers.append(LogInfo(msg=f"in Foxglove open ws://localhost:{BRIDGE_PORT} and import the layout {layout}"))
+    return viewers
 
 
 def _layout_file(name: str, content: bytes) -> str:

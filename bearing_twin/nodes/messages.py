@@ -51,7 +51,7 @@ def qos_profile(qos: Qos) -> QoSProfile:
     )
 
 
-def qos_words(profile: QoSProfile) -> Qos:
+def qos_of(profile: QoSProfile) -> Qos:
     """The inverse of `qos_profile`, also for a profile that discovery reported (its depth is then unknown, 0)."""
     return Qos(profile.depth, profile.reliability.name.lower(), profile.durability.name.lower())
 
@@ -64,16 +64,16 @@ def burst_profile(qos: Qos) -> QoSProfile:
 
     What is latched, or sent as best effort, keeps its depth.
     """
-    kept = qos.durability == "volatile" and qos.reliability == "reliable"
-    return qos_profile(qos._replace(depth=max(qos.depth, BURST)) if kept else qos)
+    keeps_all = qos.durability == "volatile" and qos.reliability == "reliable"
+    return qos_profile(qos._replace(depth=max(qos.depth, BURST)) if keeps_all else qos)
 
 
 def compatible_profile(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
     """A quality of service that publishers who offer these can serve, with `depth` messages that may wait."""
-    reliable = all(one.reliability == ReliabilityPolicy.RELIABLE for one in offered)
-    latched = bool(offered) and all(one.durability == DurabilityPolicy.TRANSIENT_LOCAL for one in offered)
-    words = "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile"
-    return qos_profile(Qos(depth, *words))
+    reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
+    latched = bool(offered) and all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
+    policies = "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile"
+    return qos_profile(Qos(depth, *policies))
 
 
 def stamp(time_ns: int) -> Time:
@@ -117,10 +117,10 @@ def interface(ros_type: str, group: str) -> type:
     Raises InterfaceError for what is no name of a type, or of none in its package, MissingInterfacesError for a package
     that ROS does not list as one of interfaces, or that cannot be imported: no other is.
     """
-    found = _TYPE.fullmatch(ros_type)
-    if not found or found[2] not in (None, group):
+    match = _TYPE.fullmatch(ros_type)
+    if not match or match[2] not in (None, group):
         raise InterfaceError(f"{echo(ros_type)} is not a type of this group; write package/{group}/Name")
-    package, _, name = found.groups()
+    package, _, name = match.groups()
     module = f"{package}.{group}"
     try:
         if module not in sys.modules:
@@ -134,7 +134,7 @@ def interface(ros_type: str, group: str) -> type:
         ) from error
     kind = getattr(home, name, None)
     if not isinstance(kind, type):
-        names = [one for one, value in vars(home).items() if isinstance(value, type)]
+        names = [key for key, value in vars(home).items() if isinstance(value, type)]
         raise InterfaceError(f"{package} has no {group} {echo(name)}; {legal_hint(name, names)}")
     return kind
 
@@ -146,52 +146,52 @@ class MessageError(BearingTwinError):
     """A message cannot be made of what was given."""
 
 
-def plain(message, most: int | None = None) -> Any:
+def plain_data(message, limit: int | None = None) -> Any:
     """A message as mappings, lists, numbers and text; of arrays longer than `most`, if given, the first ones and ..."""
     if hasattr(message, "get_fields_and_field_types"):
-        return {name: plain(getattr(message, name), most) for name in message.get_fields_and_field_types()}
+        return {name: plain_data(getattr(message, name), limit) for name in message.get_fields_and_field_types()}
     if isinstance(message, bytes):
         return message[0] if len(message) == 1 else list(message)
     if isinstance(message, (array, np.ndarray, list, tuple)):
-        kept = message if most is None else message[:most]
-        values = kept.tolist() if hasattr(kept, "tolist") else [plain(one, most) for one in kept]
-        return values if len(kept) == len(message) else [*values, "..."]
+        shown = message if limit is None else message[:limit]
+        values = shown.tolist() if hasattr(shown, "tolist") else [plain_data(item, limit) for item in shown]
+        return values if len(shown) == len(message) else [*values, "..."]
     return message
 
 
-def filled(message_class: type, data: Any, where: str = "") -> Any:
+def message_from(message_class: type, data: Any, path: str = "") -> Any:
     """A message of this class with the fields that `data` names, the others at their defaults.
 
     Raises MessageError with the field and what it must be. A whole number is accepted where a real one is meant.
     """
     types = dict(zip(message_class.get_fields_and_field_types(), message_class.SLOT_TYPES, strict=True))
-    called = where or message_class.__name__
+    name_shown = path or message_class.__name__
     if not isinstance(data, Mapping | None):
         such = ", ".join(f"{name}: ..." for name in types)
-        raise MessageError(f"{called} = {echo(data)} must be fields with values, as {{{such}}}")
+        raise MessageError(f"{name_shown} = {echo(data)} must be fields with values, as {{{such}}}")
     fields = {}
     for name, value in (data or {}).items():
         if name not in types:
             hint = "write a space behind the colon" if ":" in str(name) else legal_hint(name, types)
-            raise MessageError(f"{called} has no field {echo(name)}; {hint}")
-        fields[name] = _value(types[name], value, f"{where}.{name}" if where else str(name))
+            raise MessageError(f"{name_shown} has no field {echo(name)}; {hint}")
+        fields[name] = _field_value(types[name], value, f"{path}.{name}" if path else str(name))
     try:
         return message_class(check_fields=True, **fields)
     except AssertionError as error:
-        raise MessageError(f"{called}: {error}") from error
+        raise MessageError(f"{name_shown}: {error}") from error
 
 
-def _value(kind, given: Any, where: str) -> Any:
+def _field_value(kind, value: Any, path: str) -> Any:
     """The value of a field of this type, converted from `given`; what is of another type the message itself refuses."""
     if isinstance(kind, NamespacedType):
-        return filled(interface(f"{'/'.join(kind.namespaces)}/{kind.name}", kind.namespaces[-1]), given, where)
-    if isinstance(kind, AbstractNestedType) and isinstance(given, list):
-        return [_value(kind.value_type, one, f"{where}[{place}]") for place, one in enumerate(given)]
-    if not isinstance(kind, BasicType) or isinstance(given, bool | float) or kind.typename == "boolean":
-        return given
-    number, problem = read_number(given, integer=kind.typename not in FLOATS)  # to YAML 2e-3 is a text
+        return message_from(interface(f"{'/'.join(kind.namespaces)}/{kind.name}", kind.namespaces[-1]), value, path)
+    if isinstance(kind, AbstractNestedType) and isinstance(value, list):
+        return [_field_value(kind.value_type, item, f"{path}[{index}]") for index, item in enumerate(value)]
+    if not isinstance(kind, BasicType) or isinstance(value, bool | float) or kind.typename == "boolean":
+        return value
+    number, problem = read_number(value, integer=kind.typename not in FLOATS)  # to YAML 2e-3 is a text
     if problem:
-        raise MessageError(f"{where} = {echo(given)} {problem}")
+        raise MessageError(f"{path} = {echo(value)} {problem}")
     if kind.typename == "octet":
-        return bytes([number]) if 0 <= number < 256 else given
+        return bytes([number]) if 0 <= number < 256 else value
     return number

@@ -19,7 +19,7 @@ from bearing_twin.log.raw_log import KEPT_RATE, Safety
 
 ALLOW_INVALID = "allow_invalid"
 NOT_ALLOWED = f"which the node's parameter {ALLOW_INVALID} = false forbids; omit it, or start the node with true"
-SHOWN = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default is empty
+EXAMPLES = {"log": "run.mcap", "node": "/bearing/sim_node"}  # in examples, where the default is empty
 KINDS = {bool: "true or false", int: "a whole number", float: "a number", str: "text", list: "a list of texts"}
 
 
@@ -28,10 +28,14 @@ REMOVED = {
 }
 
 
+class ParameterError(BearingTwinError):
+    """A node was started with parameters it cannot use."""
+
+
 class NodeParameter(NamedTuple):
     """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range.
 
-    A number may also be one of `words`, which stand for what is no number.
+    A number may also be one of the texts `alternatives`.
     """
 
     name: str
@@ -41,7 +45,7 @@ class NodeParameter(NamedTuple):
     low: float | None = None
     high: float | None = None
     read_only: bool = True
-    words: tuple[str, ...] = ()
+    alternatives: tuple[str, ...] = ()
 
     @property
     def description(self) -> str:
@@ -51,28 +55,51 @@ class NodeParameter(NamedTuple):
     def legal(self) -> str:
         """What a value must be, as `a number in s, 0 to 60`."""
         unit, limits = with_unit(self.unit), "" if self.low is None else f", {self.low:g} to {self.high:g}"
-        return ", or ".join((f"{KINDS[type(self.default)]}{unit and f' in{unit}'}{limits}", *self.words))
+        return ", or ".join((f"{KINDS[type(self.default)]}{unit and f' in{unit}'}{limits}", *self.alternatives))
+
+    def convert(self, value: Any) -> Any:
+        """The value in the type of the parameter; raises ParameterError with the legal values.
+
+        ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None; YAML, and with it `ros2 param set`,
+        takes 1e-5 for a text; a number may have its unit, as 20 ms.
+        """
+        kind, is_text = type(self.default), isinstance(value, str)
+        if kind is list and value is None:
+            return []
+        if is_text and value in self.alternatives:
+            return value
+        if isinstance(value, Sequence) and not is_text:
+            value = list(value)  # rclpy gives arrays
+        if kind in (int, float):
+            limits = Limits(at_least=self.low, at_most=self.high)
+            number, problem = read_number(value, self.unit, limits, integer=kind is int)
+            if not problem:
+                return kind(number)
+        elif kind is str and type(value) is int:
+            return str(value)
+        elif type(value) is kind and (kind is not list or all(isinstance(item, str) for item in value)):
+            return value
+        correction = f'; write {self.name}:="[{value!r}]"' if is_text and kind is list else ""
+        raise ParameterError(f"parameter {self.name} = {echo(value)} must be {self.legal}{correction}")
 
 
-class ParameterError(BearingTwinError):
-    """A node was started with parameters it cannot use."""
+def checked_values(
+    table: Sequence[NodeParameter], overrides: Mapping[str, Any], also_legal: Sequence[str] = ()
+) -> dict[str, Any]:
+    """The value of every parameter, by default its own. Raises ParameterError that lists every mistake.
 
-
-def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal: Sequence[str] = ()) -> dict[str, Any]:
-    """Every parameter's value: as given, else its default. Raises ParameterError that lists every mistake.
-
-    `also_legal` are names that belong to ROS itself, such as use_sim_time.
+    `also_legal` are names of ROS itself, such as use_sim_time.
     """
     names = [parameter.name for parameter in table]
     problems = [
         f"there is no parameter {echo(name)}; {REMOVED.get(name) or legal_hint(name, names)}"
-        for name in given
+        for name in overrides
         if name not in names and name not in also_legal
     ]
     values = {}
-    for one in table:
+    for row in table:
         try:
-            values[one.name] = read(one, given.get(one.name, one.default))
+            values[row.name] = row.convert(overrides.get(row.name, row.default))
         except ParameterError as error:
             problems.append(str(error))
     if problems:
@@ -80,49 +107,21 @@ def checked(table: Sequence[NodeParameter], given: Mapping[str, Any], also_legal
     return values
 
 
-def read(parameter: NodeParameter, value: Any) -> Any:
-    """The value as the parameter holds it; raises ParameterError with what it must be.
-
-    ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None; YAML, and with it `ros2 param set`, takes
-    1e-5 for a text; a number may have its unit, as 20 ms.
-    """
-    kind = type(parameter.default)
-    if kind is list and value is None:
-        return []
-    if isinstance(value, str) and value in parameter.words:
-        return value
-    if kind in (int, float):
-        limits = Limits(at_least=parameter.low, at_most=parameter.high)
-        number, problem = read_number(value, parameter.unit, limits, integer=kind is int)
-        if not problem:
-            return kind(number)
-    elif kind is str and type(value) is int:
-        return str(value)
-    elif kind is list and isinstance(value, Sequence) and not isinstance(value, str):
-        if all(isinstance(one, str) for one in value):
-            return list(value)
-    elif kind is not list and type(value) is kind:
-        return value
-    shown = value if isinstance(value, str) or not isinstance(value, Sequence) else list(value)
-    meant = f'; write {parameter.name}:="[{value!r}]"' if isinstance(value, str) and kind is list else ""
-    raise ParameterError(f"parameter {parameter.name} = {echo(shown)} must be {parameter.legal}{meant}")
-
-
-def help_of(name: str, what: str, table: Sequence[NodeParameter]) -> str:
+def help_text(name: str, description: str, table: Sequence[NodeParameter]) -> str:
     """Text of `--help`: the command, and the parameters of a node with defaults and legal values."""
     lines = [
         f"usage: bearing_twin node start {name} -p NAME:=VALUE [-p ...]",
         f"   or: ros2 run bearing_twin {name} {ROS_ARGS} -p NAME:=VALUE [-p ...]",
         "",
-        *textwrap.wrap(what, 78),
+        *textwrap.wrap(description, 78),
         "",
     ]
-    lines += ["parameters:" if all(one.read_only for one in table) else "parameters (changeable while it runs: *):"]
-    for one in table:
-        lines.append(f"  {one.name}{'' if one.read_only else '*'} = {json.dumps(one.default)}; {one.legal}")
-        lines += textwrap.wrap(one.help, 72, initial_indent="      ", subsequent_indent="      ")
+    lines += ["parameters:" if all(row.read_only for row in table) else "parameters (changeable while it runs: *):"]
+    for row in table:
+        lines.append(f"  {row.name}{'' if row.read_only else '*'} = {json.dumps(row.default)}; {row.legal}")
+        lines += textwrap.wrap(row.help, 72, initial_indent="      ", subsequent_indent="      ")
     first = table[0]
-    value = first.default or SHOWN.get(first.name)
+    value = first.default or EXAMPLES.get(first.name)
     lines += ["", "example:", f"  bearing_twin node start {name} -p {first.name}:={value}"]
     return "\n".join(lines)
 
@@ -152,25 +151,25 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
     )
 
 
-def check_arguments(words: Sequence[str]) -> None:
+def check_arguments(arguments: Sequence[str]) -> None:
     """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for or refuse by its lexer."""
-    for option, word in itertools.pairwise(words):
+    for option, value in itertools.pairwise(arguments):
         if option in ("-p", "--param"):
-            if ROS_ARGS not in words[: words.index(option)]:
-                raise BearingTwinError(f"-p {word} stands before {ROS_ARGS}; write {ROS_ARGS} -p {word}")
-            if ":=" not in word:
-                name, _, value = word.replace(":", "=").partition("=")
-                raise BearingTwinError(f"-p {echo(word)} sets nothing; write -p {name or 'NAME'}:={value or 'VALUE'}")
-            if word.endswith(":="):
-                said = f"-p {echo(word)} has no value"
-                raise BearingTwinError(f"{said}; omit it, or write -p \"{word}''\" for an empty text")
-        if word.startswith("__ns:=") and word.endswith("/") and word != "__ns:=/":
-            raise BearingTwinError(f"-r {echo(word)} ends with a slash; write -r __ns:=/NAMESPACE")
-        if option == "--params-file" and not Path(word).is_file():
-            raise BearingTwinError(f"{word} is not a file of parameters; give the path of a YAML file")
+            if ROS_ARGS not in arguments[: arguments.index(option)]:
+                raise BearingTwinError(f"-p {value} stands before {ROS_ARGS}; write {ROS_ARGS} -p {value}")
+            if ":=" not in value:
+                name, _, text = value.replace(":", "=").partition("=")
+                raise BearingTwinError(f"-p {echo(value)} sets nothing; write -p {name or 'NAME'}:={text or 'VALUE'}")
+            if value.endswith(":="):
+                problem = f"-p {echo(value)} has no value"
+                raise BearingTwinError(f"{problem}; omit it, or write -p \"{value}''\" for an empty text")
+        if value.startswith("__ns:=") and value.endswith("/") and value != "__ns:=/":
+            raise BearingTwinError(f"-r {echo(value)} ends with a slash; write -r __ns:=/NAMESPACE")
+        if option == "--params-file" and not Path(value).is_file():
+            raise BearingTwinError(f"{value} is not a file of parameters; give the path of a YAML file")
 
 
-def advice(error: str) -> str:
+def initialisation_hint(error: str) -> str:
     """The next step where ROS cannot be initialised, by the text of its error."""
     if "log level" in error:
         return "the levels are debug, info, warn, error and fatal"
@@ -203,29 +202,29 @@ SIDES = (
 )
 
 
-def values_given(table: Sequence[NodeParameter], words: Mapping[str, str]) -> dict[str, object]:
-    """The parameters given as texts in `words`, converted to their types; raises BearingTwinError for illegal values.
+def launch_values(table: Sequence[NodeParameter], texts: Mapping[str, str]) -> dict[str, object]:
+    """The parameters with a text in `texts`, converted to their types; raises BearingTwinError for illegal values.
 
     A list is YAML, such as ['run.duration=1']; a single text is a list of one.
     """
-    given = {one.name: words[one.name] for one in table if words.get(one.name)}
-    for one in table:
-        if one.name in given and type(one.default) in (bool, list):
-            value = _yaml(given[one.name])
-            given[one.name] = [given[one.name]] if type(one.default) is list and not isinstance(value, list) else value
-    return checked([one for one in table if one.name in given], given)
+    values: dict[str, Any] = {}
+    for row in table:
+        if text := texts.get(row.name):
+            value = _parse_yaml(text) if type(row.default) in (bool, list) else text
+            values[row.name] = [text] if type(row.default) is list and not isinstance(value, list) else value
+    return checked_values([row for row in table if row.name in values], values)
 
 
-def _yaml(text: str) -> Any:
-    """A value in YAML; what is none is a text."""
+def _parse_yaml(text: str) -> Any:
+    """A value in YAML; the text itself where it is malformed."""
     try:
         return yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError):
         return text
 
 
-def typed(default) -> str:
-    """A default as it would be typed on a command line."""
+def as_argument(default) -> str:
+    """A default in the form of an argument of a command line."""
     if default in ("", [], [""]):
         return "none"
     return str(default).lower() if isinstance(default, bool) else str(default)

@@ -15,6 +15,7 @@ from rclpy.exceptions import InvalidTopicNameException
 from rclpy.qos import QoSCompatibility, qos_check_compatible
 from rclpy.subscription import Subscription
 from rclpy.validate_full_topic_name import validate_full_topic_name
+from rich.filesize import decimal
 
 from bearing_twin.base.errors import BearingTwinError, LogError, peer_name
 from bearing_twin.kinds import KINDS
@@ -28,9 +29,8 @@ from bearing_twin.nodes.base_node import (
     BaseNode,
     declare,
     guarded,
-    size_text,
 )
-from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_words
+from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, WARN, compatible_profile, interface, qos_of
 from bearing_twin.nodes.node_parameters import LOG_SAFETY, NodeParameter, safety_of
 
 PARAMETERS = (
@@ -158,7 +158,7 @@ class Recording:
     def summary(self) -> str:
         """Messages, size and losses in one line."""
         lost = sum(self.status()[f"messages_{what}"] for what in ("lost", "dropped", "unreadable"))
-        return f"{self.log.path}: {self.messages} messages, {size_text(self.log.bytes)}, {lost} lost"
+        return f"{self.log.path}: {self.messages} messages, {decimal(self.log.bytes)}, {lost} lost"
 
     def note_losses(self) -> None:
         """Writes what was lost so far into the log, so that a crash does not take the count along."""
@@ -316,7 +316,7 @@ class RecorderNode(BaseNode):
 
     def _subscribe(self, name: str, types: list[str], publishers) -> None:
         profiles = [publisher.qos_profile for publisher in publishers]
-        offered = tuple(qos_words(profile)._replace(depth=profile.depth or OFFERED_DEPTH) for profile in profiles)
+        offered = tuple(qos_of(profile)._replace(depth=profile.depth or OFFERED_DEPTH) for profile in profiles)
         try:
             if len(types) > 1:
                 raise BearingTwinError(f"publishers disagree on its type: {', '.join(map(peer_name, types))}")
@@ -377,7 +377,7 @@ class RecorderNode(BaseNode):
             self.recording.publishers(name, count)
         self.recording.note_losses()
         status, log = self.recording.status(), self.recording.log
-        level, message, room = self.watch_log(log, log.path.parent)
+        level, message, room = self.log_status(log, log.path.parent)
         if not message and not {*self._subscribed} - {*FRAMES} and {*self._topics} - {*FRAMES}:
             matching = " and ".join(self._subscribed) or "none"
             level, message = WARN, f"of the topics {' '.join(self._topics)} there is {matching} so far"

@@ -32,9 +32,9 @@ from bearing_twin.nodes.base_node import (
     LOG_PERIOD,
     BaseNode,
     declare,
-    given_parameters,
     guarded,
-    values_of,
+    parameter_overrides,
+    parameter_values,
 )
 from bearing_twin.nodes.messages import (
     DIAGNOSTICS_PERIOD,
@@ -93,7 +93,7 @@ PARAMETERS = (
         SLOWEST,
         1000.0,
         read_only=False,
-        words=(FASTEST,),
+        alternatives=(FASTEST,),
     ),
     NodeParameter(
         ALLOW_INVALID,
@@ -129,8 +129,8 @@ def start_values(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
         quiet = {"start_parameter_services": False, "enable_rosout": False}
         asking = Node(NAME, **{"namespace": namespace} | options | quiet)
         try:
-            given = given_parameters(asking)
-            values, own = values_of(asking, PARAMETERS), asking.get_namespace()
+            given = parameter_overrides(asking)
+            values, own = parameter_values(asking, PARAMETERS), asking.get_namespace()
         finally:
             asking.destroy_node()
         if found is None or "scene" in given:
@@ -393,7 +393,7 @@ class SimNode(BaseNode):
         if self.loop is None:
             self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
             return
-        slow, message, numbers = self.loop.look(time.monotonic_ns())
+        slow, message, numbers = self.loop.status(time.monotonic_ns())
         held_up_by = self._outlet.slow_topic()
         if slow:
             message += held_up_by
@@ -406,7 +406,7 @@ class SimNode(BaseNode):
         if self.loop.failure is not None:
             level = ERROR
         if self._log is not None:
-            log_level, log_says, room = self.watch_log(self._log, Path(self._values["log"]).parent)
+            log_level, log_says, room = self.log_status(self._log, Path(self._values["log"]).parent)
             level, message = (log_level, log_says) if log_says else (level, message)
             numbers |= room
         self._publish_status(level, message, numbers)

@@ -195,7 +195,7 @@ class SimulationLoop(PacedStream):
             self.obeys_at = now + self._command_ns
             self.commands.carry_out(self.obey)
 
-    def look(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
+    def status(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
         """Failure to keep up, state, and numbers since the last look; from any thread.
 
         `now` is the wall time [ns], by which outputs that are computed meanwhile may be late.
