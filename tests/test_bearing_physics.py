@@ -318,7 +318,7 @@ def _moved(common, duration, tolerance, rate):
     times = np.arange(1, round(duration * rate) + 1) / rate
     if not common:
         return moving, moving.advance(times, duration).neighbour_load
-    filled = moving.room_for(len(times))
+    filled = moving.allocate(len(times))
     near = np.ones(moving.bearing.balls, bool)
     moving._integrate(moving._bodies(), moving.drive, near, 0.0, times, duration, filled)
     return moving, None

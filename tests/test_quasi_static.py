@@ -192,7 +192,7 @@ def test_a_solve_of_all_equations_at_once_agrees(case, speed, control):
             ring += -groove * g_i * np.array([0.0, 0.0, 0.0, math.sin(psi), -math.cos(psi)])
         return np.concatenate([(ring - load) / [1.0, 1.0, 1.0, arm, arm], of_balls])
 
-    start = np.concatenate([1e6 * found.coordinates * [1, 1, 1, arm, arm], 1e6 * found.places.ravel()])
+    start = np.concatenate([1e6 * found.coordinates * [1, 1, 1, arm, arm], 1e6 * found.positions.ravel()])
     assert np.abs(left(start)).max() < 1e-8 * found.contacts.load.max()
     other = root(left, start * 1.02 + 0.01, tol=1e-13)
     assert np.abs(other.fun).max() < 1e-9 * found.contacts.load.max()

@@ -16,7 +16,7 @@ from bearing_twin.kinds.bearing import (
     CAGE_X,
     CAGE_Y,
     LAND_WORK,
-    PLACES,
+    POSITIONS,
     land_radius,
     solver_of,
     support_of,
@@ -347,13 +347,13 @@ def test_sliding_on_its_land_turns_or_brakes_a_cage_by_coulomb_friction(guidance
     still = ("initial.motion=rest", "contact.friction_coefficient=0", f"drive.speed={157.0796 if side > 0 else 0}")
     heavy = "cage.mass=0.5", "cage.inertia=1e-4"  # so that little else shakes it in its land
     moving = caged(f"cage.guidance={guidance}", *APART, *still, *heavy)
-    moving.body_state[PLACES + CAGE] = 0.0 if side > 0 else 50.0
+    moving.body_state[POSITIONS + CAGE] = 0.0 if side > 0 else 50.0
     first, out = moving.first_outputs(), advanced(moving, 1e-4, 10)
     radius, friction = land_radius(moving.parameters), 0.05
     assert radius == pytest.approx(0.5 * 28.55e-3 - side * 0.3 * 6.75e-3)
     torque = friction * 100.0 * WEIGHT * radius
     lever = radius + side * (1e-4 + 100.0 * WEIGHT / 1e6)  # to where they touch, from the cage's centre
-    gained = moving.body_state[PLACES + CAGE] - (0.0 if side > 0 else 50.0)
+    gained = moving.body_state[POSITIONS + CAGE] - (0.0 if side > 0 else 50.0)
     assert gained == pytest.approx(side * torque * lever / radius / 1e-4 * 1e-3, rel=2e-3)
     ring = first.inner_ring_torque[0, 2] if side > 0 else first.outer_ring_torque[0, 2]
     assert ring == pytest.approx(-side * torque, rel=1e-4)
@@ -369,7 +369,7 @@ def test_sliding_on_its_land_turns_or_brakes_a_cage_by_coulomb_friction(guidance
 def test_energy_closes_and_forces_balance(guidance):
     """With all works and losses, after an unbalanced start: the cage falls, is hit by balls and whirls."""
     moving = caged(f"cage.guidance={guidance}", "wanted.tolerance=1e-6")
-    moving.body_state[[PLACES + CAGE_X, PLACES + CAGE_Y]] = 0.02, 0.03
+    moving.body_state[[POSITIONS + CAGE_X, POSITIONS + CAGE_Y]] = 0.02, 0.03
     out = advanced(moving, 2e-4, 250)
     stored = stored_energy(out)
     made = (stored + out.dissipated - out.drive_work)[[0, -1]]

@@ -224,7 +224,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     from bearing_twin.kinds.bearing import (
         answer_of,
         control_reason,
-        controlled,
+        controlled_equilibrium,
         frequency_errors,
         load_line,
         natural_frequencies,
@@ -240,7 +240,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
     first = load_line(support) if angle is None else angle
     solver = solver_of(parameters, law, first, arguments.arm)
-    found = controlled(parameters, solver, support)
+    found = controlled_equilibrium(parameters, solver, support)
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": found.control}
     head["control_reason"] = control_reason(parameters, found)
     if catalogued := _row(parameters):

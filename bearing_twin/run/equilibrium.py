@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bearing_twin.base.errors import SceneError, echo
-from bearing_twin.kinds.bearing import Equilibria, azimuths_on, solved_cases
+from bearing_twin.kinds.bearing import Equilibria, azimuths_on, solve_scenes
 from bearing_twin.run.scene import Scene, choose, load_scene
 
 
@@ -88,7 +88,7 @@ def equilibrium(
         raise SceneError("geometry.balls must be one number for all cases: call once for each")
     first = azimuths_on(forces) if ball_angle is None else np.broadcast_to(angle, shape).ravel()
     laws = [choose(one).law for one in scenes]
-    found = solved_cases([one.parameters for one in scenes], laws, which, forces, given.shape[-1] == 5, first)
+    found = solve_scenes([one.parameters for one in scenes], laws, which, forces, given.shape[-1] == 5, first)
     return Equilibria(*(one.reshape((*shape, *one.shape[1:])) for one in vars(found).values()))
 
 

@@ -11,7 +11,7 @@ from bearing_twin.kinds.bearing import (
     CAGE_Y,
     COLUMNS,
     MOTION,
-    PLACES,
+    POSITIONS,
     RADIAL_VELOCITY,
     SHAFT_ANGLE,
     SHAFT_SPEED,
@@ -20,7 +20,7 @@ from bearing_twin.kinds.bearing import (
 )
 from bearing_twin.kinds.bearing.system import (
     COORDINATES,
-    HOUSING_PLACE,
+    HOUSING_POSITION,
     HOUSING_SPEED,
     numbers_of,
     numbers_of_bodies,
@@ -100,8 +100,8 @@ CASES = {
 def places_in_state(guided):
     """Where the bodies' places and velocities (2 COORDINATES,) stand in a body_state, -1 where they do not."""
     places = [0, 1, 2, *((-1, -1, CAGE_X, CAGE_X + 1) if guided else (3, 4, -1, -1)), 5]
-    speeds = (-1 if place < 0 else PLACES + place for place in places)
-    return [*places, HOUSING_PLACE, SHAFT_ANGLE, *speeds, HOUSING_SPEED, SHAFT_SPEED]
+    speeds = (-1 if place < 0 else POSITIONS + place for place in places)
+    return [*places, HOUSING_POSITION, SHAFT_ANGLE, *speeds, HOUSING_SPEED, SHAFT_SPEED]
 
 
 class System:
@@ -113,7 +113,7 @@ class System:
         self.state, self.body_state, self.near = state, body_state, np.full(len(state), near)
         self.ring = RING.copy()
         if self.bodies.land:
-            self.ring[[CAGE_X, CAGE_Y]], self.ring[[PLACES + CAGE_X, PLACES + CAGE_Y]] = CENTRE_SCALE
+            self.ring[[CAGE_X, CAGE_Y]], self.ring[[POSITIONS + CAGE_X, POSITIONS + CAGE_Y]] = CENTRE_SCALE
 
     def system(self, state, body_state):
         """The arguments of `linear_answers`."""
@@ -149,7 +149,7 @@ def disturbed(name, seed=3, more=()):
     state, body_state = moving.state.copy(), moving.body_state.copy()
     state[:, :MOTION] += BALL * rng.uniform(-1.0, 1.0, (len(state), MOTION))
     system = System(moving, state, body_state, near="may touch" in name)
-    body_state[: 2 * PLACES] += (
+    body_state[: 2 * POSITIONS] += (
         np.where(np.tile(moving.bodies.free, 2) > 0, 1.0, 0.0) * system.ring * rng.uniform(-1, 1, 12)
     )
     return system

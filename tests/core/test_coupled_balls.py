@@ -28,14 +28,14 @@ from bearing_twin.kinds.bearing import (
     COLUMNS,
     MOTION,
     ORBIT_ANGLE,
-    PLACES,
+    POSITIONS,
     RADIAL_VELOCITY,
     SPIN,
     TANGENTIAL_VELOCITY,
     RingDrive,
 )
-from bearing_twin.kinds.bearing.integrate import MET, mark_met
-from bearing_twin.kinds.bearing.system import COORDINATES, GROSS_WORK, HOUSING_PLACE, HOUSING_SPEED
+from bearing_twin.kinds.bearing.integrate import MEETING_GAP, mark_met
+from bearing_twin.kinds.bearing.system import COORDINATES, GROSS_WORK, HOUSING_POSITION, HOUSING_SPEED
 
 # Scene, overrides, instant [s], whether balls are pushed onto each other.
 COUPLED = (
@@ -93,9 +93,9 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
         bodies, balls = moving.bodies, len(moving.state)
         state, body_state, near = moving.state.copy(), moving.body_state.copy(), np.full(balls, touching)
         if bodies.ring:
-            body_state[PLACES : PLACES + 3] += (1e-3, -2e-3, 5e-4)
+            body_state[POSITIONS : POSITIONS + 3] += (1e-3, -2e-3, 5e-4)
         if bodies.housing:
-            body_state[[HOUSING_PLACE, HOUSING_SPEED]] += (2e-7, 1e-3)
+            body_state[[HOUSING_POSITION, HOUSING_SPEED]] += (2e-7, 1e-3)
         if touching:
             pitch = 2.0 * np.arcsin(moving.bearing.ball_radius / state[:, AXIS_DISTANCE].mean())
             for k in (1, 2, 6):
@@ -173,7 +173,7 @@ def test_what_balls_lose_of_momentum_the_cage_gains(name):
     balls, own = system.rates(state, body_state)
     system.bearing = bearing._replace(pockets=bearing.pockets._replace(stiffness=0.0))
     without, alone = system.rates(state, body_state)
-    rates, changes = balls - without, (own - alone)[PLACES : 2 * PLACES] * system.bodies.mass
+    rates, changes = balls - without, (own - alone)[POSITIONS : 2 * POSITIONS] * system.bodies.mass
     cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
     radial, along = bearing.ball_mass * rates[:, RADIAL_VELOCITY], bearing.ball_mass * rates[:, TANGENTIAL_VELOCITY]
     force = np.array([cosine * radial - sine * along, sine * radial + cosine * along])
@@ -193,7 +193,7 @@ def test_what_the_land_takes_from_the_cage_its_ring_gets(name):
     land = system.bodies.land
     system.bodies = system.bodies._replace(land=land._replace(stiffness=0.0))
     _, without = system.rates(system.state, system.body_state)
-    changes = (own - without)[PLACES : 2 * PLACES] * system.bodies.mass
+    changes = (own - without)[POSITIONS : 2 * POSITIONS] * system.bodies.mass
     assert np.abs(changes[CAGE_X:CAGE]).max() > 0.1
     expected = -changes[CAGE_X:CAGE] if land.side < 0.0 else np.zeros(2)
     assert changes[:2] == pytest.approx(expected, abs=1e-9)
@@ -203,7 +203,7 @@ def test_balls_that_met_and_parted_between_the_ends_of_a_chunk_are_found():
     moving = motion("gravity=[0,0,0]", "cage.kind=none", "geometry.radial_clearance=40e-6", "drive.speed=0.0")
     bearing, states = moving.bearing, np.repeat(moving.state[None], 3, axis=0)
     apart = 2.0 * math.asin((bearing.ball_radius + 2e-5) / states[0, 0, AXIS_DISTANCE])
-    assert MET * bearing.ball_radius > 4e-5
+    assert MEETING_GAP * bearing.ball_radius > 4e-5
     for nearest in (apart, -0.5):  # closer than that, or past the other
         near = np.zeros(bearing.balls, bool)
         states[1, 3, ORBIT_ANGLE] = states[1, 4, ORBIT_ANGLE] - nearest
@@ -217,7 +217,7 @@ def test_what_balls_and_inner_ring_lose_of_momentum_along_it_the_housing_gains()
     housed = "cage.kind=none", "sensor.on=housing", "sensor.direction=1,-2,3", "housing.stiffness=1e7"
     system = disturbed("ring", more=housed)
     bearing, bodies, state, place = system.bearing, system.bodies, system.state, system.body_state
-    place[[HOUSING_PLACE, HOUSING_SPEED]] = 1e-6, 2e-3
+    place[[HOUSING_POSITION, HOUSING_SPEED]] = 1e-6, 2e-3
     balls, own = system.rates(state, place)
     along, housing = np.array(bodies.housing.direction), bodies.housing
     orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
@@ -228,10 +228,10 @@ def test_what_balls_and_inner_ring_lose_of_momentum_along_it_the_housing_gains()
         [cosine * outwards - sine * forwards, sine * outwards + cosine * forwards, balls[:, RADIAL_VELOCITY + 2]]
     )
     moved = bearing.ball_mass * (found.sum(axis=1) - len(state) * np.array(bearing.gravity)) @ along
-    ring, speed = slice(0, 3), slice(PLACES, PLACES + 3)
+    ring, speed = slice(0, 3), slice(POSITIONS, POSITIONS + 3)
     loads = bodies.load[ring] + bodies.weight[ring] - bodies.stiffness[ring] * (place[ring] - bodies.rest[ring])
     moved += (bodies.mass[ring] * own[speed] - loads + bodies.damping[ring] * place[speed]) @ along
-    held = housing.load - housing.stiffness * place[HOUSING_PLACE] - housing.damping * place[HOUSING_SPEED]
+    held = housing.load - housing.stiffness * place[HOUSING_POSITION] - housing.damping * place[HOUSING_SPEED]
     gained = housing.mass * own[HOUSING_SPEED] - held
     assert abs(gained) > 1.0  # N
     assert gained == pytest.approx(-moved, rel=1e-9)

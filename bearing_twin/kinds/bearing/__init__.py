@@ -67,15 +67,15 @@ FACE = {  # module: names that others may use
     "friction_torque": "contact_torque skf_torque",
     "system": """
         bearing_of RingDrive Loading AXIS_DISTANCE ORBIT_ANGLE HEIGHT VELOCITY RADIAL_VELOCITY TANGENTIAL_VELOCITY
-        SPIN AXIAL_SPIN MOTION COLUMNS BODY_COLUMNS PLACES CAGE CAGE_X CAGE_Y LAND_WORK SHAFT_ANGLE SHAFT_SPEED
-        method_numbers SAME apart
+        SPIN AXIAL_SPIN MOTION COLUMNS BODY_COLUMNS POSITIONS CAGE CAGE_X CAGE_Y LAND_WORK SHAFT_ANGLE SHAFT_SPEED
+        method_numbers SAME distinct_times
     """,
     "outputs": "ring_attitude renewed contact_details contacts origins wrenches",
     "equilibrium": """
-        Support Setting Equilibrium EquilibriumSolver Equilibria solved_cases azimuths_on setting_of support_of
-        solver_of azimuths_of load_line controlled control_reason scene_equilibrium loose_directions equilibrium_error
-        Contacts COORDINATES SPEED_COLUMN STOP IDLE LONGEST OVERLOAD TRIED_PLACES tried_at commanded_loads
-        check_goal limits_used shared ellipses_of
+        Support Setting Equilibrium EquilibriumSolver Equilibria solve_scenes azimuths_on setting_of support_of
+        solver_of azimuths_of load_line controlled_equilibrium control_reason scene_equilibrium loose_directions
+        equilibrium_error Contacts COORDINATES SPEED_COLUMN STOP IDLE LONGEST OVERLOAD TRIAL_POSITIONS trial_azimuth
+        commanded_loads check_goal limit_ratios load_weighted_mean ellipses_of
     """,
     "integrate": "rates stability_limits",
     "motion": "bearing_motion BearingMotion start_state",

@@ -50,8 +50,8 @@ OF_CONTACTS = 17  # numbers of the `Contacts` of a ball
 SPEED_COLUMN = 32  # where the speed stands among a setting's numbers
 
 STOP = ndpointer(np.uint8, shape=(1,))
-_GIVEN = INTEGER, INTEGER, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS, REALS, STOP
-_equilibria = Function("core_equilibria", None, (*_GIVEN, *(REALS_OUT,) * 6, INTEGERS_OUT))
+_INPUTS = INTEGER, INTEGER, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS, REALS, STOP
+_equilibria = Function("core_equilibria", None, (*_INPUTS, *(REALS_OUT,) * 6, INTEGERS_OUT))
 
 
 class Setting(NamedTuple):
@@ -72,10 +72,14 @@ class Setting(NamedTuple):
     share_inner: float
     share_outer: float
 
-    def numbers(self, gravity=(0.0, 0.0, 0.0), place=0.0, facing=1.0, middle=0.0) -> np.ndarray:
-        """The core's `Seat`: with `gravity` [m/s^2], and `place` [m], side and `middle` [m] of a ring on a shaft."""
-        grooves = [(one.locus_radius, one.groove_radius, *one.terms) for one in (self.inner, self.outer)]
-        return np.array([*grooves[0], *grooves[1], self.inner.law.power, *self[2:], *gravity, place, facing, middle])
+    def numbers(self, gravity=(0.0, 0.0, 0.0), axial_position=0.0, facing=1.0, offset=0.0) -> np.ndarray:
+        """The core's `Seat`, with `gravity` [m/s^2]; of a ring on a shaft: position [m], side and offset [m]."""
+        grooves = [
+            (raceway.locus_radius, raceway.groove_radius, *raceway.terms) for raceway in (self.inner, self.outer)
+        ]
+        return np.array(
+            [*grooves[0], *grooves[1], self.inner.law.power, *self[2:], *gravity, axial_position, facing, offset]
+        )
 
 
 class Contacts(NamedTuple):
@@ -105,7 +109,7 @@ def contacts_in(numbers: np.ndarray) -> Contacts:
 
 
 class Solved(NamedTuple):
-    """Equilibria (C, ...): coordinates, loads, stiffness, balls' `places` (C, N, 2), what is `left` [N], status.
+    """Equilibria (C, ...): coordinates, loads, stiffness, balls' `positions` (C, N, 2), `residual` [N], status.
 
     `contacts` (C, N, OF_CONTACTS) are read by `contacts_in`.
     """
@@ -113,44 +117,44 @@ class Solved(NamedTuple):
     coordinates: np.ndarray
     loads: np.ndarray
     stiffness: np.ndarray
-    places: np.ndarray
+    positions: np.ndarray
     contacts: np.ndarray
-    left: np.ndarray
+    residual: np.ndarray
     status: np.ndarray
 
 
-def solved_from_nothing(seats, balls, azimuths, free, wanted, held, heights=0.0) -> Solved:
-    """Equilibria with the free coordinates loaded by `wanted` (C, 5) [N, N m], the others `held` (C, 5) [m, rad].
+def solve_batch(seats, balls, azimuths, free, loads, held, heights=0.0) -> Solved:
+    """Equilibria with the free coordinates under `loads` (C, 5) [N, N m], the others `held` (C, 5) [m, rad].
 
     `seats` (C, rings, SEAT) are `Setting.numbers`, `balls` (rings,) how many there are, at `azimuths` (C, N) [rad].
     `heights` ([C,] N, 2) [m] are those of the inner and the outer raceway under the balls.
     """
-    cases, count = len(wanted), azimuths.shape[-1]
+    cases, count = len(loads), azimuths.shape[-1]
     shapes = (5,), (5,), (5, 5), (count, 2), (count, OF_CONTACTS), ()
-    found = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
+    solved = Solved(*(np.empty((cases, *shape)) for shape in shapes), np.empty(cases, np.int64))
     _equilibria(
         *(cases, len(balls), np.array(balls, np.int64), seats, azimuths, np.zeros((cases, count, 2)) + heights),
-        *(np.array(free, np.int64), wanted, held, SIGNALLED, *found),
+        *(np.array(free, np.int64), loads, held, SIGNALLED, *solved),
     )
-    return found
+    return solved
 
 
-def shared(contacts: Contacts, values: np.ndarray) -> float:
-    """Mean of `values` (N,), such as orbit speeds, by load on the inner ring, which balls in one cage share."""
+def load_weighted_mean(contacts: Contacts, values: np.ndarray) -> float:
+    """Mean of `values` (N,), weighted by loads on the inner raceway: of orbit speeds, that of balls in one cage."""
     load = contacts.load[:, 0]
     weight = load.sum()
     return float(load @ values / weight if weight > 0.0 else values.mean())
 
 
-def limits_used(ball_radius, load, approach, angle) -> tuple[np.ndarray, np.ndarray]:
+def limit_ratios(ball_radius, load, approach, angle) -> tuple[np.ndarray, np.ndarray]:
     """Squeeze and greatest contact angle of each ball, each over its limit, from arrays (..., N, 2) of both raceways.
 
     `ball_radius` [m] broadcasts against (..., N).
     The angle of a contact that bears less than IDLE of the greatest load does not count: no edge of a groove feels it.
     """
     squeeze = np.where((load > 0.0).all(-1), approach.sum(-1), 0.0)
-    greatest = np.where(load > IDLE * load.max(axis=(-2, -1), keepdims=True), np.abs(angle), 0.0).max(-1)
-    return squeeze / (GREATEST_SQUEEZE * 2.0 * ball_radius), greatest / GREATEST_ANGLE
+    greatest_angle = np.where(load > IDLE * load.max(axis=(-2, -1), keepdims=True), np.abs(angle), 0.0).max(-1)
+    return squeeze / (GREATEST_SQUEEZE * 2.0 * ball_radius), greatest_angle / GREATEST_ANGLE
 
 
 SOFT = 1e-9  # of the greatest stiffness: what is softer counts as not held
@@ -174,23 +178,23 @@ class Support(NamedTuple):
 class Equilibrium(NamedTuple):
     """A bearing in balance: ring `coordinates` (5,), external `loads` (5,), `stiffness` (5, 5) of loads by coordinates.
 
-    `azimuths` [rad] (N,), `places` (N, 2) of the balls, `contacts`; `left` [N] is missing of the ring's balance, which
-    is one where `status` is FOUND; `control` names the raceway control of the balls.
+    `azimuths` [rad] (N,) and `positions` (N, 2) of the balls, `contacts`, `residual` [N] of the ring's balance; it is
+    an equilibrium if `status` is FOUND. `control` names the raceway control of the balls.
     """
 
     coordinates: np.ndarray
     loads: np.ndarray
     stiffness: np.ndarray
     azimuths: np.ndarray
-    places: np.ndarray
+    positions: np.ndarray
     contacts: Contacts
-    left: float
+    residual: float
     status: int
     control: str = ""
 
 
 def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setting:
-    """The numbers of the equilibrium for a scene, `shared` where `model.control` is left to the criterion.
+    """The numbers of the equilibrium for a scene; with the control `auto` both raceways carry gyroscopic moments.
 
     `arm` of a tilt: "groove", to the inner groove's centre, the true geometry; or "pitch", to the pitch circle, as
     commercial programs have it.
@@ -205,22 +209,22 @@ def setting_of(parameters, law: str, speed: float, arm: str = "groove") -> Setti
 
 
 def support_of(parameters) -> Support:
-    """The support that a scene gives: its loads, and the coordinates at which its drive holds the rest."""
+    """The support of a scene's ring: its loads, and the coordinates that its drive holds."""
     ring, drive = parameters.rings.inner, parameters.drive
     return Support(free_coordinates(parameters), (*ring.load, *ring.moment), (*drive.offset, *drive.tilt))
 
 
-def weighed_support(parameters, loads=None) -> Support:
-    """`support_of`, with `loads` (5,) [N, N m] in place of the scene's where given, and with the weights on the ring.
+def support_with_weight(parameters, loads=None) -> Support:
+    """`support_of` plus the weights on the ring: its own and that of a cage that rests on its land.
 
-    Those are its own, where it has mass, and that of a cage that rests on its land.
+    `loads` (5,) [N, N m] replace those of the scene.
     """
-    found, ring, cage = support_of(parameters), parameters.rings.inner, parameters.cage
-    applied, gravity = np.array(found.loads if loads is None else loads, float), np.array(parameters.gravity, float)
+    support, ring, cage = support_of(parameters), parameters.rings.inner, parameters.cage
+    applied, gravity = np.array(support.loads if loads is None else loads, float), np.array(parameters.gravity, float)
     applied[:3] += ring.mass * gravity
     if dimension_of(parameters) == FREE_RING and moving_centre(parameters) and cage.guidance == INNER_LAND:
         applied[:2] += cage.mass * gravity[:2]
-    return found._replace(loads=tuple(np.where(found.free, applied, 0.0).tolist()))
+    return support._replace(loads=tuple(np.where(support.free, applied, 0.0).tolist()))
 
 
 def load_line(support: Support) -> float:
@@ -238,16 +242,16 @@ def azimuths_of(balls: int, first: float) -> np.ndarray:
 class EquilibriumSolver:
     """Equilibria of one bearing with balls at these azimuths [rad] (N,), pulled at by `gravity` [m/s^2] (3,).
 
-    `rough` are the parameters of a scene with defects, whose contacts are those of smooth raceways; None without any.
+    `defect_scene` are the parameters of a scene with defects; contacts have the size of those on smooth raceways.
     """
 
     body = "the ring"
-    rough, heights = None, 0.0  # of the raceways under the balls [m]
+    defect_scene, heights = None, 0.0  # of the raceways under the balls [m]
     remedy = "load it, or hold it by a displacement or by less clearance"
 
-    def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), rough=None):
+    def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), defect_scene=None):
         self.setting, self.azimuths, self.gravity = setting, np.array(azimuths, float), gravity
-        self.rough, self.balls = rough, (len(azimuths),)
+        self.defect_scene, self.balls = defect_scene, (len(azimuths),)
         self.longest = LONGEST * 2.0 * setting.ball_radius
         self.scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
 
@@ -263,66 +267,70 @@ class EquilibriumSolver:
     def _at_rest(self) -> "EquilibriumSolver":
         return EquilibriumSolver(self.setting._replace(speed=0.0), self.azimuths, self.gravity)
 
-    def limits_used(self, one: Contacts) -> tuple[float, float]:
+    def limit_ratios(self, contacts: Contacts) -> tuple[float, float]:
         """Greatest squeeze and greatest contact angle of these contacts, each over its limit."""
-        squeeze, angle = limits_used(self.setting.ball_radius, one.load, one.approach, one.angle)
+        squeeze, angle = limit_ratios(self.setting.ball_radius, contacts.load, contacts.approach, contacts.angle)
         return float(squeeze.max()), float(angle.max())
 
-    def is_legal(self, found: Equilibrium) -> bool:
+    def is_legal(self, equilibrium: Equilibrium) -> bool:
         """True for a balance within the limits of the model."""
-        return found.status == FOUND and max(self.limits_used(found.contacts)) <= 1.0
+        return equilibrium.status == FOUND and max(self.limit_ratios(equilibrium.contacts)) <= 1.0
 
     def balance(self, support: Support, share: float = 1.0) -> Equilibrium:
         """The balance with a `share` of loads and held coordinates, as far as there is one."""
         free = np.array(support.free, np.bool_)
-        wanted, held = share * np.where(free, support.loads, 0.0), share * np.where(free, 0.0, support.held)
-        of_ring = self.seats()[None], self.balls, self.azimuths[None]
-        found = solved_from_nothing(*of_ring, free, wanted[None], held[None], self.heights)
-        q, load, stiffness, place, contacts, left, status = (one[0] for one in found)
-        return Equilibrium(q, load, stiffness, self.azimuths, place, contacts_in(contacts), float(left), int(status))
+        loads, held = share * np.where(free, support.loads, 0.0), share * np.where(free, 0.0, support.held)
+        ring = self.seats()[None], self.balls, self.azimuths[None]
+        batch = solve_batch(*ring, free, loads[None], held[None], self.heights)
+        q, load, stiffness, positions, contacts, residual, status = (array[0] for array in batch)
+        return Equilibrium(
+            *(q, load, stiffness, self.azimuths, positions), contacts_in(contacts), float(residual), int(status)
+        )
 
-    def settle(self, support: Support) -> Equilibrium:
+    def checked_balance(self, support: Support) -> Equilibrium:
         """`balance`, within the limits of the model.
 
         Raises SceneError with the greatest load, or with the support that is missing.
         """
-        found = self.balance(support)
-        if found.status == NOTHING_CARRIES:
-            free = ", ".join(name for name, one in zip(COORDINATE_NAMES, support.free, strict=True) if one)
+        equilibrium = self.balance(support)
+        if equilibrium.status == NOTHING_CARRIES:
+            free = ", ".join(name for name, is_free in zip(COORDINATE_NAMES, support.free, strict=True) if is_free)
             raise SceneError(
                 f"no ball touches both rings, so that nothing holds {self.body} along {free}; {self.remedy}"
             )
-        if not self.is_legal(found):
-            raise SceneError(self._refusal(support, found))
-        return found
+        if not self.is_legal(equilibrium):
+            raise SceneError(self._refusal(support, equilibrium))
+        return equilibrium
 
     def solve(self, support: Support) -> Equilibrium:
-        """The equilibrium; raises SceneError as `settle` does."""
-        found = self.settle(support)
-        if self.rough:
-            numbers = defect_numbers(self.rough, float(found.contacts.load.max()))
+        """The equilibrium, over defects if there are any; raises SceneError as `checked_balance` does."""
+        equilibrium = self.checked_balance(support)
+        if self.defect_scene:
+            numbers = defect_numbers(self.defect_scene, float(equilibrium.contacts.load.max()))
             self.heights = heights_under(numbers, self.azimuths)
-            found = self.settle(support)
-        return found._replace(control=control_named(self.setting))
+            equilibrium = self.checked_balance(support)
+        return equilibrium._replace(control=control_named(self.setting))
 
-    def _refusal(self, support: Support, found: Equilibrium) -> str:
-        """Reason for which there is no legal equilibrium, with the greatest share of loads and held coordinates.
+    def _refusal(self, support: Support, equilibrium: Equilibrium) -> str:
+        """Reason why there is no legal equilibrium, with the greatest share of loads and held coordinates.
 
-        That a load is carried at rest is said first, for the greatest at such a speed takes long and says less.
+        A load that is carried at rest is reported first: the greatest load at this speed costs more and explains less.
         """
-        squeeze, angle = self.limits_used(found.contacts) if found.status == FOUND else (0.0, 0.0)
+        squeeze, angle = self.limit_ratios(equilibrium.contacts) if equilibrium.status == FOUND else (0.0, 0.0)
         greatest, at_rest = math.degrees(GREATEST_ANGLE), self._at_rest()
         if self.speed and at_rest.is_legal(at_rest.balance(support)):
-            reached, most = f"{angle * greatest:.3g} degrees", f"{greatest:.3g} degrees that are modelled"
-            leans = f" and leans a contact to {reached}, beyond the {most}" if angle > max(1.0, squeeze) else " too far"
+            leaning, limit = f"{angle * greatest:.3g} degrees", f"{greatest:.3g} degrees that are modelled"
+            leans = (
+                f" and leans a contact to {leaning}, beyond the {limit}" if angle > max(1.0, squeeze) else " too far"
+            )
             return (
-                f"{_what_acts(support)} is carried at rest; a speed of {self.speed:g} rad/s throws the balls outwards"
+                f"{_load_text(support)} is carried at rest; a speed of {self.speed:g} rad/s throws the balls outwards"
                 f"{leans}; lower the speed, or load the bearing more along its axis"
             )
-        share, (squeeze, angle) = self._greatest(support)
+        share, (squeeze, angle) = self._greatest_share(support)
         if share == 0.0:
             return (
-                f"{_what_acts(support)} finds no contact that carries it; hold {self.body} in this direction, or turn "
+                f"{_load_text(support)} finds no contact that carries it; hold {self.body} in this direction, or turn "
                 "the load"
             )
         how = (
@@ -330,74 +338,72 @@ class EquilibriumSolver:
             if angle > squeeze
             else f"pushes {self.body} through the balls: a contact is squeezed by at most 2 % of the ball's diameter"
         )
-        return f"{_what_acts(support)} {how}; the greatest in this direction is {_what_acts(support, share)}"
+        return f"{_load_text(support)} {how}; the greatest in this direction is {_load_text(support, share)}"
 
-    def _greatest(self, support: Support) -> tuple[float, tuple[float, float]]:
-        """The greatest legal share of loads and held coordinates, 0 where there is none, and how near its limits it is.
+    def _greatest_share(self, support: Support) -> tuple[float, tuple[float, float]]:
+        """The greatest legal share of loads and held coordinates, 0 if there is none, and its ratios to the limits.
 
-        It is looked for among ever smaller ones, then between the last two.
+        The share is divided until it is legal, then found by bisection.
         """
         free = np.array(support.free, np.bool_)
         heaviest = np.abs(np.where(free, support.loads, 0.0) / self.scales).max()
         furthest = np.abs(np.where(free, 0.0, support.held) * self.scales).max()
         least = CARRIES / max(1.0, heaviest / HEAVY, furthest / self.longest)
-        low, high, ratios, tries = 0.0, 1.0, (0.0, 0.0), HALVINGS
-        while tries > 0 and high > least:
+        low, high, ratios, trials = 0.0, 1.0, (0.0, 0.0), HALVINGS
+        while trials > 0 and high > least:
             share = 0.5 * (low + high) if low else high / COARSE
-            found = self.balance(support, share)
-            legal = self.is_legal(found)
-            ratios = self.limits_used(found.contacts) if legal else ratios
+            equilibrium = self.balance(support, share)
+            legal = self.is_legal(equilibrium)
+            ratios = self.limit_ratios(equilibrium.contacts) if legal else ratios
             # too little to touch anything is no reason against a greater load
-            low, high = (share, high) if legal or found.status == NOTHING_CARRIES else (low, share)
-            tries -= (1 if found.status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low else 0
+            low, high = (share, high) if legal or equilibrium.status == NOTHING_CARRIES else (low, share)
+            trials -= (1 if equilibrium.status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low else 0
         return low, ratios
 
 
-def _what_acts(support: Support, share: float = 1.0) -> str:
+def _load_text(support: Support, share: float = 1.0) -> str:
     """The loads and held coordinates in words."""
     rows = []
-    for words, unit, values, part, counts in (
+    for name, unit, values, part, is_load in (
         ("a load", "N", support.loads, slice(0, 3), True),
         ("a moment", "N m", support.loads, slice(3, 5), True),
         ("a displacement", "m", support.held, slice(0, 3), False),
         ("a misalignment", "rad", support.held, slice(3, 5), False),
     ):
-        if any(value and bool(free) is counts for value, free in zip(values[part], support.free[part], strict=True)):
+        if any(value and bool(free) is is_load for value, free in zip(values[part], support.free[part], strict=True)):
             least = NOISE * max(map(abs, values[part]))
             shown = (f"{share * value if abs(value) > least else 0.0:.4g}" for value in values[part])
-            rows.append(f"{words} of ({', '.join(shown)}) {unit}")
+            rows.append(f"{name} of ({', '.join(shown)}) {unit}")
     return " with ".join(rows) or "no load"
 
 
-def weighed_solver(parameters, setting: Setting, azimuths: np.ndarray) -> EquilibriumSolver:
+def solver_under_gravity(parameters, setting: Setting, azimuths: np.ndarray) -> EquilibriumSolver:
     """The solver for balls at these azimuths [rad] (N,) that the scene's gravity pulls at."""
     return EquilibriumSolver(setting, azimuths, tuple(parameters.gravity), parameters if parameters.defects else None)
 
 
-def loose_directions(found: Equilibrium, support: Support, scales) -> list[str]:
+def loose_directions(equilibrium: Equilibrium, support: Support, scales) -> list[str]:
     """The free coordinates that nothing holds at an equilibrium: their stiffness is rounding, or below 0."""
-    scaled = found.stiffness / np.outer(scales, scales)
+    scaled = equilibrium.stiffness / np.outer(scales, scales)
     greatest = np.abs(scaled).max()
     return [
         name
-        for i, (name, one) in enumerate(zip(COORDINATE_NAMES, support.free, strict=True))
-        if one and scaled[i, i] <= SOFT * greatest
+        for i, (name, is_free) in enumerate(zip(COORDINATE_NAMES, support.free, strict=True))
+        if is_free and scaled[i, i] <= SOFT * greatest
     ]
 
 
 def solver_of(parameters, law, ball_angle=0.0, arm="groove") -> EquilibriumSolver:
     """The solver of a scene without gravity, ball 0 at `ball_angle` [rad]; see `setting_of`."""
-    setting, azimuths = (
-        setting_of(parameters, law, parameters.drive.speed, arm),
-        azimuths_of(parameters.geometry.balls, ball_angle),
-    )
-    return EquilibriumSolver(setting, azimuths, rough=parameters if parameters.defects else None)
+    setting = setting_of(parameters, law, parameters.drive.speed, arm)
+    azimuths = azimuths_of(parameters.geometry.balls, ball_angle)
+    return EquilibriumSolver(setting, azimuths, defect_scene=parameters if parameters.defects else None)
 
 
 def ellipses_of(parameters, contacts: Contacts) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Semi-axes [m] across and along a groove, and peak pressure [Pa], each (N, 2)."""
-    given = contacts.curvature_small, contacts.curvature_large, np.array(moduli(parameters.materials)), contacts.load
-    return tuple(ellipses_at(*given))
+    e_star = np.array(moduli(parameters.materials))
+    return tuple(ellipses_at(contacts.curvature_small, contacts.curvature_large, e_star, contacts.load))
 
 
 def outer_controls(moduli: np.ndarray, contacts: Contacts) -> np.ndarray:
@@ -409,12 +415,12 @@ def outer_controls(moduli: np.ndarray, contacts: Contacts) -> np.ndarray:
     """
     ball = contacts.load[..., 0].argmax(-1)[..., None, None]
     rows = contacts.curvature_small, contacts.curvature_large, contacts.load, contacts.angle
-    small, large, load, angle = (np.take_along_axis(one, ball, axis=-2)[..., 0, :] for one in rows)
+    small, large, load, angle = (np.take_along_axis(row, ball, axis=-2)[..., 0, :] for row in rows)
     ellipses = ellipses_at(small, large, moduli, load)
     ratio = np.divide(ellipses.semi_minor, ellipses.semi_major, out=np.ones_like(load), where=load > 0.0)
-    holds = load * ellipses.semi_major * elliptic_e(ratio)
-    held_outside = holds[..., 1] * np.cos(angle[..., 0] - angle[..., 1]) > holds[..., 0]
-    return held_outside & (load.min(-1) > 0.0)
+    resistance = load * ellipses.semi_major * elliptic_e(ratio)
+    is_outer = resistance[..., 1] * np.cos(angle[..., 0] - angle[..., 1]) > resistance[..., 0]
+    return is_outer & (load.min(-1) > 0.0)
 
 
 def centrifugal_ratio(contacts: Contacts, least: float = 1e-3) -> float:
@@ -443,40 +449,40 @@ def equilibrium_error(contacts: Contacts) -> float:
 def control_named(setting: Setting) -> str:
     """The name of the raceway control with these shares of the gyroscopic moment; "none" where no raceway takes any."""
     shares = setting.share_inner, setting.share_outer
-    return next((name for name, its in CONTROLS.items() if its == shares and name != AUTO), "none")
+    return next((name for name, control in CONTROLS.items() if control == shares and name != AUTO), "none")
 
 
-def controlled(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
+def controlled_equilibrium(parameters, solver: EquilibriumSolver, support: Support) -> Equilibrium:
     """The equilibrium with the raceway control that `model.control` names, `auto` by Harris' criterion.
 
-    With `auto` balls are first taken as `shared`; where the criterion then says so the outer raceway controls them, and
-    else it stays so (Harris: both raceways carry the moment). `solver` keeps the control. Raises SceneError.
+    With `auto` it is solved as `shared` (Harris: both raceways carry the moment), then, if the criterion is met, with
+    the control of the outer raceway. `solver` keeps the control. Raises SceneError.
     """
-    found = solver.solve(support)
+    equilibrium = solver.solve(support)
     auto = parameters.model.control == AUTO and solver.speed
-    if auto and outer_controls(np.array(moduli(parameters.materials)), found.contacts):
+    if auto and outer_controls(np.array(moduli(parameters.materials)), equilibrium.contacts):
         inner, outer = CONTROLS[OUTER]
         solver.setting = solver.setting._replace(share_inner=inner, share_outer=outer)
-        found = solver.solve(support)
-    return found
+        equilibrium = solver.solve(support)
+    return equilibrium
 
 
-def control_reason(parameters, found: Equilibrium) -> str:
+def control_reason(parameters, equilibrium: Equilibrium) -> str:
     """Reason of the raceway control of an equilibrium's balls."""
     if parameters.model.control != AUTO:
         return "as the scene asks"
-    if found.control == SHARED:
+    if equilibrium.control == SHARED:
         return "both raceways carry the gyroscopic moment, as the criterion of Harris for outer control is not met"
     return "by the criterion of Harris, as the outer raceway resists spin more"
 
 
 @functools.lru_cache(4)
 def scene_equilibrium(parameters, law: str) -> Equilibrium:
-    """`controlled`, as the scene loads its ring or holds it; raises SceneError."""
-    return controlled(parameters, solver_of(parameters, law), support_of(parameters))
+    """`controlled_equilibrium` of a scene without gravity; raises SceneError."""
+    return controlled_equilibrium(parameters, solver_of(parameters, law), support_of(parameters))
 
 
-TRIED_PLACES = 3  # of the balls on their way round, from one on the load line to two beside it
+TRIAL_POSITIONS = 3  # of the balls, from one on the load line to the line between two
 OVERLOAD = "overload"  # reason of the error of a run whose load nothing carries
 
 
@@ -484,7 +490,7 @@ def commanded_loads(force, moment) -> tuple[float, ...]:
     """Force (3,) [N] and moment (2,) or (3,) [N m] as the loads of the five coordinates; raises BearingTwinError."""
     values = (*force, *moment)
     if not all(map(math.isfinite, values)):
-        raise BearingTwinError(f"force {_words(force)} N and torque {_words(moment)} N m must be finite")
+        raise BearingTwinError(f"force {_vector_text(force)} N and torque {_vector_text(moment)} N m must be finite")
     if any(values[5:]):
         raise BearingTwinError(
             f"the torque of {values[5]:g} N m about z is the drive's, which has a command of its own"
@@ -495,8 +501,8 @@ def commanded_loads(force, moment) -> tuple[float, ...]:
 def check_load(parameters, law: str, speed: float, force, moment) -> None:
     """Raises BearingTwinError for a load [N], [N m] on the inner ring that nothing follows or no ball carries.
 
-    It is tried in balance, with the weights on a ring with mass, at `speed` [rad/s] and with the balls at TRIED_PLACES
-    of their way to the next. None for force and moment: the scene's own load.
+    It is tried in balance, with the weights on a ring with mass, at `speed` [rad/s] and TRIAL_POSITIONS of the balls.
+    None for force and moment: the load of the scene.
     """
     if dimension_of(parameters) == PRESCRIBED:
         if force is None:
@@ -510,16 +516,16 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
         loads = commanded_loads(force, moment)
         for problem in idle_loads(parameters, loads[:3], loads[3:], "force", "torque"):
             raise BearingTwinError(problem)
-    support = weighed_support(parameters, loads)
+    support = support_with_weight(parameters, loads)
     setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
-    for place in range(TRIED_PLACES):
-        azimuths = azimuths_of(balls, tried_at(support, balls, place))
-        weighed_solver(parameters, setting, azimuths).solve(support)
+    for position in range(TRIAL_POSITIONS):
+        azimuths = azimuths_of(balls, trial_azimuth(support, balls, position))
+        solver_under_gravity(parameters, setting, azimuths).solve(support)
 
 
-def tried_at(support: Support, balls: int, place: int) -> float:
-    """Azimuth [rad] of the first of so many balls, when a load is tried with them at that one of TRIED_PLACES."""
-    return load_line(support) + math.pi / balls * place / (TRIED_PLACES - 1)
+def trial_azimuth(support: Support, balls: int, position: int) -> float:
+    """Azimuth [rad] of the first of so many balls at one of the TRIAL_POSITIONS."""
+    return load_line(support) + math.pi / balls * position / (TRIAL_POSITIONS - 1)
 
 
 def check_goal(kind: str, key: str, value: float) -> None:
@@ -545,7 +551,7 @@ class CommandedBearing:
         return command_warning(self.parameters, value)
 
     def check_load(self, force, moment) -> None:
-        """See the function of this name, at the goal of the speed."""
+        """As the function `check_load`, at the goal of the speed."""
         check_load(self.parameters, self.law, self.goal_speed, force, moment)
 
     def operating_point(self, sample) -> OperatingPoint:
@@ -558,21 +564,21 @@ class CommandedBearing:
         setting = setting_of(self.parameters, self.law, speed)
         held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
         try:
-            solver = weighed_solver(self.parameters, setting, sample["orbit_angle"])
-            found = controlled(self.parameters, solver, held)
+            solver = solver_under_gravity(self.parameters, setting, sample["orbit_angle"])
+            equilibrium = controlled_equilibrium(self.parameters, solver, held)
         except SceneError as error:
             raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error
-        return OperatingPoint(found.coordinates, found.loads, found.stiffness, speed)
+        return OperatingPoint(equilibrium.coordinates, equilibrium.loads, equilibrium.stiffness, speed)
 
 
-def _words(values) -> str:
+def _vector_text(values) -> str:
     return "(" + ", ".join(f"{value:g}" for value in values) + ")"
 
 
-AT_ONCE = 1000  # cases solved in one go: their arrays stay in the cache
+BATCH = 1000  # cases solved at once: their arrays stay in the cache
 SHARES = slice(33, 35)  # of the gyroscopic moment, among a setting's numbers
 ASK = "`bearing_twin bearing` gives the greatest load in this direction"
-REASONS = (  # by what the core says, and then by what of an equilibrium is beyond its limit
+REASONS = (  # by status of the core, then by the limit that an equilibrium exceeds
     "",
     "no ball touches both rings, so that nothing holds the ring; load it, or take less clearance",
     f"no balance is found: the load pushes the ring through the balls, or no contact carries it; {ASK}",
@@ -580,7 +586,7 @@ REASONS = (  # by what the core says, and then by what of an equilibrium is beyo
     f"a contact is squeezed by more than 2 % of the ball's diameter; {ASK}",
     f"a contact angle is beyond what is modelled: load or speed moves contacts out of the grooves; {ASK}",
 )
-SQUEEZED, LEANS = 4, 5
+SQUEEZED, BEYOND_ANGLE = 4, 5
 
 
 @dataclass(frozen=True, repr=False)
@@ -592,12 +598,12 @@ class Equilibria:
     displacement : ndarray (..., 5)
         Of the inner ring: x, y, z [m], tilts about x and y [rad], in `bearing_link`: z along the axis.
     ball_azimuth : ndarray (..., N)
-        Places of the balls about the axis [rad], from +x towards +y.
+        Azimuths of the balls about the axis [rad], from +x towards +y.
     ball_load, contact_angle : ndarray (..., N, 2)
         Normal load [N] and contact angle [rad] on the inner and the outer raceway; an angle is > 0 where the inner ring
         is pushed along +z, and counts where there is a load.
     stiffness : ndarray (..., 5, 5)
-        Derivatives of the loads [N, N m] by the coordinates [m, rad], balls at their places.
+        Derivatives of the loads [N, N m] by the coordinates [m, rad], balls at these azimuths.
     converged : ndarray (...) of bool
         Whether there is an equilibrium within the limits of the model.
     reason : ndarray (...) of str
@@ -629,61 +635,63 @@ def azimuths_on(loads: np.ndarray) -> np.ndarray:
     return np.where(loads[:, :2].any(1), force, np.where(loads[:, 3:].any(1), moment, 0.0))
 
 
-def solved_cases(scenes, laws, which, loads, tilting: bool, first) -> Equilibria:
+def solve_scenes(scenes, laws, which, loads, tilting: bool, first) -> Equilibria:
     """Equilibria (C, ...) of the parameters `scenes[which]` under `loads` (C, 5), ball 0 at the azimuths `first` (C,).
 
     Tilts are free where `tilting`, else as the drive of each scene holds them.
     """
-    settings = [setting_of(one, law, one.drive.speed) for one, law in zip(scenes, laws, strict=True)]
-    seats = np.array([one.numbers() for one in settings])[:, None]
-    held = np.array([(0.0, 0.0, 0.0, *one.drive.tilt) for one in scenes])
-    e_star = np.array([moduli(one.materials) for one in scenes])
-    auto = np.array([one.model.control == AUTO and bool(one.drive.speed) for one in scenes])
-    rough = np.array([bool(one.defects) for one in scenes])
-    radii = np.array([one.ball_radius for one in settings])[:, None]
+    settings = [setting_of(scene, law, scene.drive.speed) for scene, law in zip(scenes, laws, strict=True)]
+    seats = np.array([setting.numbers() for setting in settings])[:, None]
+    held = np.array([(0.0, 0.0, 0.0, *scene.drive.tilt) for scene in scenes])
+    e_star = np.array([moduli(scene.materials) for scene in scenes])
+    auto = np.array([scene.model.control == AUTO and bool(scene.drive.speed) for scene in scenes])
+    has_defects = np.array([bool(scene.defects) for scene in scenes])
+    radii = np.array([setting.ball_radius for setting in settings])[:, None]
     free = np.array([True] * 3 + [tilting] * 2)
     azimuths = azimuths_of(scenes[0].geometry.balls, first[:, None])
 
-    def solved_part(part: slice) -> tuple[np.ndarray, ...]:
-        of, at = which[part], azimuths[part]
-        wanted, keeps = np.where(free, loads[part], 0.0), np.where(free, 0.0, held[of])
-        numbers, heights = seats[of], np.zeros((*at.shape, 2))
+    def solve_part(part: slice) -> tuple[np.ndarray, ...]:
+        scene, azimuth = which[part], azimuths[part]
+        applied, fixed = np.where(free, loads[part], 0.0), np.where(free, 0.0, held[scene])
+        numbers, heights = seats[scene], np.zeros((*azimuth.shape, 2))
 
         def solve(cases: np.ndarray) -> Solved:
-            given = wanted[cases], keeps[cases], heights[cases]
-            return solved_from_nothing(numbers[cases], (at.shape[1],), at[cases], free, *given)
+            balls = (azimuth.shape[1],)
+            return solve_batch(
+                numbers[cases], balls, azimuth[cases], free, applied[cases], fixed[cases], heights[cases]
+            )
 
         def solve_again(cases: np.ndarray) -> None:
             if cases.any():
-                for one, better in zip(found, solve(cases), strict=True):
-                    one[cases] = better
+                for array, values in zip(solved, solve(cases), strict=True):
+                    array[cases] = values
 
         def solve_over_defects(cases: np.ndarray) -> None:
-            cases = cases & rough[of] & (found.status == FOUND)
+            cases = cases & has_defects[scene] & (solved.status == FOUND)
             for case in np.flatnonzero(cases):
-                greatest = float(contacts_in(found.contacts[case]).load.max())
-                heights[case] = heights_under(defect_numbers(scenes[of[case]], greatest), at[case])
+                greatest = float(contacts_in(solved.contacts[case]).load.max())
+                heights[case] = heights_under(defect_numbers(scenes[scene[case]], greatest), azimuth[case])
             solve_again(cases)
 
-        found = solve(np.full(len(of), True))
-        solve_over_defects(np.full(len(of), True))
-        outer = auto[of] & (found.status == FOUND) & outer_controls(e_star[of], contacts_in(found.contacts))
+        solved = solve(np.full(len(scene), True))
+        solve_over_defects(np.full(len(scene), True))
+        outer = auto[scene] & (solved.status == FOUND) & outer_controls(e_star[scene], contacts_in(solved.contacts))
         numbers[outer, :, SHARES] = CONTROLS[OUTER]
         solve_again(outer)
         solve_over_defects(outer)
-        contacts = contacts_in(found.contacts)
-        used = limits_used(radii[of], contacts.load, contacts.approach, contacts.angle)
-        squeeze, angle = (one.max(-1) for one in used)
-        status = found.status.copy()
+        contacts = contacts_in(solved.contacts)
+        ratios = limit_ratios(radii[scene], contacts.load, contacts.approach, contacts.angle)
+        squeeze, angle = (ratio.max(-1) for ratio in ratios)
+        status = solved.status.copy()
         status[(status == FOUND) & (np.maximum(squeeze, angle) > 1.0)] = SQUEEZED
-        status[(status == SQUEEZED) & (angle > squeeze)] = LEANS
-        numbers = found.coordinates, contacts.load.copy(), contacts.angle.copy(), found.stiffness
-        for one in numbers:
-            one[status != FOUND] = np.nan
-        return *numbers, status
+        status[(status == SQUEEZED) & (angle > squeeze)] = BEYOND_ANGLE
+        results = solved.coordinates, contacts.load.copy(), contacts.angle.copy(), solved.stiffness
+        for array in results:
+            array[status != FOUND] = np.nan
+        return *results, status
 
-    begins = range(0, max(len(loads), 1), AT_ONCE)  # no case gives arrays without rows
-    parts = [solved_part(slice(begin, begin + AT_ONCE)) for begin in begins]
-    displacement, load, angle, stiffness, status = (np.concatenate(one) for one in zip(*parts, strict=True))
+    begins = range(0, max(len(loads), 1), BATCH)  # no case gives arrays without rows
+    parts = [solve_part(slice(begin, begin + BATCH)) for begin in begins]
+    displacement, load, angle, stiffness, status = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
     reason = np.array(REASONS, object)[status]
     return Equilibria(displacement, azimuths, load, angle, stiffness, status == FOUND, reason)

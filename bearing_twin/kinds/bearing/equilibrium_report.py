@@ -14,10 +14,10 @@ from bearing_twin.kinds.bearing.equilibrium import (
     Support,
     ellipses_of,
     equilibrium_error,
+    load_weighted_mean,
     loose_directions,
-    shared,
 )
-from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
+from bearing_twin.kinds.bearing.equilibrium_motion import NEGLIGIBLE
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
 from bearing_twin.kinds.bearing.geometry import clearance_parts
 from bearing_twin.kinds.bearing.model_error import SIDES, model_errors
@@ -33,25 +33,27 @@ from bearing_twin.vibration import fault_frequencies
 
 NO_TORQUE = "an equilibrium has no friction; catalogue_drive_torque_nm is Palmgren's estimate with grease"
 STRIBECK = 5.0  # greatest load of a ball over the mean load of all under a radial load (Stribeck 1901; Harris)
-FLAGGED = 2e-2  # of the greatest load: what balls that move differ by at most unflagged
+FLAGGED = 2e-2  # of the greatest load: a greater difference of loads of balls in motion is flagged
 
 
 def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
-    """Fault frequencies [Hz] of balls that roll in one cage: over outer and inner ring, cage, ball about itself.
+    """Fault frequencies [Hz] of balls that roll in one cage: over outer and inner ring, cage, ball about its axis.
 
     The cage's speed is the mean of the orbit speeds by load; a defect of a ball strikes a raceway at twice `ball_spin`.
     """
-    cage, spin = (shared(contacts, values) for values in (contacts.orbit, np.hypot(contacts.roll, contacts.pitch)))
+    cage, spin = (
+        load_weighted_mean(contacts, values) for values in (contacts.orbit, np.hypot(contacts.roll, contacts.pitch))
+    )
     return fault_frequencies(cage, spin, balls, speed)
 
 
-def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support, found: Equilibrium) -> dict:
+def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support, equilibrium: Equilibrium) -> dict:
     """Results of `bearing_twin bearing`: SI units at the end of each key, a list has one entry a ball.
 
     `ring_force_n` and `ring_moment_nm` are those of the balls on the inner ring, about its centre; `stiffness` is
     d(external load)/d(coordinate) in the order x, y, z, theta_x, theta_y.
     """
-    geometry, contacts = parameters.geometry, found.contacts
+    geometry, contacts = parameters.geometry, equilibrium.contacts
     touching = contacts.load > 0.0
     ellipses = ellipses_of(parameters, contacts)
     columns = {
@@ -62,26 +64,27 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         "semi_minor": ("m", ellipses[1]),
     }
     ratings = ratings_of(parameters)
-    carried, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
-    force = _settled(-found.loads[:3], carried)
+    total, arm = float(contacts.load.sum()), 0.5 * geometry.pitch_diameter
+    force = _without_rounding(-equilibrium.loads[:3], total)
     lives = lives_of(parameters, ratings, force, *contacts.load.T)
     dynamic, static = equivalent_loads(geometry, force)
-    clearance = clearance_parts(parameters)
-    moved = max(np.linalg.norm(found.coordinates[:3]), arm * np.linalg.norm(found.coordinates[3:]))
-    stiff = np.sqrt(np.abs(np.diagonal(found.stiffness)))
+    clearance, loose = clearance_parts(parameters), loose_directions(equilibrium, support, solver.scales)
+    shift, tilt = equilibrium.coordinates[:3], equilibrium.coordinates[3:]
+    motion = max(np.linalg.norm(shift), arm * np.linalg.norm(tilt))
+    root = np.sqrt(np.abs(np.diagonal(equilibrium.stiffness)))
     return {
-        "ring_displacement_m": _settled(found.coordinates[:3], moved),
-        "misalignment_rad": _settled(found.coordinates[3:], moved / arm),
+        "ring_displacement_m": _without_rounding(shift, motion),
+        "misalignment_rad": _without_rounding(tilt, motion / arm),
         "ring_force_n": force,
-        "ring_moment_nm": _settled(-found.loads[3:], arm * carried),
-        "ball_azimuth_rad": found.azimuths.tolist(),
+        "ring_moment_nm": _without_rounding(-equilibrium.loads[3:], arm * total),
+        "ball_azimuth_rad": equilibrium.azimuths.tolist(),
         **{
             f"{name}_{race}_{unit}": values[:, side].tolist()
             for name, (unit, values) in columns.items()
             for side, race in enumerate(SIDES)
         },
         "centrifugal_load_n": contacts.centrifugal.tolist(),
-        "stiffness": _settled(found.stiffness, np.outer(stiff, stiff)),
+        "stiffness": _without_rounding(equilibrium.stiffness, np.outer(root, root)),
         "basic_dynamic_rating_n": ratings.dynamic,
         "basic_static_rating_n": ratings.static,
         "equivalent_dynamic_load_n": dynamic,
@@ -96,9 +99,9 @@ def answer_of(parameters, law: str, solver: EquilibriumSolver, support: Support,
         **torque_answer(parameters, contacts, ratings.static, force),
         "fault_frequencies_hz": frequencies_of(contacts, geometry.balls, parameters.drive.speed),
         "clearance_m": clearance._asdict(),
-        "model_errors": model_errors(parameters, law, solver, support, found),
-        "unbalanced_n": found.left,
-        "flags": flags_of(parameters, solver, support, found, ellipses, lives.static_safety, dynamic),
+        "model_errors": model_errors(parameters, law, solver, support, equilibrium),
+        "unbalanced_n": equilibrium.residual,
+        "flags": flags_of(parameters, contacts, loose, ellipses[2].max(), lives.static_safety, dynamic),
     }
 
 
@@ -116,35 +119,40 @@ def natural_frequencies(stiffness, mass: float, tilts: tuple[bool, bool]) -> dic
     """
     matrix = np.asarray(stiffness)
     free = [3 + i for i in range(2) if tilts[i]]
-    held, turned = matrix[:3, :3], matrix[np.ix_(free, free)]
+    condensed, tilting = matrix[:3, :3], matrix[np.ix_(free, free)]
     if free:
-        held = held - matrix[:3, free] @ np.linalg.pinv(turned) @ matrix[free, :3]
-    squares, modes = np.linalg.eigh(0.5 * (held + held.T) / mass)
-    least = LEFT * np.abs(squares).max()  # what nothing holds
+        condensed = condensed - matrix[:3, free] @ np.linalg.pinv(tilting) @ matrix[free, :3]
+    squares, modes = np.linalg.eigh(0.5 * (condensed + condensed.T) / mass)
+    least = NEGLIGIBLE * np.abs(squares).max()  # below it nothing holds the mass
     frequencies = np.sqrt(np.where(squares > least, squares, 0.0)) / (2.0 * math.pi)
     return {
         "mass_kg": mass,
         "natural_frequencies_hz": frequencies.tolist(),
-        "natural_directions": _settled(modes.T, 1.0),
+        "natural_directions": _without_rounding(modes.T, 1.0),
     }
 
 
-def _settled(values, scale) -> list:
-    """The values, without those that are nothing beside what was added up to them, and without -0."""
-    return (np.where(np.abs(values) <= LEFT * scale, 0.0, values) + 0.0).tolist()
+def _without_rounding(values, scale) -> list:
+    """The values, 0 where they are rounding of sums of size `scale`, and without -0."""
+    return (np.where(np.abs(values) <= NEGLIGIBLE * scale, 0.0, values) + 0.0).tolist()
 
 
 def flags_of(
-    parameters, solver: EquilibriumSolver, support: Support, found: Equilibrium, ellipses, safety: float, load: float
+    parameters,
+    solver: EquilibriumSolver,
+    support: Support,
+    equilibrium: Equilibrium,
+    ellipses,
+    safety: float,
+    load: float,
 ) -> list[str]:
     """Warnings of an equilibrium under an equivalent dynamic load [N], one sentence each."""
-    contacts = found.contacts
+    contacts = equilibrium.contacts
     greatest, usual = contacts.load[:, 0].max(), STRIBECK * load / parameters.geometry.balls
-    loose = loose_directions(found, support, solver.scales)
+    loose = loose_directions(equilibrium, support, solver.scales)
     friction = parameters.contact.friction_coefficient
     transient = equilibrium_error(contacts)
-    held = contacts.load > 0.0
-    slips = np.any(np.abs(contacts.friction)[held] > friction * contacts.load[held])
+    slips = np.any((np.abs(contacts.friction) > friction * contacts.load) & (contacts.load > 0.0))
     return gathered(
         speed_warning(parameters.geometry, parameters.drive.speed),
         *of_temperatures(parameters),
@@ -154,7 +162,7 @@ def flags_of(
         "squeeze the balls, which basic life, static safety and the catalogue's torque ignore; reference life counts it"
         if greatest > 2.0 * usual
         else None,
-        *contact_flags(parameters, ellipses[2].max(), contacts.angle[:, 1], contacts.load[:, 0]),
+        *contact_flags(parameters, pressure, contacts.angle[:, 1], contacts.load[:, 0]),
         "the gyroscopic moment of a ball needs more friction than contact.friction_coefficient gives: it slides"
         if slips
         else None,
@@ -181,14 +189,14 @@ def curves_of(values: Iterable[float], solved: Callable[[float], dict]) -> dict:
     refused = []
     for value in values:
         try:
-            found = solved(value)
+            answer = solved(value)
         except SceneError as error:
             refused.append({"value": value, "reason": str(error)})
             row = dict.fromkeys(curves)
         else:
-            row = {key: found.get(key) for key in (*EACH, *ALONE, *OPTIONAL)}
-            row |= {f"greatest_{key}": float(np.abs(found[key]).max()) for key in GREATEST}
-            row["loaded_balls"] = sum(load > 0.0 for load in found["normal_load_inner_n"])
+            row = {key: answer.get(key) for key in (*EACH, *ALONE, *OPTIONAL)}
+            row |= {f"greatest_{key}": float(np.abs(answer[key]).max()) for key in GREATEST}
+            row["loaded_balls"] = sum(load > 0.0 for load in answer["normal_load_inner_n"])
         for key, curve in curves.items():
             curve.append(row[key])
     if len(refused) == len(curves["stiffness"]):

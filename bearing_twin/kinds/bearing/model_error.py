@@ -28,16 +28,16 @@ from bearing_twin.kinds.bearing.equilibrium import (
     EquilibriumSolver,
     Support,
     azimuths_of,
-    controlled,
+    controlled_equilibrium,
     ellipses_of,
     equilibrium_error,
     load_line,
     scene_equilibrium,
     setting_of,
-    weighed_solver,
-    weighed_support,
+    solver_under_gravity,
+    support_with_weight,
 )
-from bearing_twin.kinds.bearing.equilibrium_motion import LEFT
+from bearing_twin.kinds.bearing.equilibrium_motion import NEGLIGIBLE
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
@@ -142,7 +142,7 @@ def response_to_tilt(solver: EquilibriumSolver, support: Support, found: Equilib
     its angle times that, and the moment of what presses it has no such lever.
     """
     arm, tilt, load = solver.setting.arm, found.coordinates[3:], found.contacts.load
-    if arm * np.abs(tilt).max() <= LEFT * np.abs(found.coordinates[:3]).max():
+    if arm * np.abs(tilt).max() <= NEGLIGIBLE * np.abs(found.coordinates[:3]).max():
         return None
     levers = np.stack([np.sin(found.azimuths), -np.cos(found.azimuths)], axis=1)  # tilt in each ball's plane, by theta
     lifted, cosine = levers @ tilt, np.cos(found.contacts.angle[:, 0])
@@ -193,10 +193,10 @@ def errors_of_run(parameters, law: str) -> list[EquilibriumErrors]:
     for one in scenes_by_speed(parameters):
         setting = setting_of(one, law, one.drive.speed)
         for load in loads:
-            support = weighed_support(one, load)
-            solver = weighed_solver(one, setting, azimuths_of(one.geometry.balls, load_line(support)))
+            support = support_with_weight(one, load)
+            solver = solver_under_gravity(one, setting, azimuths_of(one.geometry.balls, load_line(support)))
             with contextlib.suppress(SceneError):
-                found.append(errors_at(one, law, solver, support, controlled(one, solver, support)))
+                found.append(errors_at(one, law, solver, support, controlled_equilibrium(one, solver, support)))
     return found
 
 

@@ -12,7 +12,7 @@ from bearing_twin.contact.friction import AUTO, FRICTIONS, POINT, roughness
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import pressure_warning, shoulder_warning
-from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, weighed_support
+from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, support_with_weight
 from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import is_lubricated
@@ -215,7 +215,7 @@ def of_falling_balls(parameters, law: str) -> list[str]:
     limit = orbit / (0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter))
     if abs(parameters.drive.speed) >= limit:
         return []
-    if solver_of(parameters, law).solve(weighed_support(parameters)).contacts.load[:, 0].min() > 0.0:
+    if solver_of(parameters, law).solve(support_with_weight(parameters)).contacts.load[:, 0].min() > 0.0:
         return []
     return [
         f"below {limit:.3g} rad/s the weight of balls is more than their centrifugal load: those that bear nothing "

@@ -19,29 +19,29 @@ from bearing_twin.kinds.bearing.equilibrium import (
     Support,
     azimuths_of,
     check_load,
+    load_weighted_mean,
     setting_of,
-    shared,
-    weighed_solver,
-    weighed_support,
+    solver_under_gravity,
+    support_with_weight,
 )
 from bearing_twin.kinds.bearing.equilibrium_motion import QuasiStaticMotion
 from bearing_twin.kinds.bearing.integrate import (
     FIXED_STEP,
-    NEAR,
+    NEAR_GAP,
     Chunk,
     Rates,
-    check,
+    check_status,
     error_scales,
     fastest_rates,
     instants_in,
     integrate_alone,
+    integrate_chunk,
     integrate_in_common,
-    integrated,
     light_approach,
     stable_step,
     step_at_start,
-    time_apart,
-    too_long,
+    step_problem,
+    time_separated,
 )
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs, outer_ring_forces, write_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene, has_sensor, with_chosen_friction
@@ -57,11 +57,11 @@ from bearing_twin.kinds.bearing.system import (
     DRIVE_WORK,
     GROSS_WORK,
     HEIGHT,
-    HOUSING_PLACE,
+    HOUSING_POSITION,
     HOUSING_SPEED,
     NO_LAND,
     ORBIT_ANGLE,
-    PLACES,
+    POSITIONS,
     SHAFT_ANGLE,
     SHAFT_SPEED,
     SPIN,
@@ -77,19 +77,19 @@ from bearing_twin.kinds.bearing.system import (
 )
 from bearing_twin.methods import EVALUATIONS, JACOBIANS, REJECTIONS, STEPS
 
-MOVING = ("state", "orientation", "steps", "carried", "body_state")  # arrays that a chunk moves on
+MOVING = ("state", "orientation", "steps", "carried", "body_state")  # arrays that a chunk changes
 ARRAYS = (*MOVING, "_load", "_load_rate", "counts")
 SAVED_AS = {"body_state": "border"}  # names in snapshots, as earlier versions have them
-KEPT = (*ARRAYS, "drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "heard")
-LISTS = {"commanded": (0, 5), "commanded_torque": (0, 1), "drive": (3,), "offset": (3,)}  # how many numbers each may be
+KEPT = (*ARRAYS, "drive", "goal_speed", "bearing", "step", "elapsed", "_acceleration", "_changed", "sensor_state")
+LISTS = {"commanded": (0, 5), "commanded_torque": (0, 1), "drive": (3,), "offset": (3,)}  # legal lengths
 COSTS = {"ball_steps": STEPS, "ball_rejections": REJECTIONS, "ball_rates": EVALUATIONS, "ball_jacobians": JACOBIANS}
 
 FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's acceleration changes
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
-LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before the next look at who may meet
-TOGETHER = 0.05  # share of that time, or of what is left of a chunk: balls that may meet sooner are integrated together
+LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before their gaps are checked
+TOGETHER = 0.05  # share of that time, or of the rest of a chunk: balls that may meet sooner are integrated together
 LONGEST = 0.4  # s of one chunk: of balls alone, or round a ring with mass in a cage that keeps them apart
-SHORTEST_PART = 1e-9  # share of a chunk: parts shorter than this are none
+SHORTEST_PART = 1e-9  # share of a chunk: shorter parts are rounding
 TOO_FAST = "too fast"  # reason of an error
 
 _place_balls = Function("core_place_balls", INTEGER, (REALS, REALS, REAL, INTEGER, INTEGER, REALS_OUT))
@@ -110,19 +110,19 @@ def start_state(bearing: Bearing, inner_speed: float, motion: str) -> np.ndarray
 
 def _supported(solver: EquilibriumSolver, support: Support, bodies: CoupledBodies):
     """The equilibrium with the springs of the support, whose force is found by Newton's method."""
-    found = solver.solve(support)
+    equilibrium = solver.solve(support)
     stiffness, free = bodies.stiffness[:CAGE], np.array(support.free, np.bool_)
     if not np.any(stiffness * free):
-        return found
+        return equilibrium
     loads, pull = np.array(support.loads), np.zeros(5)
     for _ in range(30):
-        off = stiffness * (found.coordinates - bodies.rest[:CAGE]) - pull
-        if np.abs(off[free]).max() <= 1e-9 * np.abs(loads).max():
-            return found
-        answer = np.linalg.inv(found.stiffness[np.ix_(free, free)])
-        pull[free] += np.linalg.solve(np.eye(len(answer)) + stiffness[free, None] * answer, off[free])
-        found = solver.solve(support._replace(loads=tuple(loads - pull)))
-    return found
+        defect = stiffness * (equilibrium.coordinates - bodies.rest[:CAGE]) - pull
+        if np.abs(defect[free]).max() <= 1e-9 * np.abs(loads).max():
+            return equilibrium
+        compliance = np.linalg.inv(equilibrium.stiffness[np.ix_(free, free)])
+        pull[free] += np.linalg.solve(np.eye(len(compliance)) + stiffness[free, None] * compliance, defect[free])
+        equilibrium = solver.solve(support._replace(loads=tuple(loads - pull)))
+    return equilibrium
 
 
 def start_in_equilibrium(parameters: BearingScene, law: str, bodies: CoupledBodies) -> tuple[np.ndarray, np.ndarray]:
@@ -133,26 +133,26 @@ def start_in_equilibrium(parameters: BearingScene, law: str, bodies: CoupledBodi
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
     setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
-    support = weighed_support(parameters, RingLoading(parameters).load.at(0.0)[0])
-    found = _supported(weighed_solver(parameters, setting, azimuths), support, bodies)
+    support = support_with_weight(parameters, RingLoading(parameters).load.at(0.0)[0])
+    equilibrium = _supported(solver_under_gravity(parameters, setting, azimuths), support, bodies)
     state, body_state = np.zeros((balls, COLUMNS)), np.zeros(BODY_COLUMNS)
-    body_state[:CAGE] = found.coordinates
+    body_state[:CAGE] = equilibrium.coordinates
     if bodies.land:
         body_state[CAGE_X:CAGE] = _cage_at_rest(bodies, body_state)
-    state[:, AXIS_DISTANCE] = setting.outer.locus_radius + found.places[:, 0]
-    state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, found.places[:, 1]
+    state[:, AXIS_DISTANCE] = setting.outer.locus_radius + equilibrium.positions[:, 0]
+    state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, equilibrium.positions[:, 1]
     if parameters.initial.motion == "rolling":
-        contacts = found.contacts
-        together = shared(contacts, contacts.orbit)
-        orbit = np.full(balls, together) if bodies.free[CAGE] else contacts.orbit
+        contacts = equilibrium.contacts
+        cage_speed = load_weighted_mean(contacts, contacts.orbit)
+        orbit = np.full(balls, cage_speed) if bodies.free[CAGE] else contacts.orbit
         state[:, TANGENTIAL_VELOCITY] = state[:, AXIS_DISTANCE] * orbit
         state[:, SPIN], state[:, SPIN + 2] = contacts.pitch, orbit - contacts.roll
-        body_state[CAGE_SPEED] = together if bodies.free[CAGE] else 0.0
+        body_state[CAGE_SPEED] = cage_speed if bodies.free[CAGE] else 0.0
     return state, body_state
 
 
 def _cage_at_rest(bodies: CoupledBodies, body_state: np.ndarray) -> np.ndarray:
-    """Place of a cage at rest in its land under its weight [m] (2,); the land's centre without weight or land."""
+    """Centre of a cage at rest in its land under its weight [m] (2,); the land's centre without weight or land."""
     land, weight = bodies.land, bodies.weight[CAGE_X:CAGE]
     middle = body_state[:2] if land.side < 0.0 else np.zeros(2)
     size = float(np.hypot(*weight))
@@ -162,7 +162,7 @@ def _cage_at_rest(bodies: CoupledBodies, body_state: np.ndarray) -> np.ndarray:
 
 
 def start_in_cage(state: np.ndarray, bodies: CoupledBodies) -> tuple[np.ndarray, np.ndarray]:
-    """A start of balls round a ring that is held, in a cage that orbits with their mean speed."""
+    """The start of balls with a held ring, in a cage that orbits with their mean speed."""
     body_state = np.zeros(BODY_COLUMNS)
     if bodies.free[CAGE]:
         body_state[CAGE_SPEED] = np.mean(state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE])
@@ -173,7 +173,7 @@ def start_in_cage(state: np.ndarray, bodies: CoupledBodies) -> tuple[np.ndarray,
 class BearingMotion(CommandedBearing):
     """The bearing in motion: `advance` integrates one chunk and returns its outputs.
 
-    `given` is the tolerance that steps are made by; `counts` holds steps, rejections, evaluations of a ball's rates
+    `step_tolerance` is the tolerance of the steps; `counts` holds steps, rejections, evaluations of a ball's rates
     and Jacobians so far.
     """
 
@@ -182,8 +182,10 @@ class BearingMotion(CommandedBearing):
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.bodies = bodies = coupled_bodies_of(parameters)
-        self._apart = separates_balls(parameters.cage, parameters.geometry, 2.0 * NEAR * self.bearing.ball_radius)
-        quick = not has_sensor(parameters) and (not bodies.active or (self._apart and bodies.ring))
+        self._separated = separates_balls(
+            parameters.cage, parameters.geometry, 2.0 * NEAR_GAP * self.bearing.ball_radius
+        )
+        quick = not has_sensor(parameters) and (not bodies.active or (self._separated and bodies.ring))
         self.longest_chunk = LONGEST if quick else None
         if self.bearing.ring:
             start, body_state = start_in_equilibrium(parameters, choice.law, bodies)
@@ -192,8 +194,8 @@ class BearingMotion(CommandedBearing):
             start, body_state = start_in_cage(start, bodies)
         if bodies.shaft:
             body_state[SHAFT_SPEED] = parameters.drive.speed
-        half, nothing = -0.5 * start[:, ORBIT_ANGLE], np.zeros(len(start))
-        attitude = np.stack((nothing, nothing, np.sin(half), np.cos(half)), axis=1)  # turned back by the orbit angle
+        half, zero = -0.5 * start[:, ORBIT_ANGLE], np.zeros(len(start))
+        attitude = np.stack((zero, zero, np.sin(half), np.cos(half)), axis=1)  # turned back by the orbit angle
         self._start, self._start_orientation, self._start_bodies = start, attitude, body_state
         self.step = self._start_step = parameters.solver.step
         self._finer, self.accelerometer = choice.finer, None
@@ -201,15 +203,15 @@ class BearingMotion(CommandedBearing):
         first = self.first_outputs()
         self._approaches = approaches = first.approach[0]
         if parameters.defects:
-            if any(one.on == "ball" for one in parameters.defects) and choice.stepper not in ROSENBROCK:
+            if any(defect.on == "ball" for defect in parameters.defects) and choice.stepper not in ROSENBROCK:
                 raise SceneError(
                     f"{choice.stepper} does not follow defects of balls; use solver.stepper: rodas4, or auto"
                 )
-            raceway = self.bearing.outer.law
-            numbers = defect_numbers(parameters, raceway.given * max(approaches[:, 1].max(), 0.0) ** raceway.power)
+            law = self.bearing.outer.law
+            numbers = defect_numbers(parameters, law.given * max(approaches[:, 1].max(), 0.0) ** law.power)
             self._bearing = self._bearing._replace(defects=tuple(numbers.tolist()))
-        self.given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
-        self.scales = self.given * error_scales(parameters, self.bearing, start, approaches, bodies.active)
+        self.step_tolerance = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
+        self.scales = self.step_tolerance * error_scales(parameters, self.bearing, start, approaches, bodies.active)
         light = light_approach(self.bearing, approaches) if self.bearing.pockets else 0.0
         housing = bodies.housing and bodies.housing._replace(load=-first.outer_ring_force[0] @ bodies.housing.direction)
         self.bodies = bodies._replace(scales=body_scales(parameters, self.scales), light=light, housing=housing)
@@ -236,14 +238,14 @@ class BearingMotion(CommandedBearing):
         self.steps = np.full(self.bearing.balls, FIRST_STEP)
         self.carried = np.zeros((self.bearing.balls, CARRIED_COLUMNS))
         self._acceleration = self.elapsed = 0.0
-        self.heard, self._samples = (), []
-        self._load, self._load_rate = np.zeros(PLACES), np.zeros(PLACES)
+        self.sensor_state, self._samples = (), []
+        self._load, self._load_rate = np.zeros(POSITIONS), np.zeros(POSITIONS)
         self._changed = self.parameters.drive.change.time == 0.0
         self.counts = np.zeros(4, np.int64)
         self._keep()
 
     def _keep(self) -> None:
-        """Keeps what `take_back` needs."""
+        """Keep the state for `take_back`."""
         self._before = {name: getattr(self, name) for name in KEPT}
         self._before |= {name: self._before[name].copy() for name in ARRAYS}
 
@@ -267,40 +269,39 @@ class BearingMotion(CommandedBearing):
             "elapsed": self.elapsed,
             "changed": self._changed,
             "acceleration": self._acceleration,
-            **({"heard": list(self.heard)} if self.accelerometer else {}),
+            **({"heard": list(self.sensor_state)} if self.accelerometer else {}),
         }
 
-    def resume(self, kept: dict) -> None:
-        """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another bearing."""
+    def resume(self, snapshot: dict) -> None:
+        """Resume from a `snapshot`; raises KeyError, TypeError or ValueError for that of another bearing."""
         self.reset()
         for name in (*LISTS, *ARRAYS):
-            given = np.array(kept[SAVED_AS.get(name, name)], float)
+            values = np.array(snapshot[SAVED_AS.get(name, name)], float)
             if name == "body_state":  # of logs before housings moved
-                given = np.pad(given, (0, max(BODY_COLUMNS - len(given), 0)))
-            fits = given.shape in [(length,) for length in LISTS[name]] if name in LISTS else None
-            fits = given.shape == getattr(self, name).shape if fits is None else fits
-            if not fits or not np.isfinite(given).all():
+                values = np.pad(values, (0, max(BODY_COLUMNS - len(values), 0)))
+            legal = [(length,) for length in LISTS[name]] if name in LISTS else [getattr(self, name).shape]
+            if values.shape not in legal or not np.isfinite(values).all():
                 raise ValueError(name)
             if name in ARRAYS:
-                getattr(self, name)[...] = given
-        if kept["commanded"]:
-            self.loading.set(kept["commanded"][:3], kept["commanded"][3:])
-        for torque in kept["commanded_torque"]:
+                getattr(self, name)[...] = values
+        if snapshot["commanded"]:
+            self.loading.set(snapshot["commanded"][:3], snapshot["commanded"][3:])
+        for torque in snapshot["commanded_torque"]:
             self.loading.set_torque(torque)
         if not (self.steps > 0.0).all():
             raise ValueError("steps")
-        if self.accelerometer and kept.get("heard"):
-            self.heard = self.accelerometer.restored(kept["heard"], float(kept["elapsed"]))
-        self.drive = RingDrive(*map(float, kept["drive"]))
-        self.goal_speed, self.elapsed = float(kept["goal_speed"]), float(kept["elapsed"])
-        self._changed, self._acceleration = kept["changed"], float(kept["acceleration"])
-        self.bearing = self._bearing._replace(offset=tuple(map(float, kept["offset"])))
+        if self.accelerometer and snapshot.get("heard"):
+            self.sensor_state = self.accelerometer.restored(snapshot["heard"], float(snapshot["elapsed"]))
+        self.drive = RingDrive(*map(float, snapshot["drive"]))
+        self.goal_speed, self.elapsed = float(snapshot["goal_speed"]), float(snapshot["elapsed"])
+        self._changed, self._acceleration = snapshot["changed"], float(snapshot["acceleration"])
+        self.bearing = self._bearing._replace(offset=tuple(map(float, snapshot["offset"])))
         self._keep()
 
     def take_records(self) -> dict[str, np.ndarray]:
-        """The samples of the sensor since the last call; all else stands in the outputs."""
-        taken, self._samples = self._samples, []
-        return {ACCELERATION.name: np.concatenate(taken)} if taken else {}
+        """The samples of the sensor since the last call."""
+        samples, self._samples = self._samples, []
+        return {ACCELERATION.name: np.concatenate(samples)} if samples else {}
 
     def costs(self) -> dict[str, int]:
         """Steps, rejected steps, evaluations of one ball's rates, and Jacobians, summed over the balls."""
@@ -314,19 +315,19 @@ class BearingMotion(CommandedBearing):
         return out
 
     def _write(self, bodies: CoupledBodies, drive: RingDrive, times, motion, rows: np.ndarray) -> None:
-        """Writes outputs at `times` [s] from the drive's instant: `motion` as of `room_for`."""
+        """Write outputs at `times` [s] from the drive's instant: `motion` as of `allocate`."""
         write_outputs(self.parameters, self.bearing, bodies, drive, times, *motion, rows)
 
     def advance(self, times: np.ndarray, duration: float) -> Rows:
-        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError.
+        """Integrate `duration` [s] and return the outputs at `times` [s] from now; raises IntegrationError.
 
         A new goal speed is approached at the drive's acceleration; the scene's change of the drive comes at its time.
         """
-        if not math.isfinite(np.vdot(self.body_state, self.body_state)):  # as quick as can be, for every chunk
+        if not math.isfinite(np.vdot(self.body_state, self.body_state)):  # the fastest check, made for every chunk
             sentence = "the state of the inner ring or the cage is not finite; reset, and lower the load"
             raise IntegrationError(sentence, "not finite", self.elapsed, "inner ring")
         if not math.isfinite(np.vdot(self.state, self.state)):
-            ball = int(np.abs(self.state).max(axis=1).argmax())  # the first that is no number, if any
+            ball = int(np.abs(self.state).max(axis=1).argmax())  # the first NaN, if any
             sentence = f"the state of ball {ball} is not finite; reset, and shorten solver.step"
             raise IntegrationError(sentence, "not finite", self.elapsed, f"ball {ball}")
         self._keep()
@@ -337,18 +338,18 @@ class BearingMotion(CommandedBearing):
             end = min(duration, begin + self._until_next(duration - begin))
             last = end >= duration * (1.0 - SHORTEST_PART)
             end = duration if last else end
-            until = len(times) if last else int(np.searchsorted(times, end, side="right"))
-            self._part(instants_in(times[cursor:until], begin, end), end - begin, out.numbers[cursor:until])
-            begin, cursor = end, until
+            next_cursor = len(times) if last else int(np.searchsorted(times, end, side="right"))
+            self._part(instants_in(times[cursor:next_cursor], begin, end), end - begin, out.numbers[cursor:next_cursor])
+            begin, cursor = end, next_cursor
         return out
 
     def _until_next(self, duration):
-        """Seconds for which the drive accelerates evenly and, unless that is very short, balls stay apart."""
+        """Seconds for which the drive accelerates evenly and, unless that is very short, balls do not meet."""
         pieces = [duration]
-        if not self._apart:
-            apart = time_apart(self.bearing.ball_radius, self.state)
+        if not self._separated:
+            separated = time_separated(self.bearing.ball_radius, self.state)
             together = min(duration, LONGEST_TOGETHER)
-            pieces.append(0.99 * apart if apart > TOGETHER * together else together)
+            pieces.append(0.99 * separated if separated > TOGETHER * together else together)
         if self.bodies.active:
             pieces.append(self.loading.until_next(self.elapsed))
         if self.goal_speed != self.drive.speed:
@@ -358,9 +359,9 @@ class BearingMotion(CommandedBearing):
         return max(min(pieces), SHORTEST_PART * duration)
 
     def _change_drive(self):
-        """Makes the scene's change when its time has come: a new goal speed, and the inner ring shifted at once.
+        """Apply the scene's change at its time: a new goal speed, and a shift of the inner ring.
 
-        What the shift does to the contacts' energy is work of the drive, booked on ball 0.
+        The change of the contacts' energy by the shift is work of the drive, added to that of ball 0.
         """
         change = self.parameters.drive.change
         if self._changed or self.elapsed < change.time * (1.0 - SHORTEST_PART):
@@ -374,30 +375,27 @@ class BearingMotion(CommandedBearing):
         work = after.elastic_energy[0] - before
         self.state[0, DRIVE_WORK] += work
         self.state[0, GROSS_WORK] += abs(work)
-        if self.stepper in FIXED_STEP:  # a chosen step is chosen anew where contacts are stiffer, a given one judged
+        if self.stepper in FIXED_STEP:  # an automatic step may shorten, that of the scene is checked
             rates = fastest_rates(self.bearing, after.approach[0])
             if not self.parameters.solver.step:
                 self.step = min(self.step, self._fixed(stable_step(rates, self.stepper)))
-            if problem := too_long(self.step, rates, self.stepper):
+            if problem := step_problem(self.step, rates, self.stepper):
                 sentence = f"at {self.elapsed:.9g} s {problem.sentence}"
                 raise IntegrationError(sentence, "step too long", self.elapsed, problem.body)
 
     def _fixed(self, step: float) -> float:
-        """The step [s] of a fixed-step method: of a second run a part of that which fits between two outputs."""
+        """The step [s] of a fixed-step method; in a second run a fraction of one that divides an output's period."""
         if self._finer == 1.0:
             return step
         period = 1.0 / self.parameters.run.output_rate
         return period / math.ceil(period / step) / self._finer
 
     def set_load(self, force, moment) -> None:
-        """New loads on a ring with mass [N], [N m] from now on, or the scene's own where both are None.
-
-        They are taken as `check_load` let them pass.
-        """
+        """Set the loads on a ring with mass [N], [N m], checked by `check_load`; None for both: those of the scene."""
         self.loading.set(force, moment)
 
     def set_torque(self, torque: float) -> None:
-        """Has this torque [N m] turn the shaft from now on, in place of the scene's."""
+        """Set a constant torque [N m] on the shaft."""
         self.loading.set_torque(torque)
 
     def _bodies(self) -> CoupledBodies:
@@ -407,40 +405,43 @@ class BearingMotion(CommandedBearing):
         load, rate = self.loading.at(self.elapsed)
         return self.bodies._replace(load=load, load_rate=rate)
 
-    def room_for(self, count: int) -> tuple[np.ndarray, ...]:
-        """Room for states (count, N, COLUMNS), orientations (count, N, 4), bodies (count, BODY_COLUMNS), all NaN."""
+    def allocate(self, count: int) -> tuple[np.ndarray, ...]:
+        """States (count, N, COLUMNS), orientations (count, N, 4) and bodies (count, BODY_COLUMNS), all NaN."""
         balls = self.bearing.balls
         return tuple(np.full((count, *shape), math.nan) for shape in ((balls, COLUMNS), (balls, 4), (BODY_COLUMNS,)))
 
     def _part(self, times, duration, rows):
-        """Integrates over a part of constant acceleration and writes its outputs."""
+        """Integrate a part of constant acceleration and write its outputs."""
         goal, limit = self.goal_speed, self.parameters.drive.acceleration * duration
         change = min(limit, max(-limit, goal - self.drive.speed))
         drive, bodies = self.drive._replace(acceleration=change / duration), self._bodies()
-        # Slip answers within microseconds: a step carried over from before would pass over the bend.
-        bend = abs(drive.acceleration - self._acceleration) > SAME * self.parameters.drive.acceleration
-        self._acceleration = drive.acceleration if bend else self._acceleration
-        if bodies.active and bodies.load is not self._load:  # as it is where it never jumps
-            bend |= bool(np.any(np.abs(bodies.load - self._load) > SAME * np.abs(bodies.load)))
-            bend |= bool(np.any(bodies.load_rate != self._load_rate))
+        # Slip changes within microseconds after a jump, which a long step would pass over.
+        jump = abs(drive.acceleration - self._acceleration) > SAME * self.parameters.drive.acceleration
+        self._acceleration = drive.acceleration if jump else self._acceleration
+        if bodies.active and bodies.load is not self._load:  # the same object for constant loads
+            jump |= bool(np.any(np.abs(bodies.load - self._load) > SAME * np.abs(bodies.load)))
+            jump |= bool(np.any(bodies.load_rate != self._load_rate))
             grows, self._load_rate = bodies.load_rate.any(), bodies.load_rate
             self._load = bodies.load + duration * bodies.load_rate if grows else bodies.load
-        if bend:
+        if jump:
             self.steps = np.minimum(self.steps, FIRST_STEP)
-        every, sampled = times, np.zeros(0)
+        instants, sample_times = times, np.zeros(0)
         if self.accelerometer:
-            sampled = self.accelerometer.times(self.heard, self.elapsed, self.elapsed + duration)
-            every = np.sort(np.concatenate([times, np.clip(sampled - self.elapsed, 0.0, duration)]), kind="stable")
-        filled, moving = self.room_for(len(every)), [getattr(self, name) for name in MOVING]
-        given = partial(self._integrate, bodies, drive), self.bearing.ball_radius, moving, every, duration, filled
-        if bodies.active or self._apart:
-            integrate_in_common(*given, self._apart, bodies.even)
+            sample_times = self.accelerometer.times(self.sensor_state, self.elapsed, self.elapsed + duration)
+            instants = np.sort(
+                np.concatenate([times, np.clip(sample_times - self.elapsed, 0.0, duration)]), kind="stable"
+            )
+        filled, moving = self.allocate(len(instants)), [getattr(self, name) for name in MOVING]
+        integrate = partial(self._integrate, bodies, drive)
+        arguments = integrate, self.bearing.ball_radius, moving, instants, duration, filled
+        if bodies.active or self._separated:
+            integrate_in_common(*arguments, self._separated, bodies.even)
         else:
-            integrate_alone(*given)
+            integrate_alone(*arguments)
         if self.accelerometer:
-            self._listen(bodies, drive, every, filled, sampled)
-            wanted = np.searchsorted(every, times)
-            filled = tuple(one[wanted] for one in filled)
+            self._listen(bodies, drive, instants, filled, sample_times)
+            rows_of_outputs = np.searchsorted(instants, times)
+            filled = tuple(array[rows_of_outputs] for array in filled)
         self._write(bodies, drive, times, filled, rows)
         self._check_speed(times, filled[2])
         self.elapsed += duration
@@ -448,22 +449,26 @@ class BearingMotion(CommandedBearing):
             self.drive = RingDrive(*self.body_state[[SHAFT_ANGLE, SHAFT_SPEED]].tolist(), 0.0)
             self.goal_speed = self.drive.speed
             return
-        # The goal itself once it is reached, so that no rounding keeps an acceleration alive.
+        # Exactly the goal once it is reached, since rounding would leave an acceleration.
         reached = abs(goal - self.drive.speed) <= limit * (1.0 + SHORTEST_PART)
         speed = goal if reached else self.drive.speed + change
         self.drive = drive.later(duration)._replace(speed=speed, acceleration=0.0)
 
-    def _listen(self, bodies, drive, times, filled, sampled) -> None:
+    def _listen(self, bodies, drive, times, filled, sample_times) -> None:
         """Samples of the sensor from the forces at `sampled` [s] of the run, by the states at `times` of a part."""
-        rows, forces = np.searchsorted(times, np.clip(sampled - self.elapsed, 0.0, None)), np.zeros((len(sampled), 3))
+        rows, forces = (
+            np.searchsorted(times, np.clip(sample_times - self.elapsed, 0.0, None)),
+            np.zeros((len(sample_times), 3)),
+        )
         rows = np.minimum(rows, len(times) - 1)
         for begin in range(0, len(rows), INSTANTS):
             part = rows[begin : begin + INSTANTS]
-            moved = (one[part] for one in filled)
-            found = outer_ring_forces(self.parameters, self.bearing, bodies, drive, times[part], *moved)
-            forces[begin : begin + INSTANTS] = found
-        moved = filled[2][rows, HOUSING_PLACE : HOUSING_SPEED + 1]
-        self.heard, samples = self.accelerometer.samples(self.heard, sampled, forces, moved)
+            motion = (array[part] for array in filled)
+            forces[begin : begin + INSTANTS] = outer_ring_forces(
+                self.parameters, self.bearing, bodies, drive, times[part], *motion
+            )
+        housing = filled[2][rows, HOUSING_POSITION : HOUSING_SPEED + 1]
+        self.sensor_state, samples = self.accelerometer.samples(self.sensor_state, sample_times, forces, housing)
         if len(samples):
             self._samples.append(samples)
 
@@ -476,31 +481,31 @@ class BearingMotion(CommandedBearing):
         )
         elapsed = self.elapsed + begin
         try:
-            check(integrated(self.stepper, chunk), elapsed, chunk.failure)
+            check_status(integrate_chunk(self.stepper, chunk), elapsed, chunk.failure)
         except IntegrationError as error:
             raise self._explained(error, chunk, elapsed) from None
 
     def _explained(self, error: IntegrationError, chunk: Chunk, begin: float) -> IntegrationError:
-        """`error` of a chunk that began at `begin` [s], or one that names the load on a ring with mass, time and limit.
+        """The error of a chunk from `begin` [s] on; for a load on a ring with mass beyond its limit, one that names it.
 
-        The load counts with the ring's unbalance, at the beginning of the chunk, else at the error.
+        The load includes the ring's unbalance; it is checked at the beginning of the chunk, then at the error.
         """
         bodies = chunk.bodies
         if not bodies.ring or not error.seconds >= begin:
             return error
-        for into in (0.0, error.seconds - begin):
-            drive, loads = chunk.drive.later(into), (bodies.load + into * bodies.load_rate)[:CAGE]
+        for passed in (0.0, error.seconds - begin):
+            drive, loads = chunk.drive.later(passed), (bodies.load + passed * bodies.load_rate)[:CAGE]
             loads[:2] += bodies.unbalance * drive.speed**2 * np.array([math.cos(drive.angle), math.sin(drive.angle)])
             loads = np.where(bodies.free[:CAGE] > 0.0, loads, 0.0)
             try:
                 check_load(self.parameters, self.law, drive.speed, loads[:3], loads[3:])
             except BearingTwinError as limit:
-                seconds = begin + into
+                seconds = begin + passed
                 return IntegrationError(f"at {seconds:.9g} s {limit}", OVERLOAD, seconds, "inner ring")
         return error
 
     def _check_speed(self, times, body_states) -> None:
-        """Raises IntegrationError at the first of the `times` [s] from now at which the shaft turns too fast."""
+        """Raise IntegrationError at the first of the `times` [s] from now at which the shaft turns too fast."""
         if not self.bodies.shaft:
             return
         limit, speeds = self.parameters.drive.greatest_speed, body_states[:, SHAFT_SPEED]

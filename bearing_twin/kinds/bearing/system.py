@@ -46,17 +46,17 @@ from bearing_twin.shapes import ball_in_groove, groove_curvatures
 AXIS_DISTANCE, ORBIT_ANGLE, HEIGHT, RADIAL_VELOCITY, TANGENTIAL_VELOCITY, AXIAL_VELOCITY = np.arange(6)
 RADIAL_SPIN, TANGENTIAL_SPIN, AXIAL_SPIN, DRIVE_WORK, DISSIPATED, GROSS_WORK = np.arange(6, 12)
 VELOCITY, SPIN = RADIAL_VELOCITY, RADIAL_SPIN
-MOTION = 9  # the columns before this one are the motion; the rest only listen
+MOTION = 9  # the columns before this one are the motion, the others integrals
 COLUMNS = 12
 CARRIED_COLUMNS = 8  # what a law carries: P/Q and three states at each of a ball's contacts
 
-# Inner ring and cage: places (the ring's centre, its tilt about x and y, the cage's angle), their velocities, and
-# integrals that only listen: work of the loads on the ring, what is lost, work of the drive through the cage's land.
-PLACES = 6
+# Inner ring and cage: positions (the ring's centre, its tilt about x and y, the cage's angle), their velocities, and
+# integrals: work of the loads on the ring, dissipated energy, work of the drive through the cage's land.
+POSITIONS = 6
 CAGE_X, CAGE_Y, CAGE = 3, 4, 5  # in the place of tilts: a ring does not tilt where the cage's centre moves
-CAGE_SPEED = PLACES + CAGE
+CAGE_SPEED = POSITIONS + CAGE
 LAND_WORK, SHAFT_ANGLE, SHAFT_SPEED = 14, 15, 16  # then the work of a torque that turns the shaft
-HOUSING_PLACE, HOUSING_SPEED = 18, 19  # of an outer ring with its housing, along a direction
+HOUSING_POSITION, HOUSING_SPEED = 18, 19  # of an outer ring with its housing, along a direction
 BODY_COLUMNS = 20
 
 
@@ -69,15 +69,15 @@ BODY_COLUMNS = 20
 # a 6203 and 3e-11 where balls are 0.4 of the pitch circle or more (`tests/core/test_groove_polynomials.py`).
 TERMS = 10
 FURTHEST = 1.7
-_POINTS, _SERIES = chebpts1(TERMS), chebinterpolate(lambda places: np.eye(len(places)), TERMS - 1)
+_POINTS, _SERIES = chebpts1(TERMS), chebinterpolate(lambda points: np.eye(len(points)), TERMS - 1)
 _BASES = (Chebyshev.basis(order, domain=[-1.0, 0.0]).convert(kind=Polynomial).coef for order in range(TERMS))
-_POWERS = np.array([np.pad(one, (0, TERMS - len(one))) for one in _BASES]).T  # of these polynomials between -1 and 0
+_POWERS = np.array([np.pad(basis, (0, TERMS - len(basis))) for basis in _BASES]).T  # of the bases between -1 and 0
 
 
-def _along(ball_radius, locus_radius, groove_radius, side, function) -> np.ndarray:
+def _fit_along(ball_radius, locus_radius, groove_radius, side, function) -> np.ndarray:
     """The polynomials (TERMS + 1, ...) of `function(small, large)` of the gap's curvatures along a groove.
 
-    The last row is how far |n| - 1 falls to.
+    The last row is the least |n| - 1.
     """
     level = abs(side * locus_radius / groove_radius + 1.0)  # the radius about the axis there, over the groove's
     reach = min(1.0, level * (FURTHEST - 1.0 if side < 0.0 else 1.0 - 1.0 / FURTHEST))
@@ -92,20 +92,20 @@ def axes_along(ball_radius, locus_radius, groove_radius, side) -> np.ndarray:
 
     See `terms_along`; they are those of `ellipse.semi_axes`.
     """
-    return _along(ball_radius, locus_radius, groove_radius, side, lambda *gap: semi_axes(*gap, 1.0)).T
+    return _fit_along(ball_radius, locus_radius, groove_radius, side, lambda *gap: semi_axes(*gap, 1.0)).T
 
 
 def terms_along(law: Elasticity, ball_radius, locus_radius, groove_radius, side) -> np.ndarray:
     """The polynomial of a law on an inner (side = -1) or outer (side = +1) raceway, lengths in m.
 
-    Its TERMS, and then how far |n| - 1 falls to.
+    Its TERMS, then the least |n| - 1.
     """
     if not law.follows:
         return np.array([law.given, *(0.0,) * TERMS])
-    return _along(ball_radius, locus_radius, groove_radius, side, functools.partial(fresh_coefficient, law))
+    return _fit_along(ball_radius, locus_radius, groove_radius, side, functools.partial(fresh_coefficient, law))
 
 
-FILM_PLACES = np.array([0.0, -0.05, -0.1])  # |n| - 1 at contact angles of 0, 18 and 26 degrees
+FILM_POINTS = np.array([0.0, -0.05, -0.1])  # |n| - 1 at contact angles of 0, 18 and 26 degrees
 
 
 def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float) -> np.ndarray:
@@ -114,9 +114,9 @@ def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float)
     They are logarithms, which hardly bend; `lubricant` as `lubricant.film_lubricant`.
     """
     groove = ball_radius, raceway.locus_radius, raceway.groove_radius
-    small, large = np.broadcast_arrays(*groove_curvatures(*groove, side * (1.0 + FILM_PLACES)))
-    found = film_numbers(lubricant, small, large, raceway.law.modulus, ball_radius)
-    return np.linalg.solve(np.vander(FILM_PLACES, increasing=True), found).T
+    small, large = np.broadcast_arrays(*groove_curvatures(*groove, side * (1.0 + FILM_POINTS)))
+    numbers = film_numbers(lubricant, small, large, raceway.law.modulus, ball_radius)
+    return np.linalg.solve(np.vander(FILM_POINTS, increasing=True), numbers).T
 
 
 HELD, TILTED, LEVEL, TILTING, HOUSED = range(5)  # RingMotion of elements.hpp
@@ -267,32 +267,31 @@ def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
     bottom = 0.5 * geometry.pitch_diameter + side * (ball_radius + 0.25 * geometry.radial_clearance)
     locus_radius = bottom - side * groove_radius
     nominal = ball_in_groove(0.5 * geometry.pitch_diameter, 0.0, ball_radius, locus_radius, groove_radius)
-    found = law(nominal.curvature_small, nominal.curvature_large)
-    terms = tuple(terms_along(found, ball_radius, locus_radius, groove_radius, side).tolist())
-    return Raceway(locus_radius, groove_radius, found, terms)
+    elastic = law(nominal.curvature_small, nominal.curvature_large)
+    terms = tuple(terms_along(elastic, ball_radius, locus_radius, groove_radius, side).tolist())
+    return Raceway(locus_radius, groove_radius, elastic, terms)
 
 
 NEVER = math.inf
 SAME = 1e-12  # relative: instants nearer than this are one
 
 
-def apart(*times) -> np.ndarray:
-    """All of these times [s] in rising order, once each where they are one."""
-    found = np.unique(np.concatenate(times))
-    return found[np.diff(found, prepend=-NEVER) > SAME * found] if len(found) else found
+def distinct_times(*times) -> np.ndarray:
+    """These times [s] in rising order, without repetitions."""
+    instants = np.unique(np.concatenate(times))
+    return instants[np.diff(instants, prepend=-NEVER) > SAME * instants] if len(instants) else instants
 
 
 class Course:
-    """Numbers (m,) over time: `steady`, `jump` more from `jump_time` [s] on, and a table.
+    """Numbers (m,) over time: `steady`, plus `jump` from `jump_time` [s] on, plus those of a table.
 
-    The table's rows are time and numbers, which are straight between rows. `times` are those at which numbers jump or
-    begin to grow otherwise.
+    The table's rows are time and numbers, linear between rows. At `times` numbers or their rates jump.
     """
 
     def __init__(self, steady, table=(), jump=0.0, jump_time=0.0):
         self.steady, self.jump, self.jump_time = np.array(steady, float), np.asarray(jump), jump_time or NEVER
         self.knots = np.array(table, float).reshape(-1, 1 + len(self.steady))
-        self.times = apart(self.knots[:, 0], [jump_time] if jump_time else [])
+        self.times = distinct_times(self.knots[:, 0], [jump_time] if jump_time else [])
 
     def until_next(self, elapsed: float) -> float:
         """Seconds from `elapsed` [s] until the next of `times`, NEVER after the last."""
@@ -301,17 +300,17 @@ class Course:
 
     def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
         """The numbers at `elapsed` [s] and their rates, which hold until the next of `times`."""
-        found, rate, knots = self.steady, np.zeros_like(self.steady), self.knots
+        value, rate, knots = self.steady, np.zeros_like(self.steady), self.knots
         if elapsed >= self.jump_time * (1.0 - SAME):
-            found = found + self.jump
+            value = value + self.jump
         if not len(knots):
-            return found, rate
+            return value, rate
         row = int(np.searchsorted(knots[:, 0], elapsed * (1.0 + SAME), side="right")) - 1
         if row < 0 or row + 1 == len(knots):
-            return found + knots[max(row, 0), 1:], rate
-        begin, *more = knots[row]
-        rate = (knots[row + 1, 1:] - more) / (knots[row + 1, 0] - begin)
-        return found + (more + rate * (elapsed - begin)), rate
+            return value + knots[max(row, 0), 1:], rate
+        begin, *start = knots[row]
+        rate = (knots[row + 1, 1:] - start) / (knots[row + 1, 0] - begin)
+        return value + (start + rate * (elapsed - begin)), rate
 
 
 class Loading(Course):
@@ -322,7 +321,7 @@ class Loading(Course):
         super().__init__((*section.load, *section.moment), section.table, (*change.load, *change.moment), change.time)
 
     def set(self, force, moment) -> None:
-        """From now on force [N] (3,) and moment [N m] (2 or 3,) act in place of the scene's."""
+        """Replace the loads by a constant force [N] (3,) and moment [N m] (2 or 3,)."""
         super().__init__((*force, *moment)[:5])
         self.commanded = True
 
@@ -330,7 +329,7 @@ class Loading(Course):
 def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     """The numbers of the equations of motion for a scene with the elastic law `law`.
 
-    Balls meet each other by Hertz's law, whatever the raceways do.
+    Contacts of balls with each other follow Hertz's law.
     """
     geometry, materials, contact = operating_geometry(parameters), parameters.materials, parameters.contact
     radius = 0.5 * geometry.ball_diameter
@@ -342,10 +341,10 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     def law_of(ring):
         modulus = effective_modulus(materials.ball, ring)
 
-        def at(small, large):
+        def elastic(small, large):
             return elasticity(law, modulus, LAWS[law].number(contact, hertz_coefficient(small, large, modulus)))
 
-        return at
+        return elastic
 
     inner = raceway_of(geometry, geometry.inner_conformity, -1.0, law_of(materials.inner_ring))
     outer = raceway_of(geometry, geometry.outer_conformity, 1.0, law_of(materials.outer_ring))
@@ -354,8 +353,8 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         oil, coefficient = film_lubricant(parameters), parameters.lubricant.boundary_friction
         film = oil, films_along(oil, inner, radius, -1.0), films_along(oil, outer, radius, 1.0)
     if friction.over_patch:
-        for one, side in ((inner, -1.0), (outer, 1.0)):
-            axes = axes_along(radius, one.locus_radius, one.groove_radius, side)
+        for raceway, side in ((inner, -1.0), (outer, 1.0)):
+            axes = axes_along(radius, raceway.locus_radius, raceway.groove_radius, side)
             patch += (tuple(map(tuple, axes.tolist())),)
         patch = coefficient, contact.friction, *patch
     dimension, cage, pockets = dimension_of(parameters), parameters.cage, ()
@@ -402,17 +401,17 @@ class RingLoading:
         self.torque_commanded, self._steady = False, None
 
     def set(self, force, moment) -> None:
-        """From now on force [N] (3,) and moment [N m] (2 or 3,) act, or the scene's own where both are None."""
+        """Set a constant force [N] (3,) and moment [N m] (2 or 3,), or the loads of the scene if both are None."""
         self.load, self._steady = Loading(self._ring), None
         if force is not None:
             self.load.set(force, moment)
 
     def set_torque(self, torque: float) -> None:
-        """From now on `torque` [N m] turns the shaft in place of the scene's."""
+        """Set a constant `torque` [N m] on the shaft."""
         self.torque, self.torque_commanded, self._steady = Course((torque,)), True, None
 
     def until_next(self, elapsed: float) -> float:
-        """Seconds until the load or the torque jumps, or grows otherwise."""
+        """Seconds until the next of the times of load and torque."""
         return min(self.load.until_next(elapsed), self.torque.until_next(elapsed))
 
     def at(self, elapsed: float) -> tuple[np.ndarray, np.ndarray]:
@@ -420,34 +419,26 @@ class RingLoading:
         if self._steady:
             return self._steady
         (load, load_rate), (torque, torque_rate) = self.load.at(elapsed), self.torque.at(elapsed)
-        found = np.concatenate([load, torque]), np.concatenate([load_rate, torque_rate])
-        self._steady = None if len(self.load.times) or len(self.torque.times) else found
-        return found
+        loads = np.concatenate([load, torque]), np.concatenate([load_rate, torque_rate])
+        self._steady = None if len(self.load.times) or len(self.torque.times) else loads
+        return loads
 
 
 def body_scales(parameters: BearingScene, scales: np.ndarray) -> np.ndarray:
-    """Errors (2 PLACES + 1,) that a step of ring, cage and shaft may make, from those of a ball."""
+    """Errors (2 POSITIONS + 1,) that a step of ring, cage and shaft may make, from those of a ball."""
     pitch = 0.5 * parameters.geometry.pitch_diameter
-    # Little stops a shaft that rings, so that errors of its motion add up for longer than those of balls and cage.
-    place, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
-    about = 1.0 if moving_centre(parameters) else pitch
-    found = np.array(
-        [
-            *(place,) * 3,
-            *(place / about,) * 2,
-            place / pitch,
-            *(speed,) * 3,
-            *(speed / about,) * 2,
-            *(speed / pitch,) * 2,
-        ]
-    )
+    # Vibrations of a shaft are hardly damped, so that errors of its motion add up for longer than those of balls.
+    position, speed = RING_SHARE * scales[AXIS_DISTANCE], RING_SHARE * scales[TANGENTIAL_VELOCITY]
+    arm = 1.0 if moving_centre(parameters) else pitch
+    lengths = np.array([1.0, 1.0, 1.0, arm, arm, pitch])
+    errors = np.concatenate([position / lengths, speed / lengths, [speed / pitch]])
     if parameters.cage.kind == POCKETS:
-        found[[CAGE, CAGE_SPEED]] /= RING_SHARE
-    return found
+        errors[[CAGE, CAGE_SPEED]] /= RING_SHARE
+    return errors
 
 
 def land_of(parameters: BearingScene) -> Land | tuple:
-    """The land that guides the cage, empty where it stays centred."""
+    """The land that guides the cage; empty if the cage stays centred."""
     cage = parameters.cage
     if not moving_centre(parameters):
         return ()
@@ -477,7 +468,7 @@ def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
     centred = not moving_centre(parameters)
     if not centred:
         free[CAGE_X:CAGE] = 1.0
-    about = (ring.inertia[0] or 1.0) if centred else cage.mass
+    tilting = (ring.inertia[0] or 1.0) if centred else cage.mass
     weight = np.asarray(parameters.gravity, float)
     turned = parameters.drive.kind == TORQUE
     inertia = cage_inertia(parameters) if caged else 1.0
@@ -488,16 +479,16 @@ def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
         land=land_of(parameters),
         shaft=Shaft(shaft_inertia(parameters), float(parameters.drive.damping)) if turned else (),
         free=free,
-        mass=np.array([*(ring.mass or 1.0,) * 3, about, about, inertia]),
+        mass=np.array([*(ring.mass or 1.0,) * 3, tilting, tilting, inertia]),
         stiffness=np.array([*support.stiffness, *(support.tilt_stiffness * centred,) * 2, 0.0]),
         damping=np.array([*support.damping, *(support.tilt_damping * centred,) * 2, 0.0]),
         rest=np.array([*parameters.drive.offset, *parameters.drive.tilt, 0.0]),
         weight=np.array([*(ring.mass * weight), *(cage.mass * weight[:2] * (not centred)), 0.0]),
-        load=np.zeros(PLACES),
-        load_rate=np.zeros(PLACES),
+        load=np.zeros(POSITIONS),
+        load_rate=np.zeros(POSITIONS),
         polar_inertia=ring.inertia[1] * centred,
         unbalance=ring.unbalance if moving else 0.0,
-        scales=np.zeros(2 * PLACES + 1),
+        scales=np.zeros(2 * POSITIONS + 1),
         light=0.0,
         housing=housing_of(parameters),
     )
@@ -505,7 +496,7 @@ def coupled_bodies_of(parameters: BearingScene) -> CoupledBodies:
 
 NO_AXES = ((0.0,) * (TERMS + 1),) * 2
 NO_FILM = np.zeros(8)  # a Lubricant of friction.hpp
-_latest_bearing: tuple = (None, None)  # the last bearing and its numbers: it is the same, chunk after chunk
+_latest_bearing: tuple = (None, None)  # the last bearing and its numbers, which all chunks of a run share
 
 
 def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
@@ -516,8 +507,8 @@ def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
         coefficient, model, *axes = bearing.patch or (0.0, POINT, NO_AXES, NO_AXES)
         friction, points = patch_by(model, coefficient)
         raceways = [
-            (one.locus_radius, one.groove_radius, one.law.given, one.law.modulus, *one.terms, *np.ravel(polynomials))
-            for one, polynomials in zip((bearing.inner, bearing.outer), axes, strict=True)
+            (*raceway[:2], raceway.law.given, raceway.law.modulus, *raceway.terms, *np.ravel(polynomials))
+            for raceway, polynomials in zip((bearing.inner, bearing.outer), axes, strict=True)
         ]
         parts = (
             (bearing.ball_radius, bearing.ball_mass, bearing.ball_inertia),
@@ -525,7 +516,7 @@ def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
             (bearing.damping, bearing.relaxation_time, bearing.raceway_friction, bearing.friction_regularisation),
             (bearing.inner.law.power, bearing.pair_coefficient, bearing.friction_coefficient),
             *(*raceways, friction, (bearing.inner.law.carried,)),
-            *(np.ravel(one) for one in bearing.film or (NO_FILM,)),
+            *(np.ravel(numbers) for numbers in bearing.film or (NO_FILM,)),
             bearing.defects or (0.0,),
         )
         latest = _latest_bearing = bearing, (np.concatenate(parts), points)
@@ -550,24 +541,24 @@ def numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
 def _numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
     guided, shaft = bool(bodies.land), bodies.shaft or Shaft(1.0, 0.0)
     housing = bodies.housing or MovingHousing(1.0, 0.0, 0.0, (0.0, 0.0, 0.0))
-    places = [0, 1, 2, *((5, 6) if guided else (3, 4)), 7]  # tilts, or the centre of a cage
+    columns = [0, 1, 2, *((5, 6) if guided else (3, 4)), 7]  # tilts, or the centre of a cage
 
     def spread(values, of_housing=0.0, of_shaft=0.0) -> np.ndarray:
-        found = np.zeros(COORDINATES)
-        found[places], found[HOUSING], found[SHAFT] = values, of_housing, of_shaft
-        return found
+        coordinates = np.zeros(COORDINATES)
+        coordinates[columns], coordinates[HOUSING], coordinates[SHAFT] = values, of_housing, of_shaft
+        return coordinates
 
     free = spread(bodies.free, bool(bodies.housing), bool(bodies.shaft))
     free[:CAGE] *= bodies.ring
     cage = "none" if not bodies.free[CAGE] else EVEN if bodies.even else POCKETS
-    place_scales, speed_scales = np.split(bodies.scales[: 2 * PLACES], 2)
+    position_scales, speed_scales = np.split(bodies.scales[: 2 * POSITIONS], 2)
     return np.concatenate(
         [
             *((bearing.ring, CAGE_KINDS.index(cage), guided), free),
             *(spread(bodies.mass, housing.mass, shaft.inertia), spread(bodies.stiffness, housing.stiffness)),
             *(spread(bodies.damping, housing.damping, shaft.damping), spread(bodies.rest)),
-            *(spread(bodies.weight, housing.load), spread(place_scales, place_scales[0])),
-            *(spread(speed_scales, speed_scales[0], bodies.scales[2 * PLACES]),),
+            *(spread(bodies.weight, housing.load), spread(position_scales, position_scales[0])),
+            *(spread(speed_scales, speed_scales[0], bodies.scales[2 * POSITIONS]),),
             (bodies.polar_inertia, bodies.unbalance, 0.0, bodies.light),
             *(bearing.pockets or (0.0,) * 5, bodies.land or (0.0,) * 7, housing.direction),
         ],
@@ -575,8 +566,8 @@ def _numbers_of_bodies(bearing: Bearing, bodies: CoupledBodies) -> np.ndarray:
     )
 
 
-def _padded(values, *shape: int) -> np.ndarray:
-    """The numbers of an array in one row, with zeros up to this shape."""
+def _zero_padded(values, *shape: int) -> np.ndarray:
+    """The numbers of an array in one row, padded with zeros to this shape."""
     return np.pad(values, [(0, wide - size) for wide, size in zip(shape, np.shape(values), strict=True)]).ravel()
 
 
@@ -590,9 +581,9 @@ def method_numbers(name: str) -> np.ndarray:
     return np.concatenate(
         [
             [len(method.alpha), method.order, method.lands, method.gamma],
-            *(_padded(method.a, *_SQUARE), _padded(method.c, *_SQUARE)),
-            *(_padded(method.alpha, MOST_STAGES), _padded(method.d, MOST_STAGES)),
-            _padded(method.dense, 2, MOST_STAGES - 1),
+            *(_zero_padded(method.a, *_SQUARE), _zero_padded(method.c, *_SQUARE)),
+            *(_zero_padded(method.alpha, MOST_STAGES), _zero_padded(method.d, MOST_STAGES)),
+            _zero_padded(method.dense, 2, MOST_STAGES - 1),
         ]
     )
 
@@ -604,7 +595,7 @@ def runge_kutta_numbers(name: str) -> np.ndarray:
     return np.concatenate(
         [
             [len(method.nodes), method.order],
-            *(_padded(method.a, *_SQUARE), _padded(method.nodes, MOST_STAGES)),
-            *(_padded(method.weights, MOST_STAGES), _padded(method.error, MOST_STAGES + 1)),
+            *(_zero_padded(method.a, *_SQUARE), _zero_padded(method.nodes, MOST_STAGES)),
+            *(_zero_padded(method.weights, MOST_STAGES), _zero_padded(method.error, MOST_STAGES + 1)),
         ]
     )

@@ -16,21 +16,21 @@ from bearing_twin.kinds.bearing import (
     OVERLOAD,
     SAME,
     SPEED_COLUMN,
-    TRIED_PLACES,
+    TRIAL_POSITIONS,
     Contacts,
     Equilibrium,
     EquilibriumSolver,
     Loading,
     Setting,
     Support,
-    apart,
     azimuths_of,
     commanded_loads,
-    limits_used,
+    distinct_times,
+    limit_ratios,
+    load_weighted_mean,
     loose_directions,
     setting_of,
-    shared,
-    tried_at,
+    trial_azimuth,
 )
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene, middle_of
 
@@ -77,7 +77,7 @@ class ShaftCourse:
         self._turn_to(self.goal, now)
         if drive.change.time > now and drive.change.speed:
             self._turn_to(self.goal + drive.change.speed, drive.change.time)
-        self._times = apart(np.array([row[0] for row in self._turning]), loading.times[loading.times > now])
+        self._times = distinct_times(np.array([row[0] for row in self._turning]), loading.times[loading.times > now])
 
     def _turn_to(self, goal: float, begin: float) -> None:
         """Goes to a speed [rad/s] from `begin` [s] on, in place of what was to come then."""
@@ -261,25 +261,25 @@ class ShaftSolver(EquilibriumSolver):
 
         Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest, too.
         """
-        found = self.settle(support)
+        found, at_rest = self.checked_balance(support), self._at_rest()
         loose = loose_directions(found, support, self.scales)
-        if loose and self.speed and not loose_directions(self._at_rest().settle(support), support, self.scales):
+        if loose and self.speed and not loose_directions(at_rest.checked_balance(support), support, self.scales):
             raise SceneError(
                 f"at {self.speed:g} rad/s the balls are thrown outwards so far that nothing holds the shaft along "
                 f"{', '.join(loose)}; lower the speed, or preload the bearings more"
             )
         return found
 
-    def of_both(self, contacts: Contacts) -> list[Contacts]:
+    def by_bearing(self, contacts: Contacts) -> list[Contacts]:
         """The contacts of each bearing."""
         first = self.balls[0]
         return [Contacts(*(one[:first] for one in contacts)), Contacts(*(one[first:] for one in contacts))]
 
-    def limits_used(self, contacts: Contacts) -> tuple[float, float]:
+    def limit_ratios(self, contacts: Contacts) -> tuple[float, float]:
         """Greatest squeeze and greatest contact angle of these contacts, each over its limit."""
         used = [
-            [float(one.max()) for one in limits_used(seat.setting.ball_radius, each.load, each.approach, each.angle)]
-            for seat, each in zip(self.rotor.seats, self.of_both(contacts), strict=True)
+            [float(one.max()) for one in limit_ratios(seat.setting.ball_radius, each.load, each.approach, each.angle)]
+            for seat, each in zip(self.rotor.seats, self.by_bearing(contacts), strict=True)
         ]
         return tuple(map(max, zip(*used, strict=True)))
 
@@ -290,10 +290,10 @@ def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0
 
     Raises SceneError for what no contact carries or what pushes the shaft through its balls.
     """
-    solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
+    solver, support = solver_of(parameters, law, speed), support_with_weight(parameters, loads_of(parameters, time))
     found = solver.held(support)
-    contacts = solver.of_both(found.contacts)
-    ratios = tuple(float(shared(one, one.share)) for one in contacts)
+    contacts = solver.by_bearing(found.contacts)
+    ratios = tuple(float(load_weighted_mean(one, one.share)) for one in contacts)
     return ShaftBalance(found.coordinates, found.stiffness, tuple(contacts), ratios)
 
 
@@ -308,7 +308,7 @@ def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> Sha
     return ShaftSolver(rotor, float(speed))
 
 
-def weighed_support(parameters: ShaftScene, loads: np.ndarray) -> Support:
+def support_with_weight(parameters: ShaftScene, loads: np.ndarray) -> Support:
     """All coordinates free, under the shaft's weight and `loads` (5,) about its centre of mass."""
     weight = parameters.shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
     return Support((True,) * COORDINATES, tuple((weight + loads).tolist()), (0.0,) * COORDINATES)
@@ -332,9 +332,9 @@ def refuse_uncarried(parameters: ShaftScene, law: str, speed: float, loads: np.n
     They are tried in balance, with the shaft's weight, at `speed` [rad/s] and with the balls at TRIED_PLACES
     of their way to the next.
     """
-    support = weighed_support(parameters, loads)
-    for place in range(TRIED_PLACES):
-        solver = solver_of(parameters, law, speed, lambda balls, place=place: tried_at(support, balls, place))
+    support = support_with_weight(parameters, loads)
+    for place in range(TRIAL_POSITIONS):
+        solver = solver_of(parameters, law, speed, lambda balls, place=place: trial_azimuth(support, balls, place))
         solver.held(support)
 
 

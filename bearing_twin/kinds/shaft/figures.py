@@ -39,7 +39,7 @@ from bearing_twin.kinds.shaft.equilibrium import (
     rotor_of,
     solver_of,
     speeds_of,
-    weighed_support,
+    support_with_weight,
 )
 from bearing_twin.kinds.shaft.motion import FINEST, SETTING, balance_errors, law_error
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene
@@ -241,16 +241,16 @@ def response_of(
     With `wide` also by the error of the half-space. Found by a second balance, with raceways higher by as much.
     Raises SceneError where nothing carries the loads.
     """
-    solver, support = solver_of(parameters, law, speed), weighed_support(parameters, loads_of(parameters, time))
-    more, heights, found, level = {}, [], [], solver.settle(support)
-    both = solver.of_both(level.contacts)
+    solver, support = solver_of(parameters, law, speed), support_with_weight(parameters, loads_of(parameters, time))
+    more, heights, found, level = {}, [], [], solver.checked_balance(support)
+    both = solver.by_bearing(level.contacts)
     for side, share, seat, contacts in zip(SIDES, shares, solver.rotor.seats, both, strict=True):
         scene, power = bearing_scene(parameters, side), seat.setting.inner.law.power
         more[side] = share + wide * half_space_error(scene, ellipses_of(scene, contacts)[0])
         heights.append(np.where(contacts.load > 0.0, more[side] * contacts.approach / power, 0.0))
     other = copy.copy(solver)
     other.heights = np.concatenate(heights)
-    higher_up = other.settle(support)
+    higher_up = other.checked_balance(support)
     greatest, most, kept, edges = {}, {}, {}, np.cumsum(solver.balls)[:-1]
     for one in (level, higher_up):
         contacts = one.contacts

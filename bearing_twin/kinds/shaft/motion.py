@@ -259,7 +259,7 @@ class ShaftMotion:
         places = zip(self.rotor.seats, sample["orbit_angle"].tolist(), strict=True)
         solver = ShaftSolver(self.rotor._replace(seats=tuple(seat._replace(first=one) for seat, one in places)), speed)
         try:
-            found = solver.settle(Support((False,) * COORDINATES, (0.0,) * COORDINATES, coordinates))
+            found = solver.checked_balance(Support((False,) * COORDINATES, (0.0,) * COORDINATES, coordinates))
         except SceneError as error:
             raise BearingTwinError(f"there is no stiffness where the shaft stands now: {error}") from error
         return OperatingPoint(found.coordinates, found.loads, found.stiffness, speed)
