@@ -139,9 +139,8 @@ def test_greased_bearings_come_near_to_the_formula_of_skf():
             words = f"rings.inner.load=[0, {-load}, 0]", f"drive.speed={speed!r}"
             parameters = load_scene(name, (*greased, *words)).parameters
             support = support_of(parameters)
-            contacts = controlled_equilibrium(
-                parameters, solver_of(parameters, "hertz", load_line(support)), support
-            ).contacts
+            solver = solver_of(parameters, "hertz", load_line(support))
+            contacts = controlled_equilibrium(parameters, solver, support).contacts
             for viscosity in (15e-6, 32e-6, 100e-6):
                 oil = dataclasses.replace(parameters.lubricant, viscosity_40=viscosity)
                 one = dataclasses.replace(parameters, lubricant=oil)

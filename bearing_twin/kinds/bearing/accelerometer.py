@@ -82,11 +82,8 @@ class Accelerometer:
         signal, housing = forces @ self._direction, self._housing
         if housing:
             signal = (signal + housing.load - motion @ (housing.stiffness, housing.damping)) / housing.mass
-        _, force_at_rest, *filter_state = state or (
-            0,
-            0.0 if housing else signal[0],
-            *np.zeros(2 * len(self._sections)),
-        )
+        at_start = 0, 0.0 if housing else signal[0], *np.zeros(2 * len(self._sections))
+        _, force_at_rest, *filter_state = state or at_start
         filtered, filter_state = sosfilt(self._sections, signal - force_at_rest, zi=np.reshape(filter_state, (-1, 2)))
         instants = np.rint(times * self._rate).astype(int)
         state = int(instants[-1]), float(force_at_rest), *filter_state.ravel().tolist()
@@ -140,9 +137,8 @@ class Listener:
             spectrum = self.spectrum()
             message, level = DAMAGE.get(spectrum.verdict, spectrum.verdict), WARN if spectrum.verdict in DAMAGE else OK
             numbers = {"rms_m_s2": spectrum.rms, "kurtosis": spectrum.kurtosis}
-            numbers |= {
-                f"{line.name}_over_noise_db": line.over_noise_db for line in spectrum.lines if line.name in LINES
-            }
+            lines = (line for line in spectrum.lines if line.name in LINES)
+            numbers |= {f"{line.name}_over_noise_db": line.over_noise_db for line in lines}
         except BearingTwinError as error:
             message, level, numbers = str(error), STALE, {}
         values = [{"key": key, "value": f"{value:.4g}"} for key, value in numbers.items()]

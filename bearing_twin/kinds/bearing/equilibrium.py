@@ -74,12 +74,9 @@ class Setting(NamedTuple):
 
     def numbers(self, gravity=(0.0, 0.0, 0.0), axial_position=0.0, facing=1.0, offset=0.0) -> np.ndarray:
         """The core's `Seat`, with `gravity` [m/s^2]; of a ring on a shaft: position [m], side and offset [m]."""
-        grooves = [
-            (raceway.locus_radius, raceway.groove_radius, *raceway.terms) for raceway in (self.inner, self.outer)
-        ]
-        return np.array(
-            [*grooves[0], *grooves[1], self.inner.law.power, *self[2:], *gravity, axial_position, facing, offset]
-        )
+        inner, outer = ((*raceway[:2], *raceway.terms) for raceway in (self.inner, self.outer))
+        seat = *gravity, axial_position, facing, offset
+        return np.array([*inner, *outer, self.inner.law.power, *self[2:], *seat])
 
 
 class Contacts(NamedTuple):
@@ -319,13 +316,13 @@ class EquilibriumSolver:
         squeeze, angle = self.limit_ratios(equilibrium.contacts) if equilibrium.status == FOUND else (0.0, 0.0)
         greatest, at_rest = math.degrees(GREATEST_ANGLE), self._at_rest()
         if self.speed and at_rest.is_legal(at_rest.balance(support)):
-            leaning, limit = f"{angle * greatest:.3g} degrees", f"{greatest:.3g} degrees that are modelled"
-            leans = (
-                f" and leans a contact to {leaning}, beyond the {limit}" if angle > max(1.0, squeeze) else " too far"
-            )
+            effect = " too far"
+            if angle > max(1.0, squeeze):
+                reached, limit = f"{angle * greatest:.3g} degrees", f"{greatest:.3g} degrees that are modelled"
+                effect = f" and leans a contact to {reached}, beyond the {limit}"
             return (
                 f"{_load_text(support)} is carried at rest; a speed of {self.speed:g} rad/s throws the balls outwards"
-                f"{leans}; lower the speed, or load the bearing more along its axis"
+                f"{effect}; lower the speed, or load the bearing more along its axis"
             )
         share, (squeeze, angle) = self._greatest_share(support)
         if share == 0.0:

@@ -41,9 +41,8 @@ def frequencies_of(contacts, balls: int, speed: float) -> dict[str, float]:
 
     The cage's speed is the mean of the orbit speeds by load; a defect of a ball strikes a raceway at twice `ball_spin`.
     """
-    cage, spin = (
-        load_weighted_mean(contacts, values) for values in (contacts.orbit, np.hypot(contacts.roll, contacts.pitch))
-    )
+    cage = load_weighted_mean(contacts, contacts.orbit)
+    spin = load_weighted_mean(contacts, np.hypot(contacts.roll, contacts.pitch))
     return fault_frequencies(cage, spin, balls, speed)
 
 
@@ -137,19 +136,9 @@ def _without_rounding(values, scale) -> list:
     return (np.where(np.abs(values) <= NEGLIGIBLE * scale, 0.0, values) + 0.0).tolist()
 
 
-def flags_of(
-    parameters,
-    solver: EquilibriumSolver,
-    support: Support,
-    equilibrium: Equilibrium,
-    ellipses,
-    safety: float,
-    load: float,
-) -> list[str]:
-    """Warnings of an equilibrium under an equivalent dynamic load [N], one sentence each."""
-    contacts = equilibrium.contacts
+def flags_of(parameters, contacts, loose: list[str], pressure: float, safety: float, load: float) -> list[str]:
+    """Warnings of an equilibrium with `loose_directions`, under an equivalent dynamic load [N], one sentence each."""
     greatest, usual = contacts.load[:, 0].max(), STRIBECK * load / parameters.geometry.balls
-    loose = loose_directions(equilibrium, support, solver.scales)
     friction = parameters.contact.friction_coefficient
     transient = equilibrium_error(contacts)
     slips = np.any((np.abs(contacts.friction) > friction * contacts.load) & (contacts.load > 0.0))

@@ -182,9 +182,8 @@ class BearingMotion(CommandedBearing):
         self.bearing = self._bearing = bearing_of(parameters, choice.law)
         self.stepper, self.law, self.stop = choice.stepper, choice.law, SIGNALLED
         self.bodies = bodies = coupled_bodies_of(parameters)
-        self._separated = separates_balls(
-            parameters.cage, parameters.geometry, 2.0 * NEAR_GAP * self.bearing.ball_radius
-        )
+        reach = 2.0 * NEAR_GAP * self.bearing.ball_radius
+        self._separated = separates_balls(parameters.cage, parameters.geometry, reach)
         quick = not has_sensor(parameters) and (not bodies.active or (self._separated and bodies.ring))
         self.longest_chunk = LONGEST if quick else None
         if self.bearing.ring:
@@ -428,9 +427,8 @@ class BearingMotion(CommandedBearing):
         instants, sample_times = times, np.zeros(0)
         if self.accelerometer:
             sample_times = self.accelerometer.times(self.sensor_state, self.elapsed, self.elapsed + duration)
-            instants = np.sort(
-                np.concatenate([times, np.clip(sample_times - self.elapsed, 0.0, duration)]), kind="stable"
-            )
+            sampled = np.clip(sample_times - self.elapsed, 0.0, duration)
+            instants = np.sort(np.concatenate([times, sampled]), kind="stable")
         filled, moving = self.allocate(len(instants)), [getattr(self, name) for name in MOVING]
         integrate = partial(self._integrate, bodies, drive)
         arguments = integrate, self.bearing.ball_radius, moving, instants, duration, filled
@@ -455,12 +453,9 @@ class BearingMotion(CommandedBearing):
         self.drive = drive.later(duration)._replace(speed=speed, acceleration=0.0)
 
     def _listen(self, bodies, drive, times, filled, sample_times) -> None:
-        """Samples of the sensor from the forces at `sampled` [s] of the run, by the states at `times` of a part."""
-        rows, forces = (
-            np.searchsorted(times, np.clip(sample_times - self.elapsed, 0.0, None)),
-            np.zeros((len(sample_times), 3)),
-        )
-        rows = np.minimum(rows, len(times) - 1)
+        """Samples of the sensor at `sample_times` [s] of the run, by the states at `times` of a part."""
+        rows = np.searchsorted(times, np.clip(sample_times - self.elapsed, 0.0, None))
+        rows, forces = np.minimum(rows, len(times) - 1), np.zeros((len(rows), 3))
         for begin in range(0, len(rows), INSTANTS):
             part = rows[begin : begin + INSTANTS]
             motion = (array[part] for array in filled)
