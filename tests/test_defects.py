@@ -284,6 +284,13 @@ def test_a_defect_that_no_bearing_has_is_refused(defect, word):
         simulate(scene_of({"model.dimension": "prescribed", "geometry.radial_clearance": -6e-6}, [defect]))
 
 
+def test_friction_on_waves_is_within_the_tolerance():
+    wavy = "cage.kind=none", "run.duration=0.05", "defects=[{on: inner, waviness: [5, 1 um, 0]}]"
+    run = simulate(load_scene("bearing_6203_rig_1000N", wavy))
+    list(run)
+    assert run.report.status == "done"
+
+
 def test_waviness_has_the_unit_of_each_number():
     (defect,) = scene_of({}, [{"on": "inner", "waviness": [9, "0.2 um", "90 deg"]}]).parameters.defects
     assert defect.waviness == pytest.approx((9.0, 0.2e-6, 0.5 * np.pi))

@@ -239,7 +239,8 @@ RULES = (
         lazy_import(f"{FACTS}:hops"), _times(0.002), ("bearing_6203_run_up",),
     ),
     Rule(
-        (BEARING,), SETTING, "wanted.tolerance / 5", "contacts ring: a sudden change, an unbalance, or little damping",
+        (BEARING,), SETTING, "wanted.tolerance / 5",
+        "contacts ring: a sudden change, unbalance, defects, or little damping",
         "because contacts ring after a sudden change, and little stops them, so that the errors of many steps add up",
         lazy_import(f"{FACTS}:rings"), _times(0.2), ("bearing_6203_sudden",),
     ),
