@@ -331,11 +331,11 @@ def test_a_sphere_that_comes_to_rest_on_the_beam_presses_it_by_its_weight():
 @pytest.mark.parametrize("stepper", ["modes", "volterra"])
 def test_a_contact_that_the_end_of_the_run_cuts_ends_there_and_is_said_to_go_on(stepper):
     """Its duration was that of whole steps, whose error was 1.5 %, and it counted as ended."""
-    report = reported("sphere_on_beam", "run.duration=1e-4", "wanted.tolerance=1e-4", f"solver.stepper={stepper}")
-    assert report.figures["contact_duration_s"] == pytest.approx(1e-4, rel=1e-12)
+    report = reported("sphere_on_beam", "run.duration=1e-5", "wanted.tolerance=1e-4", f"solver.stepper={stepper}")
+    assert report.figures["contact_duration_s"] == pytest.approx(1e-5, rel=1e-12)
     assert report.errors["wanted_errors"]["peaks"]["error"] < 1e-4
     assert sum("goes on at the end of the run" in flag for flag in report.flags) == 1
-    assert not any("possible" in flag or "before the contact does" in flag for flag in report.flags)
+    assert not any(word in flag for flag in report.flags for word in ("possible", "before the contact", "wave takes"))
 
 
 def test_damping_takes_energy_and_the_books_still_balance():

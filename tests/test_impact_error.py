@@ -34,6 +34,12 @@ CELLS = {  # scene, what holds for all, tolerances, what counts as true
         ("wanted.tolerance=1e-7", "wanted.outputs=peaks"),
     ),
     "beam, shear": (f"{DROP}_shear", ("run.duration=1e-3",), (1e-2, 1e-3), ("wanted.tolerance=1e-5",)),
+    "beam, Volterra": (
+        f"{DROP}_shear",
+        ("run.duration=1e-3", "solver.stepper=volterra", "wanted.outputs=peaks"),
+        (1e-2, 1e-3),
+        ("wanted.tolerance=1e-5",),
+    ),
     "ellipsoid": ("ellipsoid_on_plane", BALL, (1e-2, 1e-3), ("wanted.tolerance=1e-9",)),
     "soft disc": ("soft_discs_mean", (), (0.1, 1e-2), ("wanted.tolerance=1.5e-3",)),
 }

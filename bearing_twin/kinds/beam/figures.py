@@ -81,6 +81,12 @@ class BeamFigures(ImpactFigures):
     def energy_gained(self) -> float:
         return self._extremes.get("energy_gained", 0.0)
 
+    @property
+    def _goes_on(self) -> bool:
+        """True where the end of the run cuts the last contact."""
+        end = float(self.contacts[-1:, [START, DURATION]].sum())
+        return math.isclose(end, self._extremes.get("known_until", math.inf))
+
     def figures(self) -> dict[str, Any]:
         """Figures of an impact, and deflection and stress of the beam."""
         return {
@@ -99,7 +105,8 @@ class BeamFigures(ImpactFigures):
         half_width = patch_radius(peak, sphere.radius, self.parameters.modulus)
         pressure = 1.5 * peak / (math.pi * half_width**2) if peak > 0.0 else 0.0
         size, body = min((sphere.radius, "radius"), (beam.height, "height"))
-        shortest = float(self.contacts[:, DURATION].min(initial=math.inf))
+        ended = self.contacts[:-1] if self._goes_on else self.contacts
+        shortest = float(ended[:, DURATION].min(initial=math.inf))
         found = contact_warnings((sphere, beam), pressure, shortest, [(half_width, size, body)])
         return [*found, *self._beam_flags()]
 
@@ -114,10 +121,11 @@ class BeamFigures(ImpactFigures):
         most = 2.0 * sphere.mass * self.speed
         if sphere.gravity == 0.0 and total > most * (1.0 + 1e-9):
             flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {most:.4g} N s: the numbers are wrong")
-        end, start = extremes.get("known_until", math.inf), self.contacts[-1:, START].sum()
-        if math.isclose(start + self.contacts[-1:, DURATION].sum(), end):
-            goes_on = f"the contact that begins at {start:.4g} s goes on at the end of the run, {end:.4g} s"
-            return [*flags, f"{goes_on}: its duration and impulse are those until then"]
+        end = extremes.get("known_until", math.inf)
+        if self._goes_on:
+            begun = f"the contact that begins at {self.contacts[-1, START]:.4g} s"
+            until = f"goes on at the end of the run, {end:.4g} s: its duration and impulse are those until then"
+            return [*flags, f"{begun} {until}"]
         if extremes and not extremes["gone"]:
             flags.append(
                 f"the sphere was not surely gone at {end:.4g} s: further contacts are possible; lengthen run.duration"
@@ -129,14 +137,12 @@ class BeamComparison(ImpactComparison):
     """Comparison of two runs of a sphere on a beam, as of two bodies on a line."""
 
     def refined(self):
-        """As many modes and steps as a tenth of the error takes; by modes where the first run is by another method."""
+        """By modes, as many modes and steps as a tenth of the error takes."""
         parameters = self.parameters.resolve()
-        if self.choice.stepper != "modes":
-            return parameters, self.choice._replace(stepper="modes")
         modes = math.ceil(modes_for(parameters) * TOLERANCE ** (-1.0 / MODE_ORDERS[theory_of(parameters)])) | 1
         steps = math.ceil(steps_for(parameters, "modes") * TOLERANCE ** (-1.0 / STEP_ORDER))
         solver = dataclasses.replace(parameters.solver, modes=modes, steps=steps)
-        return dataclasses.replace(parameters, solver=solver), self.choice
+        return dataclasses.replace(parameters, solver=solver), self.choice._replace(stepper="modes")
 
     @property
     def smaller(self) -> str:
