@@ -45,11 +45,11 @@ def _cell(cell) -> str:
 
 
 def _scenes() -> str:
-    return _table(("scene", "what"), ((f"`{head['name']}`", head["description"]) for head in SCENES.heads()))
+    return _table(("scene", "what"), ((f"`{head['name']}`", head["description"]) for head in SCENES.headers()))
 
 
 def _studies() -> str:
-    return _table(("study", "what"), ((f"`{head['name']}`", head["description"]) for head in STUDIES.heads()))
+    return _table(("study", "what"), ((f"`{head['name']}`", head["description"]) for head in STUDIES.headers()))
 
 
 def _kinds() -> str:

@@ -27,7 +27,7 @@ SCENE = load_scene("bearing_6203")
 
 def shipped(kind):
     """The first shipped scene of a kind."""
-    return load_scene(next(head["name"] for head in SCENES.heads() if head["kind"] == kind))
+    return load_scene(next(head["name"] for head in SCENES.headers() if head["kind"] == kind))
 
 
 @pytest.mark.parametrize("kind", SHIPPED)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bearing_twin.base.errors import Interrupted, Stopped
-from bearing_twin.base.stopping import LOST, SIGNALLED, Halt, signal_flag
+from bearing_twin.base.stopping import CREDIT, SIGNALLED, Halt, signal_flag
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.mcap_write import McapWriter
@@ -137,7 +137,7 @@ def test_an_interrupted_run_gives_the_same_to_the_bit(name, inner):
     motion.advance = disturbed
     outputs, wanted = [], 450
     while len(outputs) < wanted:
-        halt._credit = LOST if times % 2 == 0 else 0.0
+        halt._credit = CREDIT if times % 2 == 0 else 0.0
         times += 1
         try:
             block = interrupted.advance(min(40, wanted - len(outputs)))

@@ -17,11 +17,11 @@ class SceneError(BearingTwinError):
 
 
 class StudyError(BearingTwinError):
-    """A study, one of its uncertain inputs or a way of sampling and propagating them cannot be used."""
+    """A study, one of its uncertain inputs, or its method of sampling or propagation cannot be used."""
 
 
 class StatisticError(BearingTwinError):
-    """A requested statistic does not exist, or cannot be had from these samples."""
+    """A requested statistic does not exist, or cannot be computed from these samples."""
 
 
 class LogError(BearingTwinError):
@@ -50,15 +50,15 @@ class IntegrationError(BearingTwinError):
 
 
 class Stopped(BearingTwinError):
-    """A computation ended because a stop was requested; its outputs before are whole."""
+    """A computation ended because a stop was requested; its earlier outputs are complete."""
 
 
 class Interrupted(Stopped):
-    """A computation interrupted by a command, which begins again where it had begun: only time is lost."""
+    """A computation interrupted by a command; it is repeated from where it began, so only time is lost."""
 
 
 class CoreError(BearingTwinError):
-    """The library of the compiled core is missing, not whole, of other sources or for another processor."""
+    """The library of the compiled core is missing, incomplete, of other sources or for another processor."""
 
 
 class MissingInterfacesError(BearingTwinError):
@@ -66,7 +66,7 @@ class MissingInterfacesError(BearingTwinError):
 
 
 def missing_package(error: ModuleNotFoundError) -> str:
-    """The sentence for a Python package that is not installed; raises `error` again where it is a module of our own."""
+    """The sentence for a Python package that is not installed; raises `error` again for a module of bearing_twin."""
     name = (error.name or "").partition(".")[0]
     if name in ("", "bearing_twin"):
         raise error
@@ -77,7 +77,7 @@ def missing_package(error: ModuleNotFoundError) -> str:
     )
 
 
-EXTRAS = {  # extra of the package: what it is for
+EXTRAS = {  # extra of the package: its purpose
     "chaos": "polynomial chaos expansions",
     "completion": "completions of commands by the shell",
     "dask": "studies on a cluster",
@@ -87,12 +87,12 @@ EXTRAS = {  # extra of the package: what it is for
 
 
 def install_command(extra: str) -> str:
-    """The command that installs an extra: the package is on no index, where its name is free."""
+    """The command that installs an extra, in the checkout: the package is on no index."""
     return f"pip install '.[{extra}]' (in the checkout)"
 
 
 def import_optional(module: str, extra: str) -> ModuleType:
-    """The module of an optional package; raises BearingTwinError that says which extra brings it."""
+    """The module of an optional package; raises BearingTwinError naming the extra that installs it."""
     try:
         return importlib.import_module(module)
     except ImportError as error:
@@ -102,82 +102,81 @@ def import_optional(module: str, extra: str) -> ModuleType:
         ) from error
 
 
-MOST_NAMED = 48  # legal words in a message
+MOST_NAMED = 48  # legal names in a message
 MOST_NEAR = 3
 LONGEST = 80  # letters compared
 SWAP = 0.75
-ROS_ARGS = "--ros-args"  # what stands behind it is for ROS
+ROS_ARGS = "--ros-args"  # the arguments behind it are those of ROS
 LONGEST_ECHO = 60
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]")
 _SURROGATE = re.compile(r"[\ud800-\udfff]")  # of which YAML, file names and arguments may have single ones
 
 
 def edit_distance(first: str, second: str) -> float:
-    """Letters to insert, leave out, replace or swap with their neighbour to turn one word into the other.
+    """The number of letters to insert, delete, replace or swap with their neighbour to turn one word into the other.
 
-    The optimal string alignment distance (Damerau 1964; Boytsov 2011, section 2.2), but that a swap counts `SWAP`: what
-    has the same letters is nearer than what has others.
+    The optimal string alignment distance (Damerau 1964; Boytsov 2011, section 2.2), but that a swap counts `SWAP`:
+    words of the same letters are nearer than others.
     """
-    rows = [[float(place) for place in range(len(second) + 1)]]
-    for i, letter in enumerate(first, start=1):
+    rows = [[float(j) for j in range(len(second) + 1)]]
+    for i, first_letter in enumerate(first, start=1):
         row = [float(i)]
-        for j, other in enumerate(second, start=1):
-            fewest = min(rows[-1][j] + 1, row[-1] + 1, rows[-1][j - 1] + (letter != other))
-            if i > 1 and j > 1 and letter == second[j - 2] and first[i - 2] == other:
-                fewest = min(fewest, rows[-2][j - 2] + SWAP)
-            row.append(fewest)
+        for j, second_letter in enumerate(second, start=1):
+            least = min(rows[-1][j] + 1, row[-1] + 1, rows[-1][j - 1] + (first_letter != second_letter))
+            if i > 1 and j > 1 and first_letter == second[j - 2] and first[i - 2] == second_letter:
+                least = min(least, rows[-2][j - 2] + SWAP)
+            row.append(least)
         rows.append(row)
     return rows[-1][-1]
 
 
-def nearest(word: Any, legal: Iterable[str]) -> list[str]:
-    """The legal words with the fewest slips from `word`, at most MOST_NEAR of them; none where all are too many.
+def nearest(name: Any, legal: Iterable[str]) -> list[str]:
+    """The legal names of the least edit distance from `name`, at most MOST_NEAR; none where all are too distant.
 
-    Too many are more than half of the letters of the longer word. Case does not count; where one of two words goes on
-    where the other ends, they are nearer than others.
+    Too distant is more than half of the letters of the longer name. Case does not count. Names of which one begins
+    with the other are nearer than others.
     """
-    given = str(word).lower()[:LONGEST]
-    counted = []
-    for place, one in enumerate(legal):
-        other = one.lower()[:LONGEST]
-        if (number := edit_distance(given, other)) <= 0.5 * max(len(given), len(other)):
-            begun = len(given) > 1 and (other.startswith(given) or given.startswith(other))
-            counted.append((min(number, SWAP) if begun else number, number, place, one))
-    counted.sort()
-    return [one for key, _, _, one in counted if key == counted[0][0]][:MOST_NEAR]
+    typed = str(name).lower()[:LONGEST]
+    candidates = []
+    for index, legal_name in enumerate(legal):
+        candidate = legal_name.lower()[:LONGEST]
+        if (distance := edit_distance(typed, candidate)) <= 0.5 * max(len(typed), len(candidate)):
+            is_prefix = len(typed) > 1 and (candidate.startswith(typed) or typed.startswith(candidate))
+            candidates.append((min(distance, SWAP) if is_prefix else distance, distance, index, legal_name))
+    candidates.sort()
+    return [legal_name for distance, *_, legal_name in candidates if distance == candidates[0][0]][:MOST_NEAR]
 
 
-def did_you_mean(word: Any, legal: Iterable[str]) -> str:
-    """A question with the nearest legal words and a space behind it; "" where none is near."""
-    near = nearest(word, legal)
+def did_you_mean(name: Any, legal: Iterable[str]) -> str:
+    """A question with the nearest legal names and a space behind it; "" where none is near."""
+    near = nearest(name, legal)
     return f"did you mean {' or '.join([', '.join(near[:-1]), near[-1]] if near[1:] else near)}? " if near else ""
 
 
-def legal_hint(word: Any, legal: Iterable[str]) -> str:
-    """The tail of a message about an unknown word: the nearest legal ones, if any is near, and the legal ones."""
-    legal = [str(one) for one in legal]
-    hint = did_you_mean(word, legal)
-    more = f" and {len(legal) - MOST_NAMED} more" if len(legal) > MOST_NAMED else ""
-    return f"{hint}legal: {', '.join(legal[:MOST_NAMED])}{more}"
+def legal_hint(name: Any, legal: Iterable[str]) -> str:
+    """The end of a message about an unknown name: the nearest legal ones, if any is near, and the legal ones."""
+    legal = [*map(str, legal)]
+    omitted = f" and {len(legal) - MOST_NAMED} more" if len(legal) > MOST_NAMED else ""
+    return f"{did_you_mean(name, legal)}legal: {', '.join(legal[:MOST_NAMED])}{omitted}"
 
 
 def echo(value: Any) -> str:
-    """The offending value as a user may recognise it, cut to a readable length."""
+    """The representation of an offending value, cut to a readable length."""
     return shorten(repr(value))
 
 
-def progress_error(given: Any, loader: str) -> str:
-    """Why what was handed over as `progress` is refused: a list of changes is meant for the `loader`."""
-    return f"progress = {echo(given)} must be a function; changes are handed to {loader}(name, changes)"
+def progress_error(progress: Any, loader: str) -> str:
+    """The sentence that refuses a `progress` that is no function: a list of changes is meant for the `loader`."""
+    return f"progress = {echo(progress)} must be a function; changes are handed to {loader}(name, changes)"
 
 
 def escape_controls(text: str) -> str:
-    """Text for a terminal: what would move its cursor, turn the direction of letters, or is in no UTF-8, as escapes."""
-    return _CONTROL.sub(lambda one: one[0].encode("unicode_escape").decode(), text)
+    """Text for a terminal, with control characters, changes of direction and lone surrogates as escapes."""
+    return _CONTROL.sub(lambda match: match[0].encode("unicode_escape").decode(), text)
 
 
 def is_text(value: Any, longest: int) -> bool:
-    """True for a text of at most so many characters that UTF-8, and so a log or a topic, can hold."""
+    """True for a text of at most `longest` characters that UTF-8, and so a log or a topic, can hold."""
     return isinstance(value, str) and len(value) <= longest and not _SURROGATE.search(value)
 
 
@@ -187,5 +186,5 @@ def shorten(text: str) -> str:
 
 
 def peer_name(name: str) -> str:
-    """A name that a peer gave, as it may be shown: one with more than letters, digits, _ and / as `echo` has it."""
+    """A name given by a peer, for display: with more than letters, digits, _ and / as by `echo`."""
     return name if len(name) <= LONGEST_ECHO and re.fullmatch(r"[\w/]+", name, re.ASCII) else echo(name)

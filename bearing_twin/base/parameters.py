@@ -21,7 +21,7 @@ from bearing_twin.base.units import NO_LIMITS, UNITS, Limits, accepted_units, si
 NUMBER = re.compile(r"[-+]?(\d+(\.\d*)?|\.\d+)([eE][-+]?\d+)?")
 LONGEST_NUMBER = 64
 WHY_SIZES = ", for sizes beyond belong to no bearing, ball or beam, and their products leave double precision"
-SOME, LONGEST_TEXT = 3, 1000  # examples of a free text; letters of one that a file may hold
+EXAMPLES, LONGEST_TEXT = 3, 1000  # examples of a free text in lists of keys; characters of one at most
 
 
 class Parameter(NamedTuple):
@@ -40,9 +40,8 @@ class Parameter(NamedTuple):
 def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_most=None, less=""):
     """A number (int or float, as the default is) or a tuple of floats of the default's length, in `unit`.
 
-    The numbers of a tuple may have units of their own, as "1, m, rad".
-    Without an upper bound the greatest size of its unit holds (see `units.Unit`), and the least if none is below 0.
-    `less` says why nothing below `at_least` is taken.
+    Without an upper bound that of its unit holds (see `units.Unit`), and if it is positive the least size, too.
+    `less` is the reason why values below `at_least` are refused.
     """
     limits, row = Limits(above, below, at_least, at_most, less=less), UNITS.get(unit)
     if row is not None and below is None and at_most is None:
@@ -54,71 +53,73 @@ def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_m
 
 
 def choice(default, options, help, refused=None, widest=False, aliases=None):
-    """One word out of `options`, words or a function of nothing that gives them, called when they are first wanted.
+    """One of `options`: names, or a function without arguments that returns them, called at their first use.
 
-    `refused` maps words one may well ask for to why they are not among them. A scene that keeps the default asks for
-    no options, so that a table which is slow to import can be their source. With `widest` a list of words is taken,
-    too, as the one that stands first in `options`: each of these holds all that stand behind it. `aliases` maps
-    words of earlier versions to those they are read as.
+    `refused` maps names that a user may try to the reasons why they are not legal. A scene that keeps the default
+    never reads the options, so that they can come from a table that is slow to import. With `widest` a list of names
+    is legal, too, and read as the first of them in `options`, which includes all options behind it. `aliases` maps
+    names of earlier versions to those of today.
     """
-    metadata = {"options": _late(options), "help": help, "refused": refused or {}, "widest": widest}
+    metadata = {"options": _lazy_options(options), "help": help, "refused": refused or {}, "widest": widest}
     metadata["aliases"] = aliases or {}
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def _late(options):
+def _lazy_options(options):
     return functools.cache(lambda: tuple(options() if callable(options) else options))
 
 
 def text(default, help, options=(), stands_for_section=False):
-    """Text of one line, or a whole number taken as text; `options` (words, or a function) are those one may expect.
+    """Text of one line, or an integer read as text; `options` (names, or a function) are examples.
 
-    One that `stands_for_section` takes, as an override, the place of all keys that its section was given before.
+    As an override, one that `stands_for_section` replaces all earlier keys of its section.
     """
-    metadata = {"options": _late(options), "help": help, "open": True, "stands_for_section": stands_for_section}
+    metadata = {"options": _lazy_options(options), "help": help, "open": True, "stands_for_section": stands_for_section}
     return dataclasses.field(default=default, metadata=metadata)
 
 
 def section(cls, default_name=None, names=None, default=None):
-    """A nested dataclass; with `names` (a table name -> instance) it may also be given as one of those names.
+    """A nested dataclass; with `names` (a table name -> instance) one of those names is legal, too.
 
-    `default` is an instance that holds the defaults of the place where the section stands.
+    `default` is an instance with the defaults of this section.
     """
     metadata = {"section": cls, "names": names or {}, "default_name": default_name}
     named = cls if default_name is None else lambda: names[default_name]
     return dataclasses.field(default_factory=named if default is None else lambda: default, metadata=metadata)
 
 
-def read_strict(cls, mapping, where):
+def read_strict(cls, mapping, origin):
     """Build `cls` from a mapping, defaults filled in; raises SceneError listing every problem with what is legal."""
     instance, problems = read(cls, mapping)
-    raise_problems(where, problems)
+    raise_problems(origin, problems)
     return instance
 
 
 def read(cls, mapping, explain=lambda path: None) -> tuple[Any, list[str]]:
-    """An instance as by `read_strict`, and its problems: where there are problems the defaults stand in.
+    """An instance as by `read_strict`, with defaults where there are problems, and the problems.
 
-    `explain(path)` may give a better sentence for a key that is not there than that it is not there.
+    `explain(path)` may return a sentence on a key that does not exist.
     """
     problems = _Problems(explain)
     return _read_section(cls, mapping, "", problems, cls()), list(problems)
 
 
 class _Problems(list):
-    """The sentences so far, and what explains unknown keys."""
+    """The sentences so far, and the function that explains unknown keys."""
 
     def __init__(self, explain):
         super().__init__()
         self.explain = explain
 
 
-def raise_problems(where: str, problems: list[str]) -> None:
+def raise_problems(origin: str, problems: list[str]) -> None:
     """Raise one SceneError naming all `problems` of `where`, or return when there are none."""
     if len(problems) == 1:
-        raise SceneError(f"{where}: {problems[0]}")
+        raise SceneError(f"{origin}: {problems[0]}")
     if problems:
-        raise SceneError(f"{where} has {len(problems)} problems:\n" + "\n".join(f"  {problem}" for problem in problems))
+        raise SceneError(
+            f"{origin} has {len(problems)} problems:\n" + "\n".join(f"  {problem}" for problem in problems)
+        )
 
 
 def describe(cls) -> list[Parameter]:
@@ -126,68 +127,60 @@ def describe(cls) -> list[Parameter]:
     return list(_describe(cls, cls(), ""))
 
 
-def plain(instance) -> dict:
-    """A parameter dataclass as nested dicts, lists, numbers and text, as YAML and JSON hold them."""
-    result = {}
-    for item in dataclasses.fields(instance):
-        value = getattr(instance, item.name)
-        if dataclasses.is_dataclass(value):
-            value = plain(value)
-        elif isinstance(value, tuple):
-            value = [list(row) if isinstance(row, tuple) else _plain_row(row) for row in value]
-        result[item.name] = value
-    return result
+def plain(value):
+    """A parameter dataclass, or a value of one, as nested dicts, lists, numbers and text, for YAML and JSON."""
+    if isinstance(value, tuple):
+        return [plain(item) for item in value]
+    if dataclasses.is_dataclass(value):
+        return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
+    return value
 
 
-def _plain_row(row):
-    return plain(row) if dataclasses.is_dataclass(row) else row
+def names_at(cls, path: Iterable[str]) -> Mapping[str, Any]:
+    """The named instances of the section at a key path; empty when it has none."""
+    return _metadata_at(cls, path).get("names", {})
 
 
-def names_at(cls, words: Iterable[str]) -> Mapping[str, Any]:
-    """The table of names the section at that key path may be given by; empty when it has none."""
-    return _metadata_at(cls, words).get("names", {})
-
-
-def element_at(cls, words: Iterable[str]) -> tuple[type | None, int]:
-    """The class of the elements of the list at that key path, and how many it may hold; None where there is no list."""
-    metadata = _metadata_at(cls, words)
+def element_at(cls, path: Iterable[str]) -> tuple[type | None, int]:
+    """The class of the elements of the list at a key path, and their greatest number; None where there is no list."""
+    metadata = _metadata_at(cls, path)
     return metadata.get("element"), metadata.get("most", 0)
 
 
-def stands_for_section(cls, words: Iterable[str]) -> bool:
-    """True where the text at that key path stands for its whole section."""
-    return _metadata_at(cls, words).get("stands_for_section", False)
+def stands_for_section(cls, path: Iterable[str]) -> bool:
+    """True where the text at a key path replaces its section."""
+    return _metadata_at(cls, path).get("stands_for_section", False)
 
 
-def _metadata_at(cls, words):
+def _metadata_at(cls, path):
     metadata = {}
-    for word in words:
-        fields = {item.name: item for item in dataclasses.fields(cls)} if cls else {}
-        metadata = fields[word].metadata if word in fields else {}
+    for name in path:
+        fields = {field.name: field for field in dataclasses.fields(cls)} if cls else {}
+        metadata = fields[name].metadata if name in fields else {}
         cls = metadata.get("section")
     return metadata
 
 
-def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any, str | None]:
-    """(value in SI, None), or (None, what is wrong).
+def read_number(entry, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any, str | None]:
+    """(value in SI, None), or (None, the fault).
 
-    A text counts as a number, for YAML 1.1 reads 1e-6 as one, and so does a number with its `unit`, as 3000rpm.
+    A text may hold a number, as YAML 1.1 reads 1e-6 as text, or a number with its `unit`, such as 3000rpm.
     """
     kind = "a whole number" if integer else "a number"
     legal = f"must be {kind}{with_unit(unit) and ' in' + with_unit(unit)}"
     if limits.text():
         legal += f", {limits.text()}"
-    if isinstance(given, str) and len(given) <= LONGEST_NUMBER and NUMBER.fullmatch(given.strip()):
-        given = float(given) if not given.strip().lstrip("+-").isdigit() else int(given)
-    if isinstance(given, str) and (value := si_value(given, unit)) is not None:
-        given = value
-    if isinstance(given, bool) or not isinstance(given, (int, float)):
-        units = accepted_units(unit) if isinstance(given, str) else ()
-        meant = units_in_other_case(given, unit) if units else []
-        legal += f"; write {' or '.join(meant)}, as upper and lower case differ" if meant else ""
+    if isinstance(entry, str) and len(entry) <= LONGEST_NUMBER and NUMBER.fullmatch(entry.strip()):
+        entry = float(entry) if not entry.strip().lstrip("+-").isdigit() else int(entry)
+    if isinstance(entry, str) and (value := si_value(entry, unit)) is not None:
+        entry = value
+    if isinstance(entry, bool) or not isinstance(entry, (int, float)):
+        units = accepted_units(unit) if isinstance(entry, str) else ()
+        similar = units_in_other_case(entry, unit) if units else []
+        legal += f"; write {' or '.join(similar)}, as upper and lower case differ" if similar else ""
         return None, f"{legal}; units that are read: {', '.join(units)}" if units[1:] else legal
     try:
-        value = float(given)
+        value = float(entry)
     except OverflowError:
         value = math.inf
     if not math.isfinite(value):
@@ -197,101 +190,101 @@ def read_number(given, unit="", limits=NO_LIMITS, *, integer=False) -> tuple[Any
     if not limits.allow(value):
         fault = f"too small, below {limits.least:g}" if 0.0 < abs(value) < limits.least else "out of range"
         fault = limits.less if limits.less and 0.0 < value < limits.at_least else fault
-        return None, f"is {fault}; {legal}{WHY_SIZES if limits.of_physics.allow(value) else ''}"
+        return None, f"is {fault}; {legal}{WHY_SIZES if limits.without_sizes.allow(value) else ''}"
     return (int(value) if integer else value), None
 
 
 def _read_section(cls, mapping, path, problems, defaults):
-    fields = {item.name: item for item in dataclasses.fields(cls)}
+    fields = {field.name: field for field in dataclasses.fields(cls)}
     if not isinstance(mapping, Mapping):
         problems.append(
             f"{path or 'the scene'} must hold keys and values, not {echo(mapping)}; {legal_hint('', fields)}"
         )
         return defaults
     values = {}
-    for key, given in mapping.items():
-        full = f"{path}.{key}" if path else str(key)
+    for key, entry in mapping.items():
+        full_key = f"{path}.{key}" if path else str(key)
         if key not in fields:
-            why = problems.explain(full[:LONGEST_ECHO])
-            problems.append(why or f"{full[:LONGEST_ECHO]} is not a key; {legal_hint(key, fields)}")
+            explanation = problems.explain(full_key[:LONGEST_ECHO])
+            problems.append(explanation or f"{full_key[:LONGEST_ECHO]} is not a key; {legal_hint(key, fields)}")
             continue
-        values[key] = _read_field(fields[key], given, full, problems, getattr(defaults, key))
+        values[key] = _read_field(fields[key], entry, full_key, problems, getattr(defaults, key))
     return dataclasses.replace(defaults, **values)
 
 
-def _read_field(item, given, path, problems, default):
+def _read_field(item, entry, path, problems, default):
     """The value of one field, or its default after adding to `problems`."""
     metadata = item.metadata
-    given = given.tolist() if hasattr(given, "tolist") else given  # numbers of NumPy, as a sweep in Python has them
-    if given is None:
+    entry = entry.tolist() if hasattr(entry, "tolist") else entry  # numbers of NumPy, as a sweep in Python has them
+    if entry is None:
         problems.append(f"{path} has no value; leave the key out for its default")
         return default
     if "section" in metadata:
-        return _read_named(metadata, given, path, problems, default)
+        return _read_named_section(metadata, entry, path, problems, default)
     if "open" in metadata:
-        return _read_text(given, path, problems, default)
+        return _read_text(entry, path, problems, default)
     if "options" in metadata:
-        if metadata["widest"] and isinstance(given, (list, tuple)) and given:
-            words = [_read_word(item, word, f"{path}[{index}]", problems) for index, word in enumerate(given)]
-            return min(words, key=metadata["options"]().index)
-        return _read_word(item, given, path, problems)
+        if metadata["widest"] and isinstance(entry, (list, tuple)) and entry:
+            names = [_read_option(item, name, f"{path}[{index}]", problems) for index, name in enumerate(entry)]
+            return min(names, key=metadata["options"]().index)
+        return _read_option(item, entry, path, problems)
     if "columns" in metadata:
-        rows, problem = metadata["read"](given, metadata["columns"])
+        rows, problem = metadata["read"](entry, metadata["columns"])
         if problem:
             problems.append(f"{path}{problem}")
         return rows
     if isinstance(item.default, tuple):
-        return _read_tuple(item, given, path, problems)
-    value, problem = read_number(given, metadata["unit"], metadata["limits"], integer=isinstance(item.default, int))
+        return _read_tuple(item, entry, path, problems)
+    value, problem = read_number(entry, metadata["unit"], metadata["limits"], integer=isinstance(item.default, int))
     if problem:
-        problems.append(f"{path} = {echo(given)} {problem}")
+        problems.append(f"{path} = {echo(entry)} {problem}")
         return default
     return value
 
 
-def _read_word(item, given, path, problems):
+def _read_option(item, entry, path, problems):
     options = item.metadata["options"]
-    word = ("off", "on")[given] if isinstance(given, bool) and item.default in ("off", "on") else given
-    if isinstance(word, str):
-        word = item.metadata["aliases"].get(word, word)
-        if word == item.default or word in options():
-            return word
-    reason = item.metadata["refused"].get(given) if isinstance(given, str) else None
-    problems.append(f"{path} = {echo(given)} {reason or f'is not known; {legal_hint(given, options())}'}")
+    name = ("off", "on")[entry] if isinstance(entry, bool) and item.default in ("off", "on") else entry
+    if isinstance(name, str):
+        name = item.metadata["aliases"].get(name, name)
+        if name == item.default or name in options():
+            return name
+    reason = item.metadata["refused"].get(entry) if isinstance(entry, str) else None
+    problems.append(f"{path} = {echo(entry)} {reason or f'is not known; {legal_hint(entry, options())}'}")
     return item.default
 
 
-def _read_text(given, path, problems, default):
-    if isinstance(given, int) and not isinstance(given, bool):
-        given = str(given)
-    if isinstance(given, str) and given.isprintable() and len(given) <= LONGEST_TEXT:
-        return given
-    problems.append(f"{path} = {echo(given)} must be text of at most {LONGEST_TEXT} characters on one line")
+def _read_text(entry, path, problems, default):
+    if isinstance(entry, int) and not isinstance(entry, bool):
+        entry = str(entry)
+    if isinstance(entry, str) and entry.isprintable() and len(entry) <= LONGEST_TEXT:
+        return entry
+    problems.append(f"{path} = {echo(entry)} must be text of at most {LONGEST_TEXT} characters on one line")
     return default
 
 
-def _read_named(metadata, given, path, problems, default):
+def _read_named_section(metadata, entry, path, problems, default):
     names = metadata["names"]
-    if names and isinstance(given, str):
-        if given in names:
-            return names[given]
-        problems.append(f"{path} = {echo(given)} is not known; {legal_hint(given, names)}, or its values as keys")
+    if names and isinstance(entry, str):
+        if entry in names:
+            return names[entry]
+        problems.append(f"{path} = {echo(entry)} is not known; {legal_hint(entry, names)}, or its values as keys")
         return default
-    return _read_section(metadata["section"], given, path, problems, default)
+    return _read_section(metadata["section"], entry, path, problems, default)
 
 
-def _read_tuple(item, given, path, problems):
-    length, original = len(item.default), given
-    given = given.strip("[] ").split(",") if isinstance(given, str) else given  # 0,-2kN,0
-    if not isinstance(given, (list, tuple)) or len(given) != length:
+def _read_tuple(item, entries, path, problems):
+    length, original = len(item.default), entries
+    entries = entries.strip("[] ").split(",") if isinstance(entries, str) else entries  # 0,-2kN,0
+    if not isinstance(entries, (list, tuple)) or len(entries) != length:
         unit = with_unit(item.metadata["unit"])
         problems.append(f"{path} = {echo(original)} must be a list of {length} numbers{unit and ' in' + unit}")
         return item.default
     values, units = [], item.metadata["unit"].split(", ")
-    for index, one in enumerate(given):
-        value, problem = read_number(one, units[index % len(units)], item.metadata["limits"])
+    for index, entry in enumerate(entries):
+        value, problem = read_number(entry, units[index % len(units)], item.metadata["limits"])
         if problem:
-            problems.append(f"{path}[{index}] = {echo(one)} {problem}")
+            problems.append(f"{path}[{index}] = {echo(entry)} {problem}")
         values.append(value)
     return item.default if None in values else tuple(values)
 
@@ -315,7 +308,7 @@ def _describe(cls, instance, path):
             options = metadata["options"]()
             kind, legal = "words" if metadata.get("widest") else "text", ", ".join(options)
             if "open" in metadata:
-                kind, legal = "free text", f"such as {', '.join(options[:SOME])}" if options else ""
+                kind, legal = "free text", f"such as {', '.join(options[:EXAMPLES])}" if options else ""
             yield Parameter(key, kind, value, "", metadata["help"], legal, NO_LIMITS, options)
         else:
             limits, unit = metadata["limits"], metadata["unit"]
@@ -329,73 +322,74 @@ MOST_ROWS = 50_000  # under a second to read
 
 
 def number_table(columns, help, over_time=True):
-    """Rows of numbers, one each of `columns` (name, unit); () where none. `over_time`: the first are s, increasing.
+    """Rows of numbers of `columns` (name, unit), by default (). `over_time`: the first column is an increasing time.
 
-    Given as a list of rows, or as the name of a CSV file of rows, whose first may hold names with units in brackets: it
-    is read at once, from the working directory, and its rows stand in the scene from then on.
+    It is given as a list of rows, or as the name of a CSV file of rows, with or without a header of names and units in
+    brackets. The file is read at once, from the working directory, and the scene then holds its rows.
     """
     read = functools.partial(read_table, over_time=over_time)
     return dataclasses.field(default=(), metadata={"columns": tuple(columns), "help": help, "read": read})
 
 
-def read_table(given, columns, over_time=True) -> tuple[tuple, str]:
-    """(rows, "") of a `number_table`, or ((), the tail of a sentence about the first row that is wrong)."""
-    words = ", ".join(f"{name} [{unit}]" for name, unit in columns)
-    legal = f"must be rows of {words}, or the name of a CSV file of them"
-    if isinstance(given, str):
-        name, (given, problem) = given, _rows_of(given)
-        if not problem and given and len(given[-1]) == 1 < len(columns):
+def read_table(entry, columns, over_time=True) -> tuple[tuple, str]:
+    """(rows, "") of a `number_table`, or ((), the end of a sentence about the first faulty row)."""
+    column_names = ", ".join(f"{name} [{unit}]" for name, unit in columns)
+    legal = f"must be rows of {column_names}, or the name of a CSV file of them"
+    if isinstance(entry, str):
+        path, (entry, problem) = entry, _read_csv(entry)
+        if not problem and entry and len(entry[-1]) == 1 < len(columns):
             problem = "numbers are parted by commas, and have a point before their decimals"
-        elif not problem and given and all(read_number(cell)[1] for cell in given[0]):
-            problem = _misnamed(given.pop(0), columns)
-        if not problem and not given:
+        elif not problem and entry and all(read_number(cell)[1] for cell in entry[0]):
+            problem = _header_fault(entry.pop(0), columns)
+        if not problem and not entry:
             problem = "it holds no row"
         if problem:
-            return (), f" = {echo(name)} {legal}: {problem}"
-    if not isinstance(given, (list, tuple)):
-        return (), f" = {echo(given)} {legal}"
-    if len(given) > MOST_ROWS:
-        return (), f" has {len(given)} rows, more than {MOST_ROWS}; leave some out, for it is straight between them"
+            return (), f" = {echo(path)} {legal}: {problem}"
+    if not isinstance(entry, (list, tuple)):
+        return (), f" = {echo(entry)} {legal}"
+    if len(entry) > MOST_ROWS:
+        return (), f" has {len(entry)} rows, more than {MOST_ROWS}; leave some out, for it is straight between them"
     rows = []
-    for number, row in enumerate(given):
+    for number, row in enumerate(entry):
         if not isinstance(row, (list, tuple)) or len(row) != len(columns):
             return (), f"[{number}] = {echo(row)} {legal}: {len(columns)} numbers a row, none left out"
-        found = [read_number(cell, unit) for cell, (_, unit) in zip(row, columns, strict=True)]
-        wrong = [(name, cell, one[1]) for (name, _), cell, one in zip(columns, row, found, strict=True) if one[1]]
-        if wrong:
-            return (), "[{}]: {} = {!r} {}".format(number, *wrong[0])
-        values = tuple(float(one[0]) for one in found)
+        values = []
+        for cell, (name, unit) in zip(row, columns, strict=True):
+            value, problem = read_number(cell, unit)
+            if problem:
+                return (), f"[{number}]: {name} = {cell!r} {problem}"
+            values.append(float(value))
         if over_time and rows and values[0] <= rows[-1][0]:
             return (), f"[{number}]: time must grow from row to row; {values[0]:g} s follows {rows[-1][0]:g} s"
-        rows.append(values)
+        rows.append(tuple(values))
     return tuple(rows), ""
 
 
-def _misnamed(header, columns) -> str:
-    """The fault in the first row of a file, which names its columns: another unit or order; or nothing."""
+def _header_fault(header, columns) -> str:
+    """The fault in the header of a file, another unit or order of columns; empty without one."""
     names = [name for name, _ in columns]
     for number, (cell, (name, unit)) in enumerate(zip(header, columns, strict=False), start=1):
-        word, _, given = cell.replace("(", "[").replace(")", "]").partition("[")
-        given = re.sub(r"[\s.*·]", "", given.rstrip("] "))
-        if given and given != unit.replace(" ", ""):
+        written_name, _, written_unit = cell.replace("(", "[").replace(")", "]").partition("[")
+        written_unit = re.sub(r"[\s.*·]", "", written_unit.rstrip("] "))
+        if written_unit and written_unit != unit.replace(" ", ""):
             return f"column {number} is named {echo(cell)}, and is {name} in {unit}"
-        if (word := word.strip().lower()) != name and word in names:
+        if (written_name := written_name.strip().lower()) != name and written_name in names:
             return f"column {number} is named {echo(cell)}, and is {name}: the order is {', '.join(names)}"
     return ""
 
 
-def _rows_of(name: str) -> tuple[list, str]:
-    """(rows of text of a CSV file, "") or ([], what is wrong); nothing is read on behalf of peers."""
+def _read_csv(path: str) -> tuple[list, str]:
+    """(rows of text of a CSV file, "") or ([], the fault); nothing is read on behalf of peers."""
     if READABLE.get() is not None:
         return [], "files are not read for this; give the rows"
     try:
-        found = os.stat(name)
-        if not stat.S_ISREG(found.st_mode) or found.st_size > GREATEST_FILE:
+        status = os.stat(path)
+        if not stat.S_ISREG(status.st_mode) or status.st_size > GREATEST_FILE:
             return [], f"it is no file of at most {GREATEST_FILE} bytes"
-        with open(name, newline="", encoding="utf-8-sig") as file:  # spreadsheets begin such a file with a mark
+        with open(path, newline="", encoding="utf-8-sig") as file:  # spreadsheets begin such a file with a mark
             return [row for row in csv.reader(file) if row], ""
     except UnicodeDecodeError:
         return [], "it is not UTF-8 text; save it as CSV in UTF-8"
     except (OSError, ValueError, csv.Error) as error:
-        where = "" if os.path.isabs(name) else f", looked for in {os.getcwd()}"
-        return [], f"{getattr(error, 'strerror', None) or error}{where}"
+        folder = "" if os.path.isabs(path) else f", looked for in {os.getcwd()}"
+        return [], f"{getattr(error, 'strerror', None) or error}{folder}"

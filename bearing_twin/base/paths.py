@@ -22,22 +22,22 @@ def share_path(*parts: str) -> Path:
     """
     roots = _roots(__file__)
     for root in roots:
-        if (found := root.joinpath(*parts)).exists() and (root / "package.xml").is_file():
-            return found
+        if (path := root.joinpath(*parts)).exists() and (root / "package.xml").is_file():
+            return path
     raise BearingTwinError(
         f"{'/'.join(parts)} of bearing_twin is neither in {roots[0]} nor in a share/bearing_twin above: reinstall it."
     )
 
 
 @functools.cache
-def _roots(module: str) -> list[Path]:
-    """Folders of shared files; kept, for links of all folders above are followed, and every scene asks for it."""
-    package = Path(module).resolve().parent.parent
+def _roots(module_file: str) -> list[Path]:
+    """Folders of shared files; cached, since links of all folders above are followed and every scene needs them."""
+    package = Path(module_file).resolve().parent.parent
     return [package.parent, *(folder / "share" / "bearing_twin" for folder in package.parents)]
 
 
 def file_name(text: str) -> str:
-    """A name from a log, a scene or a goal as that of a file in a folder: it leads nowhere else, and is not hidden."""
+    """A name from a log, a scene or a goal as a file name: without folders, and not hidden."""
     return re.sub(r"[^\w.-]+", "_", text).strip(".")[:LONGEST_NAME] or "_"
 
 
@@ -64,11 +64,10 @@ def replace_file(path: Path, content: bytes) -> None:
 
 @contextlib.contextmanager
 def draft_file(path: Path) -> Iterator[Path]:
-    """A draft beside a file, with its ending, that takes its name in the end: a full disk leaves what was there before.
+    """A temporary file in the same folder, renamed to `path` at the end: on a full disk an earlier file stays.
 
-    An earlier file keeps its permissions. A link stays one; devices and pipes take the
-    bytes themselves. Processes that write one file at the same time have a draft each. Raises OSError where it cannot
-    be written.
+    The permissions of an earlier file are kept. A link stays one; devices and pipes are written directly. Processes
+    that write one file at the same time have a draft each. Raises OSError where it cannot be written.
     """
     target = path.resolve()
     if target.exists() and not target.is_file():
@@ -86,7 +85,7 @@ def draft_file(path: Path) -> Iterator[Path]:
         raise
 
 
-# Folders in which files may be read now, and what they are called; None = wherever the user may read.
+# Folders in which files may be read now, and their name in messages; None = wherever the user may read.
 READABLE: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("readable", default=None)
 
 
@@ -94,9 +93,8 @@ READABLE: ContextVar[tuple[tuple[Path, ...], str] | None] = ContextVar("readable
 def restrict_reading(folders: Iterable, called: str) -> Iterator[None]:
     """Within it, files other than those of the package are read only if they lie below one of these folders.
 
-    They must be regular files named *.yaml or *.yml; a relative path counts from each of the folders. What is refused
-    is refused in the same words whether it exists or not: who asks may be anybody on the network. `called` is what
-    the folders are called in these words.
+    They must be regular files named *.yaml or *.yml; a relative path counts from each of the folders. The refusal does
+    not show whether a file exists, as the request may come from the network. `called` names the folders in it.
     """
     token = READABLE.set((tuple(Path(os.path.realpath(folder)) for folder in folders), called))
     try:

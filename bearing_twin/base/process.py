@@ -21,7 +21,7 @@ PRINTED = 1, 2  # standard output and standard error
 
 
 class _Lossy(io.FileIO):
-    """A file on a disk that may be full: what does not go into it is left out. A reader that left is reported."""
+    """A file on a disk that may be full: what cannot be written is dropped. A closed pipe is reported."""
 
     def write(self, data):
         try:
@@ -33,43 +33,43 @@ class _Lossy(io.FileIO):
 
 
 def prepare_streams() -> None:
-    """Streams that whoever began this has closed lead nowhere, and words on standard error end nothing on a full disk.
+    """Open closed standard streams on the null device, and drop messages on standard error where the disk is full.
 
-    Without that a file opened later would get the number of the closed stream, and what is printed.
+    Otherwise a file opened later would get the number of a closed stream, and what is printed.
     """
     for number, (name, mode) in enumerate(STREAMS.items()):
         if getattr(sys, name) is None:
-            nowhere = os.open(os.devnull, os.O_RDWR)  # often that number already
-            os.dup2(nowhere, number)
-            if nowhere > max(PRINTED):
-                os.close(nowhere)
+            null = os.open(os.devnull, os.O_RDWR)  # often that number already
+            os.dup2(null, number)
+            if null > max(PRINTED):
+                os.close(null)
             setattr(sys, name, open(number, mode, closefd=False))  # noqa: SIM115 - for as long as the process lives
     raw = io.BufferedWriter(_Lossy(sys.stderr.fileno(), "w", closefd=False))
     sys.stderr = io.TextIOWrapper(raw, sys.stderr.encoding, "backslashreplace", line_buffering=True)
 
 
 def run_while_read(program: Callable[[], int]) -> int:
-    """Runs a program that prints; returns its exit code, or 0 where what it prints has no reader any more.
+    """Run a program that prints; return its exit code, or 0 where the reader of its output has closed the pipe.
 
-    All else that it raises passes through, SystemExit too, once everything is printed.
+    Other exceptions, SystemExit included, pass through once everything is printed.
     """
     try:
         try:
             return program()
         finally:
-            sys.stdout.flush()  # here, where a reader that went away is no error
+            sys.stdout.flush()  # here, where a closed pipe is no error
     except BrokenPipeError:
-        gone = [number for number in PRINTED if _without_reader(number)]
-        if not gone:
+        closed = [number for number in PRINTED if _without_reader(number)]
+        if not closed:
             raise
-        for number in gone:  # Python flushes once more at exit
+        for number in closed:  # Python flushes once more at exit
             os.dup2(os.open(os.devnull, os.O_WRONLY), number)
         return 0
 
 
 @contextlib.contextmanager
 def name_standard_output() -> Iterator[None]:
-    """Within it an OSError of no file, as of a full disk, is one of standard output; a reader that left is none."""
+    """Within it an OSError without a file name, as of a full disk, names standard output; a closed pipe is none."""
     try:
         yield
     except BrokenPipeError:
@@ -109,7 +109,7 @@ def processor_count() -> int:
 
 
 def limit_blas_threads() -> None:
-    """Lets linear algebra use one thread, unless the environment says otherwise; call it before NumPy is imported.
+    """Limit linear algebra to one thread, unless the environment sets another number; called before NumPy's import.
 
     Matrices are small here: a second thread of BLAS waits actively and costs 0.2 s of processor time a command.
     """
@@ -118,14 +118,14 @@ def limit_blas_threads() -> None:
 
 
 def relax_garbage_collection() -> None:
-    """Lets Python look for circular garbage seldom: for an executable, whose process is its own.
+    """Run the collector of circular garbage seldom, for an executable.
 
-    Libraries are many objects that stay; to look through them took a tenth of the time of a start.
+    Imported libraries are many objects that stay; searching them took a tenth of the time of a start.
     """
     gc.set_threshold(20_000, 20, 20)
 
 
-AGAIN = 0.01  # s until a signal that was dropped, or came while a module was imported, is sent again
+RESEND_DELAY = 0.01  # s until a signal that was dropped, or came while a module was imported, is sent again
 LONGEST_IMPORT = 0.25  # s for which it may be put off
 RAISED: list[int] = []  # signals of which an exception was made; one that computes on has lost it
 DEFERRED: list[int] = []  # signals that are sent again, unless one of them became an exception meanwhile
@@ -133,35 +133,35 @@ DEFERRED: list[int] = []  # signals that are sent again, unless one of them beca
 
 @contextlib.contextmanager
 def signals_as_exceptions() -> Iterator[None]:
-    """Ctrl-C is KeyboardInterrupt, SIGTERM and SIGHUP SystemExit with 128 + number: a log being written is closed.
+    """Raise KeyboardInterrupt on Ctrl-C, SystemExit(128 + number) on SIGTERM and SIGHUP: open logs are closed.
 
-    An exception within an import can become any other, which libraries catch or pass on as theirs: there a signal
-    waits, and what it has become in spite of that is reported as the signal it was.
+    During an import libraries may catch an exception or raise another in its place: there a signal is deferred, and an
+    exception that it has become all the same is reported as the signal.
     """
-    began: list[float] = []
+    received: list[float] = []
 
-    def leave(number, frame):
-        began.append(time.monotonic())
-        if _importing(frame) and began[-1] - began[0] < LONGEST_IMPORT:
-            again(number)
+    def handle(number, frame):
+        received.append(time.monotonic())
+        if _is_importing(frame) and received[-1] - received[0] < LONGEST_IMPORT:
+            send_again(number)
             return
         DEFERRED.clear()
         RAISED.append(number)
-        raise _ending(number)
+        raise _exception_of(number)
 
-    def again(number):
+    def send_again(number):
         def send():
-            time.sleep(AGAIN)
+            time.sleep(RESEND_DELAY)
             if previous and number in DEFERRED:
                 signal.pthread_kill(main_thread, number)
 
         DEFERRED.append(number)
         _thread.start_new_thread(send, ())  # not `threading`: its locks may be held by what was interrupted
 
-    def dropped(one):
+    def report_dropped(unraisable):
         """Sends a signal again whose exception Python drops, as where its handler ran while garbage was collected."""
-        number = signal_of(one.exc_value)
-        again(number) if number in previous else hook(one)
+        number = signal_of(unraisable.exc_value)
+        send_again(number) if number in previous else hook(unraisable)
 
     previous, main_thread, hook = {}, threading.main_thread().ident, sys.unraisablehook
     with contextlib.suppress(ValueError):  # not in the main thread: signals are handled elsewhere
@@ -169,8 +169,8 @@ def signals_as_exceptions() -> Iterator[None]:
             handler = signal.getsignal(number)
             # Ignored under nohup, Ctrl-C in the background of a shell, too.
             if handler != signal.SIG_IGN and (number != signal.SIGINT or handler == signal.default_int_handler):
-                previous[number] = signal.signal(number, leave)
-    sys.unraisablehook = dropped
+                previous[number] = signal.signal(number, handle)
+    sys.unraisablehook = report_dropped
     try:
         yield
     except (BearingTwinError, OSError):
@@ -178,7 +178,7 @@ def signals_as_exceptions() -> Iterator[None]:
     except Exception as error:
         if not RAISED:
             raise
-        raise _ending(RAISED[-1]) from error
+        raise _exception_of(RAISED[-1]) from error
     finally:
         sys.unraisablehook = hook
         while previous:
@@ -187,8 +187,8 @@ def signals_as_exceptions() -> Iterator[None]:
         DEFERRED.clear()
 
 
-def _importing(frame) -> bool:
-    """True where a module is being imported; a handler that was put off knows no frame, and nothing is."""
+def _is_importing(frame) -> bool:
+    """True where a module is being imported; a deferred handler has no frame."""
     while frame is not None:
         if frame.f_code.co_filename.startswith("<frozen importlib"):
             return True
@@ -196,45 +196,45 @@ def _importing(frame) -> bool:
     return False
 
 
-def _ending(number: int) -> BaseException:
+def _exception_of(number: int) -> BaseException:
     return KeyboardInterrupt() if number == signal.SIGINT else SystemExit(128 + number)
 
 
 def signal_of(error) -> int | None:
-    """The signal that became this exception; 0 or below where none did, None where it is another exception."""
+    """The signal that raised this exception; 0 or below for SystemExit by no signal, None for another exception."""
     if isinstance(error, SystemExit) and isinstance(error.code, int):
         return error.code - 128
     return signal.SIGINT if isinstance(error, KeyboardInterrupt) else None
 
 
 class DeferredSignals:
-    """Within it, in the main thread, handlers of signals wait for its end: an exception of theirs splits nothing.
+    """Within it, in the main thread, handlers of signals are deferred to its end, so that none interrupts it.
 
-    `watch` takes the handlers over, `release` gives them back; other threads never run any.
+    `watch` replaces the handlers, `release` restores them; other threads never run any.
     """
 
     SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
     def __init__(self):
         self._handlers: dict[int, Callable] = {}
-        self._main, self._depth, self._came = threading.main_thread().ident, 0, []
+        self._main, self._depth, self._deferred = threading.main_thread().ident, 0, []
 
     def watch(self) -> None:
-        """Handlers of this process wait from now on; those of the system, which end it at once, do not."""
+        """Defer the handlers of this process from now on; those of the system end it at once."""
         if threading.get_ident() != self._main:
             return
         for number in self.SIGNALS:
             handler = signal.getsignal(number)
-            if callable(handler) and handler != self._heard:
+            if callable(handler) and handler != self._handle:
                 self._handlers[number] = handler
-                signal.signal(number, self._heard)
+                signal.signal(number, self._handle)
 
     def release(self) -> None:
-        """Gives back the handlers that nobody has replaced meanwhile."""
+        """Restore the handlers that were not replaced meanwhile."""
         if threading.get_ident() != self._main:
             return
-        for number, handler in self._handlers.items():  # which are known to `_heard` until none is left to it
-            if signal.getsignal(number) == self._heard:
+        for number, handler in self._handlers.items():  # `_handle` reads them until all are given back
+            if signal.getsignal(number) == self._handle:
                 signal.signal(number, handler)
         self._handlers.clear()
 
@@ -245,11 +245,11 @@ class DeferredSignals:
     def __exit__(self, *_):
         if threading.get_ident() == self._main:
             self._depth -= 1
-            while self._came and not self._depth:
-                self._heard(self._came.pop(0), None)
+            while self._deferred and not self._depth:
+                self._handle(self._deferred.pop(0), None)
 
-    def _heard(self, number, frame) -> None:
+    def _handle(self, number, frame) -> None:
         if self._depth:
-            self._came.append(number)
+            self._deferred.append(number)
         elif number in self._handlers:
             self._handlers[number](number, frame)

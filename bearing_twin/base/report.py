@@ -49,12 +49,11 @@ class CutShort(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """A run in numbers: what computed it, its cost, its warnings (`warnings` before, `flags` after), its `figures`.
+    """A run in numbers: models, cost, warnings (`warnings` before the run, `flags` after it) and `figures`.
 
-    `status` is "done", or says what is doubtful or failed; `figures` are the scene's own, with the SI unit at the end
-    of each key; `errors` what is known of theirs: `<figure>_error` in the figure's unit, and the same by source.
-    `outside` is that of the choice; `failure`, of a run that broke off: sentence, reason, time, body
-    and contact.
+    `status` is "done", or states what is doubtful or failed. The keys of `figures` end with the SI unit; `errors` holds
+    `<figure>_error` in the figure's unit, and errors by source. `outside` is that of the choice. `failure`, of a run
+    that broke off, has sentence, reason, time, body and contact.
     """
 
     scene: str
@@ -110,22 +109,22 @@ class Report:
 
 def summary_text(title: str, numbers: Mapping[str, Any]) -> str:
     """A short text of a result: the title, and a line for each key with its value, or the range of long ones."""
-    return "\n".join([title, *(f"  {key:<36} {_in_words(value)}" for key, value in numbers.items())])
+    return "\n".join([title, *(f"  {key:<36} {_value_text(value)}" for key, value in numbers.items())])
 
 
-def _in_words(value) -> str:
+def _value_text(value) -> str:
     values = list(value) if isinstance(value, (list, tuple)) else [value]
-    if not all(isinstance(one, (int, float)) for one in values):
+    if not all(isinstance(number, (int, float)) for number in values):
         return "-" if value is None else f"{len(values)} rows" if isinstance(value, (list, tuple)) else str(value)
     if len(values) > LISTED:
         return f"{min(values):.6g} to {max(values):.6g} ({len(values)} values)"
-    return ", ".join(f"{one:.6g}" for one in values)
+    return ", ".join(f"{number:.6g}" for number in values)
 
 
 def parse_json(text: str | bytes):
-    """The data in a JSON text of anybody; ValueError for what is none, also by its depth. No integer is beyond a float.
+    """The data in a JSON text from an untrusted source; ValueError for invalid or too deeply nested JSON.
 
-    A whole number of more than 18 digits becomes a float.
+    An integer of more than 18 digits becomes a float.
     """
     try:
         return json.loads(text, parse_int=lambda digits: int(digits) if len(digits) <= DIGITS else float(digits))
@@ -139,11 +138,11 @@ def json_text(result) -> str:
 
 
 def json_data(value):
-    """The same in what JSON has: no arrays of numpy and no NaN."""
+    """The value as JSON data: lists in place of NumPy arrays, null in place of NaN."""
     if isinstance(value, dict):
-        return {str(key): json_data(one) for key, one in value.items()}
+        return {str(key): json_data(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [json_data(one) for one in value]
+        return [json_data(item) for item in value]
     if hasattr(value, "tolist"):
         return json_data(value.tolist())
     if isinstance(value, float):

@@ -1,8 +1,8 @@
-"""The data contract: what a simulation, a log, a node and a chart hand to each other.
+"""The data contract between simulation, log, nodes and charts.
 
 A kind of scene declares its `Channel`s once. A `Block` holds consecutive solver outputs of all channels, and the
-`records` of what happened between them, such as a contact that ended; a `Sample` is one row of it. Nothing here knows
-where the numbers came from, so a stream read from a log and a stream from the integrator cannot be distinguished.
+`records` of events between them, such as a contact that ended; a `Sample` is one row of it. The source of the numbers
+is not part of the data, so that a stream from a log and a stream from the integrator are alike.
 """
 
 import math
@@ -38,7 +38,7 @@ class Channel(NamedTuple):
 
 
 class Table(NamedTuple):
-    """Something that happens between outputs: `columns` of one record of it, the first of them its time [s].
+    """A kind of event between outputs: `columns` of one record, of which the first is its time [s].
 
     A record belongs to the first output at or after its time. `needed`: figures cannot do without. `rate` [Hz] is the
     sampling rate of an evenly sampled signal, whose records are time and value: record k is taken at k / rate, and
@@ -64,14 +64,14 @@ class Wrench(NamedTuple):
 
 
 class Fields(dict):
-    """Channels by name; a name that is none is refused with those that are meant."""
+    """Channels by name; an unknown name raises ChannelError with the legal ones."""
 
     def __missing__(self, name):
         raise ChannelError(f"there is no channel {echo(name)}; {legal_hint(name, self)}")
 
 
 class Layout:
-    """Places of channels in a row of all channels side by side: `fields` maps names to (slice, shape)."""
+    """Columns of channels in a row of all channels side by side: `fields` maps names to (slice, shape)."""
 
     def __init__(self, channels: tuple[Channel, ...]):
         self.channels = channels
@@ -236,7 +236,7 @@ def stack_channels(layout: Layout, arrays: Sequence[np.ndarray], count: int) -> 
 
 
 def outputs_per_chunk(channels: Sequence[Channel]) -> int:
-    """Number of outputs that are handled together: thousands of balls would else hold up a stop for seconds."""
+    """Number of outputs that are processed together: with thousands of balls a stop would else wait for seconds."""
     return max(1, CHUNK_BYTES // (8 * sum(channel.width for channel in channels)))
 
 
@@ -280,20 +280,20 @@ class BlockAligner:
         self._waiting: list[Block] = []
 
     def add(self, block: Block) -> Iterator[Block]:
-        """Takes a block in and gives what is complete; a gap ends a piece."""
+        """Take a block and yield the complete pieces; a gap ends a piece."""
         if self._waiting and block.first_sequence != self._waiting[-1].first_sequence + len(self._waiting[-1]):
             yield from self.remainder()
             self._waiting = []
-        whole = (block.first_sequence + len(block)) // self._length * self._length - block.first_sequence
+        complete = (block.first_sequence + len(block)) // self._length * self._length - block.first_sequence
         low = 0
-        if self._waiting and whole > 0:
-            # What waits is completed first, so that no more than a piece is copied.
-            low = min(whole, self._length - block.first_sequence % self._length)
+        if self._waiting and complete > 0:
+            # The waiting piece is completed first, so that no more than it is copied.
+            low = min(complete, self._length - block.first_sequence % self._length)
             yield join_blocks([*self._waiting, block.part(0, low)])
             self._waiting = []
-        if whole > low:
-            yield block.part(low, whole)
-            low = whole
+        if complete > low:
+            yield block.part(low, complete)
+            low = complete
         if low < len(block):
             self._waiting.append(block.part(low, len(block)))
 
@@ -304,30 +304,30 @@ class BlockAligner:
 
 
 class ThinnedOutputs:
-    """Arrays of the outputs of a run of any length, at most `most` rows: the first, and every `stride`-th after it.
+    """Arrays of outputs of a run of any length, at most `limit` rows: the first output, and every `stride`-th after it.
 
-    `kept` makes what is kept of a sample of many outputs: arrays by name, one row an output. Of `outputs` that came,
-    `stride` is doubled where too many were kept.
+    `select` returns the arrays of a sample of many outputs, by name, with one row an output. `outputs` is the number
+    of outputs so far; `stride` is doubled where more than `limit` rows are selected.
     """
 
-    def __init__(self, most: int, kept: Callable[[Sample], Mapping[str, np.ndarray]]):
-        self.stride, self.outputs, self._most, self._kept = 1, 0, most, kept
+    def __init__(self, limit: int, select: Callable[[Sample], Mapping[str, np.ndarray]]):
+        self.stride, self.outputs, self._limit, self._select = 1, 0, limit, select
         self._next = self._rows = 0
         self._times: list[np.ndarray] = []
         self._parts: dict[str, list[np.ndarray]] = {}
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
+        """Take a block."""
         rows = range(self._next - self.outputs, len(block), self.stride)
         if len(rows):
             sample = block.sample_rows(rows)
             self._times.append(1e-9 * sample.time_ns)
-            for name, values in self._kept(sample).items():
+            for name, values in self._select(sample).items():
                 self._parts.setdefault(name, []).append(values)
         self.outputs += len(block)
         self._next += self.stride * len(rows)
         self._rows += len(rows)
-        while self._rows > self._most:
+        while self._rows > self._limit:
             self._times = [self.time[::2]]
             self._parts = {name: [values[::2]] for name, values in self.values.items()}
             self.stride, self._rows = 2 * self.stride, len(self._times[0])

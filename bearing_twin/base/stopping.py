@@ -23,27 +23,27 @@ from bearing_twin.base.process import DEFERRED, RAISED
 INTERRUPTED, ENDED = 255, 254  # no numbers of signals
 MAP_FIXED = 0x10  # of Linux, where `_FILE` is; Python does not name it
 _STOP_REQUESTED: ContextVar[Callable[[], bool]] = ContextVar("stop_requested", default=lambda: False)
-LOST, SHARE = 1.0, 0.2  # s of computing that interruptions may cost before it is earned, and what it earns a second
+CREDIT, SHARE = 1.0, 0.2  # s of computing that interruptions may cost before it is earned, and what it earns a second
 
 
-def _shared() -> tuple[int, np.ndarray]:
-    """A file without a name and its first byte; no file where the system has none of the kind."""
+def _shared_flag() -> tuple[int, np.ndarray]:
+    """A file in memory and its first byte; -1 for the file where the system has no such files."""
     if not hasattr(os, "memfd_create"):
         return -1, np.zeros(1, np.uint8)
-    file = _file()
+    file = _memory_file()
     return file, np.frombuffer(mmap.mmap(file, 1), np.uint8)
 
 
-def _file() -> int:
+def _memory_file() -> int:
     file = os.memfd_create("bearing_twin_signals", os.MFD_CLOEXEC)
     os.ftruncate(file, 1)  # no more than it needs: it counts as a file where those may not grow
     os.set_blocking(file, False)
     return file
 
 
-def _made_own() -> None:
-    """After a fork: file and byte of this process alone, in the same places; its signals would stop its parent, too."""
-    file = _file()
+def _own_after_fork() -> None:
+    """After a fork: a file and byte of this process alone, as its signals would stop its parent, too."""
+    file = _memory_file()
     os.dup2(file, _FILE, inheritable=False)
     os.close(file)
     replace = ctypes.CDLL(None).mmap  # Python's own chooses the place
@@ -51,9 +51,9 @@ def _made_own() -> None:
     replace(SIGNALLED.ctypes.data, 1, mmap.PROT_READ | mmap.PROT_WRITE, mmap.MAP_SHARED | MAP_FIXED, _FILE, 0)
 
 
-_FILE, SIGNALLED = _shared()  # SIGNALLED (1,): not 0 once a signal with a handler has come, within `signal_flag`
+_FILE, SIGNALLED = _shared_flag()  # SIGNALLED (1,): not 0 once a signal with a handler has come, within `signal_flag`
 if _FILE >= 0:
-    os.register_at_fork(after_in_child=_made_own)
+    os.register_at_fork(after_in_child=_own_after_fork)
 
 
 @contextlib.contextmanager
@@ -94,24 +94,24 @@ def stop_if_requested() -> None:
 
 
 class Halt:
-    """Stops a computation, for good by `end`, or by `interrupt` for a word in between; from any thread.
+    """Stops a computation from any thread: for good by `end`, or by `interrupt` for a command.
 
-    `flag` (1,) is that at which compiled loops look. What is interrupted is computed again, so that a flood of words
-    would hold up all computing: they may cost a share of its time, and wait when they have cost that.
+    `flag` (1,) is read by compiled loops. An interrupted chunk is computed again, so that a flood of commands would
+    prevent all progress: they may cost a share of the time, and wait once they have cost it.
     """
 
     def __init__(self, flag: np.ndarray | None = None):
         self.flag = np.zeros(1, np.uint8) if flag is None else flag
-        self._lock, self._credit = threading.Lock(), LOST
+        self._lock, self._credit = threading.Lock(), CREDIT
         self._inside = self._open = False  # whether anything computes that could be interrupted, and that may be
 
     def end(self) -> None:
-        """Whatever computes stops soon, now and later."""
+        """Stop the computation soon, and every later one."""
         with self._lock:
             self.flag[:] = ENDED
 
     def interrupt(self, always: bool = False) -> None:
-        """Stops the computation within `interruptible` soon, if there is one; `always`: whatever that costs."""
+        """Stop the computation within `interruptible` soon, if there is one; `always`: whatever that costs."""
         with self._lock:
             self._open = self._open or (always and self._inside)
             if self._open and not self.flag[0]:
@@ -119,30 +119,30 @@ class Halt:
 
     @contextlib.contextmanager
     def interruptible(self, motion) -> Iterator[None]:
-        """Within it Stopped becomes Interrupted where that was wanted, after `motion.take_back()` to where it began.
+        """Within it Stopped by `interrupt` becomes Interrupted, after `motion.take_back()` to the beginning.
 
         A motion without that cannot be interrupted.
         """
-        began = time.perf_counter()
+        start = time.perf_counter()
         with self._lock:
             self._inside = hasattr(motion, "take_back")
             self._open = self._inside and self._credit > 0.0
         try:
             yield
         except Stopped as error:
-            if not self._closed(began, -1.0):
+            if not self._end_interruptible(start, -1.0):
                 raise
             motion.take_back()
             raise Interrupted("interrupted, to be computed again") from error
         finally:
-            self._closed(began, SHARE)
+            self._end_interruptible(start, SHARE)
 
-    def _closed(self, began: float, earned: float) -> bool:
-        """True after an interruption; `earned` by each second, once."""
+    def _end_interruptible(self, start: float, earned: float) -> bool:
+        """True after an interruption; adds `earned` for each second to the credit."""
         with self._lock:
-            came, self._inside, self._open = self._open and self.flag[0] == INTERRUPTED, False, False
-            if came:
+            interrupted, self._inside, self._open = self._open and self.flag[0] == INTERRUPTED, False, False
+            if interrupted:
                 self.flag[:] = 0
-            if came or earned > 0.0:
-                self._credit = min(self._credit + earned * (time.perf_counter() - began), LOST)
-        return bool(came)
+            if interrupted or earned > 0.0:
+                self._credit = min(self._credit + earned * (time.perf_counter() - start), CREDIT)
+        return bool(interrupted)

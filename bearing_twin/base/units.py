@@ -30,11 +30,12 @@ class Limits(NamedTuple):
     less: str = ""
 
     @property
-    def of_physics(self) -> "Limits":
-        """The same without the bounds of its size."""
+    def without_sizes(self) -> "Limits":
+        """These limits without the bounds of the size."""
         return self._replace(least=0.0, greatest=math.inf)
 
     def allow(self, value: float) -> bool:
+        """True for a value within all bounds."""
         return not (
             not (value == 0.0 or self.least <= abs(value) <= self.greatest)
             or (self.above is not None and value <= self.above)
@@ -43,14 +44,15 @@ class Limits(NamedTuple):
             or (self.at_most is not None and value > self.at_most)
         )
 
-    @functools.cache  # noqa: B019 - there are few, and every number of every scene asks
+    @functools.cache  # noqa: B019 - there are few, and every number of every scene reads it
     def text(self) -> str:
-        bounds = {word.replace("_", " "): bound for word, bound in list(self._asdict().items())[:4]}
-        given = ((word, bound) for word, bound in bounds.items() if bound is not None)
-        words = [f"{word} {bound if isinstance(bound, int) else format(bound, 'g')}" for word, bound in given]
+        """The bounds in words; empty without any."""
+        bounds = [(name, bound) for name, bound in zip(self._fields, self[:4], strict=False) if bound is not None]
+        numbers = [(name, bound if isinstance(bound, int) else f"{bound:g}") for name, bound in bounds]
+        phrases = [f"{name.replace('_', ' ')} {number}" for name, number in numbers]
         if self.greatest < math.inf:
-            words.append(f"of a size up to {self.greatest:g}")
-        return " and ".join(words)
+            phrases.append(f"of a size up to {self.greatest:g}")
+        return " and ".join(phrases)
 
 
 NO_LIMITS = Limits()
@@ -59,9 +61,9 @@ NO_LIMITS = Limits()
 class Unit(NamedTuple):
     """A row of UNITS: `suffix` of keys ("" = none is used), `shown` in tables of SI, the `prefixes` it may take.
 
-    `people` is the unit that engineers read in its place, and the factor into it; without one, `shown` with a prefix;
-    `zero` is the prefix where all values are 0. `least` and `greatest` are the sizes between which a declared parameter
-    must lie if it names no bounds of its own: wider than any bearing, ball or beam, and far from where products of such
+    `engineering` is the unit that engineers read in its place and the factor into it; without one it is `shown` with a
+    prefix. `zero` is the prefix where all values are 0. The size of a declared parameter without bounds of its own
+    lies between `least` and `greatest`: wider than any bearing, ball or beam, and far from where products of such
     numbers leave double precision. `digits` are shown at most, however small the error of the method.
     """
 
@@ -70,7 +72,7 @@ class Unit(NamedTuple):
     prefixes: str = ""
     least: float = 0.0
     greatest: float = math.inf
-    people: tuple[str, float] | None = None
+    engineering: tuple[str, float] | None = None
     zero: str = ""
     digits: int = 5
 
@@ -80,7 +82,7 @@ UNITS = {  # by the symbol that declarations use
     "m": Unit("m", "m", ALL, least=1e-9, greatest=1e4, zero="µ"),
     "s": Unit("s", "s", BELOW_ONE, least=1e-15, greatest=1e9),
     "kg": Unit("kg", "kg", least=1e-24, greatest=1e9),
-    "rad": Unit("rad", "rad", BELOW_ONE, greatest=1e6, people=("°", 180.0 / math.pi)),
+    "rad": Unit("rad", "rad", BELOW_ONE, greatest=1e6, engineering=("°", 180.0 / math.pi)),
     "K": Unit("k", "K", least=1.0, greatest=1e5),
     "1/K": Unit("per_k", "1/K", greatest=1.0),
     "Hz": Unit("hz", "Hz", least=1e-9, greatest=1e12),
@@ -88,13 +90,13 @@ UNITS = {  # by the symbol that declarations use
     "W": Unit("w", "W", ALL),
     "N": Unit("n", "N", ALL, least=1e-9, greatest=1e12),
     "J": Unit("j", "J", ALL),
-    "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, people=("MPa", 1e-6)),
+    "Pa": Unit("pa", "Pa", ALL, least=1e-3, greatest=1e15, engineering=("MPa", 1e-6)),
     "1/Pa": Unit("per_pa", "1/Pa", least=1e-12, greatest=1e-3),
     "dB": Unit("db", "dB", digits=3),
     "B": Unit("bytes", "B", ABOVE_ONE, least=1.0, greatest=1e15),
     "Mrev": Unit("mrev", "Mrev", digits=3),
     "h": Unit("h", "h", digits=3),
-    "N m": Unit("nm", "N m", ALL, greatest=1e12, people=("N mm", 1e3)),
+    "N m": Unit("nm", "N m", ALL, greatest=1e12, engineering=("N mm", 1e3)),
     "N s": Unit("ns", "N s", ALL),
     "N m s": Unit("nms", "N m s"),
     "kg m^2/s": Unit("", "kg m²/s"),
@@ -103,29 +105,29 @@ UNITS = {  # by the symbol that declarations use
     "N m/rad": Unit("", "N m/rad", greatest=1e15),
     "N s/m": Unit("", "N s/m", greatest=1e15),
     "N m s/rad": Unit("", "N m s/rad", greatest=1e15),
-    "N/m": Unit("n_per_m", "N/m", least=1e-9, greatest=1e15, people=("N/µm", 1e-6)),
+    "N/m": Unit("n_per_m", "N/m", least=1e-9, greatest=1e15, engineering=("N/µm", 1e-6)),
     "1/m": Unit("per_m", "1/m"),
-    "m^2": Unit("m2", "m²", people=("mm²", 1e6)),
-    "m^3": Unit("m3", "m³", people=("mm³", 1e9)),
-    "m^2/s": Unit("m2_s", "m²/s", least=1e-9, greatest=1.0, people=("mm²/s", 1e6)),
+    "m^2": Unit("m2", "m²", engineering=("mm²", 1e6)),
+    "m^3": Unit("m3", "m³", engineering=("mm³", 1e9)),
+    "m^2/s": Unit("m2_s", "m²/s", least=1e-9, greatest=1.0, engineering=("mm²/s", 1e6)),
     "s/m": Unit("s_per_m", "s/m", greatest=1e6),
     "m/s": Unit("m_s", "m/s", least=1e-12, greatest=1e5),
     "m/s^2": Unit("m_s2", "m/s²", greatest=1e6),
-    "rad/s": Unit("rad_s", "rad/s", least=1e-12, greatest=1e6, people=("rpm", 30.0 / math.pi)),
+    "rad/s": Unit("rad_s", "rad/s", least=1e-12, greatest=1e6, engineering=("rpm", 30.0 / math.pi)),
     "rad/s^2": Unit("rad_s2", "rad/s²", least=1e-12, greatest=1e9),
     "kg/m^3": Unit("kg_m3", "kg/m³", least=1e-6, greatest=1e6),
     "s (m/s)^0.2": Unit("", "s (m/s)^0.2", least=1e-12, greatest=1e6),
     "N s/m^1.25": Unit("", "N s/m^1.25", greatest=1e15),
 }
-LONGEST = 64  # characters of a number with its unit: to look through longer texts would take long
-LEAST_FOR_PEOPLE = 1e-3  # in a unit that engineers read: smaller values have the SI unit with a prefix
-BEFORE_PREFIX = 10.0  # of kilo and above: 2000 N stay so, 20 000 N are 20 kN
-NOTHING = 0.05  # of its error: a figure below it is 0
-NEAR = 4  # places in a table: figures of one unit so near each other are read together
+LONGEST = 64  # characters of a number with its unit: matching longer texts would take long
+LEAST_ENGINEERING = 1e-3  # in an engineering unit: smaller values have the SI unit with a prefix
+LEAST_PREFIXED = 10.0  # of kilo and above: 2000 N stay so, 20 000 N are 20 kN
+NEGLIGIBLE = 0.05  # of its error: a figure below it is 0
+NEAR = 4  # rows of a table: figures of one unit so near each other have the same prefix
 _WITH_UNIT = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\d\s.+-].{0,11}|1/\w{1,3})")
-_WRITTEN = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "min^-1": "rpm"}
-_WRITTEN |= {f"{prefix}Nm": f"{prefix}N m" for prefix in PREFIXES} | {"Nmm": "N mm"}
-ALSO_WRITTEN = {  # units of the field beside those of SI and its prefixes
+_SPELLINGS = {"deg": "°", "degree": "°", "degrees": "°", "1/min": "rpm", "U/min": "rpm", "min^-1": "rpm"}
+_SPELLINGS |= {f"{prefix}Nm": f"{prefix}N m" for prefix in PREFIXES} | {"Nmm": "N mm"}
+FURTHER_UNITS = {  # units of the field beside those of SI and its prefixes
     "1": {"%": 1e-2},
     "m": {"cm": 1e-2},
     "s": {"min": 60.0, "h": 3600.0},
@@ -140,63 +142,63 @@ ALSO_WRITTEN = {  # units of the field beside those of SI and its prefixes
 _LONGEST_FIRST = sorted((unit for unit in UNITS.values() if unit.suffix), key=lambda unit: -len(unit.suffix))
 _SHOWN = {unit.shown: unit for unit in UNITS.values() if unit.shown}
 _NUMBER = r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?"
-_SAID = re.compile(  # a number with its unit in a sentence, also `1 ± 2 N m` and `1 to 2 rad/s`
+_QUANTITY = re.compile(  # a number with its unit in a sentence, also `1 ± 2 N m` and `1 to 2 rad/s`
     rf"(?<![\w.,^/-])({_NUMBER}(?:(?: ± | to ){_NUMBER})*) "
     rf"({'|'.join(map(re.escape, sorted(_SHOWN, key=len, reverse=True)))})(?![\w/^²³]|\.\w| (?:s|m)/|-\w)"
 )
-_OF_A_KEY = re.compile(r"\w\.\w+ = ")  # what a sentence tells to write into a scene is SI
+_SCENE_VALUE = re.compile(r"\w\.\w+ = ")  # the values of keys in such a sentence are SI
 
 
 def label_and_unit(key: str) -> tuple[str, str]:
-    """(words, unit as shown) of an SI-suffixed key: `normal_load_inner_n` is ("normal load inner", "N")."""
-    words, unit = _words_and_unit(key)
-    return words, unit.shown
+    """(label, unit as shown) of an SI-suffixed key: `normal_load_inner_n` is ("normal load inner", "N")."""
+    label, unit = _label_and_row(key)
+    return label, unit.shown
 
 
 def digits_of(key: str) -> int:
     """Digits of an SI-suffixed key that are shown at most."""
-    return _DIGITS.get(key, _words_and_unit(key)[1].digits)
+    return _DIGITS.get(key, _label_and_row(key)[1].digits)
 
 
 def unit_suffix(key: str) -> str:
-    """The end of an SI-suffixed key that says its unit, as `_rad_s`; empty where there is none."""
-    _, unit = _words_and_unit(key)
+    """The end of an SI-suffixed key that states its unit, as `_rad_s`; empty where there is none."""
+    _, unit = _label_and_row(key)
     return f"_{unit.suffix}" if unit.suffix else ""
 
 
 def readable_label(key: str, size: float) -> tuple[str, str, float]:
-    """(words, unit that people read, factor into it) of an SI-suffixed key whose values are up to `size`."""
-    words, unit = _words_and_unit(key)
-    return words, *readable_unit(size, unit)
+    """(label, engineering unit, factor into it) of an SI-suffixed key whose values are up to `size`."""
+    label, unit = _label_and_row(key)
+    return label, *_readable_unit(unit, size)
 
 
-def readable_unit(size: float, unit: Unit) -> tuple[str, float]:
-    """(unit that people read, factor into it) of values of up to `size` in a unit of the table."""
-    if unit.people and not (unit.prefixes and 0.0 < size * unit.people[1] < LEAST_FOR_PEOPLE):
-        return unit.people
+def readable_unit(unit: str, size: float) -> tuple[str, float]:
+    """(engineering unit, factor into it) of values of up to `size` in a declared unit; itself where it is unknown."""
+    return _readable_unit(UNITS[unit], size) if unit in UNITS else (unit, 1.0)
+
+
+def _readable_unit(unit: Unit, size: float) -> tuple[str, float]:
+    if unit.engineering and not (unit.prefixes and 0.0 < size * unit.engineering[1] < LEAST_ENGINEERING):
+        return unit.engineering
     factor, shown = prefixed_unit(size or PREFIXES[unit.zero], unit.shown)
     return shown, factor
 
 
-def unit_for_people(unit: str, size: float) -> tuple[str, float]:
-    """(unit that people read, factor into it) of values of up to `size` in a declared unit; as it is where unknown."""
-    return readable_unit(size, UNITS[unit]) if unit in UNITS else (unit, 1.0)
-
-
 def unit_choice_sizes(sizes: Mapping[str, float]) -> dict[str, float]:
     """The size by which the unit of each SI-suffixed key is chosen: a 0 has that of a key near it of its unit."""
-    keys, found = list(sizes), dict(sizes)
-    for place, key in enumerate(keys):
+    keys, chosen = list(sizes), dict(sizes)
+    for row, key in enumerate(keys):
         if sizes[key] == 0.0:
-            alike = [k for k, one in enumerate(keys) if sizes[one] and unit_suffix(one) == unit_suffix(key)]
-            alike = [k for k in alike if abs(k - place) <= NEAR]
-            found[key] = min(((abs(k - place), sizes[keys[k]]) for k in alike), default=(0, 0.0))[1]
-    return found
+            near = [other for other in keys[max(row - NEAR, 0) : row + NEAR + 1] if sizes[other]]
+            alike = [other for other in near if unit_suffix(other) == unit_suffix(key)]
+            distances = [(abs(keys.index(other) - row), sizes[other]) for other in alike]
+            chosen[key] = min(distances, default=(0, 0.0))[1]
+    return chosen
 
 
 LUBRICATED = "lubricant"  # among what is not known of a result: it is of films, not of dry contacts
 _DRY = {"drive torque (dry-contact friction)": "drive torque", "dry-contact friction torque": "friction torque"}
-_WORDS = {  # of keys whose names do not say enough
+_LABELS = {  # of keys whose names do not say enough
     "drive_torque_nm": "drive torque (dry-contact friction)",
     "friction_torque_nm": "dry-contact friction torque",
     "catalogue_drive_torque_nm": "drive torque (catalogue estimate, ± 50 %)",
@@ -206,33 +208,33 @@ _DIGITS = {"catalogue_drive_torque_nm": 2}  # of keys whose values are estimates
 
 
 @functools.lru_cache(maxsize=1024)
-def _words_and_unit(key: str) -> tuple[str, Unit]:
+def _label_and_row(key: str) -> tuple[str, Unit]:
     for unit in _LONGEST_FIRST:
         if key.endswith(f"_{unit.suffix}") and len(key) > len(unit.suffix) + 1:
-            return _WORDS.get(key) or key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit
+            return _LABELS.get(key) or key.removesuffix(f"_{unit.suffix}").replace("_", " "), unit
     return key.replace("_", " "), UNITS["1"]
 
 
-def lubricated_label(words: str) -> str:
-    """The words of a key in a result of lubricated contacts."""
-    return _DRY.get(words, words)
+def lubricated_label(label: str) -> str:
+    """The label of a key in a result of lubricated contacts."""
+    return _DRY.get(label, label)
 
 
 def key_suffix(unit: str) -> str:
     """The suffix of keys whose values are in `unit`, as `_rad_s`; empty for numbers without one and for rare units."""
-    known = UNITS.get(unit)
-    return f"_{known.suffix}" if known and known.suffix else ""
+    row = UNITS.get(unit)
+    return f"_{row.suffix}" if row and row.suffix else ""
 
 
 def key_unit(key: str) -> str:
     """The symbol that declarations use for the unit of an SI-suffixed key."""
-    row = _words_and_unit(key)[1]
+    row = _label_and_row(key)[1]
     return next(symbol for symbol, unit in UNITS.items() if unit is row)
 
 
 def with_unit(unit: str) -> str:
-    """A unit to append to a number or word; nothing where there is none."""
-    return f" {unit}" if not _is_plain(unit) else ""
+    """A unit to append to a number or label; nothing where there is none."""
+    return f" {unit}" if not _is_dimensionless(unit) else ""
 
 
 def si_value(text: str, unit: str) -> float | None:
@@ -241,7 +243,7 @@ def si_value(text: str, unit: str) -> float | None:
     Parameters
     ----------
     text : str
-        A number and a unit: that of SI, with a prefix, or one of the field (`ALSO_WRITTEN`).
+        A number and a unit: that of SI, with a prefix, or one of the field (`FURTHER_UNITS`).
     unit : str
         The SI unit in which the value is declared.
 
@@ -250,109 +252,109 @@ def si_value(text: str, unit: str) -> float | None:
     float or None
         None where the text has no unit, or one of another dimension.
     """
-    number, word = _parted(text)
-    if unit not in UNITS or not word:
+    number, symbol = _number_and_unit(text)
+    if unit not in UNITS or not symbol:
         return None
-    if unit == "K" and word in ("°C", "C"):
+    if unit == "K" and symbol in ("°C", "C"):
         return number + CELSIUS
     factors = _factors(unit)
-    if word not in factors and word[0] not in "mM":  # KN is kN, but mn may be mN or MN
-        word = next(iter(units_in_other_case(text, unit)), word)
-    return float(f"{number * factors[word]:.15g}") if word in factors else None
+    if symbol not in factors and symbol[0] not in "mM":  # KN is kN, but mn may be mN or MN
+        symbol = next(iter(units_in_other_case(text, unit)), symbol)
+    return float(f"{number * factors[symbol]:.15g}") if symbol in factors else None
 
 
 def units_in_other_case(text: str, unit: str) -> list[str]:
     """Units of this dimension that differ from the one in the text in the case of letters alone."""
-    word = _parted(text)[1].lower()
-    return [one for one in _factors(unit) if one.lower() == word] if unit in UNITS else []
+    symbol = _number_and_unit(text)[1].lower()
+    return [name for name in _factors(unit) if name.lower() == symbol] if unit in UNITS else []
 
 
-def _parted(text: str) -> tuple[float, str]:
+def _number_and_unit(text: str) -> tuple[float, str]:
     """The number in a text and its unit, "" without one."""
-    found = _WITH_UNIT.fullmatch(text.strip()) if len(text) <= LONGEST else None
-    return (float(found[1]), _canonical(found[2])) if found else (math.nan, "")
+    match = _WITH_UNIT.fullmatch(text.strip()) if len(text) <= LONGEST else None
+    return (float(match[1]), _canonical(match[2])) if match else (math.nan, "")
 
 
 @functools.cache
 def accepted_units(unit: str) -> tuple[str, ...]:
     """Units that a number declared in `unit` may be written with, the usual prefixes among them; that of SI first."""
     row = UNITS.get(unit, UNITS["1"])
-    names = [row.shown, *(row.people or ())[:1], *(prefix + row.shown for prefix in "kmµ" if prefix in row.prefixes)]
-    names += ["°C"] if unit == "K" else ALSO_WRITTEN.get(unit, ())
+    prefixed = (prefix + row.shown for prefix in "kmµ" if prefix in row.prefixes)
+    names = [row.shown, *(row.engineering or ())[:1], *prefixed]
+    names += ["°C"] if unit == "K" else FURTHER_UNITS.get(unit, ())
     return tuple(dict.fromkeys(name for name in names if name))
 
 
 @functools.cache
 def _factors(unit: str) -> dict[str, float]:
     """Factor into SI of each way to write a unit; prefixes belong to a first unit that has no power."""
-    row, found = UNITS[unit], {}
+    row, factors = UNITS[unit], {}
     names = {_canonical(name) for name in (unit, row.shown)} - {"", "1"}
     for name in names:
-        plain = not name.startswith(("kg", "K", "1/", "h", "Mrev")) and not re.match(r"\w+[²³]", name)
-        found |= {prefix + name: factor for prefix, factor in PREFIXES.items() if plain or not prefix}
-    if row.people:
-        found[row.people[0]] = 1.0 / row.people[1]
-    return found | ALSO_WRITTEN.get(unit, {})
+        takes_prefix = not name.startswith(("kg", "K", "1/", "h", "Mrev")) and not re.match(r"\w+[²³]", name)
+        factors |= {prefix + name: factor for prefix, factor in PREFIXES.items() if takes_prefix or not prefix}
+    if row.engineering:
+        factors[row.engineering[0]] = 1.0 / row.engineering[1]
+    return factors | FURTHER_UNITS.get(unit, {})
 
 
-def _canonical(word: str) -> str:
+def _canonical(symbol: str) -> str:
     """A unit as `UNITS` shows it: micro sign, powers, products."""
-    word = re.sub(r"\s*[·*]\s*", " ", word.strip().replace("μ", "µ"))
-    word = re.sub(r"(?<=[a-z])\^?([23])\b", lambda power: {"2": "²", "3": "³"}[power[1]], word)
-    word = f"µ{word[1:]}" if re.match(r"u[a-zA-Z]", word) else word.replace("/um", "/µm")
-    return _WRITTEN.get(word, word)
+    symbol = re.sub(r"\s*[·*]\s*", " ", symbol.strip().replace("μ", "µ"))
+    symbol = re.sub(r"(?<=[a-z])\^?([23])\b", lambda power: {"2": "²", "3": "³"}[power[1]], symbol)
+    symbol = f"µ{symbol[1:]}" if re.match(r"u[a-zA-Z]", symbol) else symbol.replace("/um", "/µm")
+    return _SPELLINGS.get(symbol, symbol)
 
 
 def readable_sentence(text: str) -> str:
-    """A sentence with its SI numbers in the units that people read, to as many digits; one on `a.key = 1` as it is.
+    """A sentence with its SI numbers in engineering units, to as many digits; one with `a.key = 1` is left unchanged.
 
-    What a run says of itself is in SI, as its figures are: this is what stands beside a table for people.
+    Sentences on a run are in SI, as its figures are; this is their form beside a table in engineering units.
     """
-    return text if _OF_A_KEY.search(text) else _SAID.sub(_said_for_people, text)
+    return text if _SCENE_VALUE.search(text) else _QUANTITY.sub(_readable_quantity, text)
 
 
-def _said_for_people(found: re.Match) -> str:
-    numbers = re.findall(_NUMBER, found[1])
-    shown, factor = readable_unit(max(abs(float(one)) for one in numbers), _SHOWN[found[2]])
+def _readable_quantity(match: re.Match) -> str:
+    numbers = re.findall(_NUMBER, match[1])
+    shown, factor = _readable_unit(_SHOWN[match[2]], max(abs(float(number)) for number in numbers))
     if factor == 1.0:
-        return found[0]
-    between = re.sub(_NUMBER, "{}", found[1])
-    return f"{between.format(*(_to_its_digits(one, factor) for one in numbers))} {shown}"
+        return match[0]
+    return f"{re.sub(_NUMBER, lambda number: _to_same_digits(number[0], factor), match[1])} {shown}"
 
 
-def _to_its_digits(number: str, factor: float) -> str:
+def _to_same_digits(number: str, factor: float) -> str:
     digits = len(re.sub(r"[eE].*|\D", "", number).lstrip("0"))
     exact = math.log10(factor).is_integer()
     return f"{float(f'{factor * float(number):.{max(digits, 1 if exact else 3)}g}'):.12g}"
 
 
-def axis_label(words: str, unit: str) -> str:
-    """The label of an axis: `load [N]`, or the words alone where there is no unit."""
-    return words if _is_plain(unit) else f"{words} [{unit}]"
+def axis_label(label: str, unit: str) -> str:
+    """The label of an axis: `load [N]`, without brackets where there is no unit."""
+    return label if _is_dimensionless(unit) else f"{label} [{unit}]"
 
 
 def inverse_unit(unit: str) -> str:
     """The unit of a density over this unit."""
-    if _is_plain(unit):
+    if _is_dimensionless(unit):
         return ""
     return f"1/({unit})" if " " in unit or "/" in unit else f"1/{unit}"
 
 
 def prefixed_unit(size: float, unit: str) -> tuple[float, str]:
     """(factor, unit with prefix) by which values of up to `size` in `unit` become readable numbers."""
-    known = UNITS.get(unit)
-    if known is None or not known.prefixes or not 0.0 < size < math.inf:
+    row = UNITS.get(unit)
+    if row is None or not row.prefixes or not 0.0 < size < math.inf:
         return 1.0, unit
-    scales = [(prefix, scale) for prefix, scale in PREFIXES.items() if prefix in known.prefixes or not prefix]
-    from_size = {row: row[1] * (BEFORE_PREFIX if row[1] > 1.0 else 1.0) for row in scales}
-    prefix, scale = next((row for row, least in from_size.items() if size >= least), scales[-1])
-    return 1.0 / scale, f"{prefix}{unit}"
+    scales = {prefix: scale for prefix, scale in PREFIXES.items() if prefix in row.prefixes or not prefix}
+    fitting = (prefix for prefix, scale in scales.items() if size >= scale * (LEAST_PREFIXED if scale > 1.0 else 1.0))
+    prefix = next(fitting, [*scales][-1])
+    return 1.0 / scales[prefix], f"{prefix}{unit}"
 
 
 def rounded_to_error(value: float, error: float | None, digits: int = 6) -> str:
-    """A number for people: to the second digit of its error, and to `digits` digits of its own at most.
+    """A number to the second digit of its error, and to `digits` digits of its own at most.
 
-    Value and error are in the same unit; an error of None, 0 or without bound leaves the digits alone. A value far
+    Value and error are in the same unit; an error of None, 0 or without bound does not limit the digits. A value far
     below its error is 0.
     """
     if is_negligible(abs(value), error):
@@ -369,7 +371,7 @@ def rounded_to_error(value: float, error: float | None, digits: int = 6) -> str:
 
 def is_negligible(size: float, error: float | None) -> bool:
     """True for a figure of this size that is 0 within its error."""
-    return error is not None and math.isfinite(error) and size < NOTHING * abs(error)
+    return error is not None and math.isfinite(error) and size < NEGLIGIBLE * abs(error)
 
 
 def greatest_error(error) -> float | None:
@@ -378,9 +380,9 @@ def greatest_error(error) -> float | None:
 
 
 def two_digits(number: float) -> str:
-    """A number of little weight for people, as the size of an error: two digits, written out up to a million."""
+    """A number of two digits, as for an error, written out up to a million."""
     return f"{float(f'{number:.2g}'):g}"
 
 
-def _is_plain(unit):
+def _is_dimensionless(unit):
     return unit in ("", "1")

@@ -17,17 +17,17 @@ from bearing_twin.base.parameters import echo
 from bearing_twin.base.paths import READABLE, share_path, user_folder
 
 GREATEST_FILE = 128_000  # bytes
-LONGEST_KEPT = 10_000  # characters of a text whose data are kept
+LONGEST_CACHED = 10_000  # characters of a text whose data are kept
 MOST_VALUES = 20_000  # of a file, groups counted too: half a second to read
 GREATEST_DEPTH = 20
 LONGEST_NAME = 100
 LONGEST_DESCRIPTION = 10_000
 SUFFIXES = (".yaml", ".yml")
-_GROUP = re.compile(r"^[\w.]+:[ \t]*(?:#.*)?$", re.MULTILINE)  # a key whose value follows on lines below
+_FIRST_GROUP = re.compile(r"^[\w.]+:[ \t]*(?:#.*)?$", re.MULTILINE)  # a key whose value follows on lines below
 
 
-class Shelf(NamedTuple):
-    """One kind of file: what it is called ("scene"), its folder in `config/`, and the error its faults raise."""
+class FileKind(NamedTuple):
+    """A kind of file: its name ("scene"), its folder in `config/`, and the class of the errors it raises."""
 
     noun: str
     folder: str
@@ -37,22 +37,22 @@ class Shelf(NamedTuple):
         """Names of the files that come with the package, sorted."""
         return sorted(path.stem for path in Path(share_path("config", self.folder)).glob("*.yaml"))
 
-    def heads(self) -> Iterator[dict]:
-        """Name, and what stands before the first group of keys, of each file that comes with the package; not checked.
+    def headers(self) -> Iterator[dict]:
+        """Name and keys before the first group, unchecked, of each file that comes with the package.
 
-        Quicker than reading a file by far: what follows may be long.
+        This is far quicker than reading whole files, which may be long.
         """
         for name in self.names():
             text = self.read_text(Path(share_path("config", self.folder, f"{name}.yaml")))
-            end = _GROUP.search(text)
+            end = _FIRST_GROUP.search(text)
             yield {"name": name, "description": "", **self.load(text[: end.start()] if end else text, name)}
 
-    def every(self) -> Iterator[tuple[Any, str]]:
+    def load_all(self) -> Iterator[tuple[Any, str]]:
         """(plain data, origin) of each file that comes with the package, then of those of the user's own folder."""
-        for path in sorted(Path(share_path("config", self.folder)).glob("*.yaml")) + self.own_files():
+        for path in sorted(Path(share_path("config", self.folder)).glob("*.yaml")) + self.user_files():
             yield self.load(self.read_text(path), str(path)), str(path)
 
-    def own_files(self) -> list[Path]:
+    def user_files(self) -> list[Path]:
         """The user's own files of this kind, in `user_folder`, sorted."""
         return sorted(path for path in user_folder(self.folder).glob("*.y*ml") if path.suffix in SUFFIXES)
 
@@ -76,15 +76,15 @@ class Shelf(NamedTuple):
             hint = did_you_mean(path.stem, self.names())
             raise self.error(f"there is no {self.noun} file {echo(text)}; {hint}give the path of one, or a name")
         designation, near = text.rpartition("_")[2], nearest(text, self.names())
-        if designation in (others := list(also())) and not any(designation in name for name in near):
+        if designation in (further_names := list(also())) and not any(designation in name for name in near):
             raise self.error(f"there is no {self.noun} {echo(text)}; did you mean {designation}, by its designation?")
-        hint = did_you_mean(text, others)
-        if not near and others and (hint or text[:1].isdigit()):
-            where = "`bearing_twin bearing --list` has the catalogue"
-            raise self.error(f"there is no bearing or {self.noun} {echo(text)}; {hint}{where}")
-        for other in (SCENES, STUDIES):
-            if text in other.names():
-                raise self.error(f"{echo(text)} is a {other.noun}, not a {self.noun}; {USED[other.noun]}")
+        hint = did_you_mean(text, further_names)
+        if not near and further_names and (hint or text[:1].isdigit()):
+            catalogue = "`bearing_twin bearing --list` has the catalogue"
+            raise self.error(f"there is no bearing or {self.noun} {echo(text)}; {hint}{catalogue}")
+        for file_kind in (SCENES, STUDIES):
+            if text in file_kind.names():
+                raise self.error(f"{echo(text)} is a {file_kind.noun}, not a {self.noun}; {USED[file_kind.noun]}")
         hint = legal_hint(text, self.names())
         raise self.error(f"there is no {self.noun} {echo(text)}; {hint}, or the path of a YAML file")
 
@@ -102,9 +102,9 @@ class Shelf(NamedTuple):
         )
 
     def read_text(self, path: Path) -> str:
-        """The file's text; raises `error` for what cannot be one."""
+        """The file's text; raises `error` for a file that is none of text."""
         try:
-            if path.is_fifo():  # nobody may ever write into it
+            if path.is_fifo():  # it may never be written to
                 raise self.error(f"{path} is a pipe; give the path of a file")
             with path.open("rb") as stream:
                 content = stream.read(GREATEST_FILE + 1)
@@ -127,29 +127,29 @@ class Shelf(NamedTuple):
         if len(text) > GREATEST_FILE:
             raise self.error(f"{origin} is longer than {GREATEST_FILE} characters, so it is no {self.noun}")
         try:
-            return copy.deepcopy(_parsed(text)) if len(text) < LONGEST_KEPT else yaml.load(text, Loader=_StrictLoader)
+            return copy.deepcopy(_parsed(text)) if len(text) < LONGEST_CACHED else yaml.load(text, Loader=_StrictLoader)
         except yaml.YAMLError as error:
             problem = getattr(error, "problem", None) or getattr(error, "reason", None) or "it cannot be parsed"
             if problem.startswith("but") and getattr(error, "context", None):
                 problem = f"{error.context}, {problem}"
             mark = getattr(error, "problem_mark", None)
-            place = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-            raise self.error(f"{origin} is not the YAML of a {self.noun}: {problem}{place}") from error
+            position = f" at line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+            raise self.error(f"{origin} is not the YAML of a {self.noun}: {problem}{position}") from error
         except (ValueError, RecursionError) as error:
             raise self.error(f"{origin} is not the YAML of a {self.noun}: {error}") from error
 
 
-SCENES = Shelf("scene", "scenes", SceneError)
-STUDIES = Shelf("study", "studies", StudyError)
+SCENES = FileKind("scene", "scenes", SceneError)
+STUDIES = FileKind("study", "studies", StudyError)
 USED = {
     "scene": "`bearing_twin simulate` runs it, and a study names it by its key `scene`",
     "study": "`bearing_twin study` runs it",
 }
-BEARINGS = Shelf("bearing table", "bearings", SceneError)
+BEARINGS = FileKind("bearing table", "bearings", SceneError)
 
 
 class _StrictLoader(yaml.SafeLoader):
-    """YAML without what surprises: no aliases, merges, duplicate keys, deep nesting, 010 = 8, 1:30 = 90, yes = true."""
+    """YAML without aliases, merges, duplicate keys, deep nesting, and without 010 = 8, 1:30 = 90, yes = true."""
 
     yaml_implicit_resolvers: ClassVar[dict] = {}
     depth = values = 0
@@ -184,7 +184,7 @@ class _StrictLoader(yaml.SafeLoader):
 
 @functools.lru_cache(maxsize=256)
 def _parsed(text: str):
-    """The plain data in a YAML text, kept: a node is asked for the same study again and again, 10 ms each time."""
+    """The plain data in a YAML text, cached: a node may read the same study many times, 10 ms each time."""
     return yaml.load(text, Loader=_StrictLoader)
 
 

@@ -95,7 +95,7 @@ def _requested(name: str) -> Problem:
 
 def _by_kind(rows: list[Row]) -> Iterator[tuple[str, list[Row]]]:
     """Rows of each kind of scenes that has some."""
-    kinds = {head["name"]: head["kind"] for head in SCENES.heads()}
+    kinds = {head["name"]: head["kind"] for head in SCENES.headers()}
     for kind in SHIPPED:
         if mine := [row for row in rows if kinds.get(row.problem) == kind]:
             yield kind.replace("_", " "), mine

@@ -346,14 +346,14 @@ def _unit_of(scene, path: str) -> str:
 
 def _axis_of(path: str, unit: str, values) -> dict:
     """Label of the axis of a sweep over a key, with its unit, and the factor into that unit."""
-    shown, scale = readable_unit(max(map(abs, values)), UNITS[unit or "1"])
+    shown, scale = readable_unit(unit or "1", max(map(abs, values)))
     return {"label": axis_label(path.rpartition(".")[2].replace("_", " "), shown), "scale": scale}
 
 
 L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
 HELD_MOMENT = 1e-3  # N m: what holds tilts is named from there on
 STEP = math.radians(0.01)  # of a tilt, for which its stiffness is shown
-DEGREE, MOMENT, PRESSURE = (UNITS[symbol].people[1] for symbol in ("rad", "N m", "Pa"))
+DEGREE, MOMENT, PRESSURE = (UNITS[symbol].engineering[1] for symbol in ("rad", "N m", "Pa"))
 AXES = ("x", "y", "z", "about x", "about y")
 RACES = ("inner", "outer")
 PARTS = {

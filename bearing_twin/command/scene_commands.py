@@ -24,7 +24,7 @@ def _scenes(arguments: argparse.Namespace) -> Outcome:
     if arguments.rules:
         return _scene_rules()
     header = ("name", "kind", "description")
-    return listed("scenes", header, ({name: head[name] for name in header} for head in SCENES.heads()))
+    return listed("scenes", header, ({name: head[name] for name in header} for head in SCENES.headers()))
 
 
 def _scene_keys() -> Outcome:

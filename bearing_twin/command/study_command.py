@@ -125,7 +125,7 @@ def _listed() -> Outcome:
     from bearing_twin.base.yaml_files import STUDIES
     from bearing_twin.kinds import KINDS
 
-    rows = [{name: head[name] for name in ("name", "scene", "description")} for head in STUDIES.heads()]
+    rows = [{name: head[name] for name in ("name", "scene", "description")} for head in STUDIES.headers()]
     quantities = [
         {"kind": kind, "quantity": name, "unit": row.unit, "meaning": row.meaning}
         for kind, entry in KINDS.items()

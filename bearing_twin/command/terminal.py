@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from bearing_twin.base.errors import escape_controls
 from bearing_twin.base.units import (
     readable_sentence,
-    unit_for_people,
+    readable_unit,
 )
 
 GAP = "  "
@@ -141,7 +141,7 @@ def in_shown_units(sentence: str) -> str:
 
 def shown_unit(unit: str, size: float) -> tuple[str, float]:
     """(unit, factor) in which values of up to `size` in a declared unit are shown: with --si as declared."""
-    return (unit, 1.0) if SI.get() else unit_for_people(unit, size)
+    return (unit, 1.0) if SI.get() else readable_unit(unit, size)
 
 
 def show_text(text: str = "") -> None:

@@ -11,7 +11,7 @@ from matplotlib.gridspec import SubplotSpec
 from bearing_twin import __version__
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Sample, ThinnedOutputs
-from bearing_twin.base.units import prefixed_unit, unit_for_people, with_unit
+from bearing_twin.base.units import prefixed_unit, readable_unit, with_unit
 from bearing_twin.kinds.views import CurvePanel, View, plain_view
 from bearing_twin.pictures import (
     BALL_COLOURS,
@@ -138,7 +138,7 @@ class RunPicture:
         loads, labels = panel.lines[0].series == LOAD, [one.label for one in panel.lines]
         begin, end, peak = np.concatenate(self._contacts if loads else self._contacts[:1]).T
         greatest = np.nanmax(np.abs(np.concatenate([curves.ravel(), peak])))
-        unit, factor = unit_for_people(panel.unit, float(greatest))
+        unit, factor = readable_unit(panel.unit, float(greatest))
         words, up, many = panel.title, with_unit(unit).strip(), len(curves) > GREATEST_LINES
         if many:
             _draw_map(axis, time, factor * curves, up)

@@ -22,7 +22,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from bearing_twin.base.errors import BearingTwinError, Stopped
 from bearing_twin.base.parameters import echo, legal_hint, read_number
-from bearing_twin.base.units import UNITS, readable_unit
+from bearing_twin.base.units import readable_unit
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.stream import LATCHED
@@ -217,7 +217,7 @@ class WatchNode(BaseNode):
         speed = number_of(command, "value", "speed")
         check_speed(speed)
         self._send(self._speed, Float64(data=speed))
-        unit, factor = readable_unit(abs(speed), UNITS["rad/s"])
+        unit, factor = readable_unit("rad/s", abs(speed))
         return f"speed {factor * speed:.6g} {unit} sent"
 
     def _obey_load(self, command) -> str:

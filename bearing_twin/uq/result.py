@@ -14,7 +14,7 @@ import numpy as np
 from bearing_twin.base.errors import StatisticError, Stopped, StudyError, import_optional
 from bearing_twin.base.report import summary_text
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
-from bearing_twin.base.units import axis_label, two_digits, unit_for_people, with_unit
+from bearing_twin.base.units import axis_label, readable_unit, two_digits, with_unit
 from bearing_twin.run.report import WORDS
 from bearing_twin.uq.histories import history_statistics
 from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
@@ -265,7 +265,7 @@ class SweepInWords:
     the scene, empty where a log does not have it; `ended` is empty where every value has its study.
     """
 
-    def __init__(self, sweep: Mapping[str, Any], shown: Callable = unit_for_people):
+    def __init__(self, sweep: Mapping[str, Any], shown: Callable = readable_unit):
         values, at = [one["value"] for one in sweep["studies"]], sweep.get("at")
         unit, factor = shown(sweep.get("unit", "1"), max(map(abs, [*values, at or 0.0])))
         self.key, self.label = sweep["key"], axis_label(sweep["key"], unit)
@@ -475,7 +475,7 @@ def _of_history(result, channel, instants, at_mean, whole: bool) -> dict:
     return head | {name: one.tolist() for name, one in bands.items()}
 
 
-def model_error_sentences(summary: Mapping[str, Any], shown: Callable = unit_for_people) -> Iterator[str]:
+def model_error_sentences(summary: Mapping[str, Any], shown: Callable = readable_unit) -> Iterator[str]:
     """Sentences of a study's summary: each quantity's error of the model, how it was found, what is not known of it.
 
     `shown(unit, size)` gives (unit, factor) in which values of that size are shown.

@@ -509,7 +509,7 @@ def _check_support(kind: str, key: str, one: Input) -> None:
         row.type != "integer" or one.whole,
         f"input {key} takes whole numbers; give it the distribution fixed, discrete or empirical with such values",
     )
-    limits = row.bounds.of_physics
+    limits = row.bounds.without_sizes
     if one.has_density:
         low = next((end for end in (limits.above, limits.at_least) if end is not None), -np.inf)
         high = next((end for end in (limits.below, limits.at_most) if end is not None), np.inf)

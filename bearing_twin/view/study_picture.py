@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.base.units import unit_for_people, with_unit
+from bearing_twin.base.units import readable_unit, with_unit
 from bearing_twin.charts.panels import Axis, Band, Line, Panel, Sheet, colour, dashed, figure_of, in_rows, shade
 from bearing_twin.pictures import BALL_COLOURS, STYLE, save
 from bearing_twin.uq.propagation import Derived
@@ -71,7 +71,7 @@ def _exact_of(result: StudyResult) -> dict[str, Derived]:
 
 def unit_of(found) -> tuple[str, float]:
     """(unit, factor into it) in which people read a quantity of a summary, as in the table of the command."""
-    return unit_for_people(found["unit"], size_of(found))
+    return readable_unit(found["unit"], size_of(found))
 
 
 def title_of(name: str) -> str:
@@ -178,7 +178,7 @@ def _history(result, channel) -> Panel:
     ):
         if name in found:
             parts.append(Line(label, time, found[name], look))
-    up = Axis(channel.replace("_", " "), unit, shown=unit_for_people(unit, size))
+    up = Axis(channel.replace("_", " "), unit, shown=readable_unit(unit, size))
     return Panel(f"{title_of(channel)} over time", Axis("time", "s"), up, parts)
 
 
@@ -201,7 +201,7 @@ def _swept(found, name, sweep) -> Panel:
         parts.append(Line("value of the other panels", [place] * 2, [np.nanmin(drawn), np.nanmax(drawn)], look))
     words, unit = SweepInWords(sweep), sweep.get("unit", "1")
     swept = title_of(words.key.rpartition(".")[2]).lower()
-    across = Axis(swept, unit, _is_wide(values), shown=unit_for_people(unit, max(map(abs, values))))
+    across = Axis(swept, unit, _is_wide(values), shown=readable_unit(unit, max(map(abs, values))))
     return Panel(f"{title_of(name)} over the sweep", across, _axis_of(found, name, log=_is_wide(drawn)), parts)
 
 

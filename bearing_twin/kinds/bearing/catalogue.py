@@ -182,7 +182,7 @@ def read_entries(rows, origin: str) -> dict[str, Entry]:
 def entries() -> dict[str, Entry]:
     """The catalogue: every designation with its row, read once; raises SceneError for a file that cannot be used."""
     catalogue: dict[str, Entry] = {}
-    for rows, origin in BEARINGS.every():
+    for rows, origin in BEARINGS.load_all():
         catalogue.update(read_entries(rows, origin))
     return catalogue
 
