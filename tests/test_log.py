@@ -167,8 +167,7 @@ def test_file_and_folder_follow_rosbag2(tmp_path):
     described = tmp_path / "bag" / "metadata.yaml"
     with LogWriter(tmp_path / "bag", SCENE) as log:
         early = yaml.safe_load(described.read_text())["rosbag2_bagfile_information"]
-        for topic, stamp, data in stream():
-            log.write(topic, stamp, data)
+        log.write_messages(stream())
     late = yaml.safe_load(described.read_text())["rosbag2_bagfile_information"]
     write(tmp_path / "run.mcap")
     with (tmp_path / "run.mcap").open("rb") as file:
@@ -316,8 +315,7 @@ def test_every_chunk_and_the_log_tell_their_times_and_counts(tmp_path, monkeypat
 def split_run(path, **limits):
     """A log of the made-up run that is split, with what it holds in one piece."""
     with LogWriter(path, SCENE, safety=Safety(**limits)) as log:
-        for topic, stamp, data in stream():
-            log.write(topic, stamp, data)
+        log.write_messages(stream())
     return sorted(path.glob("*.mcap"), key=lambda file: int(file.stem.rpartition("_")[2]))
 
 

@@ -129,8 +129,7 @@ def test_the_log_of_a_node_may_end_before_its_scene(tmp_path):
     run = simulate(SHORT)
     stream, block = MessageStream(run.scene, choice=run.choice), run.simulation.advance(100)
     with LogWriter(tmp_path / "run.mcap", run.scene, choice_record(run.choice)) as log:
-        for message in (*stream.messages(block), *stream.flush()):
-            log.write(*message)
+        log.write_messages((*stream.messages(block), *stream.flush()))
         log.note_report(run.report.record())
     log = read_log(tmp_path / "run.mcap")
     assert len(list(log)) == 100

@@ -179,7 +179,7 @@ def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypa
 
         monkeypatch.setattr(WatchNode, "get_publishers_info_by_topic", nameless_at_first)
         node = started(executor, WatchNode, port=0, patience=PATIENCE)
-        assert (node._watched, node._place) == ("/replay_node", "/bearing")
+        assert (node._watched, node._namespace) == ("/replay_node", "/bearing")
         replay.declare_parameter("rate", 1.0)
         assert asked(executor, node, "POST", "/command", {"do": "pace", "value": 2.0}) == (200, "2 times real time\n")
         assert replay.get_parameter("rate").value == 2.0

@@ -28,8 +28,9 @@ def thin_log(path, run, blocks):
     """The log of sim_node with full: false."""
     with LogWriter(path, run.scene, choice_record(run.choice), safety=Safety(kept_rate=KEPT_RATE)) as log:
         stream = MessageStream(run.scene, choice=run.choice)
-        for message in (*(one for block in blocks for one in stream.messages(block)), *stream.flush()):
-            log.write(*message)
+        for block in blocks:
+            log.write_messages(stream.messages(block))
+        log.write_messages(stream.flush())
     return path
 
 

@@ -17,7 +17,6 @@ from bearing_twin.base.report import json_text
 from bearing_twin.base.sample import Block, Channel
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.views import View, plain_view
-from bearing_twin.log.raw_log import RawLogWriter
 from bearing_twin.log.run_log import LogWriter, write_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
@@ -230,9 +229,8 @@ def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
     with LogWriter(path, scene, {"law": "hertz", "stepper": "rodas4"}) as log:
         text = "string data"
         number = log.add_topic("/camera/label", "std_msgs/msg/String", text, "", ())
-        RawLogWriter.write_all(log, [(number, 0, 0, b"\0\1\0\0\2\0\0\0a\0")])
-        for message in MessageStream(scene, choice=a_choice()).messages(block):
-            log.write(*message)
+        log.write(number, 0, 0, b"\0\1\0\0\2\0\0\0a\0")
+        log.write_messages(MessageStream(scene, choice=a_choice()).messages(block))
     notes = document_of_log(path)["notes"]
     assert any("/camera/label (std_msgs/msg/String)" in note for note in notes)
     assert not any("samples" in note for note in notes)

@@ -155,15 +155,12 @@ class McapWriter:
         self.counts[self._channels] = 0
         return self._channels
 
-    def write(self, channel: int, log_time: int, publish_time: int, data: bytes) -> None:
-        """Adds one message; raises LogError, with the number of messages in the file, once the file cannot grow.
-
-        A patient file keeps it in memory then, and raises LogError when there is no room in memory either.
-        """
-        self.write_all(((channel, log_time, publish_time, data),))
-
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
-        """`write` for many: (channel, log time, publish time, data) each."""
+        """Adds messages (channel, log time, publish time, data).
+
+        Raises LogError, with the number of messages in the file, once the file cannot grow. A patient file keeps them
+        in memory then, and raises LogError for the first one for which there is no room in memory either.
+        """
         index, pack = self._chunk_index, _MESSAGE.pack
         for channel, log_time, publish_time, data in messages:
             room = self._room

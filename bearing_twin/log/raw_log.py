@@ -266,7 +266,7 @@ class RawLogWriter:
             self._began = log_time
         if "transient_local" in self._topics[topic].metadata.get("offered_qos_profiles", ""):
             self._latched[topic] = (publish_time, bytes(data))
-        self._writer.write(topic, log_time, publish_time, data)
+        self._writer.write_all([(topic, log_time, publish_time, data)])
         if began:
             self._write_bag_file()
 
@@ -360,8 +360,7 @@ class RawLogWriter:
             self._writer.add(record)
         for topic in self._topics.values():
             self._writer.register(topic)
-        for number, (publish_time, data) in self._latched.items():
-            self._writer.write(number, log_time, publish_time, data)
+        self._writer.write_all((number, log_time, *message) for number, message in self._latched.items())
         while self._safety.keep and len(self._done) >= self._safety.keep:
             oldest, _ = self._done.pop(0)
             self._folder.joinpath(oldest.path).unlink(missing_ok=True)

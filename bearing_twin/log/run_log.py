@@ -538,16 +538,12 @@ class LogWriter(RawLogWriter):
             self.__exit__(*sys.exc_info())
             raise
 
-    def write(self, topic: Topic, stamp_ns: int, cdr_bytes: bytes) -> None:
-        """Adds one message as `MessageStream` made it, its stamp as log and publish time.
+    def write_messages(self, messages: Iterable[tuple[Topic, int, bytes]]) -> None:
+        """Adds messages of a `MessageStream`, their stamps as log and publish times.
 
-        Raises LogError, saying what was kept, when the disk is full.
+        Raises LogError, with the number of messages in the file, when the disk is full.
         """
-        self.write_all(((topic, stamp_ns, cdr_bytes),))
-
-    def write_all(self, messages: Iterable[tuple[Topic, int, bytes]]) -> None:
-        """`write` for many."""
-        super().write_all((self._numbers[topic.name], stamp, stamp, data) for topic, stamp, data in messages)
+        self.write_all((self._numbers[topic.name], stamp, stamp, data) for topic, stamp, data in messages)
 
     def note_report(self, report: Mapping[str, object]) -> None:
         """Keeps the run's report (plain numbers and texts) beside date and host."""
@@ -597,10 +593,10 @@ def write_log(run: Run, path: str | PathLike, run_record: bool = True, max_loss:
         try:
             for block in run.blocks():
                 samples += len(block)
-                log.write_all(stream.messages(block))
+                log.write_messages(stream.messages(block))
         finally:
             if not log.problem:
-                log.write_all(stream.flush())
+                log.write_messages(stream.flush())
                 if samples:
                     log.note_report(run.report.record())
                     if state := getattr(run, "state", None):

@@ -17,7 +17,7 @@ from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.messages import burst_profile, interface, qos_profile, stamp
 from bearing_twin.nodes.pacing import Timed
 
-MANY = 500  # topics: what DDS and ROS do for each of so many delays the end of a node and its turns
+MANY = 500  # topics, beyond which the work of DDS and ROS for each delays the turns and the end of a node
 SHARE_SHOWN = 0.5  # of the time, from which on a node that is late says that it publishes
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge no sooner than the next heartbeat of DDS, 3 s apart by default
 DISCOVERY_POLL = 0.02  # s
@@ -56,7 +56,7 @@ class Outlet:
         if problems:
             node.get_logger().warning("; ".join(problems))
         self.published = 0
-        self._node, self._spent, self._asked = node, Counter(), time.monotonic()
+        self._node, self._spent, self._spent_since = node, Counter(), time.monotonic()
 
     @property
     def publishers(self):
@@ -78,7 +78,7 @@ class Outlet:
             self._clock.publish(ClockMessage(clock=stamp(time_ns)))
 
     def deliver(self, message: Timed) -> None:
-        """Publishes a message, if it has been made."""
+        """Publishes a message, unless it has no bytes."""
         publisher = self._publishers.get(message.topic)
         if publisher is not None and message.cdr:
             began = time.perf_counter()
@@ -92,13 +92,13 @@ class Outlet:
         To a process of this machine that is suspended Fast DDS opens shared memory anew for every message.
         """
         spent, self._spent = self._spent, Counter()
-        asked, self._asked = self._asked, time.monotonic()
-        share = spent.total() / (self._asked - asked)
+        begin, self._spent_since = self._spent_since, time.monotonic()
+        share = spent.total() / (self._spent_since - begin)
         if share < SHARE_SHOWN:
             return ""
         [(name, _)] = spent.most_common(1)
         topic = self._publishers[name].topic_name
-        nodes = sorted({peer_name(one.node_name) for one in self._node.get_subscriptions_info_by_topic(topic)})
+        nodes = sorted({peer_name(info.node_name) for info in self._node.get_subscriptions_info_by_topic(topic)})
         advice = f"publish less, or see whether a subscriber is suspended ({', '.join(nodes)})"
         return f"; publishing takes {share:.0%} of the time, most on {topic}: {advice}"
 
@@ -107,8 +107,8 @@ def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = A
     """Waits until reliable subscribers have everything that was published; False if they take longer."""
     end = time.monotonic() + seconds
     for publisher in publishers:
-        left = max(0.0, end - time.monotonic())
-        if not publisher.wait_for_all_acked(Duration(nanoseconds=round(left * 1e9))):
+        remaining = max(0.0, end - time.monotonic())
+        if not publisher.wait_for_all_acked(Duration(nanoseconds=round(remaining * 1e9))):
             return False
     return True
 
@@ -121,20 +121,23 @@ def wait_for_subscribers(
 ) -> None:
     """Waits until each publisher has a subscriber, at most `seconds`, or until `stopping()`.
 
-    Reports a long or vain wait to `say`.
+    A long wait and its failure are reported to `say`.
     """
     if not seconds:
         return
-    begin, said = time.monotonic(), False
-    while not stopping() and (unheard := [one.topic_name for one in publishers if not one.get_subscription_count()]):
-        more = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
-        state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{more}"
+    begin, reported = time.monotonic(), False
+    while not stopping():
+        unheard = [publisher.topic_name for publisher in publishers if not publisher.get_subscription_count()]
+        if not unheard:
+            break
+        remainder = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
+        state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{remainder}"
         waited = time.monotonic() - begin
         if waited > seconds:
             say(f"continues after {seconds:g} s, although {state}")
             return
-        if waited > DISCOVERY_PATIENCE and not said:
-            said = True
+        if waited > DISCOVERY_PATIENCE and not reported:
+            reported = True
             say(f"waiting up to {seconds:g} s for subscribers (discovery); {state}")
         time.sleep(DISCOVERY_POLL)
     time.sleep(DISCOVERY_GRACE)

@@ -89,24 +89,24 @@ class PacedStream(ABC):
         return self._origin_wall + (passed * self.factor.denominator // self.factor.numerator if self.factor else 0)
 
     def pause(self, now: int, paused: bool) -> str:
-        """Holds the stream, or goes on where it was held; pausing twice is as good as once."""
+        """Pauses the stream, or resumes it; pausing twice has no further effect."""
         if self.paused and not paused:
-            self._go_on(now)
+            self._resume(now)
         self.paused = paused
         return f"{'paused' if paused else 'running'} at {self.position_ns * 1e-9:.6f} s"
 
     def set_factor(self, now: int, factor: float | str) -> None:
-        """Changes the pace from here on; a stream that is held stays where it is."""
+        """Changes the pace from now on; a paused stream stays paused."""
         self.factor = _fraction(factor)
         self.resume_at(now)
 
     def resume_at(self, now: int) -> None:
-        """Goes on from where the stream is, at another wall time."""
+        """Continues from the position of the stream at another wall time, unless it is paused."""
         if not self.paused:
-            self._go_on(now)
+            self._resume(now)
 
     def drain(self, until_ns: int | None = None) -> None:
-        """Delivers what was computed ahead, due or not: all of it, or what is stamped up to `until_ns`."""
+        """Delivers messages that were computed ahead, due or not: all, or those stamped up to `until_ns`."""
         self._send(lambda time_ns: until_ns is None or time_ns <= until_ns)
         self.position_ns = max(self.position_ns, until_ns or 0)
 
@@ -115,8 +115,8 @@ class PacedStream(ABC):
 
         Lag beyond GREATEST_LAG was given up, and counts as lag until the next call.
         """
-        before, self._progress = self._progress, (self._running, self._passed, self.given_up_ns)
-        running, passed, given_up = (late - early for late, early in zip(self._progress, before, strict=True))
+        previous, self._progress = self._progress, (self._running, self._passed, self.given_up_ns)
+        running, passed, given_up = (total - before for total, before in zip(self._progress, previous, strict=True))
         return {
             "real_time_factor": passed / running if running > 0 else 0.0,
             "wanted_real_time_factor": float(self.factor) or FASTEST,
@@ -124,8 +124,8 @@ class PacedStream(ABC):
             "given_up_s": self.given_up_ns * 1e-9,
         }
 
-    def _go_on(self, now: int) -> None:
-        # Before the first message is known, its time is not: a log may begin at any.
+    def _resume(self, now: int) -> None:
+        # The time of the first message is not known before it has been read: a log may begin at any.
         if self._started or self._pending or self.position_ns:
             self._start(now)
 
@@ -151,20 +151,20 @@ class PacedStream(ABC):
 
     def _send(self, goes_out: Callable[[int], bool]) -> bool:
         """Delivers messages from the first on while their times go out; returns whether one did."""
-        going, asked_ns = [], None  # one decision for all messages of an instant
+        outgoing, asked_ns = [], None  # one decision for all messages of an instant
         while self._pending:
             time_ns = self._pending[0].time_ns
             if time_ns != asked_ns and not goes_out(time_ns):
                 break
             asked_ns = time_ns
-            going.append(self._pending.popleft())
+            outgoing.append(self._pending.popleft())
             self.position_ns = max(self.position_ns, time_ns)
-        if going and self.position_ns != self._ticked:
+        if outgoing and self.position_ns != self._ticked:
             self._ticked = self.position_ns
             self.tick(self.position_ns)
-        for message in going:
+        for message in outgoing:
             self.deliver(message)
-        return bool(going)
+        return bool(outgoing)
 
 
 def _fraction(factor: float | str) -> Fraction:
@@ -227,18 +227,18 @@ class Worker:
         return not self._thread.is_alive()
 
     def _run(self) -> None:
-        failure, left = None, 0.0
+        failure, wait_s = None, 0.0
         try:
             self._prepare()
             while not self.stopping:
                 with suppress(queue.Empty):
-                    self._obey(*self._commands.get(timeout=min(left, self._longest)))
+                    self._execute(*self._commands.get(timeout=min(wait_s, self._longest)))
                     while not self.stopping:
-                        self._obey(*self._commands.get_nowait())
+                        self._execute(*self._commands.get_nowait())
                 if self.stopping:
                     break
                 wake_at = self._turn(self._clock())
-                left = math.inf if wake_at is None else max(0, wake_at - self._clock()) * 1e-9
+                wait_s = math.inf if wake_at is None else max(0, wake_at - self._clock()) * 1e-9
         except Exception as error:
             failure = error
         with self._posting:
@@ -250,7 +250,7 @@ class Worker:
                     future.set_exception(RuntimeError(ENDED))
         self._ended(failure)
 
-    def _obey(self, future: Future, command: Callable, arguments: tuple) -> None:
+    def _execute(self, future: Future, command: Callable, arguments: tuple) -> None:
         if future.set_running_or_notify_cancel():
             try:
                 future.set_result(command(self._clock(), *arguments))

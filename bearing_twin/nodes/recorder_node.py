@@ -53,10 +53,10 @@ MIXED = 2  # steps back while there are several publishers: one is a node starte
 
 
 class RecordedTopic:
-    """A topic by its `number` in the log, and what is known of messages that never arrived.
+    """A topic by its `number` in the log, with counts of messages that were not received.
 
-    `before`: messages sent before the first that came. `lost`: those between, while they can be `counted`: by the
-    numbers of one publisher that has not begun again. `mixed`: steps back of outputs while `several` published.
+    `before`: messages sent before the first that was received. `lost`: those between, while they can be `counted`: by
+    the numbers of one publisher that has not started again. `mixed`: steps back of outputs while `several` published.
     """
 
     def __init__(self, name: str, number: int, ros_type: str):
@@ -66,7 +66,7 @@ class RecordedTopic:
         self._next: int | None = None
 
     def note_numbers(self, numbers: Iterable[int | None]) -> None:
-        """Notes the numbers of messages that came, from 1 on; None where the middleware does not tell."""
+        """Notes the numbers of received messages, from 1 on; None where the middleware does not number them."""
         for number in numbers:
             if number is None or (self._next is not None and number < self._next):
                 self.counted = False
@@ -134,10 +134,10 @@ class Recording:
         data: Sequence[bytes],
         sent_numbers: Sequence[int | None],
     ) -> None:
-        """Logs messages of one topic as they came, and counts what was lost before them.
+        """Logs messages of one topic as received, and counts those that were lost before them.
 
-        `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not tell. What is
-        sent as a SampleBlock and is none, or is larger than LARGEST_MESSAGE, for anybody may send, is counted as
+        `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not number them.
+        A malformed SampleBlock, or a message larger than LARGEST_MESSAGE, for anybody may send, is counted as
         `unreadable` and not logged: no reader would get past it.
         """
         with self._lock:
@@ -146,10 +146,10 @@ class Recording:
             recorded = self.topics[topic]
             messages = list(zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False))
             if recorded.ros_type in NUMBERED or max(map(len, data), default=0) > LARGEST_MESSAGE:
-                found = [_range_or_none(one, recorded.ros_type) for one in data]
-                for one in filter(None, found):
-                    recorded.note_outputs(*one)
-                messages = [message for message, one in zip(messages, found, strict=True) if one]
+                ranges = [_readable_range(content, recorded.ros_type) for content in data]
+                for numbers in filter(None, ranges):
+                    recorded.note_outputs(*numbers)
+                messages = [message for message, numbers in zip(messages, ranges, strict=True) if numbers]
             self.log.write_all(messages)
             self.messages += len(messages)
             self.unreadable += len(data) - len(messages)
@@ -157,7 +157,7 @@ class Recording:
 
     def summary(self) -> str:
         """Messages, size and losses in one line."""
-        lost = sum(self.status()[f"messages_{what}"] for what in ("lost", "dropped", "unreadable"))
+        lost = sum(self.status()[f"messages_{loss}"] for loss in ("lost", "dropped", "unreadable"))
         return f"{self.log.path}: {self.messages} messages, {decimal(self.log.bytes)}, {lost} lost"
 
     def note_losses(self) -> None:
@@ -177,17 +177,17 @@ class Recording:
         Messages are dropped while the disk is full; those that no reader takes are unreadable.
         """
         with self._lock:
-            topics = sorted(self.topics.values(), key=lambda one: one.name)
+            topics = sorted(self.topics.values(), key=lambda topic: topic.name)
         return {
             "topics": len(topics),
             "messages": self.messages,
-            "messages_lost": sum(one.lost for one in topics),
-            "messages_before": sum(one.before for one in topics if one.counted),
+            "messages_lost": sum(topic.lost for topic in topics),
+            "messages_before": sum(topic.before for topic in topics if topic.counted),
             "messages_dropped": self.log.dropped,
             "messages_unreadable": self.unreadable,
-            "lost_on": " ".join(one.name for one in topics if one.lost),
-            "uncounted": " ".join(one.name for one in topics if not one.counted),
-            "mixed": " ".join(one.name for one in topics if one.mixed >= MIXED),
+            "lost_on": " ".join(topic.name for topic in topics if topic.lost),
+            "uncounted": " ".join(topic.name for topic in topics if not topic.counted),
+            "mixed": " ".join(topic.name for topic in topics if topic.mixed >= MIXED),
         }
 
     def close(self) -> None:
@@ -220,7 +220,7 @@ def warning_of(status: dict) -> str:
     return ""
 
 
-def _range_or_none(data: bytes, ros_type: str) -> tuple[int, int] | None:
+def _readable_range(data: bytes, ros_type: str) -> tuple[int, int] | None:
     """First number and count of outputs or records, None of what has none or is too large; of other types (0, 0)."""
     if len(data) > LARGEST_MESSAGE:
         return None
@@ -235,8 +235,8 @@ def default_topics(namespace: str = "/") -> list[str]:
 
     A recorder that stands in none logs the namespaces of all kinds of scenes.
     """
-    own = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
-    return [*(f"{one}/*" for one in own), *FRAMES]
+    namespaces = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
+    return [*(f"{name}/*" for name in namespaces), *FRAMES]
 
 
 class PolledGroup(CallbackGroup):
@@ -256,8 +256,8 @@ def waiting_messages(subscription: Subscription) -> Iterator[tuple[bytes, dict]]
     """Every message that waits, as bytes, with its information from the middleware."""
     handle, message = subscription.handle, subscription.msg_type
     with suppress(InvalidHandle), handle:
-        while (found := handle.take_message(message, True)) is not None:
-            yield found
+        while (taken := handle.take_message(message, True)) is not None:
+            yield taken
 
 
 def is_topic(name: str) -> bool:
@@ -275,26 +275,26 @@ class RecorderNode(BaseNode):
         super().__init__("recorder_node", "recording", **options)
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
-        self._topics = [one for one in values["topics"] if one] or default_topics(self.get_namespace())
+        self._topics = [pattern for pattern in values["topics"] if pattern] or default_topics(self.get_namespace())
         prefixes = map(Path, filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)))
         self.recording = Recording(path, self._topics, prefixes, safety_of(values))
         self.get_logger().info(f"log: {path}")
         self._by_ros_time = self.get_parameter("use_sim_time").value
         self._refused, self._warned = set(), ""
         self._subscribed: dict[str, Subscription] = {}
-        self._taking = threading.Lock()
+        self._lock = threading.Lock()
         period = SIM_TIME_PERIOD if self._by_ros_time else TAKE_PERIOD
         self._period = min(period, values["max_loss"])  # what waits is lost in a crash too
-        self._aside, self._stopping = PolledGroup(), threading.Event()
-        self._taker = threading.Thread(target=self._take, name="take", daemon=True)
-        self._taker.start()
+        self._polled, self._stopping = PolledGroup(), threading.Event()
+        self._poller = threading.Thread(target=self._poll_messages, name="take", daemon=True)
+        self._poller.start()
         self.every(DISCOVERY_PERIOD, self._on_discovery)
         self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics)
 
     def close(self) -> None:
         """Completes the log; may be called twice. To have recorded nothing is a failure."""
         self._stopping.set()
-        self._taker.join()
+        self._poller.join()
         if not self.recording.closed:
             self.recording.close()
             self.get_logger().info(self.recording.summary())
@@ -307,8 +307,8 @@ class RecorderNode(BaseNode):
     @guarded
     def _on_discovery(self):
         for name, types in self.get_topic_names_and_types():
-            wanted = name not in self._refused and is_topic(name) and self.recording.wants(name)
-            if wanted and (publishers := self.get_publishers_info_by_topic(name)):
+            is_new = name not in self._refused and is_topic(name) and self.recording.wants(name)
+            if is_new and (publishers := self.get_publishers_info_by_topic(name)):
                 self._subscribe(name, types, publishers)
         for name, subscription in list(self._subscribed.items()):
             if self.count_publishers(name) > subscription.get_publisher_count():  # one that may not be compatible
@@ -330,43 +330,45 @@ class RecorderNode(BaseNode):
 
     def _subscribe_again(self, name: str, subscription: Subscription) -> None:
         """Replaces a subscription with which a later publisher is not compatible, as it offers less than the first."""
-        profiles = [one.qos_profile for one in self.get_publishers_info_by_topic(name)]
-        if all(qos_check_compatible(one, subscription.qos_profile)[0] != QoSCompatibility.ERROR for one in profiles):
+        profiles = [publisher.qos_profile for publisher in self.get_publishers_info_by_topic(name)]
+        if all(
+            qos_check_compatible(profile, subscription.qos_profile)[0] != QoSCompatibility.ERROR for profile in profiles
+        ):
             return
-        with self._taking:
+        with self._lock:
             self._log(name, subscription)
             self.destroy_subscription(subscription)
             self._listen(name, subscription.msg_type, profiles)
         self.get_logger().warning(f"{name}: a later publisher offers a lower quality of service; subscribed again")
 
     def _listen(self, name: str, message: type, profiles) -> None:
-        options = {"raw": True, "callback_group": self._aside}
+        options = {"raw": True, "callback_group": self._polled}
         quality = compatible_profile(profiles, DEPTH)
         self._subscribed[name] = self.create_subscription(message, name, lambda message: None, quality, **options)
 
     # In the thread that takes messages
 
-    def _take(self) -> None:
+    def _poll_messages(self) -> None:
         """Takes what has come, topic by topic, until the node closes, and what came last."""
         stopping = False
         while not stopping:
             stopping = self._stopping.wait(self._period)
-            with self._taking:
+            with self._lock:
                 for name, subscription in list(self._subscribed.items()):
                     self._log(name, subscription)
 
     def _log(self, topic: str, subscription: Subscription) -> None:
-        found = list(waiting_messages(subscription))
-        if not found:
+        taken = list(waiting_messages(subscription))
+        if not taken:
             return
         try:
             if self.recording.topics[topic].ros_type in NUMBERED:  # outputs of several publishers mix
                 self.recording.publishers(topic, subscription.get_publisher_count())
             now = self.get_clock().now().nanoseconds  # with use_sim_time 0 before the first /clock
-            received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in found]
-            sent = [info["source_timestamp"] or known for (_, info), known in zip(found, received, strict=True)]
-            numbers = [info.get("publication_sequence_number") for _, info in found]
-            self.recording.receive_all(topic, received, sent, [data for data, _ in found], numbers)
+            received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in taken]
+            sent = [info["source_timestamp"] or known for (_, info), known in zip(taken, received, strict=True)]
+            numbers = [info.get("publication_sequence_number") for _, info in taken]
+            self.recording.receive_all(topic, received, sent, [data for data, _ in taken], numbers)
         except Exception as error:  # it would end the thread in silence
             self.fail(error)
 

@@ -49,9 +49,9 @@ def renamed_topics(names: Collection[str], namespace: str = "") -> dict[str, str
     """
     homes = {name.rpartition("/")[0] for name in names if name.endswith("/samples")}
     home = homes.pop() + "/" if len(homes) == 1 else "/"
-    place = namespace.strip("/")
+    prefix = namespace.strip("/")
     return {
-        name: f"/{place}/{name.removeprefix(home).lstrip('/')}" if place and name not in GLOBAL else name
+        name: f"/{prefix}/{name.removeprefix(home).lstrip('/')}" if prefix and name not in GLOBAL else name
         for name in names
     }
 
@@ -72,10 +72,10 @@ def logged_topics(path) -> tuple[dict[str, ReplayTopic], list[str]]:
     reader = LogReader(path, unfinished=True)
     topics: dict[str, ReplayTopic] = {}
     notes, omitted = reader.notes, []
-    for one in reader.topics:
-        name, ros_type, said = one.name, one.ros_type, one.metadata
-        logged_hash = said.get("topic_type_hash", "")
-        if one.foreign or (name in topics and topics[name].ros_type == ros_type):
+    for channel in reader.topics:
+        name, ros_type, metadata = channel.name, channel.ros_type, channel.metadata
+        logged_hash = metadata.get("topic_type_hash", "")
+        if channel.foreign or (name in topics and topics[name].ros_type == ros_type):
             continue
         if name in topics:
             omitted.append(
@@ -87,7 +87,7 @@ def logged_topics(path) -> tuple[dict[str, ReplayTopic], list[str]]:
                 "version of bearing_twin that wrote it"
             )
         else:
-            topics[name] = ReplayTopic(ros_type, offered_qos(said.get("offered_qos_profiles", "")))
+            topics[name] = ReplayTopic(ros_type, offered_qos(metadata.get("offered_qos_profiles", "")))
     if not topics and omitted:
         raise LogError(omitted[-1])
     if not topics:
@@ -98,8 +98,8 @@ def logged_topics(path) -> tuple[dict[str, ReplayTopic], list[str]]:
 def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedMessage]:
     """The last message of each of these topics before `start_ns` nanoseconds after the log's first; raises LogError."""
     reader = LogReader(path, unfinished=True)
-    found = {one.topic.name: one for one in reader.messages(topics, until_ns=reader.first_ns + start_ns)}
-    return sorted(found.values(), key=lambda one: one.log_time)
+    latest = {message.topic.name: message for message in reader.messages(topics, until_ns=reader.first_ns + start_ns)}
+    return sorted(latest.values(), key=lambda message: message.log_time)
 
 
 class ReplayLoop(PacedStream):
@@ -127,21 +127,21 @@ class ReplayLoop(PacedStream):
         self.rounds = 0
         self._path, self._start_ns, self._loop = path, start_ns, loop
         self._messages = self._read()
-        self._first_ns, self._last_ns, self._turned = None, 0, 0
+        self._first_ns, self._last_ns, self._last_turn = None, 0, 0
 
     def turn(self, now: int) -> int | None:
         """`PacedStream.turn`; simulation time has not begun at 0, and where it goes back the replay goes on."""
-        if now < self._turned:
+        if now < self._last_turn:
             self.resume_at(now)
-        self._turned = now
+        self._last_turn = now
         return super().turn(now) if now else now
 
     def _read(self) -> Iterator[Timed]:
         latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
         before = latest_messages(self._path, self._start_ns, latched) if self._start_ns else []
         for topic, log_time, _, data in raw_messages(self._path, self._start_ns, unfinished=True):
-            for one in before:
-                yield from self._renamed(one.topic, log_time, one.data)
+            for message in before:
+                yield from self._renamed(message.topic, log_time, message.data)
             before = ()
             yield from self._renamed(topic, log_time, data)
 
@@ -163,8 +163,8 @@ class ReplayLoop(PacedStream):
         if not self._loop:
             return None
         if (span_ns := self._last_ns - self._first_ns) < SHORTEST_ROUND_NS:
-            said = f"{start} covers {span_ns * 1e-9:g} s, too little for `loop`"
-            raise LogError(f"{said}: omit `loop`, or lower `start`")
+            problem = f"{start} covers {span_ns * 1e-9:g} s, too little for `loop`"
+            raise LogError(f"{problem}: omit `loop`, or lower `start`")
         self._messages = self._read()
         self.restart()
         return []
@@ -184,9 +184,9 @@ class ReplayNode(BaseNode):
         by_ros_time = self.get_parameter("use_sim_time").value
         if by_ros_time and values["publish_clock"]:
             raise BearingTwinError("with use_sim_time the replay follows /clock, so it cannot publish_clock: unset one")
-        place, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
+        prefix, start_ns = self.get_namespace().strip("/"), round(values["start"] * 1e9)
         deliver = lambda message: self._outlet.deliver(message)  # noqa: E731  (its topics are those of the loop)
-        self.loop = loop = ReplayLoop(values["log"], deliver, values["rate"], start_ns, values["loop"], place)
+        self.loop = loop = ReplayLoop(values["log"], deliver, values["rate"], start_ns, values["loop"], prefix)
         for sentence in loop.notes:
             self.get_logger().warning(sentence)
         topics = ((name, topic.ros_type, topic.qos) for name, topic in loop.topics.items())
@@ -198,8 +198,8 @@ class ReplayNode(BaseNode):
             self.every(CLOCK_PERIOD, self._on_clock)
         self.get_logger().info(f"{values['log']}: {len(outlet.publishers)} topics")
         stopping = lambda: self.worker.stopping  # noqa: E731
-        said = self.get_logger().info
-        wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], said, stopping)
+        log_info = self.get_logger().info
+        wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], log_info, stopping)
         clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
         self.worker = Worker(self._turn, wait, self._ended, clock)
         self.worker.start()

@@ -124,20 +124,20 @@ def start_values(options: dict[str, Any]) -> tuple[dict[str, Any], Scene]:
     Parameters are handed to a node by its full name, so temporary nodes read them in the namespace of each kind
     until one has its scene. A namespace of the user's is the same for all of them.
     """
-    found = None
+    start: dict[str, Any] | None = None
     for namespace in dict.fromkeys(kind.namespace for kind in KINDS.values()):
         quiet = {"start_parameter_services": False, "enable_rosout": False}
-        asking = Node(NAME, **{"namespace": namespace} | options | quiet)
+        temporary = Node(NAME, **{"namespace": namespace} | options | quiet)
         try:
-            given = parameter_overrides(asking)
-            values, own = parameter_values(asking, PARAMETERS), asking.get_namespace()
+            has_scene = "scene" in parameter_overrides(temporary)
+            values, actual_namespace = parameter_values(temporary, PARAMETERS), temporary.get_namespace()
         finally:
-            asking.destroy_node()
-        if found is None or "scene" in given:
-            found = values
-        if "scene" in given or own != namespace:
+            temporary.destroy_node()
+        if start is None or has_scene:
+            start = values
+        if has_scene or actual_namespace != namespace:
             break
-    return found, scene_of(found)
+    return start, scene_of(start)
 
 
 def scene_of(values: dict[str, Any]) -> Scene:
@@ -168,13 +168,13 @@ class SimNode(BaseNode):
     def __init__(self, **options):
         # Fast DDS can block for ever where the last node of a process ends: this one is there until ours is.
         bare = {"use_global_arguments": False, "start_parameter_services": False, "enable_rosout": False}
-        other = Node(f"{NAME}_starting", context=options.get("context"), **bare)
+        placeholder = Node(f"{NAME}_starting", context=options.get("context"), **bare)
         try:
             values, scene = start_values(options)
             kind = KINDS[scene.kind]
             super().__init__(NAME, "simulation", **{"namespace": kind.namespace} | options)
         finally:
-            other.destroy_node()
+            placeholder.destroy_node()
         declare(self, PARAMETERS, values, self._on_change)
         if values["log"]:
             refuse_existing(values["log"])
@@ -186,19 +186,19 @@ class SimNode(BaseNode):
         self._safety = safety_of(values | {"full": True} if kind.brief else values)
         self._halt, self._started = Halt(), time.monotonic()
         self.loop: SimulationLoop | None = None  # made in the worker's thread: the start of a run may take seconds
-        self._doing = "preparing"
+        self._activity = "preparing"
         self._commands = Commands(round(values["load_timeout"] * 1e9), values["frame_prefix"])
         self._serve(kind)
         own_end_ns = (scene.outputs - 1) * scene.output_period_ns if kind.brief else 0
         self._duration_ns = math.ceil(values["duration"] * 1e9) or own_end_ns
-        for late in unreached_keys(scene, 1e-9 * self._duration_ns or float("inf")):
-            self.get_logger().warning(late)
+        for sentence in unreached_keys(scene, 1e-9 * self._duration_ns or float("inf")):
+            self.get_logger().warning(sentence)
         self.worker = Worker(self._turn, self._prepare, self._ended)
         self.worker.start()
 
     def _serve(self, kind: Kind) -> None:
         """Creates services, subscriptions and timers."""
-        quick, slow, others = (MutuallyExclusiveCallbackGroup() for _ in range(3))
+        quick, slow, background = (MutuallyExclusiveCallbackGroup() for _ in range(3))
         offered = [
             (SetBool, "~/pause", self._on_pause, quick),
             (Trigger, "~/reset", self._on_reset, slow),
@@ -210,10 +210,10 @@ class SimNode(BaseNode):
             self.create_service(ros_type, name, answer, qos_profile=SERVICE, callback_group=group)
         for command in kind.commands():
             take, ros_type = partial(self._on_command, command), interface(command.ros_type, "msg")
-            self.create_subscription(ros_type, command.name, take, qos_profile(Qos()), callback_group=others)
-        self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics, others)
+            self.create_subscription(ros_type, command.name, take, qos_profile(Qos()), callback_group=background)
+        self.every(DIAGNOSTICS_PERIOD, self._on_diagnostics, background)
         if self._outlet.has_clock:
-            self.every(CLOCK_PERIOD, self._on_clock, others)
+            self.every(CLOCK_PERIOD, self._on_clock, background)
 
     def close(self) -> None:
         """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
@@ -229,7 +229,7 @@ class SimNode(BaseNode):
     def _prepare(self) -> None:
         values, scene = self._values, self._scene
         simulation = Simulation(scene, self._halt)
-        self._doing = "waiting for subscribers"
+        self._activity = "waiting for subscribers"
         stopping = lambda: self.worker.stopping  # noqa: E731
         wait_for_subscribers(self._outlet.publishers, values["discovery"], self.get_logger().info, stopping)
         if stopping():
@@ -246,7 +246,7 @@ class SimNode(BaseNode):
             round(1e9 / scene.parameters.run.publish_rate),
         )
         loop.tick, loop.paused = self._outlet.tick, values["start_paused"]
-        self.loop, self._doing = loop, "computing"
+        self.loop, self._activity = loop, "computing"
         choice = simulation.choice
         self.get_logger().info(
             f"{scene.name} by {choice.law} and {choice.stepper}, ready after {self._seconds():.1f} s"
@@ -311,20 +311,20 @@ class SimNode(BaseNode):
         if self.loop is not None and time.monotonic_ns() >= self.loop.obeys_at:
             self._halt.interrupt()
 
-    def _ask(self, work: Callable, *arguments, urgent: bool = False) -> Any:
+    def _execute(self, work: Callable, *arguments, urgent: bool = False) -> Any:
         """What `work(now, *arguments)` returns, called by the worker; raises BearingTwinError if that takes long.
 
         What is `urgent` interrupts the computation under way, whatever that has cost.
         """
         future = self.worker.post(work, *arguments)
         end = time.monotonic() + (COMMAND_TIMEOUT if self.loop is not None else 0.0)
-        while not future.done() and (left := end - time.monotonic()) > 0.0:
+        while not future.done() and (remaining := end - time.monotonic()) > 0.0:
             if urgent:
                 self._halt.interrupt(always=True)
-            wait([future], timeout=min(left, INTERRUPT_PERIOD))
+            wait([future], timeout=min(remaining, INTERRUPT_PERIOD))
         if not future.done() and future.cancel():
             raise BearingTwinError(
-                f"the node is still {self._doing} ({self._seconds():.0f} s so far); ask again when /diagnostics "
+                f"the node is still {self._activity} ({self._seconds():.0f} s so far); ask again when /diagnostics "
                 "says that it runs or is paused"
             )
         return future.result()
@@ -342,20 +342,20 @@ class SimNode(BaseNode):
 
     @guarded
     def _on_reset(self, request, response):
-        response.message = self._ask(lambda now: self.loop.reset(now), urgent=True)
+        response.message = self._execute(lambda now: self.loop.reset(now), urgent=True)
         response.success = True
         return response
 
     @guarded
     def _on_step(self, request, response):
         response.time_ns = self._time_ns
-        response.message = self._ask(lambda now: self.loop.step(now, request.duration))
+        response.message = self._execute(lambda now: self.loop.step(now, request.duration))
         response.time_ns, response.success = self._time_ns, True
         return response
 
     @guarded
     def _on_stiffness(self, request, response):
-        sample, point = self._ask(lambda now: self.loop.operating_point(now), urgent=True)
+        sample, point = self._execute(lambda now: self.loop.operating_point(now), urgent=True)
         frame = f"{self._values['frame_prefix']}{KINDS[self._scene.kind].frame}"
         return fill_stiffness(response, sample, point, frame)
 
@@ -365,9 +365,9 @@ class SimNode(BaseNode):
             self.worker.post(lambda now: self.loop.set_factor(now, value))
             return
         scene = scene_of(self._values | {name: value})
-        if [one.full_name for one in topics(scene)] != [one.full_name for one in topics(self._scene)]:
+        if [topic.full_name for topic in topics(scene)] != [topic.full_name for topic in topics(self._scene)]:
             raise BearingTwinError("that changes the topics: start a new node")
-        self._ask(self._change, scene, urgent=True)
+        self._execute(self._change, scene, urgent=True)
 
     # Diagnostics
 
@@ -391,14 +391,14 @@ class SimNode(BaseNode):
 
     def _report(self) -> None:
         if self.loop is None:
-            self._publish_status(OK, self._doing, {"elapsed_s": self._seconds()})
+            self._publish_status(OK, self._activity, {"elapsed_s": self._seconds()})
             return
         slow, message, numbers = self.loop.status(time.monotonic_ns())
         held_up_by = self._outlet.slow_topic()
         if slow:
             message += held_up_by
-            said = f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate"
-            self.get_logger().warning(said, once=True)
+            sentence = f"{message}; see /diagnostics, or lower real_time_factor or run.output_rate"
+            self.get_logger().warning(sentence, once=True)
         listeners = min(publisher.get_subscription_count() for publisher in self._outlet.publishers)
         numbers |= {"messages": self._outlet.published, "least_subscribers": listeners, "logs": self._logs}
         warning = self.loop.warning()

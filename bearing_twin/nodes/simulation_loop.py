@@ -82,8 +82,8 @@ class Commands:
         """A stale load, and refusals since the last call; "" if nothing."""
         new, self._reported = self.counts["refused"] - self._reported, self.counts["refused"]
         stale = f"command/load is stale, {self._timeout * 1e-9:g} s without another: the scene's load acts"
-        said = stale if self._stale else "", f"{new} refused, the last: {self._last}" if new else ""
-        return "; ".join(filter(None, said))
+        sentences = stale if self._stale else "", f"{new} refused, the last: {self._last}" if new else ""
+        return "; ".join(filter(None, sentences))
 
     def numbers(self) -> dict[str, object]:
         """For diagnostics."""
@@ -196,13 +196,13 @@ class SimulationLoop(PacedStream):
             self.commands.carry_out(self.obey)
 
     def status(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
-        """Failure to keep up, state, and numbers since the last look; from any thread.
+        """Failure to keep up, state, and numbers since the last call; from any thread.
 
         `now` is the wall time [ns], by which outputs that are computed meanwhile may be late.
         """
         requested, numbers, slow = float(self.factor), self.progress(), False
-        factor, late = numbers["real_time_factor"], self._late_s(now)
-        numbers["lag_s"] = max(numbers["lag_s"], late)
+        factor, lateness = numbers["real_time_factor"], self._late_s(now)
+        numbers["lag_s"] = max(numbers["lag_s"], lateness)
         if self.failure:
             message = f"{self.failure}; the node waits for ~/reset"
         elif self.paused:
@@ -211,7 +211,7 @@ class SimulationLoop(PacedStream):
             message = "waiting for the next start"
         elif not self._started:
             message = "computing the first outputs"
-        elif late > LAG_SHOWN or (numbers["lag_s"] > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested):
+        elif lateness > LAG_SHOWN or (numbers["lag_s"] > LAG_SHOWN and 0.0 < factor < SHORTFALL * requested):
             slow = True
             message = f"cannot keep up: {factor:.3g} of {requested:g} times real time, {numbers['lag_s']:.3g} s behind"
         else:
@@ -240,21 +240,21 @@ class SimulationLoop(PacedStream):
 
     def warning(self) -> str:
         """A model outside its range or a doubtful run, and what `commands` warns of; "" if nothing."""
-        status, said = str(self._errors.get("status", "")), ""
+        status, model = str(self._errors.get("status", "")), ""
         if self.simulation.choice.outside:  # also before the run is judged
-            said = "a model runs outside its range"
+            model = "a model runs outside its range"
         elif not self.failure and status.startswith(("doubtful", "failed")):
-            said = f"the run is {status}"
-        return "; ".join(filter(None, (said, self.commands.warning())))
+            model = f"the run is {status}"
+        return "; ".join(filter(None, (model, self.commands.warning())))
 
     # Commands; those of a kind name a method of the simulation
 
     def obey(self, command: Command, message) -> None:
         """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
-        given, frame = getattr(message, "header", None), f"{self.commands.prefix}{command.frame}"
+        header, frame = getattr(message, "header", None), f"{self.commands.prefix}{command.frame}"
         try:
-            if given is not None and given.frame_id not in ("", frame):
-                raise BearingTwinError(f"its frame is {echo(given.frame_id)}, and must be {frame}")
+            if header is not None and header.frame_id not in ("", frame):
+                raise BearingTwinError(f"its frame is {echo(header.frame_id)}, and must be {frame}")
             order, *arguments = command.order(message)
             if order == "set_speed":
                 check_speed(*arguments)
@@ -352,15 +352,11 @@ class SimulationLoop(PacedStream):
         return self._messages(self._stream.messages(block, subscribed), self._log)
 
     def _messages(self, messages, log) -> list[Timed]:
-        """The messages that are made; where the last is not, its time alone, for the stream goes so far."""
-        batch, last = [], None
-        for topic, stamp_ns, cdr in messages:
-            if log is not None:
-                log.write(topic, stamp_ns, cdr)
-            last = Timed(stamp_ns, topic.name, cdr)
-            if cdr:
-                batch.append(last)
-        return batch if last is None or last.cdr else [*batch, last]
+        """The messages that have bytes, and the last one in any case, as its time is the end of the stream so far."""
+        if log is not None:
+            log.write_messages(messages)
+        batch = [Timed(stamp_ns, topic.name, cdr) for topic, stamp_ns, cdr in messages]
+        return [message for message in batch if message.cdr or message is batch[-1]]
 
 
 def check_speed(speed: float) -> None:
@@ -372,6 +368,7 @@ def check_speed(speed: float) -> None:
 def errors_of(report) -> dict[str, float | str]:
     """The status of a report for diagnostics, with the error of each requested output and the horizon."""
     requested = report.errors.get("wanted_errors", {})
-    known = {f"{output}_error": one["error"] for output, one in requested.items() if one["error"] is not None}
+    errors = {output: estimate["error"] for output, estimate in requested.items()}
+    known = {f"{output}_error": error for output, error in errors.items() if error is not None}
     until = {"horizon_s": report.errors["horizon_s"]} if "horizon_s" in report.errors else {}
     return {"status": report.status, **known, **until}

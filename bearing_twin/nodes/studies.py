@@ -81,9 +81,9 @@ def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
     """
     if len(goal.study) > LONGEST_TEXT:
         raise StudyError(f"the study has {len(goal.study)} characters, more than {LONGEST_TEXT}; put it into a file")
-    if len(goal.overrides) > MOST_OVERRIDES or any(len(one) > LONGEST_OVERRIDE for one in goal.overrides):
+    if len(goal.overrides) > MOST_OVERRIDES or any(len(override) > LONGEST_OVERRIDE for override in goal.overrides):
         raise StudyError(f"overrides must be at most {MOST_OVERRIDES}, each of {LONGEST_OVERRIDE} characters at most")
-    overrides = [one for one in goal.overrides if one]
+    overrides = [override for override in goal.overrides if override]
     overrides += [f"{key}={value}" for key, value in (("samples", goal.samples), ("seed", goal.seed)) if value]
     text = goal.study.strip()
     with restrict_reading(folders, "the folders of the node's parameter study_folders"):
@@ -131,25 +131,25 @@ class StudyLimits(NamedTuple):
                 f"study {study.name} would need {needed:.3g} B, more than the node's parameter memory = "
                 f"{self.memory:.3g} B; request fewer samples, histories or history_points"
             )
-        most = self.workers or processor_count()
-        workers = min(study.settings.workers or most, most)
+        limit = self.workers or processor_count()
+        workers = min(study.settings.workers or limit, limit)
         return dataclasses.replace(study, settings=dataclasses.replace(study.settings, workers=workers))
 
     def refuse_full(self, folder: Path) -> None:
         """Raises LogError where the logs in `folder` take more than `log_quota`."""
-        there = sum(path.stat().st_size for path in folder.glob("*.mcap"))
-        if self.log_quota and there > self.log_quota:
+        size = sum(path.stat().st_size for path in folder.glob("*.mcap"))
+        if self.log_quota and size > self.log_quota:
             raise LogError(
-                f"the logs in {folder} take {there:.3g} B, more than the node's parameter log_quota = "
+                f"the logs in {folder} take {size:.3g} B, more than the node's parameter log_quota = "
                 f"{self.log_quota:.3g} B; move some away"
             )
 
 
 def refuse_unwritable(folder: Path) -> None:
     """Raises LogError where `folder` cannot be made, or takes no file."""
-    there = next(one for one in (folder, *folder.absolute().parents) if one.exists())
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     try:
-        with tempfile.TemporaryFile(dir=there):
+        with tempfile.TemporaryFile(dir=existing):
             pass
     except OSError as error:
         raise LogError(

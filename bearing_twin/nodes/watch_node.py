@@ -48,7 +48,7 @@ def vector_of(command: Mapping[str, Any], key: str) -> tuple[float, float, float
     value = command.get(key)
     if not isinstance(value, list) or len(value) != 3:
         raise BearingTwinError(f"{key} must be three numbers")
-    return tuple(number_of({key: one}, key) for one in value)
+    return tuple(number_of({key: component}, key) for component in value)
 
 
 PARAMETERS = (
@@ -78,11 +78,11 @@ class WatchNode(BaseNode):
         values = declare(self, PARAMETERS)
         self.server = PageServer(self, values["host"], values["port"])  # raises before the wait where the port is taken
         try:
-            self._watched, samples = self._found(values["node"], values["patience"])
+            self._watched, samples = self._select_node(values["node"], values["patience"])
         except BearingTwinError:
             self.server.server_close()
             raise
-        self._place = place = samples.removesuffix(SAMPLES)
+        self._namespace = namespace = samples.removesuffix(SAMPLES)
         self._run: LiveRun | None = None
         self._described, self._refused = threading.Event(), ""
         self._shown, self._requested = threading.Event(), -REQUESTED_FOR
@@ -92,9 +92,9 @@ class WatchNode(BaseNode):
         self._pause = self.create_client(SetBool, f"{self._watched}/pause", **clients)
         self._reset = self.create_client(Trigger, f"{self._watched}/reset", **clients)
         self._set = self.create_client(SetParameters, f"{self._watched}/set_parameters", **clients)
-        self._speed = self.create_publisher(Float64, f"{place}/command/speed", qos_profile(Qos()))
-        self._load = self.create_publisher(WrenchStamped, f"{place}/command/load", qos_profile(Qos()))
-        self.create_subscription(String, f"{place}/scene", self._on_scene, qos_profile(LATCHED))
+        self._speed = self.create_publisher(Float64, f"{namespace}/command/speed", qos_profile(Qos()))
+        self._load = self.create_publisher(WrenchStamped, f"{namespace}/command/load", qos_profile(Qos()))
+        self.create_subscription(String, f"{namespace}/scene", self._on_scene, qos_profile(LATCHED))
         self.every(LOOK_PERIOD, self._on_look)
         self.server.start()
         print(f"{self._watched} is shown at {self.server.url}", flush=True)  # no log file gets the token
@@ -104,7 +104,7 @@ class WatchNode(BaseNode):
         if not self.server.stopping.is_set():
             self.server.close()
 
-    def _found(self, name: str, patience: float) -> tuple[str, str]:
+    def _select_node(self, name: str, patience: float) -> tuple[str, str]:
         """The full name of the node to show, and its topic of samples: a replay's stand in another namespace."""
         now = changed = time.monotonic()
         end, nodes = now + patience, {}
@@ -115,21 +115,21 @@ class WatchNode(BaseNode):
             now, before, nodes = time.monotonic(), nodes, {}
             for topic, types in self.get_topic_names_and_types():
                 if cdr.SAMPLE_BLOCK in types and topic.endswith(SAMPLES):
-                    for one in self.get_publishers_info_by_topic(topic):
-                        if one.node_name != NAMELESS:
-                            nodes.setdefault(full_name(one), []).append(topic)
+                    for info in self.get_publishers_info_by_topic(topic):
+                        if info.node_name != NAMELESS:
+                            nodes.setdefault(full_name(info), []).append(topic)
             changed = changed if nodes == before else now
         if not nodes:
-            said = f"no node publishes {SAMPLES.lstrip('/')} (waited {patience:g} s)"
-            raise BearingTwinError(f"{said}: start a sim_node or a replay_node")
+            problem = f"no node publishes {SAMPLES.lstrip('/')} (waited {patience:g} s)"
+            raise BearingTwinError(f"{problem}: start a sim_node or a replay_node")
         if len(nodes) > 1 and not name:
             raise BearingTwinError(f"{', '.join(sorted(nodes))} publish samples: name the one to show")
-        found = name or next(iter(nodes))
-        if found not in nodes:
+        node = name or next(iter(nodes))
+        if node not in nodes:
             raise BearingTwinError(f"no node {echo(name)} publishes samples; {legal_hint(name, sorted(nodes))}")
-        if len(nodes[found]) > 1:
-            raise BearingTwinError(f"{found} publishes {', '.join(sorted(nodes[found]))}: play a log of one bearing")
-        return found, nodes[found][0]
+        if len(nodes[node]) > 1:
+            raise BearingTwinError(f"{node} publishes {', '.join(sorted(nodes[node]))}: play a log of one bearing")
+        return node, nodes[node][0]
 
     # Callbacks
 
@@ -146,7 +146,7 @@ class WatchNode(BaseNode):
     def _on_look(self):
         watched = bool(self.feed.viewers) or time.monotonic() - self._requested < REQUESTED_FOR
         if watched and not self._listening:
-            samples, quality = f"{self._place}{SAMPLES}", qos_profile(Qos(DEPTH))
+            samples, quality = f"{self._namespace}{SAMPLES}", qos_profile(Qos(DEPTH))
             kind = interface(cdr.SAMPLE_BLOCK, "msg")
             # With events a subscription that is destroyed here ends the turn in which the executor collects them.
             quiet = {"event_callbacks": SubscriptionEventCallbacks(use_default_callbacks=False)}
@@ -179,13 +179,13 @@ class WatchNode(BaseNode):
             if status.name.partition(":")[0] == self._watched.lstrip("/"):
                 values = {pair.key: pair.value for pair in status.values}
                 pace = values.get("real_time_factor", "")
-                at = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
-                self.feed.send("status", textwrap.shorten(f"{status.message}{at}", LONGEST, placeholder=" …"))
+                pace_text = f" at {pace[:5]} × real time" if pace and status.message in MOVING else ""
+                self.feed.send("status", textwrap.shorten(f"{status.message}{pace_text}", LONGEST, placeholder=" …"))
                 refused, before = values.get("commands_refused", ""), self._refused
                 self._refused = refused
                 if before not in ("", refused) and refused != "0":
-                    said = textwrap.shorten(values.get("last_refusal", ""), LONGEST, placeholder=" …")
-                    self.feed.send("refused", said)
+                    reason = textwrap.shorten(values.get("last_refusal", ""), LONGEST, placeholder=" …")
+                    self.feed.send("refused", reason)
                 requested, problem = read_number(values.get("wanted_real_time_factor"))
                 if not problem:
                     self.feed.send("pace", f"{requested:g}")
@@ -199,19 +199,19 @@ class WatchNode(BaseNode):
     def page(self) -> bytes:
         """The page of the run as it is now."""
         self._requested = time.monotonic()
-        said = "has not published its scene yet; this page reloads until it has"
+        reason = "has not published its scene yet; this page reloads until it has"
         if self._described.wait(COMING):
             if self._shown.wait(COMING):
                 return live_page(self._run, self._watched)
-            said = "publishes no samples: it may be paused, preparing or at its end; this page reloads until it does"
-        raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} {said}")
+            reason = "publishes no samples: it may be paused, preparing or at its end; this page reloads until it does"
+        raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} {reason}")
 
     def obey(self, command: Mapping[str, Any]) -> str:
         """Carries out {"do": "speed" | "load" | "pace" | "pause" | "reset", ...}."""
-        what, legal = command.get("do"), ("speed", "load", "pace", "pause", "reset")
-        if what not in legal:
-            raise BearingTwinError(f"{echo(what)} is no command; {legal_hint(str(what), legal)}")
-        return getattr(self, f"_obey_{what}")(command)
+        action, legal = command.get("do"), ("speed", "load", "pace", "pause", "reset")
+        if action not in legal:
+            raise BearingTwinError(f"{echo(action)} is no command; {legal_hint(str(action), legal)}")
+        return getattr(self, f"_obey_{action}")(command)
 
     def _obey_speed(self, command) -> str:
         speed = number_of(command, "value", "speed")
@@ -232,7 +232,7 @@ class WatchNode(BaseNode):
         pace = number_of(command, "value", "pace")
         for name in PACES:
             request = SetParameters.Request(parameters=[Parameter(name, value=pace).to_parameter_msg()])
-            [result] = self._asked_of(self._set, request).results
+            [result] = self._call(self._set, request).results
             if result.successful or "undeclared" not in result.reason:  # else it is another kind of node
                 break
         if not result.successful:
@@ -240,20 +240,20 @@ class WatchNode(BaseNode):
         return f"{pace:g} times real time"
 
     def _obey_pause(self, command) -> str:
-        on = command.get("on")
-        if not isinstance(on, bool):
+        paused = command.get("on")
+        if not isinstance(paused, bool):
             raise BearingTwinError('pause needs "on", true or false')
-        return self._said(self._asked_of(self._pause, SetBool.Request(data=on)))
+        return self._outcome(self._call(self._pause, SetBool.Request(data=paused)))
 
     def _obey_reset(self, command) -> str:
-        return self._said(self._asked_of(self._reset, Trigger.Request()))
+        return self._outcome(self._call(self._reset, Trigger.Request()))
 
     def _send(self, publisher, message) -> None:
         if not publisher.get_subscription_count():
             raise BearingTwinError(f"{self._watched} does not subscribe to {publisher.topic_name} with this scene")
         publisher.publish(message)
 
-    def _asked_of(self, client, request):
+    def _call(self, client, request):
         if not client.service_is_ready():
             raise BearingTwinError(f"there is no service {client.srv_name}: {self._watched} does not offer it")
         answered = threading.Event()
@@ -265,7 +265,7 @@ class WatchNode(BaseNode):
         return future.result()
 
     @staticmethod
-    def _said(response) -> str:
+    def _outcome(response) -> str:
         if not response.success:
             raise BearingTwinError(response.message or "it was refused")
         return response.message or "done"
