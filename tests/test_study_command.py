@@ -120,6 +120,9 @@ def test_pictures_of_little_and_of_nothing(tmp_path, pictures_once):
     mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": ["peak_force", "impulse"], "modality": "no"}
     few = run_study(parse_study({**mapping, "method": "ensemble", "samples": 3}, "few"))
     assert plot_study(few, tmp_path / "few.png").stat().st_size > 10_000
+    swept = mapping | {"sampler": "latin_hypercube", "samples": 8, "sweep": {"contact.restitution": [0.8, 0.9]}}
+    assert not any("sweep" in title for title in panels_of(run_study(parse_study(swept, "few"))))
+    assert study_picture.title_of("bpfo_over_noise") == "BPFO over noise"
     with pytest.raises(BearingTwinError):
         plot_study(few, tmp_path / "nowhere" / "few.png")
 

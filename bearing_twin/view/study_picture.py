@@ -25,6 +25,7 @@ MOST_DRAWN = 4
 ROOM = 0.25  # of the intervals that are known, for those that are open
 WIDE = 20.0  # the greatest of what is drawn along an axis over the least, from which on it is logarithmic
 OPEN_END = "open to the edge: too few samples"
+ACRONYMS = ("bpfo", "bpfi", "bsf", "rms")
 BLUE, RED = colour(0), colour(5)
 BARS = {"step": "post", "color": "#b9c6d2"}
 HATCHED = {"facecolor": "none", "edgecolor": BALL_COLOURS[5], "alpha": 0.45, "hatch": "///"}
@@ -54,7 +55,8 @@ def _panels(result, names, channels) -> Iterator[Panel]:
         yield _convergence(summary, exact)
     yield from (_history(result, name) for name in channels if summary["histories"][name].keys() & {*BANDS})
     if sweep and len(sweep["studies"]) > 1:
-        yield from (_swept(summary["quantities"][name], name, sweep) for name in names)
+        known = [name for name in names if any(one["quantities"][name]["quantiles"] for one in sweep["studies"])]
+        yield from (_swept(summary["quantities"][name], name, sweep) for name in known)
     for name in names:
         if sources := shares_of(summary["quantities"][name]):
             yield _shares(name, sources)
@@ -74,14 +76,20 @@ def unit_of(found) -> tuple[str, float]:
     return readable_unit(found["unit"], size_of(found))
 
 
+def words_of(name: str) -> str:
+    """The name of a quantity or a channel in words."""
+    return " ".join(word.upper() if word in ACRONYMS else word for word in name.split("_"))
+
+
 def title_of(name: str) -> str:
     """The name of a quantity or a channel as a title."""
-    return name.replace("_", " ").capitalize()
+    words = words_of(name)
+    return words[:1].upper() + words[1:]
 
 
 def _axis_of(found, name: str, **more) -> Axis:
     """The axis of a quantity, in the unit of the table."""
-    return Axis(name.replace("_", " "), found["unit"], shown=unit_of(found), **more)
+    return Axis(words_of(name), found["unit"], shown=unit_of(found), **more)
 
 
 def _distribution(result, name, exact) -> Panel:
@@ -200,7 +208,7 @@ def _swept(found, name, sweep) -> Panel:
         look = dashed() | {"linewidth": 1.3, "linestyle": ":"}
         parts.append(Line("value of the other panels", [place] * 2, [np.nanmin(drawn), np.nanmax(drawn)], look))
     words, unit = SweepInWords(sweep), sweep.get("unit", "1")
-    swept = title_of(words.key.rpartition(".")[2]).lower()
+    swept = words_of(words.key.rpartition(".")[2])
     across = Axis(swept, unit, _is_wide(values), shown=readable_unit(unit, max(map(abs, values))))
     return Panel(f"{title_of(name)} over the sweep", across, _axis_of(found, name, log=_is_wide(drawn)), parts)
 
