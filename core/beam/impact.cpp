@@ -1,6 +1,7 @@
 // A sphere on a beam, and its exported functions; arrays are C-contiguous doubles, complex numbers two of them.
 #include <functional>
 #include "../methods/events.hpp"
+#include "../methods/step_control.hpp"
 #include "modes.hpp"
 
 namespace core::beam {
@@ -159,7 +160,7 @@ class Collocation {
       after = approach[LAST];
     };
     make(span);
-    if (after < 0.0) landing_step(std::identity{}, make, before, after, span, NEAR_ZERO * before);
+    if (after < 0.0) step_to_sign_change(std::identity{}, make, before, after, span, NEAR_ZERO * before);
   }
 };
 
@@ -195,7 +196,7 @@ class Volterra {
           after = free_approach(piece, last, low);
         };
         make(steps.span);
-        if (after < 0.0 && before > 0.0) landing_step(std::identity{}, make, before, after, steps.span, NEAR_ZERO * before);
+        if (after < 0.0 && before > 0.0) step_to_sign_change(std::identity{}, make, before, after, steps.span, NEAR_ZERO * before);
         impact.close(piece++, last.span, line(low, 0.0), last);
         return SEPARATED;
       }

@@ -1,15 +1,16 @@
-// The rates of balls and of the bodies they meet, their Jacobian, and its linear system I/g - J. The Jacobian of a ball is
-// a tile: its rates by its own motion and by the bodies', and the bodies' forces by its motion.
+// The rates of balls and of the bodies coupled to them, their Jacobian J, and the linear system I/g - J of a Rosenbrock stage,
+// g = gamma h. Each ball has its block of the Jacobian: derivatives of its rates by its own motion and by that of the bodies, and
+// of the forces on the bodies by its motion.
 //
-// With the places put in by their velocities, place = g (right + velocity), and the velocities v_j of ball j and s of the
-// bodies the system is an arrowhead, whose bodies the balls' Schur complement leaves (`factorise_block`, `factorise`):
+// Positions are eliminated by position = g (right-hand side + velocity). In the velocities v_j of ball j and s of the bodies the
+// system is an arrowhead matrix, which is reduced to the bodies by its Schur complement (`factorise_block`, `factorise`):
 //
-//     B_j v_j - U_j s = r_j           B_j = I/g - J_jj  (`inverse`),  B_j^-1 U_j  (`answer`)
-//     -sum_j V_j v_j + C s = r        V_j: the inverse of the inertia times `to_bodies`
-//     (C - sum_j V_j B_j^-1 U_j) s = r + sum_j V_j B_j^-1 r_j        (`corner`, `eliminate_block`)
-//     v_j = B_j^-1 r_j + B_j^-1 U_j s                                (`eliminated`, `follow_block`)
+//     B_j v_j - U_j s = r_j           B_j = I/g - J_jj  (`inverse`),  B_j^-1 U_j  (`body_response`)
+//     -sum_j V_j v_j + C s = r        V_j: the inverse of the inertia times `force_rows`
+//     (C - sum_j V_j B_j^-1 U_j) s = r + sum_j V_j B_j^-1 r_j        (`schur`, `forward_eliminate_block`)
+//     v_j = B_j^-1 r_j + B_j^-1 U_j s                                (`ball_solution`, `back_substitute_block`)
 //
-// Balls that touch others are not eliminated one by one: `TouchingBalls` solves them with the bodies.
+// Balls that touch others are not eliminated one by one: `TouchingBalls` solves them together with the bodies.
 #pragma once
 #include <vector>
 #include "elements.hpp"
@@ -17,312 +18,313 @@
 
 namespace core {
 
-constexpr int MOST_FREE = 8;
-// Columns of a tile: places and velocities of a ball's own that are unknown, its spin, places and velocities of the free
-// coordinates; the last takes what nothing asks for. Rows: a ball's own accelerations, power and loss, forces on the
-// free coordinates, and again a spare one.
-constexpr int OWN_PLACES = 0, OWN_SPEEDS = 3, OWN_SPINS = 6, BODY_PLACES = 9, BODY_SPEEDS = BODY_PLACES + MOST_FREE;
-constexpr int SPARE_COLUMN = BODY_SPEEDS + MOST_FREE, TILE_COLUMNS = SPARE_COLUMN + 1;
-constexpr int MOTION_ROWS = 0, SPIN_ROWS = 3, POWER_ROWS = 6, BODY_ROWS = 8, SPARE_ROW = BODY_ROWS + MOST_FREE, TILE_ROWS = SPARE_ROW + 1;
+constexpr int MAX_FREE = 8;
+// Columns of a ball's Jacobian: unknown positions and velocities of the ball, its spin, positions and velocities of the free
+// coordinates of bodies; the last column collects derivatives by held coordinates. Rows: accelerations of the ball, power and
+// loss, forces on the free coordinates, and again a spare one.
+constexpr int BALL_POSITIONS = 0, BALL_VELOCITIES = 3, BALL_SPINS = 6, BODY_POSITIONS = 9, BODY_VELOCITIES = BODY_POSITIONS + MAX_FREE;
+constexpr int SPARE_COLUMN = BODY_VELOCITIES + MAX_FREE, JACOBIAN_COLUMNS = SPARE_COLUMN + 1;
+constexpr int MOTION_ROWS = 0, SPIN_ROWS = 3, POWER_ROWS = 6, BODY_ROWS = 8, SPARE_ROW = BODY_ROWS + MAX_FREE, JACOBIAN_ROWS = SPARE_ROW + 1;
 
-// Which coordinates are free, and where elements find rows and columns of a tile.
+// The free coordinates, and the rows and columns of a ball's Jacobian by rows and variables of elements.
 struct Layout {
-  int unknowns = 0, coordinate[MOST_FREE], slot[COORDINATES], row[ELEMENT_ROWS], column[VARIABLES];
+  int unknowns = 0, coordinate[MAX_FREE], slot[COORDINATES], row[ELEMENT_ROWS], column[VARIABLES];
   bool even, touching = false;
 
   explicit Layout(const CoupledBodies &bodies) : even(bodies.cage == CageKind::even) {
     for (int c = 0; c < COORDINATES; c++) {
-      slot[c] = MOST_FREE;
+      slot[c] = MAX_FREE;
       if (bodies.free[c]) slot[c] = unknowns, coordinate[unknowns++] = c;
-      row[ON_BODY + c] = BODY_ROWS + slot[c];
-      column[BODY_PLACE + c] = bodies.free[c] ? BODY_PLACES + slot[c] : SPARE_COLUMN;
-      column[BODY_SPEED + c] = bodies.free[c] ? BODY_SPEEDS + slot[c] : SPARE_COLUMN;
+      row[FORCE_ROW + c] = BODY_ROWS + slot[c];
+      column[BODY_POSITION + c] = bodies.free[c] ? BODY_POSITIONS + slot[c] : SPARE_COLUMN;
+      column[BODY_VELOCITY + c] = bodies.free[c] ? BODY_VELOCITIES + slot[c] : SPARE_COLUMN;
     }
     for (int i = 0; i < 3; i++) {
       row[RADIAL_ROW + i] = MOTION_ROWS + i, row[SPIN_ROW + i] = SPIN_ROWS + i;
-      column[RADIUS + i] = OWN_PLACES + i, column[VELOCITY + i] = OWN_SPEEDS + i, column[SPIN + i] = OWN_SPINS + i;
+      column[RADIUS + i] = BALL_POSITIONS + i, column[VELOCITY + i] = BALL_VELOCITIES + i, column[SPIN + i] = BALL_SPINS + i;
     }
     row[POWER_ROW] = POWER_ROWS, row[LOSS_ROW] = POWER_ROWS + 1;
     if (!even) return;
-    row[ORBIT_ROW] = row[ON_BODY + CAGE_ANGLE], row[AXIAL_ROW] = MOTION_ROWS + 1;
-    column[ANGLE] = column[BODY_PLACE + CAGE_ANGLE], column[ORBIT_RATE] = column[BODY_SPEED + CAGE_ANGLE];
-    column[HEIGHT] = OWN_PLACES + 1, column[VELOCITY + 2] = OWN_SPEEDS + 1;
+    row[ORBIT_ROW] = row[FORCE_ROW + CAGE_ANGLE], row[AXIAL_ROW] = MOTION_ROWS + 1;
+    column[ANGLE] = column[BODY_POSITION + CAGE_ANGLE], column[ORBIT_RATE] = column[BODY_VELOCITY + CAGE_ANGLE];
+    column[HEIGHT] = BALL_POSITIONS + 1, column[VELOCITY + 2] = BALL_VELOCITIES + 1;
   }
 };
 
-// Balls side by side in a step: states, and what the linear system works with. Lanes without a ball repeat the last one,
-// which then does nothing to others: their `live` is 0, else all bits are set.
+// Balls in the lanes of packs in a step: states and terms of the linear system. Lanes without a ball repeat the last one and exert
+// no forces: their `occupied` is 0, else all bits are set.
 struct BallBlock : StepStates<BallState> {
-  int ball[LANES], cursor[LANES];  // the ball in a lane, -1 without one; its next instant
-  Pack time{}, step{}, over_step{}, gain{}, error{};
-  double wanted[LANES], until[LANES], share[LANES];  // step before it is cut; time up to which to give out; part of it to make
-  Mask live{}, apart{};  // apart: touches no other ball
-  Pack pocket{};  // angle from the cage to the ball's pocket [rad]
-  Pack closing{};  // growth of the rate at which the ball comes forward in its pocket [m/s^2]
-  BallState y{}, f{}, first{}, right{}, slope{};
-  Quaternion before{}, after{};
+  int ball[LANES], next_output[LANES];  // the ball in a lane, -1 without one
+  Pack time{}, step{}, inverse_step{}, gamma_step{}, error{};
+  double uncut_step[LANES], output_end[LANES], accepted_fraction[LANES];  // output_end: time up to which outputs are due
+  Mask occupied{}, separate{};  // separate: touches no other ball
+  Pack pocket_angle{};  // from the cage to the ball's pocket [rad]
+  Pack pocket_acceleration{};  // of the ball along the orbit against its pocket [m/s^2]
+  BallState y{}, f{}, start_rates{}, rhs{}, time_derivative{};
+  Quaternion start_orientation{}, end_orientation{};
   CarriedBalls carried{};
-  SurfacePlaces places{};  // where a step starts
+  SurfacePositions surface{};  // at the start of a step
   Heights heights{};
-  bool meets_defects = false;  // in a step
-  Pack tile[TILE_ROWS][TILE_COLUMNS]{};
+  bool crosses_defects = false;  // in a step
+  Pack jacobian[JACOBIAN_ROWS][JACOBIAN_COLUMNS]{};
   Pack inverse[6][6]{};
-  Pack to_bodies[MOST_FREE][6]{}, answer[6][MOST_FREE]{}, known[6]{}, eliminated[6]{};
+  Pack force_rows[MAX_FREE][6]{}, body_response[6][MAX_FREE]{}, reduced_rhs[6]{}, ball_solution[6]{};
 };
 
-// The bodies in a step; `force` and its derivatives by places and velocities of the free coordinates are their own.
+// The bodies in a step; derivatives by positions and velocities of the free coordinates are those of forces other than of balls.
 struct BodyStep : StepStates<BodyState> {
-  BodyState y{}, f{}, first{}, right{}, slope{};
-  double over_inertia[MOST_FREE]{};  // 1 / inertia of the free coordinates, where the step starts
-  double by_place[MOST_FREE + INTEGRALS][MOST_FREE]{}, by_speed[MOST_FREE + INTEGRALS][MOST_FREE]{};
-  double answer_to_place[MOST_FREE][MOST_FREE]{}, corner[MOST_FREE][MOST_FREE]{}, inverse[MOST_FREE][MOST_FREE]{};
+  BodyState y{}, f{}, start_rates{}, rhs{}, time_derivative{};
+  double inverse_inertia[MAX_FREE]{};  // of the free coordinates, at the start of the step
+  double by_position[MAX_FREE + INTEGRALS][MAX_FREE]{}, by_velocity[MAX_FREE + INTEGRALS][MAX_FREE]{};
+  double position_coupling[MAX_FREE][MAX_FREE]{}, schur[MAX_FREE][MAX_FREE]{}, inverse[MAX_FREE][MAX_FREE]{};
 };
 
-using Pushes = std::array<Pack, MOST_FREE + 1>;  // forces on the free coordinates, lane by lane
+using BodyForces = std::array<Pack, MAX_FREE + 1>;  // forces on the free coordinates, lane by lane
 
-CORE_INLINE double total(const Pack &x) {
+CORE_INLINE double lane_sum(const Pack &x) {
   double sum = 0.0;
   for (int lane = 0; lane < LANES; lane++) sum += x[lane];
   return sum;
 }
 CORE_INLINE Pack masked(const Mask &mask, const Pack &x) { return (Pack)((Mask)x & mask); }
 
-// Takes what an element gives of a block of balls: sets rates and tile, or with ADD adds to them.
+// Stores results of elements: sets rates and Jacobian of a block of balls, or with ADD adds to them.
 template <bool ADD, bool DERIVATIVES>
 struct ElementStore {
   const Layout &layout;
-  BallBlock &k;
-  Pushes &push;
-
+  BallBlock &block;
+  BodyForces &forces;
   template <int ROW, class X>
   CORE_INLINE void operator()(Index<ROW>, const X &x) const {
     int row = layout.row[ROW];
-    if constexpr (ROW >= ON_BODY) push[row - BODY_ROWS] += masked(k.live, value_of(x));
-    else if constexpr (ADD) k.f[VELOCITY + ROW] += value_of(x);
-    else k.f[VELOCITY + ROW] = value_of(x);
+    if constexpr (ROW >= FORCE_ROW) forces[row - BODY_ROWS] += masked(block.occupied, value_of(x));
+    else if constexpr (ADD) block.f[VELOCITY + ROW] += value_of(x);
+    else block.f[VELOCITY + ROW] = value_of(x);
     if constexpr (DERIVATIVES) {
-      Mask counts = ROW >= ON_BODY || (ROW == ORBIT_ROW && layout.even) ? k.live : ~Mask{};
+      Mask mask = ROW >= FORCE_ROW || (ROW == ORBIT_ROW && layout.even) ? block.occupied : ~Mask{};
       for_each_slope(x, [&](int variable, const Pack &slope) __attribute__((always_inline)) {
-        Pack &to = k.tile[row][layout.column[variable]];
-        Pack counted = ROW >= ON_BODY || ROW == ORBIT_ROW ? masked(counts, slope) : slope;
-        if constexpr (ADD) to += counted;
-        else to = counted;
+        Pack &entry = block.jacobian[row][layout.column[variable]];
+        Pack derivative = ROW >= FORCE_ROW || ROW == ORBIT_ROW ? masked(mask, slope) : slope;
+        if constexpr (ADD) entry += derivative;
+        else entry = derivative;
       });
     }
   }
 };
 
-// Forces of raceways whose motion is prescribed on a block of balls; with DERIVATIVES its tile, too.
+// Forces on a block of balls by raceways whose motion is prescribed; with DERIVATIVES its Jacobian, too.
 template <bool PATCH, bool TILTED, bool DERIVATIVES>
-[[gnu::noinline]] inline void prescribed_raceways(const Bearing &bearing, const Pack &ring_speed, BallBlock &k) {
-  auto give = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
-    if constexpr (ROW < ON_BODY) {
-      k.f[VELOCITY + ROW] = value_of(x);
+[[gnu::noinline]] inline void prescribed_raceway_forces(const Bearing &bearing, const Pack &ring_speed, BallBlock &block) {
+  auto put = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
+    if constexpr (ROW < FORCE_ROW) {
+      block.f[VELOCITY + ROW] = value_of(x);
       if constexpr (DERIVATIVES)
-        for_each_slope(x, [&](int variable, const Pack &slope) __attribute__((always_inline)) { k.tile[ROW][variable] = slope; });
+        for_each_slope(x, [&](int variable, const Pack &slope) __attribute__((always_inline)) { block.jacobian[ROW][variable] = slope; });
     }
   };
-  between_raceways<TILTED ? RingMotion::tilted : RingMotion::held, PATCH>(
-      bearing, PrescribedInput<DERIVATIVES>{k.y, bearing, ring_speed, bearing.carries() ? &k.carried : nullptr, k.heights}, give);
+  raceway_forces<TILTED ? RingMotion::tilted : RingMotion::held, PATCH>(
+      bearing, PrescribedInput<DERIVATIVES>{block.y, bearing, ring_speed, bearing.carries() ? &block.carried : nullptr, block.heights}, put);
 }
 
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
-[[gnu::noinline]] inline void raceways_of_block(const Bearing &bearing, const double *housing, const Layout &layout, BallBlock &k,
-                                                const BodyState &y, Pushes &push) {
-  ElementStore<false, DERIVATIVES> store{layout, k, push};
-  ElementInput<DERIVATIVES> in{k.y, y, bearing.carries() ? &k.carried : nullptr, k.heights, housing};
-  between_raceways<RING, PATCH>(bearing, in, store);
+[[gnu::noinline]] inline void block_raceway_forces(const Bearing &bearing, const double *housing, const Layout &layout, BallBlock &block,
+                                                const BodyState &y, BodyForces &forces) {
+  ElementStore<false, DERIVATIVES> store{layout, block, forces};
+  ElementInput<DERIVATIVES> in{block.y, y, bearing.carries() ? &block.carried : nullptr, block.heights, housing};
+  raceway_forces<RING, PATCH>(bearing, in, store);
 }
 
 template <bool DERIVATIVES>
-[[gnu::noinline]] inline void pockets_of_block(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
-  ElementStore<true, DERIVATIVES> store{layout, k, push};
-  ElementInput<DERIVATIVES> in{k.y, y};
-  in_cage(bearing, bodies, k.pocket, in, store);
+[[gnu::noinline]] inline void block_pocket_forces(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &block, const BodyState &y, BodyForces &forces) {
+  ElementStore<true, DERIVATIVES> store{layout, block, forces};
+  ElementInput<DERIVATIVES> in{block.y, y};
+  cage_pocket(bearing, bodies, block.pocket_angle, in, store);
 }
 
-// Forces of raceways and pockets on a block of balls and on the bodies; with DERIVATIVES its tile, too.
+// Forces of raceways and pockets on a block of balls and on the bodies; with DERIVATIVES its Jacobian, too.
 template <bool PATCH, bool DERIVATIVES>
-inline void forces_of_block(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &k, const BodyState &y, Pushes &push) {
+inline void block_forces(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &block, const BodyState &y, BodyForces &forces) {
   if (DERIVATIVES && bodies.cage == CageKind::pockets)
-    for (auto &row : k.tile)
-      for (Pack &entry : row) entry = Pack{};  // raceways leave what pockets add to
-  auto raceways = [&]<RingMotion RING>() { raceways_of_block<RING, PATCH, DERIVATIVES>(bearing, bodies.direction, layout, k, y, push); };
+    for (auto &row : block.jacobian)
+      for (Pack &entry : row) entry = Pack{};  // pockets add to entries that raceways do not set
+  auto raceways = [&]<RingMotion RING>() { block_raceway_forces<RING, PATCH, DERIVATIVES>(bearing, bodies.direction, layout, block, y, forces); };
   switch (bodies.ring) {
     case RingMotion::held: raceways.template operator()<RingMotion::held>(); break;
     case RingMotion::level: raceways.template operator()<RingMotion::level>(); break;
-    default: raceways.template operator()<RingMotion::housed>();  // rows and columns of coordinates that are held are spare
+    default: raceways.template operator()<RingMotion::housed>();  // held coordinates have the spare row and column
   }
-  if (bodies.cage == CageKind::pockets) pockets_of_block<DERIVATIVES>(bearing, bodies, layout, k, y, push);
+  if (bodies.cage == CageKind::pockets) block_pocket_forces<DERIVATIVES>(bearing, bodies, layout, block, y, forces);
 }
 
-// The rates once all forces are known; `carried` gathers m r^2 of an even cage's balls, whose moments push the cage.
+// The rates once all forces are known; `cage_inertia` sums m r^2 of the balls of an even cage, whose moments act on the cage.
 template <bool DERIVATIVES>
-inline void finish_rates(const Bearing &bearing, const Layout &layout, BallBlock &k, Pushes &push, Pack &carried) {
-  Pack inertia = bearing.ball_mass * k.y[RADIUS] * k.y[RADIUS], moment = k.f[ORBIT_RATE];
-  k.f[RADIUS] = k.y[VELOCITY], k.f[ANGLE] = k.y[ORBIT_RATE], k.f[HEIGHT] = k.y[VELOCITY + 2];
-  k.f[GROSS_WORK] = absolute(k.f[DRIVE_WORK]);
+inline void finish_rates(const Bearing &bearing, const Layout &layout, BallBlock &block, BodyForces &forces, Pack &cage_inertia) {
+  Pack inertia = bearing.ball_mass * block.y[RADIUS] * block.y[RADIUS], moment = block.f[ORBIT_RATE];
+  block.f[RADIUS] = block.y[VELOCITY], block.f[ANGLE] = block.y[ORBIT_RATE], block.f[HEIGHT] = block.y[VELOCITY + 2];
+  block.f[GROSS_WORK] = absolute(block.f[DRIVE_WORK]);
   if (layout.even) {
-    push[layout.row[ORBIT_ROW] - BODY_ROWS] += masked(k.live, moment), carried += masked(k.live, inertia);
+    forces[layout.row[ORBIT_ROW] - BODY_ROWS] += masked(block.occupied, moment), cage_inertia += masked(block.occupied, inertia);
     return;
   }
-  Pack over = 1.0 / inertia;
-  k.f[ORBIT_RATE] = over * moment;
+  Pack inverse = 1.0 / inertia;
+  block.f[ORBIT_RATE] = inverse * moment;
   if constexpr (DERIVATIVES) {
-    Pack *row = k.tile[MOTION_ROWS + 1];
-    row[OWN_PLACES] -= 2.0 * bearing.ball_mass * k.y[RADIUS] * k.f[ORBIT_RATE];  // the inertia grows with the radius
-    for (int c = 0; c < (layout.unknowns ? int(SPARE_COLUMN) : int(BODY_PLACES)); c++) row[c] *= over;
+    Pack *row = block.jacobian[MOTION_ROWS + 1];
+    row[BALL_POSITIONS] -= 2.0 * bearing.ball_mass * block.y[RADIUS] * block.f[ORBIT_RATE];  // the inertia grows with the radius
+    for (int c = 0; c < (layout.unknowns ? int(SPARE_COLUMN) : int(BODY_POSITIONS)); c++) row[c] *= inverse;
   }
 }
 
-// Rates of the bodies at `time` by their inertia there, from what balls do; with DERIVATIVES those of their own forces, too.
+// Rates of the bodies at `time` by their inertia there and the `forces` of balls; with DERIVATIVES those of all other forces, too.
 template <bool DERIVATIVES>
-inline void body_rates(const CoupledBodies &bodies, const Layout &layout, double time, const double *over_inertia, BodyStep &e,
-                       const Pushes &push) {
+inline void body_rates(const CoupledBodies &bodies, const Layout &layout, double time, const double *inverse_inertia, BodyStep &body,
+                       const BodyForces &forces) {
   double force[COORDINATES + INTEGRALS] = {};
   if constexpr (DERIVATIVES)
-    for (int i = 0; i < MOST_FREE + INTEGRALS; i++)
-      for (int j = 0; j < MOST_FREE; j++) e.by_place[i][j] = e.by_speed[i][j] = 0.0;
+    for (int i = 0; i < MAX_FREE + INTEGRALS; i++)
+      for (int j = 0; j < MAX_FREE; j++) body.by_position[i][j] = body.by_velocity[i][j] = 0.0;
   auto add = [&]<int ROW>(Index<ROW>, const auto &x) {
     force[ROW] += value_of(x);
     if constexpr (DERIVATIVES) {
-      int row = ROW < COORDINATES ? layout.slot[ROW < COORDINATES ? ROW : 0] : MOST_FREE + ROW - COORDINATES;
+      int row = ROW < COORDINATES ? layout.slot[ROW < COORDINATES ? ROW : 0] : MAX_FREE + ROW - COORDINATES;
       for_each_slope(x, [&](int variable, double slope) {
         int column = layout.slot[variable % COORDINATES];
-        if (column < MOST_FREE) (variable < COORDINATES ? e.by_place : e.by_speed)[row][column] += slope;
+        if (column < MAX_FREE) (variable < COORDINATES ? body.by_position : body.by_velocity)[row][column] += slope;
       });
     }
   };
-  body_forces<DERIVATIVES>(bodies, time, e.y, add);
-  e.f.fill(0.0);
+  body_forces<DERIVATIVES>(bodies, time, body.y, add);
+  body.f.fill(0.0);
   for (int k = 0; k < layout.unknowns; k++) {
     int c = layout.coordinate[k];
-    e.f[c] = e.y[COORDINATES + c];
-    e.f[COORDINATES + c] = over_inertia[k] * (force[c] + total(push[k]));
+    body.f[c] = body.y[COORDINATES + c];
+    body.f[COORDINATES + c] = inverse_inertia[k] * (force[c] + lane_sum(forces[k]));
   }
-  for (int i = 0; i < INTEGRALS; i++) e.f[2 * COORDINATES + i] = force[COORDINATES + i];
+  for (int i = 0; i < INTEGRALS; i++) body.f[2 * COORDINATES + i] = force[COORDINATES + i];
 }
 
-// The unknown motion of a ball: that of an even cage has no orbit of its own.
+// The unknown positions of a ball: with an even cage its orbit angle is that of the cage.
 template <bool EVEN>
 struct Unknown {
   static constexpr int count = EVEN ? 2 : 3;
-  static constexpr int place(int i) { return EVEN ? 2 * i : i; }  // among the columns of a state
+  static constexpr int column(int i) { return EVEN ? 2 * i : i; }  // of a state
 };
 
 template <class T>
-CORE_INLINE T folded_own(const T *row, int j, const T &g) { return row[OWN_SPEEDS + j] + g * row[OWN_PLACES + j]; }
+CORE_INLINE T reduced_ball_entry(const T *row, int j, const T &g) { return row[BALL_VELOCITIES + j] + g * row[BALL_POSITIONS + j]; }
 template <class T>
-CORE_INLINE T folded_body(const T *row, int c, const T &g) { return row[BODY_SPEEDS + c] + g * row[BODY_PLACES + c]; }
+CORE_INLINE T reduced_body_entry(const T *row, int c, const T &g) { return row[BODY_VELOCITIES + c] + g * row[BODY_POSITIONS + c]; }
 
-using Corner = Pack[MOST_FREE][MOST_FREE];
+using BodyMatrix = Pack[MAX_FREE][MAX_FREE];
 
-// Factors of a block, and what its balls leave of the bodies' system; M is the room for unknowns of the bodies.
+// Factors of a block, and its part of the Schur complement; M is the capacity for unknowns of the bodies.
 template <bool EVEN, int M>
-[[gnu::noinline]] inline void factorise_block(BallBlock &k, Corner &corner, Corner &by_place) {
+[[gnu::noinline]] inline void factorise_block(BallBlock &block, BodyMatrix &schur, BodyMatrix &by_position) {
   constexpr int N = Unknown<EVEN>::count;
-  const Pack g = k.gain, over = 1.0 / g;
-  auto row_of = [&](int i) { return k.tile[i < N ? MOTION_ROWS + i : SPIN_ROWS + i - N]; };
+  const Pack g = block.gamma_step, diagonal = 1.0 / g;
+  auto row_of = [&](int i) { return block.jacobian[i < N ? MOTION_ROWS + i : SPIN_ROWS + i - N]; };
   for (int i = 0; i < N + 3; i++) {
     const Pack *row = row_of(i);
-    for (int j = 0; j < N; j++) k.inverse[i][j] = -folded_own(row, j, g);
-    for (int j = 0; j < 3; j++) k.inverse[i][N + j] = -row[OWN_SPINS + j];
-    k.inverse[i][i] += over;
+    for (int j = 0; j < N; j++) block.inverse[i][j] = -reduced_ball_entry(row, j, g);
+    for (int j = 0; j < 3; j++) block.inverse[i][N + j] = -row[BALL_SPINS + j];
+    block.inverse[i][i] += diagonal;
   }
-  invert_in_lanes<N + 3>(k.inverse);
+  invert_in_lanes<N + 3>(block.inverse);
   for (int r = 0; r < M; r++) {
-    const Pack *row = k.tile[BODY_ROWS + r];
-    for (int j = 0; j < N; j++) k.to_bodies[r][j] = folded_own(row, j, g);
-    for (int j = 0; j < 3; j++) k.to_bodies[r][N + j] = row[OWN_SPINS + j];
+    const Pack *row = block.jacobian[BODY_ROWS + r];
+    for (int j = 0; j < N; j++) block.force_rows[r][j] = reduced_ball_entry(row, j, g);
+    for (int j = 0; j < 3; j++) block.force_rows[r][N + j] = row[BALL_SPINS + j];
   }
   for (int c = 0; c < M; c++) {
     Pack right[N + 3], x[N + 3];
-    for (int i = 0; i < N + 3; i++) right[i] = folded_body(row_of(i), c, g);
-    multiply_in_lanes<N + 3>(k.inverse, right, x);
-    for (int i = 0; i < N + 3; i++) k.answer[i][c] = x[i];
+    for (int i = 0; i < N + 3; i++) right[i] = reduced_body_entry(row_of(i), c, g);
+    multiply_in_lanes<N + 3>(block.inverse, right, x);
+    for (int i = 0; i < N + 3; i++) block.body_response[i][c] = x[i];
     for (int r = 0; r < M; r++) {
-      Pack sum = k.to_bodies[r][0] * x[0];
-      for (int i = 1; i < N + 3; i++) sum += k.to_bodies[r][i] * x[i];
-      corner[r][c] += folded_body(k.tile[BODY_ROWS + r], c, g) + masked(k.apart, sum);
-      by_place[r][c] += k.tile[BODY_ROWS + r][BODY_PLACES + c];
+      Pack sum = block.force_rows[r][0] * x[0];
+      for (int i = 1; i < N + 3; i++) sum += block.force_rows[r][i] * x[i];
+      schur[r][c] += reduced_body_entry(block.jacobian[BODY_ROWS + r], c, g) + masked(block.separate, sum);
+      by_position[r][c] += block.jacobian[BODY_ROWS + r][BODY_POSITIONS + c];
     }
   }
 }
 
-// A stage before it is solved: `known` (M,) changes of the bodies' places. `share` gathers what balls do
-// to the bodies.
+// Forward elimination in a stage: `body_positions` (M,) are the known parts of the bodies' positions. `force_sum` sums the forces of
+// the balls on the bodies.
 template <bool EVEN, int M>
-[[gnu::noinline]] inline void eliminate_block(BallBlock &k, const double *known, Pack *share) {
+[[gnu::noinline]] inline void forward_eliminate_block(BallBlock &block, const double *body_positions, Pack *force_sum) {
   constexpr int N = Unknown<EVEN>::count;
-  Pack at[N], there[M];
-  const Pack g = k.gain;
-  for (int c = 0; c < M; c++) there[c] = broadcast<Pack>(known[c]);
-  for (int i = 0; i < N; i++) at[i] = g * k.right[Unknown<EVEN>::place(i)];
+  Pack ball_position[N], body_position[M];
+  const Pack g = block.gamma_step;
+  for (int c = 0; c < M; c++) body_position[c] = broadcast<Pack>(body_positions[c]);
+  for (int i = 0; i < N; i++) ball_position[i] = g * block.rhs[Unknown<EVEN>::column(i)];
   for (int i = 0; i < N + 3; i++) {
-    const Pack *row = k.tile[i < N ? MOTION_ROWS + i : SPIN_ROWS + i - N];
-    Pack sum = k.right[i < N ? VELOCITY + Unknown<EVEN>::place(i) : SPIN + i - N], more{};
-    for (int j = 0; j < N; j++) sum += row[OWN_PLACES + j] * at[j];
-    for (int c = 0; c < M; c++) more += row[BODY_PLACES + c] * there[c];
-    k.known[i] = sum + more;
+    const Pack *row = block.jacobian[i < N ? MOTION_ROWS + i : SPIN_ROWS + i - N];
+    Pack sum = block.rhs[i < N ? VELOCITY + Unknown<EVEN>::column(i) : SPIN + i - N], body_part{};
+    for (int j = 0; j < N; j++) sum += row[BALL_POSITIONS + j] * ball_position[j];
+    for (int c = 0; c < M; c++) body_part += row[BODY_POSITIONS + c] * body_position[c];
+    block.reduced_rhs[i] = sum + body_part;
   }
-  multiply_in_lanes<N + 3>(k.inverse, k.known, k.eliminated);
+  multiply_in_lanes<N + 3>(block.inverse, block.reduced_rhs, block.ball_solution);
   for (int r = 0; r < M; r++) {
-    const Pack *row = k.tile[BODY_ROWS + r];
-    Pack sum = row[OWN_PLACES] * at[0], more = k.to_bodies[r][0] * k.eliminated[0];
-    for (int j = 1; j < N; j++) sum += row[OWN_PLACES + j] * at[j];
-    for (int j = 1; j < N + 3; j++) more += k.to_bodies[r][j] * k.eliminated[j];
-    share[r] += sum + masked(k.apart, more);
+    const Pack *row = block.jacobian[BODY_ROWS + r];
+    Pack sum = row[BALL_POSITIONS] * ball_position[0], velocity_part = block.force_rows[r][0] * block.ball_solution[0];
+    for (int j = 1; j < N; j++) sum += row[BALL_POSITIONS + j] * ball_position[j];
+    for (int j = 1; j < N + 3; j++) velocity_part += block.force_rows[r][j] * block.ball_solution[j];
+    force_sum[r] += sum + masked(block.separate, velocity_part);
   }
 }
 
-// The balls once `places` and `speeds` (M,) of the bodies are known; `cage` (2,) are those of an even cage.
+// Back substitution: the stage of the balls, once `positions` and `velocities` (M,) of the bodies are known; `cage` (2,) are those
+// of an even cage.
 template <bool EVEN, int M>
-[[gnu::noinline]] inline void follow_block(BallBlock &k, const double *places, const double *speeds, const double *cage, BallState &to) {
+[[gnu::noinline]] inline void back_substitute_block(BallBlock &block, const double *positions, const double *velocities, const double *cage,
+                                                 BallState &stage) {
   constexpr int N = Unknown<EVEN>::count;
-  const Pack g = k.gain;
+  const Pack g = block.gamma_step;
   Pack p[M], s[M], v[N + 3];
-  for (int c = 0; c < M; c++) p[c] = broadcast<Pack>(places[c]), s[c] = broadcast<Pack>(speeds[c]);
+  for (int c = 0; c < M; c++) p[c] = broadcast<Pack>(positions[c]), s[c] = broadcast<Pack>(velocities[c]);
   for (int i = 0; i < N + 3; i++) {
-    v[i] = k.eliminated[i];
-    for (int c = 0; c < M; c++) v[i] += k.answer[i][c] * s[c];
+    v[i] = block.ball_solution[i];
+    for (int c = 0; c < M; c++) v[i] += block.body_response[i][c] * s[c];
   }
-  if (EVEN) to[ANGLE] = broadcast<Pack>(cage[0]), to[ORBIT_RATE] = broadcast<Pack>(cage[1]);
-  Pack place[N];
+  if (EVEN) stage[ANGLE] = broadcast<Pack>(cage[0]), stage[ORBIT_RATE] = broadcast<Pack>(cage[1]);
+  Pack position[N];
   for (int i = 0; i < N; i++) {
-    int c = Unknown<EVEN>::place(i);
-    to[c] = place[i] = g * (k.right[c] + v[i]), to[VELOCITY + c] = v[i];
+    int c = Unknown<EVEN>::column(i);
+    stage[c] = position[i] = g * (block.rhs[c] + v[i]), stage[VELOCITY + c] = v[i];
   }
-  for (int i = 0; i < 3; i++) to[SPIN + i] = v[N + i];
-  Pack found[2];
+  for (int i = 0; i < 3; i++) stage[SPIN + i] = v[N + i];
+  Pack power[2];
   for (int n = 0; n < 2; n++) {
-    const Pack *row = k.tile[POWER_ROWS + n];
-    Pack sum = row[OWN_SPINS] * v[N] + row[OWN_SPINS + 1] * v[N + 1] + row[OWN_SPINS + 2] * v[N + 2], more{};
-    for (int i = 0; i < N; i++) sum += row[OWN_SPEEDS + i] * v[i] + row[OWN_PLACES + i] * place[i];
-    for (int c = 0; c < M; c++) more += row[BODY_PLACES + c] * p[c];
-    for (int c = 0; c < M; c++) more += row[BODY_SPEEDS + c] * s[c];
-    found[n] = sum + more;
+    const Pack *row = block.jacobian[POWER_ROWS + n];
+    Pack sum = row[BALL_SPINS] * v[N] + row[BALL_SPINS + 1] * v[N + 1] + row[BALL_SPINS + 2] * v[N + 2], body_part{};
+    for (int i = 0; i < N; i++) sum += row[BALL_VELOCITIES + i] * v[i] + row[BALL_POSITIONS + i] * position[i];
+    for (int c = 0; c < M; c++) body_part += row[BODY_POSITIONS + c] * p[c];
+    for (int c = 0; c < M; c++) body_part += row[BODY_VELOCITIES + c] * s[c];
+    power[n] = sum + body_part;
   }
-  to[DRIVE_WORK] = g * (k.right[DRIVE_WORK] + found[0]), to[DISSIPATED] = g * (k.right[DISSIPATED] + found[1]);
-  to[GROSS_WORK] = g * (k.right[GROSS_WORK] + select(k.first[DRIVE_WORK] >= 0.0, found[0], -found[0]));
+  stage[DRIVE_WORK] = g * (block.rhs[DRIVE_WORK] + power[0]), stage[DISSIPATED] = g * (block.rhs[DISSIPATED] + power[1]);
+  stage[GROSS_WORK] = g * (block.rhs[GROSS_WORK] + select(block.start_rates[DRIVE_WORK] >= 0.0, power[0], -power[0]));
 }
 
-// Calls what is made for even cages or others, with room for so many unknowns of the bodies.
+// Calls the instance for even cages or others, with capacity for the unknowns of the bodies.
 template <class Function>
-CORE_INLINE void sized(const Layout &layout, Function function) {
-  auto with_room = [&]<bool EVEN>() __attribute__((always_inline)) {
+CORE_INLINE void call_sized(const Layout &layout, Function function) {
+  auto with_capacity = [&]<bool EVEN>() __attribute__((always_inline)) {
     if (layout.unknowns == 0) function.template operator()<EVEN, 0>();
     else if (layout.unknowns == 1) function.template operator()<EVEN, 1>();
     else if (layout.unknowns <= 4) function.template operator()<EVEN, 4>();
     else if (layout.unknowns <= 6) function.template operator()<EVEN, 6>();
-    else function.template operator()<EVEN, MOST_FREE>();
+    else function.template operator()<EVEN, MAX_FREE>();
   };
-  if (layout.even) with_room.template operator()<true>();
-  else with_room.template operator()<false>();
+  if (layout.even) with_capacity.template operator()<true>();
+  else with_capacity.template operator()<false>();
 }
 
 // The inverse of the first n rows and columns, by Gauss and Jordan with pivots.
-inline void invert(const double (&matrix)[MOST_FREE][MOST_FREE], int n, double (&inverse)[MOST_FREE][MOST_FREE]) {
-  double a[MOST_FREE][MOST_FREE];
+inline void invert(const double (&matrix)[MAX_FREE][MAX_FREE], int n, double (&inverse)[MAX_FREE][MAX_FREE]) {
+  double a[MAX_FREE][MAX_FREE];
   for (int i = 0; i < n; i++)
     for (int j = 0; j < n; j++) a[i][j] = matrix[i][j], inverse[i][j] = i == j ? 1.0 : 0.0;
   for (int c = 0; c < n; c++) {
@@ -331,8 +333,8 @@ inline void invert(const double (&matrix)[MOST_FREE][MOST_FREE], int n, double (
       if (std::fabs(a[i][c]) > std::fabs(a[pivot][c])) pivot = i;
     if (pivot != c)
       for (int j = 0; j < n; j++) std::swap(a[c][j], a[pivot][j]), std::swap(inverse[c][j], inverse[pivot][j]);
-    double over = 1.0 / a[c][c];
-    for (int j = 0; j < n; j++) a[c][j] *= over, inverse[c][j] *= over;
+    double inverse_pivot = 1.0 / a[c][c];
+    for (int j = 0; j < n; j++) a[c][j] *= inverse_pivot, inverse[c][j] *= inverse_pivot;
     for (int i = 0; i < n; i++) {
       if (i == c) continue;
       double factor = a[i][c];
@@ -341,18 +343,18 @@ inline void invert(const double (&matrix)[MOST_FREE][MOST_FREE], int n, double (
   }
 }
 
-inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, BodyStep &e, double g) {
-  Corner corner{}, by_place{};
-  sized(layout, [&]<bool EVEN, int M>() __attribute__((always_inline)) {
-    for (BallBlock &k : blocks) factorise_block<EVEN, M>(k, corner, by_place);
+inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, BodyStep &body, double g) {
+  BodyMatrix schur{}, by_position{};
+  call_sized(layout, [&]<bool EVEN, int M>() __attribute__((always_inline)) {
+    for (BallBlock &block : blocks) factorise_block<EVEN, M>(block, schur, by_position);
   });
   for (int i = 0; i < layout.unknowns; i++)
     for (int j = 0; j < layout.unknowns; j++) {
-      e.answer_to_place[i][j] = e.over_inertia[i] * (total(by_place[i][j]) + e.by_place[i][j]);
-      double answer = total(corner[i][j]) + e.by_speed[i][j] + g * e.by_place[i][j];
-      e.corner[i][j] = (i == j ? 1.0 / g : 0.0) - e.over_inertia[i] * answer;
+      body.position_coupling[i][j] = body.inverse_inertia[i] * (lane_sum(by_position[i][j]) + body.by_position[i][j]);
+      double derivative = lane_sum(schur[i][j]) + body.by_velocity[i][j] + g * body.by_position[i][j];
+      body.schur[i][j] = (i == j ? 1.0 / g : 0.0) - body.inverse_inertia[i] * derivative;
     }
-  invert(e.corner, layout.unknowns, e.inverse);
+  invert(body.schur, layout.unknowns, body.inverse);
 }
 
 }  // namespace core

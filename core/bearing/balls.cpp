@@ -1,5 +1,6 @@
-// Balls between rings whose motion is prescribed, stepped together by explicit or implicit-explicit methods, with what neighbours
-// do to each other; exported functions on C-contiguous arrays of doubles.
+// Explicit and implicit-explicit methods of balls between rings whose motion is prescribed, with common steps and contacts between
+// neighbours; exported functions on C-contiguous arrays of doubles.
+#include "../methods/events.hpp"
 #include "chunk.hpp"
 #include "numbers.hpp"
 
@@ -13,44 +14,44 @@ class PrescribedBalls {
   explicit PrescribedBalls(const Chunk &chunk)
       : number(chunk.balls), chunk(chunk), bearing(chunk.bearing), layout(chunk.bodies), blocks((number + LANES - 1) / LANES) {
     std::vector<int> numbers(number);
-    for (int place = 0; place < int(blocks.size()) * LANES; place++) {
-      int ball = std::min(place, int(number) - 1);
-      chunk.load(ball, blocks[place / LANES], place % LANES);
+    for (int i = 0; i < int(blocks.size()) * LANES; i++) {
+      int ball = std::min(i, int(number) - 1);
+      chunk.load(ball, blocks[i / LANES], i % LANES);
       numbers[ball] = ball;
     }
-    touching.begin(chunk.near, chunk.balls, numbers);
+    touching.start(chunk.near, chunk.balls, numbers);
   }
 
-  // DERIVATIVES are those without contacts between balls.
+  // With DERIVATIVES those without contacts between balls.
   template <bool DERIVATIVES>
   void evaluate(double time) {
-    Pushes push{};
-    Pack carried{}, speed = broadcast<Pack>(chunk.drive.speed_at(time));
-    for (BallBlock &k : blocks) {
-      if (bearing.defects.count) k.heights = heights(time, speed, k.y);
-      prescribed_forces<DERIVATIVES>(bearing, speed, k);
+    BodyForces no_forces{};
+    Pack no_inertia{}, speed = broadcast<Pack>(chunk.drive.speed_at(time));
+    for (BallBlock &block : blocks) {
+      if (bearing.defects.count) block.heights = heights(time, speed, block.y);
+      prescribed_forces<DERIVATIVES>(bearing, speed, block);
     }
     if (touching.active()) touching.add<false>(bearing, blocks);
-    for (BallBlock &k : blocks) finish_rates<DERIVATIVES>(bearing, layout, k, push, carried);
+    for (BallBlock &block : blocks) finish_rates<DERIVATIVES>(bearing, layout, block, no_forces, no_inertia);
   }
-  // Rates (balls, COLUMNS) at the start, of the tangential velocity in place of the orbit rate.
-  void rates(double *found) {
-    for (BallBlock &k : blocks) k.y = k.start;
+  // Rates (balls, COLUMNS) at the start, of the tangential velocity instead of the orbit rate.
+  void start_rates(double *rates) {
+    for (BallBlock &block : blocks) block.y = block.start;
     evaluate<false>(0.0);
     for (int ball = 0; ball < number; ball++) {
-      auto y = in_lane(blocks[ball / LANES].start, ball % LANES), f = in_lane(blocks[ball / LANES].f, ball % LANES);
+      auto y = lane_state(blocks[ball / LANES].start, ball % LANES), f = lane_state(blocks[ball / LANES].f, ball % LANES);
       f[ORBIT_RATE] = y[RADIUS] * f[ORBIT_RATE] + y[VELOCITY] * y[ORBIT_RATE];
-      std::copy(f.begin(), f.end(), found + ball * COLUMNS);
+      std::copy(f.begin(), f.end(), rates + ball * COLUMNS);
     }
   }
-  void keep(int row) const {
-    for (int ball = 0; ball < number; ball++) chunk.store(row, ball, blocks[ball / LANES].start, blocks[ball / LANES].before, ball % LANES);
+  void store(int row) const {
+    for (int ball = 0; ball < number; ball++) chunk.store(row, ball, blocks[ball / LANES].start, blocks[ball / LANES].start_orientation, ball % LANES);
     for (int ball = 0; ball < number && row < 0; ball++) store_carried(blocks[ball / LANES].carried, ball % LANES, chunk.carried + ball * CARRIED);
   }
   std::pair<Status, int> check() const {
     for (int ball = 0; ball < number; ball++) {
-      auto y = in_lane(blocks[ball / LANES].start, ball % LANES);
-      if (Status status = check_ball(bearing, y, prescribed_places(bearing, y)); status != OK) return {status, ball};
+      auto y = lane_state(blocks[ball / LANES].start, ball % LANES);
+      if (Status status = check_ball(bearing, y, prescribed_positions(bearing, y)); status != OK) return {status, ball};
     }
     return {OK, 0};
   }
@@ -62,46 +63,46 @@ class PrescribedBalls {
   std::vector<BallBlock> blocks;
   TouchingBalls touching;
 
-  // Ends a step.
-  void carry_on_all() {
-    for (BallBlock &k : blocks)
+  // States of laws at the end of a step.
+  void advance_carried_laws() {
+    for (BallBlock &block : blocks)
       for (int lane = 0; lane < LANES && bearing.carried != CarriedLaw::none; lane++)
-        carry_on(bearing, prescribed_places(bearing, in_lane(k.start, lane)), lane, k.carried);
+        advance_carried(bearing, prescribed_positions(bearing, lane_state(block.start, lane)), lane, block.carried);
   }
 
  private:
-  // Of raceways: orientations, on which heights of balls depend, turn apart from the states.
+  // Of raceways alone: defects of balls need their orientations, which are integrated at longer intervals.
   Heights heights(double time, const Pack &speed, const BallState &y) const {
-    Pack turned = broadcast<Pack>(chunk.drive.angle_at(time));
-    return heights_at(bearing.defects, surface_places(y[ANGLE], y[ORBIT_RATE], turned, speed, Quaternion{}, Triple{}, Mask{}), Pack{});
+    Pack ring_angle = broadcast<Pack>(chunk.drive.angle_at(time));
+    return heights_at(bearing.defects, surface_positions(y[ANGLE], y[ORBIT_RATE], ring_angle, speed, Quaternion{}, Triple{}, Mask{}), Pack{});
   }
 };
 
-// By an explicit method. Unstable above about 3 / (fastest rate): contact frequency or mu N / (m v_s).
+// Explicit Runge-Kutta methods. Unstable for steps above about 3 / (fastest rate): contact frequency or mu N / (m v_s).
 class ExplicitBalls : public PrescribedBalls {
  public:
   ExplicitBalls(const Chunk &chunk, const RungeKuttaMethod &method)
       : PrescribedBalls(chunk), method(method), adapts(method.adapts()), before(blocks.size()), before_rates(before), errors(blocks.size()),
         slopes(method.stages + 1, before) {
-    for (int c = 0; c < MOTION; c++) over_scale[c] = 1.0 / chunk.scale[c];
+    for (int c = 0; c < MOTION; c++) inverse_scale[c] = 1.0 / chunk.scale[c];
   }
 
-  double step(double time, double h, bool begun) {
+  double step(double time, double h, bool warm) {
     int stages = method.stages;
-    for (int stage = begun ? 1 : 0; stage <= stages; stage++) {
+    for (int stage = warm ? 1 : 0; stage <= stages; stage++) {
       bool end = stage == stages;
       combine(h, end ? method.weight : method.a[stage], stage);
       evaluate<false>(end ? time + h : time + method.node[stage] * h);
       for (std::size_t b = 0; b < blocks.size(); b++) slopes[stage][b] = blocks[b].f;
     }
     chunk.counts[2] += stages * number;
-    if (!adapts) return 0.0;  // what is not finite is found by `check`
+    if (!adapts) return 0.0;  // `check` detects states that are not finite
     double greatest = 0.0;
     for (std::size_t b = 0; b < blocks.size(); b++) {
-      BallState change{};
+      BallState error{};
       for (int j = 0; j <= stages; j++)
-        for (int c = 0; c < MOTION; c++) change[c] += h * method.error[j] * slopes[j][b][c];
-      errors[b] = squares_of(blocks[b].start, change, broadcast<Pack>(1.0), over_scale);
+        for (int c = 0; c < MOTION; c++) error[c] += h * method.error[j] * slopes[j][b][c];
+      errors[b] = scaled_square_sum(blocks[b].start, error, broadcast<Pack>(1.0), inverse_scale);
     }
     for (int k = 0; k < number; k++) greatest = std::max(greatest, error_of(k));
     return std::sqrt(greatest / MOTION);
@@ -112,27 +113,27 @@ class ExplicitBalls : public PrescribedBalls {
       if (error_of(k) > error_of(worst)) worst = k;
     return worst;
   }
-  void move_on(bool fresh) {
+  void accept(bool fresh) {
     for (std::size_t b = 0; b < blocks.size(); b++) {
       if (fresh) before[b] = blocks[b].start, before_rates[b] = slopes[0][b];
       blocks[b].start = blocks[b].y, slopes[0][b] = slopes[method.stages][b];
     }
-    carry_on_all();
+    advance_carried_laws();
   }
   void turn(double seconds, double, int) {
     for (std::size_t b = 0; b < blocks.size(); b++) {
-      BallBlock &k = blocks[b];
+      BallBlock &block = blocks[b];
       BallState middle;
-      for (int c = 0; c < MOTION; c++) middle[c] = hermite(0.5, seconds, before[b][c], before_rates[b][c], k.start[c], slopes[0][b][c]);
-      k.before = rotated(k.before, spin_in_frame(before[b]), spin_in_frame(middle), spin_in_frame(k.start), broadcast<Pack>(seconds));
-      before[b] = k.start, before_rates[b] = slopes[0][b];
+      for (int c = 0; c < MOTION; c++) middle[c] = hermite(0.5, seconds, before[b][c], before_rates[b][c], block.start[c], slopes[0][b][c]);
+      block.start_orientation = rotated(block.start_orientation, spin_in_frame(before[b]), spin_in_frame(middle), spin_in_frame(block.start), broadcast<Pack>(seconds));
+      before[b] = block.start, before_rates[b] = slopes[0][b];
     }
   }
 
  private:
   const RungeKuttaMethod &method;
   const bool adapts;
-  double over_scale[MOTION];
+  double inverse_scale[MOTION];
   std::vector<BallState> before, before_rates;
   std::vector<Pack> errors;
   std::vector<std::vector<BallState>> slopes;
@@ -151,75 +152,75 @@ class ExplicitBalls : public PrescribedBalls {
   }
 };
 
-// By an implicit-explicit step: leapfrog (Stoermer, Verlet) for what contacts push, linearly implicit for what resists
-// motion. Places take half a step, then velocities a whole one at the places in between by the linearly implicit midpoint
-// rule, (I - h/2 dF/dv) dv = h F, then places the other half. Second order; elastic contacts limit the step as in leapfrog,
-// friction does not, but slip that ought to die within a step rings instead (its factor tends to -1). What balls do to each
-// other is taken explicitly.
+// An implicit-explicit method: leapfrog (Stoermer, Verlet) for elastic forces, linearly implicit for friction and damping.
+// Positions advance half a step, then velocities a whole one at these positions by the linearly implicit midpoint rule,
+// (I - h/2 dF/dv) dv = h F, then positions the other half. Second order; elastic contacts limit the step as in leapfrog,
+// friction does not, but slip that should decay within a step oscillates instead (its factor tends to -1). Contacts between
+// balls are explicit.
 class ImexBalls : public PrescribedBalls {
  public:
   explicit ImexBalls(const Chunk &chunk) : PrescribedBalls(chunk), first_spin(blocks.size()), spin_sum(blocks.size()) {
-    touching.storing = 0.0;  // a step takes losses at its first velocities: first order does for damping alone
-    begin_turning();
+    touching.storing = 0.0;  // losses at the first velocities of a step are of first order, enough for damping alone
+    start_turning();
   }
 
   double step(double time, double h, bool) {
-    for (BallBlock &k : blocks) drift(0.5 * h, k.start), k.y = k.start;
+    for (BallBlock &block : blocks) drift(0.5 * h, block.start), block.y = block.start;
     evaluate<true>(time + 0.5 * h);
     for (std::size_t b = 0; b < blocks.size(); b++) {
       kick(h, blocks[b]);
       drift(0.5 * h, blocks[b].start);
       spin_sum[b] = spin_sum[b] + spin_in_frame(blocks[b].start);
     }
-    carry_on_all();
+    advance_carried_laws();
     chunk.counts[2] += number, chunk.counts[3] += number;
     return 0.0;
   }
   int worst() const { return 0; }
-  void move_on(bool) {}
+  void accept(bool) {}
   void turn(double, double step, int steps) {  // by the trapezoidal mean of spin
     for (std::size_t b = 0; b < blocks.size(); b++) {
       Triple last = spin_in_frame(blocks[b].start), middle;
-      for (int i = 0; i < 3; i++) {  // of which `rotated` finds that mean
+      for (int i = 0; i < 3; i++) {  // such that Simpson's rule in `rotated` gives that mean
         Pack mean = (1.0 / steps) * (spin_sum[b][i] + 0.5 * (first_spin[b][i] - last[i]));
         middle[i] = 0.25 * (6.0 * mean - (first_spin[b][i] + last[i]));
       }
-      blocks[b].before = rotated(blocks[b].before, first_spin[b], middle, last, broadcast<Pack>(steps * step));
+      blocks[b].start_orientation = rotated(blocks[b].start_orientation, first_spin[b], middle, last, broadcast<Pack>(steps * step));
     }
-    begin_turning();
+    start_turning();
   }
 
  private:
   std::vector<Triple> first_spin, spin_sum;
 
-  void begin_turning() {
+  void start_turning() {
     for (std::size_t b = 0; b < blocks.size(); b++) first_spin[b] = spin_in_frame(blocks[b].start), spin_sum[b] = Triple{};
   }
   static void drift(double h, BallState &ball) {
     for (int c = 0; c < VELOCITY; c++) ball[c] += h * ball[VELOCITY + c];
   }
   // The midpoint rule at fixed places: W = I/(h/2) - dF/dv, right-hand side 2 F.
-  static void kick(double h, BallBlock &k) {
-    Corner corner, by_place;  // of no bodies
+  static void kick(double h, BallBlock &block) {
+    BodyMatrix schur, by_position;  // unused without bodies
     for (int row = MOTION_ROWS; row < BODY_ROWS; row++)
-      for (int c = 0; c < 3; c++) k.tile[row][OWN_PLACES + c] = Pack{};
-    k.gain = broadcast<Pack>(0.5 * h), k.first = k.f;
-    for (int c = 0; c < COLUMNS; c++) k.right[c] = 2.0 * k.f[c];
-    factorise_block<false, 0>(k, corner, by_place);
-    eliminate_block<false, 0>(k, nullptr, nullptr);
-    follow_block<false, 0>(k, nullptr, nullptr, nullptr, k.stage[0]);
-    for (int c = VELOCITY; c < COLUMNS; c++) k.start[c] += k.stage[0][c];
+      for (int c = 0; c < 3; c++) block.jacobian[row][BALL_POSITIONS + c] = Pack{};
+    block.gamma_step = broadcast<Pack>(0.5 * h), block.start_rates = block.f;
+    for (int c = 0; c < COLUMNS; c++) block.rhs[c] = 2.0 * block.f[c];
+    factorise_block<false, 0>(block, schur, by_position);
+    forward_eliminate_block<false, 0>(block, nullptr, nullptr);
+    back_substitute_block<false, 0>(block, nullptr, nullptr, nullptr, block.stage[0]);
+    for (int c = VELOCITY; c < COLUMNS; c++) block.start[c] += block.stage[0][c];
   }
 };
 
-// Adds a share of what contacts of neighbours store [J] to the losses of the ball behind, in states (balls, COLUMNS): damping
-// never pulls, and what elastic energy is left then is lost at once, which no error of a motion shows. So the integral of losses
-// takes in what contacts of balls store, too.
-inline void add_stored(const Bearing &bearing, int balls, const std::uint8_t *near, double share, double *state) {
+// Adds `factor` times the elastic energy of contacts between neighbours [J] to the dissipation of the ball behind, in states (balls,
+// COLUMNS). Damping never pulls: elastic energy that remains at separation is lost at once, without an effect on the error of the
+// motion, so that the integral of the dissipation includes the elastic energy of these contacts.
+inline void add_stored(const Bearing &bearing, int balls, const std::uint8_t *near, double factor, double *state) {
   for (int k = 0; k < balls; k++) {
     if (!near[k]) continue;
     auto get = [&](int ball, int column) { return state[ball * COLUMNS + column]; };
-    state[k * COLUMNS + DISSIPATED] += share * std::get<0>(contact_with_next(bearing, k, k + 1 < balls ? k + 1 : 0, get)).energy;
+    state[k * COLUMNS + DISSIPATED] += factor * std::get<0>(contact_with_next(bearing, k, k + 1 < balls ? k + 1 : 0, get)).energy;
   }
 }
 
@@ -233,8 +234,8 @@ enum Family { IMEX, RUNGE_KUTTA, LINEARLY_IMPLICIT };
 
 }  // namespace
 
-// Moves balls, and ring, cage and shaft, through a chunk by a method of this family. Methods without an error estimate take equal
-// steps between two instants, none longer than `longest` [s].
+// Integrates balls, and ring, cage and shaft, over a chunk by a method of this family. Methods without an error estimate take equal
+// steps between two outputs, none longer than `longest` [s].
 CORE_EXPORT int core_integrate(
     const double *bearing_numbers, const double *points, std::int64_t family, const double *method_numbers, const double *body_numbers,
     const double *load, const double *load_rate, const double *drive, const double *scales, double longest, double duration,
@@ -247,21 +248,21 @@ CORE_EXPORT int core_integrate(
   std::vector<double> body_states(instants * BODY_NUMBERS);
   Chunk chunk{bearing, bodies, drive_of(drive), duration, scales, int(instants), times, stop, int(balls), near, state, orientation, steps,
               carried, body_state.data(), states, orientations, body_states.data(), counts, failure};
-  auto together = [&](auto &&all, const Pace &pace) {
+  auto with_common_steps = [&](auto &&motion, const Pace &pace) {
     double next = 0.0;
-    Status status = step_together(all, pace, duration, int(instants), times, stop, counts, failure, next);
+    Status status = integrate_together(motion, pace, duration, int(instants), times, stop, counts, failure, next);
     if (status == OK) std::fill(steps, steps + balls, next);
     return status;
   };
-  if (family == IMEX) return together(ImexBalls(chunk), {longest, 0, true});
+  if (family == IMEX) return with_common_steps(ImexBalls(chunk), {longest, 0, true});
   if (family == RUNGE_KUTTA) {
     RungeKuttaMethod method = runge_kutta_of(method_numbers);
-    return together(ExplicitBalls(chunk, method), {method.adapts() ? steps[0] : longest, method.adapts() ? method.order : 0, false});
+    return with_common_steps(ExplicitBalls(chunk, method), {method.adapts() ? steps[0] : longest, method.adapts() ? method.order : 0, false});
   }
   Status status = by_rosenbrock(chunk, rosenbrock_of(method_numbers));
   if (status != OK || Layout(bodies).unknowns == 0) return status;
-  auto write = [&](const double *from, double *to) {
-    for_each_number(bodies, true, [&](int number, int place) { to[place] = from[number]; });
+  auto write = [&](const double *body_numbers, double *out) {
+    for_each_number(bodies, true, [&](int number, int border_number) { out[border_number] = body_numbers[number]; });
   };
   write(body_state.data(), border);
   for (int i = 0; i < instants; i++) write(body_states.data() + i * BODY_NUMBERS, borders + i * BORDER);
@@ -276,17 +277,17 @@ CORE_EXPORT void core_all_rates(const double *bearing_numbers, const double *poi
   std::vector<double> orientations(4 * balls), carried(CARRIED * balls);
   Chunk chunk{bearing, bodies, {ring_angle, ring_speed, 0.0}, 0.0, nullptr, 0, nullptr, nullptr, int(balls), near, state, orientations.data(), nullptr,
               carried.data(), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
-  PrescribedBalls(chunk).rates(rates);
+  PrescribedBalls(chunk).start_rates(rates);
 }
 
 // See `add_stored`; states (instants, balls, COLUMNS).
 CORE_EXPORT void core_add_stored(const double *bearing_numbers, const double *points, std::int64_t number, const std::uint8_t *near,
-                                 double share, std::int64_t instants, double *states) {
+                                 double factor, std::int64_t instants, double *states) {
   Bearing bearing = bearing_of(bearing_numbers, points);
-  for (int i = 0; i < instants; i++) add_stored(bearing, int(number), near, share, states + i * number * COLUMNS);
+  for (int i = 0; i < instants; i++) add_stored(bearing, int(number), near, factor, states + i * number * COLUMNS);
 }
 
-// Which balls may meet.
+// See `neighbours`.
 CORE_EXPORT void core_mark_near(double ball_radius, const double *state, std::int64_t balls, double reach, double ahead, std::uint8_t *near) {
   neighbours::mark_near(ball_radius, {state, int(balls)}, reach, ahead, near);
 }

@@ -21,7 +21,7 @@ void write(const Matrix5 &matrix, double *out) {
 void write_heights(const SurfaceDefects &defects, double azimuth, double ring_angle, int ball, double *out) {
   Quaternion start{Pack{}, Pack{}, broadcast<Pack>(-std::sin(0.5 * azimuth)), broadcast<Pack>(std::cos(0.5 * azimuth))};
   Mask first = ball == 0 ? ~Mask{} : Mask{};
-  Heights found = heights_at(defects, surface_places(broadcast<Pack>(azimuth), Pack{}, broadcast<Pack>(ring_angle), Pack{}, start, Triple{}, first), Pack{});
+  Heights found = heights_at(defects, surface_positions(broadcast<Pack>(azimuth), Pack{}, broadcast<Pack>(ring_angle), Pack{}, start, Triple{}, first), Pack{});
   out[0] = found.inner.value[0], out[1] = found.outer.value[0];
 }
 

@@ -162,7 +162,7 @@ inline Balance<Number> balance_at(const Seat &seat, const Plane<Pack> &opening, 
 }
 
 // Derivatives by the ball's place, the opening kept, and by the opening, the place kept.
-CORE_INLINE Plane<Pack> by_place(const Number &x) { return {x.slope[2] - x.slope[0], x.slope[3] - x.slope[1]}; }
+CORE_INLINE Plane<Pack> by_position(const Number &x) { return {x.slope[2] - x.slope[0], x.slope[3] - x.slope[1]}; }
 CORE_INLINE Plane<Pack> by_opening(const Number &x) { return {x.slope[0], x.slope[1]}; }
 CORE_INLINE Pack dot(const Plane<Pack> &a, const Plane<Pack> &b) { return a.r * b.r + a.z * b.z; }
 
@@ -171,7 +171,7 @@ struct PlaceEquations {
   Plane<Pack> radial, axial;
   Pack determinant;
   explicit PlaceEquations(const Balance<Number> &here)
-      : radial(by_place(here.left_r)), axial(by_place(here.left_z)), determinant(radial.r * axial.z - radial.z * axial.r) {}
+      : radial(by_position(here.left_r)), axial(by_position(here.left_z)), determinant(radial.r * axial.z - radial.z * axial.r) {}
   Mask singular() const {
     return ~(absolute(determinant) > 1e-14 * (absolute(radial.r * axial.z) + absolute(radial.z * axial.r)));
   }
@@ -216,7 +216,7 @@ inline Settled newton(const Seat &seat, const Plane<Pack> &opening, const Plane<
     if (Mask last = enough & ~singular; any(last)) {
       found.place = select(last, {found.place.r + step.r, found.place.z + step.z}, found.place);
       for (Number *one : {&at.force_r, &at.force_z, &at.moment})
-        one->value = select(last, one->value + dot(by_place(*one), step), one->value);
+        one->value = select(last, one->value + dot(by_position(*one), step), one->value);
     }
     found.done |= enough | resting;
     running &= ~(enough | resting | singular | (failures >= double(MOST_HALVINGS)));
@@ -252,8 +252,8 @@ inline FirstPlace first_place(const Seat &seat, const Plane<Pack> &opening, cons
   Plane<Pack> force{0.5 * seat.ball_mass * seat.pitch_diameter * orbit * orbit + weight.r, weight.z};
   Mask floats = loose & (force.r == 0.0) & (force.z == 0.0);
   Plane<Pack> outside = resting_on(seat, seat.outer, force, weight.outer);
-  Plane<Pack> inside = resting_on(seat, seat.inner, {-force.r, -force.z}, weight.inner);
-  Plane<Pack> gap{opening.r - outside.r, opening.z - outside.z}, low{opening.r - inside.r, opening.z - inside.z};
+  Plane<Pack> dense_output = resting_on(seat, seat.inner, {-force.r, -force.z}, weight.inner);
+  Plane<Pack> gap{opening.r - outside.r, opening.z - outside.z}, low{opening.r - dense_output.r, opening.z - dense_output.z};
   Mask clear_inner = dot(gap, gap) <= reach_i * reach_i;
   Mask clear_outer = dot(low, low) <= reach_o * reach_o;
   // Pressed against both, it is where circles about their centres meet, on the side to which the force points. It begins
@@ -408,7 +408,7 @@ class Ring {
       Plane<Pack> by_z = equations.solved(here.left_r.slope[1], here.left_z.slope[1]);
       b.place = found.place;
       auto condensed = [&](const Number &one) __attribute__((always_inline)) {
-        Plane<Pack> place = by_place(one), own = by_opening(one);
+        Plane<Pack> place = by_position(one), own = by_opening(one);
         Plane<Pack> by{own.r + dot(place, by_r), own.z + dot(place, by_z)};
         return b.present * through_opening(one.value, by, seen.radial, seen.axial);
       };

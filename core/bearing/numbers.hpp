@@ -1,6 +1,7 @@
-// Reads the numbers that the exported functions of the bearing are given.
+// Reads the arrays of numbers that describe a bearing, its bodies and methods.
 #pragma once
 #include "../methods/rosenbrock.hpp"
+#include "../methods/runge_kutta.hpp"
 #include "elements.hpp"
 
 namespace core {
@@ -11,14 +12,14 @@ class Reader {
   explicit Reader(const double *numbers) : next(numbers) {}
   template <class... X> void operator()(X &...x) { (take(x), ...); }
   int integer() { return int(*next++); }
-  const double *rest() const { return next; }
+  const double *remaining() const { return next; }
 
  private:
   const double *next;
   void take(double &number) { number = *next++; }
-  template <class X, std::size_t N> void take(X (&numbers)[N]) { for (X &one : numbers) take(one); }
+  template <class X, std::size_t N> void take(X (&numbers)[N]) { for (X &x : numbers) take(x); }
   void take(GroovePolynomial &p) { take(p.term), take(p.least); }
-  void take(Raceway &r) { (*this)(r.locus_radius, r.groove_radius, r.given, r.modulus, r.coefficient, r.semi_major, r.semi_minor); }
+  void take(Raceway &r) { (*this)(r.locus_radius, r.groove_radius, r.nominal_coefficient, r.modulus, r.coefficient, r.semi_major, r.semi_minor); }
   void take(Wall &w) { (*this)(w.stiffness, w.relaxation_time, w.friction); }
 };
 
@@ -45,7 +46,7 @@ inline Bearing bearing_of(const double *numbers, const double *points) {
   if (b.lubricant.works())
     for (Raceway *raceway : {&b.inner, &b.outer})
       read(raceway->film);
-  b.defects = defects_of(read.rest());
+  b.defects = defects_of(read.remaining());
   return b;
 }
 
@@ -65,12 +66,12 @@ inline RungeKuttaMethod runge_kutta_of(const double *numbers) {
   return m;
 }
 
-// The state of ring, cage and shaft as it is handed over: places x, y, z, tilt about x and y (or the centre x, y of a guided
-// cage), angle of the cage; their velocities; the integrals; angle and speed of a shaft that a torque turns, and its work;
-// place and velocity of the housing.
-constexpr int BORDER_PLACES = 6, BORDER_CAGE = 5, BORDER_SHAFT = 15, BORDER_TORQUE_WORK = 17, BORDER_HOUSING = 18, BORDER = 20;
+// The state of ring, cage and shaft between Python and the core: positions x, y, z, tilt about x and y (or the centre x, y of a guided
+// cage), angle of the cage; their velocities; the integrals; angle and speed of a torque-driven shaft, and its work;
+// position and velocity of the housing.
+constexpr int BORDER_POSITIONS = 6, BORDER_CAGE = 5, BORDER_SHAFT = 15, BORDER_TORQUE_WORK = 17, BORDER_HOUSING = 18, BORDER = 20;
 
-inline int place_in_border(const CoupledBodies &b, int coordinate) {
+inline int border_index(const CoupledBodies &b, int coordinate) {
   if (coordinate == SHAFT) return BORDER_SHAFT;
   if (coordinate == HOUSING) return BORDER_HOUSING;
   if (coordinate == CAGE_ANGLE) return BORDER_CAGE;
@@ -79,24 +80,24 @@ inline int place_in_border(const CoupledBodies &b, int coordinate) {
   return coordinate;
 }
 
-// Calls function(number of a body's state, number of the border) for all that both have; `moving`: that may change.
+// Calls function(index in a body's state, index in the border) for all numbers of both; `moving`: those of free coordinates.
 template <class Function>
 void for_each_number(const CoupledBodies &b, bool moving, Function function) {
   for (int c = 0; c < COORDINATES; c++) {
-    int place = place_in_border(b, c);
-    if (place < 0 || ((moving || c == SHAFT) && !b.free[c])) continue;
-    function(c, place), function(COORDINATES + c, place >= BORDER_SHAFT ? place + 1 : BORDER_PLACES + place);
+    int position = border_index(b, c);
+    if (position < 0 || ((moving || c == SHAFT) && !b.free[c])) continue;
+    function(c, position), function(COORDINATES + c, position >= BORDER_SHAFT ? position + 1 : BORDER_POSITIONS + position);
   }
-  for (int i = LOAD_WORK; i <= LAND_WORK; i++) function(2 * COORDINATES + i, 2 * BORDER_PLACES + i);
+  for (int i = LOAD_WORK; i <= LAND_WORK; i++) function(2 * COORDINATES + i, 2 * BORDER_POSITIONS + i);
   if (b.free[SHAFT]) function(2 * COORDINATES + TORQUE_WORK, BORDER_TORQUE_WORK);
 }
 
 inline BodyState state_of(const Bearing &bearing, const CoupledBodies &bodies, const double *border) {
   BodyState state{};
-  for_each_number(bodies, false, [&](int number, int place) { state[number] = border[place]; });
+  for_each_number(bodies, false, [&](int number, int border_number) { state[number] = border[border_number]; });
   if (bodies.ring == RingMotion::tilted) {
     std::copy(bearing.offset, bearing.offset + 3, state.begin());
-    state[TILT_X] = bodies.rest[TILT_X], state[TILT_Y] = bodies.rest[TILT_Y];
+    state[TILT_X] = bodies.rest_position[TILT_X], state[TILT_Y] = bodies.rest_position[TILT_Y];
   }
   return state;
 }
@@ -108,15 +109,15 @@ inline CoupledBodies bodies_of(const double *numbers, const double *load, const 
   CoupledBodies b{};
   Reader read(numbers);
   b.ring = RingMotion(read.integer()), b.cage = CageKind(read.integer()), b.guided = read.integer() != 0;
-  for (bool &one : b.free) one = read.integer() != 0;
-  read(b.inertia, b.stiffness, b.damping, b.rest, b.weight, b.place_scale, b.speed_scale);
+  for (bool &free : b.free) free = read.integer() != 0;
+  read(b.inertia, b.stiffness, b.damping, b.rest_position, b.weight, b.position_scale, b.velocity_scale);
   read(b.polar_inertia, b.unbalance, b.phase, b.light);
   read(b.pockets.radius, b.pockets.half_clearance, b.pockets.wall);
   read(b.land.side, b.land.radius, b.land.clearance, b.land.wall, b.land.smoothing, b.direction);
   for (int c = 0; c < COORDINATES; c++) {
-    int place = c == SHAFT ? BORDER_CAGE : place_in_border(b, c);  // the torque on the shaft stands in the cage's place
-    if (c == CAGE_ANGLE || c == HOUSING || place < 0) continue;
-    b.load[c] = load[place], b.load_rate[c] = load_rate[place];
+    int index = c == SHAFT ? BORDER_CAGE : border_index(b, c);  // loads have the torque on the shaft as that on the cage
+    if (c == CAGE_ANGLE || c == HOUSING || index < 0) continue;
+    b.load[c] = load[index], b.load_rate[c] = load_rate[index];
   }
   return b;
 }

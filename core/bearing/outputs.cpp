@@ -7,12 +7,12 @@
 
 namespace core {
 
-constexpr int OWN_CHANNELS = 21, SUMS = 18;  // the last two are those of films, of width 0 where there are none
+constexpr int BALL_CHANNELS = 21, SUMS = 18;  // the last two are those of films, of width 0 where there are none
 // Where the numbers of a row stand: those of ball k in own channel i at first[i] + k width[i]; then the first of the
 // ring's, of the sums over the balls and of the contacts between neighbours; positions, forces of the raceways. Rows
 // without contacts, whose `neighbours` are negative, begin with the ring's numbers and end with the sums.
-struct RowPlaces {
-  int first[OWN_CHANNELS], width[OWN_CHANNELS], ring, shared, neighbours, position, force, columns;
+struct RowLayout {
+  int first[BALL_CHANNELS], width[BALL_CHANNELS], ring, shared, neighbours, position, force, columns;
   bool contacts() const { return neighbours >= 0; }
 };
 
@@ -127,7 +127,7 @@ template <bool PATCH, RingMotion RING>
   Heights heights;
   if (bearing.defects.count) {
     Pack orbit_rate = y[VELOCITY + 1] / y[RADIUS];
-    heights = heights_at(bearing.defects, surface_places(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first), Pack{});
+    heights = heights_at(bearing.defects, surface_positions(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first), Pack{});
   }
   Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
   Contact at_outer = [&]() __attribute__((always_inline)) {
@@ -172,7 +172,7 @@ template <bool PATCH, RingMotion RING>
 }
 
 // Approaches of each ball and the next ahead, and the contacts of those that touch.
-inline void write_neighbours(const Bearing &bearing, const double *state, int balls, const RowPlaces &places, double *row) {
+inline void write_neighbours(const Bearing &bearing, const double *state, int balls, const RowLayout &places, double *row) {
   neighbours::Row all{state, balls};
   double *approach = row + places.neighbours, *load = approach + balls, *point = load + balls;
   std::fill(load, row + places.columns, 0.0);
@@ -200,7 +200,7 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
 
 // Forces of an even cage on its balls: what keeps them in step, from the raceways' forces and the balls' places.
 inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
-                            const RowPlaces &places, double *row) {
+                            const RowLayout &places, double *row) {
   double *force = row + places.ring + POCKET_FORCE, mass = bearing.ball_mass, torque = 0.0, inertia = b.inertia[CAGE_ANGLE];
   for (int k = 0; k < balls; k++) {
     const double *at = row + places.position + 3 * k, *on = row + places.force + 3 * k, *y = state + k * COLUMNS;
@@ -215,7 +215,7 @@ inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, cons
 
 // Forces of the pockets on their balls along the orbit; their energy joins the elastic one.
 inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
-                          const RowPlaces &places, double *row) {
+                          const RowLayout &places, double *row) {
   for (int k = 0; k < balls; k++) {
     double pocket = 2.0 * M_PI * k / balls, motion[COLUMNS], moment = 0.0;
     std::copy(state + k * COLUMNS, state + (k + 1) * COLUMNS, motion);
@@ -226,7 +226,7 @@ inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const 
     auto give = [&]<int ROW>(Index<ROW>, const auto &part) {
       if constexpr (ROW == ORBIT_ROW) moment += as_pack(part)[0];
     };
-    PocketGap gap = in_cage(bearing, b, broadcast<Pack>(pocket), in, give);
+    PocketGap gap = cage_pocket(bearing, b, broadcast<Pack>(pocket), in, give);
     row[places.ring + POCKET_FORCE + k] = moment / motion[RADIUS];
     double depth = std::max(double(gap.approach[0]), 0.0);
     row[places.shared + ELASTIC] += 0.5 * b.pockets.wall.stiffness * depth * depth;
@@ -234,7 +234,7 @@ inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const 
 }
 
 // The centre of a guided cage, and what its land does to it and to the ring that has the land.
-inline void write_land(const CoupledBodies &b, const BodyState &state, int balls, const RowPlaces &places, double *row) {
+inline void write_land(const CoupledBodies &b, const BodyState &state, int balls, const RowLayout &places, double *row) {
   BodyState e = state;
   e[COORDINATES + SHAFT] = row[places.ring + RING_SPEED];  // prescribed perhaps
   double force[2] = {}, cage_torque = 0.0, inner = b.land.side < 0.0 ? 1.0 : 0.0;
@@ -243,7 +243,7 @@ inline void write_land(const CoupledBodies &b, const BodyState &state, int balls
     if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
   });
   double *centre = row + places.ring + POCKET_FORCE + balls, *sum = row + places.shared;
-  auto [x, y] = walls::against_land(b, e, 0);
+  auto [x, y] = walls::relative_to_land(b, e, 0);
   double distance = std::sqrt(x * x + y * y);
   double lever = b.land.side * b.land.radius - distance, ring_torque = -b.land.side * b.land.radius * cage_torque / lever;
   for (int i = 0; i < 2; i++) {
@@ -259,7 +259,7 @@ constexpr double STANDING = 1e-9;  // rad/s, of balls that roll: they stand, and
 
 // Ring, cage and shaft, whose shares join the energies; `rolling` is the speed of balls that roll, over the ring's.
 inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, double time, double rolling,
-                         const double *state, int balls, const RowPlaces &places, double *row) {
+                         const double *state, int balls, const RowLayout &places, double *row) {
   double *ring = row + places.ring, *sum = row + places.shared;
   const double *speed = e.data() + COORDINATES, *integral = e.data() + 2 * COORDINATES;
   bool driven = b.torque_driven();
@@ -276,7 +276,7 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   }
   for (int c = 0; c < SHAFT; c++) {
     if (!b.free[c]) continue;
-    double off = e[c] - b.rest[c];
+    double off = e[c] - b.rest_position[c];
     sum[KINETIC] += 0.5 * b.inertia[c] * speed[c] * speed[c];
     sum[ELASTIC] += 0.5 * b.stiffness[c] * off * off;
     sum[POTENTIAL] -= b.weight[c] * e[c];
@@ -315,7 +315,7 @@ struct Source {
 };
 
 template <bool PATCH, RingMotion RING>
-void write_balls(const Source &from, const RowPlaces &places, double *out) {
+void write_balls(const Source &from, const RowLayout &places, double *out) {
   long total = long(from.instants) * from.balls;
   BallRow row;
   RingPose ring{};
@@ -350,7 +350,7 @@ void write_balls(const Source &from, const RowPlaces &places, double *out) {
       long instant = (begin + lane) / from.balls, ball = (begin + lane) % from.balls;
       double *to_row = out + instant * places.columns;
       const Pack *number = row.own;
-      for (int i = 0; i < OWN_CHANNELS; i++) {
+      for (int i = 0; i < BALL_CHANNELS; i++) {
         double *to = to_row + places.first[i] + ball * places.width[i];
         for (int part = 0; part < places.width[i]; part++) to[part] = (*number++)[lane];
       }
@@ -363,7 +363,7 @@ void write_balls(const Source &from, const RowPlaces &places, double *out) {
 }
 
 template <bool PATCH>
-void write(const Source &from, const RowPlaces &places, double *out) {
+void write(const Source &from, const RowLayout &places, double *out) {
   switch (from.bodies ? from.bodies->ring : RingMotion::held) {
     case RingMotion::held: write_balls<PATCH, RingMotion::held>(from, places, out); break;
     case RingMotion::level: write_balls<PATCH, RingMotion::level>(from, places, out); break;
@@ -400,7 +400,7 @@ CORE_EXPORT void core_outputs(const double *bearing_numbers, const double *point
                               std::int64_t coupled, const double *body_numbers, const double *load, const double *load_rate,
                               const double *borders, double rolling, const std::int64_t *place, double *out) {
   Bearing bearing = bearing_of(bearing_numbers, points);
-  RowPlaces places;
+  RowLayout places;
   for (int &one : places.first) one = int(*place++);
   for (int &one : places.width) one = int(*place++);
   for (int *one : {&places.ring, &places.shared, &places.neighbours, &places.position, &places.force, &places.columns}) *one = int(*place++);

@@ -21,7 +21,7 @@ struct GroovePolynomial { double term[POLYNOMIAL_TERMS], least; };
 // elastic law c h^power of its contacts, their effective modulus [Pa], and the semi-axes of their ellipse over the root of the
 // approach [m^0.5].
 struct Raceway {
-  double locus_radius, groove_radius, given, modulus;
+  double locus_radius, groove_radius, nominal_coefficient, modulus;
   GroovePolynomial coefficient, semi_major, semi_minor;
   double film[FILM_NUMBERS][3];  // the numbers of a film, as polynomials of second degree in |n| - 1
 };
@@ -64,14 +64,14 @@ using BallState = std::array<Pack, COLUMNS>;
 
 // A film where a step began: 1 over load and rolling speed there, its resistance [N] and coefficient of friction, and each
 // one's exponent e of load and speed, as 1 + e and 1 - e. It is written where the rates are differentiated.
-struct FilmBegin {
+struct FilmStart {
   bool known = false;
   Pack over_load{}, over_speed{}, value[2]{}, load[2][2]{}, speed[2][2]{};
 };
 // States of a law at the contacts of balls in lanes with a raceway, and their films; then with both.
 struct CarriedContacts {
   CarriedContact contact[LANES];
-  mutable FilmBegin film;
+  mutable FilmStart film;
 };
 struct CarriedBalls {
   CarriedContacts inner, outer;
@@ -117,7 +117,7 @@ struct NoHeight { Zero value, rate; };
 
 // A number that is 0 without surface heights, whose slopes seldom matter.
 template <class Function>
-CORE_INLINE auto where_heights_move(const Pack &rate, Function function) {
+CORE_INLINE auto if_heights_move(const Pack &rate, Function function) {
   decltype(function()) found{};
   if (any(rate != 0.0)) found = function();
   return found;
@@ -125,7 +125,7 @@ CORE_INLINE auto where_heights_move(const Pack &rate, Function function) {
 
 // Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
 template <class O, class N, class Q, class A, class D, class R, class T, class W, class L, class S, class H>
-struct ContactPlace {
+struct ContactGeometry {
   O offset;  // of the ball's centre from the ring's [m]
   N normal;
   Q radial;  // the normal's part in the plane of the ring
@@ -139,7 +139,7 @@ struct ContactPlace {
   H height_rate;  // by which heights that come by close the contact [m/s]
 };
 template <class O, class N, class Q, class A, class D, class R, class T, class W, class L, class S, class H>
-ContactPlace(O, N, Q, A, D, R, T, W, L, S, H) -> ContactPlace<O, N, Q, A, D, R, T, W, L, S, H>;
+ContactGeometry(O, N, Q, A, D, R, T, W, L, S, H) -> ContactGeometry<O, N, Q, A, D, R, T, W, L, S, H>;
 
 // The coefficient of the elastic law where the normal has this radial part, from what is `carried` (LANES,) if anything is.
 [[gnu::noinline]] inline std::pair<Pack, Pack> carried_coefficient(const Bearing &bearing, const Raceway &raceway, const Pack &radial,
@@ -164,7 +164,7 @@ CORE_INLINE auto coefficient_at(const Bearing &bearing, const Raceway &raceway, 
 }
 
 template <class O, class W, class H = NoHeight>
-CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed,
+CORE_INLINE auto contact_geometry(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed,
                                const CarriedContact *carried = nullptr, const H &height = {}) {
   auto [axis_distance, over_distance] = [&] {
     if constexpr (IsZero<decltype(offset.y)>) return std::pair{offset.x, 1.0 / offset.x};
@@ -182,7 +182,7 @@ CORE_INLINE auto contact_place(const Bearing &bearing, const Raceway &raceway, c
 
   auto coefficient = coefficient_at(bearing, raceway, radial, carried);
   auto spring = elastic(coefficient, bearing.power, approach);
-  return ContactPlace{offset, normal, radial, approach, axis_distance, arm, surface_velocity, ring_speed, spring.load,
+  return ContactGeometry{offset, normal, radial, approach, axis_distance, arm, surface_velocity, ring_speed, spring.load,
                       spring.stiffness, height.rate};
 }
 
@@ -239,7 +239,7 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
 // Power of surface heights on a contact [W], of the force on the ball: with its slopes, without which a step loses its order.
 template <class F, class N>
 CORE_INLINE auto height_power(const F &force, const N &normal, const Pack &rate) {
-  return where_heights_move(rate, [&]() __attribute__((always_inline)) { return -rate * dot(force, normal); });
+  return if_heights_move(rate, [&]() __attribute__((always_inline)) { return -rate * dot(force, normal); });
 }
 
 // The lubricant's film in the contact of a ball with a raceway: what it, hysteresis and differential slip resist rolling
@@ -289,19 +289,19 @@ template <class Q, class U>
 }
 
 // Fills what holds within the step.
-[[gnu::noinline]] inline void begin_film(const FilmValues<Dual<3, Pack>> &found, const Pack &load, const Pack &speed, FilmBegin &begin) {
+[[gnu::noinline]] inline void start_film(const FilmValues<Dual<3, Pack>> &found, const Pack &load, const Pack &speed, FilmStart &begin) {
   auto inverse = [](const Pack &x) { return select(absolute(x) > 1e-12, 1.0 / x, Pack{}); };
   begin.over_load = inverse(load), begin.over_speed = inverse(speed), begin.known = true;
   int i = 0;
   for (const auto *one : {&found.resistance, &found.friction}) {
-    Pack over = inverse(one->value), by_load = one->slope[0] * load * over, by_speed = one->slope[1] * speed * over;
+    Pack over = inverse(one->value), by_load = one->slope[0] * load * over, by_velocity = one->slope[1] * speed * over;
     begin.value[i] = one->value;
     begin.load[i][0] = 1.0 + by_load, begin.load[i][1] = 1.0 - by_load;
-    begin.speed[i][0] = 1.0 + by_speed, begin.speed[i][1] = 1.0 - by_speed, i++;
+    begin.speed[i][0] = 1.0 + by_velocity, begin.speed[i][1] = 1.0 - by_velocity, i++;
   }
 }
 // Within the step: a power x^e by (2 + (1 + e) p)/(2 + (1 - e) p), p = x - 1, which has its value and two derivatives.
-CORE_INLINE FilmValues<Pack> film_within(const FilmBegin &begin, const Pack &load, const Pack &speed) {
+CORE_INLINE FilmValues<Pack> film_in_step(const FilmStart &begin, const Pack &load, const Pack &speed) {
   constexpr double MOST = 8.0;  // times the load or the speed, where a power grows on no more
   Pack p = minimum(load * begin.over_load, MOST) - 1.0, w = minimum(maximum(speed * begin.over_speed, 0.0), MOST) - 1.0;
   Pack over[2], under[2];
@@ -317,7 +317,7 @@ CORE_INLINE FilmValues<Pack> film_within(const FilmBegin &begin, const Pack &loa
 // is evaluated within the step.
 template <bool DERIVATIVES, class P, class R, class V>
 CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, const P &at, const R &relative, const V &velocity,
-                              FilmBegin *begin) {
+                              FilmStart *begin) {
   using X = std::conditional_t<DERIVATIVES, Dual<3, Pack>, Pack>;
   ContactFilm<X> film;
   Pack over = 1.0 / as_pack(at.axis_distance), load = as_pack(at.load);
@@ -332,9 +332,9 @@ CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, co
   };
   if constexpr (DERIVATIVES) {
     auto found = film_values(bearing, raceway, as_pack(at.radial), variable<0>(load), variable<1>(film.speed));
-    if (begin) begin_film(found, load, film.speed, *begin);
+    if (begin) start_film(found, load, film.speed, *begin);
     take(found);
-  } else if (begin && begin->known) take(film_within(*begin, load, film.speed));
+  } else if (begin && begin->known) take(film_in_step(*begin, load, film.speed));
   else take(film_values(bearing, raceway, as_pack(at.radial), load, film.speed));
   return film;
 }
@@ -379,7 +379,7 @@ template <class P, class U, class W, class M, class C> RacewayContact(P, U, W, M
 template <bool PATCH, class O, class V, class S, class W>
 CORE_INLINE auto raceway_contact(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
                                  const O &offset, const V &velocity, const S &spin, const W &speed) {
-  auto at = contact_place(bearing, raceway, offset, speed, carried ? carried->contact : nullptr, height);
+  auto at = contact_geometry(bearing, raceway, offset, speed, carried ? carried->contact : nullptr, height);
   auto relative = (velocity + cross(spin, at.arm)) - at.surface_velocity;
   auto about_normal = dot(spin, at.normal) - speed * at.normal.z;
   constexpr bool DERIVATIVES = IsDual<decltype(relative.x)>;

@@ -14,7 +14,7 @@ inline auto static_force(const Bearing &bearing, double orbit_rate, const R &rad
   double cosine = std::cos(angle), sine = std::sin(angle);
   Vector3 position{radius, Zero{}, height};
   auto push = [&](const Raceway &raceway, const auto &offset) {
-    auto at = contact_place(bearing, raceway, offset, Zero{});
+    auto at = contact_geometry(bearing, raceway, offset, Zero{});
     return std::pair{-1.0 * (at.load * at.normal.x), -1.0 * (at.load * at.normal.z)};
   };
   const double *o = bearing.offset;
@@ -87,7 +87,7 @@ inline Slips slips(const Bearing &bearing, double ring_speed, double angle, cons
   double *to = found.slip;
   for (bool inner : {true, false}) {
     Doubles offset = inner ? position - about_z(cosine, -sine, Doubles{o[0], o[1], o[2]}) : position;
-    auto at = contact_place(bearing, inner ? bearing.inner : bearing.outer, offset, inner ? ring_speed : 0.0);
+    auto at = contact_geometry(bearing, inner ? bearing.inner : bearing.outer, offset, inner ? ring_speed : 0.0);
     auto surface = Doubles{at.surface_velocity.x, at.surface_velocity.y, 0.0};
     auto relative = (velocity + cross(spin, at.arm)) - surface;
     auto slip = relative - dot(relative, at.normal) * at.normal;

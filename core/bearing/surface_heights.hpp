@@ -12,7 +12,7 @@
 namespace core {
 
 enum class Surface { inner, outer, ball };
-constexpr int MOST_DEFECTS = 16, TABLE_PIECES = 128, TABLE_NUMBERS = 2 * (TABLE_PIECES + 1);
+constexpr int MAX_DEFECTS = 16, TABLE_PIECES = 128, TABLE_NUMBERS = 2 * (TABLE_PIECES + 1);
 constexpr double PIECES_OF_BEND = 4.0, PIECES_OF_WAVE = 16.0;  // steps in which a bend of a spall and a wave pass
 constexpr double LEAST_CIRCLE = 0.01;  // square of a circle of latitude over the ball's radius: at poles places would turn at once
 constexpr double AT_MIDDLE = 1e-6;  // of a bend: a step that begins no further before the middle of a spall begins there
@@ -25,7 +25,7 @@ struct Defect {
   double order, amplitude, phase, middle, radius, half, half_width, semi_major, bend;
   const double *table;
 };
-struct SurfaceDefects { int count = 0; Defect one[MOST_DEFECTS]; };
+struct SurfaceDefects { int count = 0; Defect one[MAX_DEFECTS]; };
 
 // From how many there are and their numbers, as defects.py writes them; tables stay where they are.
 inline SurfaceDefects defects_of(const double *numbers) {
@@ -45,15 +45,15 @@ struct Height { Pack value{}, rate{}; };  // [m], [m/s]
 struct Heights { Height inner, outer; };
 // Where balls in lanes stand on their surfaces [rad], and how fast these places move; a ball's is that of its outer contact,
 // with the sine of its latitude; `first` says which is the first ball.
-struct SurfacePlaces { Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}, latitude_rate{}; Mask first{}; };
+struct SurfacePositions { Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}, latitude_rate{}; Mask first{}; };
 
-inline SurfacePlaces surface_places(const Pack &angle, const Pack &orbit_rate, const Pack &ring_angle, const Pack &ring_speed,
+inline SurfacePositions surface_positions(const Pack &angle, const Pack &orbit_rate, const Pack &ring_angle, const Pack &ring_speed,
                                     const Quaternion &q, const Triple &spin_in_frame, const Mask &first) {
   Pack across = 2.0 * (q[0] * q[1] - q[2] * q[3]), along = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]);
   Pack latitude = 2.0 * (q[0] * q[2] + q[1] * q[3]), tilt = 2.0 * (q[1] * q[2] - q[0] * q[3]), level = 1.0 - 2.0 * (q[0] * q[0] + q[1] * q[1]);
   Pack rate = (spin_in_frame[2] * level + spin_in_frame[1] * tilt) / maximum(1.0 - latitude * latitude, LEAST_CIRCLE);
   Pack rise = spin_in_frame[1] * level - spin_in_frame[2] * tilt;
-  SurfacePlaces at{angle - ring_angle, angle, {}, latitude, orbit_rate - ring_speed, orbit_rate, -rate, rise, first};
+  SurfacePositions at{angle - ring_angle, angle, {}, latitude, orbit_rate - ring_speed, orbit_rate, -rate, rise, first};
   for (int lane = 0; lane < LANES; lane++)
     if (first[lane]) at.ball[lane] = std::atan2(across[lane], along[lane]);
   return at;
@@ -90,7 +90,7 @@ inline std::pair<double, double> height_of(const Defect &d, double place, double
 
 // Calls function(defect, place, its rate, member of Heights) for each place at which the ball in a lane may meet a defect.
 template <class Function>
-inline void for_each_place(const SurfaceDefects &defects, const SurfacePlaces &at, int lane, Function function) {
+inline void for_each_place(const SurfaceDefects &defects, const SurfacePositions &at, int lane, Function function) {
   for (int i = 0; i < defects.count; i++) {
     const Defect &d = defects.one[i];
     if (d.on == Surface::inner) function(d, at.inner[lane], at.inner_rate[lane], &Heights::inner);
@@ -102,7 +102,7 @@ inline void for_each_place(const SurfaceDefects &defects, const SurfacePlaces &a
 }
 
 // Heights `later` [s] than the places.
-inline Heights heights_at(const SurfaceDefects &defects, const SurfacePlaces &at, const Pack &later) {
+inline Heights heights_at(const SurfaceDefects &defects, const SurfacePositions &at, const Pack &later) {
   Heights found;
   for (int lane = 0; lane < LANES; lane++)
     for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*on) {
@@ -113,7 +113,7 @@ inline Heights heights_at(const SurfaceDefects &defects, const SurfacePlaces &at
 }
 
 // The longest step [s] of the ball in a lane that resolves its defects: to the next bend, and a part of one within.
-inline double resolving_step(const SurfaceDefects &defects, const SurfacePlaces &at, int lane) {
+inline double resolving_step(const SurfaceDefects &defects, const SurfacePositions &at, int lane) {
   double longest = HUGE_VAL;
   for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*) {
     double speed = std::fabs(rate) + 1e-300;
@@ -129,7 +129,7 @@ inline double resolving_step(const SurfaceDefects &defects, const SurfacePlaces 
 }
 
 // True if the ball in a lane meets a defect within a step [s].
-inline bool meets(const SurfaceDefects &defects, const SurfacePlaces &at, int lane, double step) {
+inline bool meets(const SurfaceDefects &defects, const SurfacePositions &at, int lane, double step) {
   bool found = false;
   for_each_place(defects, at, lane, [&](const Defect &d, double place, double rate, Height Heights::*) {
     double x = std::copysign(d.radius, rate) * around(place - d.middle), end = x + 1.01 * d.radius * std::fabs(rate) * step;

@@ -54,17 +54,17 @@ class Collision : public AdaptiveMotion<Collision, 3, 3, ImpactClock> {
     scales = scale;
   }
   void rates(const State &at, bool, Slopes &slopes) const { impact_rates(contact, at, slopes); }
-  StepBegin begin() const { return {OK, clock.step, least, true}; }
-  StepEnd end(double step, bool) {
+  StepStart start_step() const { return {OK, clock.step, least, true}; }
+  StepEnd end_step(double step, bool) {
     auto carried = [&](const State &at) {
       // By steady damping elastic and viscous part cancel before the approach is zero again.
       bool steady = contact.damping.law != DampingLaw::proportional;
       return steady ? contact.pulling_load(std::max(at[0], 0.0), at[1]) : at[0];
     };
     parted = !(carried(after) > 0.0) && std::isfinite(after[0]);
-    return {OK, parted ? land(carried, step, 0.0) : step};
+    return {OK, parted ? end_at_sign_change(carried, step, 0.0) : step};
   }
-  void put_right(State &) const {}
+  void correct(State &) const {}
   Accepted accept(double, double following, bool) {
     state = after, clock.step = following;
     return {parted ? SEPARATED : OK, true};

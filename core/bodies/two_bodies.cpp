@@ -237,7 +237,7 @@ struct PairClock { double time, step, in_contact, drift, written, off; };
 template <std::size_t MOVING>
 class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMBERS, MOVING, PairClock> {
   using Base = AdaptiveMotion<TwoBodiesMotion, PAIR_NUMBERS, MOVING, PairClock>;
-  using Base::after, Base::clock, Base::land, Base::look, Base::scales, Base::state;
+  using Base::after, Base::clock, Base::end_at_sign_change, Base::evaluate_inside, Base::scales, Base::state;
 
  public:
   using typename Base::Slopes, typename Base::State;
@@ -252,7 +252,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     pair.rates(reinterpret_cast<const PairState &>(at), loaded, tracked, reinterpret_cast<PairState &>(slopes));
   }
   // In flight never into a contact but to rounding, or by the shortest step, which may press.
-  StepBegin begin() {
+  StepStart start_step() {
     bool loaded = touch.approach > 0.0;
     double least = 1e-6 * plan.floor, flight = loaded ? 0.0 : flight_step();
     if (touch.kind != RootKind::found) return {UNTRACKED, 0.0, least, loaded};
@@ -267,7 +267,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
   }
   // A step in which the load ends, or the bodies part without load, ends there: what follows is another motion, and no step is smooth
   // across a corner. Where no bend is known, a flight from there would begin with the shortest steps.
-  StepEnd end(double step, bool loaded) {
+  StepEnd end_step(double step, bool loaded) {
     constexpr double UNLOADED = 1e-6;  // share of the elastic load that is none
     const double none = UNLOADED * touch.approach;
     const bool pressed = touch.held > none;
@@ -275,12 +275,12 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     touch_after = finished(after);
     const bool lands = loaded && (pressed || std::isfinite(pair.a.bend + pair.b.bend));
     if (lands && left(touch) > none && left(touch_after) < 0.0) {
-      step = land([&](State &at) { return left(finished(at)); }, step, none);
+      step = end_at_sign_change([&](State &at) { return left(finished(at)); }, step, none);
       touch_after = finished(after);
     }
     return {OK, step};
   }
-  void put_right(State &at) { finish(at); }
+  void correct(State &at) { finish(at); }
   Accepted accept(double step, double following, bool loaded) {
     constexpr double DEEPEST = 0.5;  // of the bodies' size
     const State start = state;
@@ -289,7 +289,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     touch = touch_after;
     if (!(touch.approach > 0.0)) end.carried.ratio = 0.0;  // a new contact begins with states solved afresh
     else if (carries_states(pair.law.law) && touch.gap.small > FLAT * touch.gap.large)
-      end.carried.carry_on(carried_law(pair.law.law), touch.gap.small / touch.gap.large);
+      end.carried.advance(carried_law(pair.law.law), touch.gap.small / touch.gap.large);
     state = std::bit_cast<State>(end);
     if (touch.approach > DEEPEST * pair.size) return {TOO_DEEP, false};
     clock.drift = std::max(clock.drift, drift), clock.off = std::max(clock.off, off);
@@ -417,7 +417,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
   // The contact `length` [s] after a state, by a step of its own.
   PairContact contact_after(const State &from, double length) {
     State at;
-    look(from, length, at);
+    evaluate_inside(from, length, at);
     double drift_of_step = drift, off_of_step = off;
     PairContact found = finished(at);
     drift = drift_of_step, off = off_of_step;
@@ -431,7 +431,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
       contact_record.keep_peak(at);
       return at.normal_load;
     };
-    look_at_top(load, contact_record.trail, step, touch.normal_load, contact_record.peak_load, ROUNDS);
+    refine_maximum(load, contact_record.trail, step, touch.normal_load, contact_record.peak_load, ROUNDS);
   }
   // The greatest approach over the step: damping puts it after the load's.
   void note_depth(double step, const PairContact &at_start, const State &start) {

@@ -71,7 +71,7 @@ CORE_EXPORT void core_carried_course(std::int64_t number, std::int64_t count, co
   Elasticity law{PointLaw(number), HERTZIAN, 1.0, 0.0};
   CarriedContact contact{};
   for (std::int64_t k = 0; k < count; k++) {
-    contact.carry_on(carried_law(law.law), ratio[k]);
+    contact.advance(carried_law(law.law), ratio[k]);
     const EllipseShape &shape = contact.shape;
     *states++ = shape.parameter, *states++ = shape.first_kind, *states++ = shape.second_kind;
     coefficient[k] = law_coefficient(law, ratio[k], 1.0, shape);

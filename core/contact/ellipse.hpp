@@ -165,7 +165,7 @@ struct CarriedContact {
   EllipseShape at(double there) const { return ratio == 0.0 ? carried::shape_at(there) : carried::moved(shape, there - ratio); }
 
   // Ends a step at this ratio.
-  void carry_on(CarriedLaw law, double there) {
+  void advance(CarriedLaw law, double there) {
     shape = at(there);
     if (law == CarriedLaw::projected) shape = there > carried::FRESH ? carried::shape_at(there) : carried::projected(shape, there);
     ratio = there;

@@ -1,115 +1,122 @@
-// Where within a step something happens: between a place before it and one after it, and at the top of a curve.
+// Events within a step: sign changes and maxima of a function of the state.
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include "rosenbrock.hpp"
 
 namespace core {
 
-constexpr int MOST_HALVINGS = 100, MOST_LOOKS = 100;  // the second of regula falsi
-constexpr double CLOSE = 4e-16;  // share of a step that is no shorter
-constexpr int TOP_LOOKS = 2;  // at a number where its rate changes its sign
-constexpr double NEAR_GREATEST = 0.9, SAME_TOP = 1e-3;  // of the greatest value so far; of the span between places about a top
+// The cubic with these values and rates at the ends of a step [s], at a fraction of it.
+template <class T>
+inline T hermite(double fraction, double step, const T &start, const T &start_rate, const T &end, const T &end_rate) {
+  double complement = 1.0 - fraction;
+  T value = complement * complement * ((1.0 + 2.0 * fraction) * start + fraction * step * start_rate);
+  return value + fraction * fraction * ((3.0 - 2.0 * fraction) * end - complement * step * end_rate);
+}
 
-struct Halved { double low, high, middle; };  // the last place before, the first after, the last tried
+constexpr int MAX_BISECTIONS = 100, MAX_REGULA_FALSI = 100;
+constexpr double LEAST_WIDTH = 4e-16;  // fraction of a step to which a sign change is located
+constexpr int MAXIMUM_EVALUATIONS = 2;  // of a function about a sign change of its rate
+constexpr double NEAR_GREATEST = 0.9, SAME_MAXIMUM = 1e-3;  // of the greatest value so far; of the interval about a maximum
 
-// Halves 0 to `longest` about an event until `width` is left; `before(place)` is true at 0 and false at `longest`.
+struct Bracket { double low, high, middle; };  // before the event, after it, the last point evaluated
+
+// Bisects 0 to `longest` about an event down to `width`; `before(x)` is true at 0 and false at `longest`.
 template <class Before>
-Halved halved(const Before &before, double longest, double width) {
-  Halved found{0.0, longest, 0.5 * longest};
-  for (int i = 0; i < MOST_HALVINGS; i++) {
-    found.middle = 0.5 * (found.low + found.high);
-    (before(found.middle) ? found.low : found.high) = found.middle;
-    if (!(found.high - found.low > width)) break;
+Bracket bisected(const Before &before, double longest, double width) {
+  Bracket bracket{0.0, longest, 0.5 * longest};
+  for (int i = 0; i < MAX_BISECTIONS; i++) {
+    bracket.middle = 0.5 * (bracket.low + bracket.high);
+    (before(bracket.middle) ? bracket.low : bracket.high) = bracket.middle;
+    if (!(bracket.high - bracket.low > width)) break;
   }
-  return found;
+  return bracket;
 }
 
 struct ValueAndRate { double value, rate; };
 
-// Share of a step [s] at which a number, the cubic with these ends, changes its sign.
+// Fraction of a step [s] at which the cubic with these ends changes its sign.
 inline double crossing(double step, const ValueAndRate &start, const ValueAndRate &end) {
-  auto before = [&](double share) {
-    return (hermite(share, step, start.value, start.rate, end.value, end.rate) > 0.0) == (start.value > 0.0);
+  auto before = [&](double fraction) {
+    return (hermite(fraction, step, start.value, start.rate, end.value, end.rate) > 0.0) == (start.value > 0.0);
   };
-  Halved found = halved(before, 1.0, 1e-14);
-  return 0.5 * (found.low + found.high);
+  Bracket bracket = bisected(before, 1.0, 1e-14);
+  return 0.5 * (bracket.low + bracket.high);
 }
 
-// Length [s] of the step from `state` at whose end `value(after)` has just changed its sign; `make(length)` writes the end of
-// such a step to `after`, which has that of `step`, where the sign has changed. By regula falsi with Illinois' weights; a
-// value not above `nearest` is as good as zero.
-template <class State, class Value, class Make>
-double landing_step(const Value &value, const Make &make, State &state, State &after, double step, double nearest) {
+// Length [s] of the step from `state` at whose end `value(after)` has just changed its sign, by regula falsi with the weights of
+// the Illinois method. `make_step(length)` writes the end of such a step to `after`, which holds that of `step`, where the sign has
+// changed. A value not above `negligible` counts as zero.
+template <class State, class Value, class MakeStep>
+double step_to_sign_change(const Value &value, const MakeStep &make_step, State &state, State &after, double step, double negligible) {
   double first = value(state), low = 0.0, value_low = first, high = step, value_high = value(after), length = step;
   int side = 0;
   bool before = false;
-  for (int look = 0; look < MOST_LOOKS; look++) {
+  for (int i = 0; i < MAX_REGULA_FALSI; i++) {
     length = (low * value_high - high * value_low) / (value_high - value_low);
     if (!(low < length && length < high)) length = 0.5 * (low + high);
-    make(length);
-    double found = value(after);
-    before = (found > 0.0) == (first > 0.0);
+    make_step(length);
+    double trial = value(after);
+    before = (trial > 0.0) == (first > 0.0);
     if (before) {
-      low = length, value_low = found;
+      low = length, value_low = trial;
       if (side == 1) value_high *= 0.5;
       side = 1;
     } else {
-      high = length, value_high = found;
+      high = length, value_high = trial;
       if (side == -1) value_low *= 0.5;
       side = -1;
-      if (std::fabs(found) <= nearest) break;
+      if (std::fabs(trial) <= negligible) break;
     }
-    if (high - low <= CLOSE * step) break;
+    if (high - low <= LEAST_WIDTH * step) break;
   }
-  if (before) make(length = high);
+  if (before) make_step(length = high);
   return length;
 }
 
-// The greater of `greatest` and the most that a number comes to in a step [s], by the zero of its rate. `look(place)` is the
-// number `place` [s] after the start. By regula falsi; what the last look is still off the top goes with the square of its rate.
-template <class Look>
-double greatest_within(const Look &look, double step, const ValueAndRate &start, const ValueAndRate &end, double greatest) {
+// The greater of `greatest` and the maximum of a function within a step [s], located by the zero of its rate by regula falsi;
+// what remains to the maximum is a parabola of the rate. `evaluate(time)` is the function `time` [s] after the start.
+template <class Evaluate>
+double greatest_within(const Evaluate &evaluate, double step, const ValueAndRate &start, const ValueAndRate &end, double greatest) {
   greatest = std::max({greatest, start.value, end.value});
   if (!(start.rate > 0.0 && 0.0 > end.rate) || std::max(start.value, end.value) < NEAR_GREATEST * greatest) return greatest;
   double low = 0.0, rise = start.rate, high = step, fall = end.rate;
-  for (int i = 0; i < TOP_LOOKS; i++) {
-    double place = (rise * high - fall * low) / (rise - fall), bend = (rise - fall) / (high - low);
-    auto [value, rate] = look(place);
-    greatest = std::max(greatest, value + 0.5 * rate * rate / bend);
-    if (rate > 0.0) low = place, rise = rate;
-    else high = place, fall = rate;
+  for (int i = 0; i < MAXIMUM_EVALUATIONS; i++) {
+    double time = (rise * high - fall * low) / (rise - fall), curvature = (rise - fall) / (high - low);
+    auto [value, rate] = evaluate(time);
+    greatest = std::max(greatest, value + 0.5 * rate * rate / curvature);
+    if (rate > 0.0) low = time, rise = rate;
+    else high = time, fall = rate;
     if (rate == 0.0 || !(low < high)) break;
   }
   return greatest;
 }
 
-// Where, from `low` to `high`, the parabola through three values is greatest; the `middle` one is the greatest.
-inline double parabola_top(double low, double at, double high, double first, double middle, double last) {
-  double rise = (middle - first) / (at - low), fall = (middle - last) / (high - at);
-  double top = at + 0.5 * (rise * (high - at) - fall * (at - low)) / (rise + fall);
-  return std::min(std::max(top, low), high);
+// The maximum, within `low` to `high`, of the parabola through three values, of which that at `centre` is the greatest.
+inline double parabola_maximum(double low, double centre, double high, double first, double middle, double last) {
+  double rise = (middle - first) / (centre - low), fall = (middle - last) / (high - centre);
+  double maximum = centre + 0.5 * (rise * (high - centre) - fall * (centre - low)) / (rise + fall);
+  return std::min(std::max(maximum, low), high);
 }
 
 // The values at both ends of the step before the last, and its length [s].
 struct Trail { double before, last, step; };
 
-// Where three ends of steps show a top not far below the `greatest` so far, looks at it so many times, always at the top of
-// the parabola through the three places about the greatest value. `trail` is moved on to the last step, of `step` [s] with
-// the value `end` at its end. `look(back, place)` is the value `place` [s] after the start of the last step, the one before
-// being `back` [s] long.
-template <class Look>
-void look_at_top(const Look &look, Trail &trail, double step, double end, double greatest, int rounds) {
-  double first = trail.before, middle = trail.last, last = end, back = trail.step;
+// Refines a maximum, not far below the `greatest` so far, that three ends of steps enclose: evaluates the function so many times at
+// the maximum of the parabola through the three points about the greatest value. `trail` advances to the last step, of `step` [s],
+// with the value `end` at its end. `evaluate(previous, time)` is the value `time` [s] after the start of the last step, where the
+// step before is `previous` [s] long.
+template <class Evaluate>
+void refine_maximum(const Evaluate &evaluate, Trail &trail, double step, double end, double greatest, int rounds) {
+  double first = trail.before, middle = trail.last, last = end, previous = trail.step;
   trail = {middle, end, step};
-  if (!(middle >= first && middle > last && middle > NEAR_GREATEST * greatest && back > 0.0)) return;
-  double low = -back, at = 0.0, high = step;
+  if (!(middle >= first && middle > last && middle > NEAR_GREATEST * greatest && previous > 0.0)) return;
+  double low = -previous, centre = 0.0, high = step;
   for (int i = 0; i < rounds; i++) {
-    double top = parabola_top(low, at, high, first, middle, last), found = look(back, top);
-    if (found <= middle || std::fabs(top - at) <= SAME_TOP * (high - low)) return;
-    if (top > at) low = at, first = middle;
-    else high = at, last = middle;
-    at = top, middle = found;
+    double maximum = parabola_maximum(low, centre, high, first, middle, last), value = evaluate(previous, maximum);
+    if (value <= middle || std::fabs(maximum - centre) <= SAME_MAXIMUM * (high - low)) return;
+    if (maximum > centre) low = centre, first = middle;
+    else high = centre, last = middle;
+    centre = maximum, middle = value;
   }
 }
 

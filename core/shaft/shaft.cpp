@@ -407,7 +407,7 @@ class Integration {
     double step = reaches ? ends - begin : wanted, following;
     bool rejected = false;
     for (;; step = following, rejected = true) {
-      const double error = method.make(equations, begin, kept.end, step);
+      const double error = method.step_from(equations, begin, kept.end, step);
       following = next_step(step, error, order);
       counts[2] += method.evaluations();
       if (error <= 1.0) break;

@@ -28,7 +28,7 @@ from bearing_twin.kinds.bearing.system import (
 
 BODY_NUMBERS = 2 * COORDINATES + 4  # with their integrals
 _linear_answers = Function(
-    "core_linear_answers",
+    "core_linear_solutions",
     None,
     (*(REALS,) * 6, INTEGER, FLAG, REALS_OUT, REALS, REAL, INTEGER, REALS, REALS_OUT, REALS_OUT),
 )
