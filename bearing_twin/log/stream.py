@@ -21,7 +21,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Sample, Table, join_blocks
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import renewed
+from bearing_twin.kinds.bearing import update_contact_angles
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, SECOND, Output, Topic
 from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic
@@ -414,5 +414,5 @@ def block_of(channels: tuple[Channel, ...], message) -> Block:
     # A copy: what a message holds can only be read.
     matrix = np.array(message.values).reshape(message.count, -1)
     block = Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
-    renewed(block)
+    update_contact_angles(block)
     return block

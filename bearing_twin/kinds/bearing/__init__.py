@@ -70,7 +70,7 @@ FACE = {  # module: names that others may use
         SPIN AXIAL_SPIN MOTION COLUMNS BODY_COLUMNS POSITIONS CAGE CAGE_X CAGE_Y LAND_WORK SHAFT_ANGLE SHAFT_SPEED
         method_numbers SAME distinct_times
     """,
-    "outputs": "ring_attitude renewed contact_details contacts origins wrenches",
+    "outputs": "ring_attitude update_contact_angles contact_details contacts origins wrenches",
     "equilibrium": """
         Support Setting Equilibrium EquilibriumSolver Equilibria solve_scenes azimuths_on setting_of support_of
         solver_of azimuths_of load_line controlled_equilibrium control_reason scene_equilibrium loose_directions

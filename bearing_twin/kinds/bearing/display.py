@@ -83,7 +83,7 @@ def markers(parameters, sample, details) -> list[dict]:
     What contacts without a load have is a point: every output has as many points, and its text as many letters.
     """
     greatest = np.maximum(sample["normal_load"].max(axis=(1, 2)), 1e-30)
-    scales = (f"longest arrow = {one:.4g} N\nellipses x {ELLIPSE_SCALE:g}" for one in greatest.tolist())
+    scales = (f"longest arrow = {load:.4g} N\nellipses x {ELLIPSE_SCALE:g}" for load in greatest.tolist())
     diameter, shape = parameters.geometry.ball_diameter, (len(greatest), -1, 3)
     width, thick = (0.03 * diameter, 0.0, 0.0), (0.06 * diameter, 0.0, 0.0)
     ellipses, arrows = _outlines(sample, details), _arrows(parameters, sample, details, greatest)
@@ -105,8 +105,8 @@ def ring_sizes(parameters) -> tuple[float, float, float]:
 def solids(parameters) -> dict[str, list[dict]]:
     """The bodies as markers in their frames: balls, a solid inner ring in a translucent outer one."""
     (inner, outer, wide), ball = ring_sizes(parameters), (parameters.geometry.ball_diameter,) * 3
-    found = {f"ball_{k}": [marker("balls", k, SPHERE, ball, shades.STEEL)] for k in range(parameters.geometry.balls)}
-    return found | {
+    balls = {f"ball_{k}": [marker("balls", k, SPHERE, ball, shades.STEEL)] for k in range(parameters.geometry.balls)}
+    return balls | {
         "inner_ring": [marker("rings", 0, CYLINDER, (inner, inner, wide), shades.ORANGE)],
         "outer_ring": [marker("rings", 1, CYLINDER, (outer, outer, OUTER_WIDTH * wide), shades.GLASS)],
     }
@@ -124,13 +124,13 @@ def _balls(parameters, sample):
 
 def _rings(parameters, sample):
     """A solid inner ring with spokes, so that its turning is seen, in a translucent outer one."""
-    diameter, found = parameters.geometry.ball_diameter, solids(parameters)
+    diameter, bodies = parameters.geometry.ball_diameter, solids(parameters)
     tilt, angle, centre = sample["inner_ring_tilt"], sample["inner_ring_angle"], sample["inner_ring_offset"]
     inner = ring_sizes(parameters)[0]
     spokes = [(0.5 * inner * x, 0.5 * inner * y, 0.61 * diameter) for x, y in _SPOKES]
     width = (0.05 * diameter, 0.0, 0.0)
-    yield placed(found["inner_ring"][0], centre, ring_attitude(tilt, np.zeros(angle.shape)))
-    yield found["outer_ring"][0]
+    yield placed(bodies["inner_ring"][0], centre, ring_attitude(tilt, np.zeros(angle.shape)))
+    yield bodies["outer_ring"][0]
     yield marker("spokes", 0, LINE_LIST, width, shades.BLUE, centre, ring_attitude(tilt, angle), points=spokes)
 
 
@@ -142,8 +142,8 @@ def _cage(parameters, sample):
     balls, points = parameters.geometry.balls, []
     corners = np.linspace(0.0, 2.0 * np.pi, CORNERS * balls + 1)
     circle = np.stack([radius * np.cos(corners), radius * np.sin(corners), np.zeros_like(corners)], axis=-1).tolist()
-    for one, other in pairwise(circle):
-        points += [one, other]
+    for side in pairwise(circle):
+        points += side
     for k in range(balls):
         x, y, _ = circle[CORNERS * k + CORNERS // 2]
         points += [(x, y, -half), (x, y, half)]
@@ -373,7 +373,7 @@ def _turn(angle) -> np.ndarray:
 def _solids(parameters, geometry):
     ball, pitch = geometry.ball_diameter, geometry.pitch_diameter
     opening = 0.25 * geometry.radial_clearance
-    for name, words, side, conformity in (
+    for name, label, side, conformity in (
         ("inner_ring", "inner ring", -1.0, geometry.inner_conformity),
         ("outer_ring", "outer ring", 1.0, geometry.outer_conformity),
     ):
@@ -382,7 +382,7 @@ def _solids(parameters, geometry):
         strokes = grooved_ring(bottom, side * groove, steepest, bottom + side * WALL * ball, -WIDTH * ball)
         yield Solid(
             name,
-            words,
+            label,
             {"turned": {"strokes": strokes, "grow": side * opening}},
             deviation="inner_ring_offset" if inner else "",
             turn="ring_turn" if inner else "",
@@ -396,14 +396,14 @@ def _solids(parameters, geometry):
     if parameters.cage.kind in (EVEN, POCKETS):
         outlines = _webs(parameters.geometry.balls, pitch, ball, parameters.cage.pocket_clearance)
         shape = {"extruded": {"outlines": outlines, "low": -0.42 * ball, "high": 0.06 * ball}}
-        place = "cage_place" if moving_centre(parameters) else ""
-        yield Solid("cage", "cage", shape, BRASS, deviation=place, turn="cage_turn")
+        deviation = "cage_place" if moving_centre(parameters) else ""
+        yield Solid("cage", "cage", shape, BRASS, deviation=deviation, turn="cage_turn")
 
 
 def _webs(balls: int, pitch: float, ball: float, clearance: float) -> list[list[tuple[float, float]]]:
     """Outlines (x, y) of the pieces of a cage between the balls, ball 0 at angle 0, joined by a ring behind them."""
     inner, outer, pocket = 0.5 * pitch - 0.16 * ball, 0.5 * pitch + 0.16 * ball, 0.5 * (ball + clearance)
-    found = []
+    webs = []
     for k in range(balls):
         middle, half = 2.0 * math.pi * (k + 0.5) / balls, math.pi / balls
         sides = []
@@ -414,8 +414,8 @@ def _webs(balls: int, pitch: float, ball: float, clearance: float) -> list[list[
                 away = min(math.acos(min(cosine, 1.0)), 0.97 * half)
                 angle = middle + sign * (half - away)
                 sides.append((radius * math.cos(angle), radius * math.sin(angle)))
-        found.append(sides)
-    return found
+        webs.append(sides)
+    return webs
 
 
 def _marks(geometry):

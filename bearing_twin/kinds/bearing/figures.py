@@ -26,8 +26,8 @@ from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.kinds.bearing.rings import PRESCRIBED, QUASI_STATIC, TORQUE, dimension_of
 from bearing_twin.kinds.contract import STORED, adds_up
 
-STANDING = 1e-12  # of the speed that friction is smoothed over: what slides more slowly stands
-MOST_STRETCHES = 256  # of outputs, whose sums are kept; more are added two by two
+NO_MOTION = 1e-12  # of the regularisation speed of friction: slower sliding is rounding
+MOST_STRETCHES = 256  # of outputs, whose sums are kept; more are merged in pairs
 RING = {"inner_ring_offset": 3, "inner_ring_tilt": 2, "inner_ring_force": 3, "inner_ring_torque": 2}  # first numbers of
 RING_WIDTH = sum(RING.values())
 RING_COLUMNS = tuple(slice(end - RING[name], end) for name, end in zip(RING, accumulate(RING.values()), strict=True))
@@ -42,8 +42,8 @@ _READ = (
     "normal_load", "raceway_torque", "inner_ring_torque", "roll_rate", "inner_ring_speed", "orbit_angle",
     "pocket_force", "drive_work", "inner_ring_angle", "inner_ring_load_work", *AT_GREATEST, *RING, *CENTRE,
 )  # fmt: skip
-MISSING = -1  # in the place of the first column of a channel that is not there
-# What logs of earlier versions have not: its numbers were 0, or are not known.
+MISSING = -1  # as the first column of a missing channel
+# Channels that logs of earlier versions lack: their numbers were 0, or are not known.
 MAY_BE_MISSING = {"pocket_force", "inner_ring_load_work", "inner_ring_tilt", *CENTRE}
 
 
@@ -53,8 +53,8 @@ def greatest_of(balls: int) -> np.dtype:
     The greatest `load` and AT_GREATEST `there`; outputs `without` a load. `pocket_force` [N] is the greatest of a
     cage on a ball, `land_force` [N] that of a land on the cage.
     """
-    both = 2 * balls
-    columns = ("load", both), ("there", (len(AT_GREATEST), both)), ("without", both)
+    contacts = 2 * balls
+    columns = ("load", contacts), ("there", (len(AT_GREATEST), contacts)), ("without", contacts)
     return np.dtype([(name, float, size) for name, size in (*columns, *((name, ()) for name in ALONE))])
 
 
@@ -79,7 +79,7 @@ _sum_outputs = Function(
     ),
 )
 LAST = "time", "orbit_angle", "turned"
-TOGETHER = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # all others are added
+MERGED_BY = {"ring_least": np.minimum, "ring_greatest": np.maximum}  # others by addition
 
 
 def columns_of(layout: Layout) -> np.ndarray:
@@ -112,17 +112,17 @@ class Sums:
         return self._rows[: self.stretches]
 
     def add(self, block: Block, columns: np.ndarray) -> None:
-        """Takes in a block."""
+        """Add a block."""
         numbers, times, done = block.matrix(), block.time_ns, 0
         room = self._rows.view(float).reshape(len(self._rows), -1)
         while done < len(block):
-            rest, ended = numbers[done:], np.array([0, self.stretches])
+            remaining, ended = numbers[done:], np.array([0, self.stretches])
             _sum_outputs(
-                *(columns, rest, *rest.shape, times[done:], self.outputs, self._length, self._balls),
+                *(columns, remaining, *remaining.shape, times[done:], self.outputs, self._length, self._balls),
                 *(self._greatest.view(float), room, *room.shape, ended),
             )
-            taken, self.stretches = ended.tolist()
-            done, self.outputs = done + taken, self.outputs + taken
+            summed, self.stretches = ended.tolist()
+            done, self.outputs = done + summed, self.outputs + summed
             if done < len(block):
                 self._halve()
 
@@ -130,8 +130,8 @@ class Sums:
         """Makes one stretch of every two, all of which are complete."""
         pairs = self.stretches // 2
         for name in SUMS:
-            one, other = self._rows[name][0::2], self._rows[name][1::2]
-            self._rows[name][:pairs] = other.copy() if name in LAST else TOGETHER.get(name, np.add)(one, other)
+            first, second = self._rows[name][0::2], self._rows[name][1::2]
+            self._rows[name][:pairs] = second.copy() if name in LAST else MERGED_BY.get(name, np.add)(first, second)
         self._rows[pairs:] = 0.0
         self.stretches, self._length = pairs, 2 * self._length
 
@@ -139,79 +139,79 @@ class Sums:
         """All stretches from number `first` on as one, by the names of `stretch_of`."""
         rows = self.rows[first:]
         return {
-            name: rows[name][-1] if name in LAST else TOGETHER.get(name, np.add).reduce(rows[name], axis=0)
+            name: rows[name][-1] if name in LAST else MERGED_BY.get(name, np.add).reduce(rows[name], axis=0)
             for name in SUMS
         }
 
 
-def turning(parameters, speed: float) -> float:
-    """A speed of balls [rad/s] as a figure holds it: 0 where it is rounding beside what friction is smoothed over."""
-    slowest = STANDING * parameters.contact.friction_regularisation / (0.5 * parameters.geometry.ball_diameter)
+def _without_rounding(parameters, speed: float) -> float:
+    """A speed of balls [rad/s], 0 where it is rounding beside the regularisation speed of friction."""
+    slowest = NO_MOTION * parameters.contact.friction_regularisation / (0.5 * parameters.geometry.ball_diameter)
     return 0.0 if abs(speed) <= slowest else float(speed)
 
 
-def speed_figures(parameters, late: dict, before: dict, angle: float) -> dict[str, float]:
-    """Mean speeds [rad/s] over the part `late` of a run, by `Sums.from_row`, which follows the instant `before`.
+def speed_figures(parameters, half: dict, start: dict, angle: float) -> dict[str, float]:
+    """Mean speeds [rad/s] over a half of a run, by `Sums.from_row`, which follows the instant `start`.
 
-    Balls that roll do so at the contact angle `angle` [rad].
+    Theoretical speeds are those of rolling at the contact angle `angle` [rad].
     """
-    geometry, span, speed = parameters.geometry, late["time"] - before["time"], late["speed"] / late["count"]
-    diameters, turned = (geometry.ball_diameter, geometry.pitch_diameter), late["orbit_angle"] - before["orbit_angle"]
+    geometry, span, speed = parameters.geometry, half["time"] - start["time"], half["speed"] / half["count"]
+    diameters, orbits = (geometry.ball_diameter, geometry.pitch_diameter), half["orbit_angle"] - start["orbit_angle"]
     return {
-        "cage_speed_rad_s": turning(parameters, turned.mean() / span) if span > 0.0 else 0.0,
+        "cage_speed_rad_s": _without_rounding(parameters, orbits.mean() / span) if span > 0.0 else 0.0,
         "cage_speed_theory_rad_s": float(cage_speed(speed, *diameters, angle)),
-        "roll_rate_rad_s": turning(parameters, late["roll_rate"] / late["count"]),
+        "roll_rate_rad_s": _without_rounding(parameters, half["roll_rate"] / half["count"]),
         "roll_rate_theory_rad_s": float(roll_rate(speed, *diameters, angle)),
     }
 
 
-def mean_torque(late: dict, before: dict, known: bool) -> float:
-    """The mean torque of the drive [N m] over `late`, which follows the instant `before`.
+def mean_torque(half: dict, start: dict, known: bool) -> float:
+    """The mean torque of the drive [N m] over a half of a run, which follows the instant `start`.
 
-    Where the work of turning is `known` it is work over angle, which keeps no noise of single outputs; else, or where
-    the ring did not turn, the mean of the outputs.
+    It is work over angle if the work of turning is `known` and the ring turned, else the mean of the outputs, which
+    has the noise of single outputs.
     """
-    (work, angle), (work_before, angle_before) = late["turned"], before["turned"]
+    (work, angle), (work_before, angle_before) = half["turned"], start["turned"]
     if not known or angle == angle_before or math.isnan(work):
-        return float(late["drive_torque"] / late["count"])
+        return float(half["drive_torque"] / half["count"])
     return float((work - work_before) / (angle - angle_before))
 
 
-DONE = 0.99  # of the change of speed over the run
-APART = 1e-3  # relative: changes nearer than this to the one kept last are not kept
+RUN_UP_SHARE = 0.99  # of the change of speed over the run
+LEAST_RISE = 1e-3  # relative: changes nearer than this to the one kept last are not kept
 
 
 class RunUp:
-    """The greatest changes of a speed so far, upwards and downwards, and when they were come to."""
+    """The greatest changes of a speed so far, upwards and downwards, and their times."""
 
     def __init__(self, parameters):
         self._turned = parameters.drive.kind == TORQUE
-        self._kept = {up: ([0.0], [0.0]) for up in (True, False)}  # times and changes
+        self._changes = {up: ([0.0], [0.0]) for up in (True, False)}  # times and changes
         self._first: float | None = None
 
     def add(self, block: Block) -> None:
-        """Takes in the speeds of a block where a torque makes them."""
+        """Add the speeds of a block, if a torque turns the ring."""
         speeds = block.values["inner_ring_speed"].tolist() if self._turned else ()
         for time, speed in zip(block.time_ns.tolist(), speeds, strict=False):
             self._first = speed if self._first is None else self._first
-            times, changes = self._kept[speed > self._first]
-            if abs(speed - self._first) > changes[-1] * (1.0 + APART):
+            times, changes = self._changes[speed > self._first]
+            if abs(speed - self._first) > changes[-1] * (1.0 + LEAST_RISE):
                 times.append(1e-9 * time)
                 changes.append(abs(speed - self._first))
 
     def time_to(self, last: float) -> float:
-        """Time [s] at which DONE of the change from first to `last` speed was first made; 0 without a change."""
+        """Time [s] of the first RUN_UP_SHARE of the change from first to `last` speed; 0 without a change."""
         change = last - (last if self._first is None else self._first)
-        times, changes = self._kept[change > 0.0]
-        return float(np.interp(DONE * abs(change), changes, times))
+        times, changes = self._changes[change > 0.0]
+        return float(np.interp(RUN_UP_SHARE * abs(change), changes, times))
 
 
 NO_SPIN, FREE_OF_SMOOTHING = 1e-3, 10.0  # spin over smoothing speed: hardly any friction; 4 % below its limit
-STILL = 1e-5  # of the energy held, or as much as the tolerance leaves open: what is less is no work
+NO_WORK = 1e-5  # of the stored energy, or the tolerance if that is more: smaller work is negligible
 
 
 class BearingFigures:
-    """Gathers a run's figures block by block, in memory that does not grow with the run."""
+    """Computes a run's figures block by block, in memory that does not grow with the run."""
 
     in_stretches = False  # blocks may hold many
 
@@ -225,7 +225,7 @@ class BearingFigures:
         self._listener = Listener(parameters) if has_sensor(parameters) else None
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
+        """Add a block."""
         layout = block.values.layout
         if layout is not self._layout:
             self._layout, self._columns = layout, columns_of(layout)
@@ -270,56 +270,56 @@ class BearingFigures:
         }
 
     def _second_half(self) -> tuple[dict, dict]:
-        """The merged second half of the run, and the instant it starts from."""
+        """The merged second half of the run, and the instant before it."""
         rows = self._sums.rows
         middle = 0.5 * (self.first["time"] + rows["time"][-1])
         first = min(int(np.searchsorted(rows["time"], middle, side="right")), len(rows) - 1)
         return self._sums.from_row(first), rows[first - 1] if first else self.first
 
-    def _work_known(self, late: dict, before: dict) -> bool:
-        """True if the work of turning the ring is known over this part of the run: apart from loads, without a shift.
+    def _work_known(self, half: dict, start: dict) -> bool:
+        """True if the work of turning the ring over this part of the run is known, without that of loads and shifts.
 
-        A shift of a ring that is held is work of the drive, and so is all work of equilibria. Logs of earlier versions
-        hold no work of loads.
+        A shift of a held ring is work of the drive, and so is all work of equilibria. Logs of earlier versions have no
+        work of loads.
         """
         change = self.parameters.drive.change
-        shifted = change.time and any(change.offset) and before["time"] <= change.time <= late["time"]
+        shifted = change.time and any(change.offset) and start["time"] <= change.time <= half["time"]
         separate = "inner_ring_load_work" in self._layout.fields or dimension_of(self.parameters) == PRESCRIBED
         return separate and not shifted and dimension_of(self.parameters) != QUASI_STATIC
 
     @property
     def energy_closure(self) -> float | None:
-        """Energy gained (+) or lost (-) by the numbers alone, as a share of the work moved through the bearing.
+        """Energy gained (+) or lost (-) by numerical errors, as a share of the gross work of the contacts.
 
-        The work counts each contact's power by its magnitude; logs of the first version hold only the sum. Where hardly
-        anything does work, as without friction, it is a share of what the tolerance leaves open of the energy held.
-        None where a torque drives the ring over defects, as the work of their heights is then in no sum.
+        Gross work counts each contact's power by its magnitude; logs of the first version have only the sum. If hardly
+        any work is done, as without friction, it is a share of the tolerance times the stored energy. None where a
+        torque drives the ring over defects, the work of whose heights is not computed.
         """
         if self.parameters.defects and self.parameters.drive.kind == TORQUE:
             return None
         change = sum(self.last[name] - self.first[name] for name in STORED)
-        lost, work = (self.last[name] - self.first[name] for name in ("dissipated", "drive_work"))
-        residual = change + lost - work
-        moved = self.last["gross_work"] - self.first["gross_work"] if "gross_work" in self.last else abs(work)
-        held = sum(abs(self.last[name]) for name in STORED)
-        scale = max(moved, lost, abs(change), max(STILL, self.parameters.wanted.tolerance) * held)
+        dissipated, work = (self.last[name] - self.first[name] for name in ("dissipated", "drive_work"))
+        residual = change + dissipated - work
+        gross = self.last["gross_work"] - self.first["gross_work"] if "gross_work" in self.last else abs(work)
+        stored = sum(abs(self.last[name]) for name in STORED)
+        scale = max(gross, dissipated, abs(change), max(NO_WORK, self.parameters.wanted.tolerance) * stored)
         return residual / scale if scale > 0.0 else 0.0
 
     def _peaks(self) -> dict[str, np.ndarray]:
         """Ellipses and pressures at each contact's greatest load."""
         curvatures = (self.at_greatest[name] for name in ("curvature_small", "curvature_large"))
-        found = ellipse(*curvatures, np.array(moduli(self.parameters.materials)), self.greatest_load)
-        return dict(zip(("semi_major", "semi_minor", "peak_pressure"), found, strict=True))
+        ellipses = ellipse(*curvatures, np.array(moduli(self.parameters.materials)), self.greatest_load)
+        return dict(zip(("semi_major", "semi_minor", "peak_pressure"), ellipses, strict=True))
 
     def _law_warning(self) -> str | None:
-        """Warning of the elastic law where it is furthest off exact Hertz, over the contacts that carried load."""
+        """Warning of the elastic law at its greatest error against exact Hertz, over the contacts that carried load."""
         curvatures = [self.at_greatest[name] for name in ("curvature_small", "curvature_large")]
         errors = law_error(self.parameters, self.law, *curvatures, self.greatest_load)
         if errors is None or not errors.any():
             return None
         side, ball = divmod(int(np.abs(errors.T).argmax()), len(errors))
-        at = (float(one[ball, side]) for one in curvatures)
-        return law_warning(self.law, float(errors[ball, side]), axis_ratio(*at))
+        gap = (float(curvature[ball, side]) for curvature in curvatures)
+        return law_warning(self.law, float(errors[ball, side]), axis_ratio(*gap))
 
     def _smoothing_warning(self, fastest: float) -> str | None:
         """Warning of a spin torque whose contact patches spin at most this fast [m/s] at their rims."""
@@ -339,9 +339,9 @@ class BearingFigures:
         load, ball = self.greatest_load, self.parameters.materials.ball
         stiffness = 0.0
         for side, modulus in enumerate(moduli(self.parameters.materials)):
-            most = load[:, side].argmax()
-            gap = (float(self.at_greatest[name][most, side]) for name in ("curvature_small", "curvature_large"))
-            stiffness += 1.5 * (hertz_coefficient(*gap, modulus) ** 2 * load[most, side]) ** (1.0 / 3.0)
+            heaviest = load[:, side].argmax()
+            gap = (float(self.at_greatest[name][heaviest, side]) for name in ("curvature_small", "curvature_large"))
+            stiffness += 1.5 * (hertz_coefficient(*gap, modulus) ** 2 * load[heaviest, side]) ** (1.0 / 3.0)
         mass = ball.density * math.pi / 6.0 * self.parameters.geometry.ball_diameter**3
         return math.pi * math.sqrt(mass / stiffness) if stiffness > 0.0 else math.inf
 
@@ -380,15 +380,16 @@ class BearingFigures:
 
     def figures(self) -> dict:
         """The run in numbers, SI unit at the end of a key; one value a ball where it is a list."""
-        late, before = self._second_half()
-        peaks, speeds = self._peaks(), speed_figures(self.parameters, late, before, self._rolling_angle())
+        half, start = self._second_half()
+        peaks, speeds = self._peaks(), speed_figures(self.parameters, half, start, self._rolling_angle())
         rolling = speeds["cage_speed_theory_rad_s"]
-        place, tilt, force, moment = ((late["ring"] / late["count"])[columns] for columns in RING_COLUMNS)
-        moved, _, swing, _ = ((late["ring_greatest"] - late["ring_least"])[columns] for columns in RING_COLUMNS)
-        distance, square, turned = (late["centre"] / late["count"]).tolist()
+        displacement, tilt, force, moment = ((half["ring"] / half["count"])[columns] for columns in RING_COLUMNS)
+        spread = half["ring_greatest"] - half["ring_least"]
+        displacement_range, _, force_range, _ = (spread[columns] for columns in RING_COLUMNS)
+        distance, square, turned = (half["centre"] / half["count"]).tolist()
         pairs = {}
         for key, unit, array in (
-            ("normal_load", "n", late["load"].reshape(-1, 2) / late["count"]),
+            ("normal_load", "n", half["load"].reshape(-1, 2) / half["count"]),
             ("greatest_normal_load", "n", self.greatest_load),
             ("contact_angle", "rad", self.at_greatest["contact_angle"]),
             ("semi_major", "m", peaks["semi_major"]),
@@ -398,31 +399,31 @@ class BearingFigures:
         ):
             for side, ring in enumerate(("inner", "outer")):
                 pairs[f"{key}_{ring}_{unit}".rstrip("_")] = array[:, side].tolist()
-        found = {
+        figures = {
             "inner_ring_speed_at_end_rad_s": self.last["inner_ring_speed"],
             "run_up_time_s": self._run_up.time_to(self.last["inner_ring_speed"]),
             **speeds,
             "energy_closure": self.energy_closure,
             "drive_work_j": self.last["drive_work"],
             "dissipated_j": self.last["dissipated"],
-            "drive_torque_nm": mean_torque(late, before, self._work_known(late, before)),
+            "drive_torque_nm": mean_torque(half, start, self._work_known(half, start)),
             "catalogue_drive_torque_nm": catalogue_torque(
-                self.parameters, self._static, force, float(late["speed"] / late["count"])
+                self.parameters, self._static, force, float(half["speed"] / half["count"])
             ),
-            "ring_displacement_m": place.tolist(),
+            "ring_displacement_m": displacement.tolist(),
             "misalignment_rad": tilt.tolist(),
             "ring_force_n": force.tolist(),
             "ring_moment_nm": moment.tolist(),
-            "ring_displacement_range_m": moved.tolist(),
-            "ring_force_range_n": swing.tolist(),
+            "ring_displacement_range_m": displacement_range.tolist(),
+            "ring_force_range_n": force_range.tolist(),
             **pairs,
             "cage_slip": 1.0 - speeds["cage_speed_rad_s"] / rolling if rolling else 0.0,
             "greatest_pocket_force_n": float(self._sums.greatest["pocket_force"]),
             "cage_eccentricity_m": distance,
             "cage_whirl_rad_s": turned / square if square > 0.0 else 0.0,
             "greatest_land_force_n": float(self._sums.greatest["land_force"]),
-            "friction_torque_nm": (late["torque"] / late["count"]).tolist(),
+            "friction_torque_nm": (half["torque"] / half["count"]).tolist(),
             **(self._listener.figures() if self._listener else {}),
         }
         absent = missing(self.parameters, self.choice.stepper == QUASI_STATIC)
-        return {key: value for key, value in found.items() if key not in absent}
+        return {key: value for key, value in figures.items() if key not in absent}

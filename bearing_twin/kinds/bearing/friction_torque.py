@@ -62,30 +62,30 @@ def contact_losses(parameters, contacts, speed) -> ContactLosses:
 
     2 F u of a film, moments of hysteresis and differential slip times the roll of the ball, u/r, and 3/8 mu Q a E of a
     patch times its spin, E the complete elliptic integral of the second kind (where a ball both rolls and spins the sum
-    is an upper bound). A ball off the inner ring is driven by nothing and is left out, and so is a bearing at rest.
+    is an upper bound). Balls without contact to the inner ring, which nothing drives, and bearings at rest have none.
     """
     radius, speed = 0.5 * parameters.geometry.ball_diameter, np.asarray(speed, float)[..., None]
     driven = (contacts.load.min(axis=-1) > 0.0) & (speed != 0.0)
     lubricant, shape = film_lubricant(parameters), contacts.load.shape
-    found = ContactLosses(np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape))
-    orbit, roll, pitch = (one[driven] for one in (contacts.orbit, contacts.roll, contacts.pitch))
+    losses = ContactLosses(np.zeros((*shape, 3)), np.zeros(shape), np.zeros(shape))
+    orbit, roll, pitch = (values[driven] for values in (contacts.orbit, contacts.roll, contacts.pitch))
     inner = np.broadcast_to(speed, driven.shape)[driven]
     for side, modulus in enumerate(moduli(parameters.materials)):
-        load, angle, small, large = (one[..., side][driven] for one in (
+        load, angle, small, large = (values[..., side][driven] for values in (
             contacts.load, contacts.angle, contacts.curvature_small, contacts.curvature_large
         ))  # fmt: skip
         cosine, sine = np.cos(angle), np.sin(angle)
-        turn = np.abs(roll * cosine + pitch * sine)  # of the ball about its axis of rolling
+        rolling = np.abs(roll * cosine + pitch * sine)  # of the ball about its axis of rolling
         ring = (inner if side == 0 else 0.0) - orbit
         spin = np.abs(pitch * cosine - (roll + ring) * sine)
         numbers = film_numbers(lubricant, small, large, modulus, radius)
-        thickness, ratio, resistance, hysteresis, slip, friction = films(lubricant, numbers, load, radius * turn).T
+        thickness, ratio, resistance, hysteresis, slip, friction = films(lubricant, numbers, load, radius * rolling).T
         major, minor, _ = ellipse(small, large, modulus, load)
-        resisted = 0.375 * friction * load * major * elliptic_e(minor / major)
-        parts = 2.0 * radius * resistance * turn, hysteresis * turn, slip * turn + resisted * spin
-        found.power[..., side, :][driven] = np.stack(parts, axis=-1)
-        found.thickness[..., side][driven], found.ratio[..., side][driven] = thickness, ratio
-    return found
+        spin_moment = 0.375 * friction * load * major * elliptic_e(minor / major)
+        parts = 2.0 * radius * resistance * rolling, hysteresis * rolling, slip * rolling + spin_moment * spin
+        losses.power[..., side, :][driven] = np.stack(parts, axis=-1)
+        losses.thickness[..., side][driven], losses.ratio[..., side][driven] = thickness, ratio
+    return losses
 
 
 def contact_torque(parameters, contacts) -> FrictionTorque | None:
@@ -118,12 +118,12 @@ def skf_torque(parameters, static: float, force) -> float | None:
     pitch, turns = 0.5e3 * sum(boundary_dimensions(geometry)), abs(parameters.drive.speed) * 30.0 / math.pi
     viscosity = viscosity_of(lubricant, parameters.temperature)
     radial, axial = math.hypot(force[0], force[1]), abs(force[2])
-    name, stirred = geometry.designation, 1e6 * viscosity * turns
+    name, viscosity_speed = geometry.designation, 1e6 * viscosity * turns
     if name[:2] == "72" and geometry.contact_angle:
         r1, r2, r3, s1, s2 = BE if geometry.contact_angle > STEEP else AC
-        outward = radial + r3 * pitch**4 * turns**2
-        rolling = r1 * pitch**1.97 * (outward + r2 * axial) ** 0.54
-        sliding = s1 * pitch**0.26 * (outward ** (4.0 / 3.0) + s2 * axial ** (4.0 / 3.0))
+        pressed = radial + r3 * pitch**4 * turns**2
+        rolling = r1 * pitch**1.97 * (pressed + r2 * axial) ** 0.54
+        sliding = s1 * pitch**0.26 * (pressed ** (4.0 / 3.0) + s2 * axial ** (4.0 / 3.0))
     elif name[:2] in DEEP_GROOVE:
         r1, r2, s1, s2 = DEEP_GROOVE[name[:2]]
         rolling, sliding = r1 * pitch**1.96 * radial**0.54, s1 * pitch**-0.26 * radial ** (5.0 / 3.0)
@@ -137,9 +137,9 @@ def skf_torque(parameters, static: float, force) -> float | None:
     inlet = 1.0 / (1.0 + heating * turns**1.28)
     if lubricant.kind == GREASE:
         inlet *= math.exp(-starvation * turns)
-    touching = math.exp(-2.6e-8 * stirred**1.4 * pitch)
-    friction = touching * lubricant.boundary_friction + (1.0 - touching) * lubricant.film_friction
-    return 1e-3 * (inlet * rolling * stirred**0.6 + sliding * friction)
+    boundary_share = math.exp(-2.6e-8 * viscosity_speed**1.4 * pitch)
+    friction = boundary_share * lubricant.boundary_friction + (1.0 - boundary_share) * lubricant.film_friction
+    return 1e-3 * (inlet * rolling * viscosity_speed**0.6 + sliding * friction)
 
 
 def catalogue_torque(parameters, static: float, force, speed: float) -> float | None:
@@ -147,38 +147,36 @@ def catalogue_torque(parameters, static: float, force, speed: float) -> float | 
     if not is_lubricated(parameters):
         return palmgren_torque(parameters.geometry, static, force, speed)
     lubricant = parameters.lubricant
-    viscosity, amount = (
-        viscosity_of(lubricant, parameters.temperature),
-        GREASED if lubricant.kind == GREASE else OIL_BATH,
-    )
-    return palmgren_torque(parameters.geometry, static, force, speed, viscosity, amount)
+    viscosity = viscosity_of(lubricant, parameters.temperature)
+    lubrication = GREASED if lubricant.kind == GREASE else OIL_BATH
+    return palmgren_torque(parameters.geometry, static, force, speed, viscosity, lubrication)
 
 
 def torque_answer(parameters, contacts, static: float, force) -> dict:
-    """Friction in an equilibrium's answer: torque by parts beside estimates, loss, film; {} without lubricant.
+    """Friction in the results of an equilibrium: torque by parts, estimates, loss, film; {} without lubricant.
 
     Raises SceneError where the thinnest film is below LEAST_FILM of the roughness.
     """
     if not is_lubricated(parameters):
         return {}
-    found = contact_torque(parameters, contacts)
-    if found is None:
+    torque = contact_torque(parameters, contacts)
+    if torque is None:
         return {"friction_torque_nm": None, "friction_loss_w": None, "film_m": None, "lambda": None}
-    if found.ratio < LEAST_FILM:
+    if torque.ratio < LEAST_FILM:
         raise SceneError(
-            f"the thinnest film is {found.ratio:.2g} of surface.roughness, and no formula of films holds below "
+            f"the thinnest film is {torque.ratio:.2g} of surface.roughness, and no formula of films holds below "
             f"{LEAST_FILM:g}; lower the load or temperature, raise the speed or the viscosity, or leave lubricant out"
         )
     speed = parameters.drive.speed
-    total, skf = found.film + found.hysteresis + found.slip, skf_torque(parameters, static, force)
+    total, skf = torque.film + torque.hysteresis + torque.slip, skf_torque(parameters, static, force)
     palmgren = catalogue_torque(parameters, static, force, speed)
-    parts = {"film": found.film, "hysteresis": found.hysteresis, "slip": found.slip, "total": total}
+    parts = {"film": torque.film, "hysteresis": torque.hysteresis, "slip": torque.slip, "total": total}
     return {
         "drive_torque_nm": total,
         "not_computed": {},
         "friction_torque_nm": {**parts, "skf": skf, "palmgren": palmgren},
         "friction_loss_w": total * abs(speed),
-        "film_m": found.thickness,
-        "lambda": found.ratio,
+        "film_m": torque.thickness,
+        "lambda": torque.ratio,
         "friction_note": f"{lubricant_sentence(parameters)} {WHY}{'' if skf is not None else f' {UNKNOWN_SERIES}.'}",
     }

@@ -40,7 +40,7 @@ from bearing_twin.kinds.rules import (
     sentences,
 )
 
-LEAST_DAMPING = 2e-7  # s of relaxation time: contacts with less ring for long
+LEAST_DAMPING = 2e-7  # s of relaxation time: contacts with less vibrate for long
 SMOOTH = 0.03  # tolerance that the coarsest rule of points over a contact patch meets where spin is fast
 
 
@@ -67,9 +67,9 @@ def relative_acceleration(parameters) -> float:
 
 
 def centrifugal_share(parameters) -> float:
-    """The greatest centrifugal load over the load on the inner raceway, at the start, of balls that matter.
+    """The greatest centrifugal load over the load on the inner raceway, at the start.
 
-    Those are balls with a tenth of the greatest load or more. Raises SceneError.
+    Of balls with a tenth of the greatest load or more. Raises SceneError.
     """
     law = parameters.contact.normal
     return centrifugal_ratio(scene_equilibrium(parameters, "hertz" if law == "auto" else law).contacts, least=0.1)
@@ -81,7 +81,7 @@ def turned_under_load(parameters) -> bool:
 
 
 def moves_for_loads(parameters) -> bool:
-    """True if the inner ring moves with its mass although nothing but loads is wanted."""
+    """True if the inner ring moves with its mass although only loads are requested."""
     return dimension_of(parameters) == FREE_RING
 
 
@@ -91,7 +91,7 @@ def in_equilibrium(parameters) -> bool:
 
 
 def wants_cage(parameters) -> bool:
-    """True if balls that move have clearance on their way round."""
+    """True if balls in motion have clearance somewhere along their orbit."""
     if parameters.geometry.balls == 1:
         return False
     dimension = dimension_of(parameters)
@@ -99,12 +99,12 @@ def wants_cage(parameters) -> bool:
 
 
 def moves_no_cage(parameters) -> bool:
-    """True if a cage is wanted that the scene's stepper cannot move."""
+    """True if balls need a cage that the scene's stepper cannot move."""
     return parameters.solver.stepper not in COMMON_STEPS and wants_cage(parameters)
 
 
 def without_friction(parameters) -> bool:
-    """True if no friction is computed, or none is wanted."""
+    """True if no friction is computed, or none is requested."""
     idle = parameters.wanted.outputs == LOADS or not parameters.contact.friction_coefficient
     return idle or in_equilibrium(parameters)
 
@@ -118,8 +118,8 @@ def no_contact_spins(parameters) -> bool:
     """True if no contact spins: nothing acts along the axis or tilts the inner ring, now or later."""
     ring, drive = parameters.rings.inner, parameters.drive
     loads = (*ring.load, *ring.moment), (*ring.change.load, *ring.change.moment), *(row[1:] for row in ring.table)
-    held = drive.offset[2], drive.changed_offset[2], *drive.tilt, parameters.gravity[2]
-    return not any(held) and not any(any(one[2:]) for one in loads)
+    axial_or_tilted = drive.offset[2], drive.changed_offset[2], *drive.tilt, parameters.gravity[2]
+    return not any(axial_or_tilted) and not any(any(load[2:]) for load in loads)
 
 
 def rim_speed(parameters) -> float:
@@ -160,7 +160,7 @@ def hops(parameters) -> bool:
 
 
 def rings(parameters) -> bool:
-    """True if contacts ring: after a sudden change, by unbalance or defects, or with hardly any damping."""
+    """True if contacts vibrate: after a sudden change, by unbalance or defects, or with hardly any damping."""
     drive, ring, damping = parameters.drive, parameters.rings.inner, parameters.contact.relaxation_time
     sudden = ring_shift(parameters) > 0.0 or relative_acceleration(parameters) > FASTEST_CHANGE
     changed = dimension_of(parameters) == FREE_RING and (ring.change.time or len(ring.table) or ring.unbalance)
@@ -168,7 +168,7 @@ def rings(parameters) -> bool:
 
 
 def rolls_steadily(parameters) -> bool:
-    """True if every ball rolls from the start under a load that stays, each with steps of its own."""
+    """True if every ball rolls from the start under a constant load, each with its own steps."""
     drive = parameters.drive
     alone = dimension_of(parameters) == PRESCRIBED and parameters.cage.kind == "none" and not leaves_raceway(parameters)
     steady = not (any(drive.offset[:2]) or any(drive.tilt) or drive.change.time or slip_at_start(parameters))
@@ -179,11 +179,11 @@ COLD = 173.15  # K, below all but cryogenic bearings
 
 
 def of_temperatures(parameters) -> list[str]:
-    """Warnings of temperatures in which steel bearings hardly run: they may have been meant in °C."""
-    given = {
+    """Warnings of temperatures at which steel bearings hardly run: they may have been meant in °C."""
+    temperatures = {
         name: getattr(parameters.temperatures, name) for name in ("reference", "inner_ring", "outer_ring", "balls")
     }
-    cold = {name: value for name, value in given.items() if 0.0 < value < COLD}
+    cold = {name: value for name, value in temperatures.items() if 0.0 < value < COLD}
     return [
         f"temperatures.{name} = {value:g} K is {value - CELSIUS:g} °C: if °C was meant, give {value:g}°C"
         for name, value in cold.items()
@@ -191,7 +191,7 @@ def of_temperatures(parameters) -> list[str]:
 
 
 def of_held_ring(parameters) -> list[str]:
-    """Warnings of a ring that is held: it touches no ball, or leaves some on their way."""
+    """Warnings of a held ring that touches no ball, or leaves some along their orbit."""
     if not touches_at_rest(parameters):
         return [
             "the inner ring stands where it touches no ball, so that nothing loads or drives them: move it by "
@@ -201,14 +201,14 @@ def of_held_ring(parameters) -> list[str]:
 
 
 def touches_at_rest(parameters) -> bool:
-    """True if a ring that is held squeezes balls at some place of it while nothing turns; a tilt counts as yes."""
+    """True if a held ring squeezes balls somewhere at rest; a tilted one counts as doing so."""
     return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in squeezes(parameters))
 
 
 def of_falling_balls(parameters, law: str) -> list[str]:
     """Warnings of a ring so slow that balls without load at the start fall off the outer raceway.
 
-    At the top of their way, where their weight is more than their centrifugal load at the speed of rolling.
+    That is at the top of their orbit, if their weight exceeds their centrifugal load at the speed of rolling.
     """
     geometry = parameters.geometry
     orbit = math.sqrt(math.hypot(*parameters.gravity[:2]) / (0.5 * geometry.pitch_diameter))
@@ -225,15 +225,15 @@ def of_falling_balls(parameters, law: str) -> list[str]:
 
 
 def mend_of_method(parameters, choice) -> str:
-    """Advice that reduces the error of the integration method, as far as anything does."""
+    """Advice that reduces the error of the integration method."""
     if of_falling_balls(parameters, choice.law):
         return "no tolerance mends what hopping balls do at one instant: take means, or turn the ring faster"
     if choice.stepper == QUASI_STATIC:
         return f"set model.dimension: {'free' if any(free_coordinates(parameters)) else 'prescribed'}, whose balls move"
     if choice.stepper in FIXED_STEP:
         return "halve solver.step, or set solver.stepper: rodas4"
-    other = "" if choice.stepper in ("rodas4", "auto") else "solver.stepper: rodas4, or "
-    return f"set {other}a tenth of wanted.tolerance"
+    stepper_advice = "" if choice.stepper in ("rodas4", "auto") else "solver.stepper: rodas4, or "
+    return f"set {stepper_advice}a tenth of wanted.tolerance"
 
 
 def cage_needed(parameters) -> str:
@@ -251,23 +251,23 @@ def cage_needed(parameters) -> str:
 def law_error(parameters, law: str, curvature_small, curvature_large, load) -> np.ndarray | None:
     """Relative error of each contact's load (N, 2) against exact Hertz at these curvatures [1/m]; above 0: too stiff.
 
-    0 where there is no load; None for a law that is measured, of whose error nothing is known.
+    0 where there is no load; None for a measured law, whose error is unknown.
     """
     if law not in LAWS or LAWS[law].measured:
         return None
-    found, carry = np.zeros_like(load), load > 0.0
+    errors, carry = np.zeros_like(load), load > 0.0
     for side, nominal in enumerate(nominal_curvatures(parameters.geometry)):
-        frozen, one = hertz_coefficient(*nominal, 1.0), carry[:, side]
-        at = curvature_small[one, side], curvature_large[one, side]
-        found[one, side] = coefficient_of(law, *at, 1.0, frozen) / hertz_coefficient(*at, 1.0) - 1.0
-    return found
+        frozen, loaded = hertz_coefficient(*nominal, 1.0), carry[:, side]
+        curvatures = curvature_small[loaded, side], curvature_large[loaded, side]
+        errors[loaded, side] = coefficient_of(law, *curvatures, 1.0, frozen) / hertz_coefficient(*curvatures, 1.0) - 1.0
+    return errors
 
 
 def nominal_law_error(law: str, parameters) -> float:
     """Greatest relative load error of a law against exact Hertz at a bearing's two nominal contacts; 0 if measured."""
-    curvatures = (np.broadcast_to(one, (1, 2)) for one in np.transpose(nominal_curvatures(parameters.geometry)))
-    found = law_error(parameters, law, *curvatures, np.ones((1, 2)))
-    return 0.0 if found is None else float(np.abs(found).max())
+    curvatures = (np.broadcast_to(values, (1, 2)) for values in np.transpose(nominal_curvatures(parameters.geometry)))
+    errors = law_error(parameters, law, *curvatures, np.ones((1, 2)))
+    return 0.0 if errors is None else float(np.abs(errors).max())
 
 
 SMOOTHING = 2.5  # tuned: power by which the error of a sum over points falls as spin at the rim becomes slow
@@ -292,48 +292,48 @@ def rule_error(contact, ratio: float, rim: float) -> float:
 
 
 def _coarse_points(parameters, friction: str) -> list[str]:
-    """A warning of a rule of points over the contact patch that a scene fixes, and that its spin is too fast for."""
+    """Warning of a scene's rule of points over the contact patch that is too coarse for its spin."""
     if parameters.contact.friction == AUTO or not FRICTIONS[friction].over_patch or without_friction(parameters):
         return []
     error = rule_error(parameters.contact, axis_ratio(parameters), rim_speed(parameters))
     if error <= parameters.wanted.tolerance:
         return []
-    enough = pick(BEARING, "contact.friction", parameters).value
+    adequate = pick(BEARING, "contact.friction", parameters).value
     return [
         f"contact.friction = {friction} has an error of up to {error:.2g} of mu N where balls spin as fast as here, "
-        f"more than wanted.tolerance = {parameters.wanted.tolerance:g}; auto takes {enough}"
+        f"more than wanted.tolerance = {parameters.wanted.tolerance:g}; auto takes {adequate}"
     ]
 
 
 def choose(parameters) -> Choice:
     """Law, dimension, friction and stepper; raises SceneError where a scene has no equilibrium to start from."""
-    found = answers(BEARING, parameters)
-    law, dimension = found["contact.normal"].value, found["model.dimension"].value
-    error, wanted, warnings = nominal_law_error(law, parameters), parameters.wanted.tolerance, []
-    if error > wanted:
+    choices = answers(BEARING, parameters)
+    law, dimension = choices["contact.normal"].value, choices["model.dimension"].value
+    error, tolerance, warnings = nominal_law_error(law, parameters), parameters.wanted.tolerance, []
+    if error > tolerance:
         warnings.append(
             f"the law {law} differs by {100 * error:.2g} % from exact Hertz here, more than the tolerance of "
-            f"{100 * wanted:.2g} %; contact.normal: hertz costs no more"
+            f"{100 * tolerance:.2g} %; contact.normal: hertz costs no more"
         )
     warnings += [*drift(law), *of_temperatures(parameters)]
     if dimension == QUASI_STATIC:
         for key in ("cage.kind", "contact.friction", "solver.stepper", SETTING):
-            found.pop(key)
+            choices.pop(key)
         if parameters.model.dimension == AUTO:
             warnings += left_by(parameters, ("model.dimension", dimension))
         if parameters.solver.stepper != AUTO:
             warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
-        return Choice(law, QUASI_STATIC, error, sentences(found), tuple(warnings))
-    stepper, friction = found["solver.stepper"].value, found["contact.friction"].value
+        return Choice(law, QUASI_STATIC, error, sentences(choices), tuple(warnings))
+    stepper, friction = choices["solver.stepper"].value, choices["contact.friction"].value
     if dimension == PRESCRIBED:
         warnings += of_held_ring(parameters)
     warnings += [*idle_step(parameters.solver.step, stepper, FIXED_STEP), *roughness(FRICTIONS[friction])]
     warnings += [*_coarse_points(parameters, friction), *of_falling_balls(parameters, law)]
-    named = friction if parameters.contact.friction == AUTO else ""
-    setting = found[SETTING].value if parameters.solver.stepper == AUTO else math.nan
+    friction_name = friction if parameters.contact.friction == AUTO else ""
+    setting = choices[SETTING].value if parameters.solver.stepper == AUTO else math.nan
     if parameters.solver.stepper != AUTO:
-        found.pop(SETTING)
-    return Choice(law, stepper, error, sentences(found), tuple(warnings), setting, friction=named)
+        choices.pop(SETTING)
+    return Choice(law, stepper, error, sentences(choices), tuple(warnings), setting, friction=friction_name)
 
 
 PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent of 1e-4 ball diameters

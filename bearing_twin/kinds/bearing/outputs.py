@@ -18,8 +18,8 @@ from bearing_twin.kinds.bearing.system import numbers_of, numbers_of_bodies
 from bearing_twin.kinds.topics import NUMBERS
 
 IN_PLANE = ("in_plane",)  # axes: x and y
-ALIKE = 1e-3  # sines of angles by different ways differ by less
-OWN, FILMS = 19, 2  # channels with a ball's own numbers, and those of films that follow them
+SAME_ANGLE = 1e-3  # sines of angles by different ways differ by less
+BALL_CHANNELS, FILM_CHANNELS = 19, 2  # channels with a ball's own numbers, and those of films that follow them
 
 
 def channels(parameters: BearingScene) -> tuple[Channel, ...]:
@@ -120,33 +120,33 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 
 
 @functools.cache
-def _places(n: int, films: bool) -> np.ndarray:
-    """Places of the numbers of a bearing with n balls in a row of all channels: those of RowPlaces."""
+def _columns(n: int, films: bool) -> np.ndarray:
+    """Columns of a row of all channels of a bearing with n balls, as RowPlaces of the core."""
     rows, layout = _channels(n, films), _layout(n, films)
     edges = {name: columns.start for name, (columns, _) in layout.fields.items()}
-    own = [(edges[channel.name], channel.width // n) for channel in rows[: OWN + films * FILMS]]
-    first, width = zip(*own, *((0, 0),) * (OWN + FILMS - len(own)), strict=True)
-    named = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
-    return np.array([*first, *width, *(edges[name] for name in named), layout.width])
+    ball_rows = [(edges[channel.name], channel.width // n) for channel in rows[: BALL_CHANNELS + films * FILM_CHANNELS]]
+    first, width = zip(*ball_rows, *((0, 0),) * (BALL_CHANNELS + FILM_CHANNELS - len(ball_rows)), strict=True)
+    names = "inner_ring_angle", "inner_ring_force", "neighbour_approach", "position", "raceway_force"
+    return np.array([*first, *width, *(edges[name] for name in names), layout.width])
 
 
 @functools.cache
-def _places_of_sums(n: int) -> tuple[np.ndarray, int]:
+def _columns_of_sums(n: int) -> tuple[np.ndarray, int]:
     """As `_places`, in rows without contacts; and the first number of the force on the outer ring."""
     first = {name: columns.start for name, (columns, _) in _layout(n, False).fields.items()}
-    named = "inner_ring_angle", "inner_ring_force", "outer_ring_force", "neighbour_approach"
-    ring, sums, force, end = (first[name] - first["inner_ring_angle"] for name in named)
-    return np.array([*(0,) * 2 * (OWN + FILMS), ring, sums, -1, 0, 0, end]), force
+    names = "inner_ring_angle", "inner_ring_force", "outer_ring_force", "neighbour_approach"
+    ring, sums, force, end = (first[name] - first["inner_ring_angle"] for name in names)
+    return np.array([*(0,) * 2 * (BALL_CHANNELS + FILM_CHANNELS), ring, sums, -1, 0, 0, end]), force
 
 
 @functools.cache
 def _layout(n: int, films: bool) -> Layout:
-    """`layout_of` a bearing with n balls, which looks at all channels each time."""
+    """`layout_of` a bearing with n balls, computed once."""
     return layout_of(_channels(n, films))
 
 
 def empty_outputs(parameters: BearingScene, count: int) -> Rows:
-    """Room for `count` solver outputs: all channels side by side."""
+    """Uninitialised rows of all channels for `count` outputs."""
     layout = _layout(parameters.geometry.balls, is_lubricated(parameters))
     return Rows(layout, np.empty((count, layout.width)))
 
@@ -160,24 +160,24 @@ _outputs = Function(
 
 
 def write_outputs(parameters, bearing, bodies, drive, times, states, orientations, body_states, rows) -> None:
-    """Fills `rows` of all channels with states (count, N, COLUMNS) and orientations (count, N, 4) of the balls.
+    """Fill `rows` of all channels with states (count, N, COLUMNS) and orientations (count, N, 4) of the balls.
 
     They are those at `times` [s], which count from the instant the drive's angle and speed belong to; `body_states`
     (count, BODY_COLUMNS) are those of ring, cage and shaft, the `bodies`. Every column of a row is written.
     """
-    places = _places(parameters.geometry.balls, is_lubricated(parameters))
-    _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), places, rows)
+    columns = _columns(parameters.geometry.balls, is_lubricated(parameters))
+    _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), columns, rows)
 
 
 def outer_ring_forces(parameters, bearing, bodies, drive, times, states, orientations, body_states) -> np.ndarray:
     """Forces (count, 3) [N] of the balls on the outer ring, a channel of `write_outputs`, without the others."""
-    places, first = _places_of_sums(parameters.geometry.balls)
-    rows = np.empty((len(times), places[-1]))
-    _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), places, rows)
+    columns, first = _columns_of_sums(parameters.geometry.balls)
+    rows = np.empty((len(times), columns[-1]))
+    _write(parameters, bearing, bodies, drive, times, (states, orientations, body_states), columns, rows)
     return rows[:, first : first + 3]
 
 
-def _write(parameters, bearing, bodies, drive, times, motion, places, rows):
+def _write(parameters, bearing, bodies, drive, times, motion, columns, rows):
     geometry = parameters.geometry
     states, orientations, body_states = motion
     rolling = 0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter)
@@ -185,21 +185,21 @@ def _write(parameters, bearing, bodies, drive, times, motion, places, rows):
     numbers = numbers_of_bodies(bearing, bodies) if coupled else NO_BODIES
     _outputs(
         *(*numbers_of(bearing), np.array(drive, float), len(times), geometry.balls, times, states, orientations),
-        *(coupled, numbers, bodies.load, bodies.load_rate, body_states, rolling, places, rows),
+        *(coupled, numbers, bodies.load, bodies.load_rate, body_states, rolling, columns, rows),
     )
 
 
 def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
     """`in_contact` (N, 2), `semi_major`, `semi_minor` [m], `peak_pressure` [Pa] (N, 2) and `major_axis` (N, 2, 3).
 
-    By Hertz from curvatures and normal load, whatever the elastic law. The major axis lies in the meridian plane,
-    across the groove; computed only for samples that are published. All with the rows of a sample of many outputs.
+    By Hertz from curvatures and normal load for all elastic laws. The major axis lies in the meridian plane, across
+    the groove. A sample of many outputs gives arrays with as many rows.
     """
     load = sample["normal_load"]
     flat = load.reshape(-1, 2)
     small, large = (sample[name].reshape(-1, 2) for name in ("curvature_small", "curvature_large"))
-    found = np.array(ellipse(small, large, np.array(moduli(parameters.materials)), flat))
-    semi_major, semi_minor, pressure = found.reshape(3, *load.shape)
+    ellipses = np.array(ellipse(small, large, np.array(moduli(parameters.materials)), flat))
+    semi_major, semi_minor, pressure = ellipses.reshape(3, *load.shape)
     normal = sample["normal"]
     axis = np.array([0.0, 0.0, 1.0]) - normal[..., 2:] * normal
     square = axis * axis
@@ -212,13 +212,13 @@ def contact_details(parameters: BearingScene, sample: Sample) -> dict[str, np.nd
     }
 
 
-def renewed(block: Block) -> None:
-    """Gives inner contact angles of old logs, which counted towards +z as seen from the ball, the sign of today's."""
+def update_contact_angles(block: Block) -> None:
+    """Invert inner contact angles of old logs, which were positive towards +z as seen from the ball."""
     angle, normal = (block.values.get(name) for name in ("contact_angle", "normal"))
     if angle is None or normal is None or angle.shape != normal.shape[:-1] or angle.shape[-1:] != (2,):
         return
     inner, rises = angle[..., 0], normal[..., 0, 2]  # the load on a ball by the inner raceway points away from the axis
-    np.negative(inner, out=inner, where=np.abs(np.sin(inner) + rises) < ALIKE * np.abs(rises))
+    np.negative(inner, out=inner, where=np.abs(np.sin(inner) + rises) < SAME_ANGLE * np.abs(rises))
 
 
 RINGS = ("inner_ring", "outer_ring")
@@ -273,7 +273,7 @@ def wrenches(parameters: BearingScene, sample: Sample) -> list[Wrench]:
         about_centre = torque + np.cross(sample["position"] - centre[..., None, :], force)
         reaction = -about_centre.sum(axis=-2) - moment + np.cross(centre, on_outer)
         on_rings["inner_ring"] = sample["inner_ring_force"], reaction
-    return rows + [Wrench(ring, "balls", "ring centre", ring, *found) for ring, found in on_rings.items()]
+    return rows + [Wrench(ring, "balls", "ring centre", ring, *wrench) for ring, wrench in on_rings.items()]
 
 
 def contacts(parameters: BearingScene, sample: Sample) -> dict:
@@ -287,14 +287,14 @@ def contacts(parameters: BearingScene, sample: Sample) -> dict:
         "spin_rate": -sample["spin_rate"],
         "drilling_torque": -sample["drilling_torque"],
     }
-    body, by = [k // 2 for k in range(2 * balls)], [balls, balls + 1] * balls
+    body, partner = [k // 2 for k in range(2 * balls)], [balls, balls + 1] * balls
     outer = sample["approach"].shape[:-2]
     rows = {name: array.reshape(*outer, 2 * balls, *array.shape[len(outer) + 2 :]) for name, array in raceway.items()}
     if balls > 1:
         for name, values in _neighbours(parameters, sample).items():
             rows[name] = np.concatenate([rows[name], values], axis=len(outer))
-        body, by = [*body, *range(balls)], [*by, *((k + 1) % balls for k in range(balls))]
-    return {"balls": balls, "bodies": bodies(parameters), "body": body, "by": by, **rows}
+        body, partner = [*body, *range(balls)], [*partner, *((k + 1) % balls for k in range(balls))]
+    return {"balls": balls, "bodies": bodies(parameters), "body": body, "by": partner, **rows}
 
 
 def _neighbours(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarray]:
@@ -314,16 +314,16 @@ def _neighbours(parameters: BearingScene, sample: Sample) -> dict[str, np.ndarra
     curvature = 2.0 / parameters.geometry.ball_diameter  # of the gap between two balls, the same all round
     modulus = effective_modulus(parameters.materials.ball, parameters.materials.ball)
     position, velocity, spin = (sample[name] for name in ("position", "velocity", "angular_velocity"))
-    for one in zip(*np.nonzero(touching), strict=True):
-        other = (*one[:-1], (one[-1] + 1) % load.shape[-1])
-        across = normal[one]
-        own = velocity[one] + np.cross(spin[one], point[one] - position[one])
-        relative = own - velocity[other] - np.cross(spin[other], point[one] - position[other])
-        axis = np.array([0.0, 0.0, 1.0]) - across[2] * across
-        rows["slip"][one] = relative - relative @ across * across
-        rows["spin_rate"][one] = (spin[one] - spin[other]) @ across
-        rows["major_axis"][one] = axis / np.linalg.norm(axis)
-        rows["contact_angle"][one] = np.arctan2(-across[2], np.hypot(*across[:2]))
-        patch = ellipse(curvature, curvature, modulus, load[one])
-        rows["semi_major"][one], rows["semi_minor"][one], rows["peak_pressure"][one] = patch
+    for ball in zip(*np.nonzero(touching), strict=True):
+        ahead = (*ball[:-1], (ball[-1] + 1) % load.shape[-1])
+        n = normal[ball]
+        surface = velocity[ball] + np.cross(spin[ball], point[ball] - position[ball])
+        relative = surface - velocity[ahead] - np.cross(spin[ahead], point[ball] - position[ahead])
+        axis = np.array([0.0, 0.0, 1.0]) - n[2] * n
+        rows["slip"][ball] = relative - relative @ n * n
+        rows["spin_rate"][ball] = (spin[ball] - spin[ahead]) @ n
+        rows["major_axis"][ball] = axis / np.linalg.norm(axis)
+        rows["contact_angle"][ball] = np.arctan2(-n[2], np.hypot(*n[:2]))
+        patch = ellipse(curvature, curvature, modulus, load[ball])
+        rows["semi_major"][ball], rows["semi_minor"][ball], rows["peak_pressure"][ball] = patch
     return rows

@@ -30,11 +30,11 @@ from bearing_twin.pictures import (
 )
 
 GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
-OF_BALLS = {  # panels over the azimuth: title, axis, factor into its unit
+BALL_PANELS = {  # over the azimuth: title, axis, factor into its unit
     "contact_angle": ("Contact angle of each ball", "angle [°]", np.degrees(1.0)),
     "peak_pressure": ("Greatest Hertz pressure of each ball", "pressure [MPa]", 1e-6),
 }
-MOVED = "inner_ring_offset"
+OFFSET = "inner_ring_offset"
 GREATEST_NUMBERED = 40  # balls: more are too small for a number
 RING, ARROW = 0.55, 2.0  # thickness of a drawn ring, length of the longest arrow of a load, in ball radii
 
@@ -47,25 +47,24 @@ class BearingPicture(RunPicture):
     def __init__(self, scene, choice: Choice):
         super().__init__(scene, choice)
         turned = self.parameters.drive.kind == TORQUE
-        self.kept = ("normal_load", MOVED, "cage_offset", *(("inner_ring_speed",) if turned else ()))
+        self.kept = ("normal_load", OFFSET, "cage_offset", *(("inner_ring_speed",) if turned else ()))
 
     def _kept_of(self, sample: Sample) -> dict[str, np.ndarray]:
-        """The ring moves by less than a tenth of where it stands under its load: its motion is drawn from the start."""
-        kept = super()._kept_of(sample)
-        if MOVED in kept:
-            kept[MOVED] = kept[MOVED] - self.first[MOVED]
-        return kept
+        """The channels of a sample, the ring's offset against the start: under load it hardly moves."""
+        channels = super()._kept_of(sample)
+        if OFFSET in channels:
+            channels[OFFSET] = channels[OFFSET] - self.first[OFFSET]
+        return channels
 
     def _panels(self, values) -> list[CurvePanel]:
         panels = super()._panels(values)
-        moved = [panel.lines[0].series == MOVED for panel in panels]
         return [
-            panel._replace(title=f"{panel.title} since the start") if one else panel
-            for one, panel in zip(moved, panels, strict=True)
+            panel._replace(title=f"{panel.title} since the start") if panel.lines[0].series == OFFSET else panel
+            for panel in panels
         ]
 
     def begin(self, time) -> float:
-        """The time [s] from which on the balls go round GREATEST_TURNS times."""
+        """The time [s] from which on the balls orbit GREATEST_TURNS times."""
         turns = abs(float(self.last["orbit_angle"][0] - self.first["orbit_angle"][0])) / (2.0 * np.pi)
         return time[-1] - (time[-1] - time[0]) * min(1.0, GREATEST_TURNS / max(turns, 1.0))
 
@@ -77,100 +76,98 @@ class BearingPicture(RunPicture):
     def draw_bodies(self, figure, place, values) -> None:
         """The bearing, contact angles and pressures at the last output."""
         last = self.last
-        found = {name: last[name] for name in ("normal_load", "contact_angle")}
-        found["peak_pressure"] = contact_details(self.parameters, last)["peak_pressure"]
-        _draw_balls(figure, place, last["orbit_angle"], found, lambda part: _draw_bearing(figure, part, last))
+        columns = {name: last[name] for name in ("normal_load", "contact_angle")}
+        columns["peak_pressure"] = contact_details(self.parameters, last)["peak_pressure"]
+        _draw_balls(figure, place, last["orbit_angle"], columns, lambda cell: _draw_bearing(figure, cell, last))
 
 
-def _footer(*words: str) -> str:
-    return "   ·   ".join(word for word in (*words, f"bearing_twin {__version__}") if word)
+def _footer(*notes: str) -> str:
+    return "   ·   ".join(filter(None, (*notes, f"bearing_twin {__version__}")))
 
 
-def _draw_bearing(figure, place, sample: Sample) -> None:
-    """Rings, balls and their loads: arrows point the way a raceway pushes the ball, and are as long as the load."""
+def _draw_bearing(figure, cell, sample: Sample) -> None:
+    """Rings, balls and their loads: arrows along the forces of raceways on balls, as long as the load."""
     position, load = sample["position"][:, :2], sample["normal_load"]
     radius = np.linalg.norm(sample["point"] - sample["position"][:, None, :], axis=-1).max()
     pitch, greatest = np.linalg.norm(position, axis=1).mean(), load.max() or 1.0
     reach = pitch + (ARROW + 1.3) * radius
-    axis = figure.add_subplot(place, aspect="equal", xlim=(-1.3 * reach, 1.3 * reach), ylim=(-reach, reach))
+    axis = figure.add_subplot(cell, aspect="equal", xlim=(-1.3 * reach, 1.3 * reach), ylim=(-reach, reach))
     axis.set_axis_off()
     for outside in (pitch - radius, pitch + (1.0 + RING) * radius):
         axis.add_artist(Annulus((0, 0), outside, RING * radius, fc=STYLE["ring"], ec=STYLE["edge"], zorder=1))
-    room = ARROW * radius, min(ARROW * radius, 0.8 * (pitch - radius))
+    lengths = min(ARROW * radius, 0.8 * (pitch - radius)), ARROW * radius
     for ball, centre in enumerate(position):
         colour = ball_style(ball)["color"] if len(position) <= GREATEST_LINES else STYLE["soft"]
         loose = load[ball].max() <= 0.0
-        look = {"fc": "white", "ec": colour, "ls": "--"} if loose else {"fc": colour, "ec": "white"}
-        axis.add_artist(Circle(centre, radius, lw=1.6, zorder=3, **look))
+        fill = {"fc": "white", "ec": colour, "ls": "--"} if loose else {"fc": colour, "ec": "white"}
+        axis.add_artist(Circle(centre, radius, lw=1.6, zorder=3, **fill))
         if len(position) <= GREATEST_NUMBERED:
             size = np.clip(234.0 * radius / reach, 6.0, 15.0)
             ink = colour if loose else contrast_colour(colour)
             axis.text(*centre, f"{ball}", ha="center", va="center", fontsize=size, color=ink, weight="bold", zorder=4)
         outward = centre / np.linalg.norm(centre)
-        for raceway, (side, longest, fill) in enumerate(zip((-1.0, 1.0), room[::-1], RACEWAY_COLOURS, strict=True)):
+        for raceway, (side, longest, shade) in enumerate(zip((-1.0, 1.0), lengths, RACEWAY_COLOURS, strict=True)):
             if load[ball, raceway] > 0.0:
                 tip = centre + side * radius * outward
                 tail = tip + side * longest * load[ball, raceway] / greatest * outward
-                style = {"arrowstyle": "simple,head_length=6,head_width=8,tail_width=3", "fc": fill, "ec": "white"}
+                style = {"arrowstyle": "simple,head_length=6,head_width=8,tail_width=3", "fc": shade, "ec": "white"}
                 axis.add_artist(FancyArrowPatch(tail, tip, shrinkA=0, shrinkB=0, lw=0.6, zorder=5, **style))
     heading(axis, f"The bearing at {sample.time_ns * 1e-9:.6g} s: load on each ball, up to {greatest:.4g} N")
     for row, (name, colour) in enumerate(zip(RACEWAYS, RACEWAY_COLOURS, strict=True)):
-        words = {"transform": axis.transAxes, "va": "top", "fontsize": 11, "color": colour, "weight": "bold"}
-        axis.text(0.0, 0.97 - 0.06 * row, f"➤ by the {name} ring", **words)
+        style = {"transform": axis.transAxes, "va": "top", "fontsize": 11, "color": colour, "weight": "bold"}
+        axis.text(0.0, 0.97 - 0.06 * row, f"➤ by the {name} ring", **style)
     corner = np.array([-1.22, -0.9]) * reach
-    for way, name in (((0.2, 0.0), "x"), ((0.0, 0.2), "y")):
-        end = corner + reach * np.array(way)
+    for direction, name in (((0.2, 0.0), "x"), ((0.0, 0.2), "y")):
+        end = corner + reach * np.array(direction)
         axis.add_artist(FancyArrowPatch(corner, end, arrowstyle="-|>", mutation_scale=11, color=STYLE["soft"], lw=1.2))
         axis.text(*(corner + 1.3 * (end - corner)), name, ha="center", va="center", fontsize=11, color=STYLE["soft"])
 
 
 def _draw_balls(figure, grid, azimuth, values: dict, draw_first: Callable) -> None:
-    """Draws as `draw_first`, and further `values` (N, 2) of OF_BALLS over the azimuth (N,) [rad] of the balls."""
-    parts = grid.subgridspec(
+    """Draw as `draw_first`, below it `values` (N, 2) of BALL_PANELS over the azimuth (N,) [rad] of the balls."""
+    cells = grid.subgridspec(
         len(values), 1, height_ratios=(len(values) - 0.6, *(0.7,) * (len(values) - 1)), hspace=0.42
     )
     loads = values["normal_load"]
-    draw_first(parts[0])
+    draw_first(cells[0])
     degrees = (np.degrees(azimuth) + 180.0) % 360.0 - 180.0
-    for row, (name, (words, up, factor)) in enumerate(OF_BALLS.items(), 1):
-        if name not in values:
-            continue
-        axis = figure.add_subplot(parts[row])
+    for row, (name, (title, label, factor)) in enumerate(BALL_PANELS.items(), 1):
+        axis = figure.add_subplot(cells[row])
         style_axes(axis)
-        for k, (colour, mark, aside) in enumerate(zip(RACEWAY_COLOURS, "os", (-3.0, 3.0), strict=True)):
+        for k, (colour, marker, shift) in enumerate(zip(RACEWAY_COLOURS, "os", (-3.0, 3.0), strict=True)):
             shown = np.where(loads[:, k] > 0.0, factor * values[name][:, k], np.nan)
-            axis.plot(degrees + aside, shown, mark, ms=7, color=colour)
+            axis.plot(degrees + shift, shown, marker, ms=7, color=colour)
         axis.set_xlim(-190.0, 190.0)
         axis.set_xticks(np.arange(-180, 181, 45))
         low, high = axis.get_ylim()
         axis.set_ylim((0.0, 1.08 * high) if name == "peak_pressure" else (min(1.15 * low, -1.0), max(1.15 * high, 1.0)))
-        heading(axis, words, "azimuth of the ball, from +x [°]" if row + 1 == len(values) else None, up)
+        heading(axis, title, "azimuth of the ball, from +x [°]" if row + 1 == len(values) else None, label)
 
 
 def draw_equilibrium(result: dict, path) -> Path:
-    """Draws the loads around the bearing, angles and pressures of the balls; `result` as of `answer_of`."""
+    """Draw the loads around the bearing, angles and pressures of the balls; `result` as of `answer_of`."""
     figure = Figure(figsize=(10.0, 12.0), dpi=100, facecolor="white")
     units = {"normal_load": "n", "contact_angle": "rad", "peak_pressure": "pa"}
     values = {name: np.array([result[f"{name}_{race}_{unit}"] for race in RACEWAYS]).T for name, unit in units.items()}
     (grid,) = figure.add_gridspec(1, 1, left=0.1, right=0.96, top=0.87, bottom=0.08)
     azimuth, push = np.array(result["ball_azimuth_rad"]), -np.array(result["ring_force_n"][:2])
 
-    def draw_loads(place):
-        around = figure.add_subplot(place, projection="polar")
-        draw_load_distribution(around, azimuth, values["normal_load"], push)
-        heading(around, "Load on each ball [N]; 0° is +x, 90° is +y", pad=24)
-        around.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.32, -0.1))
+    def draw_loads(cell):
+        axis = figure.add_subplot(cell, projection="polar")
+        draw_load_distribution(axis, azimuth, values["normal_load"], push)
+        heading(axis, "Load on each ball [N]; 0° is +x, 90° is +y", pad=24)
+        axis.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.32, -0.1))
 
     _draw_balls(figure, grid, azimuth, values, draw_loads)
     moved = ", ".join(f"{round(1e6 * value, 6) + 0.0:.4g}" for value in result["ring_displacement_m"])
     load = ", ".join(f"{0.0 - round(value, 6):.4g}" for value in result["ring_force_n"])
     title = f"{result['scene']}: load ({load}) N at {result['speed_rad_s'] * 30.0 / np.pi:.5g} rpm"
-    words = (
+    footer = _footer(
         f"inner ring moved by ({moved}) µm",
         f"law {result['law']}",
         f"clearance {1e6 * result['clearance_m']['operating']:.4g} µm",
     )
-    return finish_picture(figure, title, _footer(*words), path, size=15)
+    return finish_picture(figure, title, footer, path, size=15)
 
 
 SWEPT = {  # panels of a sweep: title, axis, factor into its unit, labels of its curves
@@ -182,25 +179,25 @@ SWEPT = {  # panels of a sweep: title, axis, factor into its unit, labels of its
 
 
 def draw_sweep(result: dict, path) -> Path:
-    """Draws displacement, stiffness, greatest ball load and reference life over the swept number."""
+    """Draw displacement, stiffness, greatest ball load and reference life over the swept number."""
     figure = Figure(figsize=(15.0, 9.0), dpi=100, facecolor="white")
     edges = {"left": 0.07, "right": 0.975, "top": 0.87, "bottom": 0.11}
     axes = figure.subplots(2, 2, gridspec_kw={"wspace": 0.2, "hspace": 0.34, **edges})
     scale, label = result["axis"]["scale"], result["axis"]["label"]
     values, refused = scale * np.asarray(result["values"]), len(result["refused"])
-    solved = [k for k, one in enumerate(result["stiffness"]) if one is not None]
-    for axis, (key, (words, up, factor, names)) in zip(axes.ravel(), SWEPT.items(), strict=True):
+    solved = [k for k, stiffness in enumerate(result["stiffness"]) if stiffness is not None]
+    for axis, (key, (title, unit_label, factor, names)) in zip(axes.ravel(), SWEPT.items(), strict=True):
         style_axes(axis)
-        found = factor * np.array([result[key][k] for k in solved], float)
-        found = np.diagonal(found, axis1=1, axis2=2) if key == "stiffness" else found.reshape(len(solved), -1)
-        curves = np.full((len(values), found.shape[1]), np.nan)  # broken where there is no equilibrium
-        curves[solved] = found
+        rows = factor * np.array([result[key][k] for k in solved], float)
+        rows = np.diagonal(rows, axis1=1, axis2=2) if key == "stiffness" else rows.reshape(len(solved), -1)
+        curves = np.full((len(values), rows.shape[1]), np.nan)  # broken where there is no equilibrium
+        curves[solved] = rows
         for k in range(max(len(names), 1)):
             axis.plot(values, curves[:, k], lw=2.0, **ball_style(k), **({"label": names[k]} if names else {}))
-        if key == "reference_life_mrev" and np.nanmax(found, initial=0.0) > 20.0 * np.nanmin(found, initial=np.inf):
+        if key == "reference_life_mrev" and np.nanmax(rows, initial=0.0) > 20.0 * np.nanmin(rows, initial=np.inf):
             axis.set_yscale("log")
-        heading(axis, words, label, up)
+        heading(axis, title, label, unit_label)
         legend_above(axis)
-    lost = f"{refused} of {len(values)} values have no equilibrium" if refused else ""
+    note = f"{refused} of {len(values)} values have no equilibrium" if refused else ""
     title = f"{result['scene']}: equilibria over {label}"
-    return finish_picture(figure, title, _footer(result["held"], f"law {result['law']}", lost), path)
+    return finish_picture(figure, title, _footer(result["held"], f"law {result['law']}", note), path)

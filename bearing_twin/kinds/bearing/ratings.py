@@ -74,7 +74,7 @@ def _gamma(geometry) -> float:
 
 
 def _race_ratio(geometry) -> float:
-    """X of ISO/TS 16281 over 1.044: how much more the inner raceway is worn than the outer one."""
+    """X of ISO/TS 16281 over 1.044, the ratio of the raceways' ratings."""
     gamma, f_i, f_o = _gamma(geometry), geometry.inner_conformity, geometry.outer_conformity
     return ((1.0 - gamma) / (1.0 + gamma)) ** 1.72 * (f_i / f_o * (2.0 * f_o - 1.0) / (2.0 * f_i - 1.0)) ** 0.41
 
@@ -111,19 +111,18 @@ def basic_static_rating(geometry) -> float:
         groove = conformity * geometry.ball_diameter
         # the ball on its pitch circle, touching at the contact angle
         locus = 0.5 * geometry.pitch_diameter - side * (groove - radius) * cosine
-        away = groove - radius
-        contact = ball_in_groove(
-            locus + side * away * cosine, away * math.sin(geometry.contact_angle), radius, locus, groove
-        )
-        one = ellipse(contact.curvature_small, contact.curvature_large, modulus, 1.0)
-        least = min(least, (RATED_PRESSURE / one.peak_pressure) ** 3)
+        lever = groove - radius
+        position = locus + side * lever * cosine, lever * math.sin(geometry.contact_angle)
+        contact = ball_in_groove(*position, radius, locus, groove)
+        pressure = ellipse(contact.curvature_small, contact.curvature_large, modulus, 1.0).peak_pressure
+        least = min(least, (RATED_PRESSURE / pressure) ** 3)
     return geometry.balls * least * cosine / 5.0
 
 
 def ratings_of(parameters) -> Ratings:
-    """The ratings the scene gives, else those of its geometry."""
-    given, geometry = parameters.ratings, parameters.geometry
-    return Ratings(given.dynamic or basic_dynamic_rating(geometry), given.static or basic_static_rating(geometry))
+    """The ratings of the scene, else those that follow from its geometry."""
+    stated, geometry = parameters.ratings, parameters.geometry
+    return Ratings(stated.dynamic or basic_dynamic_rating(geometry), stated.static or basic_static_rating(geometry))
 
 
 def equivalent_load(geometry, radial: float, axial: float) -> float:
@@ -164,13 +163,13 @@ def reference_life(geometry, dynamic: float, inner_loads, outer_loads) -> float:
     Q_ci = C/(0.407 Z cos(a)^0.7) [1 + X^(10/3)]^0.3, Q_ce = C/(0.389 Z cos(a)^0.7) [1 + X^(-10/3)]^0.3;
     Q_ei = (sum Q^3/Z)^(1/3), Q_ee = (sum Q^(10/3)/Z)^0.3; L = [(Q_ci/Q_ei)^(-10/3) + (Q_ce/Q_ee)^(-10/3)]^(-0.9).
     """
-    power, worn = 10.0 / 3.0, 1.044 * _race_ratio(geometry)
-    each = dynamic / (geometry.balls * math.cos(geometry.contact_angle) ** 0.7)
-    inner_rated = each / 0.407 * (1.0 + worn**power) ** 0.3
-    outer_rated = each / 0.389 * (1.0 + worn**-power) ** 0.3
-    inner = float(np.mean(np.asarray(inner_loads) ** 3)) ** (1.0 / 3.0)
-    outer = float(np.mean(np.asarray(outer_loads) ** power)) ** 0.3
-    damage = (inner / inner_rated) ** power + (outer / outer_rated) ** power
+    power, x = 10.0 / 3.0, 1.044 * _race_ratio(geometry)
+    rated = dynamic / (geometry.balls * math.cos(geometry.contact_angle) ** 0.7)
+    q_ci = rated / 0.407 * (1.0 + x**power) ** 0.3
+    q_ce = rated / 0.389 * (1.0 + x**-power) ** 0.3
+    q_ei = float(np.mean(np.asarray(inner_loads) ** 3)) ** (1.0 / 3.0)
+    q_ee = float(np.mean(np.asarray(outer_loads) ** power)) ** 0.3
+    damage = (q_ei / q_ci) ** power + (q_ee / q_ce) ** power
     return damage**-0.9 if damage > 0.0 else math.inf
 
 
@@ -210,8 +209,8 @@ def command_warning(parameters, speed: float) -> str:
     """
     bearings = [parameters] if hasattr(parameters, "geometry") else [parameters.left, parameters.right]
     limits = [
-        (FASTEST if one.geometry.contact_angle else LIMITING["oil"]) / (1e3 * one.geometry.pitch_diameter)
-        for one in bearings
+        (FASTEST if bearing.geometry.contact_angle else LIMITING["oil"]) / (1e3 * bearing.geometry.pitch_diameter)
+        for bearing in bearings
     ]
     to_rpm, limit = 30.0 / math.pi, float(f"{min(limits):.2g}")
     if abs(speed) * to_rpm <= min(limits):
@@ -270,8 +269,9 @@ def palmgren_torque(
         return None
     radial, axial = math.hypot(force[0], force[1]), abs(force[2])
     angle, pitch = math.degrees(geometry.contact_angle), 1e3 * geometry.pitch_diameter
-    stirred = 1e6 * viscosity * abs(speed) * 30.0 / math.pi
-    without_load = lubrication * pitch**3 * (1e-7 * stirred ** (2.0 / 3.0) if stirred > 2000.0 else 160e-7)
+    viscosity_speed = 1e6 * viscosity * abs(speed) * 30.0 / math.pi
+    churning = 1e-7 * viscosity_speed ** (2.0 / 3.0) if viscosity_speed > 2000.0 else 160e-7
+    without_load = lubrication * pitch**3 * churning
     thrust = 0.9 / math.tan(geometry.contact_angle) if angle >= 15.0 else 3.0
     torque_load = max(radial, thrust * axial - 0.1 * radial)
     z, y = (float(np.interp(angle, LOAD_TORQUE[:, 0], column)) for column in LOAD_TORQUE[:, 1:].T)
@@ -285,8 +285,8 @@ def frequency_errors(name: str, parameters) -> dict[str, float]:
     errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)
     for key, deviation in sizes.items():
         ends = [replace(geometry, **{key: getattr(geometry, key) + sign * deviation}) for sign in (-1.0, 1.0)]
-        low, high = (rolling_frequencies(one, speed) for one in ends)
-        errors = {word: error + 0.5 * abs(high[word] - low[word]) for word, error in errors.items()}
+        low, high = (rolling_frequencies(scaled, speed) for scaled in ends)
+        errors = {line: error + 0.5 * abs(high[line] - low[line]) for line, error in errors.items()}
     return errors
 
 
@@ -296,9 +296,9 @@ def catalogue_sheet(name: str, parameters) -> dict:
     Fault frequencies are those of balls that roll without load, at the nominal contact angle.
     """
     ratings, speed, row = ratings_of(parameters), parameters.drive.speed, row_of(name)
-    made, taken = row["radial_clearance_m"], parameters.geometry.radial_clearance
-    if made and abs(taken - 0.5 * sum(made)) > 1e-9:
-        row["radial_clearance_m"] = [taken, taken]
+    limits, clearance = row["radial_clearance_m"], parameters.geometry.radial_clearance
+    if limits and abs(clearance - 0.5 * sum(limits)) > 1e-9:
+        row["radial_clearance_m"] = [clearance, clearance]
     return row | {
         "basic_dynamic_rating_n": ratings.dynamic,
         "basic_static_rating_n": ratings.static,
