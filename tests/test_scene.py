@@ -167,6 +167,7 @@ def test_a_key_of_an_earlier_version_is_refused_with_its_new_name(kind):
     [
         (["geometry.balls=14"], "at most 13 do"),
         (["geometry.ball_diameter=0.03", "geometry.balls=1"], "leaves no inner raceway"),
+        (["geometry.ball_diameter=15", "geometry.pitch_diameter=65"], "in m, above 0 and at most 1"),
         (["geometry.outer_conformity=3.0"], "must be below 2.61"),
         (["solver.tolerance=1e-11"], "is less than double precision gives in a bearing"),
         (["wanted.tolerance=1e-14"], "at least 1e-10"),

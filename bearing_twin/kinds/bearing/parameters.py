@@ -134,8 +134,8 @@ class Geometry:
     """Bearing geometry; the rings' axis is z and the ring centres coincide when the offset is zero."""
 
     balls: int = quantity(8, "1", "number of balls, evenly spaced at the start", at_least=1, at_most=4096)
-    ball_diameter: float = quantity(6.746e-3, "m", "ball diameter", above=0.0)
-    pitch_diameter: float = quantity(28.5e-3, "m", "diameter of the circle of ball centres", above=0.0)
+    ball_diameter: float = quantity(6.746e-3, "m", "ball diameter", above=0.0, at_most=1.0)
+    pitch_diameter: float = quantity(28.5e-3, "m", "diameter of the circle of ball centres", above=0.0, at_most=20.0)
     inner_conformity: float = quantity(
         0.52, "1", f"inner groove radius / ball diameter; {ISO_GROOVES}", above=0.5, at_most=10.0
     )
