@@ -37,10 +37,10 @@ WAVEFORM = f"{OWN_PACKAGE}/msg/Waveform"
 WRENCH = "geometry_msgs/msg/WrenchStamped"
 
 _RULE = "=" * 80
-_PRIMITIVE = frozenset(
-    {"bool", "byte", "char", "float32", "float64", "int8", "uint8", "int16", "uint16", "int32", "uint32"}
-    | {"int64", "uint64", "string", "wstring"}
-)
+_NUMBERS = "bool int8 uint8 int16 uint16 int32 uint32 int64 uint64 float32 float64"
+_DTYPES = {name: np.dtype(name).newbyteorder("<") for name in _NUMBERS.split()}
+_DTYPES["byte"] = _DTYPES["char"] = _DTYPES["uint8"]
+_TEXTS = ("string", "wstring")
 _FIELD = re.compile(r"^[ \t]*([a-zA-Z0-9_/]+)(?:<=\d+)?(?:\[[^\]]*\])?[ \t]+[a-zA-Z]", re.MULTILINE)
 
 
@@ -122,7 +122,7 @@ def type_hash(ros_type: str) -> str:
 
 def _dependencies(ros_type: str, text: str) -> set[str]:
     package = ros_type.partition("/")[0]
-    names = set(_FIELD.findall(text)) - _PRIMITIVE
+    names = set(_FIELD.findall(text)) - {*_DTYPES, *_TEXTS}
     return {name if "/" in name else f"{package}/{name}" for name in names}
 
 
@@ -150,12 +150,6 @@ def _typestore():
 BASE, NAME, ARRAY, SEQUENCE = 1, 2, 3, 4  # kinds of fields, as the definitions number them
 HEADER = "std_msgs/msg/Header"
 _REPRESENTATION = b"\x00\x01\x00\x00"  # plain CDR, little-endian: four bytes in front that alignment does not count
-_FORMATS = {
-    "bool": "?", "byte": "B", "char": "B", "uint8": "B", "int8": "b", "uint16": "H", "int16": "h", "uint32": "I",
-    "int32": "i", "uint64": "Q", "int64": "q", "float32": "f", "float64": "d",
-}  # fmt: skip
-_DTYPES = {name: np.dtype(f"<{letter}") for name, letter in _FORMATS.items()}
-_TEXTS = ("string", "wstring")
 SECOND = 1_000_000_000  # ns
 
 
@@ -196,16 +190,8 @@ class Draft:
             content = value.encode()
         self.data += struct.pack("<I", len(content) + 1) + content + b"\0"
 
-    def number(self, value, letter: str, kind: np.dtype) -> None:
-        """One number."""
-        self.align(kind.itemsize)
-        if self.many and isinstance(value, np.ndarray):
-            self.varying.append((len(self.data), (kind, (1,)), value))
-            value = value.flat[0]
-        self.data += struct.pack("<" + letter, value)
-
-    def numbers(self, value, kind: np.dtype, width: int | None) -> None:
-        """Several numbers: a sequence after its length in elements of `width` numbers, or, with None, an array."""
+    def numbers(self, value, kind: np.dtype, width: int | None = None) -> None:
+        """One number or several; with `width` a sequence after its length, in elements of so many numbers."""
         varies = self.many and isinstance(value, np.ndarray)
         array = np.ascontiguousarray(value[0] if varies else value, dtype=kind).reshape(-1)
         if width is not None:
@@ -275,8 +261,8 @@ def _field(description) -> Callable:
     if node == BASE:
         if detail[0] in _TEXTS:
             return lambda value, draft: draft.text(value)
-        letter, kind = _FORMATS[detail[0]], _DTYPES[detail[0]]
-        return lambda value, draft: draft.number(value, letter, kind)
+        kind = _DTYPES[detail[0]]
+        return lambda value, draft: draft.numbers(value, kind)
     (inner, inner_detail), _ = detail
     counted = node == SEQUENCE
     if inner == BASE and inner_detail[0] not in _TEXTS:
@@ -289,18 +275,8 @@ def _nested(ros_type: str) -> Callable:
     write, flat = _writer(ros_type), _flat(ros_type)
     if flat is None:
         return write
-    kind, packed = _DTYPES[flat[0]], struct.Struct(f"<{flat[1]}{_FORMATS[flat[0]]}")
-
-    def write_flat(value, draft):
-        if isinstance(value, np.ndarray):
-            draft.numbers(value, kind, None)
-        elif isinstance(value, dict):
-            write(value, draft)
-        else:
-            draft.align(kind.itemsize)
-            draft.data += packed.pack(*value)
-
-    return write_flat
+    kind = _DTYPES[flat[0]]
+    return lambda value, draft: write(value, draft) if isinstance(value, dict) else draft.numbers(value, kind)
 
 
 def _listed(put: Callable, counted: bool, flat: tuple[str, int] | None) -> Callable:
@@ -323,8 +299,7 @@ def _default(description):
     """The value of a field that is not given."""
     node, detail = description
     if node == NAME:
-        flat = _flat(detail)
-        return {} if flat is None else (0,) * flat[1]
+        return {}
     if node == BASE:
         return "" if detail[0] in _TEXTS else 0
     (inner, inner_detail), length = detail

@@ -189,7 +189,8 @@ class McapWriter:
         """Appends the chunk in progress for good; descriptions without a message wait for the next."""
         if not self._chunk_index:
             return
-        first, last = self._span()
+        times = [log_time for entries in self._chunk_index.values() for log_time, _ in entries]
+        first, last = min(times), max(times)
         parts, index = self._sealed(first, last)
         self._append(parts)
         self._index += index
@@ -251,11 +252,6 @@ class McapWriter:
         elif self.problem and used > HELD_BYTES:
             self.dropped += 1
             self._check()
-
-    def _span(self) -> tuple[int, int]:
-        """The least and the greatest log time in the chunk in progress."""
-        times = [log_time for entries in self._chunk_index.values() for log_time, _ in entries]
-        return min(times), max(times)
 
     def _check(self) -> None:
         if self.problem:

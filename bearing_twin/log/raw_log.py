@@ -29,7 +29,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage
 from bearing_twin.log.mcap_write import McapWriter, StoredTopic, refused
-from bearing_twin.log.stream import SLOW_RATE, check_block
+from bearing_twin.log.stream import SLOW_RATE, checked_block
 
 KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, and 15 GB whole
 WHOLE_SPAN = 0.5e9 / SLOW_RATE  # ns: a SampleBlock that covers less is an impact or the end of a run, and stays
@@ -73,8 +73,7 @@ class Thinning:
         return None if before == self._last else data
 
     def _first_output(self, data: bytes) -> bytes | None:
-        block = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block("", block)
+        block = checked_block("", data)
         times, periods = block.time_ns, block.time_ns // self._period
         if times[-1] - times[0] < WHOLE_SPAN:
             return data

@@ -42,7 +42,7 @@ from bearing_twin.log.stream import (
     MessageStream,
     block_of,
     channels_of,
-    check_block,
+    checked_block,
     choice_record,
     records_of,
     refuse_misfits,
@@ -404,10 +404,7 @@ class LogStream:
 
     def _decoded(self, messages: Iterable[LoggedMessage]) -> Iterator[Any]:
         """The SampleBlocks in messages, checked."""
-        for message in messages:
-            block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
-            check_block(self.path, block)
-            yield block
+        return (checked_block(self.path, message.data) for message in messages)
 
 
 def _with_records(block: Block, records: Mapping[str, "_Records"], time_ns: float) -> Block:

@@ -333,11 +333,10 @@ def sample_range(data: bytes) -> tuple[int, int]:
 def readable_range(ros_type: str, data: bytes) -> tuple[int, int]:
     """First number and count of the outputs or records in a message, decoded and checked; raises LogError."""
     if ros_type == cdr.SAMPLE_BLOCK:
-        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block("what was sent", message)
-        return int(message.first_sequence), int(message.count)
-    message = checked_waveform("what was sent", data)
-    return int(message.first_sequence), len(message.samples)
+        block = checked_block("what was sent", data)
+        return int(block.first_sequence), int(block.count)
+    waveform = checked_waveform("what was sent", data)
+    return int(waveform.first_sequence), len(waveform.samples)
 
 
 def waveform_message(unit: str, rate: float, rows: np.ndarray, frame: str, start_time_ns: int = 0) -> bytes:
@@ -361,16 +360,16 @@ def checked_waveform(source, data: bytes):
 def records_of(source, ros_type: str, data: bytes) -> np.ndarray:
     """The records (n, columns) in a message of a topic of records; raises LogError, naming `source`."""
     if ros_type == cdr.SAMPLE_BLOCK:
-        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block(source, message)
-        return message.values.reshape(message.count, -1)
-    message = checked_waveform(source, data)
-    numbers = message.first_sequence + np.arange(len(message.samples))
-    return np.stack([numbers / message.rate, message.samples], axis=1)
+        block = checked_block(source, data)
+        return block.values.reshape(block.count, -1)
+    waveform = checked_waveform(source, data)
+    numbers = waveform.first_sequence + np.arange(len(waveform.samples))
+    return np.stack([numbers / waveform.rate, waveform.samples], axis=1)
 
 
-def check_block(source, message) -> None:
-    """Raises LogError, naming `source`, for a SampleBlock whose arrays do not belong together."""
+def checked_block(source, data: bytes):
+    """The SampleBlock in these bytes; raises LogError, naming `source`, where its arrays do not belong together."""
+    message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
     row = int(message.channel_width.sum(dtype=np.int64))
     fits = (
         message.count == len(message.time_ns) > 0
@@ -382,6 +381,7 @@ def check_block(source, message) -> None:
     )
     if not fits:
         raise LogError(f"{source}: the SampleBlock at output {message.first_sequence} contradicts itself; record again")
+    return message
 
 
 def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:

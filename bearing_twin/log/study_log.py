@@ -26,7 +26,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, Qos
 from bearing_twin.log.cdr import Encoder, encoded
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
-from bearing_twin.log.stream import LARGEST_BLOCK, check_block, samples_message
+from bearing_twin.log.stream import LARGEST_BLOCK, checked_block, samples_message
 from bearing_twin.run.scene import upgrade_scene
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult
@@ -230,8 +230,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
         if message.topic.name == SUMMARY_TOPIC:
             summary = parse_json(cdr.deserialise(cdr.STRING, message.data).data)
             continue
-        block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
-        check_block(path, block)
+        block = checked_block(path, message.data)
         widths = dict(zip(block.channel_name, block.channel_width.tolist(), strict=True))
         layout = layout or widths
         if list(layout.items()) != list(widths.items()):

@@ -10,9 +10,8 @@ from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Channel, Sample
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.views import View
-from bearing_twin.log import cdr
 from bearing_twin.log.run_log import choice_in, scene_record
-from bearing_twin.log.stream import block_of, channels_of, check_block
+from bearing_twin.log.stream import block_of, channels_of, checked_block
 from bearing_twin.run.scene import Scene, read_logged_scene
 from bearing_twin.view.page import POLICY, file_text, html, packed
 from bearing_twin.view.run_page import badges, described_view, packed_outputs, run_view
@@ -48,8 +47,7 @@ class LiveRun:
             return ""
         if len(data) > LARGEST_BLOCK:
             raise LogError(f"samples of {len(data)} bytes are too long for a page")
-        message = cdr.deserialise(cdr.SAMPLE_BLOCK, data)
-        check_block("samples", message)
+        message = checked_block("samples", data)
         channels = channels_of(self.scene, message)
         if self.view is None:
             self.channels = channels
