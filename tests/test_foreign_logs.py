@@ -92,6 +92,14 @@ def unknown_record(path, messages):
     rewritten(path, behind=struct.pack("<BQ", 0x90, 5) + b"other")
 
 
+def longer_end(path, messages):
+    """With a field of a later version in the record that ends the data."""
+    by_mcap(path, messages)
+    rewritten(path)
+    head = struct.Struct("<BQI")
+    path.write_bytes(path.read_bytes().replace(head.pack(0x0F, 4, 0), head.pack(0x0F, 8, 0) + b"more"))
+
+
 def mixed(path, messages):
     """Half of the messages in chunks, half of them outside."""
     half = len(messages) // 2
@@ -145,6 +153,7 @@ LEGAL = {  # how the file is made, messages that are passed over, a word of the 
     "an attachment of 80 MB": (plain(same, more=attached(80_000_000)), 0, ""),
     "an attachment under a checksum": (plain(same, more=attached(3_000_000), enable_data_crcs=True), 0, ""),
     "a record of another program": (unknown_record, 0, ""),
+    "a longer record at the end": (longer_end, 0, ""),
     "bytes behind the end": (appended, 0, ""),
     "messages in chunks and outside": (mixed, 0, ""),
     "backwards in small chunks": (plain(lambda messages: messages[::-1], chunk_size=5000), 0, ""),
@@ -214,6 +223,11 @@ def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path
     with pytest.raises(LogError, match="bearing_twin recover"):
         read_log(path)
     path.write_bytes(path.read_bytes()[:3000])
+    with pytest.raises(LogError, match="no outputs are in it so far"):
+        read_log(path, allow_gaps=True)
+    samples = [one for one in source if one[1] == cdr.SAMPLE_BLOCK]
+    by_mcap(path, samples, use_chunking=False)
+    path.write_bytes(path.read_bytes().partition(samples[0][3])[0])  # a channel, and the beginning of a message
     with pytest.raises(LogError, match="no outputs are in it so far"):
         read_log(path, allow_gaps=True)
     growing(path, source)

@@ -47,7 +47,7 @@ MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks
 _HEAD = struct.Struct("<BQ")  # of a record: opcode, length
 _FIELDS = struct.Struct("<HIQQ")  # of a message: channel, sequence number, log time, publish time
 _FOOTER = struct.Struct("<BQQQI")  # head of its record, place of the index, of its groups, checksum
-_PIECE = 1 << 20  # bytes that are read, unpacked or put into a stretch of messages together
+_PIECE = 1 << 20  # bytes that are read together
 _USED = frozenset({Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA})
 _DATA = (Opcode.CHUNK, Opcode.MESSAGE)
 _PARSE_ERRORS = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError)
@@ -84,12 +84,20 @@ class LoggedMessage(NamedTuple):
     data: bytes
 
 
+class Stretch(NamedTuple):
+    """A chunk with messages, or a message outside chunks: log times [ns], its offset, the numbers of its channels."""
+
+    first_ns: int
+    last_ns: int
+    offset: int
+    channels: frozenset[int]
+
+
 class Contents(NamedTuple):
     """Contents of a file: channels and the counts of their messages by number, first and last log time, metadata.
 
     `end` is the byte after the last complete record; `ended` is False where the end of the data is missing, because the
-    file is being written or was truncated. `stretches` are (first time, last time, offset) of chunks, and of messages
-    outside chunks.
+    file is being written or was truncated.
     """
 
     topics: dict[int, StoredTopic]
@@ -99,7 +107,7 @@ class Contents(NamedTuple):
     metadata: list[Metadata]
     end: int
     ended: bool
-    stretches: list[tuple[int, int, int]]
+    stretches: list[Stretch]
 
 
 class McapReader:
@@ -132,6 +140,7 @@ class McapReader:
             raise LogError(f"{path} {reason}; give a log written by bearing_twin or `ros2 bag record -s mcap`")
         self._footer = self._size - len(MAGIC) - _FOOTER.size
         tail = self._bytes_at(max(self._footer, 0), self._size)
+        self._summary = 0  # its offset
         self._has_footer = tail[: _HEAD.size] == _HEAD.pack(Opcode.FOOTER, 20) and tail[_FOOTER.size :] == MAGIC
         if self._has_footer and contents is None:
             self._read_index(tail)
@@ -191,16 +200,20 @@ class McapReader:
         """Messages of the ROS topics `names` (None: of all channels) from `from_ns` to before `until_ns`.
 
         They are sorted by log time, messages of equal time in the order of the file, unless `by_time` is False. Chunks
-        outside the interval are not read.
+        outside the interval, or without a message of these topics, are not read.
         """
         topics = self.contents().topics
         if names is not None:
             topics = {number: topic for number, topic in topics.items() if topic.name in names and not topic.foreign}
-        rows = [row for row in self.contents().stretches if row[1] >= from_ns and row[0] < until_ns]
+        rows = [
+            row
+            for row in self.contents().stretches
+            if row.last_ns >= from_ns and row.first_ns < until_ns and not row.channels.isdisjoint(topics)
+        ]
         if by_time:
             messages = self._merged(sorted(rows), topics)
         else:
-            chunks = ((offset, self._records_at(offset)) for _, _, offset in rows)
+            chunks = ((row.offset, self._records_at(row.offset)) for row in rows)
             messages = itertools.chain.from_iterable(self._messages(*chunk, topics.get) for chunk in chunks)
         yield from (message for message in messages if from_ns <= message.log_time < until_ns)
 
@@ -215,6 +228,7 @@ class McapReader:
     def _read_index(self, tail: bytes) -> None:
         """Reads the offsets of chunks, the channels and the number of messages from an index that is not damaged."""
         _, _, start, _, crc = _FOOTER.unpack_from(tail)
+        self._summary = start
         if not len(MAGIC) < start < self._footer:
             return
         self._stream.seek(start)
@@ -239,15 +253,17 @@ class McapReader:
 
     def _scanned(self) -> Contents:
         """The contents, from reading the whole file."""
-        counts, metadata, stretches = Counter(), [], []
+        counts, metadata, stretches, known = Counter(), [], [], {}
         for offset, opcode, content in self._records(len(MAGIC)):
             if opcode in _DATA:
-                first, last = LAST_NS, 0
+                first, last, channels = LAST_NS, 0, set()
                 for log_time, _, _, number, _ in self._positions(offset, self._records_of(offset, opcode, content)):
                     counts[number] += 1
+                    channels.add(number)
                     first, last = min(first, log_time), max(last, log_time)
-                if first <= last:
-                    stretches.append((first, last, offset))
+                if channels:
+                    same = known.setdefault(frozenset(channels), frozenset(channels))
+                    stretches.append(Stretch(first, last, offset, same))
             elif opcode == Opcode.METADATA:
                 metadata.append(self._parse(offset, Metadata, content))
             else:
@@ -255,7 +271,7 @@ class McapReader:
         if self._indexed_count not in (None, counts.total()):
             reason = f"its index counts {self._indexed_count} messages, and it holds {counts.total()}"
             raise DamagedLog(self.path, self._position, reason)
-        times = min((first for first, _, _ in stretches), default=0), max((last for _, last, _ in stretches), default=0)
+        times = min((one.first_ns for one in stretches), default=0), max((one.last_ns for one in stretches), default=0)
         topics = self._topics_of(counts)
         return Contents(topics, dict(counts), *times, metadata, self._position, self._end_found, stretches)
 
@@ -267,16 +283,16 @@ class McapReader:
         silent = itertools.islice((number for number in self._channels if number not in counts), MOST_SILENT)
         return {number: self._topic(number) for number in (*counts, *silent)}
 
-    def _merged(self, rows: list[tuple[int, int, int]], topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
+    def _merged(self, rows: list[Stretch], topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
         """The messages of stretches sorted by time; `rows` are sorted by their first times."""
         pending: list[tuple[int, int, int, LoggedMessage]] = []
         held = 0
-        for (first, last, offset), following in itertools.zip_longest(rows, rows[1:]):
+        for (first, last, offset, _), following in itertools.zip_longest(rows, rows[1:]):
             while pending and pending[0][0] < first:
                 held -= len(pending[0][3].data)
                 yield heappop(pending)[3]
             messages = self._messages(offset, self._records_at(offset), topics.get, by_time=True)
-            if not pending and (following is None or last < following[0]):
+            if not pending and (following is None or last < following.first_ns):
                 yield from messages
                 continue
             for number, message in enumerate(messages):
@@ -305,7 +321,7 @@ class McapReader:
                 raise DamagedLog(self.path, position, "a record goes on beyond the end of the file")
             if opcode == Opcode.FOOTER and position == self._footer:
                 return
-            if opcode == Opcode.DATA_END and length == 4:
+            if opcode == Opcode.DATA_END and (length == 4 or (length > 4 and end in (self._footer, self._summary))):
                 expected = int.from_bytes(self._stream.read(4), "little")
                 if crc is not None and expected not in (0, crc):
                     raise DamagedLog(self.path, position, "the data do not have the CRC they were written with")

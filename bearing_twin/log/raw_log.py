@@ -485,7 +485,8 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
                     numbers[key] = log.copy_topic(item.topic)
                 log.write(numbers[key], item.log_time, item.publish_time, item.data)
         problems += [
-            f"{count} messages of {name} are left out: no record describes it" for name, count in unknown.items()
+            f"{count} messages of {name} are left out: no record says how they are encoded"
+            for name, count in unknown.items()
         ]
         sentence = "; ".join(problems)
         if not messages:

@@ -157,8 +157,8 @@ class LogStream:
         self.metadata: dict[str, dict[str, str]] = self._reader.metadata
         stored = [channel for channel in self._reader.topics if channel.ros_type in NUMBERED and not channel.foreign]
         sampled = {channel.name for channel in stored if channel.ros_type == cdr.SAMPLE_BLOCK}
-        if not sampled and self._reader.ends:
-            raise LogError(f"{'; '.join(self._reader.ends)}; no outputs are in it so far")
+        if not sampled:
+            self._refuse_unfinished()
         self.topic = _selected_topic(path, {name for name in sampled if "/records/" not in name}, topic)
         self.kept_rate: float = max(kept_rate(channel.metadata) for channel in stored if channel.name == self.topic)
         self.namespace = self.topic.rpartition("/")[0]
@@ -187,10 +187,17 @@ class LogStream:
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
         first = next(self._decoded(self._stored(self.topic)), None)
+        if first is None:
+            self._refuse_unfinished()
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
         refuse_misfits(self.path, self.scene, self.channels)
         self.frame: str = "" if first is None else first.header.frame_id
         self.begins_s: float = 1e-9 * int(first.time_ns[0]) if first is not None and first.first_sequence else 0.0
+
+    def _refuse_unfinished(self) -> None:
+        """Raises LogError where the log, which has no outputs, has no end either."""
+        if self._reader.ends:
+            raise LogError(f"{'; '.join(self._reader.ends)}; no outputs are in it so far")
 
     def __repr__(self) -> str:
         scene = "a recording without its scene" if self.scene is None else self.scene.name
