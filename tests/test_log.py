@@ -133,7 +133,7 @@ def test_a_recording_that_ends_between_records_and_their_outputs_is_verified_up_
     run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.05"]))
     whole = join_blocks(list(run.blocks()))
     cut_off = dataclasses.replace(whole.part(0, 30), records=whole.records)
-    log = SimpleNamespace(has_records=True, cut_short=None, scene=run.scene, channels=run.channels)
+    log = SimpleNamespace(has_records=True, cut_short=None, kept_rate=0.0, scene=run.scene, channels=run.channels)
     log.blocks = lambda: iter([cut_off])
     assert len(whole.records["second_run"]) > len(whole.part(0, 30).records["second_run"])
     assert verify(log).greatest == 0.0

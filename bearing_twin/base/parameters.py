@@ -40,6 +40,7 @@ class Parameter(NamedTuple):
 def quantity(default, unit, help, *, above=None, below=None, at_least=None, at_most=None, less=""):
     """A number (int or float, as the default is) or a tuple of floats of the default's length, in `unit`.
 
+    The numbers of a tuple may have units of their own, as "1, m, rad".
     Without an upper bound that of its unit holds (see `units.Unit`), and if it is positive the least size, too.
     `less` is the reason why values below `at_least` are refused.
     """

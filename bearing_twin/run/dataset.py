@@ -33,30 +33,30 @@ def axes_of(channel: Channel, kind: str | None) -> tuple[ChannelAxis, ...]:
     along which it names other contacts is `contact`. Of the rest one of length 3 is `axis`, one of length 4 a
     `quaternion`. Without a scene `kind` is None, and axes are called by their channel.
     """
-    return tuple(_axis(channel, kind, place) for place in range(len(channel.shape)))
+    return tuple(_axis(channel, kind, dimension) for dimension in range(len(channel.shape)))
 
 
-def _axis(channel: Channel, kind: str | None, place: int) -> ChannelAxis:
-    size = channel.shape[place]
+def _axis(channel: Channel, kind: str | None, dimension: int) -> ChannelAxis:
+    size = channel.shape[dimension]
     if channel.axes:
-        return _labelled(channel.axes[place], size)
+        return _named_axis(channel.axes[dimension], size)
     if kind is None:
-        return _labelled(f"{channel.name}_{place}", size)
+        return _named_axis(f"{channel.name}_{dimension}", size)
     bodies, contacts = zip(
-        *(KINDS[kind].place_of(channel, _index(channel, place, k)) for k in range(size)), strict=True
+        *(KINDS[kind].place_of(channel, _index(channel, dimension, k)) for k in range(size)), strict=True
     )
     if size > 1 and len(set(contacts)) == size:
         return ChannelAxis("contact", contacts)
     if bodies[0][-1:].isdigit() and len(set(bodies)) == size:
         return ChannelAxis(bodies[0].split()[0], tuple(range(size)))
-    return _labelled({3: "axis", 4: "quaternion"}.get(size, f"{channel.name}_{place}"), size)
+    return _named_axis({3: "axis", 4: "quaternion"}.get(size, f"{channel.name}_{dimension}"), size)
 
 
-def _index(channel: Channel, place: int, k: int) -> tuple[int, ...]:
-    return tuple(k if one == place else 0 for one in range(len(channel.shape)))
+def _index(channel: Channel, dimension: int, k: int) -> tuple[int, ...]:
+    return tuple(k if other == dimension else 0 for other in range(len(channel.shape)))
 
 
-def _labelled(name: str, size: int) -> ChannelAxis:
+def _named_axis(name: str, size: int) -> ChannelAxis:
     labels = LABELS.get(name, ())
     return ChannelAxis(name, labels if len(labels) == size else tuple(range(size)))
 
@@ -89,12 +89,12 @@ def dataset_of(stream, blocks=None):
         coordinates |= {axis.name: (axis.name, np.array(axis.labels)) for axis in axes}
         values = np.concatenate([block.values[channel.name] for block in blocks])
         dimensions = (TIME, *(axis.name for axis in axes))
-        variables[channel.name] = (dimensions, values, attributes_of(channel))
+        variables[channel.name] = (dimensions, values, _attributes(channel))
     variables |= _records(blocks, scene)
     return xarray.Dataset(variables, coordinates, source_of(stream))
 
 
-def attributes_of(channel) -> dict[str, str]:
+def _attributes(channel) -> dict[str, str]:
     """`units` and `long_name` of a channel."""
     return {"units": channel.unit, "long_name": channel.meaning}
 
@@ -113,10 +113,10 @@ def source_of(stream) -> dict[str, str]:
 
 
 def _records(blocks, scene) -> dict:
-    found = {}
+    variables = {}
     for table in scene.tables if scene else ():
         rows = [block.records[table.name] for block in blocks if len(block.records.get(table.name, ()))]
         matrix = np.concatenate(rows) if rows else np.zeros((0, len(table.columns)))
-        for place, column in enumerate(table.columns):
-            found[f"{table.name}_{column.name}"] = (f"{table.name}_record", matrix[:, place], attributes_of(column))
-    return found
+        for index, column in enumerate(table.columns):
+            variables[f"{table.name}_{column.name}"] = (f"{table.name}_record", matrix[:, index], _attributes(column))
+    return variables

@@ -63,78 +63,72 @@ def equilibrium(
     >>> np.round(1e6 * found.displacement[:, 1], 1)
     array([-19.9, -33.1])
     """
-    given = _finite(loads)
-    if given is None or given.ndim == 0 or given.shape[-1] not in (3, 5):
+    given_loads = _finite_array(loads)
+    if given_loads is None or given_loads.ndim == 0 or given_loads.shape[-1] not in (3, 5):
         raise SceneError(
             f"loads must be finite numbers, (..., 3) in N or (..., 5) with moments in N m, not {echo(loads)}"
         )
-    angle = _finite(0.0 if ball_angle is None else ball_angle)
+    angle = _finite_array(0.0 if ball_angle is None else ball_angle)
     if angle is None:
         raise SceneError(f"ball_angle must be finite numbers in rad, not {echo(ball_angle)}")
     keys = [name.replace("__", ".") for name in changes]
-    values = [_numbers_or_words(key, value) for key, value in zip(keys, changes.values(), strict=True)]
+    values = [_key_values(key, value) for key, value in zip(keys, changes.values(), strict=True)]
     try:
-        shape = np.broadcast_shapes(given.shape[:-1], angle.shape, *(one.shape for one in values))
+        shape = np.broadcast_shapes(given_loads.shape[:-1], angle.shape, *(array.shape for array in values))
     except ValueError as error:
-        shapes = ", ".join(str(one.shape) for one in (angle, *values))
+        shapes = ", ".join(str(array.shape) for array in (angle, *values))
         raise SceneError(
-            f"loads of {given.shape}, ball_angle and changes of {shapes} do not broadcast to one array of cases"
+            f"loads of {given_loads.shape}, ball_angle and changes of {shapes} do not broadcast to one array of cases"
         ) from error
     forces = np.zeros((*shape, 5))
-    forces[..., : given.shape[-1]] = given
+    forces[..., : given_loads.shape[-1]] = given_loads
     forces = forces.reshape(-1, 5)
-    scenes, which = _scenes(scene, keys, [np.broadcast_to(one, shape).ravel() for one in values], len(forces))
-    if len({one.parameters.geometry.balls for one in scenes}) > 1:
+    columns = [np.broadcast_to(array, shape).ravel() for array in values]
+    scenes, scene_of_case = _distinct_scenes(scene, keys, columns, len(forces))
+    if len({scene.parameters.geometry.balls for scene in scenes}) > 1:
         raise SceneError("geometry.balls must be one number for all cases: call once for each")
-    first = azimuths_on(forces) if ball_angle is None else np.broadcast_to(angle, shape).ravel()
-    laws = [choose(one).law for one in scenes]
-    found = solve_scenes([one.parameters for one in scenes], laws, which, forces, given.shape[-1] == 5, first)
-    return Equilibria(*(one.reshape((*shape, *one.shape[1:])) for one in vars(found).values()))
+    first_angles = azimuths_on(forces) if ball_angle is None else np.broadcast_to(angle, shape).ravel()
+    laws = [choose(scene).law for scene in scenes]
+    parameters, free_tilt = [scene.parameters for scene in scenes], given_loads.shape[-1] == 5
+    solved = solve_scenes(parameters, laws, scene_of_case, forces, free_tilt, first_angles)
+    return Equilibria(*(array.reshape((*shape, *array.shape[1:])) for array in vars(solved).values()))
 
 
-def _finite(numbers) -> np.ndarray | None:
-    """An array of finite numbers; None for what is none."""
+def _finite_array(numbers) -> np.ndarray | None:
+    """An array of finite numbers; None for other values."""
     try:
-        found = np.asarray(numbers, float)
+        array = np.asarray(numbers, float)
     except (TypeError, ValueError):
         return None
-    return found if np.isfinite(found).all() else None
+    return array if np.isfinite(array).all() else None
 
 
-def _numbers_or_words(key: str, value) -> np.ndarray:
-    """The values of a key as an array; raises SceneError for what has neither numbers nor words."""
+def _key_values(key: str, value) -> np.ndarray:
+    """The values of a key as an array; raises SceneError for values that are neither numbers nor words."""
     try:
-        found = np.asarray(value)
+        array = np.asarray(value)
     except ValueError:  # rows of different length
-        found = np.asarray(None)
-    if found.dtype.kind not in "biufU":
+        array = np.asarray(None)
+    if array.dtype.kind not in "biufU":
         raise SceneError(f"{key} = {echo(value)} must be numbers or words, one for each case")
-    return found
+    return array
 
 
-def _scenes(scene, keys, values, cases: int) -> tuple[list[Scene], np.ndarray]:
-    """The scenes with different values of the keys, and for each case the number of its own; one without a case."""
-    if not cases:
-        keys = []
-    if not keys:
-        different, which = [()], np.zeros(cases, np.intp)
-    else:
-        codes = np.stack([np.unique(one, return_inverse=True)[1].ravel() for one in values], axis=1)
-        _, rows, which = np.unique(codes, axis=0, return_index=True, return_inverse=True)
-        different, which = [tuple(one[row].item() for one in values) for row in rows], which.ravel()
-    source = scene
-    if isinstance(scene, Scene):
-        if not keys:
-            return [_bearing(scene)], which
-        source = scene.resolved()
-    return [_bearing(load_scene(source, _overrides(keys, row))) for row in different], which
+def _distinct_scenes(scene, keys, columns, cases: int) -> tuple[list[Scene], np.ndarray]:
+    """The scenes with distinct values of the keys, and the index of each case's scene; one scene without a case."""
+    rows, scene_of_case = [()], np.zeros(cases, np.intp)
+    if keys and cases:
+        codes = np.stack([np.unique(column, return_inverse=True)[1].ravel() for column in columns], axis=1)
+        _, firsts, scene_of_case = np.unique(codes, axis=0, return_index=True, return_inverse=True)
+        rows = [tuple(column[first].item() for column in columns) for first in firsts]
+    elif isinstance(scene, Scene):
+        return [_require_bearing(scene)], scene_of_case
+    source = scene.resolved() if isinstance(scene, Scene) else scene
+    overrides = [[f"{key}={value}" for key, value in zip(keys, row, strict=False)] for row in rows]
+    return [_require_bearing(load_scene(source, row)) for row in overrides], scene_of_case.ravel()
 
 
-def _overrides(keys, row) -> list[str]:
-    return [f"{key}={value}" for key, value in zip(keys, row, strict=True)]
-
-
-def _bearing(scene: Scene) -> Scene:
+def _require_bearing(scene: Scene) -> Scene:
     if scene.kind != "bearing":
         raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
     return scene

@@ -19,16 +19,15 @@ from bearing_twin.run.scene import Scene, choose, load_scene, parse_scene, read_
 
 FORMAT = "bearing_twin failure 1"
 LARGEST_FILE = 20_000_000  # bytes
-TIGHTER = 0.1  # of the tolerance, to go on with
-SAME = 1e-9  # of a time: closer ones are the same
-SHORTER = 0.25  # of a fixed step
+TOLERANCE_FACTOR = 0.1  # of the tolerance, to go on with
+SAME_TIME = 1e-9  # of a time: closer ones are the same
+STEP_FACTOR = 0.25  # of a fixed step
 
 
 class Failure(NamedTuple):
-    """A run that failed: where it did, the `values` of its last good output, the motion's `state` after `sequence`.
+    """A run that failed: its error, the `values` of its last good output, the motion's `state` after `sequence`.
 
-    `state` is what the motion's `snapshot` gave, or None where such a run can only begin again; its `sequence` is then
-    -1.
+    `state` is that of the motion's `snapshot`, or None where the run can only be repeated; its `sequence` is then -1.
     """
 
     scene: Scene
@@ -46,7 +45,7 @@ class Failure(NamedTuple):
         """(channel with its contact, value, unit) of the last good output for the body that failed, or all scalars."""
         kind, rows = KINDS[self.scene.kind], []
         for channel in self.scene.channels:
-            values = _numbers(self.values.get(channel.name, np.full(channel.shape, math.nan)))
+            values = _number_array(self.values.get(channel.name, np.full(channel.shape, math.nan)))
             if values is None or values.shape != channel.shape:
                 raise SceneError(f"the last good output in it does not fit its scene at {channel.name}")
             for index in np.ndindex(channel.shape):
@@ -62,16 +61,16 @@ class Failure(NamedTuple):
         Friction that was chosen stays, for a tighter tolerance might choose another.
         """
         mapping = self.scene.resolved()
-        if chosen := choose(self.scene).friction:
-            mapping["contact"]["friction"] = chosen
+        if friction := choose(self.scene).friction:
+            mapping["contact"]["friction"] = friction
         wanted, solver = mapping.get("wanted", {}), mapping.get("solver", {})
         if "tolerance" in wanted:
-            wanted["tolerance"] = wanted["tolerance"] * TIGHTER if tolerance is None else tolerance
+            wanted["tolerance"] = wanted["tolerance"] * TOLERANCE_FACTOR if tolerance is None else tolerance
         elif tolerance is not None:
             raise SceneError(f"a scene of kind {self.scene.kind} has no wanted.tolerance; leave out --tolerance")
         step = solver.get("step", 0.0) or (self.state or {}).get("fixed_step", 0.0)
         if "step" in solver and step:
-            solver["step"] = step * SHORTER
+            solver["step"] = step * STEP_FACTOR
         return parse_scene(mapping, f"scene {self.scene.name}")
 
 
@@ -94,12 +93,12 @@ def record_of(scene: Scene, error: IntegrationError, good: Sample | None, sequen
     }
 
 
-def recorded_error(error: IntegrationError, given: float, contact: str, scene: Scene, *state) -> IntegrationError:
-    """The error of a run whose last output was `given` out at [s], with the record of its failure.
+def recorded_error(error: IntegrationError, last_output: float, contact: str, scene: Scene, *state) -> IntegrationError:
+    """The error of a run whose `last_output` was given out at [s], with the record of its failure.
 
     `state`: the last good output, the number of the output to go on after, and the motion's snapshot there.
     """
-    failure = IntegrationError(f"after {given:.9g} s: {error}", error.reason, error.seconds, error.body, contact)
+    failure = IntegrationError(f"after {last_output:.9g} s: {error}", error.reason, error.seconds, error.body, contact)
     good, sequence, snapshot = state
     failure.record = record_of(scene, failure, good, sequence, snapshot)
     return failure
@@ -117,24 +116,26 @@ FAILURE_KEYS = {
 
 def failure_keys(error: IntegrationError) -> dict[str, Any]:
     """The FAILURE_KEYS of an error that ended a run."""
-    return _known((str(error), error.reason, error.seconds, error.body, error.contact))
+    return _known_keys((str(error), error.reason, error.seconds, error.body, error.contact))
 
 
 def logged_failure(report: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The FAILURE_KEYS in a log's own report; None without a failure, and for nonsense."""
+    """The FAILURE_KEYS in a log's own report; None without a failure, and for invalid values."""
     try:
-        return _known(report.get(key) for key in FAILURE_KEYS) if report.get("failure") else None
+        return _known_keys(report.get(key) for key in FAILURE_KEYS) if report.get("failure") else None
     except (TypeError, ValueError, OverflowError):
         return None
 
 
-def _known(values: Iterable) -> dict[str, Any]:
-    found = {key: kind(one) for (key, kind), one in zip(FAILURE_KEYS.items(), values, strict=True) if one is not None}
-    return {key: one for key, one in found.items() if (math.isfinite(one) if isinstance(one, float) else one)}
+def _known_keys(values: Iterable) -> dict[str, Any]:
+    known = {
+        key: kind(value) for (key, kind), value in zip(FAILURE_KEYS.items(), values, strict=True) if value is not None
+    }
+    return {key: value for key, value in known.items() if (math.isfinite(value) if isinstance(value, float) else value)}
 
 
 def write_failure(error: IntegrationError, folder: Path) -> Path | None:
-    """Writes what a failed run left into a new file in `folder`; None where it left nothing or cannot be written."""
+    """Write the record of a failed run to a new file in `folder`; None without a record, or if it cannot be written."""
     if error.record is None:
         return None
     stem = f"failure_{time.strftime('%Y%m%d_%H%M%S')}"
@@ -157,35 +158,35 @@ def write_failure(error: IntegrationError, folder: Path) -> Path | None:
 
 
 def failure_sentence(error: IntegrationError, folder: Path) -> str:
-    """The sentence of a run that failed, with the command that explains the file it leaves in `folder`, if it does."""
+    """The sentence on a failed run, with the command that explains the file written to `folder`, if any."""
     path = write_failure(error, folder)
-    more = f"; look into it and go on from the last good state: bearing_twin explain {path}" if path else ""
-    return f"{error}{more}"
+    advice = f"; look into it and go on from the last good state: bearing_twin explain {path}" if path else ""
+    return f"{error}{advice}"
 
 
 def read_failure(path) -> Failure:
-    """The failure in a file; raises BearingTwinError where there is none."""
+    """The failure in a file; raises BearingTwinError for another file."""
     path = Path(path)
     try:
         with path.open("rb") as file:
             content = file.read(LARGEST_FILE + 1)  # a device has no size
         if len(content) > LARGEST_FILE:
             raise BearingTwinError(f"{path} is too large for a failure; give a file that a failed run wrote")
-        found = parse_json(content)
-        if found["format"] != FORMAT:
+        record = parse_json(content)
+        if record["format"] != FORMAT:
             raise ValueError
-        seconds = found["seconds"]
+        seconds = record["seconds"]
         return Failure(
-            scene=read_logged_scene(str(found["scene"]), f"the scene in {path.name}"),
-            sentence=str(found["failure"]),
-            reason=str(found["reason"]),
+            scene=read_logged_scene(str(record["scene"]), f"the scene in {path.name}"),
+            sentence=str(record["failure"]),
+            reason=str(record["reason"]),
             seconds=math.nan if seconds is None else float(seconds),
-            body=str(found["body"]),
-            contact=str(found["contact"]),
-            good_seconds=float(found["last_good_s"]),
-            values=dict(found["last_good_output"]),
-            sequence=int(found["state_after_output"]),
-            state=None if found["state"] is None else dict(found["state"]),
+            body=str(record["body"]),
+            contact=str(record["contact"]),
+            good_seconds=float(record["last_good_s"]),
+            values=dict(record["last_good_output"]),
+            sequence=int(record["state_after_output"]),
+            state=None if record["state"] is None else dict(record["state"]),
         )
     except OSError as error:
         raise BearingTwinError(f"{path} cannot be read ({error.strerror}); give the file of a failed run") from error
@@ -219,8 +220,8 @@ def with_duration(scene: Scene, seconds: float) -> Scene:
     return dataclasses.replace(scene, parameters=dataclasses.replace(scene.parameters, run=run))
 
 
-def _numbers(plain) -> np.ndarray | None:
-    """Plain data as an array of numbers, NaN for null; None for what is none."""
+def _number_array(plain) -> np.ndarray | None:
+    """Plain data as an array of numbers, NaN for null; None for other data."""
     try:
         return np.asarray(plain, float)
     except (TypeError, ValueError, OverflowError):
@@ -234,7 +235,7 @@ def _axis(channel: Channel, index: tuple[int, ...]) -> tuple[str, ...]:
 
 
 class Breakdown(NamedTuple):
-    """Why nothing comes behind some outputs; the number of the output to go on after, and the motion's state there."""
+    """The error that ends a run; the number of the output to go on after, and the motion's state there."""
 
     error: IntegrationError
     sequence: int
@@ -247,35 +248,35 @@ def snapshot_of(motion):
 
 
 def outputs_before_failure(
-    motion, made: Callable[[np.ndarray], Block], first: int, times: np.ndarray, now: float, begun: Breakdown, block
+    motion, compute: Callable[[np.ndarray], Block], first: int, times: np.ndarray, now: float, restart: Breakdown, block
 ) -> tuple[Block | None, Breakdown]:
     """The outputs before the error of a chunk from number `first` on, at `times` (n,) [s] from `now` [s].
 
-    `block` has them all where it is one of them that no motion can have; else they are `made` anew, up to the error or
-    earlier, from where the motion begins again. None where there is none, or the motion cannot go back.
+    `block` holds them if the error is an impossible output; otherwise `compute` repeats the chunk from its beginning,
+    up to the error or earlier. None without such outputs, or where the motion cannot go back.
     """
-    times = times[now + times < begun.error.seconds * (1.0 - SAME)]
+    times = times[now + times < restart.error.seconds * (1.0 - SAME_TIME)]
     if block is not None:
-        return block.part(0, len(times)), begun
+        return block.part(0, len(times)), restart
     while len(times) and hasattr(motion, "take_back"):
         motion.take_back()
         try:
-            block = made(times)
+            block = compute(times)
         except IntegrationError:  # earlier than it said
             times = times[: len(times) // 2]
         else:
-            return block, Breakdown(begun.error, first + len(times) - 1, snapshot_of(motion))
-    return None, begun
+            return block, Breakdown(restart.error, first + len(times) - 1, snapshot_of(motion))
+    return None, restart
 
 
 def deepest_contact(kind: Kind, sample, channels: tuple[Channel, ...], body: str) -> str:
-    """The contact of `body` that is pressed in deepest in an output; empty where the kind names none."""
-    deepest, found = -math.inf, ""
+    """The contact of `body` with the greatest approach in an output; empty where the kind names none."""
+    deepest, name = -math.inf, ""
     for channel in channels:
         if channel.name != "approach" or sample is None:
             continue
         for index in np.ndindex(channel.shape):
-            place, value = kind.place_of(channel, index), float(sample[channel.name][index])
-            if place[0] == body and place[1] and value > deepest:
-                deepest, found = value, place[1]
-    return found
+            location, value = kind.place_of(channel, index), float(sample[channel.name][index])
+            if location[0] == body and location[1] and value > deepest:
+                deepest, name = value, location[1]
+    return name

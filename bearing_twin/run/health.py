@@ -1,7 +1,7 @@
-"""Checks of every output: what no motion can have ends the run.
+"""Checks of every output: impossible values end the run.
 
-Numbers are finite, orientations unit quaternions, lengths and speeds of a size that a scene may have, and no more
-energy appears than there was and was brought.
+Numbers are finite, orientations unit quaternions, lengths and speeds of a size that a scene may have, and the energy
+grows by no more than what was stored and supplied.
 """
 
 from functools import lru_cache
@@ -15,7 +15,7 @@ from bearing_twin.core import INTEGER, INTEGERS, REAL, REALS, REALS_OUT, Functio
 from bearing_twin.kinds.contract import STORED, Kind
 
 UNIT_NORM = 1e-6  # of a quaternion's length, from 1
-BOUNDED = ("m", "m/s", "rad/s")
+BOUNDED_UNITS = ("m", "m/s", "rad/s")
 GAIN = 1.0  # of the energy there was and was brought: a run that gained less goes on, and its report says so
 ROUNDING = 1e-9  # of the energies at hand
 
@@ -27,20 +27,20 @@ _first_gain = Function(
 
 
 class Health:
-    """Watches the outputs of one run, from its start or from where it is continued."""
+    """Checks the outputs of one run, from its start or from where it is continued."""
 
     def __init__(self, kind: Kind, channels: tuple[Channel, ...]):
-        places = layout_of(channels).fields
+        fields = layout_of(channels).fields
         self._kind = kind
-        self._limits, self._rotations = _allowed(channels)
-        stored = np.array([places[name][0].start for name in STORED if name in places])
+        self._limits, self._rotations = _limits_and_rotations(channels)
+        stored = np.array([fields[name][0].start for name in STORED if name in fields])
         self._stored = stored if len(stored) == len(STORED) else None
-        self._brought = places["gross_work"][0].start if "gross_work" in places else -1
-        self._begin: np.ndarray | None = None
+        self._work_column = fields["gross_work"][0].start if "gross_work" in fields else -1
+        self._initial: np.ndarray | None = None
         self._energies = np.zeros(2)  # J: the most that was there or was brought so far; what was gained
 
     def check(self, block: Block) -> None:
-        """Raises IntegrationError at the first output that no motion can have."""
+        """Raise IntegrationError at the first impossible output."""
         numbers, rotations = block.matrix(), self._rotations
         if not _within_limits(numbers, *numbers.shape, self._limits, rotations, len(rotations), 2.0 * UNIT_NORM):
             self._refuse_unsound(block)
@@ -60,15 +60,15 @@ class Health:
 
     def _check_energy(self, block: Block) -> None:
         numbers = block.matrix()
-        if self._begin is None:
-            brought = abs(numbers[0, self._brought]) if self._brought >= 0 else 0.0
-            self._begin = np.array([*numbers[0, self._stored], brought])
-        where = numbers, *numbers.shape, self._stored, self._brought
-        row = _first_gain(*where, self._begin, GAIN, ROUNDING, self._energies)
+        if self._initial is None:
+            brought = abs(numbers[0, self._work_column]) if self._work_column >= 0 else 0.0
+            self._initial = np.array([*numbers[0, self._stored], brought])
+        arguments = numbers, *numbers.shape, self._stored, self._work_column
+        row = _first_gain(*arguments, self._initial, GAIN, ROUNDING, self._energies)
         if row >= 0:
-            seconds, (most, gained) = 1e-9 * int(block.time_ns[row]), self._energies
+            seconds, (available, gained) = 1e-9 * int(block.time_ns[row]), self._energies
             raise IntegrationError(
-                f"at {seconds:.9g} s there are {gained:.3g} J more than at the start, of which {most:.3g} J "
+                f"at {seconds:.9g} s there are {gained:.3g} J more than at the start, of which {available:.3g} J "
                 "were there or were brought; tighten wanted.tolerance or shorten solver.step",
                 "energy",
                 seconds,
@@ -80,9 +80,9 @@ class Health:
         row, *index = np.argwhere(bad)[0].tolist()
         body, contact = self._kind.place_of(channel, tuple(index))
         seconds = 1e-9 * int(block.time_ns[row])
-        where = " of " + ", ".join(part for part in (body, contact) if part) if body else ""
+        location = " of " + ", ".join(part for part in (body, contact) if part) if body else ""
         raise IntegrationError(
-            f"at {seconds:.9g} s {channel.name}{where} {sentence}; tighten wanted.tolerance or shorten solver.step",
+            f"at {seconds:.9g} s {channel.name}{location} {sentence}; tighten wanted.tolerance or shorten solver.step",
             reason,
             seconds,
             body,
@@ -91,10 +91,10 @@ class Health:
 
 
 @lru_cache(maxsize=64)
-def _allowed(channels: tuple[Channel, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """The limit of each number of all channels side by side, and where quaternions begin."""
-    places = (layout_of(channels).fields[one.name][0] for one in filter(_is_rotation, channels))
-    starts = [np.arange(at.start, at.stop, 4) for at in places]
+def _limits_and_rotations(channels: tuple[Channel, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """The limit of each number of all channels side by side, and the columns where quaternions begin."""
+    rotations = (layout_of(channels).fields[channel.name][0] for channel in filter(_is_rotation, channels))
+    starts = [np.arange(columns.start, columns.stop, 4) for columns in rotations]
     limits = np.concatenate([np.full(channel.width, _limit(channel)) for channel in channels])
     return limits, np.concatenate([np.empty(0, np.int64), *starts])
 
@@ -104,4 +104,4 @@ def _is_rotation(channel: Channel) -> bool:
 
 
 def _limit(channel: Channel) -> float:
-    return UNITS[channel.unit].greatest if channel.unit in BOUNDED else float(np.finfo(float).max)
+    return UNITS[channel.unit].greatest if channel.unit in BOUNDED_UNITS else float(np.finfo(float).max)

@@ -40,9 +40,9 @@ from bearing_twin.kinds.error_estimates import (
 from bearing_twin.run.failure import logged_failure
 from bearing_twin.run.second_run import NO_SECOND_RUN, Estimate, OutputError, estimate_of
 
-WORDS = {LAW: "elastic law", BEAM_THEORY: "beam theory", FRICTION_MODEL: "friction model"}
-WORDS[NOT_MODELLED] = "what is not modelled"
-FAR = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
+SOURCE_LABELS = {LAW: "elastic law", BEAM_THEORY: "beam theory", FRICTION_MODEL: "friction model"}
+SOURCE_LABELS[NOT_MODELLED] = "what is not modelled"
+DOMINANT = 10.0  # times the error of the method: where that of the model is greater, no ± is shown
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 STATUSES = {
@@ -53,9 +53,9 @@ STATUSES = {
 """Meaning of the first word of a report's status."""
 
 THINNED = "the log is thinned: its figures are of the outputs kept, whose error is not known"
-NO_SHARE = 1e-6  # of a figure: a smaller error of the model is not printed
+LEAST_SHARE = 1e-6  # of a figure: a smaller error of the model is not printed
 ROUNDING = 1e-12  # of what is large in a unit: an error of a figure that is nearly 0
-MADE_OF = {
+DERIVED_UNITS = {
     "N m": {"N": 1, "m": 1},
     "J": {"N": 1, "m": 1},
     "N m s": {"N": 1, "m": 1, "s": 1},
@@ -79,9 +79,9 @@ class Judgement(NamedTuple):
 def judge_errors(
     errors: Errors, estimate: Estimate, figures: Mapping[str, Any], status: str, choice: Choice
 ) -> Judgement:
-    """The judgement of a run with these model errors, error estimate and figures, whose own status was this.
+    """The judgement of a run by its model errors, error estimate, figures, and the status by its figures.
 
-    The error of a figure is that of the method alone, None where it is not known; errors of the model stand beside.
+    The error of a figure is that of the method alone, None where it is not known; errors of the model are listed apart.
     """
     keys, known, large = {}, {}, {}
     method, sizes = estimate.of_figures(figures), unit_sizes(figures)
@@ -90,36 +90,42 @@ def judge_errors(
         if figures.get(figure) is None or not parts:
             continue
         keys[f"{figure}_error"] = parts.get(METHOD)
-        known[figure] = {source: one for source, one in parts.items() if not _unknown(one)}
-        most = max(map(max_magnitude, known[figure].values()), default=0.0)
-        if is_negligible(max_magnitude(figures[figure]), most):
+        known[figure] = {source: error for source, error in parts.items() if not _is_unknown(error)}
+        largest = max(map(max_magnitude, known[figure].values()), default=0.0)
+        if is_negligible(max_magnitude(figures[figure]), largest):
             continue
         unit = label_and_unit(figure)[1]
         share = estimate.tolerance if unit == "J" else ROUNDING  # works: beside what all loads would do over all ways
-        enough = max(errors.negligible.get(figure, 0.0), share * sizes.get(unit, 0.0))
-        for source, one in known[figure].items():
-            if is_large_error(figures[figure], one, unit) and not max_magnitude(one) <= enough:
+        negligible = max(errors.negligible.get(figure, 0.0), share * sizes.get(unit, 0.0))
+        for source, error in known[figure].items():
+            if is_large_error(figures[figure], error, unit) and not max_magnitude(error) <= negligible:
                 large.setdefault(figure, source)
     keys["large_errors"] = dict(large)
     keys["errors_by_source"] = {figure: parts for figure, parts in known.items() if parts}
-    keys["model_errors"] = {
-        source: of for source in WORDS if (of := {key: one[source] for key, one in known.items() if source in one})
+    by_source = {
+        source: {figure: parts[source] for figure, parts in known.items() if source in parts}
+        for source in SOURCE_LABELS
     }
-    outputs = {name: (one, errors.outputs.get(name, ())) for name, one in estimate.of_outputs().items()}
-    keys["wanted_errors"] = {name: _output_keys(*one, estimate.tolerance) for name, one in outputs.items()}
+    keys["model_errors"] = {source: parts for source, parts in by_source.items() if parts}
+    outputs = {name: (output, errors.outputs.get(name, ())) for name, output in estimate.of_outputs().items()}
+    keys["wanted_errors"] = {name: _output_keys(*output, estimate.tolerance) for name, output in outputs.items()}
     keys["errors_unknown"] = ({METHOD: estimate.note} if estimate.note else {}) | dict(errors.notes)
     if estimate.horizon is not None:
         keys["horizon_s"] = estimate.horizon
-    exceeded = {name: said for name, one in outputs.items() if (said := _exceeded(name, *one, estimate))}
+    sentences = {name: _tolerance_sentence(name, *output, estimate) for name, output in outputs.items()}
+    exceeded = {name: sentence for name, sentence in sentences.items() if sentence}
     flags = ()
     large = {figure: source for figure, source in large.items() if errors.integral_of.get(figure) not in large}
     if large:
-        mends = {METHOD: estimate.smaller} | dict(errors.mends)
-        cures = "; ".join(filter(None, (mends.get(source) for source in dict.fromkeys(large.values()))))
-        films = LUBRICATED in errors.notes
-        said = "; ".join(_said(one, figures[one], known[one][source], source, films) for one, source in large.items())
-        sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {said}"
-        flags = (f"{sentence}; to mend it: {cures}" if cures else sentence,)
+        remedies = {METHOD: estimate.smaller} | dict(errors.mends)
+        remedy = "; ".join(filter(None, (remedies.get(source) for source in dict.fromkeys(large.values()))))
+        lubricated = LUBRICATED in errors.notes
+        phrases = (
+            _figure_phrase(figure, figures[figure], known[figure][source], source, lubricated)
+            for figure, source in large.items()
+        )
+        sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(phrases)}"
+        flags = (f"{sentence}; to mend it: {remedy}" if remedy else sentence,)
     doubtful = [*(("model outside its range",) if choice.outside else ()), *exceeded]
     if doubtful and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(doubtful)}"
@@ -134,63 +140,63 @@ def _when(output: OutputError, tolerance: float) -> str:
 def _output_keys(output: OutputError, model: tuple[ModelError, ...], tolerance: float) -> dict[str, Any]:
     """The keys of `wanted_errors` of one output."""
     keys = {"norm": output.norm, "error": output.error, "tolerance": tolerance, "where": _when(output, tolerance)}
-    keys |= {"model_errors": {one.source: one.error for one in model}} if model else {}
+    keys |= {"model_errors": {part.source: part.error for part in model}} if model else {}
     return keys if output.until is None else keys | {"error_up_to_horizon": output.until}
 
 
-def _exceeded(name: str, output: OutputError, model: tuple[ModelError, ...], estimate: Estimate) -> str:
+def _tolerance_sentence(name: str, output: OutputError, model: tuple[ModelError, ...], estimate: Estimate) -> str:
     """A sentence on the errors of an output that exceed the tolerance, as NaN does, and their remedies; "" for none."""
-    tolerance, said = estimate.tolerance, []
+    tolerance, sentences = estimate.tolerance, []
     if output.error is not None and not output.error <= tolerance:
         when = _when(output, tolerance)
-        where = f" ({when})" if when else ""
+        location = f" ({when})" if when else ""
         if output.until:
-            where += f", {output.until:.2g} up to {estimate.horizon:.6g} s"
-        mend = estimate.smaller if estimate.horizon is None else LATER
-        said.append(
-            f"{name}: the error of the method is {output.error:.2g} {output.norm}{where}, more than the requested "
-            f"{tolerance:g}: {mend}"
+            location += f", {output.until:.2g} up to {estimate.horizon:.6g} s"
+        remedy = estimate.smaller if estimate.horizon is None else LATER
+        sentences.append(
+            f"{name}: the error of the method is {output.error:.2g} {output.norm}{location}, more than the requested "
+            f"{tolerance:g}: {remedy}"
         )
-    said += [
-        f"{name}: the error by {WORDS.get(one.source, one.source)} is {one.error:.2g} {output.norm}, more than the "
-        f"requested {tolerance:g}{': ' if one.mend else ''}{one.mend}"
-        for one in model
-        if not one.error <= tolerance
+    sentences += [
+        f"{name}: the error by {SOURCE_LABELS.get(part.source, part.source)} is {part.error:.2g} {output.norm}, "
+        f"more than the requested {tolerance:g}{': ' if part.mend else ''}{part.mend}"
+        for part in model
+        if not part.error <= tolerance
     ]
-    return "; ".join(said)
+    return "; ".join(sentences)
 
 
 def displayed_errors(result: Mapping[str, Any], figure: str, size: float) -> tuple[float | None, float | None]:
-    """Of a figure of this size in a table: the error that sets its digits, and that behind its ±, None for none.
+    """The error that limits the digits of a figure of this size in a table, and that printed behind ±; None for none.
 
     The latter is the method's, and not printed where that of the model is far greater, as it would suggest too high an
-    accuracy. A figure that is 0 within its greatest error has that.
+    accuracy; of a figure that is 0 within its greatest error it is that error.
     """
     method = greatest_error(result.get(f"{figure}_error"))
-    models = (greatest_error(of.get(figure)) for of in result.get("model_errors", {}).values())
-    known = [one for one in (method, *models) if one is not None]
-    most = max(known, default=None)
-    if is_negligible(size, most):
-        return most, most
-    return most, None if method is None or most > FAR * method else method
+    models = (greatest_error(errors.get(figure)) for errors in result.get("model_errors", {}).values())
+    known = [error for error in (method, *models) if error is not None]
+    largest = max(known, default=None)
+    if is_negligible(size, largest):
+        return largest, largest
+    return largest, None if method is None or largest > DOMINANT * method else method
 
 
 def model_error_lines(result: Mapping[str, Any]) -> list[str]:
     """The errors of the model in a report, one line a source: its greatest over a figure."""
     lines = []
-    for source, of in result.get("model_errors", {}).items():
-        sizes = {key: max_magnitude(result[key]) for key in of if result.get(key) is not None}
-        shares = {key: max_magnitude(of[key]) / size for key, size in sizes.items() if size > 0.0}
-        if not max(shares.values(), default=0.0) > NO_SHARE:
+    for source, errors in result.get("model_errors", {}).items():
+        sizes = {key: max_magnitude(result[key]) for key in errors if result.get(key) is not None}
+        shares = {key: max_magnitude(errors[key]) / size for key, size in sizes.items() if size > 0.0}
+        if not max(shares.values(), default=0.0) > LEAST_SHARE:
             continue
         figure = max(shares, key=shares.__getitem__)
-        words, unit = label_and_unit(figure)
-        size, share = f"{two_digits(max_magnitude(of[figure]))} {unit}", shares[figure]
-        lines.append(f"{WORDS[source]}: up to {f'{100.0 * share:.2g} %' if share < 1.0 else size} ({words})")
+        label, unit = label_and_unit(figure)
+        size, share = f"{two_digits(max_magnitude(errors[figure]))} {unit}", shares[figure]
+        lines.append(f"{SOURCE_LABELS[source]}: up to {f'{100.0 * share:.2g} %' if share < 1.0 else size} ({label})")
     return lines
 
 
-def _unknown(error) -> bool:
+def _is_unknown(error) -> bool:
     return error is None or (isinstance(error, list) and None in error)
 
 
@@ -210,15 +216,15 @@ def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:
     sizes = {"rad": 1.0}
     for key, value in figures.items():
         values = value if isinstance(value, list) else [value]
-        if values and all(isinstance(one, (int, float)) and math.isfinite(one) for one in values):
+        if values and all(isinstance(number, (int, float)) and math.isfinite(number) for number in values):
             unit = label_and_unit(key)[1]
             sizes[unit] = max(sizes.get(unit, 0.0), max_magnitude(values))
-    made = {
-        unit: math.prod(sizes[one] ** power for one, power in powers.items())
-        for unit, powers in MADE_OF.items()
-        if all(sizes.get(one) for one in powers)
+    derived = {
+        unit: math.prod(sizes[base] ** power for base, power in powers.items())
+        for unit, powers in DERIVED_UNITS.items()
+        if all(sizes.get(base) for base in powers)
     }
-    return sizes | {unit: max(size, sizes.get(unit, 0.0)) for unit, size in made.items()}
+    return sizes | {unit: max(size, sizes.get(unit, 0.0)) for unit, size in derived.items()}
 
 
 def max_magnitude(value) -> float:
@@ -226,20 +232,20 @@ def max_magnitude(value) -> float:
     return float(np.abs(value).max(initial=0.0))
 
 
-def _said(figure: str, value, error, source: str, films: bool) -> str:
-    """One figure whose error is large, and its greatest source; `films`: of contacts with them."""
-    words, unit = label_and_unit(figure)
-    words = lubricated_label(words) if films else words
-    off = max_magnitude(error)
-    size = rounded_to_error(max_magnitude(value), off, 2)
-    return f"{words} {size} ± {two_digits(off)}{with_unit(unit)}, mostly {WORDS.get(source, source)}"
+def _figure_phrase(figure: str, value, error, source: str, lubricated: bool) -> str:
+    """A figure with a large error, and the main source of the error."""
+    label, unit = label_and_unit(figure)
+    label = lubricated_label(label) if lubricated else label
+    greatest = max_magnitude(error)
+    size = rounded_to_error(max_magnitude(value), greatest, 2)
+    return f"{label} {size} ± {two_digits(greatest)}{with_unit(unit)}, mostly {SOURCE_LABELS.get(source, source)}"
 
 
 def output_error_text(result: Mapping[str, Any]) -> str:
     """A row of `wanted_errors` whose error is known: by how much, what was requested, and where."""
     parts = [f"{two_digits(result['error'])} {result['norm']}, requested {result['tolerance']:g}", result["where"]]
-    if before := result.get("error_up_to_horizon"):
-        parts.append(f"{two_digits(before)} up to the horizon")
+    if before_horizon := result.get("error_up_to_horizon"):
+        parts.append(f"{two_digits(before_horizon)} up to the horizon")
     return "; ".join(part for part in parts if part)
 
 
@@ -247,7 +253,7 @@ BLOCK_OUTPUTS = 50  # outputs at most in the blocks that figures are made of
 
 
 class ReportBuilder:
-    """A run's writers of figures, model errors and error estimate, empty at first, fed in pieces of any length.
+    """Collects the figures, model errors and error estimate of a run from blocks of any length.
 
     A writer whose attribute `in_stretches` is False gives the same to the bit for many pieces at once, and gets them.
     """
@@ -259,7 +265,7 @@ class ReportBuilder:
         self._last_ns, self._following = 0, None
 
     def add(self, block: Block) -> None:
-        """Takes a block in; outputs missing before it are counted."""
+        """Take a block; outputs missing before it are counted."""
         if self._following is not None:
             self.missing += max(block.first_sequence - self._following, 0)
         self._following = block.first_sequence + len(block)
@@ -271,8 +277,8 @@ class ReportBuilder:
         for piece in self._aligned.add(block):
             for writer in self._writers:
                 if getattr(writer, "in_stretches", True):
-                    for one in split_block(piece, self._length):
-                        writer.add(one)
+                    for part in split_block(piece, self._length):
+                        writer.add(part)
                 else:
                     writer.add(piece)
 
@@ -284,9 +290,9 @@ class ReportBuilder:
         last: bool = False,
         failure: dict[str, Any] | None = None,
     ) -> Report:
-        """The report so far; raises LogError without an output. After the `last` one nothing more is taken in.
+        """The report so far; raises LogError without an output. After the `last` report no block may be added.
 
-        `failure` says what broke the run off, which is then failed.
+        `failure` describes what broke the run off, whose status is then failed.
         """
         if not self.outputs:
             raise LogError("there is no sample in it; recover the log from the original, or simulate again")
@@ -323,34 +329,35 @@ class ReportBuilder:
 def report_of(log, blocks: Iterable[Block] | None = None) -> tuple[Report, int]:
     """(report, outputs missing) of a log, whose `blocks` may be handed in; raises LogError without an output.
 
-    Of a recording that holds no scene, and of a log without the records that its figures need (of an earlier version),
-    every channel of one number is reported, but for figures that its kind makes of records. What a run cost, and what
-    broke it off, is taken from the log's own record, where there is one.
+    Of a recording without a scene, and of a log without the records that its figures need (of an earlier version),
+    every channel of one number is reported, but for figures that its kind computes from records. Cost and failure are
+    those of the log's own record, if it has one.
     """
     kind = KINDS[log.scene.kind] if log.scene else None
     needed = kind is not None and any(table.needed for table in kind.records(log.scene.parameters))
     if kind is None or (needed and not log.has_records):
-        taken = kind.meanings_of() if kind else ()
-        figures, model = ChannelFigures(None, log.choice, log.channels, taken), UnknownErrors(None, log.choice)
+        meanings = kind.meanings_of() if kind else ()
+        figures, model = ChannelFigures(None, log.choice, log.channels, meanings), UnknownErrors(None, log.choice)
         estimate = Estimate(unknown=NO_SECOND_RUN)
     else:
-        made_of = log.scene.parameters, log.choice
-        figures, model, estimate = kind.figures_of(*made_of), kind.model_errors(*made_of), estimate_of(kind, *made_of)
+        parameters = log.scene.parameters
+        figures, model = kind.figures_of(parameters, log.choice), kind.model_errors(parameters, log.choice)
+        estimate = estimate_of(kind, parameters, log.choice)
     if log.kept_rate:
         estimate = Estimate(unknown=THINNED)
     gathering = ReportBuilder(figures, log.choice, model, estimate)
     for block in log.blocks() if blocks is None else blocks:
         gathering.add(block)
-    said = log.report or {}
-    report = gathering.report(log.scene.name if log.scene else "", *_cost(said), failure=logged_failure(said))
+    record = log.report or {}
+    report = gathering.report(log.scene.name if log.scene else "", *_cost(record), failure=logged_failure(record))
     return report, 0 if log.kept_rate else gathering.missing
 
 
-def _cost(said: dict) -> tuple[float, dict[str, int]]:
-    """Seconds and counts of a run as its log says them; NaN and none where it does not, as in a recording."""
+def _cost(record: dict) -> tuple[float, dict[str, int]]:
+    """Seconds and counts of a run from the record in its log; NaN and none without one, as in a recording."""
     try:
-        costs = {name: int(count) for name, count in said.get("costs", {}).items()}
-        return float(said.get("compute_s", math.nan)), costs
+        costs = {name: int(count) for name, count in record.get("costs", {}).items()}
+        return float(record.get("compute_s", math.nan)), costs
     except (TypeError, ValueError, AttributeError, OverflowError):
         return math.nan, {}
 
@@ -375,13 +382,14 @@ def figure_errors(report: Report) -> list[tuple[str, dict[str, float]]]:
             max_magnitude(report.figures[key]),
             {source: max_magnitude(part) for source, part in parts.items()},
         )
-        whole = math.fsum(errors.values())
-        if not 0.0 < size < math.inf or not whole > NO_SHARE * size:
+        total = math.fsum(errors.values())
+        if not 0.0 < size < math.inf or not total > LEAST_SHARE * size:
             continue
-        words, unit, factor = readable_label(key, size)
-        number, error = rounded_to_error(factor * size, factor * whole), two_digits(factor * whole)
-        text = f"{words}: {number} ± {error}{with_unit(unit)}"
-        rows.append((text, {WORDS.get(source, source): part / size for source, part in errors.items() if part > 0.0}))
+        label, unit, factor = readable_label(key, size)
+        number, error = rounded_to_error(factor * size, factor * total), two_digits(factor * total)
+        text = f"{label}: {number} ± {error}{with_unit(unit)}"
+        shares = {SOURCE_LABELS.get(source, source): part / size for source, part in errors.items() if part > 0.0}
+        rows.append((text, shares))
     return rows[:MOST_ROWS]
 
 

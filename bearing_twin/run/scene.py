@@ -40,10 +40,10 @@ from bearing_twin.run.second_run import record_tables
 DESIGNATION = re.compile(r"[A-Za-z]{0,6}[ -]{0,3}\d{2,6}(?![\w./ -]*\.ya?ml)[\w./ -]{0,40}")  # as SKF 6205-2RS/C3
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
-MOST_LOGGED = 360_000  # commas in one, enough for a table of `parameters.MOST_ROWS`: a second to read
-SWITCHED = {"true": "on", "false": "off"}  # other words for these, as YAML has them
+MOST_LOGGED_VALUES = 360_000  # commas in one, enough for a table of `parameters.MOST_ROWS`: a second to read
+SWITCHES = {"true": "on", "false": "off"}  # other words for these, as YAML has them
 MARK = Channel(OUTSIDE, "1", (), "1: a model asked for is outside its range; see solver.allow_invalid")
-DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
+YAML_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ class Scene:
         """`resolved` as YAML; as JSON where it holds a long table."""
         resolved = self.resolved()
         quick = json.dumps(resolved)
-        return quick if len(quick) > LONGEST_YAML else yaml.dump(resolved, Dumper=DUMPER, sort_keys=False)
+        return quick if len(quick) > LONGEST_YAML else yaml.dump(resolved, Dumper=YAML_DUMPER, sort_keys=False)
 
     def resolved(self) -> dict:
         """All keys with defaults filled in, as plain data; `parse_scene` of its YAML gives an equal scene."""
@@ -136,7 +136,7 @@ def load_scene(name_or_path: str | PathLike | Mapping, overrides: Iterable[str] 
     >>> bearing_twin.load_scene("6308", ["drive.speed=3000rpm"]).parameters.drive.speed
     314.159265358979
     """
-    return parse_scene(*_opened(name_or_path, overrides))
+    return parse_scene(*_read_source(name_or_path, overrides))
 
 
 def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
@@ -144,30 +144,30 @@ def open_scene(source, overrides: Iterable[str] = ()) -> tuple[dict, str]:
 
     `source` is a name, a path or a scene's plain data. Numbers may contradict each other: some may be replaced.
     """
-    mapping, origin = _opened(source, overrides)
+    mapping, origin = _read_source(source, overrides)
     return read_scene(mapping, origin).resolved(), origin
 
 
 def check_overrides(overrides: Iterable[str]) -> tuple[str, ...]:
     """The overrides; raises SceneError for what is no list of texts, and for two values of one key."""
     legal = isinstance(overrides, Iterable) and not isinstance(overrides, (str, bytes, Mapping))
-    several = tuple(overrides) if legal else ()
-    if not legal or not all(isinstance(one, str) for one in several):
+    texts = tuple(overrides) if legal else ()
+    if not legal or not all(isinstance(override, str) for override in texts):
         raise SceneError(f"overrides {echo(overrides)} must be a list of texts such as ['run.duration=0.1']")
-    given = {}
-    for override in several:
+    values = {}
+    for override in texts:
         key, equals, text = (part.strip() for part in override.partition("="))
-        first = given.setdefault(ALIASES.get(key, key), text) if equals else text
-        if not _equal(first, text):
-            raise SceneError(f"{key} is given as {echo(first)} and as {echo(text)}; keep one of them")
-    return several
+        earlier = values.setdefault(ALIASES.get(key, key), text) if equals else text
+        if not _equal_values(earlier, text):
+            raise SceneError(f"{key} is given as {echo(earlier)} and as {echo(text)}; keep one of them")
+    return texts
 
 
-def _equal(first: str, second: str) -> bool:
+def _equal_values(first: str, second: str) -> bool:
     """True for one word or switch, and for numbers that are equal in some unit, as 0.1 and 100ms."""
-    if SWITCHED.get(first.lower(), first) == SWITCHED.get(second.lower(), second):
+    if SWITCHES.get(first.lower(), first) == SWITCHES.get(second.lower(), second):
         return True
-    numbers = ([read_number(one, unit)[0] for one in (first, second)] for unit in UNITS)
+    numbers = ([read_number(text, unit)[0] for text in (first, second)] for unit in UNITS)
     return any(None not in pair and math.isclose(*pair) for pair in numbers)
 
 
@@ -220,22 +220,22 @@ def _from_json(text: str, origin: str):
     """The data in a text of JSON, or a text that is none, to be read as YAML."""
     if not text.startswith("{"):
         return text
-    if len(text) > LONGEST_LOGGED or text.count(",") > MOST_LOGGED:
-        raise SceneError(f"{origin} is longer than {LONGEST_LOGGED} characters or {MOST_LOGGED} values")
+    if len(text) > LONGEST_LOGGED or text.count(",") > MOST_LOGGED_VALUES:
+        raise SceneError(f"{origin} is longer than {LONGEST_LOGGED} characters or {MOST_LOGGED_VALUES} values")
     try:
         return parse_json(text)
     except ValueError:
         return text
 
 
-def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
+def _read_source(source, overrides: Iterable[str]) -> tuple[dict, str]:
     """The plain data of a scene as given, with its overrides, and where it comes from."""
     if isinstance(source, Integral) and not isinstance(source, bool):
         source = str(source)  # a designation, as YAML and columns of a table have it
     if isinstance(source, Mapping):
         text, origin = source, f"scene {source.get('name', 'without a name')}"
-    elif (found := _catalogued(source)) is not None:
-        text, origin = found, f"bearing {found['name']}"
+    elif (entry := _catalogue_scene(source)) is not None:
+        text, origin = entry, f"bearing {entry['name']}"
     else:
         path = SCENES.find(source, also=catalogue_scenes)
         text, origin = SCENES.read_text(path), f"scene {path.name}"
@@ -244,16 +244,16 @@ def _opened(source, overrides: Iterable[str]) -> tuple[dict, str]:
     mapping.setdefault("name", Path(origin.removeprefix("scene ")).stem)
     kind = _kind_of(mapping, origin)
     for override in overrides:
-        _apply(KINDS[kind].parameters, mapping, override)
-    named = [shorten(override) for override in overrides[:MOST_NAMED]]
-    more = [f"and {len(overrides) - MOST_NAMED} more"] if len(overrides) > MOST_NAMED else []
-    origin = " ".join((origin, *(("with",) if overrides else ()), *named, *more))
+        _apply_override(KINDS[kind].parameters, mapping, override)
+    shown = [shorten(override) for override in overrides[:MOST_NAMED]]
+    omitted = [f"and {len(overrides) - MOST_NAMED} more"] if len(overrides) > MOST_NAMED else []
+    origin = " ".join((origin, *(("with",) if overrides else ()), *shown, *omitted))
     if not isinstance(source, Mapping):  # of data all keys may stand there, whoever gave them
         raise_problems(origin, damped_twice(mapping.get("contact")))
     return mapping, origin
 
 
-def _catalogued(source) -> dict | None:
+def _catalogue_scene(source) -> dict | None:
     """The scene that a name of the catalogue of bearings stands for; names of scene files come first."""
     if (
         not isinstance(source, str)
@@ -261,10 +261,8 @@ def _catalogued(source) -> dict | None:
         or source in SCENES.names()
     ):
         return None
-    found = catalogue_scenes()
-    if source not in found:  # it reads designations that it does not list
-        return None
-    return found[source]
+    scenes = catalogue_scenes()
+    return scenes.get(source)  # it reads designations that it does not list
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:
@@ -286,9 +284,9 @@ def _kind_of(mapping: Mapping, origin: str) -> str:
 def _canonical(mapping: dict) -> dict:
     """The same with keys and values by today's names; a key given under both names stays, to be refused."""
     mapping = copy.deepcopy(mapping)
-    for other, first in ALIASES.items():
-        section, key = other.split(".")
-        home, name = first.split(".")
+    for alias, target in ALIASES.items():
+        section, key = alias.split(".")
+        home, name = target.split(".")
         if isinstance(mapping.get(section), dict) and key in mapping[section]:
             new = mapping.setdefault(home, {})
             if isinstance(new, dict) and name not in new:
@@ -301,7 +299,7 @@ def _canonical(mapping: dict) -> dict:
     return mapping
 
 
-def _explained(kind: str):
+def _key_explanation(kind: str):
     """A function that explains a key that a kind does not take."""
     moved = KINDS[kind].parameters.moved
 
@@ -312,19 +310,21 @@ def _explained(kind: str):
             return f"{path} is another name of {ALIASES[path]}, which is given too; keep one of them"
         if renamed := [f"for {old} use {moved[old]}" for old in moved if old.startswith(f"{path}.")]:
             return f"{path} is not a key any more; {'; '.join(renamed)}"
-        return _by_last_word(KINDS[kind].parameters, path)
+        return _keys_by_last_name(KINDS[kind].parameters, path)
 
     return explain
 
 
-def _by_last_word(parameters: type, path: str) -> str | None:
+def _keys_by_last_name(parameters: type, path: str) -> str | None:
     """Keys that end in a word given without its section; None where no key does, or a section is near."""
-    keys = [one.key for one in describe(parameters)]
-    ends = [key for key in keys if "." in key and path in (key.rpartition(".")[2], *key.rpartition(".")[2].split("_"))]
-    if "." in path or not ends:
+    keys = [parameter.key for parameter in describe(parameters)]
+    matches = [
+        key for key in keys if "." in key and path in (key.rpartition(".")[2], *key.rpartition(".")[2].split("_"))
+    ]
+    if "." in path or not matches:
         return None
-    ends.sort(key=lambda key: (key.count("."), not key.endswith(f".{path}")))
-    return f"{path} is not a key by itself; did you mean {' or '.join(ends[:MOST_NEAR])}?"
+    matches.sort(key=lambda key: (key.count("."), not key.endswith(f".{path}")))
+    return f"{path} is not a key by itself; did you mean {' or '.join(matches[:MOST_NEAR])}?"
 
 
 def read_scene(text_or_mapping, origin: str) -> Scene:
@@ -335,7 +335,7 @@ def read_scene(text_or_mapping, origin: str) -> Scene:
     name = mapping.pop("name", Path(origin.removeprefix("scene ")).stem)
     description = mapping.pop("description", "")
     mapping, missing = KINDS[kind].parameters.completed(mapping)
-    parameters, problems = read(KINDS[kind].parameters, mapping, _explained(kind))
+    parameters, problems = read(KINDS[kind].parameters, mapping, _key_explanation(kind))
     problems = missing + problems
     if not isinstance(name, str) or not name.strip() or not name.isprintable() or len(name) > LONGEST_NAME:
         problems.append(f"name = {echo(name)} must be text of 1 to {LONGEST_NAME} characters on one line")
@@ -346,38 +346,38 @@ def read_scene(text_or_mapping, origin: str) -> Scene:
     return Scene(name, kind, description.strip(), parameters)
 
 
-def _apply(parameters: type, mapping: dict, override: str) -> None:
+def _apply_override(parameters: type, mapping: dict, override: str) -> None:
     key, equals, text = override.partition("=")
-    words = [word.strip() for word in key.split(".")]
-    if not equals or not all(words):
+    path = [name.strip() for name in key.split(".")]
+    if not equals or not all(path):
         raise SceneError(f"override {echo(override)} must look like contact.normal=volumetric")
-    if words[0] in ("name", "kind", "description"):
-        raise SceneError(f"override {echo(override)} cannot change {words[0]}; write a scene file for that")
-    words = ALIASES.get(".".join(words), ".".join(words)).split(".")
-    for depth, word in enumerate(words[:-1], start=1):
+    if path[0] in ("name", "kind", "description"):
+        raise SceneError(f"override {echo(override)} cannot change {path[0]}; write a scene file for that")
+    path = ALIASES.get(".".join(path), ".".join(path)).split(".")
+    for depth, name in enumerate(path[:-1], start=1):
         if isinstance(mapping, list):
-            word = _place_in(mapping, word, override)
-        inner = mapping[word] if isinstance(mapping, list) else mapping.setdefault(word, {})
-        names = names_at(parameters, words[:depth])
+            name = _list_index(mapping, name, override)
+        inner = mapping[name] if isinstance(mapping, list) else mapping.setdefault(name, {})
+        names = names_at(parameters, path[:depth])
         if isinstance(inner, str) and inner in names:
-            inner = mapping[word] = plain(names[inner])
+            inner = mapping[name] = plain(names[inner])
         if not isinstance(inner, (dict, list)):
-            raise SceneError(f"override {echo(override)}: {word} is a value and has no keys of its own")
+            raise SceneError(f"override {echo(override)}: {name} is a value and has no keys of its own")
         mapping = inner
-    last = _place_in(mapping, words[-1], override) if isinstance(mapping, list) else words[-1]
-    if stands_for_section(parameters, words):
+    last = _list_index(mapping, path[-1], override) if isinstance(mapping, list) else path[-1]
+    if stands_for_section(parameters, path):
         mapping.clear()
     value = SCENES.load(text, f"override {echo(override)}")
-    former = FORMER_VALUES.get(".".join(words), {})
+    former = FORMER_VALUES.get(".".join(path), {})
     mapping[last] = former.get(value, value) if isinstance(value, (str, bool)) else value
 
 
-def _place_in(found: list, word: str, override: str) -> int:
+def _list_index(items: list, text: str, override: str) -> int:
     """The place that a word of an override's key names in a list, counted from 0."""
-    if not word.isdecimal() or int(word) >= len(found):
-        legal = f"a number below {len(found)}" if found else "none, for it is empty"
-        raise SceneError(f"override {echo(override)}: {echo(word)} is no place in the list; legal: {legal}")
-    return int(word)
+    if not text.isdecimal() or int(text) >= len(items):
+        legal = f"a number below {len(items)}" if items else "none, for it is empty"
+        raise SceneError(f"override {echo(override)}: {echo(text)} is no place in the list; legal: {legal}")
+    return int(text)
 
 
 def choose(scene: Scene) -> Choice:
@@ -403,18 +403,18 @@ def unreached_keys(scene: Scene, until: float) -> list[str]:
     """
     return [
         f"{key} is beyond the end of the run at {until:g} s: nothing of that happens"
-        for key in _beyond(scene.parameters, until, "")
+        for key in _unreached(scene.parameters, until, "")
     ]
 
 
-def _beyond(section, until: float, path: str) -> Iterator[str]:
+def _unreached(section, until: float, path: str) -> Iterator[str]:
     for item in dataclasses.fields(section):
         value, key = getattr(section, item.name), f"{path}{item.name}"
         if dataclasses.is_dataclass(value):
             if item.name == "change" and value.time > until:
                 yield f"{key}.time = {value.time:g} s"
-            yield from _beyond(value, until, f"{key}.")
+            yield from _unreached(value, until, f"{key}.")
         elif item.metadata.get("columns", ())[:1] == (("time", "s"),):
             times = [row[0] for row in value]
-            if late := sum(time >= until for time in times[:-1]):
-                yield f"what {key} says after {times[-1 - late]:g} s"
+            if unreached := sum(time >= until for time in times[:-1]):
+                yield f"what {key} says after {times[-1 - unreached]:g} s"

@@ -1,9 +1,9 @@
-"""A run with a second, finer run beside it: the difference is the error estimate of the run that is given out.
+"""A run and a second, finer run: their difference is the error estimate of the first, which is given out.
 
 The second run has the same start, commands and outputs, and a fraction of the tolerance; or half the divisions of a
 mesh, by whose greater error the differences are divided (`kinds.error_estimates`). Both advance chunk by chunk, the
-second in a thread of its own that ends with the chunk. The differences are rows of the table `second_run`, the last of
-which holds for the run so far; a log carries them, so that its report is the same.
+second in a thread that ends with the chunk. The differences are rows of the table `second_run`, the last of which holds
+for the run so far; they are logged, so that the report of a log is the same.
 """
 
 import copy
@@ -21,10 +21,10 @@ from bearing_twin.base.units import key_unit
 from bearing_twin.kinds.contract import Kind
 from bearing_twin.kinds.error_estimates import SECOND_RUN, Comparison, is_checked
 
-OFTEN = 4.0  # times the time of the last comparison of figures, when they are compared again; and at the end of a run
+COMPARISON_FACTOR = 4.0  # figures are compared at times that grow by it, and at the end of a run
 LAST = 1.0 - 1e-6  # of an output period before the end of a run: where its last output lies at the earliest
-LATE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
-SEVERAL = 4  # outputs or contacts at least that lie beyond one
+LEAST_SHARE = 0.1  # share of the outputs that lie beyond a horizon at least: a single impact is none
+LEAST_COUNT = 4  # outputs or contacts at least that lie beyond one
 NO_SECOND_RUN = "this kind of scene has no second run"
 ROUNDING = 1e-12  # of a figure: no difference is said to be smaller
 UNKNOWN = -1.0  # in a row: there is none
@@ -34,7 +34,7 @@ HEAD = (
     Channel("horizon", "s", (), "from where more than half of the outputs differ by more than the tolerance; -1: none"),
 )
 TIME, COMPARED, HORIZON = range(len(HEAD))
-OF_OUTPUT = 3  # columns of each requested output
+OUTPUT_COLUMNS = 3  # columns of each requested output
 
 
 def has_second_run(kind: Kind, parameters, choice: Choice) -> bool:
@@ -54,8 +54,8 @@ def _compared(kind: Kind, comparison: Comparison) -> dict[str, str]:
 
 def record_tables(kind: Kind, parameters) -> tuple[Table, ...]:
     """The tables of a scene: the kind's own, and that of the second run where the scene specifies one."""
-    own = tuple(kind.records(parameters))
-    return (*own, _table(kind, parameters)) if kind.comparison is not None and is_checked(parameters) else own
+    tables = tuple(kind.records(parameters))
+    return (*tables, _table(kind, parameters)) if kind.comparison is not None and is_checked(parameters) else tables
 
 
 def _table(kind: Kind, parameters) -> Table:
@@ -75,9 +75,9 @@ def _table(kind: Kind, parameters) -> Table:
 def difference(value, second, coarser: float = 1.0) -> float:
     """The difference of a figure over `coarser`, the greatest of a list; UNKNOWN where either run has none."""
     if isinstance(value, list) and isinstance(second, list):
-        found = [difference(*pair, coarser) for pair in zip(value, second, strict=True)]
-        return UNKNOWN if UNKNOWN in found else max(found, default=0.0)
-    if not all(isinstance(one, (int, float)) and math.isfinite(one) for one in (value, second)):
+        differences = [difference(*pair, coarser) for pair in zip(value, second, strict=True)]
+        return UNKNOWN if UNKNOWN in differences else max(differences, default=0.0)
+    if not all(isinstance(number, (int, float)) and math.isfinite(number) for number in (value, second)):
         return UNKNOWN
     return float(max(abs(value - second) / coarser, ROUNDING * abs(second)))
 
@@ -93,7 +93,7 @@ class GreatestDifference(NamedTuple):
     @property
     def error(self) -> float:
         """The greatest difference over the greatest size."""
-        return _over(self.difference, self.size)
+        return _relative(self.difference, self.size)
 
 
 class Differences:
@@ -110,44 +110,44 @@ class Differences:
         self.count = self.sum = self.least = self.at_least = 0
         self.turned = 0.0
 
-    def add(self, times: np.ndarray, found: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
+    def add(self, times: np.ndarray, differences: Mapping[str, tuple[np.ndarray, np.ndarray]]) -> None:
         """Takes in differences and sizes (n,) at `times` (n,) [s], by output."""
-        if not len(times) or not found:
+        if not len(times) or not differences:
             return
         beyond, worst, so_far = np.zeros(len(times), bool), dict(self.worst), {}
-        for name, (apart, sizes) in found.items():
-            before = worst.get(name, GreatestDifference(when=float(times[int(np.argmax(apart))])))
-            sizes = np.maximum.accumulate(np.maximum(sizes, before.size))
-            beyond |= ~(apart <= self.tolerance * sizes)
-            greatest = np.maximum.accumulate(np.maximum(apart, before.difference))
+        for name, (difference, sizes) in differences.items():
+            previous = worst.get(name, GreatestDifference(when=float(times[int(np.argmax(difference))])))
+            sizes = np.maximum.accumulate(np.maximum(sizes, previous.size))
+            beyond |= ~(difference <= self.tolerance * sizes)
+            greatest = np.maximum.accumulate(np.maximum(difference, previous.difference))
             so_far[name] = greatest, sizes
-            grown = not greatest[-1] <= before.difference
-            when = float(times[int(np.argmax(apart))]) if grown else before.when
-            worst[name] = GreatestDifference(float(greatest[-1]), float(sizes[-1]), when, before.until)
+            is_greater = not greatest[-1] <= previous.difference
+            when = float(times[int(np.argmax(difference))]) if is_greater else previous.when
+            worst[name] = GreatestDifference(float(greatest[-1]), float(sizes[-1]), when, previous.until)
         path = self.sum + np.cumsum(np.where(beyond, 1, -1))
         low = len(path) - 1 - int(np.argmin(path[::-1]))
         if path[low] <= self.least:
             self.least, self.at_least, self.turned = int(path[low]), self.count + low + 1, float(times[low])
             for name, (greatest, sizes) in so_far.items():
-                worst[name] = worst[name]._replace(until=_over(float(greatest[low]), float(sizes[low])))
+                worst[name] = worst[name]._replace(until=_relative(float(greatest[low]), float(sizes[low])))
         self.worst, self.sum, self.count = worst, int(path[-1]), self.count + len(path)
 
     @property
     def horizon(self) -> float:
         """The horizon [s], UNKNOWN where there is none."""
         later = self.count - self.at_least
-        beyond = self.sum > self.least and later > max(LATE * self.count, SEVERAL)
+        beyond = self.sum > self.least and later > max(LEAST_SHARE * self.count, LEAST_COUNT)
         return self.turned if beyond else UNKNOWN
 
 
-def _over(difference: float, size: float) -> float:
+def _relative(difference: float, size: float) -> float:
     return difference / size if size > 0.0 else 0.0 if difference == 0.0 else UNKNOWN
 
 
 class CheckedMotion:
-    """A motion and its second run as one `Motion`: the outputs are the first one's, and its costs say what both took.
+    """A motion and its second run as one `Motion`: outputs of the first, costs of both.
 
-    What a chunk found is added to the figures of both when the next one begins, so that `take_back` undoes it.
+    The blocks of a chunk are added to the figures of both when the next one begins, so that `take_back` drops them.
     """
 
     def __init__(self, kind: Kind, parameters, choice: Choice, channels: tuple[Channel, ...]):
@@ -158,21 +158,23 @@ class CheckedMotion:
         self._begin()
 
     def _begin(self, now: float = 0.0) -> None:
-        made_of = self._parameters, self._choice
-        self._comparison = self._kind.comparison(*made_of)
+        model = self._parameters, self._choice
+        self._comparison = self._kind.comparison(*model)
         self._keys, self._coarser = tuple(_compared(self._kind, self._comparison)), self._comparison.coarser
-        self._figures = [self._kind.figures_of(*made_of) for _ in range(2)]
-        self._differences = self._of_events = Differences(self._parameters.wanted.tolerance)
+        self._figures = [self._kind.figures_of(*model) for _ in range(2)]
+        self._differences = self._event_differences = Differences(self._parameters.wanted.tolerance)
         self._now_ns = round(1e9 * now)
         self._figures_until = self._compared = now  # s: to where figures, and outputs, were compared
-        self._row, self._blocks, self._records, self._broken = None, None, {}, ""
-        self._before: dict[str, Any] = {}
+        self._row, self._blocks, self._records, self._failure = None, None, {}, ""
+        self._previous: dict[str, Any] = {}
 
     def __getattr__(self, name: str) -> Any:
         if name.startswith("_"):
             raise AttributeError(name)
-        found = getattr(self._motion, name)
-        return getattr(self, f"_{name}") if name in ("resume", "take_back") else found  # where the first run has them
+        attribute = getattr(self._motion, name)
+        return (
+            getattr(self, f"_{name}") if name in ("resume", "take_back") else attribute
+        )  # where the first run has them
 
     @property
     def stop(self) -> np.ndarray:
@@ -210,18 +212,18 @@ class CheckedMotion:
         self._second.reset()
         self._begin()
 
-    def _resume(self, kept: dict) -> None:
-        """To a state that `snapshot` gave; errors made until then are not in the estimate."""
-        self._motion.resume(kept)
-        self._second.resume(kept)
-        self._begin(float(kept.get("elapsed", kept.get("now", 0.0))))
+    def _resume(self, state: dict) -> None:
+        """Restore a state of `snapshot`; earlier errors are not in the estimate."""
+        self._motion.resume(state)
+        self._second.resume(state)
+        self._begin(float(state.get("elapsed", state.get("now", 0.0))))
 
     def _take_back(self) -> None:
         """Back to before the last `advance`, for both."""
         self._motion.take_back()
         self._second.take_back()
-        if self._before:
-            vars(self).update(self._before)
+        if self._previous:
+            vars(self).update(self._previous)
             self._blocks = None
 
     def first_outputs(self):
@@ -231,81 +233,93 @@ class CheckedMotion:
         try:
             second = self._second.first_outputs(), self._second.take_records()
         except IntegrationError as error:
-            self._broken = str(error)
+            self._failure = str(error)
         else:
             self._compare(np.array([self._now_ns]), (values, self._records), second)
         return values
 
     def advance(self, times: np.ndarray, duration: float):
-        """Moves both on; raises what the first one raises, and Stopped after both have stopped."""
+        """Advance both; raises what the first one raises, and Stopped after both have stopped."""
         for figures, block in zip(self._figures, self._blocks or (), strict=False):
             figures.add(block)
         self._blocks = None
-        kept = "_now_ns", "_figures_until", "_compared", "_row", "_figures", "_of_events", "_broken", "_records"
-        self._before = {name: getattr(self, name) for name in kept}
-        self._before |= {name: copy.copy(getattr(self, name)) for name in ("_comparison", "_differences")}
+        names = (
+            "_now_ns",
+            "_figures_until",
+            "_compared",
+            "_row",
+            "_figures",
+            "_event_differences",
+            "_failure",
+            "_records",
+        )
+        self._previous = {name: getattr(self, name) for name in names}
+        self._previous |= {name: copy.copy(getattr(self, name)) for name in ("_comparison", "_differences")}
         second: list = []
         thread = threading.Thread(
-            target=_advance, args=(self._second, times, duration, second), name="second run", daemon=True
+            target=_advance_second, args=(self._second, times, duration, second), name="second run", daemon=True
         )
-        if not self._broken:
+        if not self._failure:
             thread.start()
         try:
             values = self._motion.advance(times, duration)
         finally:
-            if not self._broken:
+            if not self._failure:
                 thread.join()
         self._records = self._motion.take_records()
         if second and isinstance(second[0], IntegrationError):
-            self._broken = str(second[0])
+            self._failure = str(second[0])
         elif second and isinstance(second[0], Exception):
             raise second[0]
         times_ns = self._now_ns + np.rint(1e9 * np.asarray(times, float)).astype(np.int64)
-        if self._broken:
+        if self._failure:
             self._row = self._row or [UNKNOWN] * len(self._keys)
-            self._put_row(1e-9 * times_ns[-1])
+            self._record_row(1e-9 * times_ns[-1])
         else:
             self._compare(times_ns, (values, self._records), second[0])
         self._now_ns += round(1e9 * duration)
         return values
 
-    def _compare(self, times_ns: np.ndarray, *both) -> None:
-        """Compares the outputs and records of `both` runs, and their figures when that is due."""
-        self._blocks = [_block(layout, times_ns, *one) for layout, one in zip(self._layouts, both, strict=True)]
-        found = self._comparison.differences(*self._blocks)
+    def _compare(self, times_ns: np.ndarray, *runs) -> None:
+        """Compare the outputs and records of both runs, and their figures when that is due."""
+        self._blocks = [_block(layout, times_ns, *outputs) for layout, outputs in zip(self._layouts, runs, strict=True)]
+        differences = self._comparison.differences(*self._blocks)
         self._differences.add(
-            1e-9 * times_ns, {name: (one / self._coarser, size) for name, (one, size) in found.items()}
+            1e-9 * times_ns,
+            {name: (difference / self._coarser, size) for name, (difference, size) in differences.items()},
         )
         self._compared = until = 1e-9 * float(times_ns[-1])
         run = self._parameters.run
-        if until > 0.0 and until >= min(OFTEN * self._figures_until, run.duration - LAST / run.output_rate):
+        if until > 0.0 and until >= min(COMPARISON_FACTOR * self._figures_until, run.duration - LAST / run.output_rate):
             self._compare_figures()
             self._figures_until = until
-        self._put_row(until)
+        self._record_row(until)
 
     def _compare_figures(self) -> None:
-        self._figures = copy.deepcopy(self._figures)  # those before stay as they were, to be taken back to
+        self._figures = copy.deepcopy(self._figures)  # the earlier ones stay unchanged, for `take_back`
         for writer, block in zip(self._figures, self._blocks, strict=True):
             writer.add(block)
         self._blocks = None
-        own, second = (writer.figures() for writer in self._figures)
-        self._row = [difference(own.get(key), second.get(key), self._coarser) for key in self._keys]
-        self._of_events = Differences(self._parameters.wanted.tolerance)
-        for name, (when, *found) in self._comparison.events(*self._figures).items():
-            one, sizes = (np.asarray(each, float) for each in found)
-            self._of_events.add(np.asarray(when, float), {name: (one / self._coarser, sizes)})
+        first, second = (writer.figures() for writer in self._figures)
+        self._row = [difference(first.get(key), second.get(key), self._coarser) for key in self._keys]
+        self._event_differences = Differences(self._parameters.wanted.tolerance)
+        for name, columns in self._comparison.events(*self._figures).items():
+            times, differences, sizes = (np.asarray(column, float) for column in columns)
+            self._event_differences.add(times, {name: (differences / self._coarser, sizes)})
 
-    def _put_row(self, until: float) -> None:
-        """Puts the row that holds for the run up to `until` [s] to the records."""
+    def _record_row(self, until: float) -> None:
+        """Add the row of the run up to `until` [s] to the records."""
         if self._row is None:
             return
-        horizons = [one.horizon for one in (self._differences, self._of_events) if self._comparison.grows]
-        horizon = next((one for one in horizons if one != UNKNOWN), UNKNOWN)
-        worst, row = self._of_events.worst | self._differences.worst, [until, self._compared, horizon]
+        horizon = UNKNOWN
+        if self._comparison.grows:
+            horizons = self._differences.horizon, self._event_differences.horizon
+            horizon = horizons[0] if horizons[0] != UNKNOWN else horizons[1]
+        worst, row = self._event_differences.worst | self._differences.worst, [until, self._compared, horizon]
         for name in self._comparison.outputs:
-            found = worst.get(name)
-            early = UNKNOWN if found is None or horizon == UNKNOWN else found.until
-            row += [UNKNOWN, 0.0, UNKNOWN] if found is None else [found.error, found.when, early]
+            greatest = worst.get(name)
+            until_horizon = UNKNOWN if greatest is None or horizon == UNKNOWN else greatest.until
+            row += [UNKNOWN, 0.0, UNKNOWN] if greatest is None else [greatest.error, greatest.when, until_horizon]
         self._records = self._records | {SECOND_RUN: np.array([[*row, *self._row]])}
 
     def take_records(self) -> dict[str, np.ndarray]:
@@ -325,12 +339,12 @@ def _block(layout, times_ns: np.ndarray, values, records) -> Block:
     return Block(layout.channels, 0, times_ns, numbers, records)
 
 
-def _advance(motion, times, duration: float, found: list) -> None:
-    """Puts outputs and records of a motion, or what it raised, into `found`: in a thread nothing can be returned."""
+def _advance_second(motion, times, duration: float, results: list) -> None:
+    """Append outputs and records of a motion, or what it raised, to `results`: a thread returns nothing."""
     try:
-        found.append((motion.advance(times, duration), motion.take_records()))
+        results.append((motion.advance(times, duration), motion.take_records()))
     except Exception as error:
-        found.append(error)
+        results.append(error)
 
 
 class OutputError(NamedTuple):
@@ -343,9 +357,9 @@ class OutputError(NamedTuple):
 
 
 class Estimate:
-    """The errors of the method, read off the rows of the table in a run or in its log.
+    """The errors of the method, from the rows of the table in a run or in its log.
 
-    Without a `comparison` there is none, and `unknown` says why; with one it says why no row can be there, or nothing.
+    `unknown` is the reason why there is no `comparison`, or no row of one; empty where rows are expected.
     """
 
     in_stretches = False
@@ -359,28 +373,28 @@ class Estimate:
     def add(self, block: Block) -> None:
         """Takes a block in."""
         rows = block.records.get(SECOND_RUN, ())
-        if len(rows) and rows.shape[1] == len(HEAD) + OF_OUTPUT * len(self._outputs) + len(self._keys):
+        if len(rows) and rows.shape[1] == len(HEAD) + OUTPUT_COLUMNS * len(self._outputs) + len(self._keys):
             self._row = np.array(rows[-1])  # rows of another version have another length
 
     def of_figures(self, figures: Mapping[str, Any]) -> dict[str, Any]:
         """The error of each figure that was compared, in its unit and shape; None where it is not known."""
-        found = {}
+        errors_of = {}
         errors = [UNKNOWN] * len(self._keys) if self._row is None else self._row[-len(self._keys) :].tolist()
         for key, error in zip(self._keys, errors, strict=True):
             if (value := figures.get(key)) is not None:
-                known = [error] * len(value) if isinstance(value, list) else error
-                found[key] = known if error >= 0.0 else None
-        return found
+                shaped = [error] * len(value) if isinstance(value, list) else error
+                errors_of[key] = shaped if error >= 0.0 else None
+        return errors_of
 
     def of_outputs(self) -> dict[str, OutputError]:
         """The error of each requested output."""
-        found = {}
-        for place, (name, norm) in enumerate(self._outputs.items()):
-            first = len(HEAD) + OF_OUTPUT * place
-            row = [UNKNOWN, 0.0, UNKNOWN] if self._row is None else self._row[first : first + OF_OUTPUT].tolist()
-            error, until = (one if one >= 0.0 else None for one in row[::2])
-            found[name] = OutputError(norm, error, row[1], until)
-        return found
+        errors = {}
+        for index, (name, norm) in enumerate(self._outputs.items()):
+            first = len(HEAD) + OUTPUT_COLUMNS * index
+            row = [UNKNOWN, 0.0, UNKNOWN] if self._row is None else self._row[first : first + OUTPUT_COLUMNS].tolist()
+            error, until = (number if number >= 0.0 else None for number in row[::2])
+            errors[name] = OutputError(norm, error, row[1], until)
+        return errors
 
     @property
     def smaller(self) -> str:

@@ -1,4 +1,4 @@
-"""A scene in motion, advanced as far as requested, and a run of it from start to end."""
+"""Simulation of a scene: advanced as far as requested, or run from start to end."""
 
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -34,14 +34,14 @@ COMMANDED_NS, COMMANDING_NS = 20_000_000, 1_000_000_000  # in one go after a com
 
 
 def chunk_outputs(scene: Scene, longest_ns: int) -> int:
-    """Outputs that are computed in one go, of at most so much simulated time."""
+    """The number of outputs of a chunk, of at most `longest_ns` of simulated time."""
     return max(1, min(CHUNK_OUTPUTS, outputs_per_chunk(scene.channels), longest_ns // scene.output_period_ns))
 
 
 def chunk_end(scene: Scene, first: int, chunk: int, commanded: bool) -> int:
     """Number of the output before which the chunk ends that begins with `first`: a multiple of `chunk` outputs.
 
-    It is shorter where something was `commanded` of late.
+    It is shorter after a recent command (`commanded`).
     """
     if commanded:
         chunk = min(chunk, chunk_outputs(scene, COMMANDED_NS))
@@ -82,12 +82,12 @@ def cost_of(scene: Scene) -> Cost:
 
 
 class Simulation:
-    """A scene in motion, advanced as far as requested; the numbers do not depend on how it is cut.
+    """A scene in motion, advanced as far as requested; the numbers do not depend on the numbers of outputs requested.
 
-    Integration runs in the core, while other threads do, in chunks that end before sequence numbers divisible by
-    their length, which is shorter for a while after a command. Commands take effect after the last output given out:
-    what was computed ahead is computed again. A run that breaks off gives out what comes before, then raises.
-    A long chunk ends with the error Stopped by `halt`, else by a signal; interrupted, it is computed again.
+    Integration runs in the core, in parallel with other threads, in chunks that end before sequence numbers divisible
+    by their length, which is shorter for a while after a command. Commands take effect after the last output given
+    out: outputs computed ahead are computed again. A run that breaks off returns all earlier outputs, then raises.
+    A long chunk is stopped by `halt`, or by a signal, with the error Stopped; interrupted, it is computed again.
     """
 
     def __init__(self, scene: Scene, halt: Halt | None = None):
@@ -102,11 +102,11 @@ class Simulation:
         self.chunk_outputs = chunk_outputs(scene, round(1e9 * longest))
 
     def _new_motion(self):
-        made_of = self.scene.parameters, self.choice
-        if has_second_run(self.kind, *made_of):
-            motion = CheckedMotion(self.kind, *made_of, self._layout.channels)
+        model = self.scene.parameters, self.choice
+        if has_second_run(self.kind, *model):
+            motion = CheckedMotion(self.kind, *model, self._layout.channels)
         else:
-            motion = self.kind.motion(*made_of)
+            motion = self.kind.motion(*model)
         if hasattr(motion, "stop"):
             motion.stop = self._halt.flag
         return motion
@@ -119,18 +119,18 @@ class Simulation:
             self._motion.reset()
         self._load = None, None  # commanded; None = the scene's own
         self.sequence, self.time_ns = -1, -self.output_period_ns
-        self._pending = self._given = None  # blocks: computed and not given out yet; given out last
+        self._pending = self._last_block = None  # blocks: computed and not given out yet; given out last
         self._chunk_first: int | None = None  # number of the first output of the chunk computed last
         self._commanded_until = 0  # number of an output: those before it follow a command closely
-        made_of = self.scene.parameters, self.choice
-        writers = self.kind.figures_of(*made_of), self.choice, self.kind.model_errors(*made_of)
-        self._gathering = ReportBuilder(*writers, estimate_of(self.kind, *made_of))
+        model = self.scene.parameters, self.choice
+        writers = self.kind.figures_of(*model), self.choice, self.kind.model_errors(*model)
+        self._gathering = ReportBuilder(*writers, estimate_of(self.kind, *model))
         self._compute_seconds = 0.0
-        self._health, self._good = Health(self.kind, self.channels), None
+        self._health, self._last_good = Health(self.kind, self.channels), None
         self._forget_failure()
 
     def _forget_failure(self) -> None:
-        self._broken: Breakdown | None = None  # nothing comes behind `_pending`
+        self._breakdown: Breakdown | None = None  # nothing comes behind `_pending`
         self.failure: IntegrationError | None = None  # what was raised for it
 
     def resume(self, failure: Failure) -> None:
@@ -144,26 +144,26 @@ class Simulation:
         try:
             self._motion.resume(failure.state)
         except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-            said = "the state to go on from does not fit its scene and first model; it may be of an earlier version"
-            raise SceneError(f"{said}: simulate the scene again") from error
-        begun = self._block(failure.sequence, self._motion.first_outputs())
-        self._health.check(begun)
-        self._pending, self._good = begun.part(1, 1), begun[0]
-        self.sequence, self.time_ns = failure.sequence, int(begun.time_ns[0])
+            fault = "the state to go on from does not fit its scene and first model; it may be of an earlier version"
+            raise SceneError(f"{fault}: simulate the scene again") from error
+        start = self._block(failure.sequence, self._motion.first_outputs())
+        self._health.check(start)
+        self._pending, self._last_good = start.part(1, 1), start[0]
+        self.sequence, self.time_ns = failure.sequence, int(start.time_ns[0])
 
-    def _to_last_output(self) -> None:
-        """Puts the motion back to the last output given out: what was computed ahead is computed again."""
+    def _rewind(self) -> None:
+        """Return the motion to the last output given out: outputs ahead of it are computed again."""
         self._commanded_until = self.sequence + 1 + COMMANDING_NS // self.output_period_ns
         ahead = self._pending is not None and self._chunk_first is not None
-        ahead = ahead and (len(self._pending) or self._broken is not None)
+        ahead = ahead and (len(self._pending) or self._breakdown is not None)
         self._forget_failure()
-        given = self._pending.first_sequence - self._chunk_first if ahead else 1
+        output_count = self._pending.first_sequence - self._chunk_first if ahead else 1
         if ahead:
             self._motion.take_back()
             self._pending = self._pending.part(0, 0)
-            self._good = self._given[-1]  # what was computed beyond it never came to be
-            if given:
-                times = 1e-9 * self.output_period_ns * np.arange(1, given + 1)
+            self._last_good = self._last_block[-1]  # what was computed beyond it never came to be
+            if output_count:
+                times = 1e-9 * self.output_period_ns * np.arange(1, output_count + 1)
                 self._motion.advance(times, times[-1])
 
     def advance(self, outputs: int) -> Block:
@@ -173,7 +173,7 @@ class Simulation:
         """
         parts, missing = [], outputs
         while missing > 0:
-            pending = self._begun()
+            pending = self._computed()
             if not len(pending):
                 try:
                     self._compute_chunk(pending.first_sequence)
@@ -186,7 +186,7 @@ class Simulation:
             parts.append(pending.part(0, take))
             self._pending = pending.part(take, len(pending))
             missing -= take
-        self._given = block = join_blocks(parts)
+        self._last_block = block = join_blocks(parts)
         self.sequence, self.time_ns = block.first_sequence + len(block) - 1, int(block.time_ns[-1])
         self._gathering.add(block)
         return block
@@ -199,7 +199,7 @@ class Simulation:
         """
         self._refuse_without("check_drive", "speed")
         warning = self._motion.check_drive("speed", float(speed), self._load)
-        self._to_last_output()
+        self._rewind()
         self._motion.goal_speed = float(speed)
         return warning
 
@@ -207,7 +207,7 @@ class Simulation:
         """New torque [N m] on the inner ring about +z; raises BearingTwinError where the speed is prescribed."""
         self._refuse_without("check_drive", "torque")
         self._motion.check_drive("torque", float(torque), self._load)
-        self._to_last_output()
+        self._rewind()
         self._motion.set_torque(float(torque))
 
     def set_load(self, force, moment) -> None:
@@ -218,28 +218,28 @@ class Simulation:
         if force is not None:
             self._refuse_without("check_load", "load")
             self._motion.check_load(force, moment)
-        self._to_last_output()
+        self._rewind()
         self._load = force, moment
         self._motion.set_load(force, moment)
 
     def operating_point(self) -> tuple[Sample, OperatingPoint]:
         """The last output given out, or the first, with loads and stiffness there; raises BearingTwinError."""
         self._refuse_without("operating_point", "stiffness")
-        sample = (self._begun() if self._given is None else self._given)[-1]
+        sample = (self._computed() if self._last_block is None else self._last_block)[-1]
         return sample, self._motion.operating_point(sample)
 
-    def _refuse_without(self, method: str, word: str) -> None:
+    def _refuse_without(self, method: str, noun: str) -> None:
         if not hasattr(self._motion, method):
-            raise BearingTwinError(f"a scene of the kind {self.kind.name} has no {word}; a bearing has")
+            raise BearingTwinError(f"a scene of the kind {self.kind.name} has no {noun}; a bearing has")
 
-    def _begun(self) -> Block:
+    def _computed(self) -> Block:
         """The outputs computed and not given out; the first of a run are those at its start."""
         if self._pending is None:
             start = time.perf_counter()
             with signal_flag():
                 self._pending = self._block(0, self._motion.first_outputs())
             self._health.check(self._pending)
-            self._good = self._pending[0]
+            self._last_good = self._pending[0]
             self._compute_seconds += time.perf_counter() - start
         return self._pending
 
@@ -253,59 +253,61 @@ class Simulation:
 
     def _compute_chunk(self, first: int) -> None:
         """Puts the outputs up to the end of a chunk into `_pending`; those before where the run breaks off."""
-        if self._broken is not None:
-            raise self._failed(self._broken) from self._broken.error
-        start, here = time.perf_counter(), (first - 1) * self.output_period_ns
+        if self._breakdown is not None:
+            raise self._recorded_failure(self._breakdown) from self._breakdown.error
+        start, start_ns = time.perf_counter(), (first - 1) * self.output_period_ns
         until = chunk_end(self.scene, first, self.chunk_outputs, first < self._commanded_until)
         times = 1e-9 * self.output_period_ns * np.arange(1, until - first + 1)
         state, block = snapshot_of(self._motion), None
         self._chunk_state = first - 1, state
         try:
-            block = self._advanced(first, times)
+            block = self._advance_motion(first, times)
             self._health.check(block)
         except IntegrationError as error:
-            begun = Breakdown(error, first - 1 if state is not None else -1, state)
-            made = partial(self._sound, first)
-            block, self._broken = outputs_before_failure(self._motion, made, first, times, 1e-9 * here, begun, block)
+            restart = Breakdown(error, first - 1 if state is not None else -1, state)
+            compute = partial(self._checked_chunk, first)
+            block, self._breakdown = outputs_before_failure(
+                self._motion, compute, first, times, 1e-9 * start_ns, restart, block
+            )
         if block is not None and len(block):
-            self._pending, self._chunk_first, self._good = block, first, block[len(block) - 1]
+            self._pending, self._chunk_first, self._last_good = block, first, block[len(block) - 1]
         self._compute_seconds += time.perf_counter() - start
 
-    def _advanced(self, first: int, times: np.ndarray) -> Block:
+    def _advance_motion(self, first: int, times: np.ndarray) -> Block:
         with signal_flag(), self._halt.interruptible(self._motion):
             arrays = self._motion.advance(times, times[-1])
         return self._block(first, arrays)
 
-    def _sound(self, first: int, times: np.ndarray) -> Block:
-        block = self._advanced(first, times)
+    def _checked_chunk(self, first: int, times: np.ndarray) -> Block:
+        block = self._advance_motion(first, times)
         self._health.check(block)
         return block
 
-    def _failed(self, broken: Breakdown) -> IntegrationError:
-        """The error with the time of the last output given out, and all that is needed to look into it."""
-        error, *going_on = broken
-        contact = error.contact or deepest_contact(self.kind, self._good, self.channels, error.body)
-        self.failure = recorded_error(error, 1e-9 * self.time_ns, contact, self.scene, self._good, *going_on)
+    def _recorded_failure(self, broken: Breakdown) -> IntegrationError:
+        """The error with the time of the last output given out, and the record of the failure."""
+        error, *restart = broken
+        contact = error.contact or deepest_contact(self.kind, self._last_good, self.channels, error.body)
+        self.failure = recorded_error(error, 1e-9 * self.time_ns, contact, self.scene, self._last_good, *restart)
         return self.failure
 
     @property
     def state(self) -> tuple[int, dict] | None:
         """Number of an output and the state of the motion there, to continue from; None of a motion without one.
 
-        It is the last one at the end of a whole chunk: one that the end of a scene cuts short moves on by other steps.
+        It is the last one at the end of a whole chunk: after a chunk that the end of a scene cuts short steps differ.
         """
-        if self._pending is None or len(self._pending) or self._broken is not None or self._chunk_first is None:
+        if self._pending is None or len(self._pending) or self._breakdown is not None or self._chunk_first is None:
             return None
-        whole = (self.sequence + 1) % self.chunk_outputs == 0
-        sequence, kept = (self.sequence, snapshot_of(self._motion)) if whole else self._chunk_state
-        return None if kept is None else (sequence, kept)
+        at_chunk_end = (self.sequence + 1) % self.chunk_outputs == 0
+        sequence, state = (self.sequence, snapshot_of(self._motion)) if at_chunk_end else self._chunk_state
+        return None if state is None else (sequence, state)
 
     def report(self, last: bool = False) -> Report:
         """The report up to the last output given out: figures, errors, cost; the `last` one of a run."""
         if self.sequence < 0:
             raise BearingTwinError("nothing has been computed yet: iterate the run, or its blocks(), before its report")
-        given = self.sequence + 1  # outputs computed but not given out took their share of the seconds
-        share = given / (given + len(self._pending)) if self._pending is not None else 0.0
+        outputs = self.sequence + 1  # outputs computed but not given out took their share of the seconds
+        share = outputs / (outputs + len(self._pending)) if self._pending is not None else 0.0
         costs = self._motion.costs()
         failure = None if self.failure is None else failure_keys(self.failure)
         return self._gathering.report(self.scene.name, share * self._compute_seconds, costs, last, failure)
@@ -355,7 +357,7 @@ class Run:
     def blocks(self) -> Iterator[Block]:
         """The run in blocks of up to 400 outputs, whole chunks of the integration, from the start or the failure.
 
-        A pass that is gone on with after another has begun raises BearingTwinError.
+        Continuing a pass after another has begun raises BearingTwinError.
         """
         self._passes += 1
         number = self._passes

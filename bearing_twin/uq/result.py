@@ -15,7 +15,7 @@ from bearing_twin.base.errors import StatisticError, Stopped, StudyError, import
 from bearing_twin.base.report import summary_text
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import axis_label, readable_unit, two_digits, with_unit
-from bearing_twin.run.report import WORDS
+from bearing_twin.run.report import SOURCE_LABELS
 from bearing_twin.uq.histories import history_statistics
 from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
 from bearing_twin.uq.propagation import Chaos, Derived
@@ -502,4 +502,4 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = readable
 
 def _words_of(source: str) -> str:
     """A source of errors in words."""
-    return WORDS.get(source, source.replace("_", " "))
+    return SOURCE_LABELS.get(source, source.replace("_", " "))

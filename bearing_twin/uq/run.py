@@ -21,7 +21,7 @@ from bearing_twin.base.errors import StatisticError, Stopped, StudyError, echo, 
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
-from bearing_twin.run.report import LARGE, WORDS, is_large_error
+from bearing_twin.run.report import LARGE, SOURCE_LABELS, is_large_error
 from bearing_twin.uq.histories import COLUMNS, ROWS
 from bearing_twin.uq.inputs import quantity_of
 from bearing_twin.uq.propagation import MOST_RUNS, expand
@@ -119,7 +119,7 @@ def gathered(study: Study, found: Realised, known: Iterable[str] = (), where: st
             source = max(by_source, key=by_source.get)
             notes.append(
                 f"{name}: the error of the model is {error:.2g}{with_unit(unit)}, over {100.0 * LARGE:g} % of it, "
-                f"mostly {WORDS.get(source, source)}: no sampling makes it smaller"
+                f"mostly {SOURCE_LABELS.get(source, source)}: no sampling makes it smaller"
             )
     known, tally = set(map(without_numbers, known)), Tally()
     bits = tally.bits(len(found.quantities), found.doubts)
