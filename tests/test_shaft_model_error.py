@@ -85,7 +85,7 @@ def test_a_preload_by_offsets_keeps_what_contacts_are_off_and_a_load_does_not():
         shares = [_model(report, key) / report.figures[key] for key in (life, hours)]
         assert shares[1] == pytest.approx(shares[0], rel=1e-12)
     parameters = load_scene("shaft_step_load").parameters
-    assert response_of(parameters, "hertz", float(parameters.drive.speed), 1.0, (0.0, 0.0), True).kept["left"] < 0.1
+    assert response_of(parameters, "hertz", float(parameters.drive.speed), 1.0, (0.0, 0.0), True).retained["left"] < 0.1
 
 
 @pytest.mark.parametrize("gravity", ["[0,0,0]", "[0,-9.80665,0]"])

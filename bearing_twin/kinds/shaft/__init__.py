@@ -36,9 +36,9 @@ MEANINGS = {
     "tilt_rad": f"of the shaft about x and y, {LATE}",
     "tilt_range_rad": f"greatest minus least, {HALF}",
     **{
-        f"{side}_{key}": words
+        f"{side}_{key}": meaning
         for side in SIDES
-        for key, words in (
+        for key, meaning in (
             ("force_n", f"of the {side} bearing on the shaft, {LATE}"),
             ("force_range_n", f"greatest minus least of that, {HALF}"),
             ("greatest_ball_load_n", f"of any contact of the {side} bearing, greatest over the run"),

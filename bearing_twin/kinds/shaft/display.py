@@ -70,8 +70,8 @@ def commands() -> tuple[Command, ...]:
 
 def ring_centres(parameters: ShaftScene, sample: Sample) -> np.ndarray:
     """Centres (..., 2, 3) [m] of the inner rings, left and right, from the middle of the shaft as made."""
-    places = np.array([[0.0, 0.0, getattr(parameters, side).place] for side in SIDES])
-    return sample["ring_offset"] + places
+    centres = np.array([[0.0, 0.0, getattr(parameters, side).place] for side in SIDES])
+    return sample["ring_offset"] + centres
 
 
 def origins(parameters: ShaftScene, sample: Sample) -> dict[str, np.ndarray]:
@@ -87,13 +87,13 @@ def wrenches(parameters: ShaftScene, sample: Sample) -> list[Wrench]:
     arms = ring_centres(parameters, sample) - sample["position"][..., None, :]
     # To first order, as the shaft's motion has it: along the axis the arms alone count.
     arms[..., :2] = 0.0
-    whole = Wrench(
+    total = Wrench(
         BODY, "bearings", "centre of mass", BODY, force.sum(axis=-2), (moment + np.cross(arms, force)).sum(axis=-2)
     )
     rows = [
         Wrench(BODY, name, "ring centre", name, force[..., k, :], moment[..., k, :]) for k, name in enumerate(BEARINGS)
     ]
-    return [whole, *rows]
+    return [total, *rows]
 
 
 def ring_sizes(mounted: Mounted) -> tuple[float, float, float]:
@@ -111,20 +111,22 @@ def sizes(parameters: ShaftScene) -> tuple[float, float, float]:
     """Radius [m] of the shaft as it is drawn, and where it begins and ends along z."""
     mounted = [getattr(parameters, side) for side in SIDES]
     shaft = parameters.shaft
-    places = [one.place for one in mounted] + [row[0] for row in shaft.loads + shaft.unbalances] + [shaft.load_place]
+    positions = (
+        [bearing.place for bearing in mounted] + [row[0] for row in shaft.loads + shaft.unbalances] + [shaft.load_place]
+    )
     beyond = BEYOND * (mounted[1].place - mounted[0].place)
-    return min(ring_sizes(one)[0] for one in mounted), min(places) - beyond, max(places) + beyond
+    return min(ring_sizes(bearing)[0] for bearing in mounted), min(positions) - beyond, max(positions) + beyond
 
 
 def solids(parameters: ShaftScene) -> dict[str, list[dict]]:
     """The bodies as markers in their frames."""
     radius, low, high = sizes(parameters)
     middle = 0.0, 0.0, 0.5 * (low + high)
-    found = {BODY: [marker("shaft", 0, CYLINDER, (2.0 * radius, 2.0 * radius, high - low), STEEL, middle)]}
+    markers = {BODY: [marker("shaft", 0, CYLINDER, (2.0 * radius, 2.0 * radius, high - low), STEEL, middle)]}
     for k, (side, name) in enumerate(zip(SIDES, BEARINGS, strict=True)):
         _, outside, wide = ring_sizes(getattr(parameters, side))
-        found[name] = [marker("bearings", k, CYLINDER, (2.0 * outside, 2.0 * outside, wide), GLASS)]
-    return found
+        markers[name] = [marker("bearings", k, CYLINDER, (2.0 * outside, 2.0 * outside, wide), GLASS)]
+    return markers
 
 
 def pose(output: Output) -> dict:
@@ -136,7 +138,7 @@ def pose(output: Output) -> dict:
 
 def marker_fields(output: Output) -> dict:
     """visualization_msgs/MarkerArray: the shaft with a line on it, both bearings, and their forces on the shaft."""
-    parameters, sample, found = output.parameters, output.sample, solids(output.parameters)
+    parameters, sample, bodies = output.parameters, output.sample, solids(output.parameters)
     (radius, low, high), tilt, angle = sizes(parameters), sample["tilt"], sample["shaft_angle"]
     along = np.stack([tilt[..., 1], -tilt[..., 0], np.ones(angle.shape)], axis=-1)
     middle = sample["position"] + 0.5 * (low + high) * along
@@ -147,10 +149,10 @@ def marker_fields(output: Output) -> dict:
     line, thin = [(1.02 * radius, 0.0, low), (1.02 * radius, 0.0, high)], (0.1 * radius, 0.0, 0.0)
     return {
         "markers": [
-            placed(found[BODY][0], middle, ring_attitude(tilt, np.zeros(angle.shape))),
+            placed(bodies[BODY][0], middle, ring_attitude(tilt, np.zeros(angle.shape))),
             marker("shaft", 1, LINE_LIST, thin, BLUE, sample["position"], ring_attitude(tilt, angle), points=line),
             *(
-                placed(found[name][0], (0.0, 0.0, getattr(parameters, side).place))
+                placed(bodies[name][0], (0.0, 0.0, getattr(parameters, side).place))
                 for side, name in zip(SIDES, BEARINGS, strict=True)
             ),
             marker("forces", 0, LINE_LIST, thin, RED, points=arrows),

@@ -35,15 +35,15 @@ from bearing_twin.kinds.bearing import (
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene, middle_of
 
 
-def about_centre(place: float, load) -> np.ndarray:
-    """A load (5,) at `place` [m] on the axis as one about the centre of mass."""
+def about_centre(position: float, load) -> np.ndarray:
+    """A load (5,) at a position [m] on the axis as one about the centre of mass."""
     x, y, z, about_x, about_y = load
-    return np.array([x, y, z, about_x - place * y, about_y + place * x])
+    return np.array([x, y, z, about_x - position * y, about_y + position * x])
 
 
 def constant_loads(parameters: ShaftScene) -> np.ndarray:
     """The loads (5,) of `shaft.loads` about the centre of mass, which no command replaces."""
-    return sum((about_centre(place, load) for place, *load in parameters.shaft.loads), start=np.zeros(5))
+    return sum((about_centre(position, load) for position, *load in parameters.shaft.loads), start=np.zeros(5))
 
 
 def loads_of(parameters: ShaftScene, time: float) -> np.ndarray:
@@ -55,18 +55,18 @@ def loads_of(parameters: ShaftScene, time: float) -> np.ndarray:
 def unbalance_of(parameters: ShaftScene) -> np.ndarray:
     """The unbalances as one complex vector U (5,) [kg m, kg m^2]: their loads are Re((w^2 - i w') U exp(i angle))."""
     rows = [
-        size * np.exp(1j * azimuth) * np.array([1.0, -1j, 0.0, 1j * place, place])
-        for place, size, azimuth in parameters.shaft.unbalances
+        magnitude * np.exp(1j * azimuth) * np.array([1.0, -1j, 0.0, 1j * position, position])
+        for position, magnitude, azimuth in parameters.shaft.unbalances
     ]
     return sum(rows, start=np.zeros(5, complex))
 
 
 class ShaftCourse:
-    """Speed and loads over time, in parts with even acceleration and evenly growing loads, from `now` [s] on.
+    """Speed and loads over time, in parts with constant acceleration and linear loads, from `now` [s] on.
 
     The shaft then has turned by `angle` [rad], turns at `speed` [rad/s] and is commanded to `goal`, by default as at
-    the start of a run; a change of the drive that comes later is added to the goal. `loading` acts at
-    `shaft.load_place`. A command makes another course, so that a motion can go back to the one it had.
+    the start of a run; a later change of the drive is added to the goal. `loading` acts at `shaft.load_place`. A
+    command makes another course, so that a motion can return to the previous one.
     """
 
     def __init__(self, parameters: ShaftScene, loading: Loading, now=0.0, angle=0.0, speed=None, goal=None):
@@ -80,14 +80,14 @@ class ShaftCourse:
         self._times = distinct_times(np.array([row[0] for row in self._turning]), loading.times[loading.times > now])
 
     def _turn_to(self, goal: float, begin: float) -> None:
-        """Goes to a speed [rad/s] from `begin` [s] on, in place of what was to come then."""
+        """Approach a speed [rad/s] from `begin` [s] on, in place of later parts."""
         angle, speed, _ = self.turned(begin)
-        missing = goal - speed
-        acceleration = math.copysign(self._parameters.drive.acceleration, missing) if missing else 0.0
+        change = goal - speed
+        acceleration = math.copysign(self._parameters.drive.acceleration, change) if change else 0.0
         self._turning = [row for row in self._turning if row[0] < begin] + [(begin, angle, speed, acceleration)]
-        if missing:
-            lasts = missing / acceleration
-            self._turning.append((begin + lasts, angle + (speed + 0.5 * missing) * lasts, goal, 0.0))
+        if change:
+            duration = change / acceleration
+            self._turning.append((begin + duration, angle + (speed + 0.5 * change) * duration, goal, 0.0))
 
     @property
     def speeds(self) -> list[float]:
@@ -95,20 +95,20 @@ class ShaftCourse:
         return [row[2] for row in self._turning]
 
     def goal_at(self, time: float) -> float:
-        """The speed [rad/s] that the shaft is commanded to go to at `time` [s]."""
+        """The speed [rad/s] that the shaft approaches at `time` [s]."""
         change = self._parameters.drive.change
         return float(self.goal + (change.speed if self.now < change.time <= time else 0.0))
 
     def turned(self, time: float) -> tuple[float, float, float]:
-        """Angle [rad], speed [rad/s] and acceleration at `time` [s] and, where a part begins there, after it."""
+        """Angle [rad], speed [rad/s] and acceleration at `time` [s], at the begin of a part those of the part."""
         since, angle, speed, acceleration = [row for row in self._turning if row[0] <= time * (1.0 + SAME)][-1]
         passed = time - since
         return angle + (speed + 0.5 * acceleration * passed) * passed, speed + acceleration * passed, acceleration
 
     def load_at(self, time: float) -> tuple[np.ndarray, np.ndarray]:
         """Load (5,) about the centre of mass at `time` [s], and its rate, without weight and unbalances."""
-        place = self._parameters.shaft.load_place
-        load, rate = (about_centre(place, one) for one in self.loading.at(time))
+        position = self._parameters.shaft.load_place
+        load, rate = (about_centre(position, value) for value in self.loading.at(time))
         return self._steady + load, rate
 
     def rows(self, since: float, until: float) -> np.ndarray:
@@ -123,12 +123,12 @@ class ShaftCourse:
         )
 
     def commanded(self, now: float, goal: float) -> "ShaftCourse":
-        """Course of a shaft that is commanded at `now` [s] to go to `goal` [rad/s]."""
+        """Course of a shaft that is commanded at `now` [s] to a speed `goal` [rad/s]."""
         angle, speed, _ = self.turned(now)
         return ShaftCourse(self._parameters, self.loading, now, angle, speed, goal)
 
     def loaded(self, now: float, force, moment) -> "ShaftCourse":
-        """Course of a shaft with other loads from `now` [s] on, or the scene's own where both are None."""
+        """Course of a shaft with other loads from `now` [s] on, or those of the scene if both are None."""
         loading = Loading(self._parameters.shaft)
         if force is not None:
             loading.set(force, moment)
@@ -177,14 +177,16 @@ class Rotor(NamedTuple):
 
     def numbers(self) -> np.ndarray:
         """The core's `Rotor`."""
-        turning = [part for one in (self.whirl, self.unbalance) for part in (one.real, one.imag)]
+        turning = [part for vector in (self.whirl, self.unbalance) for part in (vector.real, vector.imag)]
         orbits = [seat.first for seat in self.seats] + [seat.ratio for seat in self.seats]
         limits = GREATEST_SQUEEZE, GREATEST_ANGLE, IDLE
         return np.concatenate([self[1:5], self.weight, self.steady, *turning, orbits, limits])
 
     def seat_numbers(self) -> np.ndarray:
         """The core's `Seat`s (2, SEAT)."""
-        return np.array([one.setting.numbers(one.gravity, one.place, one.facing, one.middle) for one in self.seats])
+        return np.array(
+            [seat.setting.numbers(seat.gravity, seat.place, seat.facing, seat.middle) for seat in self.seats]
+        )
 
 
 class ShaftBalance(NamedTuple):
@@ -204,10 +206,10 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
     shaft, seats = parameters.shaft, []
     for side, ratio in zip(SIDES, ratios, strict=True):
         mounted, scene = getattr(parameters, side), bearing_scene(parameters, side)
-        places = (mounted.place, mounted.facing, middle_of(mounted), mounted.ball_angle, ratio)
+        position_numbers = (mounted.place, mounted.facing, middle_of(mounted), mounted.ball_angle, ratio)
         setting = setting_of(scene, law, parameters.drive.speed)
         balls, gravity = int(mounted.geometry.balls), tuple(map(float, scene.gravity))
-        seats.append(ShaftSeat(setting, balls, *map(float, places), gravity))
+        seats.append(ShaftSeat(setting, balls, *map(float, position_numbers), gravity))
     weight = shaft.mass * np.array([*parameters.gravity, 0.0, 0.0])
     return Rotor(
         tuple(seats),
@@ -222,18 +224,18 @@ def rotor_of(parameters: ShaftScene, law: str, ratios=(0.0, 0.0)) -> Rotor:
 
 
 def lever_of(rotor: Rotor) -> float:
-    """By which arm [m] a tilt of the shaft moves its bearings' grooves."""
+    """The arm [m] by which a tilt of the shaft moves its bearings' grooves."""
     return max(abs(seat.place) + seat.setting.arm for seat in rotor.seats)
 
 
-def longest_of(rotor: Rotor) -> float:
+def coordinate_bound(rotor: Rotor) -> float:
     """Bound [m] of all coordinates of the shaft from the middle, tilts by their arm."""
     balls = max(2.0 * seat.setting.ball_radius for seat in rotor.seats)
     return LONGEST * balls + max(abs(seat.middle) for seat in rotor.seats)
 
 
 class ShaftSolver(EquilibriumSolver):
-    """Equilibria of a shaft on two bearings with their balls where they start."""
+    """Equilibria of a shaft on two bearings with their balls at their first azimuths."""
 
     body = "the shaft"
     remedy = "load it, or give less clearance, or preload by offsets of the outer rings"
@@ -245,7 +247,7 @@ class ShaftSolver(EquilibriumSolver):
         self.azimuths = np.concatenate([azimuths_of(seat.balls, seat.first) for seat in rotor.seats])
         lever = lever_of(rotor)
         self.scales = np.array([1.0, 1.0, 1.0, lever, lever])
-        self.longest = longest_of(rotor)
+        self.longest = coordinate_bound(rotor)
 
     def seats(self) -> np.ndarray:
         """The numbers of both rings (2, SEAT) for the core."""
@@ -256,32 +258,37 @@ class ShaftSolver(EquilibriumSolver):
     def _at_rest(self) -> "ShaftSolver":
         return ShaftSolver(self.rotor, 0.0)
 
-    def held(self, support: Support) -> Equilibrium:
-        """As `settle`.
+    def stable_balance(self, support: Support) -> Equilibrium:
+        """As `checked_balance`, but also stable.
 
-        Raises SceneError where at this speed nothing holds the shaft in a direction in which it is held at rest, too.
+        Raises SceneError if at this speed nothing holds the shaft in a direction in which it is held at rest.
         """
-        found, at_rest = self.checked_balance(support), self._at_rest()
-        loose = loose_directions(found, support, self.scales)
+        equilibrium, at_rest = self.checked_balance(support), self._at_rest()
+        loose = loose_directions(equilibrium, support, self.scales)
         if loose and self.speed and not loose_directions(at_rest.checked_balance(support), support, self.scales):
             raise SceneError(
                 f"at {self.speed:g} rad/s the balls are thrown outwards so far that nothing holds the shaft along "
                 f"{', '.join(loose)}; lower the speed, or preload the bearings more"
             )
-        return found
+        return equilibrium
 
     def by_bearing(self, contacts: Contacts) -> list[Contacts]:
         """The contacts of each bearing."""
         first = self.balls[0]
-        return [Contacts(*(one[:first] for one in contacts)), Contacts(*(one[first:] for one in contacts))]
+        return [Contacts(*(values[:first] for values in contacts)), Contacts(*(values[first:] for values in contacts))]
 
     def limit_ratios(self, contacts: Contacts) -> tuple[float, float]:
         """Greatest squeeze and greatest contact angle of these contacts, each over its limit."""
-        used = [
-            [float(one.max()) for one in limit_ratios(seat.setting.ball_radius, each.load, each.approach, each.angle)]
-            for seat, each in zip(self.rotor.seats, self.by_bearing(contacts), strict=True)
+        ratios = [
+            [
+                float(ratio.max())
+                for ratio in limit_ratios(
+                    seat.setting.ball_radius, of_bearing.load, of_bearing.approach, of_bearing.angle
+                )
+            ]
+            for seat, of_bearing in zip(self.rotor.seats, self.by_bearing(contacts), strict=True)
         ]
-        return tuple(map(max, zip(*used, strict=True)))
+        return tuple(map(max, zip(*ratios, strict=True)))
 
 
 @functools.lru_cache(maxsize=8)
@@ -291,16 +298,16 @@ def balance_of(parameters: ShaftScene, law: str, speed: float, time: float = 0.0
     Raises SceneError for what no contact carries or what pushes the shaft through its balls.
     """
     solver, support = solver_of(parameters, law, speed), support_with_weight(parameters, loads_of(parameters, time))
-    found = solver.held(support)
-    contacts = solver.by_bearing(found.contacts)
-    ratios = tuple(float(load_weighted_mean(one, one.share)) for one in contacts)
-    return ShaftBalance(found.coordinates, found.stiffness, tuple(contacts), ratios)
+    equilibrium = solver.stable_balance(support)
+    contacts = solver.by_bearing(equilibrium.contacts)
+    ratios = tuple(float(load_weighted_mean(of_bearing, of_bearing.share)) for of_bearing in contacts)
+    return ShaftBalance(equilibrium.coordinates, equilibrium.stiffness, tuple(contacts), ratios)
 
 
 def solver_of(parameters: ShaftScene, law: str, speed: float, first=None) -> ShaftSolver:
-    """The solver for the shaft at `speed` [rad/s], balls where they start.
+    """The solver for the shaft at `speed` [rad/s], balls at their first azimuths.
 
-    Else `first(balls)` says at which azimuth [rad] the first of so many stands.
+    Else `first(balls)` is the azimuth [rad] of the first of so many balls.
     """
     rotor = rotor_of(parameters, law)
     if first is not None:
@@ -317,31 +324,32 @@ def support_with_weight(parameters: ShaftScene, loads: np.ndarray) -> Support:
 def check_load(parameters: ShaftScene, law: str, speed: float, force, moment) -> None:
     """Raises BearingTwinError for a load [N], [N m] at `shaft.load_place` that the bearings do not carry.
 
-    It is tried as `refuse_uncarried` does, with the constant loads. None for force and moment: the scene's first loads.
+    It is checked by `check_carried`, with the constant loads. None for force and moment: the scene's first loads.
     """
     loads = loads_of(parameters, 0.0)
     if force is not None:
         commanded = about_centre(parameters.shaft.load_place, commanded_loads(force, moment))
         loads = constant_loads(parameters) + commanded
-    refuse_uncarried(parameters, law, speed, loads)
+    check_carried(parameters, law, speed, loads)
 
 
-def refuse_uncarried(parameters: ShaftScene, law: str, speed: float, loads: np.ndarray) -> None:
+def check_carried(parameters: ShaftScene, law: str, speed: float, loads: np.ndarray) -> None:
     """Raises BearingTwinError for loads (5,) [N, N m] about the centre of mass that the bearings do not carry.
 
-    They are tried in balance, with the shaft's weight, at `speed` [rad/s] and with the balls at TRIED_PLACES
-    of their way to the next.
+    They are tried in balance, with the shaft's weight, at `speed` [rad/s] and TRIAL_POSITIONS of the balls.
     """
     support = support_with_weight(parameters, loads)
-    for place in range(TRIAL_POSITIONS):
-        solver = solver_of(parameters, law, speed, lambda balls, place=place: trial_azimuth(support, balls, place))
-        solver.held(support)
+    for position in range(TRIAL_POSITIONS):
+        solver = solver_of(
+            parameters, law, speed, lambda balls, position=position: trial_azimuth(support, balls, position)
+        )
+        solver.stable_balance(support)
 
 
-def explained(error: IntegrationError, parameters: ShaftScene, law: str, speed: float, loads) -> IntegrationError:
-    """`error`, or one that names the loads (5,) on the shaft then, with time and limit, where nothing carries them."""
+def with_load_limit(error: IntegrationError, parameters: ShaftScene, law: str, speed: float, loads) -> IntegrationError:
+    """The error, or one with time, loads (5,) on the shaft and limit, if nothing carries them."""
     try:
-        refuse_uncarried(parameters, law, speed, loads)
+        check_carried(parameters, law, speed, loads)
     except BearingTwinError as limit:
         return IntegrationError(f"at {error.seconds:.9g} s {limit}", OVERLOAD, error.seconds, "shaft")
     return error
@@ -352,7 +360,7 @@ REAL = 1e-6  # of a root, of the greatest: an imaginary part that is less is non
 
 
 class Matrices(NamedTuple):
-    """M (5,), G and K (5, 5), damping (5, 5) and the arm [m] that makes displacements of tilts."""
+    """M (5,), G, K and damping (5, 5), and the arm [m] that converts tilts into displacements."""
 
     inertia: np.ndarray
     gyroscopic: np.ndarray
@@ -362,9 +370,9 @@ class Matrices(NamedTuple):
 
 
 class WhirlModes(NamedTuple):
-    """Natural frequencies [Hz] in rising order, and what share of each whirls forward.
+    """Natural frequencies [Hz], rising, and the share of each that whirls forward.
 
-    That is 1 forward, 0 backward, 1/2 in a line or along the axis.
+    It is 1 forward, 0 backward, 1/2 in a plane or along the axis.
     """
 
     frequencies: np.ndarray
@@ -388,18 +396,18 @@ def stiffest_mode(matrices: Matrices) -> float:
 
 def _forward_share(shape: np.ndarray, lever: float) -> float | None:
     """The share of a motion u (5,) across the axis that whirls forward; None of one along it."""
-    across = shape * np.array([1.0, 1.0, 0.0, lever, lever])
-    ahead = (abs(across[0] + 1j * across[1]) ** 2 + abs(across[3] + 1j * across[4]) ** 2) / 2.0
-    whole = float(np.sum(np.abs(across) ** 2))
-    return float(ahead) / whole if whole > AXIAL * (whole + abs(shape[2]) ** 2) else None
+    lateral = shape * np.array([1.0, 1.0, 0.0, lever, lever])
+    forward = (abs(lateral[0] + 1j * lateral[1]) ** 2 + abs(lateral[3] + 1j * lateral[4]) ** 2) / 2.0
+    total = float(np.sum(np.abs(lateral) ** 2))
+    return float(forward) / total if total > AXIAL * (total + abs(shape[2]) ** 2) else None
 
 
 def modes_at(matrices: Matrices, speed: float) -> WhirlModes:
-    """The modes of small motion with the shaft turning at `speed` [rad/s]; those that do not swing are left out."""
+    """The modes of small motion with the shaft turning at `speed` [rad/s], without overdamped ones."""
     inverse = 1.0 / matrices.inertia[:, None]
     damping = matrices.damping + speed * matrices.gyroscopic
-    first = np.block([[np.zeros((5, 5)), np.eye(5)], [-inverse * matrices.stiffness, -inverse * damping]])
-    roots, shapes = np.linalg.eig(first)
+    system = np.block([[np.zeros((5, 5)), np.eye(5)], [-inverse * matrices.stiffness, -inverse * damping]])
+    roots, shapes = np.linalg.eig(system)
     swings = roots.imag > REAL * np.abs(roots).max()
     roots, shapes = roots[swings], shapes[:, swings]
     order = np.argsort(roots.imag)
@@ -410,22 +418,22 @@ def modes_at(matrices: Matrices, speed: float) -> WhirlModes:
 
 
 def critical_speeds(matrices: Matrices) -> list[float]:
-    """Speeds [rad/s] at which a motion that whirls forward, or in a line, goes round as the shaft turns, rising.
+    """Speeds [rad/s], rising, at which a forward or planar mode whirls at the speed of the shaft.
 
     (K - w^2 (M - i G)) u = 0 without damping: a forward tilt has the inertia I_t - I_p and none above I_t = I_p.
     """
     symmetric = 0.5 * (matrices.stiffness + matrices.stiffness.T)
     inertia = np.diag(matrices.inertia).astype(complex) - 1j * matrices.gyroscopic
-    # by 1 / w^2, which is 0 along what nothing holds
+    # by 1 / w^2, which is 0 in directions without stiffness
     inverse, shapes = np.linalg.eig(np.linalg.pinv(symmetric, rcond=REAL**2, hermitian=True) @ inertia)
-    found = []
+    speeds = []
     for k, value in enumerate(inverse):
-        held = value.real > REAL**2 * np.abs(inverse).max() and abs(value.imag) <= REAL * abs(value)
+        is_real = value.real > REAL**2 * np.abs(inverse).max() and abs(value.imag) <= REAL * abs(value)
         share = _forward_share(shapes[:, k], matrices.lever)
-        if held and share is not None and share >= 0.5 - REAL:
-            found.append(1.0 / math.sqrt(value.real))
-    found.sort()
-    return [one for k, one in enumerate(found) if k == 0 or one > (1.0 + REAL) * found[k - 1]]
+        if is_real and share is not None and share >= 0.5 - REAL:
+            speeds.append(1.0 / math.sqrt(value.real))
+    speeds.sort()
+    return [speed for k, speed in enumerate(speeds) if k == 0 or speed > (1.0 + REAL) * speeds[k - 1]]
 
 
 def unbalance_response(rotor: Rotor, matrices: Matrices, speed: float) -> np.ndarray:

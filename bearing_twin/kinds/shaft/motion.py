@@ -30,15 +30,15 @@ from bearing_twin.kinds.shaft.equilibrium import (
     ShaftSolver,
     balance_of,
     check_load,
-    explained,
+    coordinate_bound,
     lever_of,
-    longest_of,
     matrices_of,
     modes_of,
     rotor_of,
     speeds_of,
     stiffest_mode,
     unbalance_response,
+    with_load_limit,
 )
 from bearing_twin.kinds.shaft.parameters import SETTLED, SIDES, ShaftScene, bearing_scene
 from bearing_twin.methods import NOT_FINITE, OK, REASONS, STALLED, STOPPED, TOO_DEEP
@@ -55,12 +55,13 @@ TURN, WHIRLING = 12, 4
 """Steps a turn at least: with 8 works have errors of 1e-3 of all that an unbalance does either way; and where only
 what is left beside the whirl is stepped."""
 POWER = 1.5  # of a contact's load over its approach, nearly, whatever its law
-SNAPPED = ("clock", "kept")  # arrays that a motion goes on from
+SAVED_AS = {"clock": "clock", "step_states": "kept"}  # arrays that a motion resumes from, and their names in snapshots
 
 RATE, LOAD_WORK, BEARING_WORK, STATE = COORDINATES, 2 * COORDINATES, 2 * COORDINATES + 1, 2 * COORDINATES + 4
 """Where a state has rates, works of loads and of the bearings, and its length: `StateIndex` of core/shaft/shaft.cpp."""
-BEGAN, TIME, STEP, CLOCK = 0, 1, 2, 5  # of the clock: begin and end [s] of the step kept, next step [s]; its length
-START, END, KEPT = 0, 1, 4  # of the step kept: states at its ends; rows
+# Of the clock: begin and end [s] of the present step, next step [s]; its length.
+STEP_BEGIN, STEP_END, NEXT_STEP, CLOCK = 0, 1, 2, 5
+START, END, STEP_ROWS = 0, 1, 4  # of the present step: states at its ends; rows
 _advance = Function(
     "core_shaft_advance",
     INTEGER,
@@ -138,24 +139,25 @@ class ShaftMotion:
 
     def __init__(self, parameters: ShaftScene, choice: Choice):
         self.parameters, self._law, self.stop = parameters, choice.law, SIGNALLED
-        begin = balance_of(parameters, choice.law, float(parameters.drive.speed))
-        self.rotor = rotor_of(parameters, choice.law, begin.ratios)
+        balance = balance_of(parameters, choice.law, float(parameters.drive.speed))
+        self.rotor = rotor_of(parameters, choice.law, balance.ratios)
         self._begin = np.zeros(STATE)
-        self._begin[:RATE] = begin.coordinates
-        matrices = matrices_of(self.rotor, begin.stiffness)
+        self._begin[:RATE] = balance.coordinates
+        matrices = matrices_of(self.rotor, balance.stiffness)
         if parameters.shaft.start == SETTLED:
             response = unbalance_response(self.rotor, matrices, parameters.drive.speed)
             self.rotor = self.rotor._replace(whirl=response)
-        place, steady = self._begin[:RATE] + self.rotor.whirl.real, self.rotor.steady
-        self._begin[LOAD_WORK], self._begin[BEARING_WORK] = -steady @ place, -(steady + self.rotor.weight) @ place
+        position, steady = self._begin[:RATE] + self.rotor.whirl.real, self.rotor.steady
+        self._begin[LOAD_WORK], self._begin[BEARING_WORK] = -steady @ position, -(steady + self.rotor.weight) @ position
         self._fastest = stiffest_mode(matrices)
-        self._closer = choice.finer
-        squeeze = max(float(one.approach.sum(axis=1).max()) for one in begin.contacts)
+        self._finer = choice.finer
+        squeeze = max(float(contacts.approach.sum(axis=1).max()) for contacts in balance.contacts)
         setting = max(SETTING * parameters.wanted.tolerance, FINEST)
-        place = setting * squeeze / POWER  # [m], changes the greatest load by this share of it
+        scale = setting * squeeze / POWER  # [m], changes the greatest load by this share of it
         lever = lever_of(self.rotor)
-        self.scales = np.outer([1.0, self._fastest], place / np.array([1.0, 1.0, 1.0, lever, lever])).ravel()
-        self._furthest = longest_of(self.rotor) / np.array([1.0, 1.0, 1.0, lever, lever])
+        levers = np.array([1.0, 1.0, 1.0, lever, lever])
+        self.scales = np.outer([1.0, self._fastest], scale / levers).ravel()
+        self._furthest = coordinate_bound(self.rotor) / levers
         self._layout = layout_of(channels(parameters))
         self.reset()
 
@@ -164,49 +166,50 @@ class ShaftMotion:
         balls = np.array([seat.balls for seat in self.rotor.seats])
         self._numbers = self.rotor.numbers(), self.rotor.seat_numbers(), balls
         self._follow(ShaftCourse(self.parameters, Loading(self.parameters.shaft)))
-        self.clock, self.kept = np.zeros(CLOCK), np.zeros((KEPT, STATE))
-        self.clock[STEP] = FIRST / self._fastest
-        self.kept[START] = self.kept[END] = self._begin
+        self.clock, self.step_states = np.zeros(CLOCK), np.zeros((STEP_ROWS, STATE))
+        self.clock[NEXT_STEP] = FIRST / self._fastest
+        self.step_states[START] = self.step_states[END] = self._begin
         self.counts, self._now_ns = np.zeros(3, np.int64), 0
         self.keep()
 
     def _arrays(self) -> list[np.ndarray]:
         """All that the core changes and that the next step depends on."""
-        return [self.clock, self.kept, self.counts]
+        return [self.clock, self.step_states, self.counts]
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        arrays = {name: getattr(self, name).tolist() for name in SNAPPED}
+        arrays = {key: getattr(self, name).tolist() for name, key in SAVED_AS.items()}
         course, loading = self.course, self.course.loading
         speeds = {"commanded_at": course.now, "turned": course.turned(course.now)[:2], "goal": course.goal}
         commanded = loading.steady.tolist() if loading.commanded else []
         return arrays | speeds | {"commanded": commanded, "now": self.seconds}
 
-    def resume(self, kept: dict) -> None:
-        """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another shaft."""
+    def resume(self, snapshot: dict) -> None:
+        """Resume from a `snapshot`; raises KeyError, TypeError or ValueError for that of another shaft."""
         self.reset()
-        for name in SNAPPED:
-            array, given = getattr(self, name), np.array(kept[name], float)
-            if given.shape != array.shape or not np.isfinite(given).all():
-                raise ValueError(kept[name])
-            array[...] = given
-        since = kept.get("commanded_at", kept.get("told"))  # as snapshots of earlier versions call it
-        now, since, goal, angle, speed = map(float, (kept["now"], since, kept["goal"], *kept["turned"]))
-        began, time, step = self.clock[[BEGAN, TIME, STEP]]
-        moments = 0.0 <= since <= now and began <= now <= time
-        if not (np.isfinite([angle, speed, goal]).all() and moments and step > 0.0):
+        for name, key in SAVED_AS.items():
+            array, values = getattr(self, name), np.array(snapshot[key], float)
+            if values.shape != array.shape or not np.isfinite(values).all():
+                raise ValueError(key)
+            array[...] = values
+        commanded_at = snapshot.get("commanded_at", snapshot.get("told"))  # the name in earlier versions
+        now, commanded_at, goal = map(float, (snapshot["now"], commanded_at, snapshot["goal"]))
+        angle, speed = map(float, snapshot["turned"])
+        step_begin, step_end, step = self.clock[[STEP_BEGIN, STEP_END, NEXT_STEP]]
+        ordered = 0.0 <= commanded_at <= now and step_begin <= now <= step_end
+        if not (np.isfinite([angle, speed, goal]).all() and ordered and step > 0.0):
             raise ValueError("clock")
         loading = Loading(self.parameters.shaft)
-        if commanded := list(map(float, kept["commanded"])):
+        if commanded := list(map(float, snapshot["commanded"])):
             if len(commanded) != len(loading.steady) or not all(map(math.isfinite, commanded)):
                 raise ValueError(commanded)
             loading.set(commanded[:3], commanded[3:])
         self._now_ns = round(1e9 * now)
-        self._follow(ShaftCourse(self.parameters, loading, since, angle, speed, goal))
+        self._follow(ShaftCourse(self.parameters, loading, commanded_at, angle, speed, goal))
         self.keep()
 
     def keep(self) -> None:
-        """Keeps what `take_back` needs."""
+        """Keep the state for `take_back`."""
         self._before = [values.copy() for values in self._arrays()], self._now_ns, self.course
 
     def take_back(self) -> None:
@@ -217,11 +220,11 @@ class ShaftMotion:
             values[...] = before
 
     def _follow(self, course: ShaftCourse) -> None:
-        """Turns and is loaded by `course` from now on."""
+        """Follow the speed and loads of `course` from now on."""
         fastest = max(map(abs, course.speeds))
-        as_begun = self.rotor.whirl.any() and all(speed == self.parameters.drive.speed for speed in course.speeds)
-        turn = self._closer * (WHIRLING if as_begun else TURN)
-        longest = 2.0 * math.pi / (turn * fastest) if fastest else math.inf
+        is_steady = self.rotor.whirl.any() and all(speed == self.parameters.drive.speed for speed in course.speeds)
+        steps_a_turn = self._finer * (WHIRLING if is_steady else TURN)
+        longest = 2.0 * math.pi / (steps_a_turn * fastest) if fastest else math.inf
         self.course, self._bounds = course, np.array([LEAST / self._fastest, longest, *self._furthest])
 
     @property
@@ -240,33 +243,34 @@ class ShaftMotion:
         return command_warning(self.parameters, value)
 
     def check_load(self, force, moment) -> None:
-        """See `equilibrium.check_load`, at the goal of the speed."""
+        """As `equilibrium.check_load`, at the goal of the speed."""
         check_load(self.parameters, self._law, self.goal_speed, force, moment)
 
     def set_load(self, force, moment) -> None:
-        """New loads at `shaft.load_place` [N], [N m] from now on, or the scene's own where both are None.
+        """Set the loads at `shaft.load_place` [N], [N m], checked by `check_load`; None for both: those of the scene.
 
-        They are taken as `check_load` let them pass. Constant loads and unbalances stay.
+        Constant loads and unbalances stay.
         """
         self._follow_anew(self.course.loaded(self.seconds, force, moment))
 
     def operating_point(self, sample) -> OperatingPoint:
-        """The shaft of an output about its centre of mass, the balls in balance where their cages have taken them.
+        """The shaft of an output about its centre of mass, the balls in balance at their azimuths.
 
         Its loads are those that both bearings carry there. Raises BearingTwinError.
         """
         coordinates, speed = (*sample["position"], *sample["tilt"]), float(sample["shaft_speed"])
-        places = zip(self.rotor.seats, sample["orbit_angle"].tolist(), strict=True)
-        solver = ShaftSolver(self.rotor._replace(seats=tuple(seat._replace(first=one) for seat, one in places)), speed)
+        azimuths = zip(self.rotor.seats, sample["orbit_angle"].tolist(), strict=True)
+        seats = tuple(seat._replace(first=azimuth) for seat, azimuth in azimuths)
+        solver = ShaftSolver(self.rotor._replace(seats=seats), speed)
         try:
-            found = solver.checked_balance(Support((False,) * COORDINATES, (0.0,) * COORDINATES, coordinates))
+            equilibrium = solver.checked_balance(Support((False,) * COORDINATES, (0.0,) * COORDINATES, coordinates))
         except SceneError as error:
             raise BearingTwinError(f"there is no stiffness where the shaft stands now: {error}") from error
-        return OperatingPoint(found.coordinates, found.loads, found.stiffness, speed)
+        return OperatingPoint(equilibrium.coordinates, equilibrium.loads, equilibrium.stiffness, speed)
 
     def _follow_anew(self, course: ShaftCourse) -> None:
-        """Goes on by another course from now on: what of the step kept lies beyond is dropped."""
-        _restart(self.clock, self.kept, self.seconds)
+        """Follow another course from now on; the rest of the present step is dropped."""
+        _restart(self.clock, self.step_states, self.seconds)
         self._follow(course)
 
     @property
@@ -279,13 +283,13 @@ class ShaftMotion:
         return self._integrated(np.array([self.seconds]), self.seconds)[1]
 
     def advance(self, times: np.ndarray, duration: float) -> Columns:
-        """Integrates `duration` [s] and returns the outputs at `times` [s] from now; raises IntegrationError."""
+        """Integrate `duration` [s] and return the outputs at `times` [s] from now; raises IntegrationError."""
         self.keep()
-        # Whole nanoseconds: sums of seconds would depend on how the run is cut.
+        # Whole nanoseconds: sums of seconds would depend on the chunks.
         due = 1e-9 * (self._now_ns + np.rint(1e9 * np.asarray(times, float)))
         until = self._now_ns + round(1e9 * duration)
         status, outputs = self._integrated(due, 1e-9 * until)
-        seconds = float(self.clock[TIME])
+        seconds = float(self.clock[STEP_END])
         if status == STOPPED:
             raise Stopped(f"the computation was stopped at {seconds:.9g} s")
         if status != OK:
@@ -296,7 +300,7 @@ class ShaftMotion:
     def _integrated(self, due: np.ndarray, until: float) -> tuple[int, Columns]:
         """Status, and the outputs at the times `due` [s], of steps until one reaches `until` [s]."""
         rows = np.empty((len(due), self._layout.width))
-        course = self.course.rows(float(self.clock[BEGAN]), until)
+        course = self.course.rows(float(self.clock[STEP_BEGIN]), until)
         status = _advance(
             *(*self._numbers, course, len(course), method_numbers("rodas4"), self.scales),
             *(self._bounds, len(due), due, until, self.stop, *self._arrays(), rows, self._layout.width),
@@ -307,12 +311,12 @@ class ShaftMotion:
         """The error of a run that failed at `seconds`."""
         error = IntegrationError(f"at {seconds:.9g} s {FAILURES[status]}", REASONS[status], seconds, "shaft")
         angle, speed, acceleration = self.course.turned(seconds)
-        turning = (speed**2 - 1j * acceleration) * np.exp(1j * angle) * self.rotor.unbalance
-        loads = self.course.load_at(seconds)[0] + turning.real
-        return explained(error, self.parameters, self._law, speed, loads)
+        unbalance = (speed**2 - 1j * acceleration) * np.exp(1j * angle) * self.rotor.unbalance
+        loads = self.course.load_at(seconds)[0] + unbalance.real
+        return with_load_limit(error, self.parameters, self._law, speed, loads)
 
     def take_records(self) -> dict[str, np.ndarray]:
-        """None: the outputs say all."""
+        """Empty: a shaft has no records beside its outputs."""
         return {}
 
     def costs(self) -> dict[str, int]:
@@ -332,8 +336,8 @@ def law_error(parameters: ShaftScene, law: str) -> float:
 def balance_errors(parameters: ShaftScene, law: str, commanded: float = 0.0) -> dict[str, float]:
     """Errors of loads in equilibrium, over the greatest load, by bearing, at the greatest speed [rad/s].
 
-    That is the scene's, or a greater `commanded` one. Of the loads at the run's start and end those count under which
-    it is greater. Raises SceneError where nothing carries them.
+    That is the scene's, or a greater `commanded` one. The greater error under the loads at the run's start and end
+    counts. Raises SceneError where nothing carries them.
     """
     speed, errors = max(speeds_of(parameters), key=abs), dict.fromkeys(SIDES, 0.0)
     speed = commanded if commanded > abs(speed) * (1.0 + SAME) else speed
@@ -345,8 +349,8 @@ def balance_errors(parameters: ShaftScene, law: str, commanded: float = 0.0) -> 
 
 def choose(parameters: ShaftScene) -> Choice:
     """Law and method; raises SceneError where the shaft is not in balance as its run begins, or as it ends."""
-    found, warnings = answers(SHAFT, parameters), []
-    law = found["contact.normal"].value
+    choices, warnings = answers(SHAFT, parameters), []
+    law = choices["contact.normal"].value
     balance_of(parameters, law, float(parameters.drive.speed))
     end = float(parameters.run.duration)
     try:
@@ -354,13 +358,14 @@ def choose(parameters: ShaftScene) -> Choice:
     except SceneError as problem:
         raise SceneError(f"at {end:g} s, where the run ends, {problem}") from problem
     error = law_error(parameters, law)
-    off = max(balance_errors(parameters, law).values())
-    if off > parameters.wanted.tolerance:
+    difference = max(balance_errors(parameters, law).values())
+    percent = two_digits(100.0 * difference)
+    if difference > parameters.wanted.tolerance:
         warnings.append(
-            f"loads of balls in equilibrium differ from those of moving balls by up to {two_digits(100.0 * off)} % of "
+            f"loads of balls in equilibrium differ from those of moving balls by up to {percent} % of "
             "the greatest load, until the axes of their spin have settled"
         )
-    slow = [f"{one:.4g}" for one in modes_of(parameters, law)[0].frequencies if one > FAST]
+    slow = [f"{frequency:.4g}" for frequency in modes_of(parameters, law)[0].frequencies if frequency > FAST]
     if slow:
         warnings.append(
             f"natural frequencies of {', '.join(slow)} Hz are so high that real balls follow with a lag, while here "
@@ -371,8 +376,8 @@ def choose(parameters: ShaftScene) -> Choice:
         share = two_digits(100.0 * error)
         warnings.append(f"the law {law} differs by {share} % from exact Hertz here; contact.normal: hertz is exact")
     reason = (
-        f"{sentences(found)}; balls are in balance at every instant, their gyroscopic moment carried by both "
+        f"{sentences(choices)}; balls are in balance at every instant, their gyroscopic moment carried by both "
         "raceways, in cages that orbit as loaded balls roll; "
-        f"loads of moving balls differ by up to {two_digits(100.0 * off)} % of the greatest"
+        f"loads of moving balls differ by up to {percent} % of the greatest"
     )
-    return Choice(law, found["solver.stepper"].value, error, reason, tuple(warnings))
+    return Choice(law, choices["solver.stepper"].value, error, reason, tuple(warnings))

@@ -152,9 +152,9 @@ class ShaftScene(SceneParameters):
         problems = []
         for side in SIDES:
             if isinstance(scene.get(side), Mapping):
-                filled, wrong = completed(scene[side])
+                filled, side_problems = completed(scene[side])
                 scene = {**scene, side: filled}
-                problems += [f"{side}.{problem}" for problem in wrong]
+                problems += [f"{side}.{problem}" for problem in side_problems]
         return scene, problems
 
     def check(self) -> list[str]:
@@ -166,9 +166,9 @@ class ShaftScene(SceneParameters):
                 problems.append(f"{side}.facing = 0 must be 1 or -1: a bearing has two faces")
             for problem in bearing_scene(self, side).check():
                 if problem not in seen:
-                    own = problem.startswith(("geometry", "fits", "temperatures", "ratings", "materials"))
-                    problems.append(f"{side}.{problem}" if own else problem)
-                    seen += [] if own else [problem]
+                    is_of_side = problem.startswith(("geometry", "fits", "temperatures", "ratings", "materials"))
+                    problems.append(f"{side}.{problem}" if is_of_side else problem)
+                    seen += [] if is_of_side else [problem]
         left, right = self.left.place, self.right.place
         if right - left <= SAME_PLACE:
             problems.append(
@@ -193,11 +193,15 @@ def bearing_scene(parameters: ShaftScene, side: str) -> BearingScene:
     mounted, drive = getattr(parameters, side), parameters.drive
     x, y, z = parameters.gravity
     contact = parameters.contact
-    words = {"normal": contact.normal, "stiffness": contact.stiffness, "relaxation_time": contact.relaxation_time}
+    contact_keys = {
+        "normal": contact.normal,
+        "stiffness": contact.stiffness,
+        "relaxation_time": contact.relaxation_time,
+    }
     return BearingScene(
         **{name: getattr(mounted, name) for name in ("geometry", "fits", "temperatures", "ratings", "materials")},
         model=Model(QUASI_STATIC),
-        contact=BearingContact(**words),
+        contact=BearingContact(**contact_keys),
         drive=Drive(speed=drive.speed),
         cage=Cage(EVEN),
         gravity=(x, y, mounted.facing * z),
