@@ -299,7 +299,7 @@ def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories
 @pytest.mark.parametrize("which", ["closed", "by workers"])
 def test_what_is_told_of_as_done_has_been_kept(which, monkeypatch, quick_workers):
     """So a node that is ended after its first feedback leaves a log of it."""
-    monkeypatch.setattr("bearing_twin.uq.workers.HANDED_OVER", 0.0)
+    monkeypatch.setattr("bearing_twin.uq.workers.YIELD_PERIOD", 0.0)
     kept, reported = [0], []
     study = ENSEMBLE if which == "closed" else {**LOSSY, "sampler": "latin_hypercube", "samples": 32, "workers": 1}
     result = run(

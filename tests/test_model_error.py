@@ -14,7 +14,7 @@ from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.inputs import quantities_of
 from bearing_twin.uq.realisations import RealisationErrors, empty, errors_of, simulated_scene, task_of
 from bearing_twin.uq.result import model_error_sentences
-from bearing_twin.uq.run import checked_rows, gathered
+from bearing_twin.uq.run import checked_rows, model_errors_of_checked
 from bearing_twin.uq.study import parse_study
 from bearing_twin.uq.workers import Ensemble
 from bearing_twin.view.study_page import document_of_study
@@ -80,7 +80,7 @@ def test_warnings_of_checked_realisations_alone_have_their_number():
         doubts={0: ("loads wrong by 0.2", "pressure 5 GPa"), 2: ("loads wrong by 0.3",)},
         errors=dict.fromkeys(range(3), errors),
     )
-    notes = gathered(study, found, ["pressure 6 GPa"]).notes
+    notes = model_errors_of_checked(study, found, ["pressure 6 GPa"]).notes
     assert notes == ["2 of 3 checked realisations: loads wrong by 0.2"]
 
 
@@ -89,7 +89,7 @@ def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_
     each = [{METHOD: 3.0, LAW: 0.1}, {METHOD: 1.0, LAW: 0.4}, {METHOD: 2.0, LAW: 0.3}]
     of_rows = {row: RealisationErrors(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
     found = empty(task_of(study), len(each))._replace(errors=of_rows)
-    of, checks, _ = gathered(study, found)
+    of, checks, _ = model_errors_of_checked(study, found)
     assert checks["realisations"] == 3
     for one in of.values():
         assert one == {"error": pytest.approx(3.4), "errors_by_source": {METHOD: 3.0, LAW: 0.4}}
@@ -110,13 +110,13 @@ def test_a_checked_realisation_is_the_one_of_the_sample():
     with Ensemble(task, 1, "processes", lambda: False) as ensemble:
         alone, checked = (ensemble.evaluate(at, task=task._replace(checked=one)) for one in (False, True))
     assert alone.quantities.tobytes() == checked.quantities.tobytes()
-    assert checked.errors[0].of["greatest_ball_load"]["method"] > 0.0
+    assert checked.errors[0].by_quantity["greatest_ball_load"]["method"] > 0.0
 
 
 def test_without_checks_the_errors_are_not_known_and_that_is_said():
     result = run_study(parse_study({**SPHERES, "companions": 0}, "study"))  # the name of earlier versions
     assert result.study.settings.checks == 0
-    with pytest.raises(StudyError, match="another name of checks"):
+    with pytest.raises(StudyError, match="checks twice"):
         parse_study({**SPHERES, "companions": 0, "checks": 2}, "study")
     assert result.summary["quantities"]["peak_force"]["error"] is None
     assert "checks: 0" in result.summary["companions"]["errors_unknown"]["method"]
@@ -144,7 +144,7 @@ def test_an_error_is_over_a_tenth_of_nothing_where_realisations_failed():
         study = parse_study({"scene": scene, "inputs": inputs, "quantities": [name]}, "study")
         errors = {0: RealisationErrors({name: {"left_out": 2.0}}, {})}
         found = empty(task_of(study), len(quantities))._replace(quantities=np.array(quantities)[:, None], errors=errors)
-        return gathered(study, found).notes
+        return model_errors_of_checked(study, found).notes
 
     (note,) = notes("shaft_two_6203", "shaft.load[1]", "left_reference_life", [10.0])
     assert "the error of the model is 2 Mrev, over 10 % of it" in note

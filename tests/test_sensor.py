@@ -231,7 +231,7 @@ def test_the_study_of_detectability_goes_from_noise_to_a_line_that_stands_out():
     study = load_study("spall_detectability")
     lengths, levels = study.sweep[1], []
     for length in (lengths[0], lengths[-1]):
-        run = simulate(study.at(length).scene_at([3, 10e-6]))
+        run = simulate(study.at_sweep_value(length).scene_at([3, 10e-6]))
         assert all(len(block) for block in run.blocks())
         levels.append(run.report.figures["bpfo_over_noise_db"])
     assert levels[0] < 10.0 < 20.0 < levels[1]

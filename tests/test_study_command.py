@@ -16,7 +16,7 @@ from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DOUBTFUL, INTERRUPTED
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.study_log import StudyLog, read_study
-from bearing_twin.uq.result import SweepInWords, refusals, sweep_of
+from bearing_twin.uq.result import SweepDescription, names_by_sentence, refusals, sweep_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import load_study, parse_study, study_names
@@ -214,11 +214,12 @@ def test_what_cannot_be_said_of_so_few_samples_is_said_once(typed):
     assert words.count("all quantities: no std, skewness or modality, because 2 samples are too few") == 1
     assert (words.count("too few"), words.count("unsafe"), err.count("yield")) == (2, 1, 2)  # one says what ? is
     two, three = ({"refused": {"mean": "it is so", "std": why}} for why in ("of this", "it is so"))
-    assert list(refusals({"a": two, "b": three, "c": two})) == [
-        (["a", "c"], "no mean, because it is so"),
-        (["a", "c"], "no std, because of this"),
-        (["b"], "no mean or std, because it is so"),
-    ]
+    named = names_by_sentence({name: refusals(quantity) for name, quantity in (("a", two), ("b", three), ("c", two))})
+    assert named == {
+        "no mean, because it is so": ["a", "c"],
+        "no std, because of this": ["a", "c"],
+        "no mean or std, because it is so": ["b"],
+    }
 
 
 SWEPT = ["samples=50", "modality=no", "checks=0", "histories=[]"]
@@ -256,13 +257,13 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it():
 def test_a_sweep_reads_in_the_units_of_people_and_says_what_it_lacks():
     studies = [{"value": 10.0}, {"value": 100.0}]
     head = {"key": "drive.speed", "unit": "rad/s", "at": 50.0, "values": [10.0, 100.0, 200.0]}
-    words = SweepInWords({**head, "studies": studies})
-    assert (words.label, words.at) == ("drive.speed [rpm]", "drive.speed = 477.465 rpm")
+    words = SweepDescription({**head, "studies": studies})
+    assert (words.label, words.in_scene) == ("drive.speed [rpm]", "drive.speed = 477.465 rpm")
     assert words.values == pytest.approx([95.493, 954.93], rel=1e-5)
-    assert words.ended == "the study ended before 1 of the 3 values of its sweep"
-    assert SweepInWords({**head, "studies": []}).ended == "the study ended before its sweep"
-    earlier = SweepInWords({"key": "drive.speed", "studies": studies})
-    assert (earlier.label, earlier.at, earlier.ended) == ("drive.speed", "", "")
+    assert words.incomplete == "the study ended before 1 of the 3 values of its sweep"
+    assert SweepDescription({**head, "studies": []}).incomplete == "the study ended before its sweep"
+    earlier = SweepDescription({"key": "drive.speed", "studies": studies})
+    assert (earlier.label, earlier.in_scene, earlier.incomplete) == ("drive.speed", "", "")
     result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
     whole = result.summary["sweep"]
     result.summary["sweep"] = {key: whole[key] for key in ("key", "studies")}  # as an earlier version wrote it

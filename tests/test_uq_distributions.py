@@ -115,7 +115,7 @@ BAD = {
     "weights of nothing": ({RADIUS: {"distribution": "discrete", "values": [0.01], "weights": [0]}}, "above 0"),
     "a density below 0": ({RADIUS: {"distribution": "table", "x": [0.01, 0.02], "density": [1, -1]}}, "0 or above"),
     "places that fall": ({RADIUS: {"distribution": "table", "x": [0.02, 0.01], "density": [1, 1]}}, "must rise"),
-    "one place": ({RADIUS: {"distribution": "table", "x": [0.02], "density": [1]}}, "two places"),
+    "one point": ({RADIUS: {"distribution": "table", "x": [0.02], "density": [1]}}, "two points"),
     "a mode outside": ({RADIUS: {"distribution": "triangular", "low": 1, "mode": 3, "high": 2}}, "mode between"),
     "a gamma cut to nothing": (
         {RADIUS: {"distribution": "truncated_gamma", "mean": 1, "std": 0.01, "low": 3}}, "between the bounds"),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from bearing_twin.base.errors import StatisticError
-from bearing_twin.uq.statistics import binned, critical_bandwidth, modality, mode_places, smoothed
+from bearing_twin.uq.statistics import binned, critical_bandwidth, modality, mode_indices, smoothed
 
 ONE_MODE = {
     "gamma": lambda rng, n: rng.gamma(32.4, 1.0, n),
@@ -47,8 +47,8 @@ def test_the_critical_bandwidth_is_where_a_mode_disappears():
     counts = binned(sample, 0.0, sample.max() + 1.0, 2048)
     for modes in (1, 2, 3):
         critical = critical_bandwidth(counts, modes)
-        assert len(mode_places(smoothed(counts, critical))) <= modes
-        assert len(mode_places(smoothed(counts, 0.999 * critical))) > modes
+        assert len(mode_indices(smoothed(counts, critical))) <= modes
+        assert len(mode_indices(smoothed(counts, 0.999 * critical))) > modes
     # two equal normals of deviation s, 2 d apart: one mode once s^2 + h^2 >= d^2
     x = np.arange(2048) - 1023.5
     pair = np.exp(-0.5 * ((x - 200.0) / 50.0) ** 2) + np.exp(-0.5 * ((x + 200.0) / 50.0) ** 2)
@@ -63,7 +63,7 @@ def test_modes_of_plain_shapes():
         ([0.0, 1.0, 1.0, 2.0, 2.0], [3]),
         ([1.0] * 5, [2]),
     ):
-        assert mode_places(np.array(heights)).tolist() == places
+        assert mode_indices(np.array(heights)).tolist() == places
 
 
 def test_equal_values_and_few_samples_have_no_modes():

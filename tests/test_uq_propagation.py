@@ -12,7 +12,7 @@ from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.contact import line as disc_impact
 from bearing_twin.contact.line import line_law
 from bearing_twin.uq.inputs import Joint, read_input
-from bearing_twin.uq.propagation import derive, expand, tails
+from bearing_twin.uq.propagation import derive, expand, tails_of
 from bearing_twin.uq.sampling import UnitPoints
 from bearing_twin.uq.statistics import sensitivity_points, sobol_indices
 
@@ -75,7 +75,7 @@ def test_moments_of_the_contact_time_by_gamma_modulus(variation):
     )
     assert tau.mean == pytest.approx(first, rel=1e-10)
     assert tau.std == pytest.approx(math.sqrt(second - first**2), rel={1.11: 1e-7, 1.117: 1e-4}.get(variation, 1e-9))
-    assert tau.found.lower == pytest.approx(0.4 / shape, rel=1e-6)
+    assert tau.tails.lower == pytest.approx(0.4 / shape, rel=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -103,7 +103,7 @@ def test_tail_exponents():
         ({"distribution": "normal", "mean": 0, "std": 1}, lambda x: np.exp(0.2 * x * np.abs(x)), (0.0, 0.4)),
         ({"know": {"positive": True, "mean": 1.0, "std": 0.9}}, lambda x: x**-0.4, (0.4, 0.0)),
     ):
-        found = tails(read_input("x", given), function)
+        found = tails_of(read_input("x", given), function)
         assert (found.lower, found.upper) == pytest.approx(exponents, abs=0.02 if "normal" in str(given) else 1e-3)
 
 
@@ -111,7 +111,7 @@ def test_tail_exponents():
 @pytest.mark.parametrize("shape", [0.05, 1.0 / 9.0, 0.5, 1.5, 4.0])
 def test_a_power_of_a_gamma_variable_has_the_moments_that_it_has(shape, power):
     """E[X^(k p)] exists where k p > -a, also where X itself underflows."""
-    found = tails(
+    found = tails_of(
         read_input("x", {"distribution": "gamma", "shape": shape, "scale": 1.0}), lambda x: x**power, strict=False
     )
     for order in (1, 2, 3):

@@ -142,13 +142,20 @@ def _listed() -> Outcome:
 
 def show(summary) -> None:
     """Prints the summary of a study as tables."""
-    from bearing_twin.uq.result import SweepInWords, model_error_sentences, refusals, shared, shares_of, size_of
+    from bearing_twin.uq.result import (
+        SweepDescription,
+        model_error_sentences,
+        names_by_sentence,
+        refusals,
+        shares_of,
+        size_of,
+    )
 
     units = {name: shown_unit(found["unit"], size_of(found)) for name, found in summary["quantities"].items()}
     rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
-    sweep = SweepInWords(summary["sweep"], shown_unit) if "sweep" in summary else None
-    if sweep and sweep.at:
-        show_paragraph(f"at {sweep.at}, as in the scene{'; the sweep of it is below' if sweep.values else ''}")
+    sweep = SweepDescription(summary["sweep"], shown_unit) if "sweep" in summary else None
+    if sweep and sweep.in_scene:
+        show_paragraph(f"at {sweep.in_scene}, as in the scene{'; the sweep of it is below' if sweep.values else ''}")
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
     if any(OPEN in value for _, _, value, _ in rows):
         show_paragraph(OPEN_MEANS)
@@ -157,8 +164,8 @@ def show(summary) -> None:
         columns = ("quantity", "at", *(f"{key} [95 % interval]" for key in SWEPT), "unit")
         show_rows(columns, _swept(sweep.values, summary["sweep"]["studies"], units))
         show_text()
-    if sweep and sweep.ended:
-        show_paragraph(sweep.ended)
+    if sweep and sweep.incomplete:
+        show_paragraph(sweep.incomplete)
     for sentence in model_error_sentences(summary, shown_unit):
         show_paragraph(sentence)
     sources = [
@@ -173,8 +180,9 @@ def show(summary) -> None:
     if sources:
         show_text()
         show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
-    remarks = shared({name: _remarks(found, *units[name]) for name, found in summary["quantities"].items()})
-    for names, sentence in (*refusals(summary["quantities"]), *remarks):
+    quantities = summary["quantities"].items()
+    remarks = names_by_sentence({name: [*refusals(row), *_remarks(row, *units[name])] for name, row in quantities})
+    for sentence, names in remarks.items():
         several = len(names) == len(summary["quantities"]) > 1
         show_paragraph(f"{'all quantities' if several else ', '.join(names)}: {sentence}")
     for name, found in summary.get("histories", {}).items():

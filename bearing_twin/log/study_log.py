@@ -30,7 +30,7 @@ from bearing_twin.log.stream import LARGEST_BLOCK, checked_block, samples_messag
 from bearing_twin.run.scene import upgrade_scene
 from bearing_twin.uq.inputs import numeric_keys
 from bearing_twin.uq.result import StudyResult
-from bearing_twin.uq.study import GONE, Study, parse_study
+from bearing_twin.uq.study import REMOVED_KEYS, Study, parse_study
 
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
@@ -222,7 +222,7 @@ def _study_in(path, unfinished: bool) -> StudyResult:
     record = records[STUDY_RECORD]
     work = parse_json(records.get(RUN_RECORD, {}).get("work", "{}"))
     work_keys = {key: work[key] for key in WORK if key in work}
-    keys = {key: value for key, value in parse_json(record["study"]).items() if key not in GONE}
+    keys = {key: value for key, value in parse_json(record["study"]).items() if key not in REMOVED_KEYS}
     keys["scene"] = upgrade_scene(keys["scene"], "the scene of the study in the log")
     study = parse_study({**keys, **work_keys}, "the study of the log")
     layout, numbers = {}, array("d")

@@ -36,10 +36,10 @@ class DiscreteValues:
     def __init__(self, values, weights=None):
         values = np.atleast_1d(np.asarray(values, float))
         weights = np.ones(len(values)) if weights is None else np.asarray(weights, float)
-        _require(
+        require(
             len(weights) == len(values), f"there are {len(weights)} weights for {len(values)} values; give one each"
         )
-        _require(np.all(weights >= 0.0) and np.any(weights > 0.0), "weights are 0 or above, and one is above 0")
+        require(np.all(weights >= 0.0) and np.any(weights > 0.0), "weights are 0 or above, and one is above 0")
         order = np.argsort(values)
         order = order[weights[order] > 0.0]
         shares = weights[order] / weights.max()  # first, for the sum of great ones is infinite
@@ -75,10 +75,10 @@ class Truncated:
     Of a piece of one tail, which has its digits on that side alone, both quantiles are found there.
     """
 
-    def __init__(self, whole, low, high):
-        self._low, self._high = float(max(low, whole.support()[0])), float(min(high, whole.support()[1]))
-        self._whole, self._below, self._above = whole, whole.cdf(low), whole.sf(high)
-        self.mass = whole.sf(low) - self._above if self._below > 0.5 else whole.cdf(high) - self._below
+    def __init__(self, parent, low, high):
+        self._low, self._high = float(max(low, parent.support()[0])), float(min(high, parent.support()[1]))
+        self._parent, self._below, self._above = parent, parent.cdf(low), parent.sf(high)
+        self.mass = parent.sf(low) - self._above if self._below > 0.5 else parent.cdf(high) - self._below
 
     def ppf(self, u):
         u = np.asarray(u, float)
@@ -89,24 +89,24 @@ class Truncated:
         return self._from_below(1.0 - u) if self._above > 0.5 else self._from_above(u)
 
     def _from_below(self, u):
-        return np.clip(self._whole.ppf(self._below + self.mass * u), self._low, self._high)
+        return np.clip(self._parent.ppf(self._below + self.mass * u), self._low, self._high)
 
     def _from_above(self, u):
-        return np.clip(self._whole.isf(self._above + self.mass * u), self._low, self._high)
+        return np.clip(self._parent.isf(self._above + self.mass * u), self._low, self._high)
 
     def cdf(self, x):
         if self._below > 0.5:
             return 1.0 - self.sf(x)
-        return np.clip((self._whole.cdf(x) - self._below) / self.mass, 0.0, 1.0)
+        return np.clip((self._parent.cdf(x) - self._below) / self.mass, 0.0, 1.0)
 
     def sf(self, x):
         if self._above > 0.5:
             return 1.0 - self.cdf(x)
-        return np.clip((self._whole.sf(x) - self._above) / self.mass, 0.0, 1.0)
+        return np.clip((self._parent.sf(x) - self._above) / self.mass, 0.0, 1.0)
 
     def pdf(self, x):
         x = np.asarray(x, float)
-        return np.where((x >= self._low) & (x <= self._high), self._whole.pdf(x) / self.mass, 0.0)
+        return np.where((x >= self._low) & (x <= self._high), self._parent.pdf(x) / self.mass, 0.0)
 
     def support(self):
         return self._low, self._high
@@ -141,8 +141,8 @@ def truncated_exponential(low, high, mean):
         raise StudyError(f"the mean is nearer to a bound than 1/{GREATEST_TILT:g} of the range")
     tilt = brentq(lambda c: _tilted_mean(c) - share, -GREATEST_TILT, GREATEST_TILT, xtol=1e-15, rtol=1e-14)
     scale = (high - low) / abs(tilt)
-    whole = stats.expon(low, scale) if tilt < 0.0 else stats.weibull_max(1.0, high, scale)  # its mirror image
-    return Truncated(whole, low, high)
+    parent = stats.expon(low, scale) if tilt < 0.0 else stats.weibull_max(1.0, high, scale)  # its mirror image
+    return Truncated(parent, low, high)
 
 
 def _tilted_mean(tilt):
@@ -170,20 +170,20 @@ class Distribution(NamedTuple):
 
 def _gamma(mean=None, std=None, shape=None, scale=None):
     if shape is None:
-        _require(mean > 0.0, "the mean of a gamma distribution is above 0")
+        require(mean > 0.0, "the mean of a gamma distribution is above 0")
         shape, scale = (mean / std) ** 2, std**2 / mean
     return stats.gamma(shape, scale=scale)
 
 
 def _uniform(low, high):
-    _require(low < high, "low must be below high")
+    require(low < high, "low must be below high")
     return stats.uniform(low, high - low)
 
 
 def _truncated_normal(mean, std, low=-math.inf, high=math.inf):
-    _require(low < high, "low must be below high")
+    require(low < high, "low must be below high")
     cut, top = (low - mean) / std, (high - mean) / std
-    _require(
+    require(
         cut <= FARTHEST_CUT and top >= -FARTHEST_CUT,
         f"a bound lies more than {FARTHEST_CUT:g} std out on the tail of the normal, of which nothing is left",
     )
@@ -192,27 +192,27 @@ def _truncated_normal(mean, std, low=-math.inf, high=math.inf):
 
 def _lognormal(mean=None, std=None, mean_log=None, std_log=None):
     if mean_log is None:
-        _require(mean > 0.0, "the mean of a lognormal distribution is above 0")
+        require(mean > 0.0, "the mean of a lognormal distribution is above 0")
         variance = math.log1p((std / mean) ** 2)
         mean_log, std_log = math.log(mean) - 0.5 * variance, math.sqrt(variance)
     return stats.lognorm(std_log, scale=math.exp(mean_log))
 
 
 def _beta(low, high, mean=None, std=None, a=None, b=None):
-    _require(low < high, "low must be below high")
+    require(low < high, "low must be below high")
     if a is None:
-        _require(low < mean < high, "the mean must lie between low and high")
+        require(low < mean < high, "the mean must lie between low and high")
         share, spread = (mean - low) / (high - low), std / (high - low)
-        _require(
+        require(
             spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std"
         )
-        both = share * (1.0 - share) / spread**2 - 1.0
-        a, b = share * both, (1.0 - share) * both
+        concentration = share * (1.0 - share) / spread**2 - 1.0
+        a, b = share * concentration, (1.0 - share) * concentration
     return stats.beta(a, b, loc=low, scale=high - low)
 
 
 def _exponential(mean):
-    _require(mean > 0.0, "the mean of an exponential distribution is above 0")
+    require(mean > 0.0, "the mean of an exponential distribution is above 0")
     return stats.expon(scale=mean)
 
 
@@ -221,25 +221,25 @@ def _weibull(shape, scale):
 
 
 def _triangular(low, mode, high):
-    _require(low < high and low <= mode <= high, "low must be below high, and the mode between them")
+    require(low < high and low <= mode <= high, "low must be below high, and the mode between them")
     return stats.triang((mode - low) / (high - low), loc=low, scale=high - low)
 
 
-def _truncated_gamma(low=0.0, high=math.inf, **whole):
-    _require(0.0 <= low < high, "low must be below high, and 0 or above")
-    found = Truncated(_gamma(**whole), low, high)
-    _require(found.mass > 1e-9, "less than 1e-9 of the whole distribution lies between the bounds; give others")
-    return found
+def _truncated_gamma(low=0.0, high=math.inf, **parameters):
+    require(0.0 <= low < high, "low must be below high, and 0 or above")
+    truncated = Truncated(_gamma(**parameters), low, high)
+    require(truncated.mass > 1e-9, "less than 1e-9 of the whole distribution lies between the bounds; give others")
+    return truncated
 
 
 def _table(x, density):
     """The density whose graph goes straight through the points (x, density), as a histogram of BINS, of mass 1."""
     x, density = np.asarray(x, float), np.asarray(density, float)
-    _require(len(x) == len(density) >= 2, "x and density are lists of the same length, two places at least")
-    _require(np.all(np.diff(x) > 0.0), "the places x must rise")
-    _require(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
-    many = -(-BINS // (len(x) - 1)) * (len(x) - 1)  # as many in each piece
-    edges = np.interp(np.linspace(0.0, len(x) - 1.0, many + 1), np.arange(len(x)), x)
+    require(len(x) == len(density) >= 2, "x and density are lists of the same length, two points at least")
+    require(np.all(np.diff(x) > 0.0), "the values of x must rise")
+    require(np.all(density >= 0.0) and density.max() > 0.0, "a density is 0 or above, and somewhere above 0")
+    bins = -(-BINS // (len(x) - 1)) * (len(x) - 1)  # as many in each piece
+    edges = np.interp(np.linspace(0.0, len(x) - 1.0, bins + 1), np.arange(len(x)), x)
     masses = np.diff(edges) * np.interp(0.5 * (edges[1:] + edges[:-1]), x, density / density.max())
     filled = np.flatnonzero(masses)
     first, last = filled[0], filled[-1] + 1
@@ -254,15 +254,17 @@ def of_scipy(name, **parameters):
             f"scipy.stats has no distribution {echo(name)} that is given by numbers; see its documentation"
         )
     legal = [*(family.shapes or "").replace(" ", "").split(","), "loc"]
-    legal = [one for one in legal if one] + ["scale"] * isinstance(family, stats.rv_continuous)
-    wrong = [one for one in parameters if one not in legal]
-    if wrong:
-        raise StudyError(f"{echo(wrong[0])} is no parameter of scipy.stats.{name}; {legal_hint(wrong[0], legal)}")
-    lacking = [one for one in legal[: family.numargs] if one not in parameters]
-    _require(not lacking, f"scipy.stats.{name} needs {', '.join(lacking)} too")
-    _require(name not in SLOW, f"scipy.stats.{name} takes minutes for a few numbers; give its density as a table")
+    legal = [*filter(None, legal)] + ["scale"] * isinstance(family, stats.rv_continuous)
+    for parameter in parameters:
+        require(
+            parameter in legal,
+            f"{echo(parameter)} is no parameter of scipy.stats.{name}; {legal_hint(parameter, legal)}",
+        )
+    missing = [parameter for parameter in legal[: family.numargs] if parameter not in parameters]
+    require(not missing, f"scipy.stats.{name} needs {', '.join(missing)} too")
+    require(name not in SLOW, f"scipy.stats.{name} takes minutes for a few numbers; give its density as a table")
     frozen = family(**parameters)
-    _require(frozen.support()[0] <= frozen.support()[1], f"these parameters make no distribution scipy.stats.{name}")
+    require(frozen.support()[0] <= frozen.support()[1], f"these parameters make no distribution scipy.stats.{name}")
     return frozen
 
 
@@ -275,13 +277,13 @@ def as_mapping(frozen) -> dict:
             "density, or as values with weights"
         )
     names = [*filter(None, (family.shapes or "").replace(" ", "").split(",")), "loc", "scale"]
-    given = dict(zip(names, frozen.args, strict=False)) | frozen.kwds
-    if any(np.ndim(one) for one in given.values()):
-        raise StudyError("parameters of a distribution must be single numbers")
-    return {"distribution": f"{SCIPY}{family.name}", **{key: float(one) for key, one in given.items()}}
+    parameters = dict(zip(names, frozen.args, strict=False)) | frozen.kwds
+    require(not any(map(np.ndim, parameters.values())), "parameters of a distribution must be single numbers")
+    return {"distribution": f"{SCIPY}{family.name}", **{key: float(value) for key, value in parameters.items()}}
 
 
-def _require(condition, reason):
+def require(condition, reason):
+    """Raises StudyError with the reason unless the condition holds."""
     if not condition:
         raise StudyError(reason)
 
@@ -305,8 +307,8 @@ DISTRIBUTIONS = {
     "triangular": Distribution((("low", "mode", "high"),), _triangular, "between bounds, most likely value known"),
     "truncated_gamma": Distribution(
         tuple(
-            (*whole, *ends)
-            for whole in (("mean", "std"), ("shape", "scale"))
+            (*form, *ends)
+            for form in (("mean", "std"), ("shape", "scale"))
             for ends in (("low", "high"), ("low",), ("high",))
         ),
         _truncated_gamma,
@@ -348,31 +350,30 @@ def greatest_entropy(facts: Mapping) -> tuple[str, dict]:
     `facts` holds numbers under the names of FACTS and `positive` True or False. Constraints are met to 1e-10.
     Raises StudyError with the reason where no such distribution exists or the facts contradict each other.
     """
-    wrong = [fact for fact in facts if fact not in FACTS]
-    if wrong:
-        raise StudyError(f"{echo(wrong[0])} is no fact; {legal_hint(wrong[0], FACTS)}")
-    if not isinstance(facts.get("positive", True), bool):
-        raise StudyError(f"positive = {echo(facts['positive'])} must be true or false")
-    given = frozenset(fact for fact in facts if fact != "positive" or facts[fact])
-    if given not in FORMS:
-        legal = "; ".join(", ".join(fact for fact in FACTS if fact in one) for one in FORMS)
+    for fact in facts:
+        require(fact in FACTS, f"{echo(fact)} is no fact; {legal_hint(fact, FACTS)}")
+    positive = facts.get("positive", True)
+    require(isinstance(positive, bool), f"positive = {echo(positive)} must be true or false")
+    known = frozenset(fact for fact in facts if fact != "positive" or facts[fact])
+    if known not in FORMS:
+        legal = "; ".join(", ".join(fact for fact in FACTS if fact in form) for form in FORMS)
         raise StudyError(
-            f"no distribution of greatest entropy is known here for {', '.join(sorted(given)) or 'nothing'}; "
+            f"no distribution of greatest entropy is known here for {', '.join(sorted(known)) or 'nothing'}; "
             f"state one of these: {legal}"
         )
-    for fact in given & {"std", "std_log"}:
-        _require(facts[fact] > 0.0, f"{fact} must be above 0; a certain value is fixed")
-    _require("positive" not in given or facts.get("mean", 1.0) > 0.0, "the mean of a positive quantity is above 0")
-    return FORMS[given](**{fact: facts[fact] for fact in FACTS if fact in given and fact != "positive"})
+    for fact in known & {"std", "std_log"}:
+        require(facts[fact] > 0.0, f"{fact} must be above 0; a certain value is fixed")
+    require("positive" not in known or facts.get("mean", 1.0) > 0.0, "the mean of a positive quantity is above 0")
+    return FORMS[known](**{fact: facts[fact] for fact in FACTS if fact in known and fact != "positive"})
 
 
 def _between(low, high):
-    _require(low < high, f"low = {low:g} must be below high = {high:g}")
+    require(low < high, f"low = {low:g} must be below high = {high:g}")
     return "uniform", {"low": low, "high": high}
 
 
 def _between_with_mean(low, high, mean):
-    _require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
+    require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
     if abs(mean - 0.5 * (low + high)) < 1e-9 * (high - low):
         return _between(low, high)
     return "truncated_exponential", {"low": low, "high": high, "mean": mean}
@@ -380,33 +381,33 @@ def _between_with_mean(low, high, mean):
 
 def _between_with_mean_std(low, high, mean, std):
     """exp(l t + q t^2) on 0 <= t <= 1 with q < 0, with l and q from E[t] and E[t^2]."""
-    _require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
+    require(low < mean < high, f"mean = {mean:g} must lie between low = {low:g} and high = {high:g}")
     share, spread = (mean - low) / (high - low), std / (high - low)
     if min(share, 1.0 - share) > PLENTY * spread:  # the bounds cut nothing off
         return "truncated_normal", {"mean": mean, "std": std, "low": low, "high": high}
-    _require(spread > LEAST_SPREAD, "std is so small against the bounds that one of them says nothing; leave it out")
-    _require(spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std")
+    require(spread > LEAST_SPREAD, "std is so small against the bounds that one of them says nothing; leave it out")
+    require(spread**2 < share * (1.0 - share), "no distribution between these bounds has this mean and so great a std")
     points, weights = np.polynomial.legendre.leggauss(16)  # in each of 64 pieces
     points = (np.arange(64)[:, None] + 0.5 * (points + 1.0)).ravel() / 64.0
     powers, weights = np.stack([points, points**2]), np.tile(weights, 64)
 
-    def off(at):
+    def residual(multipliers):
         """Errors of both moments, and their derivatives by l and q: the covariances of t and t^2."""
-        exponent = at @ powers
+        exponent = multipliers @ powers
         mass = weights * np.exp(exponent - exponent.max())
         mass /= mass.sum()
         centred = powers - (powers @ mass)[:, None]
         return powers @ mass - (share, spread**2 + share**2), (centred * mass) @ centred.T
 
-    found = root(off, np.array([share, -0.5]) / spread**2, jac=True, tol=1e-14).x
-    error = np.max(np.abs(off(found)[0]))
-    _require(
-        error < 1e-10 and found[1] < 0.0,
+    multipliers = root(residual, np.array([share, -0.5]) / spread**2, jac=True, tol=1e-14).x
+    error = np.max(np.abs(residual(multipliers)[0]))
+    require(
+        error < 1e-10 and multipliers[1] < 0.0,
         f"with std = {std:g} the density of greatest entropy does not fall towards both bounds; "
         "give a smaller std, or leave it out, or name a beta distribution",
     )
-    width = math.sqrt(-0.5 / found[1])
-    center = float(found[0]) * width**2
+    width = math.sqrt(-0.5 / multipliers[1])
+    center = float(multipliers[0]) * width**2
     scale = high - low
     return "truncated_normal", {"mean": low + scale * center, "std": scale * width, "low": low, "high": high}
 
@@ -414,10 +415,10 @@ def _between_with_mean_std(low, high, mean, std):
 def _positive_with_mean_log(mean, mean_log):
     """ln k - psi(k) = ln E[X] - E[ln X], whose left side falls from infinity to 0 over the shapes k."""
     gap = math.log(mean) - mean_log
-    _require(
+    require(
         gap > 0.0, f"mean_log = {mean_log:g} must be below ln(mean) = {math.log(mean):g}, whatever the distribution"
     )
-    _require(1e-12 < gap < 1e3, f"ln(mean) - mean_log = {gap:g} is too small or too large for a gamma distribution")
+    require(1e-12 < gap < 1e3, f"ln(mean) - mean_log = {gap:g} is too small or too large for a gamma distribution")
 
     def excess(log_shape):
         shape = math.exp(log_shape)
@@ -431,7 +432,7 @@ def _positive_with_mean_log(mean, mean_log):
 
 def _positive_with_mean_std(mean, std):
     variation = std / mean
-    _require(
+    require(
         variation < 1.0 + 1e-9,
         f"std/mean = {variation:g} above 1: on (0, inf) no distribution of greatest entropy exists; "
         "name one that fits, such as lognormal or gamma, or state mean and mean_log",
@@ -444,7 +445,7 @@ def _positive_with_mean_std(mean, std):
         return spread / first - variation
 
     greatest = excess(FARTHEST_CUT) + variation
-    _require(
+    require(
         variation < greatest,
         f"std/mean = {variation:g}, between {greatest:.4f} and 1, is exponential but for its last digits; "
         "state the mean alone",
@@ -456,18 +457,18 @@ def _positive_with_mean_std(mean, std):
 
 def _cut_normal(cut) -> tuple[float, float]:
     """Mean above the cut and deviation of a standard normal variable cut off below `cut`."""
-    rest = Truncated(stats.norm(), cut, math.inf)
-    return rest.mean() - cut, rest.std()
+    tail = Truncated(stats.norm(), cut, math.inf)
+    return tail.mean() - cut, tail.std()
 
 
 FORMS = {
     frozenset({"low", "high"}): _between,
     frozenset({"low", "high", "mean"}): _between_with_mean,
     frozenset({"low", "high", "mean", "std"}): _between_with_mean_std,
-    frozenset({"mean", "std"}): lambda **given: ("normal", given),
-    frozenset({"positive", "mean"}): lambda **given: ("exponential", given),
+    frozenset({"mean", "std"}): lambda **parameters: ("normal", parameters),
+    frozenset({"positive", "mean"}): lambda **parameters: ("exponential", parameters),
     frozenset({"positive", "mean", "std"}): _positive_with_mean_std,
     frozenset({"positive", "mean", "mean_log"}): _positive_with_mean_log,
-    frozenset({"positive", "mean_log", "std_log"}): lambda **given: ("lognormal", given),
+    frozenset({"positive", "mean_log", "std_log"}): lambda **parameters: ("lognormal", parameters),
 }
 """The distribution of greatest entropy by the set of facts that is known."""

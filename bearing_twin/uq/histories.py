@@ -42,25 +42,25 @@ def history_statistics(histories: np.ndarray, inputs: np.ndarray, keys: Sequence
         squares, cubes = squares + square.sum(axis=0), cubes + (square * block).sum(axis=0)
         with_inputs = with_inputs + centred[part].T @ block
         with_rows = with_rows + block[:, rows].T @ block[:, rows]
-    spread = np.sqrt(squares / count)
-    spread[spread <= 1e-14 * np.abs(mean)] = np.nan  # rounding alone
-    of_inputs = np.where(np.ptp(inputs, axis=0) > 0.0, inputs.std(axis=0), np.nan)
+    std_or_nan = np.sqrt(squares / count)
+    std_or_nan[std_or_nan <= 1e-14 * np.abs(mean)] = np.nan  # rounding alone
+    input_std = np.where(np.ptp(inputs, axis=0) > 0.0, inputs.std(axis=0), np.nan)
     quantiles = []
     for first in range(0, size, COLUMNS):
         stop_if_requested()
         columns = np.ascontiguousarray(histories[:, first : first + COLUMNS].T)
         quantiles.append(np.quantile(columns, PROBABILITIES, axis=1, method="median_unbiased"))
 
-    def correlation(products, one, other):
-        return np.nan_to_num(np.clip(products / count / np.outer(one, other), -1.0, 1.0))
+    def correlation(products, left_std, right_std):
+        return np.nan_to_num(np.clip(products / count / np.outer(left_std, right_std), -1.0, 1.0))
 
-    with_inputs = correlation(with_inputs, of_inputs, spread)
+    with_inputs = correlation(with_inputs, input_std, std_or_nan)
     return {
         "mean": mean,
         "std": np.sqrt(squares / (count - 1)),
-        "skewness": np.nan_to_num(cubes / count / spread**3),
+        "skewness": np.nan_to_num(cubes / count / std_or_nan**3),
         **{f"{p:.2f}": row for p, row in zip(PROBABILITIES, np.concatenate(quantiles, axis=1), strict=True)},
         **{f"correlation with {key}": row for key, row in zip(keys, with_inputs, strict=True)},
         "rows": rows,
-        "autocorrelation": correlation(with_rows, spread[rows], spread[rows]),
+        "autocorrelation": correlation(with_rows, std_or_nan[rows], std_or_nan[rows]),
     }

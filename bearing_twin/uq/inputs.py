@@ -1,7 +1,7 @@
 """The numbers of a scene by key path, such as `geometry.radial_clearance` or `drive.offset[1]`: what may be uncertain.
 
-A path is split into words; a whole number is the place in a tuple or a list. Values are put into the plain data of a
-scene (one realisation, read and checked like any scene) or into its dataclass (arrays, for closed forms).
+A whole number in a path is an index of a tuple or a list. Values are put into the plain data of a scene (one
+realisation, read and checked like any scene) or into its dataclass (arrays, for closed forms).
 """
 
 import dataclasses
@@ -28,27 +28,28 @@ from bearing_twin.uq.distributions import (
     DiscreteValues,
     greatest_entropy,
     of_scipy,
+    require,
 )
 
 
 @functools.cache
 def numeric_keys(kind: str) -> dict[str, Parameter]:
-    """Every number of a kind of scene by its key path; tuples and lists give one key a place."""
+    """Every number of a kind of scene by its key path; tuples and lists have one key an index."""
     return _numbers_of(KINDS[kind].parameters)
 
 
 def _numbers_of(cls: type) -> dict[str, Parameter]:
-    found = {}
+    numbers = {}
     for row in describe(cls):
         if row.type in ("number", "integer"):
-            found[row.key] = row
+            numbers[row.key] = row
         elif row.type.endswith(" numbers"):
-            found |= {f"{row.key}[{place}]": row for place in range(len(row.default))}
+            numbers |= {f"{row.key}[{index}]": row for index in range(len(row.default))}
         elif row.type == "list":
-            element, most = element_at(cls, row.key.split("."))
+            element, greatest_length = element_at(cls, row.key.split("."))
             inner = _numbers_of(element)
-            found |= {f"{row.key}.{place}.{key}": inner[key] for place in range(most) for key in inner}
-    return found
+            numbers |= {f"{row.key}.{index}.{key}": inner[key] for index in range(greatest_length) for key in inner}
+    return numbers
 
 
 def quantities_of(kind: str) -> dict[str, Quantity]:
@@ -64,42 +65,53 @@ def quantity_of(kind: str, name) -> Quantity:
     return known[name]
 
 
-def first_name(key):
-    """A key by its first name, as `wanted.tolerance` for `solver.tolerance`, also before further words."""
-    for other, first in ALIASES.items() if isinstance(key, str) else ():
-        if key == other or key.startswith(f"{other}."):
-            return first + key.removeprefix(other)
+def present_name(key):
+    """A key by its present name, as `wanted.tolerance` for `solver.tolerance`, also before further words."""
+    for former, present in ALIASES.items() if isinstance(key, str) else ():
+        if key == former or key.startswith(f"{former}."):
+            return present + key.removeprefix(former)
     return key
 
 
 def checked_key(kind: str, key) -> str:
-    """The first name of the key, if it is a number of that kind of scene; raises StudyError with the nearest one."""
-    known, first = numeric_keys(kind), first_name(key)
-    if isinstance(first, str) and first in known:
-        return first
-    ends = [one for one in known if first in one.rpartition(".")[2].split("_")]
-    hint = f"did you mean {' or '.join(ends[:3])}?" if ends else legal_hint(key, known)
+    """The present name of the key of a number of that kind of scene; raises StudyError with the nearest one."""
+    known, name = numeric_keys(kind), present_name(key)
+    if isinstance(name, str) and name in known:
+        return name
+    similar = [legal for legal in known if name in legal.rpartition(".")[2].split("_")]
+    hint = f"did you mean {' or '.join(similar[:3])}?" if similar else legal_hint(key, known)
     raise StudyError(f"{echo(key)} is no number of a scene of kind {kind}; {hint}")
 
 
-def words_of(key: str) -> tuple[str | int, ...]:
+def path_of(key: str) -> tuple[str | int, ...]:
     """`drive.offset[1]` as ("drive", "offset", 1), `defects.0.spall.length` as ("defects", 0, "spall", "length")."""
-    words = key.replace("[", ".").replace("]", "").split(".")
-    return tuple(int(word) if word.isdigit() else word for word in words)
+    path = key.replace("[", ".").replace("]", "").split(".")
+    return tuple(int(step) if step.isdigit() else step for step in path)
 
 
-def put(mapping: dict, key: str, value) -> dict:
-    """A copy of a scene's plain data, shared but for the changed path, with the value at that key.
+def put(scene, key: str, value):
+    """A copy of a scene's plain data or of its dataclass, shared but for the changed path, with the value at that key.
 
-    Raises StudyError for a place beyond the end of a list.
+    The value may be an array; nothing is checked. Raises StudyError for an index beyond the end of a list.
     """
     try:
-        return _put(mapping, words_of(key), value)
+        return _put(scene, path_of(key), value)
     except IndexError:
         raise StudyError(f"{key} is beyond the end of the scene's list, counted from 0; give the scene more") from None
 
 
-def placed(scene: dict, targets, values) -> dict:
+def _put(holder, path, value):
+    if not path:
+        return value
+    step, further = path[0], path[1:]
+    if dataclasses.is_dataclass(holder):
+        return dataclasses.replace(holder, **{step: _put(getattr(holder, step), further, value)})
+    changed = list(holder) if isinstance(holder, tuple) else holder.copy()
+    changed[step] = _put(holder[step], further, value)
+    return tuple(changed) if isinstance(holder, tuple) else changed
+
+
+def with_inputs(scene: dict, targets, values) -> dict:
     """A scene's plain data with one value for each group of keys."""
     for keys, value in zip(targets, values, strict=True):
         for key in keys:
@@ -107,33 +119,11 @@ def placed(scene: dict, targets, values) -> dict:
     return scene
 
 
-def replaced(parameters, key: str, value):
-    """A scene's dataclass with the value (a number or an array) at that key; nothing is checked."""
-    return _replaced(parameters, words_of(key), value)
-
-
-def value_at(mapping, key: str):
+def value_at(scene, key: str):
     """The value in a scene's plain data at that key."""
-    for word in words_of(key):
-        mapping = mapping[word]
-    return mapping
-
-
-def _put(holder, words, value):
-    if not words:
-        return value
-    changed = holder.copy()
-    changed[words[0]] = _put(holder[words[0]], words[1:], value)
-    return changed
-
-
-def _replaced(holder, words, value):
-    if not words:
-        return value
-    if isinstance(holder, tuple):
-        place = words[0]
-        return (*holder[:place], _replaced(holder[place], words[1:], value), *holder[place + 1 :])
-    return dataclasses.replace(holder, **{words[0]: _replaced(getattr(holder, words[0]), words[1:], value)})
+    for step in path_of(key):
+        scene = scene[step]
+    return scene
 
 
 # Uncertain inputs: any numeric value of a scene as a distribution, by its parameters or by what is known of it.
@@ -202,7 +192,7 @@ class Input:
         return not (discrete or isinstance(self.distribution, DiscreteValues))
 
     @property
-    def whole(self) -> bool:
+    def is_whole(self) -> bool:
         """True where every value is a whole number."""
         values = getattr(self.distribution, "values", None)
         return not self.has_density if values is None else bool(np.all(values == np.round(values)))
@@ -215,24 +205,24 @@ class Input:
         """Without the rounding by which SciPy's location and scale may step over a bound."""
         return np.clip(x, self.low, self.high) if "low" in self.parameters or "high" in self.parameters else x
 
-    def _end(self, word: str, place: int) -> float:
-        found = self.distribution.support()[place]
-        return float(found if self.distribution_name.startswith(SCIPY) else self.parameters.get(word, found))
+    def _end(self, name: str, index: int) -> float:
+        end = self.distribution.support()[index]
+        return float(end if self.distribution_name.startswith(SCIPY) else self.parameters.get(name, end))
 
     def describe(self) -> str:
         """One sentence: name, parameters, mean and deviation, and whether greatest entropy chose the distribution."""
         if self.distribution_name == "fixed":
             return f"{self.key}: fixed at {self.mean:g}"
-        words = ", ".join(
+        parameters = ", ".join(
             f"{len(value)} {name}" if name in LISTS else f"{name} {value:g}" for name, value in self.parameters.items()
         )
         name = self.distribution_name.replace("_", " ")
         why = " (greatest entropy for what is known)" if self.stated == "knowledge" else ""
-        return f"{self.key}: {name} with {words}; mean {self.mean:g}, deviation {self.std:g}{why}"
+        return f"{self.key}: {name} with {parameters}; mean {self.mean:g}, deviation {self.std:g}{why}"
 
 
 def read_input(key: str, mapping) -> Input:
-    """The input at `key` of a scene from what a study says of it: a number, a named distribution or knowledge.
+    """The input at `key` of a scene from its specification in a study: a number, a named distribution or knowledge.
 
     Raises StudyError: one sentence that names the key, what is wrong and what is legal.
     """
@@ -243,12 +233,11 @@ def read_input(key: str, mapping) -> Input:
         name, parameters = _from_knowledge(mapping) if stated == "knowledge" else _from_parameters(mapping)
         with np.errstate(over="raise", divide="raise", invalid="raise"):
             build = DISTRIBUTIONS[name].build if name in DISTRIBUTIONS else partial(of_scipy, name.removeprefix(SCIPY))
-            one = Input(key, name, parameters, build(**parameters), stated)
-            if name.startswith(SCIPY) and not np.isfinite([one.mean, one.std]).all():
-                raise StudyError(f"{name} with these parameters has no finite mean and deviation; give another one")
-            if not np.isfinite([one.mean, one.std]).all():
+            source = Input(key, name, parameters, build(**parameters), stated)
+            if not np.isfinite([source.mean, source.std]).all():
+                require(not name.startswith(SCIPY), f"{name} with these parameters has no finite mean and deviation")
                 raise FloatingPointError
-        return one
+        return source
     except (StudyError, ValueError) as error:
         raise StudyError(f"input {key}: {error}") from None
     except ArithmeticError:
@@ -256,53 +245,52 @@ def read_input(key: str, mapping) -> Input:
 
 
 def _from_knowledge(mapping):
-    rest = [word for word in mapping if word != "know"]
-    if rest:
-        raise StudyError(f"{echo(rest[0])} does not go with know; the distribution follows from what is known alone")
-    if not isinstance(mapping["know"], Mapping):
-        raise StudyError(f"know must hold keys and values, not {echo(mapping['know'])}")
-    known = mapping["know"].items()
-    return greatest_entropy({name: one if name == "positive" else _number(name, one, NO_LIMITS) for name, one in known})
+    for key in mapping:
+        require(key == "know", f"{echo(key)} does not go with know; the distribution follows from what is known alone")
+    facts = mapping["know"]
+    require(isinstance(facts, Mapping), f"know must hold keys and values, not {echo(facts)}")
+    return greatest_entropy({name: fact if name == "positive" else _number(name, fact) for name, fact in facts.items()})
 
 
 def _from_parameters(mapping):
-    if "distribution" not in mapping:
-        raise StudyError(
-            f"give distribution: with its parameters, or know: with facts; {legal_hint('', DISTRIBUTIONS)}"
-        )
+    require(
+        "distribution" in mapping,
+        f"give distribution: with its parameters, or know: with facts; {legal_hint('', DISTRIBUTIONS)}",
+    )
     name = mapping["distribution"]
-    given = {word: value for word, value in mapping.items() if word != "distribution"}
+    parameters = {key: value for key, value in mapping.items() if key != "distribution"}
     if isinstance(name, str) and name.startswith(SCIPY):
-        return name, {str(word): _number(word, value, NO_LIMITS) for word, value in given.items()}
+        return name, {str(key): _number(key, value) for key, value in parameters.items()}
     if not isinstance(name, str) or name not in DISTRIBUTIONS:
         raise StudyError(f"{echo(name)} is no distribution; {legal_hint(name, DISTRIBUTIONS)}")
     row = DISTRIBUTIONS[name]
-    wrong = [word for word in given if word not in row.parameters]
-    if wrong:
-        raise StudyError(f"{echo(wrong[0])} is no parameter of {name}; {legal_hint(wrong[0], row.parameters)}")
-    if not any(set(form) == set(given) for form in row.forms):
-        forms = " or ".join(", ".join(form) for form in row.forms)
-        raise StudyError(f"{name} takes {forms}, not {', '.join(given) or 'nothing'}")
+    for key in parameters:
+        require(key in row.parameters, f"{echo(key)} is no parameter of {name}; {legal_hint(key, row.parameters)}")
+    forms = " or ".join(", ".join(form) for form in row.forms)
+    require(
+        any(set(form) == set(parameters) for form in row.forms),
+        f"{name} takes {forms}, not {', '.join(parameters) or 'nothing'}",
+    )
     return name, {
-        word: _numbers(word, value) if word in LISTS else _number(word, value, LIMITS.get(word, NO_LIMITS))
-        for word, value in given.items()
+        key: _numbers(key, value) if key in LISTS else _number(key, value, LIMITS.get(key, NO_LIMITS))
+        for key, value in parameters.items()
     }
 
 
-def _number(name, given, limits):
-    value, problem = read_number(given, "", limits)
-    if problem:
-        raise StudyError(f"{name} = {echo(given)} {problem}")
-    return value
+def _number(name, value, limits=NO_LIMITS):
+    number, problem = read_number(value, "", limits)
+    require(not problem, f"{name} = {echo(value)} {problem}")
+    return number
 
 
-def _numbers(name, given):
-    if isinstance(given, str) or not isinstance(given, Iterable):
-        raise StudyError(f"{name} = {echo(given)} must be a list of numbers")
-    values = tuple(_number(name, float(one) if isinstance(one, np.generic) else one, NO_LIMITS) for one in given)
-    if not values:
-        raise StudyError(f"{name} must hold one number at least")
-    return values
+def _numbers(name, values):
+    require(
+        isinstance(values, Iterable) and not isinstance(values, str),
+        f"{name} = {echo(values)} must be a list of numbers",
+    )
+    numbers = tuple(_number(name, float(value) if isinstance(value, np.generic) else value) for value in values)
+    require(numbers, f"{name} must hold one number at least")
+    return numbers
 
 
 class Joint:
@@ -315,9 +303,9 @@ class Joint:
 
     def __init__(self, inputs: Iterable[Input], correlation: Iterable[tuple[str, str, float]] = ()):
         self.inputs = tuple(inputs)
-        self.keys = tuple(one.key for one in self.inputs)
+        self.keys = tuple(source.key for source in self.inputs)
         matrix = _correlation_matrix(self.keys, correlation)
-        self._root = _cholesky(matrix) if np.any(matrix != np.eye(self.dimension)) else None
+        self._cholesky_factor = _cholesky(matrix) if np.any(matrix != np.eye(self.dimension)) else None
 
     @property
     def dimension(self) -> int:
@@ -325,36 +313,37 @@ class Joint:
 
     @property
     def independent(self) -> bool:
-        return self._root is None
+        return self._cholesky_factor is None
+
+    @property
+    def uncertain(self) -> list[int]:
+        """The indices of the inputs that take more than one value."""
+        return [index for index, source in enumerate(self.inputs) if source.low < source.high]
 
     def values(self, unit):
         """Values (n, d) of the inputs [SI] at points (n, d) of the unit cube; independent coordinates in.
 
         With a copula the coordinates are normal scores that the Cholesky factor mixes, so the first input takes its
-        own coordinate, the second the first two, and so on.
+        coordinate, the second the first two, and so on.
         """
-        if self._root is not None:
-            unit = np.clip(ndtr(ndtri(unit) @ self._root.T), LEAST_UNIT, GREATEST_UNIT)
-        columns = [one.ppf(unit[:, index]) for index, one in enumerate(self.inputs)]
+        if self._cholesky_factor is not None:
+            unit = np.clip(ndtr(ndtri(unit) @ self._cholesky_factor.T), LEAST_UNIT, GREATEST_UNIT)
+        columns = [source.ppf(unit[:, index]) for index, source in enumerate(self.inputs)]
         return np.stack(columns, axis=1) if columns else np.empty(unit.shape)
 
 
-def _correlation_matrix(keys, pairs):
-    matrix, given_already = np.eye(len(keys)), set()
-    for one, other, given in pairs:
-        if one == other:
-            raise StudyError(f"a correlation is between two different inputs, not {echo(one)} and itself")
-        for key in (one, other):
-            if key not in keys:
-                raise StudyError(f"correlation: {echo(key)} is no input; {legal_hint(key, keys)}")
-        value, problem = read_number(given, "", Limits(above=-1.0, below=1.0))
-        if problem:
-            raise StudyError(f"correlation of {one} and {other} = {echo(given)} {problem}")
-        if {one, other} in given_already:
-            raise StudyError(f"the correlation of {one} and {other} is given twice; keep one of them")
-        given_already.add(frozenset((one, other)))
-        places = keys.index(one), keys.index(other)
-        matrix[places] = matrix[places[::-1]] = value
+def _correlation_matrix(keys, correlation):
+    matrix, pairs = np.eye(len(keys)), set()
+    for first, second, value in correlation:
+        require(first != second, f"a correlation is between two different inputs, not {echo(first)} and itself")
+        for key in (first, second):
+            require(key in keys, f"correlation: {echo(key)} is no input; {legal_hint(key, keys)}")
+        pair = frozenset((first, second))
+        rho = _number(f"correlation of {first} and {second}", value, Limits(above=-1.0, below=1.0))
+        require(pair not in pairs, f"the correlation of {first} and {second} is given twice; keep one of them")
+        pairs.add(pair)
+        row, column = keys.index(first), keys.index(second)
+        matrix[row, column] = matrix[column, row] = rho
     return matrix
 
 

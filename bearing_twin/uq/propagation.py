@@ -20,7 +20,7 @@ from scipy.special import log_ndtr, ndtr, ndtri
 
 from bearing_twin.base.errors import StatisticError, StudyError, import_optional
 from bearing_twin.uq.inputs import Input, Joint
-from bearing_twin.uq.statistics import mode_places
+from bearing_twin.uq.statistics import mode_indices
 
 FARTHEST_SCORE = 37.0  # probability 6e-300 is left beyond it
 SURE_SCORE = 4.0  # within +-4 a quantity must be finite
@@ -44,7 +44,7 @@ class Tails(NamedTuple):
         return order * max(self.lower, self.upper) < 1.0
 
 
-def tails(source: Input, function, scores=SCORES, strict=True) -> Tails:
+def tails_of(source: Input, function, scores=SCORES, strict=True) -> Tails:
     """The behaviour of `function`, vectorised over values (n,) of the input, out to the ends of the input.
 
     Exponents are measured between the last values that are finite and not lost to underflow, at the latest at a
@@ -52,17 +52,17 @@ def tails(source: Input, function, scores=SCORES, strict=True) -> Tails:
     raises StudyError if the quantity is not finite within 4 deviations (in normal scores).
     """
     with np.errstate(all="ignore"):
-        at = np.fmax.accumulate(source.at_score(scores))  # SciPy's narrow gamma distributions step back near -4.5
-        values = np.asarray(function(at), float)
-        left = ndtr(-np.abs(scores))
-        back = np.piecewise(at, [scores < 0.0], [source.cdf, source.distribution.sf])
+        x = np.fmax.accumulate(source.at_score(scores))  # SciPy's narrow gamma distributions step back near -4.5
+        values = np.asarray(function(x), float)
+        probability = ndtr(-np.abs(scores))
+        recovered = np.piecewise(x, [scores < 0.0], [source.cdf, source.distribution.sf])
     sure = np.abs(scores) <= SURE_SCORE
-    finite = np.isfinite(values) & np.isfinite(at)
+    finite = np.isfinite(values) & np.isfinite(x)
     if strict and not finite[sure].all():
-        where = at[sure][~finite[sure]][0]
-        raise StudyError(f"the quantity is not finite at {source.key} = {where:g}: narrow the input")
+        failing = x[sure][~finite[sure]][0]
+        raise StudyError(f"the quantity is not finite at {source.key} = {failing:g}: narrow the input")
     # near a bound other than 0 the digits of x run out before those of the probability; beyond it y may underflow to 0
-    usable = finite & ((sure & strict) | ((np.abs(back - left) < FAITHFUL * left) & (values != 0.0)))
+    usable = finite & ((sure & strict) | ((np.abs(recovered - probability) < FAITHFUL * probability) & (values != 0.0)))
     middle = len(scores) // 2
     first = middle - max(_run(usable[middle::-1]), 1) + 1
     last = middle + max(_run(usable[middle:]), 1) - 1
@@ -85,19 +85,19 @@ def is_heavy(source: Input) -> bool:
     if not source.has_density:
         return False
     powers = [np.abs, np.reciprocal] if source.low == 0.0 else [np.abs]
-    return any(max(tails(source, power, strict=False)[2:]) > LIGHT for power in powers)
+    return any(max(tails_of(source, power, strict=False)[2:]) > LIGHT for power in powers)
 
 
-def refuse_missing_moment(source: Input, found: Tails, statistic: str) -> None:
+def refuse_missing_moment(source: Input, tails: Tails, statistic: str) -> None:
     """Raise StatisticError with the reason where that statistic (a key of ORDERS) does not exist; else return."""
     order = ORDERS[statistic]
-    if found.has_moment(order):
+    if tails.has_moment(order):
         return
-    lower = found.lower >= found.upper
+    lower = tails.lower >= tails.upper
     power = "" if order == 1 else f" to the power {order}"
     raise StatisticError(
         f"the {statistic} does not exist: towards {'small' if lower else 'great'} {source.key} the quantity grows as "
-        f"(probability left)^-{max(found.lower, found.upper):.3g}, and{power} that has no finite integral; "
+        f"(probability left)^-{max(tails.lower, tails.upper):.3g}, and{power} that has no finite integral; "
         f"ask for quantiles, or give {source.key} a distribution that keeps away from there"
     )
 
@@ -147,13 +147,13 @@ class Derived:
 
     source: Input
     function: Callable
-    found: Tails
+    tails: Tails
     rising: bool
 
     def quantile(self, p):
         """Value(s) of y at probability p in (0, 1)."""
-        at = np.atleast_1d(self.source.ppf(p) if self.rising else self.source.isf(p))
-        return self.function(at).reshape(np.shape(p))[()]
+        x = np.atleast_1d(self.source.ppf(p) if self.rising else self.source.isf(p))
+        return self.function(x).reshape(np.shape(p))[()]
 
     def cdf(self, y):
         """Probability of a value not above y (eq. 11)."""
@@ -170,22 +170,22 @@ class Derived:
     def modes(self) -> int:
         """Number of modes of the density but for its outermost parts; lower ones than SHALLOW are rounding."""
         density = self._density(np.linspace(-BEYOND, BEYOND, GRID))
-        return len(mode_places(density, SHALLOW))
+        return len(mode_indices(density, SHALLOW))
 
     @cached_property
     def mean(self) -> float:
-        refuse_missing_moment(self.source, self.found, "mean")
+        refuse_missing_moment(self.source, self.tails, "mean")
         middle = float(self.quantile(0.5))
         return middle + self._moment(1, middle)
 
     @cached_property
     def std(self) -> float:
-        refuse_missing_moment(self.source, self.found, "std")
+        refuse_missing_moment(self.source, self.tails, "std")
         return math.sqrt(self._moment(2, self.mean))
 
     @cached_property
     def skewness(self) -> float:
-        refuse_missing_moment(self.source, self.found, "skewness")
+        refuse_missing_moment(self.source, self.tails, "skewness")
         return self._moment(3, self.mean) / self.std**3
 
     def _moment(self, order, center):
@@ -194,10 +194,10 @@ class Derived:
         Beyond the last finite value a power tail y ~ u^-s adds (y - center)^order u / (1 - order s). Relative errors
         are 1e-10, but 1e-4 where order s is within 1 % of 1, at which the moment ceases to exist.
         """
-        scores, values = self.found.scores, (self.found.values - center) ** order
+        scores, values = self.tails.scores, (self.tails.values - center) ** order
         terms = values * np.exp(-0.5 * scores**2) / math.sqrt(2.0 * math.pi)
         total = trapezoid(terms, scores)
-        for index, exponent in ((0, self.found.lower), (-1, self.found.upper)):
+        for index, exponent in ((0, self.tails.lower), (-1, self.tails.upper)):
             if exponent == 0.0 and abs(terms[index]) > NEGLIGIBLE * trapezoid(np.abs(terms), scores):
                 raise StatisticError(
                     f"values beyond {self.source.key} = {self.source.at_score(scores[index]):g} still count in the "
@@ -209,14 +209,14 @@ class Derived:
     def _score(self, y):
         """Normal score of X at which g takes the value y, by bisection; -inf or inf outside the range of g."""
         sign = 1.0 if self.rising else -1.0
-        wanted, scores, table = sign * np.asarray(y, float), self.found.scores, sign * self.found.values
-        place = np.clip(np.searchsorted(table, wanted), 1, len(table) - 1)
-        low, high = scores[place - 1], scores[place]
+        target, scores, table = sign * np.asarray(y, float), self.tails.scores, sign * self.tails.values
+        index = np.clip(np.searchsorted(table, target), 1, len(table) - 1)
+        low, high = scores[index - 1], scores[index]
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            below = sign * self._at_score(middle) < wanted
+            below = sign * self._at_score(middle) < target
             low, high = np.where(below, middle, low), np.where(below, high, middle)
-        return np.where(wanted < table[0], -np.inf, np.where(wanted > table[-1], np.inf, 0.5 * (low + high)))
+        return np.where(target < table[0], -np.inf, np.where(target > table[-1], np.inf, 0.5 * (low + high)))
 
     def _density(self, score):
         """Density of y at a normal score of X."""
@@ -242,27 +242,27 @@ def derive(source: Input, function) -> Derived:
     """
     if not source.has_density:
         raise StudyError(f"{source.key} is {source.distribution_name} and has no density; choose the method ensemble")
-    found = tails(source, function)
-    y = found.values[np.abs(found.scores) <= SURE_SCORE]
+    tails = tails_of(source, function)
+    y = tails.values[np.abs(tails.scores) <= SURE_SCORE]
     sign = np.sign(y[-1] - y[0])
     steps = sign * np.diff(y)
     if sign != 0.0:
-        found = _until_it_turns(found, sign, NOISE * abs(y[-1] - y[0]))
-    if sign == 0.0 or np.min(sign * np.diff(found.values)) < -NOISE * abs(y[-1] - y[0]):
+        tails = _until_it_turns(tails, sign, NOISE * abs(y[-1] - y[0]))
+    if sign == 0.0 or np.min(sign * np.diff(tails.values)) < -NOISE * abs(y[-1] - y[0]):
         raise StudyError(f"the quantity is not a monotone function of {source.key}; choose the method ensemble")
     if np.any((steps[1:] == 0.0) & (steps[:-1] == 0.0)):
         raise StudyError(f"the quantity does not change over a stretch of {source.key}; choose the method ensemble")
-    return Derived(source, function, found, bool(y[-1] > y[0]))
+    return Derived(source, function, tails, bool(y[-1] > y[0]))
 
 
-def _until_it_turns(found: Tails, sign: float, noise: float) -> Tails:
+def _until_it_turns(tails: Tails, sign: float, noise: float) -> Tails:
     """The part of `found` between its turns beyond COUNTED_SCORE, of which nothing is known farther out."""
-    back = np.flatnonzero(sign * np.diff(found.values) < -noise)
-    first = np.max(back[found.scores[back + 1] < -COUNTED_SCORE] + 1, initial=0)
-    last = np.min(back[found.scores[back] > COUNTED_SCORE], initial=len(found.scores) - 1)
-    lower = found.lower if first == 0 else 0.0
-    upper = found.upper if last == len(found.scores) - 1 else 0.0
-    return Tails(found.scores[first : last + 1], found.values[first : last + 1], lower, upper)
+    turns = np.flatnonzero(sign * np.diff(tails.values) < -noise)
+    first = np.max(turns[tails.scores[turns + 1] < -COUNTED_SCORE] + 1, initial=0)
+    last = np.min(turns[tails.scores[turns] > COUNTED_SCORE], initial=len(tails.scores) - 1)
+    lower = tails.lower if first == 0 else 0.0
+    upper = tails.upper if last == len(tails.scores) - 1 else 0.0
+    return Tails(tails.scores[first : last + 1], tails.values[first : last + 1], lower, upper)
 
 
 # Polynomial chaos: D. Xiu and G. E. Karniadakis, The Wiener-Askey polynomial chaos, SIAM J. Sci. Comput. 24 (2002), by
@@ -314,35 +314,36 @@ def expand(joint: Joint, function, degree=None) -> Chaos:
     finite where it is needed; BearingTwinError without chaospy.
     """
     chaospy = import_optional("chaospy", "chaos")
-    germs = {place: joint.independent and one.distribution_name in UNIFORM_GERMS for place, one in _expanded(joint)}
+    _check_expandable(joint)
+    germs = {k: joint.independent and joint.inputs[k].distribution_name in UNIFORM_GERMS for k in joint.uncertain}
     density = chaospy.J(*(chaospy.Uniform(-1, 1) if uniform else chaospy.Normal() for uniform in germs.values()))
     runs = 0
 
     @functools.cache
-    def at_nodes(one: int):
+    def at_nodes(order: int):
         """Nodes and weights of the Gauss rule of a degree, and the quantity there."""
         nonlocal runs
-        nodes, weights = chaospy.generate_quadrature(one, density, rule="gaussian")
+        nodes, weights = chaospy.generate_quadrature(order, density, rule="gaussian")
         unit = np.full((nodes.shape[1], joint.dimension), 0.5)
-        for germ, (place, uniform) in zip(nodes, germs.items(), strict=True):
-            unit[:, place] = 0.5 * (germ + 1.0) if uniform else ndtr(germ)
+        for germ, (index, uniform) in zip(nodes, germs.items(), strict=True):
+            unit[:, index] = 0.5 * (germ + 1.0) if uniform else ndtr(germ)
         runs += len(unit)
         return nodes, weights, _evaluated(joint, function, unit)
 
-    found = []
-    for one in [degree] if degree is not None else range(1, GREATEST_DEGREE + 1):
-        basis = chaospy.generate_expansion(one, density, normed=True)
-        polynomial, coefficients = chaospy.fit_quadrature(basis, *at_nodes(one), retall=1)
+    trials = []
+    for order in [degree] if degree is not None else range(1, GREATEST_DEGREE + 1):
+        basis = chaospy.generate_expansion(order, density, normed=True)
+        polynomial, coefficients = chaospy.fit_quadrature(basis, *at_nodes(order), retall=1)
         std = float(np.sqrt(np.sum(coefficients[1:] ** 2)))
-        nodes, weights, values = at_nodes(one - 1 or 2)
+        nodes, weights, values = at_nodes(order - 1 or 2)
         error = float(np.sqrt(weights @ (polynomial(*nodes) - values) ** 2)) / (std or 1.0)
-        found.append((error, one, polynomial, coefficients, std))
-        best = min(found, key=lambda each: each[0])
-        if error < TOLERANCE or (one + 2) ** len(nodes) + runs > MOST_RUNS or one - best[1] == PATIENCE:
+        trials.append((error, order, polynomial, coefficients, std))
+        best = min(trials, key=lambda trial: trial[0])
+        if error < TOLERANCE or (order + 2) ** len(nodes) + runs > MOST_RUNS or order - best[1] == PATIENCE:
             break
-    error, one, polynomial, coefficients, std = best
+    error, order, polynomial, coefficients, std = best
     squares = coefficients[1:] ** 2
-    used = chaospy.glexindex(one + 1, dimensions=len(germs), graded=True, reverse=True)[1:] > 0
+    used = chaospy.glexindex(order + 1, dimensions=len(germs), graded=True, reverse=True)[1:] > 0
     first, total = np.zeros((2, joint.dimension))
     first[[*germs]] = squares @ (used & (used.sum(axis=1, keepdims=True) == 1)) / (squares.sum() or 1.0)
     total[[*germs]] = squares @ used / (squares.sum() or 1.0)
@@ -350,29 +351,28 @@ def expand(joint: Joint, function, degree=None) -> Chaos:
     def predict(unit):
         return polynomial(*(2.0 * unit[:, k] - 1.0 if uniform else ndtri(unit[:, k]) for k, uniform in germs.items()))
 
-    return Chaos(one, float(coefficients[0]), std, first, total, error, runs, predict)
+    return Chaos(order, float(coefficients[0]), std, first, total, error, runs, predict)
 
 
-def _expanded(joint) -> list[tuple[int, Input]]:
-    """Places and inputs of the uncertain ones; raises StudyError where an expansion does not take them."""
-    found = [(place, one) for place, one in enumerate(joint.inputs) if one.low < one.high]
-    for _, one in found:
-        if not one.has_density:
+def _check_expandable(joint) -> None:
+    """Raises StudyError where an expansion does not take the uncertain inputs."""
+    for index in joint.uncertain:
+        source = joint.inputs[index]
+        if not source.has_density:
             raise StudyError(
-                f"{one.key} takes single values: polynomial chaos needs a density; choose the method ensemble"
+                f"{source.key} takes single values: polynomial chaos needs a density; choose the method ensemble"
             )
-    if not 1 <= len(found) <= MOST_INPUTS:
+    if not 1 <= (count := len(joint.uncertain)) <= MOST_INPUTS:
         raise StudyError(
-            f"polynomial chaos takes 1 to {MOST_INPUTS} uncertain inputs, not {len(found)}; choose the method ensemble"
+            f"polynomial chaos takes 1 to {MOST_INPUTS} uncertain inputs, not {count}; choose the method ensemble"
         )
-    return found
 
 
 def _evaluated(joint, function, unit):
     values = joint.values(unit)
     result = np.asarray(function(values), float)
     if not np.isfinite(result).all():
-        where = values[~np.isfinite(result)][0]
-        at = ", ".join(f"{key} = {value:g}" for key, value in zip(joint.keys, where, strict=True))
-        raise StudyError(f"the quantity is not finite at {at}: choose the method ensemble, or narrow the inputs")
+        failing = values[~np.isfinite(result)][0]
+        point = ", ".join(f"{key} = {value:g}" for key, value in zip(joint.keys, failing, strict=True))
+        raise StudyError(f"the quantity is not finite at {point}: choose the method ensemble, or narrow the inputs")
     return result

@@ -19,8 +19,8 @@ from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.report import FAILED
 from bearing_twin.run.scene import check_ranges, choose, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate
-from bearing_twin.uq.inputs import numeric_keys, placed, put, quantities_of, replaced
-from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails
+from bearing_twin.uq.inputs import numeric_keys, put, quantities_of, with_inputs
+from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails_of
 from bearing_twin.uq.statistics import MOMENTS
 from bearing_twin.uq.study import Study
 
@@ -42,24 +42,24 @@ def errors_of(quantity: Quantity, figures: Mapping[str, Any], by_source: Mapping
     `by_source` maps figures to {source: error}. Of each source all figures are moved by their errors, away from zero
     and towards it: the greater change counts.
     """
-    value, found = quantity.figure(figures), {}
-    for source in dict.fromkeys(one for key in quantity.keys for one in by_source.get(key, ())):
+    value, errors = quantity.figure(figures), {}
+    for source in dict.fromkeys(source for key in quantity.keys for source in by_source.get(key, ())):
         moved = (
-            {key: _moved(one, by_source.get(key, {}).get(source), way) for key, one in figures.items()}
-            for way in (1.0, -1.0)
+            {key: _moved(figure, by_source.get(key, {}).get(source), direction) for key, figure in figures.items()}
+            for direction in (1.0, -1.0)
         )
-        found[source] = max(abs(quantity.figure(one) - value) for one in moved)
-    return found
+        errors[source] = max(abs(quantity.figure(moved_figures) - value) for moved_figures in moved)
+    return errors
 
 
-def _moved(value, error, way: float):
+def _moved(value, error, direction: float):
     """A figure, or a list of numbers, moved by its error: away from zero for a positive way."""
     if error is None or value is None:
         return value
     if isinstance(value, (list, tuple)):
         errors = error if isinstance(error, (list, tuple)) else [error] * len(value)
-        return [_moved(*one, way) for one in zip(value, errors, strict=True)]
-    return value + (way if value >= 0.0 else -way) * error
+        return [_moved(*value_and_error, direction) for value_and_error in zip(value, errors, strict=True)]
+    return value + (direction if value >= 0.0 else -direction) * error
 
 
 # Values of the inputs in, quantities and histories out: one row a realisation, the same numbers in any process.
@@ -100,7 +100,7 @@ class Task(NamedTuple):
 class RealisationErrors(NamedTuple):
     """Errors of a checked realisation: `of` quantities by source, and the reasons of those `unknown` by source."""
 
-    of: dict[str, dict[str, float]]
+    by_quantity: dict[str, dict[str, float]]
     unknown: dict[str, str]
 
 
@@ -119,7 +119,7 @@ class Realised(NamedTuple):
 
 
 def realise(task: Task, values: np.ndarray) -> Realised:
-    """The realisations at `values` (n, d) of the inputs [SI]; what cannot be simulated fails with its reason."""
+    """The realisations at `values` (n, d) of the inputs [SI]; one that cannot be simulated fails with its reason."""
     kind_of(task.scene["kind"], task.home)
     return _by_closed_forms(task, values) if task.closed else _by_simulation(task, values)
 
@@ -135,7 +135,7 @@ def joined(parts: list[Realised], task: Task) -> Realised:
     for part in parts:
         failures |= {first + row: reason for row, reason in part.failures.items()}
         doubts |= {first + row: sentences for row, sentences in part.doubts.items()}
-        errors |= {first + row: one for row, one in part.errors.items()}
+        errors |= {first + row: realisation_errors for row, realisation_errors in part.errors.items()}
         first += len(part.quantities)
     if not parts:
         return empty(task, 0)
@@ -149,7 +149,7 @@ def joined(parts: list[Realised], task: Task) -> Realised:
 
 
 def empty(task: Task, count: int) -> Realised:
-    """`count` realisations of which nothing is known."""
+    """`count` realisations whose quantities and histories are NaN."""
     return Realised(
         np.full((count, len(task.quantities)), np.nan),
         np.full((count, len(task.histories), task.points if task.histories else 0), np.nan),
@@ -160,25 +160,27 @@ def empty(task: Task, count: int) -> Realised:
 
 
 def _by_closed_forms(task, values):
-    known, found = quantities_of(task.scene["kind"]), empty(task, len(values))
+    known, realised = quantities_of(task.scene["kind"]), empty(task, len(values))
     parameters: Any = _parameters_of(json.dumps(task.scene))
     form = parameters.closed_form()
     for column, keys in enumerate(task.targets):
         for key in keys:
-            parameters = replaced(parameters, key, values[:, column])
+            parameters = put(parameters, key, values[:, column])
     bodies = form.bodies(parameters)
     with np.errstate(all="ignore"):
         for column, name in enumerate(task.quantities):
-            found.quantities[:, column] = known[name].closed(*bodies)
+            realised.quantities[:, column] = known[name].closed(*bodies)
         upright = [_upright(body) for body in bodies]
         for row, channel in enumerate(task.histories):
-            found.histories[:, row] = form.histories[channel](task.instants, *upright)
-    wrong = ~np.isfinite(found.quantities).all(axis=1)
-    found.quantities[wrong] = np.nan
-    found.histories[wrong] = np.nan
+            realised.histories[:, row] = form.histories[channel](task.instants, *upright)
+    wrong = ~np.isfinite(realised.quantities).all(axis=1)
+    realised.quantities[wrong] = np.nan
+    realised.histories[wrong] = np.nan
     meets = np.broadcast_to(np.isfinite(bodies[-1]), len(values))
-    found.failures.update((int(row), form.no_solution if meets[row] else NEVER_MEET) for row in np.flatnonzero(wrong))
-    return found
+    realised.failures.update(
+        (int(row), form.no_solution if meets[row] else NEVER_MEET) for row in np.flatnonzero(wrong)
+    )
+    return realised
 
 
 @functools.lru_cache(maxsize=8)
@@ -195,45 +197,45 @@ def _upright(body):
 
 
 def _by_simulation(task, values):
-    scene, known, found = simulated_scene(task), quantities_of(task.scene["kind"]), empty(task, len(values))
-    for row, these in enumerate(values):
+    template, known, realised = simulated_scene(task), quantities_of(task.scene["kind"]), empty(task, len(values))
+    for row, point in enumerate(values):
         try:
-            realised = parse_scene(placed(scene, task.targets, these), "a realisation")
-            if not task.histories and solved_whole(realised.parameters):
-                realised = _with_few_outputs(realised)
-            run = simulate(realised)
+            scene = parse_scene(with_inputs(template, task.targets, point), "a realisation")
+            if not task.histories and solved_whole(scene.parameters):
+                scene = _with_few_outputs(scene)
+            run = simulate(scene)
             histories = _outputs(run, task)
             report = run.simulation.report(last=True)
         except CoreError:  # nothing can run
             raise
         except BearingTwinError as error:
-            found.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
+            realised.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
             continue
         except (ArithmeticError, ValueError) as error:  # of untried numbers; one must not end all others
-            found.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
+            realised.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
             continue
         numbers = [known[name].figure(report.figures) for name in task.quantities]
         if report.status.startswith(FAILED):
-            found.failures[row] = report.status
+            realised.failures[row] = report.status
         elif not (np.isfinite(numbers).all() and np.isfinite(histories).all()):
-            lacking = [name for name, one in zip(task.quantities, numbers, strict=True) if not np.isfinite(one)]
-            found.failures[row] = f"not finite, or not modelled: {', '.join(lacking) or 'a history'}"
+            lacking = [name for name, number in zip(task.quantities, numbers, strict=True) if not np.isfinite(number)]
+            realised.failures[row] = f"not finite, or not modelled: {', '.join(lacking) or 'a history'}"
         else:
-            found.quantities[row], found.histories[row] = numbers, histories
+            realised.quantities[row], realised.histories[row] = numbers, histories
             if report.flags:
-                found.doubts[row] = tuple(report.flags)
+                realised.doubts[row] = tuple(report.flags)
             if task.checked:
                 by_source = report.errors["errors_by_source"]
                 errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}
-                found.errors[row] = RealisationErrors(errors, report.errors["errors_unknown"])
-    return found
+                realised.errors[row] = RealisationErrors(errors, report.errors["errors_unknown"])
+    return realised
 
 
 def load(task: Task, values: np.ndarray) -> None:
     """Loads what a realisation at `values` (d,) needs; `realise` reports what cannot be simulated."""
     kind_of(task.scene["kind"], task.home)
     with contextlib.suppress(BearingTwinError, ArithmeticError, ValueError):
-        scene = placed(simulated_scene(task), task.targets, values)
+        scene = with_inputs(simulated_scene(task), task.targets, values)
         Simulation(parse_scene(scene, "a realisation"))
 
 
@@ -272,7 +274,7 @@ def _outputs(run, task) -> np.ndarray:
     return np.array([np.concatenate(column)[: task.points] for column in zip(*parts, strict=True)])
 
 
-# How the uncertainty of a study's inputs gets to a quantity: as a function of them, exactly, or at chosen points.
+# Quantities of a study as functions of its inputs.
 
 
 def task_of(study: Study) -> Task:
@@ -301,17 +303,12 @@ def _with_one_stepper(task: Task, medians) -> Task:
     """The task with the stepper that suits its median inputs: one for all, so that no quantity jumps between two."""
     if task.scene.get("solver", {}).get("stepper") != "auto":  # chosen, or of a kind that leaves no choice
         return task
-    scene = parse_scene(placed(simulated_scene(task), task.targets, medians), "at the medians")
+    scene = parse_scene(with_inputs(simulated_scene(task), task.targets, medians), "at the medians")
     choice = choose(scene)
-    words = {row.key: row.options for row in describe(type(scene.parameters))}["solver.stepper"]
-    if choice.stepper not in words:  # a model that integrates nothing, chosen by other keys
+    steppers = {row.key: row.options for row in describe(type(scene.parameters))}["solver.stepper"]
+    if choice.stepper not in steppers:  # a model that integrates nothing, chosen by other keys
         return task
     return task._replace(scene=put(task.scene, "solver.stepper", choice.stepper))
-
-
-def uncertain_inputs(study: Study) -> list[int]:
-    """The places of the inputs that take more than one value."""
-    return [index for index, one in enumerate(study.inputs) if one.low < one.high]
 
 
 def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Derived]:
@@ -319,7 +316,7 @@ def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Deri
 
     Raises StudyError where that method is specified and does not fit.
     """
-    random = uncertain_inputs(study)
+    random = study.joint.uncertain
     if method not in ("auto", "change_of_variable"):
         return {}
     if method == "change_of_variable" and len(random) != 1:
@@ -352,14 +349,14 @@ def _function(task: Task, name: str):
 
 def along(study: Study, index: int, function):
     """A function of all inputs (n, d) -> (n,) as one of input number `index` (n,), the others at their medians."""
-    middle = np.array(study.medians)
+    medians = np.array(study.medians)
 
-    def one(at):
-        values = np.repeat(middle[None], len(at), axis=0)
-        values[:, index] = at
+    def function_of_input(x):
+        values = np.repeat(medians[None], len(x), axis=0)
+        values[:, index] = x
         return function(values)
 
-    return one
+    return function_of_input
 
 
 def missing_moments(study: Study, task: Task, name: str, runs: Callable | None = None) -> dict[str, str]:
@@ -370,22 +367,22 @@ def missing_moments(study: Study, task: Task, name: str, runs: Callable | None =
     an infinity are not found.
     """
     missing, function = {}, _function(task, name) if task.closed else runs
-    for place, source in enumerate(study.inputs):
+    for index, source in enumerate(study.inputs):
         if not (source.has_density if task.closed else is_heavy(source)):
             continue
-        found = tails(source, along(study, place, function), SCORES if task.closed else COARSE, strict=False)
-        for statistic in [one for one in MOMENTS if one not in missing]:
+        tails = tails_of(source, along(study, index, function), SCORES if task.closed else COARSE, strict=False)
+        for statistic in MOMENTS:
             try:
-                refuse_missing_moment(source, found, statistic)
+                refuse_missing_moment(source, tails, statistic)
             except StatisticError as error:
-                missing[statistic] = str(error)
+                missing.setdefault(statistic, str(error))
     return missing
 
 
 def mean_inputs(study: Study) -> np.ndarray:
     """The means of the inputs (1, d); medians where a mean is not finite or no whole number though it must be one."""
     values, known = study.medians, numeric_keys(study.kind)
-    for index, one in enumerate(study.inputs):
-        if np.isfinite(one.mean) and known[one.key].type != "integer":
-            values[index] = one.mean
+    for index, source in enumerate(study.inputs):
+        if np.isfinite(source.mean) and known[source.key].type != "integer":
+            values[index] = source.mean
     return np.array([values])

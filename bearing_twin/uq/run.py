@@ -41,36 +41,36 @@ from bearing_twin.uq.statistics import Estimate, estimate, sensitivity_points, s
 from bearing_twin.uq.study import IN_A_ROW, Study, checkpoints, load_study
 from bearing_twin.uq.workers import Ensemble
 
-OF_INPUTS = 0.5, 0.05, 0.95  # probabilities of all inputs at once, where there is no sample
+CHECKED_PROBABILITIES = 0.5, 0.05, 0.95  # probabilities of all inputs at once, where there is no sample
 SAMPLED = "where quantities are in the middle, least and greatest"
 NOT_CHECKED = "the study ended before a realisation was checked by a second run"
-GIVEN = "at the medians of the inputs, and at 5 and 95 % of all of them"
+WITHOUT_SAMPLE = "at the medians of the inputs, and at 5 and 95 % of all of them"
 
 
 class ModelErrors(NamedTuple):
     """`of` maps quantities to `error` and `errors_by_source`; `checks` says how they were found."""
 
-    of: dict[str, dict[str, Any]]
+    by_quantity: dict[str, dict[str, Any]]
     checks: dict[str, Any]
     notes: list[str]
 
     def for_quantity(self, name: str) -> dict[str, Any]:
         """The keys of one quantity; None where no error is known."""
-        return self.of.get(name, {"error": None, "errors_by_source": {}})
+        return self.by_quantity.get(name, {"error": None, "errors_by_source": {}})
 
 
-def no_model_errors(because: str) -> ModelErrors:
+def no_model_errors(reason: str) -> ModelErrors:
     """Errors that are not known, with the reason."""
-    return ModelErrors({}, {"realisations": 0, "failed": 0, "where": "", "errors_unknown": {METHOD: because}}, [])
+    return ModelErrors({}, {"realisations": 0, "failed": 0, "where": "", "errors_unknown": {METHOD: reason}}, [])
 
 
-def checked_rows(quantities: np.ndarray, first: int, count: int) -> list[int]:
+def checked_rows(quantities: np.ndarray, watched: int, count: int) -> list[int]:
     """Rows of a sample (n, q), at most `count`: in the middle of a quantity, its greatest and its least in turn.
 
     Quantity number `first` leads; never rows that failed (NaN).
     """
     rows: list[int] = []
-    for column in [first, *(place for place in range(quantities.shape[1]) if place != first)]:
+    for column in [watched, *(index for index in range(quantities.shape[1]) if index != watched)]:
         stop_if_requested()
         good = np.flatnonzero(np.isfinite(quantities[:, column]))
         if last := len(good) - 1 if len(good) else 0:
@@ -90,30 +90,32 @@ def model_errors(study: Study, task: Task, ensemble: Ensemble, values, quantitie
     if not count:
         return no_model_errors("checks: 0, so the error of the model is not known")
     rows = checked_rows(quantities, study.quantities.index(study.settings.stop.quantity), count)
-    ends = np.repeat(np.array(OF_INPUTS)[:, None], study.joint.dimension, axis=1)[:count]
-    at, where = (values[rows], SAMPLED) if rows else (study.joint.values(ends), GIVEN)
-    found = ensemble.evaluate(at, task=task._replace(closed=False, checked=True))
-    if len(found.quantities) < len(at):
+    ends = np.repeat(np.array(CHECKED_PROBABILITIES)[:, None], study.joint.dimension, axis=1)[:count]
+    points, selection = (values[rows], SAMPLED) if rows else (study.joint.values(ends), WITHOUT_SAMPLE)
+    checked = ensemble.evaluate(points, task=task._replace(closed=False, checked=True))
+    if len(checked.quantities) < len(points):
         return no_model_errors(NOT_CHECKED)
-    return gathered(study, found, known, where)
+    return model_errors_of_checked(study, checked, known, selection)
 
 
-def gathered(study: Study, found: Realised, known: Iterable[str] = (), where: str = SAMPLED) -> ModelErrors:
+def model_errors_of_checked(
+    study: Study, checked: Realised, known: Iterable[str] = (), selection: str = SAMPLED
+) -> ModelErrors:
     """The greatest errors by source among checked realisations, and notes of large ones and of further warnings."""
-    of, unknown, notes = {}, {}, []
-    for one in found.errors.values():
-        unknown.update(one.unknown)
+    by_quantity, unknown, notes = {}, {}, []
+    for realisation_errors in checked.errors.values():
+        unknown.update(realisation_errors.unknown)
     for column, name in enumerate(study.quantities):
         parts: dict[str, float] = {}
-        for one in found.errors.values():
-            for source, error in one.of[name].items():
+        for realisation_errors in checked.errors.values():
+            for source, error in realisation_errors.by_quantity[name].items():
                 parts[source] = max(parts.get(source, 0.0), error)
         by_source = {source: error for source, error in parts.items() if math.isfinite(error)}
         error = math.fsum(by_source.values()) if by_source else None
-        of[name] = {"error": error, "errors_by_source": by_source}
+        by_quantity[name] = {"error": error, "errors_by_source": by_source}
         if len(by_source) < len(parts):
             unknown[name] = "a figure that it is read off has no bound of its error"
-        sizes = found.quantities[np.isfinite(found.quantities[:, column]), column].tolist()
+        sizes = checked.quantities[np.isfinite(checked.quantities[:, column]), column].tolist()
         unit = quantity_of(study.kind, name).unit
         if error is not None and sizes and is_large_error(sizes, error, unit):
             source = max(by_source, key=by_source.get)
@@ -122,16 +124,16 @@ def gathered(study: Study, found: Realised, known: Iterable[str] = (), where: st
                 f"mostly {SOURCE_LABELS.get(source, source)}: no sampling makes it smaller"
             )
     known, tally = set(map(without_numbers, known)), Tally()
-    bits = tally.bits(len(found.quantities), found.doubts)
-    for place, sentence in enumerate(tally.sentences):
+    bits = tally.bits(len(checked.quantities), checked.doubts)
+    for bit, sentence in enumerate(tally.sentences):
         if without_numbers(sentence) not in known:
-            notes.append(f"{np.sum(bits >> place & 1)} of {len(found.errors)} checked realisations: {sentence}")
-    checks = {"realisations": len(found.errors), "failed": len(found.failures), "errors_unknown": unknown}
-    return ModelErrors(of, checks | {"where": where}, notes)
+            notes.append(f"{np.sum(bits >> bit & 1)} of {len(checked.errors)} checked realisations: {sentence}")
+    checks = {"realisations": len(checked.errors), "failed": len(checked.failures), "errors_unknown": unknown}
+    return ModelErrors(by_quantity, checks | {"where": selection}, notes)
 
 
 CANCELLED = "cancelled"  # why an ensemble ended
-PIECE = 16384  # points drawn at once, so that a cancel need not wait for a whole batch
+DRAWN_TOGETHER = 16384  # points drawn at once, so that a cancel need not wait for a whole batch
 
 
 class Progress(NamedTuple):
@@ -150,7 +152,7 @@ class Progress(NamedTuple):
 
 
 @dataclass
-class Drawn:
+class Sampling:
     """The ensemble as it grows: how many are `done`, the `path` of (samples, estimate of them), why it ended."""
 
     study: Study
@@ -160,10 +162,10 @@ class Drawn:
     start: StudyResult | None = None
     keep: Callable | None = None
     path: list[tuple[int, Estimate]] = field(default_factory=list)
-    because: str = "every quantity follows without sampling"
+    stopped_because: str = "every quantity follows without sampling"
     notes: tuple[str, ...] = ()
     done: int = 0
-    broken: bool = False
+    has_failed: bool = False
 
     def __post_init__(self):
         study, settings, start = self.study, self.study.settings, self.start
@@ -175,67 +177,68 @@ class Drawn:
         # As long as it may become: pages that nothing was written to take no memory, and nothing is joined at the end.
         columns = (np.empty((0, len(study.inputs))), nothing.quantities, nothing.histories)
         columns += np.empty(0, np.int32), np.empty(0, np.int64)
-        self._columns = [np.empty((self.points.samples, *one.shape[1:]), one.dtype) for one in columns]
+        self._columns = [np.empty((self.points.samples, *column.shape[1:]), column.dtype) for column in columns]
 
     def draw(self, ensemble: Ensemble) -> None:
         """Samples up to the stop rule, the greatest number of samples, or a cancel."""
         settings, narrow, watched = self.study.settings, 0, self.study.quantities.index(self.rule.quantity)
         self.notes = (self.points.note,) if self.points.note else ()
-        self.because = f"all {self.points.samples} samples are done"
+        self.stopped_because = f"all {self.points.samples} samples are done"
         for size in checkpoints(self.points.samples, settings.batch, settings.stop.minimum, settings.sampler):
             if self.start is not None and self.done < (known := min(size, len(self.start.status))):
-                rows = slice(self.done, known)
-                given = self.start
-                self._add(*(one[rows] for one in (
-                    given.values, given.quantities, given.histories, given.status, given.doubtful)))  # fmt: skip
+                start, rows = self.start, slice(self.done, known)
+                columns = start.values, start.quantities, start.histories, start.status, start.doubtful
+                self._add(*(column[rows] for column in columns))
             try:
                 self._realise(ensemble, size)
             except StudyError as error:
                 if not self.done:
                     raise
-                self.because, self.broken = f"failed: {error}", True
+                self.stopped_because, self.has_failed = f"failed: {error}", True
                 break
             if self.done < size:
-                self.because = CANCELLED
+                self.stopped_because = CANCELLED
                 break
             sample = np.ascontiguousarray(self._columns[1][: self.done, watched])
             narrow = narrow + 1 if self._is_narrow(sample) else 0
             self.report(0)
             if narrow == IN_A_ROW:
-                self.because = f"{self.rule.text()}, at {IN_A_ROW} checks in a row"
+                self.stopped_because = f"{self.rule.text()}, at {IN_A_ROW} checks in a row"
                 break
 
     def _realise(self, ensemble, size) -> None:
         """Realisations up to number `size`, fewer when cancelled."""
         while self.done < size:
-            first, count = self.done, min(size - self.done, PIECE)
+            first, count = self.done, min(size - self.done, DRAWN_TOGETHER)
             values = self.study.joint.values(self.points.chunk(first, count))
-            for found in ensemble.parts(values, lambda more, first=first: self.report(first + more - self.done)):
-                rows = len(found.quantities)
-                codes, bits = self.reasons.codes(rows, found.failures), self.warnings.bits(rows, found.doubts)
-                self._add(values[self.done - first :][:rows], found.quantities, found.histories, codes, bits)
+            for realised in ensemble.parts(
+                values, lambda further, first=first: self.report(first + further - self.done)
+            ):
+                rows = len(realised.quantities)
+                codes, bits = self.reasons.codes(rows, realised.failures), self.warnings.bits(rows, realised.doubts)
+                self._add(values[self.done - first :][:rows], realised.quantities, realised.histories, codes, bits)
             if self.done < first + count:
                 return
 
     def _add(self, *columns) -> None:
         first, self.done = self.done, self.done + len(columns[0])
-        for whole, column in zip(self._columns, columns, strict=True):
-            whole[first : self.done] = column
+        for values, column in zip(self._columns, columns, strict=True):
+            values[first : self.done] = column
         if self.keep and len(columns[0]):
             self.keep(*columns, tuple(self.reasons.sentences), tuple(self.warnings.sentences))
 
     def arrays(self) -> tuple[np.ndarray, ...]:
         """Values (n, d), quantities (n, q), histories (n, h, points), status (n,) and warnings (n,) of all so far."""
-        return tuple(whole[: self.done] for whole in self._columns)
+        return tuple(values[: self.done] for values in self._columns)
 
     def _is_narrow(self, sample) -> bool:
         """Adds to the convergence path; whether the interval is narrow enough."""
         try:
-            found = estimate(sample, self.rule.of, replicates=self.points.replicates)
+            estimated = estimate(sample, self.rule.estimated, replicates=self.points.replicates)
         except StatisticError:
             return False
-        self.path.append((len(sample), found))
-        return self.rule.satisfied(found.value, found.half_width)
+        self.path.append((len(sample), estimated))
+        return self.rule.satisfied(estimated.value, estimated.half_width)
 
     @property
     def _total(self) -> int:
@@ -261,14 +264,14 @@ class Evaluator:
     def __call__(self, values: np.ndarray) -> np.ndarray:
         key = np.ascontiguousarray(values).tobytes()
         if key not in self._known:
-            found = self._ensemble.evaluate(values, lambda more: self._report(self.runs + more)).quantities
-            if len(found) < len(values):
+            quantities = self._ensemble.evaluate(values, lambda further: self._report(self.runs + further)).quantities
+            if len(quantities) < len(values):
                 raise Stopped("the study was cancelled before all points had run")
-            self.runs += len(found)
-            self._known[key] = found
+            self.runs += len(quantities)
+            self._known[key] = quantities
         return self._known[key]
 
-    def of(self, name: str) -> Callable[[np.ndarray], np.ndarray]:
+    def function_of(self, name: str) -> Callable[[np.ndarray], np.ndarray]:
         """One quantity as a function of the inputs (n, d) -> (n,)."""
         column = self._study.quantities.index(name)
         return lambda values: self(values)[:, column]
@@ -279,11 +282,11 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
     settings, inputs = study.settings, study.joint.dimension
     design = UnitPoints(settings.sampler, 2 * inputs, settings.seed, settings.sensitivity)
     points = sensitivity_points(study.joint, design.chunk(0, design.samples))
-    found = evaluate(study.joint.values(points.reshape(-1, inputs)))
+    quantities = evaluate(study.joint.values(points.reshape(-1, inputs)))
     result: dict[str, dict] = {}
     for column, name in enumerate(study.quantities):
         try:
-            values = found[:, column].reshape(-1, inputs + 2)
+            values = quantities[:, column].reshape(-1, inputs + 2)
             result[name] = sobol_summary(sobol_indices(values, study.joint.keys, design.replicates))
         except StatisticError as error:
             result[name] = {"refused": str(error)}
@@ -343,7 +346,7 @@ def run_study(
     if not isinstance(start, StudyResult | None):
         raise StudyError(f"start = {echo(start)} must be the result of a study, as run_study or read_study gives it")
     study = study if isinstance(study, Study) else load_study(study)
-    ends = getattr(cancelled, "is_set", cancelled) or (lambda: False)
+    is_cancelled = getattr(cancelled, "is_set", cancelled) or (lambda: False)
     report = progress or (lambda _: None)
     parts = 1 if study.sweep is None else 1 + len(study.sweep[1])
     refuse_too_large(study)
@@ -353,47 +356,47 @@ def run_study(
     exact = exact_distributions(study, task, study.settings.method)
     sampled = [name for name in study.quantities if name not in exact]
 
-    drawn = Drawn(study, task, _part(report, 0, parts, began), began, start, keep)
-    model, at_mean, found, sobol = no_model_errors(NOT_CHECKED), empty(task, 0), exact, {}
+    sampling = Sampling(study, task, _progress_of_part(report, 0, parts, began), began, start, keep)
+    model, at_mean, propagated, sobol = no_model_errors(NOT_CHECKED), empty(task, 0), exact, {}
     missing = {name: missing_moments(study, task, name) for name in sampled} if task.closed else {}
-    with stop_condition(ends), Ensemble(task, study.settings.workers, study.executor, ends) as ensemble:
-        evaluate = Evaluator(ensemble, study, drawn.report)
+    with stop_condition(is_cancelled), Ensemble(task, study.settings.workers, study.executor, is_cancelled) as ensemble:
+        evaluate = Evaluator(ensemble, study, sampling.report)
         try:
-            found = exact | _propagate(study, ensemble, evaluate, drawn, len(sampled))
-            if not drawn.broken:
+            propagated = exact | _propagate(study, ensemble, evaluate, sampling, len(sampled))
+            if not sampling.has_failed:
                 if not task.closed:
-                    missing = {name: missing_moments(study, task, name, evaluate.of(name)) for name in sampled}
+                    missing = {name: missing_moments(study, task, name, evaluate.function_of(name)) for name in sampled}
                 sobol = sources_of_variance(study, evaluate) if study.settings.sensitivity else {}
         except Stopped:
-            drawn.because = CANCELLED
-        if not (ends() or drawn.broken):
+            sampling.stopped_because = CANCELLED
+        if not (is_cancelled() or sampling.has_failed):
             at_mean = ensemble.evaluate(mean_inputs(study))
             with contextlib.suppress(Stopped):
-                model = model_errors(study, task, ensemble, *drawn.arrays()[:2], drawn.warnings.sentences)
-    values, quantities, histories, status, doubtful = drawn.arrays()
-    sentences = tuple(drawn.reasons.sentences), tuple(drawn.warnings.sentences)
+                model = model_errors(study, task, ensemble, *sampling.arrays()[:2], sampling.warnings.sentences)
+    values, quantities, histories, status, doubtful = sampling.arrays()
+    sentences = tuple(sampling.reasons.sentences), tuple(sampling.warnings.sentences)
     result = StudyResult(study, values, quantities, histories, status, sentences[0], doubtful, sentences[1], {})
-    summary = summary_of(ends, result, found, missing, drawn, at_mean, model)
-    for name, one in sobol.items():
-        summary["quantities"][name]["sobol"] = one
+    summary = summary_of(is_cancelled, result, propagated, missing, sampling, at_mean, model)
+    for name, indices in sobol.items():
+        summary["quantities"][name]["sobol"] = indices
     if study.sweep is not None:
-        summary["sweep"] = _sweep(study, report, ends, began)
+        summary["sweep"] = _sweep_summary(study, report, is_cancelled, began)
     summary["seconds"] = time.monotonic() - began
     return dataclasses.replace(result, summary=summary)
 
 
-def _propagate(study, ensemble, evaluate, drawn, sampled: int) -> dict:
+def _propagate(study, ensemble, evaluate, sampling, sampled_quantities: int) -> dict:
     """Expansions by quantity; the ensemble goes into `drawn`."""
-    found = {}
+    propagated = {}
     if study.settings.method == "chaos":
         degree = study.settings.degree or None
-        found = {name: expand(study.joint, evaluate.of(name), degree) for name in study.quantities}
-        drawn.because = f"{evaluate.runs} runs for polynomial chaos are done"
-    elif study.histories or sampled:
-        drawn.draw(ensemble)
-        if drawn.because == CANCELLED:
+        propagated = {name: expand(study.joint, evaluate.function_of(name), degree) for name in study.quantities}
+        sampling.stopped_because = f"{evaluate.runs} runs for polynomial chaos are done"
+    elif study.histories or sampled_quantities:
+        sampling.draw(ensemble)
+        if sampling.stopped_because == CANCELLED:
             raise Stopped
-    return found
+    return propagated
 
 
 def memory_needed(study: Study) -> float:
@@ -430,25 +433,25 @@ def _refuse_another_study(study, start):
         raise StudyError("a latin hypercube has a fixed size and cannot be continued; use sobol or random")
 
 
-def _part(report, place, parts, began, at=""):
+def _progress_of_part(report, index, parts, began, at=""):
     """Progress of one of `parts` studies of the same size as that of all of them, `began` at a monotonic time."""
 
-    def of_all(one: Progress) -> None:
-        done, total = one.done + place * one.total, parts * one.total
-        left = (time.monotonic() - began) * (total - done) / max(done, 1)
-        report(one._replace(done=done, total=total, seconds_left=left, at=at))
+    def report_part(progress: Progress) -> None:
+        done, total = progress.done + index * progress.total, parts * progress.total
+        seconds_left = (time.monotonic() - began) * (total - done) / max(done, 1)
+        report(progress._replace(done=done, total=total, seconds_left=seconds_left, at=at))
 
-    return report if parts == 1 else of_all
+    return report if parts == 1 else report_part
 
 
-def _sweep(study, report, ends, began) -> dict:
+def _sweep_summary(study, report, is_cancelled, began) -> dict:
     """The summaries at each value of a sweep, one study each, by the same method and seed."""
     key, values = study.sweep
-    found = []
-    for place, value in enumerate(values, start=1):
-        if ends():
+    studies = []
+    for index, value in enumerate(values, start=1):
+        if is_cancelled():
             break
-        part = _part(report, place, 1 + len(values), began, f"{key} = {value:g}")
-        summary = run_study(study.at(value), part, ends).summary
-        found.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
-    return {**sweep_head(study), "studies": found}
+        part = _progress_of_part(report, index, 1 + len(values), began, f"{key} = {value:g}")
+        summary = run_study(study.at_sweep_value(value), part, is_cancelled).summary
+        studies.append({"value": value, "samples": summary["samples"], "quantities": summary["quantities"]})
+    return {**sweep_head(study), "studies": studies}

@@ -60,11 +60,11 @@ def _latin_hypercube(points, start, count):
 @lru_cache(maxsize=2)
 def _hypercubes(dimension, seed, samples):
     """All points (samples, dimension), interleaved; cached, as chunks are drawn one after the other."""
-    each = samples // REPLICATES
+    size = samples // REPLICATES
     cubes = []
     for part in range(REPLICATES):
         stop_if_requested()
-        cubes.append(qmc.LatinHypercube(dimension, seed=_generator(seed, part)).random(each))
+        cubes.append(qmc.LatinHypercube(dimension, seed=_generator(seed, part)).random(size))
     return np.stack(cubes, axis=1).reshape(-1, dimension)
 
 

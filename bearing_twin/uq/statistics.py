@@ -52,7 +52,7 @@ FEWEST_DEGREES = 24.0  # of freedom of a sample's variance, below which its inte
 FAR_OUT = 5.0  # points of a replicate beyond a quantile, with which its estimates are nearly symmetric
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
-TOO_FEW, MORE = "samples are too few", "take 64 or more"  # which give every statistic, by any sampler
+TOO_FEW, TAKE_MORE = "samples are too few", "take 64 or more"  # which give every statistic, by any sampler
 LEAST_BINS, GREATEST_BINS = 512, 2**16
 BINS_PER_BANDWIDTH = 8
 GREATEST_HISTOGRAM = 400
@@ -95,35 +95,35 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
         For too few samples, or the skewness of equal values.
     """
     stop_if_requested()
-    every = np.ascontiguousarray(sample, float)
-    parts = _finite_parts(every, replicates)
-    kept, fewest = every[np.isfinite(every)] if replicates > 1 else parts[0], min(map(len, parts))
+    values = np.ascontiguousarray(sample, float)
+    parts = _finite_parts(values, replicates)
+    finite, fewest = values[np.isfinite(values)] if replicates > 1 else parts[0], min(map(len, parts))
     name = statistic if statistic in MOMENTS else "quantile"
-    if len(kept) < FEWEST[name] * replicates or (replicates > 1 and fewest < 2):
-        raise StatisticError(f"{len(kept)} {TOO_FEW}; {MORE}")
+    if len(finite) < FEWEST[name] * replicates or (replicates > 1 and fewest < 2):
+        raise StatisticError(f"{len(finite)} {TOO_FEW}; {TAKE_MORE}")
     if name == "quantile":
         beyond = fewest * min(statistic, 1.0 - statistic)
         if replicates == 1 or beyond < 0.5:
-            return _quantile(kept, statistic)
+            return _quantile(finite, statistic)
         # Of all points at once it would lose their even spread.
-        found = np.array([_of_even_points(part, statistic) for part in parts])
+        quantiles = np.array([_quantile_of_even_points(part, statistic) for part in parts])
         if beyond < FAR_OUT:
-            return _quantile(found, 0.5)
-        value, error = float(found.mean()), float(found.std(ddof=1)) / math.sqrt(replicates)
+            return _quantile(quantiles, 0.5)
+        value, error = float(quantiles.mean()), float(quantiles.std(ddof=1)) / math.sqrt(replicates)
         half = error * float(stdtrit(replicates - 1, 1.0 - TAIL))
         return Estimate(value, value - half, value + half)
-    mean, std = float(np.mean(kept)), float(np.std(kept))
+    mean, std = float(np.mean(finite)), float(np.std(finite))
     if std <= 1e-14 * abs(mean):  # rounding alone
-        mean, std = float(kept[0]), 0.0
+        mean, std = float(finite[0]), 0.0
     if name == "mean":
-        value, influence = mean, every - mean
+        value, influence = mean, values - mean
     elif name == "std":
-        value = std if replicates > 1 else std * math.sqrt(len(kept) / (len(kept) - 1.0))
-        influence = 0.5 * value * (((every - mean) / std) ** 2 - 1.0) if std else 0.0 * every
+        value = std if replicates > 1 else std * math.sqrt(len(finite) / (len(finite) - 1.0))
+        influence = 0.5 * value * (((values - mean) / std) ** 2 - 1.0) if std else 0.0 * values
     elif not std:
         raise StatisticError("all samples are equal")
     else:
-        z = (kept - mean) / std
+        z = (finite - mean) / std
         return Estimate(float(np.mean(z * z * z)), -math.inf, math.inf)
     return interval(value, influence, replicates)
 
@@ -152,31 +152,31 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1) -> Estima
     stop_if_requested()
     parts = _finite_parts(influence, replicates)
     if not all(map(len, parts)):
-        raise StatisticError(f"each of the {replicates} replicates needs a sample at least; {MORE}")
-    kept = np.concatenate(parts) if replicates > 1 else parts[0]
-    square = kept * kept
+        raise StatisticError(f"each of the {replicates} replicates needs a sample at least; {TAKE_MORE}")
+    points = np.concatenate(parts) if replicates > 1 else parts[0]
+    square = points * points
     variance = float(np.mean(square))
     if variance == 0.0:
         return Estimate(value, value, value)
-    count, kurtosis = len(kept), float(np.mean(square * square)) / variance**2
+    count, kurtosis = len(points), float(np.mean(square * square)) / variance**2
     degrees = min(2.0 * count / (kurtosis - (count - 3.0) / (count - 1.0)), count - 1.0)
     safe = degrees >= FEWEST_DEGREES
     if replicates > 1 and safe:
         degrees = 1.0 / (1.0 / degrees + 2.0 / replicates)
-        kept = np.array([part.mean() for part in parts])
-        kept -= kept.mean()
-        square = kept * kept
+        points = np.array([part.mean() for part in parts])
+        points -= points.mean()
+        square = points * points
         variance = float(np.mean(square))
     if variance == 0.0:
         return Estimate(value, value, value, safe)
-    count, spread = len(kept), math.sqrt(variance)
-    skewness = float(np.mean(square * kept)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
+    count, spread = len(points), math.sqrt(variance)
+    skewness = float(np.mean(square * points)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
     score = float(stdtrit(degrees, 1.0 - TAIL)) / math.sqrt(count)
     error, a = spread * math.sqrt(count / (count - 1.0)), skewness / 3.0
-    ends = [one - 0.5 * a / count for one in (score, -score)]
+    ends = [end - 0.5 * a / count for end in (score, -score)]
     if abs(a) > 1e-8:  # the inverse of T + a T^2 + a^2 T^3/3
-        ends = [(math.cbrt(1.0 + 3.0 * a * one) - 1.0) / a for one in ends]
-    return Estimate(value, *(value - error * one for one in ends), safe)
+        ends = [(math.cbrt(1.0 + 3.0 * a * end) - 1.0) / a for end in ends]
+    return Estimate(value, *(value - error * end for end in ends), safe)
 
 
 def _quantile(sample: np.ndarray, probability: float) -> Estimate:
@@ -190,16 +190,16 @@ def _quantile(sample: np.ndarray, probability: float) -> Estimate:
     ordered = sample if np.all(sample[1:] >= sample[:-1]) else np.sort(sample)
     below, above = (1.0 + bdtrik((TAIL, 1.0 - TAIL), count, probability)).tolist()
 
-    def at(rank: float) -> float:
-        near = ordered[int(rank) - 1 : int(rank) + 1]
-        return float(near[0] + (rank - int(rank)) * (near[-1] - near[0]))
+    def order_statistic(rank: float) -> float:
+        neighbours = ordered[int(rank) - 1 : int(rank) + 1]
+        return float(neighbours[0] + (rank - int(rank)) * (neighbours[-1] - neighbours[0]))
 
-    value = at(min(max(count * probability + (probability + 1.0) / 3.0, 1.0), count))
-    low = at(min(below, count)) if below > 1.0 else -math.inf
-    return Estimate(value, low, at(above) if above <= count else math.inf)
+    value = order_statistic(min(max(count * probability + (probability + 1.0) / 3.0, 1.0), count))
+    low = order_statistic(min(below, count)) if below > 1.0 else -math.inf
+    return Estimate(value, low, order_statistic(above) if above <= count else math.inf)
 
 
-def _of_even_points(sample: np.ndarray, probability: float) -> float:
+def _quantile_of_even_points(sample: np.ndarray, probability: float) -> float:
     """A quantile of evenly spread points (m,): the i-th is at (i - 1/2)/m, between them it is linear in normal score.
 
     Linear in the probability it would be biased in the tails, by up to 1.5 times the error of the mean of replicates.
@@ -207,15 +207,15 @@ def _of_even_points(sample: np.ndarray, probability: float) -> float:
     count = len(sample)
     rank = min(int(count * probability + 0.5), count - 1)
     low, high = np.partition(sample, (rank - 1, rank))[rank - 1 : rank + 1].tolist()
-    before, after, at = ndtri(((rank - 0.5) / count, (rank + 0.5) / count, probability)).tolist()
-    return low + (high - low) * (at - before) / (after - before)
+    lower_score, upper_score, score = ndtri(((rank - 0.5) / count, (rank + 0.5) / count, probability)).tolist()
+    return low + (high - low) * (score - lower_score) / (upper_score - lower_score)
 
 
 def histogram(sample) -> tuple[np.ndarray, np.ndarray]:
     """Edges (m + 1,) and density (m,) of a histogram, of Freedman and Diaconis' width, at most 400 bins."""
-    kept = _kept(sample, 1)
-    edges = np.histogram_bin_edges(kept, "fd")
-    density, edges = np.histogram(kept, min(len(edges) - 1, GREATEST_HISTOGRAM), density=True)
+    finite = _finite(sample, 1)
+    edges = np.histogram_bin_edges(finite, "fd")
+    density, edges = np.histogram(finite, min(len(edges) - 1, GREATEST_HISTOGRAM), density=True)
     return edges, density
 
 
@@ -226,14 +226,14 @@ def kernel_density(sample) -> tuple[np.ndarray, np.ndarray]:
     taken away), one that holds 0 has no slope there (it is put back), one with negative values no bound. A quantity
     that is positive and yet has a density at 0 is underestimated there. Raises StatisticError for equal samples.
     """
-    kept = _kept(sample, 2)
-    bandwidth, least = silverman_bandwidth(kept), kept.min()
-    low, high = least - 6.0 * bandwidth, kept.max() + 6.0 * bandwidth
+    finite = _finite(sample, 2)
+    bandwidth, least = silverman_bandwidth(finite), finite.min()
+    low, high = least - 6.0 * bandwidth, finite.max() + 6.0 * bandwidth
     low = max(low, 0.0) if least >= 0.0 else low
     bins = int(np.clip(BINS_PER_BANDWIDTH * (high - low) / bandwidth, LEAST_BINS, GREATEST_BINS))
     bins = fft.next_fast_len(bins, real=True)
     width = (high - low) / bins
-    smooth = smoothed(binned(kept, low, high, bins), bandwidth / width, "odd" if least > 0.0 else "even")
+    smooth = smoothed(binned(finite, low, high, bins), bandwidth / width, "odd" if least > 0.0 else "even")
     smooth = np.maximum(smooth, 0.0)
     return low + (np.arange(bins) + 0.5) * width, smooth / (smooth.sum() * width)
 
@@ -249,8 +249,7 @@ def silverman_bandwidth(sample: np.ndarray) -> float:
 
 def binned(sample: np.ndarray, low: float, high: float, bins: int) -> np.ndarray:
     """Number of samples (bins,) in each of the equal bins from low to high; those outside go to the ends."""
-    place = np.floor((sample - low) * (bins / (high - low))).astype(int)
-    return np.bincount(np.clip(place, 0, bins - 1), minlength=bins).astype(float)
+    return np.histogram(np.clip(sample, low, high), bins, (low, high))[0].astype(float)
 
 
 def smoothed(counts: np.ndarray, bandwidth: float, kind: str = "even") -> np.ndarray:
@@ -260,18 +259,18 @@ def smoothed(counts: np.ndarray, bandwidth: float, kind: str = "even") -> np.nda
     never grows with the bandwidth.
     """
     size = counts.shape[-1]
-    there, back, first = REFLECTIONS[kind]
+    transform, inverse, first = REFLECTIONS[kind]
     damping = np.exp(-0.5 * (math.pi * bandwidth / size * np.arange(first, first + size)) ** 2)
-    return back(there(counts, axis=-1) * damping, axis=-1)
+    return inverse(transform(counts, axis=-1) * damping, axis=-1)
 
 
-def _kept(sample, fewest: int) -> np.ndarray:
+def _finite(sample, fewest: int) -> np.ndarray:
     stop_if_requested()
     sample = np.asarray(sample, float)
-    kept = sample[np.isfinite(sample)]
-    if len(kept) < fewest:
-        raise StatisticError(f"{len(kept)} {TOO_FEW}; {MORE}")
-    return kept
+    finite = sample[np.isfinite(sample)]
+    if len(finite) < fewest:
+        raise StatisticError(f"{len(finite)} {TOO_FEW}; {TAKE_MORE}")
+    return finite
 
 
 # Sobol indices by sampling: A. Saltelli et al., Variance based sensitivity analysis of model output, Comput. Phys.
@@ -316,24 +315,26 @@ def sobol_indices(values: np.ndarray, keys: Sequence[str], replicates: int = 1) 
         For too few rows, or a quantity that does not vary.
     """
     values = np.asarray(values, float)
-    whole = np.isfinite(values).all(axis=1)
-    kept = values[whole]
-    if len(kept) < FEWEST_ROWS:
+    complete = np.isfinite(values).all(axis=1)
+    rows = values[complete]
+    if len(rows) < FEWEST_ROWS:
         raise StatisticError(
-            f"Sobol indices need {FEWEST_ROWS} complete rows of {values.shape[1]} runs at least, there are {len(kept)}"
+            f"Sobol indices need {FEWEST_ROWS} complete rows of {values.shape[1]} runs at least, there are {len(rows)}"
         )
-    if np.ptp(kept) <= 1e-14 * np.abs(kept).max():
+    if np.ptp(rows) <= 1e-14 * np.abs(rows).max():
         raise StatisticError("the quantity does not vary: there are no Sobol indices")
-    off, moved = kept[:, :2] - kept[:, :2].mean(), kept[:, 2:] - kept[:, [0]]
-    squares = np.mean(off**2, axis=1)
+    centred, changes = rows[:, :2] - rows[:, :2].mean(), rows[:, 2:] - rows[:, [0]]
+    squares = np.mean(centred**2, axis=1)
     variance = squares.mean()
-    found: dict[str, dict] = {key: {} for key in keys}
-    for order, terms in (("first", off[:, [1]] * moved), ("total", 0.5 * moved**2)):
-        for key, one in zip(keys, terms.T, strict=True):
-            index, influence = float(one.mean() / variance), np.full(len(values), np.nan)
-            influence[whole] = (one - index * squares) / variance  # the error of the sample's mean is of second order
-            found[key][order] = interval(index, influence, replicates)
-    return found
+    indices: dict[str, dict] = {key: {} for key in keys}
+    for order, terms in (("first", centred[:, [1]] * changes), ("total", 0.5 * changes**2)):
+        for key, column in zip(keys, terms.T, strict=True):
+            index, influence = float(column.mean() / variance), np.full(len(values), np.nan)
+            influence[complete] = (
+                column - index * squares
+            ) / variance  # the error of the sample's mean is of second order
+            indices[key][order] = interval(index, influence, replicates)
+    return indices
 
 
 BINS = 4096
@@ -370,26 +371,23 @@ def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
     where a share above TIED of them is equal, as the force is exactly 0 before and after a contact: such a sample has
     no density.
     """
-    kept = np.asarray(sample, float)
-    kept = np.sort(kept[np.isfinite(kept)])
-    if len(kept) < LEAST_SAMPLES:
-        raise StatisticError(f"{len(kept)} {TOO_FEW}; {MORE}")
-    many = max(int(TIED * len(kept)), 3)
-    equal = kept[many:] == kept[:-many]
+    ordered = np.sort(_finite(sample, LEAST_SAMPLES))
+    ties = max(int(TIED * len(ordered)), 3)
+    equal = ordered[ties:] == ordered[:-ties]
     if equal.any():
         raise StatisticError(
-            f"more than {100.0 * TIED:g} % of the values are exactly {kept[np.argmax(equal)]:g}: modes are those of a "
-            "density, and there is none"
+            f"more than {100.0 * TIED:g} % of the values are exactly {ordered[np.argmax(equal)]:g}: modes are those of "
+            "a density, and there is none"
         )
-    low, high = float(kept[0]), float(kept[-1])
+    low, high = float(ordered[0]), float(ordered[-1])
     if high - low <= 1e-14 * max(abs(low), abs(high)):
         raise StatisticError("all samples are equal but for rounding: there is no density with modes")
-    inner, outer = np.quantile(kept, [OUTSIDE, 1.0 - OUTSIDE])
+    inner, outer = np.quantile(ordered, [OUTSIDE, 1.0 - OUTSIDE])
     reach = outer - inner if outer > inner else high - low
     # stray values go to the outermost bins, lest they make all bins too wide; beyond there is room for the kernel
     low, high = max(low, inner - STRAY * reach) - reach, min(high, outer + STRAY * reach) + reach
     width = (high - low) / BINS
-    counts = binned(kept, low, high, BINS)
+    counts = binned(ordered, low, high, BINS)
     window = slice(max(0, int((inner - low) / width) - 1), int((outer - low) / width) + 2)
     rng = np.random.default_rng(seed)
     p_values: list[float] = []
@@ -398,12 +396,12 @@ def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
         bandwidth = critical_bandwidth(counts, modes, window)
         p_value = _p_value(_silverman_test(counts, bandwidth, modes, window, rng), resamples)
         if modes == 1 and p_value <= LEVEL and outer > inner:
-            central = kept[(kept >= inner) & (kept <= outer)]
+            central = ordered[(ordered >= inner) & (ordered <= outer)]
             p_value = max(p_value, _p_value(_excess_mass_test(central, rng), resamples))
         p_values.append(p_value)
         if p_value > LEVEL:
             break
-    positions = low + (window.start + mode_places(smoothed(counts, bandwidth)[window]) + 0.5) * width
+    positions = low + (window.start + mode_indices(smoothed(counts, bandwidth)[window]) + 0.5) * width
     return Modality(modes, p_values[0], tuple(p_values), tuple(positions.tolist()))
 
 
@@ -411,7 +409,7 @@ def critical_bandwidth(counts: np.ndarray, modes: int, window: slice = slice(Non
     """Least bandwidth [bins] at which counts (m,), smoothed, have at most that many modes in the window, to 1e-4."""
 
     def excess(log_bandwidth):
-        return len(mode_places(smoothed(counts, math.exp(log_bandwidth))[window])) - modes - 0.5
+        return len(mode_indices(smoothed(counts, math.exp(log_bandwidth))[window])) - modes - 0.5
 
     low, high = math.log(0.5), math.log(float(len(counts)))
     if excess(low) < 0.0:
@@ -421,27 +419,27 @@ def critical_bandwidth(counts: np.ndarray, modes: int, window: slice = slice(Non
     return math.exp(step + 1e-4)
 
 
-def mode_places(density: np.ndarray, shallow: float = NEGLIGIBLE) -> np.ndarray:
+def mode_indices(density: np.ndarray, shallow: float = NEGLIGIBLE) -> np.ndarray:
     """Indices of the modes of a density (m,), also at its ends, without those shallower than a share of it."""
     return find_peaks(np.pad(density, 1), prominence=shallow * density.max())[0] - 1
 
 
-def _p_value(more: Callable[[int], np.ndarray], resamples: int) -> float:
-    """The p-value of what is true of some of so many draws, never 0; `more(count)` says of which of the next (count,).
+def _p_value(exceeds: Callable[[int], np.ndarray], resamples: int) -> float:
+    """The share of so many draws that exceed the observed statistic, never 0; `exceeds(count)` is (count,) of the next.
 
-    Where it is true of a share CLEAR of them, the number of these over the draws up to the last of these.
+    Once a share CLEAR of them exceeds it, the number of these over the draws so far.
     """
-    enough, found = max(1, round(CLEAR * resamples)), np.zeros(0, bool)
-    while len(found) < resamples:
+    enough, exceeded = max(1, round(CLEAR * resamples)), np.zeros(0, bool)
+    while len(exceeded) < resamples:
         stop_if_requested()
-        found = np.concatenate([found, more(min(enough, resamples - len(found)))])
-        if found.sum() >= enough:
-            return enough / (1.0 + int(np.flatnonzero(found)[enough - 1]))
-    return float(1 + found.sum()) / (1 + resamples)
+        exceeded = np.concatenate([exceeded, exceeds(min(enough, resamples - len(exceeded)))])
+        if exceeded.sum() >= enough:
+            return enough / (1.0 + int(np.flatnonzero(exceeded)[enough - 1]))
+    return float(1 + exceeded.sum()) / (1 + resamples)
 
 
 def _silverman_test(counts, bandwidth, modes, window, rng):
-    """A function of a number of draws: which of them, from the smoothed counts, shrunk, show more modes in the window.
+    """A function of a number of draws from the smoothed counts, shrunk: which of them have more modes in the window.
 
     Drawn into wider bins where the bandwidth hides these: most of the time goes into drawing.
     """
@@ -449,12 +447,12 @@ def _silverman_test(counts, bandwidth, modes, window, rng):
     chance = _shrunk(counts, bandwidth).reshape(-1, wide).sum(axis=1)
     window, size = slice(window.start // wide, -(-window.stop // wide)), int(counts.sum())
 
-    def more(count):
+    def exceeds(count):
         draws = rng.multinomial(size, chance / chance.sum(), size=count).astype(float)
         smooth = smoothed(draws, bandwidth / wide)[:, window]
-        return np.array([len(mode_places(one)) > modes for one in smooth])
+        return np.array([len(mode_indices(density)) > modes for density in smooth])
 
-    return more
+    return exceeds
 
 
 def _excess_mass_test(central, rng):
@@ -464,13 +462,13 @@ def _excess_mass_test(central, rng):
     is twice Hartigan's dip, whose distribution is widest for the flat density.
     """
     counts = binned(central, central.min(), central.max(), EXCESS_BINS)
-    found = _second_excess(counts[None], np.geomspace(0.05, 5.0, 200))[0]
+    observed = _second_excess(counts[None], np.geomspace(0.05, 5.0, 200))[0]
 
-    def more(count):
+    def exceeds(count):
         draws = rng.multinomial(len(central), np.full(EXCESS_BINS, 1.0 / EXCESS_BINS), size=count)
-        return _second_excess(draws, np.linspace(0.6, 1.4, 33)) >= found
+        return _second_excess(draws, np.linspace(0.6, 1.4, 33)) >= observed
 
-    return more
+    return exceeds
 
 
 def _second_excess(counts, levels):
@@ -490,9 +488,9 @@ def _second_excess(counts, levels):
 
 def _shrunk(counts, bandwidth):
     """The smoothed counts drawn together to the variance of the counts."""
-    place = np.arange(len(counts))
-    mean = counts @ place / counts.sum()
-    variance = counts @ (place - mean) ** 2 / counts.sum()
+    bins = np.arange(len(counts))
+    mean = counts @ bins / counts.sum()
+    variance = counts @ (bins - mean) ** 2 / counts.sum()
     stretch = math.sqrt(1.0 + bandwidth**2 / variance)
     smooth = np.maximum(smoothed(counts, bandwidth), 0.0)
-    return np.interp(mean + (place - mean) * stretch, place, smooth, left=0.0, right=0.0)
+    return np.interp(mean + (bins - mean) * stretch, bins, smooth, left=0.0, right=0.0)

@@ -17,19 +17,19 @@ from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import Scene, check_overrides, open_scene, parse_scene
-from bearing_twin.uq.distributions import as_mapping
+from bearing_twin.uq.distributions import as_mapping, require
 from bearing_twin.uq.inputs import (
     Input,
     Joint,
     checked_key,
-    first_name,
     numeric_keys,
-    placed,
+    present_name,
     put,
     quantities_of,
     quantity_of,
     read_input,
     value_at,
+    with_inputs,
 )
 from bearing_twin.uq.sampling import GREATEST_SAMPLES, GREATEST_SEED, REPLICATES, SAMPLERS, rounded
 
@@ -37,7 +37,7 @@ PROPAGATION_METHODS = ("auto", "change_of_variable", "ensemble", "chaos")
 STATISTICS = ("mean", "std", "quantile")
 
 
-# When an ensemble is large enough: the 95 % interval of a named statistic, checked in batches, twice in a row.
+# When an ensemble is large enough: the 95 % interval of a statistic is narrow at two checks in a row.
 #
 # Checking often and stopping at the first narrow interval favours lucky checks: the interval at such a moment covers
 # less than 95 %. Against that (1) there is a least number of samples before the first check, (2) checks are spaced by a
@@ -60,14 +60,15 @@ class Stop:
     quantity: str = text("", "whose statistic; the first of quantities unless said")
 
     @property
-    def of(self) -> str | float:
-        """The statistic as `statistics.estimate` takes it."""
+    def estimated(self) -> str | float:
+        """The statistic as `statistics.estimate` takes it: its name, or the probability of the quantile."""
         return self.probability if self.statistic == "quantile" else self.statistic
 
     @property
     def watched(self) -> str:
         """The statistic and its quantity in words: `std of contact_duration`."""
-        return f"{f'{self.of:g} quantile' if self.statistic == 'quantile' else self.of} of {self.quantity}"
+        statistic = f"{self.probability:g} quantile" if self.statistic == "quantile" else self.statistic
+        return f"{statistic} of {self.quantity}"
 
     def satisfied(self, estimate: float, half_width: float) -> bool:
         """True for an interval that is narrow enough; never without a tolerance, or for a NaN."""
@@ -96,7 +97,7 @@ def checkpoints(samples: int, batch: int, minimum: int, sampler: str) -> Iterato
 
 @dataclass(frozen=True)
 class Settings:
-    """The keys of a study that are plain numbers and words."""
+    """The keys of a study that are plain numbers and names."""
 
     method: str = choice("auto", PROPAGATION_METHODS, "auto = change of variable where it applies, else ensemble")
     sampler: str = choice("random", tuple(SAMPLERS), "where the unit cube is sampled")
@@ -128,15 +129,15 @@ class Settings:
 class Study:
     """A study, complete and checked.
 
-    `scene` is the scene's plain data with automatic choices still open; `given` maps each input's key to its
+    `scene` is the scene's plain data with automatic choices still open; `distributions` maps each input's key to its
     distribution as in the file, `targets` are for each input the keys of the scene that take its value; `joint` draws
-    them.
+    the values.
     """
 
     name: str
     description: str
     scene: dict
-    given: dict
+    distributions: dict
     targets: tuple[tuple[str, ...], ...] = field(compare=False)
     correlation: tuple[tuple[str, str, float], ...]
     quantities: tuple[str, ...]
@@ -165,7 +166,7 @@ class Study:
     @property
     def medians(self) -> list[float]:
         """The medians of the inputs."""
-        return [float(one.ppf(0.5)) for one in self.inputs]
+        return [float(source.ppf(0.5)) for source in self.inputs]
 
     @property
     def quantity_units(self) -> dict[str, str]:
@@ -174,9 +175,9 @@ class Study:
 
     def scene_at(self, values: Iterable[float]) -> Scene:
         """The scene with these values of the inputs; raises SceneError where there is none."""
-        return parse_scene(placed(self.scene, self.targets, values), "a realisation")
+        return parse_scene(with_inputs(self.scene, self.targets, values), "a realisation")
 
-    def at(self, value: float) -> "Study":
+    def at_sweep_value(self, value: float) -> "Study":
         """The study at one value of its sweep, without histories and the count of modes."""
         settings = dataclasses.replace(self.settings, modality="no")
         scene = put(self.scene, self.sweep[0], value)
@@ -188,7 +189,7 @@ class Study:
             "name": self.name,
             "description": self.description,
             "scene": self.scene,
-            "inputs": self.given,
+            "inputs": self.distributions,
             "correlation": [list(row) for row in self.correlation],
             "quantities": list(self.quantities),
             "histories": list(self.histories),
@@ -207,8 +208,8 @@ FREE_KEYS = (
 )  # fmt: skip
 SETTINGS = tuple(item.name for item in dataclasses.fields(Settings))
 GREATEST_SWEEP = 1000
-OTHER_NAMES = {"companions": "checks"}  # keys of earlier versions
-GONE = {
+FORMER_KEYS = {"companions": "checks"}  # of earlier versions
+REMOVED_KEYS = {
     "densities": "densities was removed; estimate them from result.sample(quantity), as by scipy.stats.gaussian_kde",
     "time_limit": "time_limit was removed; end the study by Ctrl-C, as `timeout -s INT 60 bearing_twin study ...` does",
 }
@@ -271,152 +272,148 @@ def parse_study(text_or_mapping: str | Mapping, origin: str, overrides: Iterable
     mapping = STUDIES.load(text_or_mapping, origin) if isinstance(text_or_mapping, str) else text_or_mapping
     if not isinstance(mapping, Mapping) or "scene" not in mapping:
         raise StudyError(f"{origin} has no key `scene`; start it with `scene: two_spheres` or another scene")
-    mapping, problems = dict(mapping), _Problems()
+    problems = _Problems()
     try:
-        for word in ("inputs", "sweep"):
-            if isinstance(mapping.get(word), Mapping):
-                mapping[word] = _by_first_names(word, mapping[word])
-        for other, first in OTHER_NAMES.items():
-            if other in mapping and first in mapping:
-                raise StudyError(f"{other} is another name of {first}, which is given too; keep one of them")
-            if other in mapping:
-                mapping[first] = mapping.pop(other)
-        study = _read(mapping, *_overridden(mapping, check_overrides(overrides)), origin, problems)
+        mapping = _by_present_names("the study", mapping, lambda key: FORMER_KEYS.get(key, key))
+        for name in ("inputs", "sweep"):
+            if isinstance(mapping.get(name), Mapping):
+                mapping[name] = _by_present_names(name, mapping[name], present_name)
+        study = _read(mapping, *_override(mapping, check_overrides(overrides)), origin, problems)
     except (SceneError, StudyError) as error:
         if not problems:
             raise StudyError(f"{origin}: {error}") from error
     if len(problems) == 1:
         raise StudyError(f"{origin}: {problems[0]}")
     if problems:
-        raise StudyError(f"{origin} has {len(problems)} problems:\n" + "\n".join(f"  {one}" for one in problems))
+        raise StudyError(f"{origin} has {len(problems)} problems:\n" + "\n".join(f"  {row}" for row in problems))
     return study
 
 
 class _Problems(list):
     """Problems of a study, one sentence each."""
 
-    def of(self, read: Callable, default: Any, *given) -> Any:
+    def collect(self, read: Callable, default: Any, *arguments) -> Any:
         """The value that `read` returns; the default where it raises, whose reason is kept."""
         try:
-            return read(*given)
+            return read(*arguments)
         except (SceneError, StudyError) as error:
             self.append(str(error))
             return default
 
 
-def _require(condition, reason: str) -> None:
-    if not condition:
-        raise StudyError(reason)
+def _by_present_names(where: str, mapping: Mapping, present_name) -> dict:
+    """A mapping with the present names of its keys; raises StudyError where a key also has a former name."""
+    renamed = {}
+    for key, value in mapping.items():
+        name = present_name(key)
+        require(name not in renamed, f"{where} has {name} twice, by its present and its former name; keep one of them")
+        renamed[name] = value
+    return renamed
 
 
-def _by_first_names(word: str, given: Mapping) -> dict:
-    """A mapping of keys by their first names; raises StudyError where one key is given by both of its names."""
-    found = {}
-    for key, value in given.items():
-        _require(
-            (first := first_name(key)) not in found,
-            f"{word}: {key} is another name of a key that is given too; keep one of them",
-        )
-        found[first] = value
-    return found
-
-
-def _overridden(mapping: dict, overrides) -> tuple[dict, str]:
+def _override(mapping: dict, overrides) -> tuple[dict, str]:
     """The scene's plain data and its name in errors; overrides of the study change `mapping`.
 
     An override belongs to the study or to the scene by its first word; one that names another scene comes first.
     """
-    of_study, words = (*FREE_KEYS, *SETTINGS, *OTHER_NAMES), {}
+    study_keys, first_words = (*FREE_KEYS, *SETTINGS, *FORMER_KEYS), {}
     for override in overrides:
         key, equals, _ = override.partition("=")
-        words[override] = key.partition(".")[0].strip()
-        _require(
-            equals and words[override],
+        first_words[override] = key.partition(".")[0].strip()
+        require(
+            equals and first_words[override],
             f"override {echo(override)} must look like samples=500 or motion.first_velocity=50",
         )
-        if words[override] in ("scene", "set"):
-            _apply(mapping, None, override)
-    legal = (*of_study, *_open(mapping, ())[0])
-    for override, word in words.items():
-        if word in GONE:
-            raise StudyError(GONE[word])
+        if first_words[override] in ("scene", "set"):
+            _set_override(mapping, None, override)
+    legal = (*study_keys, *_open_scene(mapping, ())[0])
+    for override, word in first_words.items():
+        if word in REMOVED_KEYS:
+            raise StudyError(REMOVED_KEYS[word])
         if word not in legal:
             hint = legal_hint(word, legal)
             raise StudyError(f"override {echo(override)}: {echo(word)} is no key of the study or its scene; {hint}")
-    opened = _open(mapping, [one for one, word in words.items() if word not in of_study])
-    for override, word in words.items():
-        if word in of_study and word not in ("scene", "set"):
-            _apply(mapping, opened[0]["kind"], override)
+    opened = _open_scene(mapping, [override for override, word in first_words.items() if word not in study_keys])
+    for override, word in first_words.items():
+        if word in study_keys and word not in ("scene", "set"):
+            _set_override(mapping, opened[0]["kind"], override)
     return opened
 
 
-def _open(mapping, for_scene) -> tuple[dict, str]:
+def _open_scene(mapping, overrides) -> tuple[dict, str]:
     """(plain data of the scene, its name in errors); its inputs are not put in, so it may be impossible without."""
-    given, changes = mapping["scene"], mapping.get("set", [])
-    _require(
-        isinstance(changes, (list, tuple)) and all(isinstance(one, str) for one in changes),
+    scene, changes = mapping["scene"], mapping.get("set", [])
+    require(
+        isinstance(changes, (list, tuple)) and all(isinstance(change, str) for change in changes),
         f"set = {echo(changes)} must be a list of texts such as motion.first_velocity=50",
     )
-    changed = [first_name(one.partition("=")[0].strip()) for one in changes]
-    if twice := {key for key in changed if changed.count(key) > 1}:
-        raise StudyError(f"set gives {min(twice)} twice; keep one of them")
-    _require(
-        isinstance(given, (str, int, Mapping)) and not isinstance(given, bool),
-        f"scene = {echo(given)} must be the name of a scene, a path, or a scene's keys and values",
+    changed_keys, overridden = (
+        [present_name(text.partition("=")[0].strip()) for text in texts] for texts in (changes, overrides)
     )
-    overridden = {first_name(one.partition("=")[0].strip()) for one in for_scene}
-    kept = [one for one, key in zip(changes, changed, strict=True) if key not in overridden]
-    return open_scene(given, (*kept, *for_scene))
+    if twice := {key for key in changed_keys if changed_keys.count(key) > 1}:
+        raise StudyError(f"set gives {min(twice)} twice; keep one of them")
+    require(
+        isinstance(scene, (str, int, Mapping)) and not isinstance(scene, bool),
+        f"scene = {echo(scene)} must be the name of a scene, a path, or a scene's keys and values",
+    )
+    changes = [change for change, key in zip(changes, changed_keys, strict=True) if key not in overridden]
+    return open_scene(scene, (*changes, *overrides))
 
 
-def _apply(mapping, kind, override):
+def _set_override(mapping, kind, override) -> None:
+    """Puts the value of an override at its path in the study's plain data."""
     key, _, text = override.partition("=")
-    words = key.strip().split(".")
-    words[0] = OTHER_NAMES.get(words[0], words[0])
-    if words[0] == "inputs" and len(words) > 1:
+    path = key.strip().split(".")
+    path[0] = FORMER_KEYS.get(path[0], path[0])
+    if path[0] == "inputs" and len(path) > 1:
         known = numeric_keys(kind)
-        rest = first_name(key.strip().partition(".")[2])
-        inner = max((one for one in known if rest == one or rest.startswith(f"{one}.")), key=len, default=None)
-        if inner is None:
+        name = present_name(key.strip().partition(".")[2])
+        inputs = [known_key for known_key in known if name == known_key or name.startswith(f"{known_key}.")]
+        if not inputs:
             raise StudyError(
-                f"override {echo(override)}: {echo(rest)} is no number of the scene; {legal_hint(rest, known)}"
+                f"override {echo(override)}: {echo(name)} is no number of the scene; {legal_hint(name, known)}"
             )
-        words = ["inputs", inner, *(rest[len(inner) + 1 :].split(".") if rest != inner else ())]
+        longest = max(inputs, key=len)
+        path = ["inputs", longest, *filter(None, name.removeprefix(longest).split("."))]
     holder = mapping
-    for word in words[:-1]:
+    for word in path[:-1]:
         inner = holder.get(word, {})
-        _require(isinstance(inner, Mapping), f"override {echo(override)}: {word} is a value and has no keys of its own")
+        require(isinstance(inner, Mapping), f"override {echo(override)}: {word} is a value and has no keys of its own")
         holder[word] = holder = dict(inner)
-    holder[words[-1]] = STUDIES.load(text, f"override {echo(override)}")
+    holder[path[-1]] = STUDIES.load(text, f"override {echo(override)}")
 
 
 def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
     """The study; what is wrong is added to `problems`, and then the result is not to be used."""
     kind, legal = scene["kind"], (*FREE_KEYS, *SETTINGS)
     problems += [
-        GONE.get(key) or f"{echo(key)} is not a key of a study; {legal_hint(key, legal)}"
+        REMOVED_KEYS.get(key) or f"{echo(key)} is not a key of a study; {legal_hint(key, legal)}"
         for key in mapping
         if key not in legal
     ]
-    settings, found = read(Settings, {key: mapping[key] for key in SETTINGS if key in mapping})
-    problems += found
+    settings, setting_problems = read(Settings, {key: mapping[key] for key in SETTINGS if key in mapping})
+    problems += setting_problems
     if settings.method == "chaos" and mapping.get("histories"):
         problems.append("histories are sampled, which the method chaos does not do; leave them out, or use ensemble")
     if settings.stop.tolerance and settings.stop.relative_tolerance:
         problems.append("stop.tolerance and stop.relative_tolerance say the same thing twice; keep one")
 
-    inputs, given, targets = [], {}, []
-    table = problems.of(_table, {}, mapping.get("inputs"))
-    for key, value in table.items():
-        if (one := problems.of(_input, None, kind, key, value, [key for keys in targets for key in keys])) is not None:
-            inputs.append(one[0])
-            given[key] = one[1]
-            targets.append(one[2])
-    correlation = problems.of(_correlation, (), mapping.get("correlation", ()))
-    joint, sweep = problems.of(Joint, None, inputs, correlation), mapping.get("sweep")
+    inputs, distributions, targets = [], {}, []
+    specifications = mapping.get("inputs")
+    if not (isinstance(specifications, Mapping) and specifications):
+        problems.append("inputs must map keys of the scene to distributions, one at least")
+        specifications = {}
+    for key, specification in specifications.items():
+        targeted = [target for group in targets for target in group]
+        if (row := problems.collect(_input, None, kind, key, specification, targeted)) is not None:
+            inputs.append(row[0])
+            distributions[key] = row[1]
+            targets.append(row[2])
+    correlation = problems.collect(_correlation, (), mapping.get("correlation", ()))
+    joint, sweep = problems.collect(Joint, None, inputs, correlation), mapping.get("sweep")
     if joint and not joint.independent and settings.sensitivity:
         problems.append("sensitivity is for independent inputs; leave it or the correlation out")
-    at_medians = placed(scene, targets, [float(one.ppf(0.5)) for one in inputs])
+    at_medians = with_inputs(scene, targets, [float(source.ppf(0.5)) for source in inputs])
     for key, values in sweep.items() if isinstance(sweep, Mapping) else ():
         with contextlib.suppress(StudyError, LookupError, TypeError):
             at_medians = put(at_medians, checked_key(kind, key), values[0])
@@ -426,14 +423,12 @@ def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
     except SceneError:  # it lacks a number that an input or the sweep gives
         scene = at_medians
 
-    quantities = problems.of(_quantities, (), mapping.get("quantities"), kind)
+    quantities = problems.collect(_quantities, (), mapping.get("quantities"), kind)
     for name in quantities:
-        problems.of(_quantity, None, name, kind, possible.parameters)
-    stop = (
-        settings.stop
-        if settings.stop.quantity
-        else dataclasses.replace(settings.stop, quantity="".join(quantities[:1]))
-    )
+        problems.collect(_check_quantity, None, name, kind, possible.parameters)
+    stop = settings.stop
+    if not stop.quantity:
+        stop = dataclasses.replace(stop, quantity="".join(quantities[:1]))
     if stop.quantity not in quantities and quantities:
         hint = legal_hint(stop.quantity, quantities)
         problems.append(f"stop.quantity = {echo(stop.quantity)} is not among the study's quantities; {hint}")
@@ -442,149 +437,145 @@ def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
         problems.append(f"executor = {echo(executor)} must be processes, or dask://host:port of a Dask scheduler")
     name = mapping.get("name", origin.removeprefix("study ").removesuffix(".yaml"))
     return Study(
-        problems.of(_text, "", name, "name", LONGEST_NAME),
-        problems.of(_text, "", mapping.get("description", ""), "description", LONGEST_DESCRIPTION).strip(),
+        problems.collect(_text, "", name, "name", LONGEST_NAME),
+        problems.collect(_text, "", mapping.get("description", ""), "description", LONGEST_DESCRIPTION).strip(),
         scene,
-        given,
+        distributions,
         tuple(targets),
         correlation,
         quantities,
-        problems.of(_histories, (), mapping.get("histories", ()), possible),
-        problems.of(_sweep, None, sweep, at_medians, targets),
+        problems.collect(_histories, (), mapping.get("histories", ()), possible),
+        problems.collect(_sweep, None, sweep, at_medians, targets),
         executor,
         dataclasses.replace(settings, stop=stop),
         joint,
     )
 
 
-def _table(given) -> Mapping:
-    _require(isinstance(given, Mapping) and given, "inputs must map keys of the scene to distributions, one at least")
-    return given
-
-
-def _input(kind: str, key: str, given, taken) -> tuple[Input, Any, tuple[str, ...]]:
-    """(the input, its distribution as plain data, keys that take its value); `taken` by inputs before it."""
+def _input(kind: str, key: str, specification, targeted) -> tuple[Input, Any, tuple[str, ...]]:
+    """(the input, its distribution as plain data, keys that take its value), none of them `targeted` by an input."""
     checked_key(kind, key)
-    frozen, more = given, ()
-    if isinstance(given, Mapping):
-        frozen, more = given.get("distribution"), given.get("also", ())
-        more = (more,) if isinstance(more, str) else more
-        _require(
-            isinstance(more, (list, tuple)),
-            f"input {key}: also = {echo(more)} must be a list of further keys that take the same value",
+    frozen, followers = specification, ()
+    if isinstance(specification, Mapping):
+        frozen, followers = specification.get("distribution"), specification.get("also", ())
+        followers = (followers,) if isinstance(followers, str) else followers
+        require(
+            isinstance(followers, (list, tuple)),
+            f"input {key}: also = {echo(followers)} must be a list of further keys that take the same value",
         )
-        given = {word: value for word, value in given.items() if word != "also"}
+        specification = {word: value for word, value in specification.items() if word != "also"}
     if isinstance(frozen, rv_frozen):
         try:
-            given = {**(given if isinstance(given, Mapping) else {}), **as_mapping(frozen)}
+            specification = {**(specification if isinstance(specification, Mapping) else {}), **as_mapping(frozen)}
         except StudyError as error:
             raise StudyError(f"input {key}: {error}") from None
-    given = _in_si(given, numeric_keys(kind)[key].unit)
-    targets = (key, *(checked_key(kind, one) for one in more))
-    one = read_input(key, given)
-    for place, target in enumerate(targets):
-        _require(target not in (*taken, *targets[:place]), f"input {key}: {target} already follows an input")
-        _check_support(kind, target, one)
-    return one, {**given, "also": list(targets[1:])} if more else given, targets
+    specification = _in_si(specification, numeric_keys(kind)[key].unit)
+    targets = (key, *(checked_key(kind, follower) for follower in followers))
+    source = read_input(key, specification)
+    for index, target in enumerate(targets):
+        require(target not in (*targeted, *targets[:index]), f"input {key}: {target} already follows an input")
+        _check_support(kind, target, source)
+    return source, {**specification, "also": list(targets[1:])} if followers else specification, targets
 
 
 IN_THE_INPUTS_UNIT = "low", "high", "mean", "std", "mode", "value", "values", "x", "loc", "scale", "know"
 
 
-def _in_si(given, unit: str):
+def _in_si(specification, unit: str):
     """The specification of an input, with texts such as 5um in SI; but no deviation of a temperature."""
-    if isinstance(given, str):
-        value = si_value(given, unit)
-        return given if value is None else value
-    if isinstance(given, Mapping):
-        words = [word for word in IN_THE_INPUTS_UNIT if not (word == "std" and unit == "K")]
-        return {word: _in_si(one, unit) if word in words else one for word, one in given.items()}
-    return [_in_si(one, unit) for one in given] if isinstance(given, (list, tuple)) else given
+    if isinstance(specification, str):
+        value = si_value(specification, unit)
+        return specification if value is None else value
+    if isinstance(specification, Mapping):
+        converted = [name for name in IN_THE_INPUTS_UNIT if not (name == "std" and unit == "K")]
+        return {name: _in_si(value, unit) if name in converted else value for name, value in specification.items()}
+    if isinstance(specification, (list, tuple)):
+        return [_in_si(value, unit) for value in specification]
+    return specification
 
 
-def _check_support(kind: str, key: str, one: Input) -> None:
+def _check_support(kind: str, key: str, source: Input) -> None:
     """Raises StudyError where the input takes values that the scene forbids with a probability above IMPOSSIBLE."""
     row = numeric_keys(kind)[key]
-    _require(
-        row.type != "integer" or one.whole,
+    require(
+        row.type != "integer" or source.is_whole,
         f"input {key} takes whole numbers; give it the distribution fixed, discrete or empirical with such values",
     )
     limits = row.bounds.without_sizes
-    if one.has_density:
+    if source.has_density:
         low = next((end for end in (limits.above, limits.at_least) if end is not None), -np.inf)
         high = next((end for end in (limits.below, limits.at_most) if end is not None), np.inf)
-        outside = one.outside(low, high)
+        outside = source.outside(low, high)
     else:
-        outside = float(not (limits.allow(one.low) and limits.allow(one.high)))
-    _require(
+        outside = float(not (limits.allow(source.low) and limits.allow(source.high)))
+    require(
         outside <= IMPOSSIBLE,
-        f"input {key}: {one.distribution_name.replace('_', ' ')} takes values from {one.low:g} to {one.high:g}, "
-        f"but {key} must be {row.bounds.text()}; give one inside, such as uniform, beta or truncated_normal"
-        + (f" (a probability of {outside:.2g} lies outside)" if one.has_density else ""),
+        f"input {key}: {source.distribution_name.replace('_', ' ')} takes values from {source.low:g} to "
+        f"{source.high:g}, but {key} must be {row.bounds.text()}; give one inside, such as uniform, beta or "
+        "truncated_normal" + (f" (a probability of {outside:.2g} lies outside)" if source.has_density else ""),
     )
 
 
-def _correlation(given) -> tuple:
-    _require(isinstance(given, (list, tuple)), f"correlation = {echo(given)} must be a list of [key, key, value]")
-    for row in given:
-        _require(
+def _correlation(rows) -> tuple:
+    require(isinstance(rows, (list, tuple)), f"correlation = {echo(rows)} must be a list of [key, key, value]")
+    for row in rows:
+        require(
             isinstance(row, (list, tuple)) and len(row) == 3 and all(isinstance(key, str) for key in row[:2]),
             f"correlation: {echo(row)} must be [key, key, value]",
         )
-    return tuple((*map(first_name, row[:2]), row[2]) for row in given)
+    return tuple((*map(present_name, row[:2]), row[2]) for row in rows)
 
 
-def _quantities(given, kind) -> tuple[str, ...]:
-    _require(given, f"quantities names nothing: name one at least; legal: {', '.join(quantities_of(kind))}")
-    return _words(given, "quantities")
+def _quantities(names, kind) -> tuple[str, ...]:
+    require(names, f"quantities names nothing: name one at least; legal: {', '.join(quantities_of(kind))}")
+    return _names(names, "quantities")
 
 
-def _quantity(name, kind, parameters) -> None:
-    why = KINDS[kind].missing(parameters)
+def _check_quantity(name, kind, parameters) -> None:
+    reasons = KINDS[kind].missing(parameters)
     for key in quantity_of(kind, name).keys:
-        _require(key not in why, f"quantities: {name}: {why.get(key)}")
+        require(key not in reasons, f"quantities: {name}: {reasons.get(key)}")
 
 
-def _histories(given, scene: Scene) -> tuple[str, ...]:
-    names = _words(given, "histories")
-    channels = [one.name for one in scene.channels if one.shape == ()] if names else ()
+def _histories(names, scene: Scene) -> tuple[str, ...]:
+    names = _names(names, "histories")
+    channels = [channel.name for channel in scene.channels if channel.shape == ()] if names else ()
     for name in names:
-        if name not in channels:
-            raise StudyError(f"histories: {echo(name)} is no channel of one number; {legal_hint(name, channels)}")
+        require(name in channels, f"histories: {echo(name)} is no channel of one number; {legal_hint(name, channels)}")
     return names
 
 
-def _words(given, key) -> tuple[str, ...]:
-    given = (given,) if isinstance(given, str) else given
-    _require(
-        isinstance(given, (list, tuple)) and all(isinstance(one, str) for one in given),
-        f"{key} = {echo(given)} must be a list of names",
+def _names(names, key) -> tuple[str, ...]:
+    names = (names,) if isinstance(names, str) else names
+    require(
+        isinstance(names, (list, tuple)) and all(isinstance(name, str) for name in names),
+        f"{key} = {echo(names)} must be a list of names",
     )
-    _require(len(set(given)) == len(given), f"{key} names something twice")
-    return tuple(given)
+    require(len(set(names)) == len(names), f"{key} names something twice")
+    return tuple(names)
 
 
-def _sweep(given, scene, targets) -> tuple[str, tuple[float, ...]] | None:
-    if given is None:
+def _sweep(sweep, scene, targets) -> tuple[str, tuple[float, ...]] | None:
+    if sweep is None:
         return None
-    _require(
-        isinstance(given, Mapping) and len(given) == 1,
-        f"sweep = {echo(given)} must map one key of the scene to a list of values",
+    require(
+        isinstance(sweep, Mapping) and len(sweep) == 1,
+        f"sweep = {echo(sweep)} must map one key of the scene to a list of values",
     )
-    ((key, values),) = given.items()
+    ((key, values),) = sweep.items()
     checked_key(scene["kind"], key)
-    _require(not any(key in keys for keys in targets), f"sweep: {key} is an uncertain input already")
-    _require(
+    require(not any(key in keys for keys in targets), f"sweep: {key} is an uncertain input already")
+    require(
         isinstance(values, (list, tuple)) and 1 <= len(values) <= GREATEST_SWEEP,
         f"sweep: {key} must have a list of 1 to {GREATEST_SWEEP} values",
     )
-    parsed = [parse_scene(put(scene, key, value), f"sweep {key} = {echo(value)}") for value in values]
-    return key, tuple(float(value_at(one.resolved(), key)) for one in parsed)
+    scenes = [parse_scene(put(scene, key, value), f"sweep {key} = {echo(value)}") for value in values]
+    return key, tuple(float(value_at(swept.resolved(), key)) for swept in scenes)
 
 
-def _text(given, key, longest) -> str:
-    _require(
-        is_text(given, longest) and (key != "name" or given.strip()),
-        f"{key} = {echo(given)} must be text of at most {longest} characters, all of UTF-8",
+def _text(text, key, longest) -> str:
+    require(
+        is_text(text, longest) and (key != "name" or text.strip()),
+        f"{key} = {echo(text)} must be text of at most {longest} characters, all of UTF-8",
     )
-    return given
+    return text

@@ -30,8 +30,8 @@ POLL = 0.05  # s between calls of `cancelled`
 CLOSED_CHUNK = 16384  # numbers by closed forms between such calls, for a realisation without histories
 INSTANT = 0.2  # of the time of such a realisation is what an instant of a history takes
 BRIEF_CHUNK, RUN_CHUNK = 8, 1  # realisations a message to a worker, for impacts and for long runs
-DASK_AHEAD = 1000  # messages under way on a cluster
-HANDED_OVER = 0.2  # s after which finished realisations are yielded at the latest
+DASK_MESSAGES_AHEAD = 1000  # messages under way on a cluster
+YIELD_PERIOD = 0.2  # s after which finished realisations are yielded at the latest
 DASK = "dask://"
 DASK_PATIENCE = 10  # s that a scheduler has to answer
 
@@ -71,9 +71,9 @@ class Ensemble:
 
         So what is reported as done has been stored, however the study ends.
         """
-        return (self._here if self._task.closed else self._by_workers)(values, report, task or self._task)
+        return (self._in_this_process if self._task.closed else self._by_workers)(values, report, task or self._task)
 
-    def _here(self, values, report, task):
+    def _in_this_process(self, values, report, task):
         instants = len(self._task.histories) * self._task.points
         size = max(1, round(CLOSED_CHUNK / (1.0 + INSTANT * instants)))
         for start in range(0, len(values), size):
@@ -86,37 +86,37 @@ class Ensemble:
     def _by_workers(self, values, report, task):
         size = BRIEF_CHUNK if KINDS[self._task.scene["kind"]].brief else RUN_CHUNK
         waiting = deque(values[start : start + size] for start in range(0, len(values), size))
-        submitted, pending, ready, done, handed = deque(), set(), [], 0, time.monotonic()
+        submitted, pending, ready, count, yielded_at = deque(), set(), [], 0, time.monotonic()
         try:
             while (waiting or submitted) and not self._cancelled():
-                while waiting and len(pending) < self._room(len(waiting)):
-                    submitted.append(self._started().submit(task, waiting.popleft()))
+                while waiting and len(pending) < self._capacity(len(waiting)):
+                    submitted.append(self._running_pool().submit(task, waiting.popleft()))
                     pending.add(submitted[-1])
-                come, pending = self._pool.wait(pending, POLL)
-                for future in come:
+                done_futures, pending = self._pool.wait(pending, POLL)
+                for future in done_futures:
                     future.result()  # raises what went wrong, also with one that has others before it
                 while submitted and submitted[0] not in pending:
                     ready.append(submitted.popleft().result())
-                if ready and time.monotonic() - handed > HANDED_OVER:
+                if ready and time.monotonic() - yielded_at > YIELD_PERIOD:
                     yield (part := joined(ready, self._task))
-                    done += len(part.quantities)
-                    ready, handed = [], time.monotonic()
-                    report(done)
+                    count += len(part.quantities)
+                    ready, yielded_at = [], time.monotonic()
+                    report(count)
         except StudyError:
             if ready:
                 yield joined(ready, self._task)
             raise
         if ready:
             yield (part := joined(ready, self._task))
-            report(done + len(part.quantities))
+            report(count + len(part.quantities))
 
-    def _room(self, waiting: int) -> int:
+    def _capacity(self, waiting: int) -> int:
         """Number of messages that may be under way: none waits for a busy worker while others are idle."""
         if self._executor.startswith(DASK):
-            return DASK_AHEAD
-        return AHEAD * self._workers if waiting > self._workers else self._workers
+            return DASK_MESSAGES_AHEAD
+        return MESSAGES_AHEAD * self._workers if waiting > self._workers else self._workers
 
-    def _started(self):
+    def _running_pool(self):
         if self._pool is None:
             on_cluster = self._executor.startswith(DASK)
             self._pool = Cluster(self._executor.removeprefix(DASK)) if on_cluster else Workers(self._workers)
@@ -137,11 +137,11 @@ class Cluster:
 
     def wait(self, pending: set[Future], timeout: float) -> tuple[set[Future], set[Future]]:
         """Those that came within `timeout` [s], and those that did not."""
-        come, self._pending = futures.wait(pending, timeout, FIRST_COMPLETED)
-        for future in come:
+        done, self._pending = futures.wait(pending, timeout, FIRST_COMPLETED)
+        for future in done:
             if isinstance(error := future.exception(), OSError):  # its scheduler or worker is gone
                 raise StudyError(f"the cluster was lost ({error}); what is done is kept, go on from it") from error
-        return come, self._pending
+        return done, self._pending
 
     def end(self) -> None:
         """Leaves the cluster; what nobody has begun is not begun any more."""
@@ -172,7 +172,7 @@ def _dask_client(address: str):
 # also in the middle of an answer. Those of ProcessPoolExecutor share one, and it waits for the rest without end
 # (Python 3.10 to 3.13), as it waits at the end of an interpreter for all that was submitted.
 
-AHEAD = 2  # messages for each worker: one that it is at, one that waits
+MESSAGES_AHEAD = 2  # messages for each worker: one that it is at, one that waits
 HANDLED = signal.SIGTERM, signal.SIGHUP  # that this process may handle in a way that is not a worker's
 
 
@@ -184,7 +184,7 @@ class Workers:
         self._processes: list[multiprocessing.process.BaseProcess] = []
         self._pending = [deque[Future]() for _ in range(workers)]
         self._tasks: list[Task | None] = [None] * workers
-        self._lock, self._over = threading.Lock(), False
+        self._lock, self._interpreter_ends = threading.Lock(), False
 
     def _start(self, task, values):
         if start_method() == "fork":
@@ -193,10 +193,10 @@ class Workers:
         atexit.register(self._end_with_interpreter)
         with _signals_kept_from_children():
             for _ in self._pending:
-                here, there = context.Pipe()
-                self._pipes.append(here)
-                with there:  # closed here, so that the pipe of a worker that died is at its end
-                    process = context.Process(target=_work, args=(there,), daemon=True)
+                own_end, worker_end = context.Pipe()
+                self._pipes.append(own_end)
+                with worker_end:  # closed here, so that the pipe of a worker that died is at its end
+                    process = context.Process(target=_work, args=(worker_end,), daemon=True)
                     process.start()
                 self._processes.append(process)
 
@@ -208,39 +208,39 @@ class Workers:
         if not self._processes:
             try:
                 with self._lock:
-                    self._leave_if_over()
+                    self._leave_if_interpreter_ends()
                     self._start(task, values[0])
             except OSError as error:
                 raise StudyError(f"worker processes cannot be started ({error.strerror})") from error
-        place = min(range(len(self._pending)), key=lambda one: len(self._pending[one]))
+        worker = min(range(len(self._pending)), key=lambda index: len(self._pending[index]))
         with self._worker_died():
-            self._pipes[place].send((task if self._tasks[place] is not task else None, values))
-        self._tasks[place] = task
-        self._pending[place].append(future := Future())
+            self._pipes[worker].send((task if self._tasks[worker] is not task else None, values))
+        self._tasks[worker] = task
+        self._pending[worker].append(future := Future())
         return future
 
     def wait(self, pending: set[Future], timeout: float) -> tuple[set[Future], set[Future]]:
         """Those that came within `timeout` [s], and those that did not; raises StudyError when a worker has died."""
-        come = set()
+        done = set()
         for pipe in wait(self._pipes, timeout):
             with self._worker_died():
-                found, error, trace = pipe.recv()
-            come.add(future := self._pending[self._pipes.index(pipe)].popleft())
+                realised, error, trace = pipe.recv()
+            done.add(future := self._pending[self._pipes.index(pipe)].popleft())
             if error is None:
-                future.set_result(found)
+                future.set_result(realised)
             else:
                 error.__cause__ = RuntimeError(f"in a worker process:\n{trace}")
                 future.set_exception(error)
-        return come, pending - come
+        return done, pending - done
 
     def end(self) -> None:
         """Ends all processes, whatever they are at."""
         with self._lock:
-            self._leave_if_over()
+            self._leave_if_interpreter_ends()
             atexit.unregister(self._end_with_interpreter)
             self._kill()
-            for one in (*self._processes, *self._pipes):
-                one.close()
+            for resource in (*self._processes, *self._pipes):
+                resource.close()
 
     def _kill(self) -> None:
         for process in self._processes:
@@ -250,13 +250,13 @@ class Workers:
 
     def _end_with_interpreter(self) -> None:
         """For a study in a thread that nobody waits for, which goes on meanwhile: its pipes stay open."""
-        self._over = True
+        self._interpreter_ends = True
         with self._lock:
             self._kill()
 
-    def _leave_if_over(self) -> None:
+    def _leave_if_interpreter_ends(self) -> None:
         """Ends this thread without a word where the interpreter ends: no worker has died."""
-        if self._over:
+        if self._interpreter_ends:
             raise SystemExit
 
     @contextlib.contextmanager
@@ -264,7 +264,7 @@ class Workers:
         try:
             yield
         except (EOFError, OSError) as error:
-            self._leave_if_over()
+            self._leave_if_interpreter_ends()
             raise StudyError(
                 "a worker process died (no memory left, or killed from outside; a script must keep run_study behind "
                 '`if __name__ == "__main__":`); try fewer workers'
@@ -290,14 +290,14 @@ def _signals_kept_from_children():
         signal.pthread_sigmask(signal.SIG_SETMASK, mask)
 
 
-def _work(end: Connection) -> None:
+def _work(pipe: Connection) -> None:
     """A worker: answers, and ends with the process that started it, also in the middle of a realisation."""
     signal.set_wakeup_fd(-1)
     for number in HANDLED:
         signal.signal(number, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, HANDLED)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    _answer(end)
+    _answer(pipe)
 
 
 def _end_with_parent() -> None:
@@ -305,7 +305,7 @@ def _end_with_parent() -> None:
     os._exit(1)
 
 
-def _answer(end: Connection) -> None:
+def _answer(pipe: Connection) -> None:
     """Realisations (or an error with its traceback) for values, until the pipe is at its end.
 
     An end that closes before it has read all answers is met as an OSError, in place of an EOFError.
@@ -313,10 +313,10 @@ def _answer(end: Connection) -> None:
     task = None
     with contextlib.suppress(EOFError, OSError):
         while True:
-            given, values = end.recv()
-            task = given or task
+            new_task, values = pipe.recv()
+            task = new_task or task
             try:
                 answer = realise(task, values), None, ""
             except Exception as error:  # raised where the study runs
                 answer = None, error, traceback.format_exc()
-            end.send(answer)
+            pipe.send(answer)

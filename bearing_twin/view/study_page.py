@@ -6,7 +6,14 @@ from typing import Any
 
 from bearing_twin.base.units import readable_sentence, rounded_to_error, two_digits
 from bearing_twin.charts.panels import figure_of
-from bearing_twin.uq.result import StudyResult, SweepInWords, model_error_sentences, refusals, sweep_of
+from bearing_twin.uq.result import (
+    StudyResult,
+    SweepDescription,
+    model_error_sentences,
+    names_by_sentence,
+    refusals,
+    sweep_of,
+)
 from bearing_twin.view.study_picture import IN_WORDS, sheet_of, title_of, unit_of
 from bearing_twin.view.tables import DIGITS, error_notes
 
@@ -19,10 +26,10 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     study, summary = result.study, result.as_dict()
     names = study.quantities[:MOST_QUANTITIES]
     failed, sweep = sum(summary["failed"].values()), sweep_of(result)
-    words = SweepInWords(sweep) if sweep else None
+    words = SweepDescription(sweep) if sweep else None
     inputs = ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())  # which begin with it
     badges = [
-        *([{"sort": "", "name": "at", "text": words.at}] if words and words.at else []),
+        *([{"sort": "", "name": "at", "text": words.in_scene}] if words and words.in_scene else []),
         {"sort": "", "name": "samples", "text": str(summary["samples"])},
         {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
         *([{"sort": "bad", "name": "", "text": f"{failed} failed"}] if failed else []),
@@ -32,7 +39,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
             else []
         ),
     ]
-    ended = [words.ended] if words and words.ended else []
+    ended = [words.incomplete] if words and words.incomplete else []
     drawn = io.BytesIO()
     figure_of(sheet_of(result, names, study.histories)).savefig(drawn, format="svg", metadata={"Date": None})
     return {
@@ -80,6 +87,8 @@ def _row(words, value, ends, shown, error=None) -> dict[str, str]:
 
 def _refused(names, summary) -> list[str]:
     return [
-        f"{', '.join(map(title_of, which))}: {sentence}"
-        for which, sentence in refusals({name: summary["quantities"][name] for name in names})
+        f"{', '.join(map(title_of, sharing))}: {sentence}"
+        for sentence, sharing in names_by_sentence(
+            {name: refusals(summary["quantities"][name]) for name in names}
+        ).items()
     ]

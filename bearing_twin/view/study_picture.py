@@ -13,7 +13,7 @@ from bearing_twin.charts.panels import Axis, Band, Line, Panel, Sheet, colour, d
 from bearing_twin.pictures import BALL_COLOURS, STYLE, save
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
-from bearing_twin.uq.result import BANDS, StudyResult, SweepInWords, shares_of, size_of, sweep_of
+from bearing_twin.uq.result import BANDS, StudyResult, SweepDescription, shares_of, size_of, sweep_of
 from bearing_twin.uq.statistics import histogram, kernel_density
 
 POINTS = 480  # of a curve
@@ -207,7 +207,7 @@ def _swept(found, name, sweep) -> Panel:
     if (place := sweep.get("at")) is not None:
         look = dashed() | {"linewidth": 1.3, "linestyle": ":"}
         parts.append(Line("value of the other panels", [place] * 2, [np.nanmin(drawn), np.nanmax(drawn)], look))
-    words, unit = SweepInWords(sweep), sweep.get("unit", "1")
+    words, unit = SweepDescription(sweep), sweep.get("unit", "1")
     swept = words_of(words.key.rpartition(".")[2])
     across = Axis(swept, unit, _is_wide(values), shown=readable_unit(unit, max(map(abs, values))))
     return Panel(f"{title_of(name)} over the sweep", across, _axis_of(found, name, log=_is_wide(drawn)), parts)
@@ -238,12 +238,12 @@ def _shares(name, sources) -> Panel:
 
 def _footer(result) -> str:
     summary, sweep = result.summary, sweep_of(result)
-    failed, words = sum(summary["failed"].values()), SweepInWords(sweep) if sweep else None
-    parts = [f"at {words.at}"] if words and words.at else []
+    failed, words = sum(summary["failed"].values()), SweepDescription(sweep) if sweep else None
+    parts = [f"at {words.in_scene}"] if words and words.in_scene else []
     parts += [f"{summary['samples']} samples, {summary['sampler'].replace('_', ' ')}, seed {summary['seed']}"]
     parts += [f"{failed} failed"] if failed else []
     parts += [summary["stopped_because"]]
-    parts += [words.ended] if words and words.ended else []
+    parts += [words.incomplete] if words and words.incomplete else []
     others = result.study.quantities[MOST_DRAWN:]
     parts += [f"not drawn: {', '.join(others)}"] if others else []
     text = "; ".join(parts)
