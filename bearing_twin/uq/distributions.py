@@ -255,11 +255,8 @@ def of_scipy(name, **parameters):
         )
     legal = [*(family.shapes or "").replace(" ", "").split(","), "loc"]
     legal = [*filter(None, legal)] + ["scale"] * isinstance(family, stats.rv_continuous)
-    for parameter in parameters:
-        require(
-            parameter in legal,
-            f"{echo(parameter)} is no parameter of scipy.stats.{name}; {legal_hint(parameter, legal)}",
-        )
+    for key in parameters:
+        require(key in legal, f"{echo(key)} is no parameter of scipy.stats.{name}; {legal_hint(key, legal)}")
     missing = [parameter for parameter in legal[: family.numargs] if parameter not in parameters]
     require(not missing, f"scipy.stats.{name} needs {', '.join(missing)} too")
     require(name not in SLOW, f"scipy.stats.{name} takes minutes for a few numbers; give its density as a table")
