@@ -38,13 +38,13 @@ CORE_INLINE auto pair_contact(const Bearing &bearing, const B &between, const V 
 // The contact of ball k with the next ahead, in the frame of ball k, and cosine and sine of the angle between both;
 // `get(ball, column)` is a number of a ball's state.
 template <class Get>
-CORE_INLINE auto contact_with_next(const Bearing &bearing, int own, int next, Get get) {
+CORE_INLINE auto contact_with_next(const Bearing &bearing, int ball, int next, Get get) {
   auto vector = [&](int k, int first) { return Vector3{get(k, first), get(k, first + 1), get(k, first + 2)}; };
-  auto place = [&](int k) { return Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)}; };
-  double angle = get(next, ANGLE) - get(own, ANGLE), c = std::cos(angle), s = std::sin(angle);
-  auto contact = pair_contact(bearing, about_z(c, s, place(next)) - place(own),
-                              vector(own, VELOCITY) - about_z(c, s, vector(next, VELOCITY)),
-                              vector(own, SPIN) + about_z(c, s, vector(next, SPIN)));
+  auto position = [&](int k) { return Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)}; };
+  double angle = get(next, ANGLE) - get(ball, ANGLE), c = std::cos(angle), s = std::sin(angle);
+  auto contact = pair_contact(bearing, about_z(c, s, position(next)) - position(ball),
+                              vector(ball, VELOCITY) - about_z(c, s, vector(next, VELOCITY)),
+                              vector(ball, SPIN) + about_z(c, s, vector(next, SPIN)));
   return std::tuple{contact, c, s};
 }
 
@@ -70,43 +70,43 @@ struct Meeting { double gap, closing; };
 inline Meeting meeting(double ball_radius, const Row &row, int k) {
   double angle = row.angle_ahead(k);
   if (row.balls == 1 || (row.balls == 2 && angle > M_PI)) return {HUGE_VAL, 0.0};
-  const double *own = row.ball(k), *next = row.ball(k + 1 < row.balls ? k + 1 : 0);
-  double x = std::cos(angle) * next[RADIUS] - own[RADIUS], y = std::sin(angle) * next[RADIUS], z = next[HEIGHT] - own[HEIGHT];
-  return {std::copysign(std::sqrt(x * x + y * y + z * z), angle) - 2.0 * ball_radius, 2.0 * std::fabs(next[VELOCITY + 1] - own[VELOCITY + 1])};
+  const double *ball = row.ball(k), *next = row.ball(k + 1 < row.balls ? k + 1 : 0);
+  double x = std::cos(angle) * next[RADIUS] - ball[RADIUS], y = std::sin(angle) * next[RADIUS], z = next[HEIGHT] - ball[HEIGHT];
+  return {std::copysign(std::sqrt(x * x + y * y + z * z), angle) - 2.0 * ball_radius, 2.0 * std::fabs(next[VELOCITY + 1] - ball[VELOCITY + 1])};
 }
 
 // Sets near[k] where ball k and the next ahead may come closer than `reach` [m] within `ahead` [s].
 inline void mark_near(double ball_radius, const Row &row, double reach, double ahead, std::uint8_t *near) {
   for (int k = 0; k < row.balls; k++) {
-    Meeting found = meeting(ball_radius, row, k);
-    near[k] = found.gap < reach + ahead * found.closing;
+    Meeting approaching = meeting(ball_radius, row, k);
+    near[k] = approaching.gap < reach + ahead * approaching.closing;
   }
 }
 
 // Sets near[k] where ball k was closer than `reach` [m] to the next ahead, in `row` or in any of the states (instants,
 // balls, COLUMNS); returns whether any was not set yet.
 inline bool mark_met(double ball_radius, const Row &row, const double *states, int instants, double reach, std::uint8_t *near) {
-  bool found = false;
+  bool any_new = false;
   for (int k = 0; k < row.balls; k++) {
     Row closest = row;
-    double least = row.angle_ahead(k);
+    double least_angle = row.angle_ahead(k);
     for (int i = 0; i < instants; i++) {
-      Row there{states + long(i) * row.balls * COLUMNS, row.balls};
-      if (double angle = there.angle_ahead(k); angle < least) closest = there, least = angle;
+      Row later{states + long(i) * row.balls * COLUMNS, row.balls};
+      if (double angle = later.angle_ahead(k); angle < least_angle) closest = later, least_angle = angle;
     }
-    if (meeting(ball_radius, closest, k).gap < reach) found |= !near[k], near[k] = 1;
+    if (meeting(ball_radius, closest, k).gap < reach) any_new |= !near[k], near[k] = 1;
   }
-  return found;
+  return any_new;
 }
 
 // Seconds for which no two balls can come closer than `reach` [m], by their present speeds.
 inline double time_apart(double ball_radius, const Row &row, double reach) {
-  double least = HUGE_VAL;
+  double least_time = HUGE_VAL;
   for (int k = 0; k < row.balls; k++) {
-    Meeting found = meeting(ball_radius, row, k);
-    least = std::min(least, std::max(found.gap - reach, 0.0) / (found.closing + 1e-300));
+    Meeting approaching = meeting(ball_radius, row, k);
+    least_time = std::min(least_time, std::max(approaching.gap - reach, 0.0) / (approaching.closing + 1e-300));
   }
-  return least;
+  return least_time;
 }
 
 }  // namespace neighbours

@@ -1,5 +1,5 @@
-// Outputs of a bearing: one row of all channels an instant (kinds/bearing/outputs.py), filled from the states of the
-// balls and of ring, cage and shaft. Contacts are those of the equations of motion themselves.
+// Outputs of a bearing: rows of all channels (kinds/bearing/outputs.py) from the states of the balls and of ring, cage and shaft,
+// with the contacts of the equations of motion.
 #include <vector>
 #include "elements.hpp"
 #include "neighbours.hpp"
@@ -7,10 +7,10 @@
 
 namespace core {
 
-constexpr int BALL_CHANNELS = 21, SUMS = 18;  // the last two are those of films, of width 0 where there are none
-// Where the numbers of a row stand: those of ball k in own channel i at first[i] + k width[i]; then the first of the
-// ring's, of the sums over the balls and of the contacts between neighbours; positions, forces of the raceways. Rows
-// without contacts, whose `neighbours` are negative, begin with the ring's numbers and end with the sums.
+constexpr int BALL_CHANNELS = 21, SUMS = 18;  // the last two channels are those of films, of width 0 where there are none
+// Layout of a row: the numbers of ball k in its channel i at first[i] + k width[i]; then the first column of the ring, of the sums
+// over the balls, of contacts between neighbours, of positions and of forces of the raceways. Rows without contacts, whose
+// `neighbours` are negative, start with the ring's numbers and end with the sums.
 struct RowLayout {
   int first[BALL_CHANNELS], width[BALL_CHANNELS], ring, shared, neighbours, position, force, columns;
   bool contacts() const { return neighbours >= 0; }
@@ -28,12 +28,12 @@ enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KIN
 
 using Vector = Vector3<Pack>;
 
-// The inner ring as the balls in lanes meet it, in bearing_link; a ring that is held has neither tilt nor motion. Then the
+// Pose and motion of the inner ring for the balls in lanes, in bearing_link; a held ring has neither tilt nor motion. Then the
 // outer ring's centre and its velocity; lanes of the first ball. Moments on the outer ring are about the origin of its
-// frame, where its centre is at the start.
+// frame, the position of its centre at the start.
 struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Vector outer, outer_drift; Mask first; };
 
-// A contact in the axes in which it was computed.
+// A contact in the axes in which it is computed.
 struct Contact {
   Pack approach, normal_load, energy, contact_angle, spin_rate, small, large, spin_moment;
   Vector arm, normal, friction, slip;
@@ -42,22 +42,22 @@ struct Contact {
 };
 
 template <bool PATCH, class O, class W>
-CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
+CORE_INLINE Contact output_contact(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
                                const Vector &velocity, const Vector &spin, const Height &height) {
-  auto found = raceway_contact<PATCH>(bearing, raceway, nullptr, height, offset, velocity, spin, speed);
-  const auto &at = found.at;
-  const auto &action = found.action;
+  auto result = raceway_contact<PATCH>(bearing, raceway, nullptr, height, offset, velocity, spin, speed);
+  const auto &geometry = result.geometry;
+  const auto &action = result.action;
   Contact contact;
-  contact.normal = as_packs(at.normal), contact.arm = as_packs(at.arm);
+  contact.normal = as_packs(geometry.normal), contact.arm = as_packs(geometry.arm);
   contact.friction = as_packs(action.friction), contact.slip = as_packs(action.slip);
-  contact.approach = at.approach, contact.normal_load = action.normal_load, contact.spin_rate = found.spin;
-  contact.energy = elastic_energy(bearing.power, at.load, maximum(at.approach, 0.0));
-  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, at.radial);
+  contact.approach = geometry.approach, contact.normal_load = action.normal_load, contact.spin_rate = result.spin;
+  contact.energy = elastic_energy(bearing.power, geometry.load, maximum(geometry.approach, 0.0));
+  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, geometry.radial);
   contact.spin_moment = as_pack(action.spin_moment);
-  if (const auto &film = found.film; bearing.lubricant.works()) {
+  if (const auto &film = result.film; bearing.lubricant.works()) {
     Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
     contact.friction = contact.friction - along, contact.pressure = film.lead * along;
-    contact.film_ratio = select(at.load > 0.0, exponential(film.log_ratio), Pack{});
+    contact.film_ratio = select(geometry.load > 0.0, exponential(film.log_ratio), Pack{});
     contact.film = contact.film_ratio * std::exp(bearing.lubricant.log_roughness);
   }
   return contact;
@@ -66,18 +66,18 @@ CORE_INLINE Contact contact_of(const Bearing &bearing, const Raceway &raceway, c
 template <bool PATCH, RingMotion RING>
 CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, const Pack &cosine, const Pack &sine,
                                   const Vector &local, const Vector &velocity, const Vector &spin, const Height &height) {
-  auto seen = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, Pack(-sine), v); };
-  Vector offset = local - seen(ring.centre);
-  if constexpr (RING == RingMotion::held) return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin, height);
-  Vector against = velocity - seen(ring.drift);
+  auto in_ball_frame = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, Pack(-sine), v); };
+  Vector offset = local - in_ball_frame(ring.centre);
+  if constexpr (RING == RingMotion::held) return output_contact<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin, height);
+  Vector relative = velocity - in_ball_frame(ring.drift);
   if constexpr (RING == RingMotion::held || RING == RingMotion::level)
-    return contact_of<PATCH>(bearing, bearing.inner, offset, ring.speed, against, spin, height);
+    return output_contact<PATCH>(bearing, bearing.inner, offset, ring.speed, relative, spin, height);
   else {
-    Vector tilt = seen(ring.tilt), turning = seen(ring.turning);
+    Vector tilt = in_ball_frame(ring.tilt), turning = in_ball_frame(ring.turning);
     auto axes = ring_axes(tilt.x, tilt.y);
     Vector from_centre = into_ring(axes, offset);
-    Contact contact = contact_of<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
-                                        into_ring(axes, against - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
+    Contact contact = output_contact<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
+                                        into_ring(axes, relative - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
     for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip, &contact.pressure}) *v = out_of_ring(axes, *v);
     return contact;
   }
@@ -99,8 +99,8 @@ CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pac
           turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + spin_moment), turned(contact.pressure)};
 }
 
-// Moment of a contact on the inner ring about its centre, as in `between_raceways`: about x and y by virtual work of tilts of
-// first order, in which the ball's place counts in the ring's axes and the force in those of bearing_link; about z about the
+// Moment of a contact on the inner ring about its centre, as in `raceway_forces`: about x and y by virtual work of tilts of
+// first order, of the ball's position in the ring's axes and the force in those of bearing_link; about z about the
 // ring's axis.
 CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position, const Vector &force, const Vector &torque) {
   Vector offset = into_ring(ring_axes(ring.tilt.x, ring.tilt.y), position - ring.centre);
@@ -109,17 +109,17 @@ CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position
   return {-level.x, -level.y, -turned.z};
 }
 
-// The numbers of one ball in the order of the own channels, then its shares in the sums.
+// The numbers of one ball in the order of its channels, and its shares in the sums.
 struct BallRow {
-  Pack own[66], shares[SUMS];  // as many as all own channels are wide
-  int next = 0;
-  CORE_INLINE void put(const Pack &x) { own[next++] = x; }
+  Pack numbers[66], shares[SUMS];  // the total width of all channels of a ball
+  int count = 0;
+  CORE_INLINE void put(const Pack &x) { numbers[count++] = x; }
   CORE_INLINE void put(const Vector &v) { put(v.x), put(v.y), put(v.z); }
 };
 
 template <bool PATCH, RingMotion RING>
 [[gnu::noinline]] inline void fill(const Bearing &bearing, const RingPose &ring, const BallState &y,
-                                   const Quaternion &own_orientation, BallRow &row) {
+                                   const Quaternion &ball_orientation, BallRow &row) {
   auto [cosine, sine] = cosine_sine_value(y[ANGLE]);
   Pack c = cosine, s = sine;
   Vector local{y[RADIUS], Pack{}, y[HEIGHT]}, velocity{y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]};
@@ -127,24 +127,24 @@ template <bool PATCH, RingMotion RING>
   Heights heights;
   if (bearing.defects.count) {
     Pack orbit_rate = y[VELOCITY + 1] / y[RADIUS];
-    heights = heights_at(bearing.defects, surface_positions(y[ANGLE], orbit_rate, ring.angle, ring.speed, own_orientation, {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first), Pack{});
+    heights = heights_at(bearing.defects, surface_positions(y[ANGLE], orbit_rate, ring.angle, ring.speed, ball_orientation, {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first), Pack{});
   }
   Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
   Contact at_outer = [&]() __attribute__((always_inline)) {
     if constexpr (RING == RingMotion::housed) {
       Vector offset = local - about_z(c, Pack(-s), ring.outer), against = velocity - about_z(c, Pack(-s), ring.outer_drift);
-      return contact_of<PATCH>(bearing, bearing.outer, offset, Zero{}, against, spin, heights.outer);
-    } else return contact_of<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
+      return output_contact<PATCH>(bearing, bearing.outer, offset, Zero{}, against, spin, heights.outer);
+    } else return output_contact<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
   }();
   Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
   Vector position = about_z(c, s, local);
   const bool films = bearing.lubricant.works();
   if (films) inner.force = inner.force + inner.pressure, outer.force = outer.force + outer.pressure;
   auto [half_cosine, half_sine] = cosine_sine_value(Pack(0.5 * y[ANGLE]));
-  Quaternion orientation = product({Pack{}, Pack{}, half_sine, half_cosine}, own_orientation);
+  Quaternion orientation = product({Pack{}, Pack{}, half_sine, half_cosine}, ball_orientation);
 
   at_inner.contact_angle = contact_angle(at_inner, -1.0), at_outer.contact_angle = contact_angle(at_outer, 1.0);
-  row.next = 0;
+  row.count = 0;
   row.put(y[ANGLE]), row.put(position), row.put(about_z(c, s, velocity));
   for (const Pack &part : orientation) row.put(part);
   row.put(about_z(c, s, spin)), row.put(y[VELOCITY + 1] / y[RADIUS] - y[SPIN + 2]);
@@ -172,40 +172,40 @@ template <bool PATCH, RingMotion RING>
 }
 
 // Approaches of each ball and the next ahead, and the contacts of those that touch.
-inline void write_neighbours(const Bearing &bearing, const double *state, int balls, const RowLayout &places, double *row) {
-  neighbours::Row all{state, balls};
-  double *approach = row + places.neighbours, *load = approach + balls, *point = load + balls;
-  std::fill(load, row + places.columns, 0.0);
+inline void write_neighbours(const Bearing &bearing, const double *state, int balls, const RowLayout &layout, double *row) {
+  neighbours::Row neighbours_row{state, balls};
+  double *approach = row + layout.neighbours, *load = approach + balls, *point = load + balls;
+  std::fill(load, row + layout.columns, 0.0);
   for (int k = 0; k < balls; k++) {
     int j = k + 1 < balls ? k + 1 : 0;
     approach[k] = 0.0;
-    if (balls < 2 || (balls == 2 && all.angle_ahead(k) > M_PI)) continue;
-    const double *a = row + places.position + 3 * k, *b = row + places.position + 3 * j;
+    if (balls < 2 || (balls == 2 && neighbours_row.angle_ahead(k) > M_PI)) continue;
+    const double *a = row + layout.position + 3 * k, *b = row + layout.position + 3 * j;
     double x = b[0] - a[0], y = b[1] - a[1], z = b[2] - a[2];
     approach[k] = 2.0 * bearing.ball_radius - std::sqrt(x * x + y * y + z * z);
     if (!(approach[k] > 0.0)) continue;
     auto get = [&](int ball, int column) { return state[ball * COLUMNS + column]; };
     auto contact = std::get<0>(contact_with_next(bearing, k, j, get));
-    double own = state[k * COLUMNS + ANGLE];
+    double angle = state[k * COLUMNS + ANGLE];
     auto store = [&](const Vector3<double> &local, int block) {
-      auto v = about_z(std::cos(own), std::sin(own), local);
-      double *to = point + 3 * (balls * block + k);
-      to[0] = v.x, to[1] = v.y, to[2] = v.z;
+      auto v = about_z(std::cos(angle), std::sin(angle), local);
+      double *out = point + 3 * (balls * block + k);
+      out[0] = v.x, out[1] = v.y, out[2] = v.z;
     };
-    row[places.shared + ELASTIC] += contact.energy;
+    row[layout.shared + ELASTIC] += contact.energy;
     load[k] = contact.normal_load;
     store(Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)} + contact.arm, 0), store(-1.0 * contact.normal, 1), store(contact.friction, 2);
   }
 }
 
-// Forces of an even cage on its balls: what keeps them in step, from the raceways' forces and the balls' places.
-inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
-                            const RowLayout &places, double *row) {
-  double *force = row + places.ring + POCKET_FORCE, mass = bearing.ball_mass, torque = 0.0, inertia = b.inertia[CAGE_ANGLE];
+// Forces of an even cage on its balls, which keep them evenly spaced, from the forces of the raceways and the balls' positions.
+inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, const BodyState &body_state, const double *state, int balls,
+                            const RowLayout &layout, double *row) {
+  double *force = row + layout.ring + POCKET_FORCE, mass = bearing.ball_mass, torque = 0.0, inertia = b.inertia[CAGE_ANGLE];
   for (int k = 0; k < balls; k++) {
-    const double *at = row + places.position + 3 * k, *on = row + places.force + 3 * k, *y = state + k * COLUMNS;
-    double moment = at[0] * (on[1] + mass * bearing.gravity[1]) - at[1] * (on[0] + mass * bearing.gravity[0]) -
-                    2.0 * mass * y[VELOCITY] * e[COORDINATES + CAGE_ANGLE] * y[RADIUS];
+    const double *position = row + layout.position + 3 * k, *force_on_ball = row + layout.force + 3 * k, *y = state + k * COLUMNS;
+    double moment = position[0] * (force_on_ball[1] + mass * bearing.gravity[1]) - position[1] * (force_on_ball[0] + mass * bearing.gravity[0]) -
+                    2.0 * mass * y[VELOCITY] * body_state[COORDINATES + CAGE_ANGLE] * y[RADIUS];
     force[k] = moment / y[RADIUS];
     torque += moment, inertia += mass * y[RADIUS] * y[RADIUS];
   }
@@ -213,41 +213,41 @@ inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, cons
   for (int k = 0; k < balls; k++) force[k] = state[k * COLUMNS + RADIUS] * growth - force[k];
 }
 
-// Forces of the pockets on their balls along the orbit; their energy joins the elastic one.
-inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, const double *state, int balls,
-                          const RowLayout &places, double *row) {
+// Forces of the pockets on their balls along the orbit; their energy is added to the elastic energy.
+inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const BodyState &body_state, const double *state, int balls,
+                          const RowLayout &layout, double *row) {
   for (int k = 0; k < balls; k++) {
     double pocket = 2.0 * M_PI * k / balls, motion[COLUMNS], moment = 0.0;
     std::copy(state + k * COLUMNS, state + (k + 1) * COLUMNS, motion);
     motion[ORBIT_RATE] /= motion[RADIUS];
     BallState y;
     for (int c = 0; c < COLUMNS; c++) y[c] = broadcast<Pack>(motion[c]);
-    ElementInput<false> in{y, e};
+    ElementInput<false> in{y, body_state};
     auto give = [&]<int ROW>(Index<ROW>, const auto &part) {
       if constexpr (ROW == ORBIT_ROW) moment += as_pack(part)[0];
     };
     PocketGap gap = cage_pocket(bearing, b, broadcast<Pack>(pocket), in, give);
-    row[places.ring + POCKET_FORCE + k] = moment / motion[RADIUS];
+    row[layout.ring + POCKET_FORCE + k] = moment / motion[RADIUS];
     double depth = std::max(double(gap.approach[0]), 0.0);
-    row[places.shared + ELASTIC] += 0.5 * b.pockets.wall.stiffness * depth * depth;
+    row[layout.shared + ELASTIC] += 0.5 * b.pockets.wall.stiffness * depth * depth;
   }
 }
 
-// The centre of a guided cage, and what its land does to it and to the ring that has the land.
-inline void write_land(const CoupledBodies &b, const BodyState &state, int balls, const RowLayout &places, double *row) {
-  BodyState e = state;
-  e[COORDINATES + SHAFT] = row[places.ring + RING_SPEED];  // prescribed perhaps
+// The centre of a guided cage, and the forces of its land on it and on the ring with the land.
+inline void write_land(const CoupledBodies &b, const BodyState &start_state, int balls, const RowLayout &layout, double *row) {
+  BodyState body_state = start_state;
+  body_state[COORDINATES + SHAFT] = row[layout.ring + RING_SPEED];  // also where it is prescribed
   double force[2] = {}, cage_torque = 0.0, inner = b.land.side < 0.0 ? 1.0 : 0.0;
-  land_forces(b, [&](int c) { return e[c]; }, [&](int c) { return e[COORDINATES + c]; }, [&]<int ROW>(Index<ROW>, double part) {
+  land_forces(b, [&](int c) { return body_state[c]; }, [&](int c) { return body_state[COORDINATES + c]; }, [&]<int ROW>(Index<ROW>, double part) {
     if constexpr (ROW == CAGE_X || ROW == CAGE_Y) force[ROW - CAGE_X] += part;
     if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
   });
-  double *centre = row + places.ring + POCKET_FORCE + balls, *sum = row + places.shared;
-  auto [x, y] = walls::relative_to_land(b, e, 0);
+  double *centre = row + layout.ring + POCKET_FORCE + balls, *sum = row + layout.shared;
+  auto [x, y] = walls::relative_to_land(b, body_state, 0);
   double distance = std::sqrt(x * x + y * y);
   double lever = b.land.side * b.land.radius - distance, ring_torque = -b.land.side * b.land.radius * cage_torque / lever;
   for (int i = 0; i < 2; i++) {
-    centre[i] = e[CAGE_X + i], centre[2 + i] = e[COORDINATES + CAGE_X + i], centre[4 + i] = force[i];
+    centre[i] = body_state[CAGE_X + i], centre[2 + i] = body_state[COORDINATES + CAGE_X + i], centre[4 + i] = force[i];
     sum[INNER_FORCE + i] -= inner * force[i], sum[OUTER_FORCE + i] -= (1.0 - inner) * force[i];
   }
   sum[INNER_TORQUE + 2] += inner * ring_torque, sum[OUTER_TORQUE + 2] += (1.0 - inner) * ring_torque;
@@ -255,16 +255,16 @@ inline void write_land(const CoupledBodies &b, const BodyState &state, int balls
   sum[ELASTIC] += 0.5 * b.land.wall.stiffness * depth * depth;
 }
 
-constexpr double STANDING = 1e-9;  // rad/s, of balls that roll: they stand, and slip as a share of it says nothing
+constexpr double STANDING = 1e-9;  // rad/s, orbit rate of rolling balls below which slip relative to it is undefined
 
 // Ring, cage and shaft, whose shares join the energies; `rolling` is the speed of balls that roll, over the ring's.
-inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const BodyState &e, double time, double rolling,
-                         const double *state, int balls, const RowLayout &places, double *row) {
-  double *ring = row + places.ring, *sum = row + places.shared;
-  const double *speed = e.data() + COORDINATES, *integral = e.data() + 2 * COORDINATES;
+inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const BodyState &body_state, double time, double rolling,
+                         const double *state, int balls, const RowLayout &layout, double *row) {
+  double *ring = row + layout.ring, *sum = row + layout.shared;
+  const double *speed = body_state.data() + COORDINATES, *integral = body_state.data() + 2 * COORDINATES;
   bool driven = b.torque_driven();
   if (b.ring != RingMotion::held) {
-    std::copy(e.data(), e.data() + 5, ring + RING_OFFSET);
+    std::copy(body_state.data(), body_state.data() + 5, ring + RING_OFFSET);
     std::copy(speed, speed + 5, ring + RING_VELOCITY);
   }
   for (int c : {RING_X, RING_Y, RING_Z})
@@ -276,10 +276,10 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   }
   for (int c = 0; c < SHAFT; c++) {
     if (!b.free[c]) continue;
-    double off = e[c] - b.rest_position[c];
+    double deflection = body_state[c] - b.rest_position[c];
     sum[KINETIC] += 0.5 * b.inertia[c] * speed[c] * speed[c];
-    sum[ELASTIC] += 0.5 * b.stiffness[c] * off * off;
-    sum[POTENTIAL] -= b.weight[c] * e[c];
+    sum[ELASTIC] += 0.5 * b.stiffness[c] * deflection * deflection;
+    sum[POTENTIAL] -= b.weight[c] * body_state[c];
   }
   ring[RING_LOAD_WORK] = integral[LOAD_WORK];
   sum[WORK] += integral[LOAD_WORK] + integral[LAND_WORK];
@@ -287,11 +287,11 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   sum[GROSS] += std::fabs(integral[LOAD_WORK]) + std::fabs(integral[LAND_WORK]);
   if (b.cage != CageKind::none) {
     double rolls = rolling * ring[RING_SPEED];
-    ring[CAGE_TURN] = e[CAGE_ANGLE], ring[CAGE_SPEED] = speed[CAGE_ANGLE];
+    ring[CAGE_TURN] = body_state[CAGE_ANGLE], ring[CAGE_SPEED] = speed[CAGE_ANGLE];
     ring[CAGE_SLIP] = std::fabs(rolls) > STANDING ? 1.0 - speed[CAGE_ANGLE] / rolls : 0.0;
-    if (places.contacts() && b.cage == CageKind::even) write_even_cage(bearing, b, e, state, balls, places, row);
-    else if (places.contacts()) write_pockets(bearing, b, e, state, balls, places, row);
-    if (b.guided) write_land(b, e, balls, places, row);
+    if (layout.contacts() && b.cage == CageKind::even) write_even_cage(bearing, b, body_state, state, balls, layout, row);
+    else if (layout.contacts()) write_pockets(bearing, b, body_state, state, balls, layout, row);
+    if (b.guided) write_land(b, body_state, balls, layout, row);
     ring[DRIVE_TORQUE] = -sum[INNER_TORQUE + 2];
   }
   if (driven) {
@@ -302,7 +302,7 @@ inline void write_bodies(const Bearing &bearing, const CoupledBodies &b, const B
   }
 }
 
-// Sources of rows: states (instants, balls, COLUMNS), orientations (instants, balls, 4), times [s], and where
+// Input of rows: states (instants, balls, COLUMNS), orientations (instants, balls, 4), times [s], and where
 // there are `bodies`, ring, cage and shaft, their states (instants, BODY_NUMBERS).
 struct Source {
   const Bearing &bearing;
@@ -315,47 +315,47 @@ struct Source {
 };
 
 template <bool PATCH, RingMotion RING>
-void write_balls(const Source &from, const RowLayout &places, double *out) {
-  long total = long(from.instants) * from.balls;
+void write_balls(const Source &source, const RowLayout &layout, double *out) {
+  long total = long(source.instants) * source.balls;
   BallRow row;
   RingPose ring{};
-  for (int axis = 0; axis < 3; axis++) (axis == 0 ? ring.centre.x : axis == 1 ? ring.centre.y : ring.centre.z) += from.bearing.offset[axis];
-  bool driven = from.bodies && from.bodies->torque_driven();
+  for (int axis = 0; axis < 3; axis++) (axis == 0 ? ring.centre.x : axis == 1 ? ring.centre.y : ring.centre.z) += source.bearing.offset[axis];
+  bool driven = source.bodies && source.bodies->torque_driven();
   for (long begin = 0; begin < total; begin += LANES) {
     BallState y;
     Quaternion orientation;
     for (int lane = 0; lane < LANES; lane++) {
-      long pair = std::min(begin + lane, total - 1), instant = pair / from.balls;
-      for (int c = 0; c < COLUMNS; c++) y[c][lane] = from.states[pair * COLUMNS + c];
-      for (int c = 0; c < 4; c++) orientation[c][lane] = from.orientations[pair * 4 + c];
-      ring.speed[lane] = from.drive.speed_at(from.times[instant]);
-      ring.first[lane] = pair % from.balls == 0 ? -1 : 0;
-      ring.angle[lane] = from.drive.angle_at(from.times[instant]);
-      if (!from.bodies) continue;
-      const double *place = from.body_states[instant].data(), *speed = place + COORDINATES;
-      if (driven) ring.speed[lane] = speed[SHAFT], ring.angle[lane] = place[SHAFT];
+      long pair = std::min(begin + lane, total - 1), instant = pair / source.balls;
+      for (int c = 0; c < COLUMNS; c++) y[c][lane] = source.states[pair * COLUMNS + c];
+      for (int c = 0; c < 4; c++) orientation[c][lane] = source.orientations[pair * 4 + c];
+      ring.speed[lane] = source.drive.speed_at(source.times[instant]);
+      ring.first[lane] = pair % source.balls == 0 ? -1 : 0;
+      ring.angle[lane] = source.drive.angle_at(source.times[instant]);
+      if (!source.bodies) continue;
+      const double *position = source.body_states[instant].data(), *speed = position + COORDINATES;
+      if (driven) ring.speed[lane] = speed[SHAFT], ring.angle[lane] = position[SHAFT];
       if constexpr (RING != RingMotion::held) {
-        ring.centre.x[lane] = place[RING_X], ring.centre.y[lane] = place[RING_Y], ring.centre.z[lane] = place[RING_Z];
+        ring.centre.x[lane] = position[RING_X], ring.centre.y[lane] = position[RING_Y], ring.centre.z[lane] = position[RING_Z];
         ring.drift.x[lane] = speed[RING_X], ring.drift.y[lane] = speed[RING_Y], ring.drift.z[lane] = speed[RING_Z];
-        ring.tilt.x[lane] = place[TILT_X], ring.tilt.y[lane] = place[TILT_Y];
+        ring.tilt.x[lane] = position[TILT_X], ring.tilt.y[lane] = position[TILT_Y];
         ring.turning.x[lane] = speed[TILT_X], ring.turning.y[lane] = speed[TILT_Y];
-        const double *along = from.bodies->direction;
-        ring.outer.x[lane] = along[0] * place[HOUSING], ring.outer_drift.x[lane] = along[0] * speed[HOUSING];
-        ring.outer.y[lane] = along[1] * place[HOUSING], ring.outer_drift.y[lane] = along[1] * speed[HOUSING];
-        ring.outer.z[lane] = along[2] * place[HOUSING], ring.outer_drift.z[lane] = along[2] * speed[HOUSING];
+        const double *along = source.bodies->direction;
+        ring.outer.x[lane] = along[0] * position[HOUSING], ring.outer_drift.x[lane] = along[0] * speed[HOUSING];
+        ring.outer.y[lane] = along[1] * position[HOUSING], ring.outer_drift.y[lane] = along[1] * speed[HOUSING];
+        ring.outer.z[lane] = along[2] * position[HOUSING], ring.outer_drift.z[lane] = along[2] * speed[HOUSING];
       }
     }
-    fill<PATCH, RING>(from.bearing, ring, y, orientation, row);
+    fill<PATCH, RING>(source.bearing, ring, y, orientation, row);
     for (int lane = 0; lane < LANES && begin + lane < total; lane++) {
-      long instant = (begin + lane) / from.balls, ball = (begin + lane) % from.balls;
-      double *to_row = out + instant * places.columns;
-      const Pack *number = row.own;
+      long instant = (begin + lane) / source.balls, ball = (begin + lane) % source.balls;
+      double *to_row = out + instant * layout.columns;
+      const Pack *number = row.numbers;
       for (int i = 0; i < BALL_CHANNELS; i++) {
-        double *to = to_row + places.first[i] + ball * places.width[i];
-        for (int part = 0; part < places.width[i]; part++) to[part] = (*number++)[lane];
+        double *channel_out = to_row + layout.first[i] + ball * layout.width[i];
+        for (int part = 0; part < layout.width[i]; part++) channel_out[part] = (*number++)[lane];
       }
       for (int i = 0; i < SUMS; i++) {
-        double &sum = to_row[places.shared + i];
+        double &sum = to_row[layout.shared + i];
         sum = (ball > 0 ? sum : -0.0) + row.shares[i][lane];
       }
     }
@@ -363,27 +363,27 @@ void write_balls(const Source &from, const RowLayout &places, double *out) {
 }
 
 template <bool PATCH>
-void write(const Source &from, const RowLayout &places, double *out) {
-  switch (from.bodies ? from.bodies->ring : RingMotion::held) {
-    case RingMotion::held: write_balls<PATCH, RingMotion::held>(from, places, out); break;
-    case RingMotion::level: write_balls<PATCH, RingMotion::level>(from, places, out); break;
-    case RingMotion::housed: write_balls<PATCH, RingMotion::housed>(from, places, out); break;
-    default: write_balls<PATCH, RingMotion::tilting>(from, places, out);
+void write(const Source &source, const RowLayout &layout, double *out) {
+  switch (source.bodies ? source.bodies->ring : RingMotion::held) {
+    case RingMotion::held: write_balls<PATCH, RingMotion::held>(source, layout, out); break;
+    case RingMotion::level: write_balls<PATCH, RingMotion::level>(source, layout, out); break;
+    case RingMotion::housed: write_balls<PATCH, RingMotion::housed>(source, layout, out); break;
+    default: write_balls<PATCH, RingMotion::tilting>(source, layout, out);
   }
-  for (int instant = 0; instant < from.instants; instant++) {
-    double *row = out + long(instant) * places.columns, *ring = row + places.ring, time = from.times[instant];
-    const double *state = from.states + long(instant) * from.balls * COLUMNS;
-    const Drive &drive = from.drive;
+  for (int instant = 0; instant < source.instants; instant++) {
+    double *row = out + long(instant) * layout.columns, *ring = row + layout.ring, time = source.times[instant];
+    const double *state = source.states + long(instant) * source.balls * COLUMNS;
+    const Drive &drive = source.drive;
     ring[0] = drive.angle_at(time);
     ring[RING_SPEED] = drive.speed_at(time);
-    if (from.bodies && from.bodies->torque_driven())
-      ring[0] = from.body_states[instant][SHAFT], ring[RING_SPEED] = from.body_states[instant][COORDINATES + SHAFT];
-    std::copy(from.bearing.offset, from.bearing.offset + 3, ring + RING_OFFSET);
-    std::fill(ring + RING_TILT, row + places.shared, 0.0);
-    ring[DRIVE_TORQUE] = -row[places.shared + INNER_TORQUE + 2];
-    if (places.contacts()) write_neighbours(from.bearing, state, from.balls, places, row);
-    if (from.bodies)
-      write_bodies(from.bearing, *from.bodies, from.body_states[instant], time, from.rolling, state, from.balls, places, row);
+    if (source.bodies && source.bodies->torque_driven())
+      ring[0] = source.body_states[instant][SHAFT], ring[RING_SPEED] = source.body_states[instant][COORDINATES + SHAFT];
+    std::copy(source.bearing.offset, source.bearing.offset + 3, ring + RING_OFFSET);
+    std::fill(ring + RING_TILT, row + layout.shared, 0.0);
+    ring[DRIVE_TORQUE] = -row[layout.shared + INNER_TORQUE + 2];
+    if (layout.contacts()) write_neighbours(source.bearing, state, source.balls, layout, row);
+    if (source.bodies)
+      write_bodies(source.bearing, *source.bodies, source.body_states[instant], time, source.rolling, state, source.balls, layout, row);
   }
 }
 
@@ -393,33 +393,33 @@ void write(const Source &from, const RowLayout &places, double *out) {
 
 using namespace core;
 
-// Fills rows (instants, columns) of all channels. `place` holds the numbers of RowPlaces in their
+// Fills rows (instants, columns) of all channels. `numbers` are those of RowLayout in their
 // order; `body_numbers`, loads and borders are those of `core_integrate`, and `coupled` says whether there are any.
 CORE_EXPORT void core_outputs(const double *bearing_numbers, const double *points, const double *drive, std::int64_t instants,
                               std::int64_t balls, const double *times, const double *states, const double *orientations,
                               std::int64_t coupled, const double *body_numbers, const double *load, const double *load_rate,
-                              const double *borders, double rolling, const std::int64_t *place, double *out) {
+                              const double *borders, double rolling, const std::int64_t *numbers, double *out) {
   Bearing bearing = bearing_of(bearing_numbers, points);
-  RowLayout places;
-  for (int &one : places.first) one = int(*place++);
-  for (int &one : places.width) one = int(*place++);
-  for (int *one : {&places.ring, &places.shared, &places.neighbours, &places.position, &places.force, &places.columns}) *one = int(*place++);
+  RowLayout layout;
+  for (int &number : layout.first) number = int(*numbers++);
+  for (int &number : layout.width) number = int(*numbers++);
+  for (int *number : {&layout.ring, &layout.shared, &layout.neighbours, &layout.position, &layout.force, &layout.columns}) *number = int(*numbers++);
   CoupledBodies bodies{};
   if (coupled) bodies = bodies_of(body_numbers, load, load_rate);
   std::vector<BodyState> moving;
   for (std::int64_t i = 0; coupled && i < instants; i++) moving.push_back(state_of(bearing, bodies, borders + i * BORDER));
-  outputs::Source from{bearing, drive_of(drive), int(instants), int(balls), times, states, orientations,
+  outputs::Source source{bearing, drive_of(drive), int(instants), int(balls), times, states, orientations,
                        coupled ? &bodies : nullptr, moving.data(), rolling};
-  if (bearing.over_patch()) outputs::write<true>(from, places, out);
-  else outputs::write<false>(from, places, out);
+  if (bearing.over_patch()) outputs::write<true>(source, layout, out);
+  else outputs::write<false>(source, layout, out);
 }
 
 // Sums over the outputs of a bearing for its figures (kinds/bearing/figures.py), output by output, so that they do not
-// depend on how a stream of outputs is cut into blocks.
+// depend on how outputs are divided into blocks.
 
 namespace {
 
-constexpr int MISSING = -1;  // the first column of a channel that is not there
+constexpr int MISSING = -1;  // first column of an absent channel
 enum Column {
   LOAD, TORQUE, RING_TORQUE, ROLL, SPEED, ANGLE, POCKET, WORK, RING_ANGLE, LOAD_WORK, AT_GREATEST, RING = AT_GREATEST + 4,
   OFFSET = RING + 4, VELOCITY, LAND_FORCE
@@ -445,7 +445,7 @@ struct Greatest {
   double *numbers;
   int balls;
   double *load() const { return numbers; }
-  double *there() const { return numbers + 2 * balls; }  // (4, 2 balls)
+  double *at_greatest() const { return numbers + 2 * balls; }  // (4, 2 balls)
   double *without() const { return numbers + 10 * balls; }
   double *forces() const { return numbers + 12 * balls; }  // of a pocket, of the land
 };
@@ -469,16 +469,16 @@ void add(const std::int64_t *column, const double *row, double seconds, bool beg
     if (!(load > 0.0)) greatest.without()[contact] += 1.0;
     if (load > greatest.load()[contact]) {
       greatest.load()[contact] = load;
-      for (int k = 0; k < 4; k++) greatest.there()[k * 2 * balls + contact] = row[column[AT_GREATEST + k] + contact];
+      for (int k = 0; k < 4; k++) greatest.at_greatest()[k * 2 * balls + contact] = row[column[AT_GREATEST + k] + contact];
     }
   }
-  double mean = 0.0, *most = greatest.forces();
+  double mean = 0.0, *greatest_force = greatest.forces();
   for (int k = 0; k < balls; k++) {
     const double *torque = row + column[TORQUE] + 3 * k;
     sums.torque()[k] += std::sqrt(torque[0] * torque[0] + torque[1] * torque[1] + torque[2] * torque[2]);
     sums.orbit_angle()[k] = row[column[ANGLE] + k];
     mean += row[column[ROLL] + k];
-    if (column[POCKET] != MISSING) most[0] = std::max(most[0], std::fabs(row[column[POCKET] + k]));
+    if (column[POCKET] != MISSING) greatest_force[0] = std::max(greatest_force[0], std::fabs(row[column[POCKET] + k]));
   }
   double *scalar = sums.scalars();
   scalar[0] -= row[column[RING_TORQUE] + 2], scalar[1] += mean / balls, scalar[2] += row[column[SPEED]];
@@ -497,19 +497,19 @@ void add(const std::int64_t *column, const double *row, double seconds, bool beg
 
 }  // namespace
 
-// Adds outputs (count, width), the first of which has `before` others before it in the run, to the greatest and to the
-// stretches (capacity, stretch width), of which there are `done[1]` and the others are 0. Every `stretch_length` outputs one
-// begins. Fills `done` with how many outputs were added and how many stretches there are.
+// Adds outputs (count, width), of which the first has `before` predecessors in the run, to the greatest values and to the
+// stretches (capacity, stretch width), of which `done[1]` are in use and the others are 0. Every `stretch_length` outputs one
+// starts. Fills `done` with the numbers of outputs added and of stretches.
 CORE_EXPORT void core_sum_outputs(const std::int64_t *columns, const double *numbers, std::int64_t count, std::int64_t width,
                                   const std::int64_t *time_ns, std::int64_t before, std::int64_t stretch_length,
                                   std::int64_t balls, double *greatest, double *stretches, std::int64_t capacity,
                                   std::int64_t stretch_width, std::int64_t *done) {
-  std::int64_t &added = done[0], &begun = done[1];
+  std::int64_t &added = done[0], &stretches_filled = done[1];
   for (added = 0; added < count; added++) {
     bool begins = (before + added) % stretch_length == 0;
-    if (begins && begun == capacity) return;
-    begun += begins;
+    if (begins && stretches_filled == capacity) return;
+    stretches_filled += begins;
     add(columns, numbers + added * width, 1e-9 * double(time_ns[added]), begins, {greatest, int(balls)},
-        {stretches + (begun - 1) * stretch_width, int(balls)});
+        {stretches + (stretches_filled - 1) * stretch_width, int(balls)});
   }
 }

@@ -23,7 +23,7 @@ struct GroovePolynomial { double term[POLYNOMIAL_TERMS], least; };
 struct Raceway {
   double locus_radius, groove_radius, nominal_coefficient, modulus;
   GroovePolynomial coefficient, semi_major, semi_minor;
-  double film[FILM_NUMBERS][3];  // the numbers of a film, as polynomials of second degree in |n| - 1
+  double film[FILM_NUMBERS][3];  // the numbers of a film, as polynomials of degree 2 in |n| - 1
 };
 
 struct Bearing {
@@ -62,10 +62,10 @@ enum Column { RADIUS, ANGLE, HEIGHT, VELOCITY, SPIN = 6, DRIVE_WORK = 9, DISSIPA
 constexpr int MOTION = DRIVE_WORK;
 using BallState = std::array<Pack, COLUMNS>;
 
-// A film where a step began: 1 over load and rolling speed there, its resistance [N] and coefficient of friction, and each
-// one's exponent e of load and speed, as 1 + e and 1 - e. It is written where the rates are differentiated.
+// A film at the start of a step: 1 over load and rolling speed, its resistance [N] and coefficient of friction, and their
+// exponents e of load and speed, as 1 + e and 1 - e. It is set where the rates are differentiated.
 struct FilmStart {
-  bool known = false;
+  bool is_set = false;
   Pack over_load{}, over_speed{}, value[2]{}, load[2][2]{}, speed[2][2]{};
 };
 // States of a law at the contacts of balls in lanes with a raceway, and their films; then with both.
@@ -75,7 +75,7 @@ struct CarriedContacts {
 };
 struct CarriedBalls {
   CarriedContacts inner, outer;
-  void forget_films() const { inner.film.known = outer.film.known = false; }
+  void forget_films() const { inner.film.is_set = outer.film.is_set = false; }
 };
 
 template <Number X>
@@ -90,8 +90,8 @@ CORE_INLINE auto along_groove(const GroovePolynomial &polynomial, const X &radia
   }, radial);
 }
 
-// The contact of a ball with a raceway (paper 1, section 5), written once over the type of its numbers: where, how fast,
-// how hard. `normal` points from the ball's centre to the raceway, so the load on the ball is -normal_load * normal;
+// The contact of a ball with a raceway (paper 1, section 5), written once over the type of its numbers: geometry, velocities,
+// forces. `normal` points from the ball's centre to the raceway, so the load on the ball is -normal_load * normal;
 // `slip` is the velocity of the ball's surface relative to the raceway. All vectors are in the ball's frame, forces act
 // on the ball, half the approach inside its surface. A gap gives zero loads.
 
@@ -118,12 +118,12 @@ struct NoHeight { Zero value, rate; };
 // A number that is 0 without surface heights, whose slopes seldom matter.
 template <class Function>
 CORE_INLINE auto if_heights_move(const Pack &rate, Function function) {
-  decltype(function()) found{};
-  if (any(rate != 0.0)) found = function();
-  return found;
+  decltype(function()) result{};
+  if (any(rate != 0.0)) result = function();
+  return result;
 }
 
-// Where: the meridian plane of the ring through the ball's centre. How hard, as far as the place alone says.
+// Geometry in the meridian plane of the ring through the ball's centre, and the elastic load.
 template <class O, class N, class Q, class A, class D, class R, class T, class W, class L, class S, class H>
 struct ContactGeometry {
   O offset;  // of the ball's centre from the ring's [m]
@@ -136,20 +136,20 @@ struct ContactGeometry {
   W ring_speed;  // about the axis [rad/s]
   L load;  // elastic [N]
   S stiffness;  // [N/m]
-  H height_rate;  // by which heights that come by close the contact [m/s]
+  H height_rate;  // part of the approach rate by surface heights [m/s]
 };
 template <class O, class N, class Q, class A, class D, class R, class T, class W, class L, class S, class H>
 ContactGeometry(O, N, Q, A, D, R, T, W, L, S, H) -> ContactGeometry<O, N, Q, A, D, R, T, W, L, S, H>;
 
-// The coefficient of the elastic law where the normal has this radial part, from what is `carried` (LANES,) if anything is.
+// The coefficient of a carried law and its derivative by the radial part of the normal, from its states (LANES,).
 [[gnu::noinline]] inline std::pair<Pack, Pack> carried_coefficient(const Bearing &bearing, const Raceway &raceway, const Pack &radial,
                                                                    const CarriedContact *carried) {
   Pack value{}, slope{};
   for (int lane = 0; lane < LANES; lane++) {
-    double over = 1.0 / (raceway.locus_radius + raceway.groove_radius * radial[lane]);
+    double inverse = 1.0 / (raceway.locus_radius + raceway.groove_radius * radial[lane]);
     double small = bearing.curvature_across(raceway), large = bearing.curvature_along(raceway, double(radial[lane]));
     auto [coefficient, by_large] = coefficient_and_slope(carried[lane], small, large, raceway.modulus);
-    value[lane] = coefficient, slope[lane] = by_large * -0.5 * raceway.locus_radius * over * over;
+    value[lane] = coefficient, slope[lane] = by_large * -0.5 * raceway.locus_radius * inverse * inverse;
   }
   return {value, slope};
 }
@@ -157,8 +157,8 @@ template <Number N>
 CORE_INLINE auto coefficient_at(const Bearing &bearing, const Raceway &raceway, const N &radial, const CarriedContact *carried) {
   if constexpr (std::is_same_v<ValueOf<N>, Pack>)
     if (carried && bearing.carried != CarriedLaw::none) {
-      std::pair<Pack, Pack> found = carried_coefficient(bearing, raceway, value_of(radial), carried);
-      return with_slope(radial, found.first, [&] { return found.second; });
+      std::pair<Pack, Pack> law = carried_coefficient(bearing, raceway, value_of(radial), carried);
+      return with_slope(radial, law.first, [&] { return law.second; });
     }
   return along_groove(raceway.coefficient, radial);
 }
@@ -186,77 +186,76 @@ CORE_INLINE auto contact_geometry(const Bearing &bearing, const Raceway &raceway
                       spring.stiffness, height.rate};
 }
 
-// Action of a contact on the ball: force [N], torque about the ball's centre [N m] and power lost [W]; and what these consist
-// of: normal load [N], slip [m/s], friction force [N], and the friction moment of spin about the normal [N m], which
-// friction at a point has not.
+// Action of a contact on the ball: force [N], torque about the ball's centre [N m], power lost [W]; normal load [N], slip [m/s],
+// friction force [N], and the friction moment about the normal [N m], zero for friction at a point.
 template <class F, class T, class L, class N, class S, class R, class D>
 struct ContactAction { F force; T torque; L loss; N normal_load; S slip; R friction; D spin_moment; };
 template <class F, class T, class L, class N, class S, class R, class D>
 ContactAction(F, T, L, N, S, R, D) -> ContactAction<F, T, L, N, S, R, D>;
 
-// Force of a contact for `relative`, the velocity of the ball's surface against the raceway at the contact point, the spin of the
-// ball against it about the normal, and a coefficient of friction.
+// Action for `relative`, the velocity of the ball's surface relative to the raceway at the contact point, the relative spin about
+// the normal, and a coefficient of friction.
 template <bool PATCH, class P, class U, class W>
-CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, const P &at, const U &relative, const W &spin,
+CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, const P &geometry, const U &relative, const W &spin,
                                 const Pack &coefficient) {
-  auto approach_rate = dot(relative, at.normal);
-  auto slip = relative - approach_rate * at.normal;
-  auto closing = approach_rate + at.height_rate;
-  auto normal_load = maximum(proportional_load(at.load, at.stiffness, closing, bearing.damping, bearing.relaxation_time), 0.0);
-  auto damping_loss = (normal_load - at.load) * closing;
+  auto approach_rate = dot(relative, geometry.normal);
+  auto slip = relative - approach_rate * geometry.normal;
+  auto closing = approach_rate + geometry.height_rate;
+  auto normal_load = maximum(proportional_load(geometry.load, geometry.stiffness, closing, bearing.damping, bearing.relaxation_time), 0.0);
+  auto damping_loss = (normal_load - geometry.load) * closing;
   if constexpr (!PATCH) {
     auto square = dot(slip, slip);
     auto resistance = point_resistance(coefficient * normal_load, square, bearing.regularisation);
     auto friction = (-resistance) * slip;
-    auto force = friction - normal_load * at.normal;
-    return ContactAction{force, cross(at.arm, friction), resistance * square + damping_loss, normal_load, slip, friction, Zero{}};
+    auto force = friction - normal_load * geometry.normal;
+    return ContactAction{force, cross(geometry.arm, friction), resistance * square + damping_loss, normal_load, slip, friction, Zero{}};
   } else {
     // The patch's axes: major across the groove, minor (x, y, 0) along the ring's circumference.
-    auto over = 1.0 / at.axis_distance;
-    auto x = -(over * at.offset.y);
-    auto y = over * at.offset.x;
-    auto root = root_of_depth(maximum(at.approach, LEAST_DEPTH));
-    auto major = root * along_groove(raceway.semi_major, at.radial);
-    auto minor = root * along_groove(raceway.semi_minor, at.radial);
-    auto slip_major = at.normal.z * (y * slip.x - x * slip.y) - at.radial * slip.z;
+    auto inverse = 1.0 / geometry.axis_distance;
+    auto x = -(inverse * geometry.offset.y);
+    auto y = inverse * geometry.offset.x;
+    auto root = root_of_depth(maximum(geometry.approach, LEAST_DEPTH));
+    auto major = root * along_groove(raceway.semi_major, geometry.radial);
+    auto minor = root * along_groove(raceway.semi_minor, geometry.radial);
+    auto slip_major = geometry.normal.z * (y * slip.x - x * slip.y) - geometry.radial * slip.z;
     auto slip_minor = x * slip.x + y * slip.y;
     auto means = patch_means(bearing.patch, bearing.regularisation, major, minor, slip_major, slip_minor, spin);
     auto in_ball_frame = [&](const auto &along_major, const auto &along_minor, const auto &along_normal) {
-      auto outwards = along_major * at.normal.z + along_normal * at.radial;
+      auto outwards = along_major * geometry.normal.z + along_normal * geometry.radial;
       return Vector3{outwards * y + along_minor * x, along_minor * y - outwards * x,
-                     along_normal * at.normal.z - along_major * at.radial};
+                     along_normal * geometry.normal.z - along_major * geometry.radial};
     };
-    auto limit = coefficient * normal_load, lever = bearing.ball_radius - 0.5 * at.approach;
+    auto limit = coefficient * normal_load, lever = bearing.ball_radius - 0.5 * geometry.approach;
     auto along = limit * means.along, across = limit * means.across, moment = limit * means.moment;
     auto friction = in_ball_frame(-along, -across, Zero{});
-    auto force = friction - normal_load * at.normal;
+    auto force = friction - normal_load * geometry.normal;
     auto torque = in_ball_frame(lever * across, -(lever * along), -moment);
     auto loss = along * slip_major + across * slip_minor + moment * spin + damping_loss;
     return ContactAction{force, torque, loss, normal_load, slip, friction, -moment};
   }
 }
 
-// Power of surface heights on a contact [W], of the force on the ball: with its slopes, without which a step loses its order.
+// Power of surface heights on a contact [W]; its slopes preserve the order of the method.
 template <class F, class N>
 CORE_INLINE auto height_power(const F &force, const N &normal, const Pack &rate) {
   return if_heights_move(rate, [&]() __attribute__((always_inline)) { return -rate * dot(force, normal); });
 }
 
-// The lubricant's film in the contact of a ball with a raceway: what it, hysteresis and differential slip resist rolling
-// with, and its coefficient of friction (`core/contact/friction.hpp`).
+// The lubricant's film in the contact of a ball with a raceway: rolling resistance by film, hysteresis and differential slip, and
+// the coefficient of friction (`core/contact/friction.hpp`).
 //
-// The film drags both surfaces by F against their motion, and its pressure, whose centre lies ahead of the contact's, pushes
-// the ball by 2 F R_x/r and the ring by 2 F R_x/R the other way, through their centres, without moment or loss (R_x is the
-// radius of the gap along rolling; R that of the race, below zero for the outer one). These four add up to nothing, and so do
-// their moments: what the ring gets is what the ball gets, reversed. With t along the groove, in the direction in which both
+// The film drags both surfaces by F against their motion, and its pressure, whose centre lies ahead of the contact's, acts on
+// the ball by 2 F R_x/r and on the ring by 2 F R_x/R in opposite directions, through their centres, without moment or loss (R_x is
+// the radius of the gap along rolling; R that of the race, below zero for the outer one). The sums of these four forces and of their
+// moments vanish: the action on the ring is that on the ball, reversed. With t along the groove, in the direction in which both
 // surfaces move against the contact at their mean speed u, the ball gets the force (2 R_x/r - 1) F t and about its centre
 // the torque -F arm x t, and 2 F u is lost, where R_x/r is the contact point's distance from the axis over the ball's. A moment M about the ball's axis is taken as F = M/(2 r).
 
-constexpr double LIGHT = 1e-6;  // N: resistance sets in smoothly with the load  # tuned: far below what a ball weighs
-constexpr double SLOW = 1e-4;  // m/s: and with the speed  # tuned: far below any that is looked at
+constexpr double LIGHT = 1e-6;  // N: resistance sets in smoothly with the load  # tuned: far below the weight of a ball
+constexpr double SLOW = 1e-4;  // m/s: and with the speed  # tuned: far below speeds of interest
 
-// F [N] and the coefficient of friction, where derivatives are wanted with those by load and speed, the logarithm of thickness
-// over roughness; u [m/s], the x and y of t, 2 R_x/r, and -arm x t [m].
+// F [N] and the coefficient of friction, if requested with derivatives by load and speed; the logarithm of thickness over
+// roughness; u [m/s], the x and y of t, 2 R_x/r, and -arm x t [m].
 template <class X>
 struct ContactFilm { X resistance, friction; Pack log_ratio, speed, x, y, lead; Vector3<Pack> turning; };
 
@@ -264,14 +263,14 @@ template <class X>
 struct FilmValues { X resistance, friction, log_ratio; };
 
 inline std::array<Pack, FILM_NUMBERS> film_numbers_at(const Raceway &raceway, const Pack &radial) {
-  std::array<Pack, FILM_NUMBERS> found;
+  std::array<Pack, FILM_NUMBERS> numbers;
   Pack x = absolute(radial) - 1.0;
-  for (int i = 0; i < FILM_NUMBERS; i++) found[i] = raceway.film[i][0] + x * (raceway.film[i][1] + x * raceway.film[i][2]);
-  return found;
+  for (int i = 0; i < FILM_NUMBERS; i++) numbers[i] = raceway.film[i][0] + x * (raceway.film[i][1] + x * raceway.film[i][2]);
+  return numbers;
 }
 
 // Resistance at a load [N] and a speed [m/s] of any sign, coefficient of friction and logarithm of thickness over roughness, where
-// the normal has this radial part; slopes by that, which are next to nothing, are left out.
+// the normal has this radial part; the negligible slopes by that are omitted.
 template <class Q, class U>
 [[gnu::noinline]] inline FilmValues<decltype(Q{} * U{})> film_values(const Bearing &bearing, const Raceway &raceway, const Pack &radial, const Q &load,
                                                             const U &speed) {
@@ -288,58 +287,58 @@ template <class Q, class U>
   return {(load / pressed) * (speed * over_size) * resistance, friction, log_ratio};
 }
 
-// Fills what holds within the step.
-[[gnu::noinline]] inline void start_film(const FilmValues<Dual<3, Pack>> &found, const Pack &load, const Pack &speed, FilmStart &begin) {
+// Sets the approximation within the step.
+[[gnu::noinline]] inline void start_film(const FilmValues<Dual<3, Pack>> &values, const Pack &load, const Pack &speed, FilmStart &start) {
   auto inverse = [](const Pack &x) { return select(absolute(x) > 1e-12, 1.0 / x, Pack{}); };
-  begin.over_load = inverse(load), begin.over_speed = inverse(speed), begin.known = true;
+  start.over_load = inverse(load), start.over_speed = inverse(speed), start.is_set = true;
   int i = 0;
-  for (const auto *one : {&found.resistance, &found.friction}) {
-    Pack over = inverse(one->value), by_load = one->slope[0] * load * over, by_velocity = one->slope[1] * speed * over;
-    begin.value[i] = one->value;
-    begin.load[i][0] = 1.0 + by_load, begin.load[i][1] = 1.0 - by_load;
-    begin.speed[i][0] = 1.0 + by_velocity, begin.speed[i][1] = 1.0 - by_velocity, i++;
+  for (const auto *factor : {&values.resistance, &values.friction}) {
+    Pack inverse_value = inverse(factor->value), by_load = factor->slope[0] * load * inverse_value, by_speed = factor->slope[1] * speed * inverse_value;
+    start.value[i] = factor->value;
+    start.load[i][0] = 1.0 + by_load, start.load[i][1] = 1.0 - by_load;
+    start.speed[i][0] = 1.0 + by_speed, start.speed[i][1] = 1.0 - by_speed, i++;
   }
 }
-// Within the step: a power x^e by (2 + (1 + e) p)/(2 + (1 - e) p), p = x - 1, which has its value and two derivatives.
-CORE_INLINE FilmValues<Pack> film_in_step(const FilmStart &begin, const Pack &load, const Pack &speed) {
-  constexpr double MOST = 8.0;  // times the load or the speed, where a power grows on no more
-  Pack p = minimum(load * begin.over_load, MOST) - 1.0, w = minimum(maximum(speed * begin.over_speed, 0.0), MOST) - 1.0;
-  Pack over[2], under[2];
+// Within the step x^e is (2 + (1 + e) p)/(2 + (1 - e) p), p = x - 1, with the same value and first two derivatives at p = 0.
+CORE_INLINE FilmValues<Pack> film_in_step(const FilmStart &start, const Pack &load, const Pack &speed) {
+  constexpr double MAX_RATIO = 8.0;  // of load or speed to those at the start; beyond it a power is constant
+  Pack p = minimum(load * start.over_load, MAX_RATIO) - 1.0, w = minimum(maximum(speed * start.over_speed, 0.0), MAX_RATIO) - 1.0;
+  Pack numerator[2], denominator[2];
   for (int i = 0; i < 2; i++) {
-    over[i] = begin.value[i] * ((2.0 + begin.load[i][0] * p) * (2.0 + begin.speed[i][0] * w));
-    under[i] = (2.0 + begin.load[i][1] * p) * (2.0 + begin.speed[i][1] * w);
+    numerator[i] = start.value[i] * ((2.0 + start.load[i][0] * p) * (2.0 + start.speed[i][0] * w));
+    denominator[i] = (2.0 + start.load[i][1] * p) * (2.0 + start.speed[i][1] * w);
   }
-  Pack inverse = 1.0 / (under[0] * under[1]);
-  return {select(load > 0.0, over[0] * (under[1] * inverse), Pack{}), over[1] * (under[0] * inverse), Pack{}};
+  Pack inverse = 1.0 / (denominator[0] * denominator[1]);
+  return {select(load > 0.0, numerator[0] * (denominator[1] * inverse), Pack{}), numerator[1] * (denominator[0] * inverse), Pack{}};
 }
 
-// `velocity` of the ball's centre against the ring's. Where derivatives are wanted, values and slopes go into `begin`, for what
-// is evaluated within the step.
+// `velocity` of the ball's centre relative to the ring's. With DERIVATIVES values and slopes go into `start`, for evaluations within
+// the step.
 template <bool DERIVATIVES, class P, class R, class V>
-CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, const P &at, const R &relative, const V &velocity,
-                              FilmStart *begin) {
+CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, const P &geometry, const R &relative, const V &velocity,
+                              FilmStart *start) {
   using X = std::conditional_t<DERIVATIVES, Dual<3, Pack>, Pack>;
   ContactFilm<X> film;
-  Pack over = 1.0 / as_pack(at.axis_distance), load = as_pack(at.load);
-  film.x = -over * as_pack(at.offset.y), film.y = over * as_pack(at.offset.x);
-  Vector3<Pack> arm = as_packs(at.arm);
+  Pack inverse = 1.0 / as_pack(geometry.axis_distance), load = as_pack(geometry.load);
+  film.x = -inverse * as_pack(geometry.offset.y), film.y = inverse * as_pack(geometry.offset.x);
+  Vector3<Pack> arm = as_packs(geometry.arm);
   film.turning = {arm.z * film.y, -arm.z * film.x, arm.y * film.x - arm.x * film.y};
-  film.lead = 2.0 - 2.0 * over * film.turning.z;  // twice the contact point's distance from the axis over that of the ball
+  film.lead = 2.0 - 2.0 * inverse * film.turning.z;  // twice the contact point's distance from the axis over that of the ball
   auto along = [&](const auto &v) __attribute__((always_inline)) { return film.x * as_pack(v.x) + film.y * as_pack(v.y); };
-  film.speed = 0.5 * along(relative) + along(at.surface_velocity) - 0.5 * film.lead * along(velocity);
-  auto take = [&](const FilmValues<X> &found) {
-    film.resistance = found.resistance, film.friction = found.friction, film.log_ratio = value_of(found.log_ratio);
+  film.speed = 0.5 * along(relative) + along(geometry.surface_velocity) - 0.5 * film.lead * along(velocity);
+  auto set = [&](const FilmValues<X> &values) {
+    film.resistance = values.resistance, film.friction = values.friction, film.log_ratio = value_of(values.log_ratio);
   };
   if constexpr (DERIVATIVES) {
-    auto found = film_values(bearing, raceway, as_pack(at.radial), variable<0>(load), variable<1>(film.speed));
-    if (begin) start_film(found, load, film.speed, *begin);
-    take(found);
-  } else if (begin && begin->known) take(film_in_step(*begin, load, film.speed));
-  else take(film_values(bearing, raceway, as_pack(at.radial), load, film.speed));
+    auto values = film_values(bearing, raceway, as_pack(geometry.radial), variable<0>(load), variable<1>(film.speed));
+    if (start) start_film(values, load, film.speed, *start);
+    set(values);
+  } else if (start && start->is_set) set(film_in_step(*start, load, film.speed));
+  else set(film_values(bearing, raceway, as_pack(geometry.radial), load, film.speed));
   return film;
 }
 
-// Terms of a contact in the equations of motion: `moment` [N m] about the ring's axis, power of heights that come by [W].
+// Terms of a contact in the equations of motion: `moment` [N m] about the ring's axis, power of surface heights [W].
 template <class F, class T, class L>
 struct BallLoads { F force; T torque; L loss; };
 template <class F, class T, class L> BallLoads(F, T, L) -> BallLoads<F, T, L>;
@@ -347,50 +346,50 @@ template <class F, class T, class M, class L, class H>
 struct BallAction { F force; T torque; M moment; L loss; H height_power; };
 template <class F, class T, class M, class L, class H> BallAction(F, T, M, L, H) -> BallAction<F, T, M, L, H>;
 
-// Loads on the ball with what the film does to it, beside friction by its coefficient, whose slopes come in here.
+// Loads on the ball with the resistance of the film, and the slopes of its coefficient of friction.
 template <class C, class V, class A>
 CORE_INLINE A with_film(const C &contact, const V &velocity, const A &loads) {
-  const auto &at = contact.at;
+  const auto &geometry = contact.geometry;
   const auto &film = contact.film;
-  // for its slopes; t is next to tangential
-  auto speed = film.y * (0.5 * contact.relative.y + at.surface_velocity.y - (0.5 * film.lead) * velocity.y);
-  auto resistance = composed(film.resistance, at.load, speed), pull = (film.lead - 1.0) * resistance;
+  // for its slopes; t is about tangential
+  auto speed = film.y * (0.5 * contact.relative.y + geometry.surface_velocity.y - (0.5 * film.lead) * velocity.y);
+  auto resistance = composed(film.resistance, geometry.load, speed), pull = (film.lead - 1.0) * resistance;
   auto force = loads.force + Vector3{pull * film.x, pull * film.y, Zero{}};
   auto torque = loads.torque + resistance * film.turning;
   auto loss = loads.loss + 2.0 * film.speed * resistance;
   if constexpr (!IsDual<decltype(film.resistance)>) return {force, torque, loss};
   else {
     const auto &mu = film.friction;
-    auto change = (1.0 / mu.value) * composed(Dual<3, Pack>{Pack{}, {mu.slope[0], mu.slope[1]}}, at.load, speed);
+    auto change = (1.0 / mu.value) * composed(Dual<3, Pack>{Pack{}, {mu.slope[0], mu.slope[1]}}, geometry.load, speed);
     Vector3<Pack> friction = as_packs(contact.action.friction);
     Pack friction_power = dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.spin_moment) * as_pack(contact.spin);
     return {force + change * friction, torque + change * as_packs(contact.action.torque), loss - friction_power * change};
   }
 }
 
-// A contact with all that it consists of. Where derivatives are wanted, `action` is differentiated by the place, and by the
-// relative velocity and the spin about the normal as columns FREE to FREE + 3: fewer columns through the friction.
+// A contact with all its parts. `action` is differentiated by the position, and by the relative velocity and the spin about the
+// normal as columns FREE to FREE + 3: fewer columns through the friction.
 constexpr int FREE = 10;
 template <class P, class U, class W, class M, class C>
-struct RacewayContact { P at; U relative; W spin; M film; C action; };
+struct RacewayContact { P geometry; U relative; W spin; M film; C action; };
 template <class P, class U, class W, class M, class C> RacewayContact(P, U, W, M, C) -> RacewayContact<P, U, W, M, C>;
 
-// `offset` and `velocity` of the ball's centre against the ring's, its spin and the ring's speed; `carried` may be null.
+// `offset` and `velocity` of the ball's centre relative to the ring's, its spin and the ring's speed; `carried` may be null.
 template <bool PATCH, class O, class V, class S, class W>
 CORE_INLINE auto raceway_contact(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
                                  const O &offset, const V &velocity, const S &spin, const W &speed) {
-  auto at = contact_geometry(bearing, raceway, offset, speed, carried ? carried->contact : nullptr, height);
-  auto relative = (velocity + cross(spin, at.arm)) - at.surface_velocity;
-  auto about_normal = dot(spin, at.normal) - speed * at.normal.z;
+  auto geometry = contact_geometry(bearing, raceway, offset, speed, carried ? carried->contact : nullptr, height);
+  auto relative = (velocity + cross(spin, geometry.arm)) - geometry.surface_velocity;
+  auto about_normal = dot(spin, geometry.normal) - speed * geometry.normal.z;
   constexpr bool DERIVATIVES = IsDual<decltype(relative.x)>;
   Pack coefficient = broadcast<Pack>(PATCH ? bearing.patch.coefficient : bearing.friction_coefficient);
-  decltype(contact_film<DERIVATIVES>(bearing, raceway, at, relative, velocity, nullptr)) film{};
+  decltype(contact_film<DERIVATIVES>(bearing, raceway, geometry, relative, velocity, nullptr)) film{};
   if (bearing.lubricant.works()) {
-    film = contact_film<DERIVATIVES>(bearing, raceway, at, relative, velocity, carried ? &carried->film : nullptr);
+    film = contact_film<DERIVATIVES>(bearing, raceway, geometry, relative, velocity, carried ? &carried->film : nullptr);
     coefficient = value_of(film.friction);
   }
-  auto action = contact_action<PATCH>(bearing, raceway, at, local<FREE>(relative), local<FREE + 3>(about_normal), coefficient);
-  return RacewayContact{at, relative, about_normal, film, action};
+  auto action = contact_action<PATCH>(bearing, raceway, geometry, local<FREE>(relative), local<FREE + 3>(about_normal), coefficient);
+  return RacewayContact{geometry, relative, about_normal, film, action};
 }
 
 // Action of a raceway on a ball, differentiated by the variables of its motion.
@@ -399,12 +398,12 @@ CORE_INLINE auto raceway_action(const Bearing &bearing, const Raceway &raceway, 
                                 const O &offset, const V &velocity, const S &spin, const W &speed) {
   auto contact = raceway_contact<PATCH>(bearing, raceway, carried, height, offset, velocity, spin, speed);
   const auto &relative = contact.relative;
-  auto through = [&]<class Y>(const Y &y) __attribute__((always_inline)) {
+  auto chain = [&]<class Y>(const Y &y) __attribute__((always_inline)) {
     if constexpr (!IsDual<Y>) return y;
     else {
-      constexpr unsigned found = columns_of<Y>, own = found & ((1u << FREE) - 1);
-      constexpr unsigned by_spin = found >> (FREE + 3) & 1 ? columns_of<decltype(contact.spin)> : 0u;
-      constexpr unsigned columns = own | columns_of<decltype(relative.x)> | columns_of<decltype(relative.y)> |
+      constexpr unsigned columns_of_y = columns_of<Y>, outer_columns = columns_of_y & ((1u << FREE) - 1);
+      constexpr unsigned by_spin = columns_of_y >> (FREE + 3) & 1 ? columns_of<decltype(contact.spin)> : 0u;
+      constexpr unsigned columns = outer_columns | columns_of<decltype(relative.x)> | columns_of<decltype(relative.y)> |
                                    columns_of<decltype(relative.z)> | by_spin;
       return dual<columns>(value_of(y), [&]<int C>() __attribute__((always_inline)) {
         return ((slope_of<C>(y) + slope_of<FREE>(y) * slope_of<C>(relative.x)) +
@@ -413,11 +412,11 @@ CORE_INLINE auto raceway_action(const Bearing &bearing, const Raceway &raceway, 
       });
     }
   };
-  auto vector = [&](const auto &v) __attribute__((always_inline)) { return Vector3{through(v.x), through(v.y), through(v.z)}; };
-  BallLoads dry{vector(contact.action.force), vector(contact.action.torque), through(contact.action.loss)};
+  auto vector = [&](const auto &v) __attribute__((always_inline)) { return Vector3{chain(v.x), chain(v.y), chain(v.z)}; };
+  BallLoads dry{vector(contact.action.force), vector(contact.action.torque), chain(contact.action.loss)};
   auto [force, torque, loss] = bearing.lubricant.works() ? with_film(contact, velocity, dry) : dry;
   auto moment = (offset.x * force.y - offset.y * force.x) + torque.z;
-  return BallAction{force, torque, moment, loss, height_power(force, contact.at.normal, height.rate)};
+  return BallAction{force, torque, moment, loss, height_power(force, contact.geometry.normal, height.rate)};
 }
 
 }  // namespace core

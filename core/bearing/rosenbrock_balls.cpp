@@ -194,7 +194,7 @@ class RosenbrockBalls {
       }
       block.surface = surface_positions(block.start[ANGLE], block.start[ORBIT_RATE], turned, speed, block.start_orientation, spin_in_frame(block.start), first);
       block.crosses_defects = false;
-      for (int lane = 0; lane < LANES; lane++) block.crosses_defects |= meets(bearing.defects, block.surface, lane, block.step[lane]);
+      for (int lane = 0; lane < LANES; lane++) block.crosses_defects |= crosses_defect(bearing.defects, block.surface, lane, block.step[lane]);
       block.heights = block.crosses_defects ? heights_at(bearing.defects, block.surface, Pack{}) : Heights{};
       crosses_defects |= block.crosses_defects;
     }

@@ -1,12 +1,12 @@
-// Where balls rest between the raceways of a bearing whose rings are held, and the motion with which they roll there.
+// Rest positions of balls between the raceways of a bearing whose rings are held, and their rolling motion.
 #include "numbers.hpp"
 
 namespace core::start {
 
-constexpr double REACH = 0.02;  // of the ball radius: rest is looked for so far around the middle between the raceways
-constexpr double EXACT = 1e-16;  // m, of a rest
+constexpr double REACH = 0.02;  // of the ball radius: half the interval about the middle between the raceways that is searched
+constexpr double TOLERANCE = 1e-16;  // m
 constexpr int MOST_STEPS = 60;
-constexpr double ROUNDING_SPIN = 1e-9, DRILLING_SPIN = 0.03;  // of a ball's surface speed: spin that changes slip by less
+constexpr double ROUNDING_SPIN = 1e-9, CONTACT_SPIN = 0.03;  // fractions of the surface speed of a ball: negligible slip by spin
 
 // Radial and axial force [N] on a ball by the elastic loads of both contacts and its orbit.
 template <Number R, Number Z>
@@ -14,8 +14,8 @@ inline auto static_force(const Bearing &bearing, double orbit_rate, const R &rad
   double cosine = std::cos(angle), sine = std::sin(angle);
   Vector3 position{radius, Zero{}, height};
   auto push = [&](const Raceway &raceway, const auto &offset) {
-    auto at = contact_geometry(bearing, raceway, offset, Zero{});
-    return std::pair{-1.0 * (at.load * at.normal.x), -1.0 * (at.load * at.normal.z)};
+    auto geometry = contact_geometry(bearing, raceway, offset, Zero{});
+    return std::pair{-1.0 * (geometry.load * geometry.normal.x), -1.0 * (geometry.load * geometry.normal.z)};
   };
   const double *o = bearing.offset;
   auto inner = push(bearing.inner, position - about_z(cosine, -sine, Vector3{o[0], o[1], o[2]}));
@@ -24,13 +24,13 @@ inline auto static_force(const Bearing &bearing, double orbit_rate, const R &rad
   return std::pair{inner.first + outer.first + centrifugal, inner.second + outer.second};
 }
 
-// Newton's method within a bracket of a force that falls.
+// Newton's method within a bracket of a decreasing force.
 struct Bracket {
   double low, high;
-  double next(double force, double slope, double at) {
-    (force > 0.0 ? low : high) = at;
-    double wanted = slope < 0.0 ? at - force / slope : high;
-    return low < wanted && wanted < high ? wanted : 0.5 * (low + high);
+  double next(double force, double slope, double x) {
+    (force > 0.0 ? low : high) = x;
+    double newton = slope < 0.0 ? x - force / slope : high;
+    return low < newton && newton < high ? newton : 0.5 * (low + high);
   }
 };
 
@@ -44,15 +44,15 @@ inline double radial_rest(const Bearing &bearing, double orbit_rate, double angl
     auto force = static_force(bearing, orbit_rate, variable<0>(distance), angle, height).first;
     double before = distance;
     if (force.value != 0.0) distance = bracket.next(force.value, force.slope[0], distance);
-    if (std::fabs(distance - before) <= EXACT) break;
+    if (std::fabs(distance - before) <= TOLERANCE) break;
   }
   return distance;
 }
 
-struct Rest { double distance, height; };
+struct RestPosition { double distance, height; };
 
-// With clearance a ball rests on the raceway that its orbit presses it to, in the middle where nothing does.
-inline Rest rest(const Bearing &bearing, double orbit_rate, double angle) {
+// With clearance a ball rests on the raceway to which the centrifugal force presses it, without orbit in the middle.
+inline RestPosition rest_position(const Bearing &bearing, double orbit_rate, double angle) {
   const Raceway &inner = bearing.inner, &outer = bearing.outer;
   double share = (inner.groove_radius - bearing.ball_radius) / (inner.groove_radius + outer.groove_radius - 2.0 * bearing.ball_radius);
   double nominal = inner.locus_radius + (outer.locus_radius - inner.locus_radius) * share;
@@ -68,7 +68,7 @@ inline Rest rest(const Bearing &bearing, double orbit_rate, double angle) {
       double slope = axial.slope[1] - axial.slope[0] * radial.slope[1] / radial.slope[0];
       height = bracket.next(axial.value, slope, height);
     }
-    if (std::fabs(height - before) <= EXACT) break;
+    if (std::fabs(height - before) <= TOLERANCE) break;
     distance = radial_rest(bearing, orbit_rate, angle, nominal, height);
   }
   return {distance, height};
@@ -79,25 +79,25 @@ using Doubles = Vector3<double>;
 struct Slips { double slip[6]; bool pressed; };
 
 // Slip at both raceways of a ball with this tangential velocity and angular velocity.
-inline Slips slips(const Bearing &bearing, double ring_speed, double angle, const Rest &place, const double (&motion)[4]) {
+inline Slips slips(const Bearing &bearing, double ring_speed, double angle, const RestPosition &rest, const double (&motion)[4]) {
   double cosine = std::cos(angle), sine = std::sin(angle);
   const double *o = bearing.offset;
-  Doubles position{place.distance, 0.0, place.height}, velocity{0.0, motion[0], 0.0}, spin{motion[1], motion[2], motion[3]};
-  Slips found{{}, true};
-  double *to = found.slip;
+  Doubles position{rest.distance, 0.0, rest.height}, velocity{0.0, motion[0], 0.0}, spin{motion[1], motion[2], motion[3]};
+  Slips result{{}, true};
+  double *slip_out = result.slip;
   for (bool inner : {true, false}) {
     Doubles offset = inner ? position - about_z(cosine, -sine, Doubles{o[0], o[1], o[2]}) : position;
-    auto at = contact_geometry(bearing, inner ? bearing.inner : bearing.outer, offset, inner ? ring_speed : 0.0);
-    auto surface = Doubles{at.surface_velocity.x, at.surface_velocity.y, 0.0};
-    auto relative = (velocity + cross(spin, at.arm)) - surface;
-    auto slip = relative - dot(relative, at.normal) * at.normal;
-    *to++ = slip.x, *to++ = slip.y, *to++ = slip.z;
-    found.pressed &= at.approach > 0.0;
+    auto geometry = contact_geometry(bearing, inner ? bearing.inner : bearing.outer, offset, inner ? ring_speed : 0.0);
+    auto surface = Doubles{geometry.surface_velocity.x, geometry.surface_velocity.y, 0.0};
+    auto relative = (velocity + cross(spin, geometry.arm)) - surface;
+    auto slip = relative - dot(relative, geometry.normal) * geometry.normal;
+    *slip_out++ = slip.x, *slip_out++ = slip.y, *slip_out++ = slip.z;
+    result.pressed &= geometry.approach > 0.0;
   }
-  return found;
+  return result;
 }
 
-// The shortest x that makes |matrix x - right| least; singular values below `share` of the greatest count as zero.
+// The shortest x that minimises |matrix x - right|; singular values below `share` of the greatest count as zero.
 // One-sided Jacobi (Golub and Van Loan, Matrix Computations, 4th ed., section 8.6.3).
 inline void least_squares(double (&matrix)[6][4], const double (&right)[6], double share, double (&x)[4]) {
   double turned[4][4] = {{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}}, square[4] = {}, greatest = 0.0;
@@ -135,16 +135,16 @@ inline void least_squares(double (&matrix)[6][4], const double (&right)[6], doub
 }
 
 // Tangential velocity and angular velocity of a ball that slips on neither raceway, by least squares: slip is linear in
-// them. Among several motions the one with least spin; spin that changes slip by less than `share` is left out.
-inline void rolling(const Bearing &bearing, double ring_speed, double angle, const Rest &place, double share, double (&motion)[4]) {
+// them. Among several motions the one with least spin; spin that changes slip by less than `share` is zero.
+inline void rolling(const Bearing &bearing, double ring_speed, double angle, const RestPosition &position, double share, double (&motion)[4]) {
   double unit[4] = {}, matrix[6][4], right[6], scale[4];
-  Slips none = slips(bearing, ring_speed, angle, place, unit);
+  Slips none = slips(bearing, ring_speed, angle, position, unit);
   for (int j = 0; j < 4; j++) {
     scale[j] = j > 0 ? 1.0 / bearing.ball_radius : 1.0;
     unit[j] = 1.0;
-    Slips one = slips(bearing, ring_speed, angle, place, unit);
+    Slips unit_slips = slips(bearing, ring_speed, angle, position, unit);
     unit[j] = 0.0;
-    for (int i = 0; i < 6; i++) matrix[i][j] = (one.slip[i] - none.slip[i]) * scale[j];
+    for (int i = 0; i < 6; i++) matrix[i][j] = (unit_slips.slip[i] - none.slip[i]) * scale[j];
   }
   for (int i = 0; i < 6; i++) right[i] = -none.slip[i];
   least_squares(matrix, right, share, motion);
@@ -158,25 +158,25 @@ inline void let_roll(const Bearing &bearing, double ring_speed, double share, do
   for (int i = 0; i < 3; i++) ball[SPIN + i] = motion[1 + i];
 }
 
-// Fills the states (balls, COLUMNS) of evenly spaced balls that rest between the raceways, and roll there if they are to.
-// Balls that both raceways press roll without spin about their contacts: it changes slip only by as much as an inner
-// ring off the axis puts the contacts off one line, and takes seconds to settle. False where a ball has no rest.
+// Fills the states (balls, COLUMNS) of evenly spaced balls at rest between the raceways, rolling if requested. Balls in contact with
+// both raceways roll without spin about their contacts: spin changes slip only as far as an eccentric inner ring misaligns the
+// contacts, and takes seconds to decay. False where a ball has no rest position.
 inline bool place_balls(const Bearing &bearing, double ring_speed, bool rolls, int balls, double *state) {
   bool pressed = true;
   for (int k = 0; k < balls; k++) {
     double angle = 2.0 * M_PI * k / balls, motion[4] = {};
-    Rest place = rest(bearing, 0.0, angle);
+    RestPosition position = rest_position(bearing, 0.0, angle);
     for (int i = 0; rolls && i < 3; i++) {
-      rolling(bearing, ring_speed, angle, place, ROUNDING_SPIN, motion);
-      place = rest(bearing, motion[0] / place.distance, angle);
+      rolling(bearing, ring_speed, angle, position, ROUNDING_SPIN, motion);
+      position = rest_position(bearing, motion[0] / position.distance, angle);
     }
-    if (!(place.distance < HUGE_VAL)) return false;
+    if (!(position.distance < HUGE_VAL)) return false;
     double *ball = state + k * COLUMNS;
-    ball[RADIUS] = place.distance, ball[ANGLE] = angle, ball[HEIGHT] = place.height;
+    ball[RADIUS] = position.distance, ball[ANGLE] = angle, ball[HEIGHT] = position.height;
     if (rolls) let_roll(bearing, ring_speed, ROUNDING_SPIN, ball);
-    pressed &= slips(bearing, ring_speed, angle, place, motion).pressed;
+    pressed &= slips(bearing, ring_speed, angle, position, motion).pressed;
   }
-  for (int k = 0; rolls && pressed && k < balls; k++) let_roll(bearing, ring_speed, DRILLING_SPIN, state + k * COLUMNS);
+  for (int k = 0; rolls && pressed && k < balls; k++) let_roll(bearing, ring_speed, CONTACT_SPIN, state + k * COLUMNS);
   return true;
 }
 

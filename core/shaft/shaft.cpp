@@ -14,20 +14,20 @@ namespace core::shaft {
 // prescribed. Places of the bearings' rings and their loads: see `equilibria::System`. A viscous contact makes a bearing's
 // load that of where the ring would be a relaxation time T later: K (q + T q').
 //
-// A run that begins with the linear response to the unbalances is counted from that whirl, Re(u exp(i angle)): a state has
-// place and rate beside it, so that a step is wrong by a share of the rest alone. Where steps are long against the periods of
-// modes, rates would else err by some per cent, and works by more than there is.
+// The state of a run that starts with the linear response to the unbalances is relative to that whirl, Re(u exp(i angle)), so that
+// the error of a step is a fraction of the deviation alone. Otherwise, where steps are long against the periods of modes, rates
+// would have errors of some per cent, and works errors beyond their size.
 //
 // The balls orbit as prescribed, so that their cages do work. A bearing with its balls turned with the ring is the same as
 // before, so that its energy changes with the balls' azimuth by y F_x - x F_y + theta_y M_x - theta_x M_y.
 
 using equilibria::COORDINATES;
-using equilibria::Five;
+using equilibria::Vector5;
 using equilibria::Seat;
 
-// A state: coordinates and their rates beside the whirl, and works since the start [J]: of loads and unbalances on the
+// A state: coordinates and their rates relative to the whirl, and works since the start [J]: of loads and unbalances on the
 // shaft, of the shaft on its bearings without what they dissipate, that, and of both cages; of the first two without those
-// of steady loads, which follow from the place.
+// of steady loads, which follow from the position.
 enum StateIndex { RATE = COORDINATES, LOAD_WORK = 2 * COORDINATES, BEARING_WORK, DISSIPATED, CAGE_WORK, STATE };
 constexpr int MOVING = LOAD_WORK, BEARINGS = 2;
 
@@ -45,7 +45,7 @@ struct Turn {
 
 // A vector that turns with the shaft: the real part of z exp(i angle).
 struct Turning {
-  Five real, imaginary;
+  Vector5 real, imaginary;
   double along(int i, const Turn &turn) const { return real[i] * turn.cosine - imaginary[i] * turn.sine; }
   double across(int i, const Turn &turn) const { return real[i] * turn.sine + imaginary[i] * turn.cosine; }
   double rate(int i, const Turn &turn) const { return -turn.speed * across(i, turn); }
@@ -55,12 +55,12 @@ struct Turning {
 };
 
 // Doubles alone, in the order in which Python writes them (`Rotor.numbers`). `steady` are the loads when the run starts;
-// unbalances load the shaft as so much mass whose acceleration they resist. Of each bearing the azimuth of ball 0 at the
+// unbalances act on the shaft by the acceleration of their masses. Of each bearing the azimuth of ball 0 at the
 // start and its orbit's speed over the shaft's. Limits of contacts: the approaches of a ball's two over its diameter, the
 // contact angle [rad], and the share of the greatest load below which an angle does not count.
 struct Rotor {
   double mass, transverse, polar, relaxation_time;
-  Five weight, steady;
+  Vector5 weight, steady;
   Turning whirl, unbalance;
   double first[BEARINGS], ratio[BEARINGS];
   double squeeze_limit, angle_limit, idle;
@@ -72,18 +72,18 @@ struct Rotor {
 // `load` [N, N m] about the centre of mass, which grows by `growth` a second.
 struct CoursePart {
   double begin, angle, speed, acceleration;
-  Five load, growth;
+  Vector5 load, growth;
 
   Turn turn_at(double time) const {
     const double passed = time - begin;
     return {angle + (speed + 0.5 * acceleration * passed) * passed, speed + acceleration * passed, acceleration};
   }
-  // Loads on the shaft but its weight: those from outside, and of the unbalances.
-  Five load_at(double time, const Turn &turn, const Rotor &rotor) const {
-    Five found;
+  // Loads on the shaft without its weight: external ones and those of the unbalances.
+  Vector5 load_at(double time, const Turn &turn, const Rotor &rotor) const {
+    Vector5 load_now;
     for (int i = 0; i < COORDINATES; i++)
-      found[i] = load[i] + (time - begin) * growth[i] - rotor.unbalance.acceleration(i, turn);
-    return found;
+      load_now[i] = load[i] + (time - begin) * growth[i] - rotor.unbalance.acceleration(i, turn);
+    return load_now;
   }
 };
 
@@ -99,8 +99,8 @@ class Bearings {
   }
   Bearings(const Bearings &) = delete;
 
-  // The loads that hold the shaft at `q` against its bearings.
-  void load(const Turn &turn, const Five &q) {
+  // The loads of the bearings on the shaft at `q`.
+  void load(const Turn &turn, const Vector5 &q) {
     double *next = azimuth.data();
     for (int b = 0; b < BEARINGS; b++) {
       seats[b].speed = turn.speed;
@@ -108,7 +108,7 @@ class Bearings {
       const int count = system.rings[b].count;
       for (int k = 0; k < count; k++) *next++ = first + 2.0 * M_PI * k / count;
     }
-    system.place(azimuth.data());
+    system.place_balls(azimuth.data());
     system.loads_at(system.q = q);
   }
   double first_azimuth(int bearing, const Turn &turn) const { return rotor.first[bearing] + rotor.ratio[bearing] * turn.angle; }
@@ -121,13 +121,13 @@ class Bearings {
 
 // A function of coordinates with this value and these derivatives by them.
 template <class X>
-X linearised(double value, const Five &by, const Coordinates<X> &at) {
+X linearised(double value, const Vector5 &derivatives, const Coordinates<X> &coordinates) {
   if constexpr (!IsDual<X>) return value;
   else {
-    X found{value, {}};
+    X result{value, {}};
     for (int j = 0; j < COORDINATES; j++)
-      for (int c = 0; c < MOVING; c++) found.slope[c] += by[j] * at[j].slope[c];
-    return found;
+      for (int c = 0; c < MOVING; c++) result.slope[c] += derivatives[j] * coordinates[j].slope[c];
+    return result;
   }
 }
 
@@ -140,15 +140,15 @@ class Equations {
 
   void rates(double time, const State &state, State &slopes) { evaluate(time, state.data(), slopes); }
 
-  // Exact but for what the stiffness itself changes of what is dissipated.
+  // Exact but for the derivative of the stiffness in the dissipation.
   void rates_and_jacobian(double time, const State &state, State &slopes, Method::Jacobian &jacobian) {
     std::array<Variable, MOVING> moving;
     for (int n = 0; n < MOVING; n++) moving[n] = {state[n], {}}, moving[n].slope[n] = 1.0;
-    std::array<Variable, STATE> found;
-    evaluate(time, moving.data(), found);
+    std::array<Variable, STATE> rates;
+    evaluate(time, moving.data(), rates);
     for (int n = 0; n < STATE; n++) {
-      slopes[n] = found[n].value;
-      std::copy(found[n].slope, found[n].slope + MOVING, jacobian[n].begin());
+      slopes[n] = rates[n].value;
+      std::copy(rates[n].slope, rates[n].slope + MOVING, jacobian[n].begin());
     }
   }
 
@@ -161,19 +161,19 @@ class Equations {
   template <class X>
   void evaluate(double time, const X *state, std::array<X, STATE> &slopes) {
     const Turn turn = part->turn_at(time);
-    const double late = rotor.relaxation_time;
+    const double relaxation_time = rotor.relaxation_time;
     Coordinates<X> rate, ahead;
-    Five place;
+    Vector5 position;
     for (int i = 0; i < COORDINATES; i++) {
       rate[i] = state[RATE + i] + rotor.whirl.rate(i, turn);
-      ahead[i] = state[i] + rotor.whirl.along(i, turn) + late * rate[i];
-      place[i] = value_of(ahead[i]);
+      ahead[i] = state[i] + rotor.whirl.along(i, turn) + relaxation_time * rate[i];
+      position[i] = value_of(ahead[i]);
     }
-    bearings.load(turn, place);
+    bearings.load(turn, position);
     const equilibria::System &system = bearings.system;
-    const Five outer = part->load_at(time, turn, rotor);
+    const Vector5 outer = part->load_at(time, turn, rotor);
     const double spin = rotor.polar * turn.speed;
-    X given{}, taken{}, viscous{};
+    X load_power{}, bearing_power{}, dissipation{};
     for (int i = 0; i < COORDINATES; i++) {
       const X load = linearised(system.load[i], system.stiffness[i], ahead);
       X force = outer[i] + rotor.weight[i] - load;
@@ -181,11 +181,11 @@ class Equations {
       if (i == 4) force = force + spin * rate[3];
       slopes[i] = state[RATE + i];
       slopes[RATE + i] = force / rotor.inertia(i) - rotor.whirl.acceleration(i, turn);
-      given = given + (outer[i] - rotor.steady[i]) * rate[i];
-      taken = taken + (load - (rotor.steady[i] + rotor.weight[i])) * rate[i];
-      for (int j = 0; j < COORDINATES; j++) viscous = viscous + late * system.stiffness[i][j] * (rate[i] * rate[j]);
+      load_power = load_power + (outer[i] - rotor.steady[i]) * rate[i];
+      bearing_power = bearing_power + (load - (rotor.steady[i] + rotor.weight[i])) * rate[i];
+      for (int j = 0; j < COORDINATES; j++) dissipation = dissipation + relaxation_time * system.stiffness[i][j] * (rate[i] * rate[j]);
     }
-    slopes[LOAD_WORK] = given, slopes[BEARING_WORK] = taken - viscous, slopes[DISSIPATED] = viscous;
+    slopes[LOAD_WORK] = load_power, slopes[BEARING_WORK] = bearing_power - dissipation, slopes[DISSIPATED] = dissipation;
     slopes[CAGE_WORK] = X{};
     for (int b = 0; b < BEARINGS; b++)
       slopes[CAGE_WORK] = slopes[CAGE_WORK] + rotor.ratio[b] * turn.speed * cage_load(b, ahead);
@@ -195,7 +195,7 @@ class Equations {
   template <class X>
   X cage_load(int bearing, const Coordinates<X> &ahead) const {
     const equilibria::System &system = bearings.system;
-    const Coordinates<X> ring = system.turned_in(*system.rings[bearing].seat, ahead);
+    const Coordinates<X> ring = system.ring_coordinates(*system.rings[bearing].seat, ahead);
     Coordinates<X> load;
     for (int i = 0; i < COORDINATES; i++)
       load[i] = linearised(system.ring_load[bearing][i], system.ring_stiffness[bearing][i], ring);
@@ -205,11 +205,11 @@ class Equations {
 
 // One output of a shaft, in the order of its channels (kinds/shaft/motion.py).
 
-// A row begins with this, goes on with loads (balls, 2) and contact angles (balls, 2) of each bearing, and ends with `Energies`.
+// A row starts with this, continues with loads (balls, 2) and contact angles (balls, 2) of each bearing, and ends with `Energies`.
 struct RowHead {
-  Five place, rate;
+  Vector5 position, rate;
   double angle, speed, ring_offset[BEARINGS][3], force[BEARINGS][3], moment[BEARINGS][2], orbit[BEARINGS];
-  Five load;
+  Vector5 load;
 };
 struct Energies { double kinetic, potential, elastic, load_work, bearing_work, cage_work, dissipated, gross_work; };
 constexpr int HEAD = sizeof(RowHead) / sizeof(double);
@@ -222,10 +222,10 @@ class Outputs {
   // Writes the row of a state with its whirl; returns the greatest approach or contact angle of a ball over its limit.
   double write(const CoursePart &part, double time, const State &state, double gross, double *row) {
     const Turn turn = part.turn_at(time);
-    Five ahead;
+    Vector5 ahead;
     RowHead &head = *reinterpret_cast<RowHead *>(row);
     for (int i = 0; i < COORDINATES; i++) {
-      head.place[i] = state[i], head.rate[i] = state[RATE + i];
+      head.position[i] = state[i], head.rate[i] = state[RATE + i];
       ahead[i] = state[i] + rotor.relaxation_time * state[RATE + i];
     }
     head.angle = turn.angle, head.speed = turn.speed, head.load = part.load_at(time, turn, rotor);
@@ -258,23 +258,23 @@ class Outputs {
   Bearings &bearings;
   std::vector<double> contacts;
 
-  // The work of the shaft on its bearings over the relaxation time to come, which contacts hold already: less than 0.
+  // The work of the shaft on its bearings over the next relaxation time, which contacts already store: negative.
   double not_yet_stored(const State &state) const {
     const equilibria::System &system = bearings.system;
-    const double late = rotor.relaxation_time;
+    const double relaxation_time = rotor.relaxation_time;
     double work = 0.0;
     for (int i = 0; i < COORDINATES; i++) {
-      work -= late * system.load[i] * state[RATE + i];
+      work -= relaxation_time * system.load[i] * state[RATE + i];
       for (int j = 0; j < COORDINATES; j++)
-        work += 0.5 * late * late * state[RATE + i] * system.stiffness[i][j] * state[RATE + j];
+        work += 0.5 * relaxation_time * relaxation_time * state[RATE + i] * system.stiffness[i][j] * state[RATE + j];
     }
     return work;
   }
 
-  // Place of the ring, and force and moment on the shaft, in its axes.
+  // Position of the ring, and force and moment on the shaft, in its axes.
   void write_bearing(int b, const Turn &turn, RowHead &head) const {
     const Seat &seat = *bearings.system.rings[b].seat;
-    const Five ring = bearings.system.turned_in(seat, head.place), &load = bearings.system.ring_load[b];
+    const Vector5 ring = bearings.system.ring_coordinates(seat, head.position), &load = bearings.system.ring_load[b];
     for (int i = 0; i < 2; i++) {
       head.ring_offset[b][i] = ring[i], head.force[b][i] = -load[i];
       head.moment[b][i] = -seat.facing * load[3 + i];
@@ -283,7 +283,7 @@ class Outputs {
     head.orbit[b] = bearings.first_azimuth(b, turn);
   }
 
-  // Loads and angles of a bearing's balls; adds what their contacts store to `elastic`. Returns as `write`.
+  // Loads and angles of a bearing's balls; adds the energy of their contacts to `elastic`. Returns as `write`.
   double write_balls(int b, const double *contact, double *out, double &elastic) const {
     const equilibria::Ring &ring = bearings.system.rings[b];
     const int balls = ring.count, each = equilibria::CONTACT_NUMBERS;
@@ -304,61 +304,61 @@ class Outputs {
   }
 };
 
-// The motion of the shaft step by step. A step that reaches beyond what is asked for is kept, with its interpolant, so that a
-// run does not depend on how it is cut. Steps end where drive or load change. Outputs have balls of their own: looking at a
-// motion does not touch it.
+// The motion of the shaft step by step. The last step may reach beyond the requested time and is stored with its dense output, so
+// that a run does not depend on how it is divided. Steps end where drive or load change. Outputs have balls of their own and do not
+// affect the motion.
 
-constexpr double NEAR = 1e-3;  // of a step: no shorter one is left before a part of the course ends
+constexpr double SHORTEST_REST = 1e-3;  // of a step: no shorter step remains at the end of a part of the course
 
-// Begin and end [s] of the step kept, the next step [s], and the work of loads, bearings and damping [J], each step's counted
-// by its size, up to that end and up to that begin.
-struct Clock { double began, time, step, gross, gross_before; };
+// Start and end [s] of the last step, the next step [s], and the sum of the absolute works of loads, bearings and damping [J] in all
+// steps up to that end and up to that start.
+struct Clock { double start, time, step, gross, gross_before; };
 
-// The step kept: states at its ends, and its interpolant.
-struct KeptStep {
+// The last step: states at its ends, and its dense output.
+struct LastStep {
   State start, end, third, fourth;
 
-  State at(double share) const {
-    State found;
-    for (int n = 0; n < STATE; n++) found[n] = interpolated(share, start[n], end[n], third[n], fourth[n]);
-    return found;
+  State state(double fraction) const {
+    State result;
+    for (int n = 0; n < STATE; n++) result[n] = interpolated(fraction, start[n], end[n], third[n], fourth[n]);
+    return result;
   }
   bool finite() const {
     double size = 0.0;
-    for (const State *one : {&start, &end, &third, &fourth})
-      for (double number : *one) size += std::fabs(number);
+    for (const State *part : {&start, &end, &third, &fourth})
+      for (double number : *part) size += std::fabs(number);
     return size < HUGE_VAL;
   }
 };
 
 // State of a motion, advanced in place.
-struct Motion { Clock &clock; KeptStep &kept; std::int64_t *counts; };  // steps, rejections, evaluations
+struct Motion { Clock &clock; LastStep &last_step; std::int64_t *counts; };  // steps, rejections, evaluations
 
-// The state at `time` [s] of the step kept, and the gross work there.
-inline std::pair<State, double> state_at(const Clock &clock, const KeptStep &kept, double time) {
-  const double lasts = clock.time - clock.began, share = lasts > 0.0 ? (time - clock.began) / lasts : 1.0;
-  return {kept.at(share), clock.gross_before + share * (clock.gross - clock.gross_before)};
+// The state at `time` [s] of the last step, and the gross work there.
+inline std::pair<State, double> state_at(const Clock &clock, const LastStep &last_step, double time) {
+  const double lasts = clock.time - clock.start, fraction = lasts > 0.0 ? (time - clock.start) / lasts : 1.0;
+  return {last_step.state(fraction), clock.gross_before + fraction * (clock.gross - clock.gross_before)};
 }
 
-// Drops what of the step kept lies beyond `time` [s]: the motion goes on from there.
-inline void restart(Clock &clock, KeptStep &kept, double time) {
-  auto [state, gross] = state_at(clock, kept, time);
-  kept.start = kept.end = state;
-  clock.began = clock.time = time, clock.gross = clock.gross_before = gross;
+// Discards the part of the last step beyond `time` [s]; the motion continues from there.
+inline void restart(Clock &clock, LastStep &last_step, double time) {
+  auto [state, gross] = state_at(clock, last_step, time);
+  last_step.start = last_step.end = state;
+  clock.start = clock.time = time, clock.gross = clock.gross_before = gross;
 }
 
 // Instants [s] of outputs and where their rows go.
 struct Instants { const double *time; int count; double *row; int width; };
 
-// Steps are between `shortest` and `longest` [s], and end within `furthest` of the middle.
-struct Bounds { double shortest, longest; Five furthest; };
+// Steps are between `shortest` and `longest` [s]; coordinates stay below `furthest`.
+struct Bounds { double shortest, longest; Vector5 furthest; };
 
 class Integration {
  public:
   Integration(const Rotor &rotor, const CoursePart *course, int parts, const Bounds &bounds, Bearings &moved, Method &method,
               Outputs &outputs, const Motion &motion)
       : rotor(rotor), course(course), parts(parts), bounds(bounds), equations(rotor, moved), method(method), outputs(outputs),
-        clock(motion.clock), kept(motion.kept), counts(motion.counts) {}
+        clock(motion.clock), last_step(motion.last_step), counts(motion.counts) {}
 
   // Steps until one reaches `until` [s], and writes the outputs.
   Status run(double until, const Instants &instants, int order, const volatile std::uint8_t *stop) {
@@ -379,15 +379,15 @@ class Integration {
   Method &method;
   Outputs &outputs;
   Clock &clock;
-  KeptStep &kept;
+  LastStep &last_step;
   std::int64_t *counts;
   int phase = 0, cursor = 0;
 
-  // The outputs that the step kept reaches; TOO_DEEP at the first whose contacts leave their limits.
+  // The outputs within the last step; TOO_DEEP at the first whose contacts exceed their limits.
   Status write_outputs(const Instants &instants) {
     for (; cursor < instants.count && instants.time[cursor] <= clock.time; cursor++) {
       const double time = instants.time[cursor];
-      auto [state, gross] = state_at(clock, kept, time);
+      auto [state, gross] = state_at(clock, last_step, time);
       const Turn turn = course[phase].turn_at(time);
       for (int i = 0; i < COORDINATES; i++)
         state[i] += rotor.whirl.along(i, turn), state[RATE + i] += rotor.whirl.rate(i, turn);
@@ -401,14 +401,14 @@ class Integration {
 
   Status step(int order) {
     equations.part = &course[phase];
-    const double begin = clock.time, wanted = std::min(clock.step, bounds.longest);
+    const double begin = clock.time, planned = std::min(clock.step, bounds.longest);
     const double ends = phase + 1 < parts ? course[phase + 1].begin : HUGE_VAL;
-    const bool reaches = begin + (1.0 + NEAR) * wanted >= ends;
-    double step = reaches ? ends - begin : wanted, following;
+    const bool reaches = begin + (1.0 + SHORTEST_REST) * planned >= ends;
+    double step = reaches ? ends - begin : planned, proposed;
     bool rejected = false;
-    for (;; step = following, rejected = true) {
-      const double error = method.step_from(equations, begin, kept.end, step);
-      following = next_step(step, error, order);
+    for (;; step = proposed, rejected = true) {
+      const double error = method.step_from(equations, begin, last_step.end, step);
+      proposed = next_step(step, error, order);
       counts[2] += method.evaluations();
       if (error <= 1.0) break;
       counts[1]++;
@@ -420,24 +420,24 @@ class Integration {
         return TOO_DEEP;
       }
     counts[0]++;
-    kept = {kept.end, method.after, method.dense_term(0), method.dense_term(1)};
+    last_step = {last_step.end, method.after, method.dense_term(0), method.dense_term(1)};
     const bool arrived = reaches && !rejected;
-    clock.began = begin, clock.time = arrived ? ends : begin + step;
-    clock.step = arrived ? std::max(wanted, following) : following;
+    clock.start = begin, clock.time = arrived ? ends : begin + step;
+    clock.step = arrived ? std::max(planned, proposed) : proposed;
     clock.gross_before = clock.gross;
-    clock.gross += works();
+    clock.gross += gross_work();
     return OK;
   }
 
-  // The works [J] of loads, of bearings and of damping in the step kept, each by its size, added up.
-  double works() const {
-    const Turn begin = course[phase].turn_at(clock.began), end = course[phase].turn_at(clock.time);
+  // The sum of the absolute works [J] of loads, bearings and damping in the last step.
+  double gross_work() const {
+    const Turn begin = course[phase].turn_at(clock.start), end = course[phase].turn_at(clock.time);
     double steady = 0.0, weight = 0.0;
     for (int i = 0; i < COORDINATES; i++) {
-      const double moved = rotor.whirl.along(i, end) - rotor.whirl.along(i, begin) + kept.end[i] - kept.start[i];
+      const double moved = rotor.whirl.along(i, end) - rotor.whirl.along(i, begin) + last_step.end[i] - last_step.start[i];
       steady += rotor.steady[i] * moved, weight += rotor.weight[i] * moved;
     }
-    auto done = [&](StateIndex work) { return kept.end[work] - kept.start[work]; };
+    auto done = [&](StateIndex work) { return last_step.end[work] - last_step.start[work]; };
     return std::fabs(done(LOAD_WORK) + steady) + std::fabs(done(BEARING_WORK) + steady + weight) + std::fabs(done(DISSIPATED));
   }
 };
@@ -450,39 +450,39 @@ using namespace core::shaft;
 namespace {
 
 template <class Struct>
-Struct &at(double *numbers) { return *reinterpret_cast<Struct *>(numbers); }
+Struct &as(double *numbers) { return *reinterpret_cast<Struct *>(numbers); }
 template <class Struct>
-const Struct &at(const double *numbers) { return *reinterpret_cast<const Struct *>(numbers); }
+const Struct &as(const double *numbers) { return *reinterpret_cast<const Struct *>(numbers); }
 
 template <class Struct>
 constexpr int numbers_in = sizeof(Struct) / sizeof(double);
 static_assert(numbers_in<Rotor> == 41 && numbers_in<CoursePart> == 14 && numbers_in<Bounds> == 7 && numbers_in<Clock> == 5 &&
-              numbers_in<KeptStep> == 4 * STATE, "kinds/shaft in bearing_twin writes so many doubles");
+              numbers_in<LastStep> == 4 * STATE, "kinds/shaft in bearing_twin writes so many doubles");
 
 }  // namespace
 
-// Steps from the step kept on until one reaches `until` [s], and fills `rows` (instants, width) at `times` [s]. `seats` (2,
-// SEAT) and `balls` (2,) are of both bearings; `course` (parts, 14) holds the parts from that of the step kept on; `scales`
-// (10,) are errors that count as 1. `clock` (5,), `kept` (4, 14) and `counts` (3,) are moved on in place.
+// Steps from the last step until one reaches `until` [s], and fills `rows` (instants, width) at `times` [s]. `seats` (2,
+// SEAT) and `balls` (2,) are of both bearings; `course` (parts, 14) holds the parts from that of the last step; `scales`
+// (10,) are errors that count as 1. `clock` (5,), `last_step` (4, 14) and `counts` (3,) are advanced in place.
 CORE_EXPORT std::int64_t core_shaft_advance(const double *rotor_numbers, const double *seats, const std::int64_t *balls,
                                             const double *course, std::int64_t parts, const double *method_numbers,
                                             const double *scales, const double *bounds, std::int64_t instants, const double *times,
-                                            double until, const volatile std::uint8_t *stop, double *clock, double *kept,
+                                            double until, const volatile std::uint8_t *stop, double *clock, double *last_step,
                                             std::int64_t *counts, double *rows, std::int64_t width) {
-  const Rotor &rotor = at<Rotor>(rotor_numbers);
+  const Rotor &rotor = as<Rotor>(rotor_numbers);
   const RosenbrockMethod method = rosenbrock_of(method_numbers);
   Method::Scales its_scales;
   std::copy(scales, scales + MOVING, its_scales.begin());
-  Bearings bearings(rotor, &at<Seat>(seats), balls);
+  Bearings bearings(rotor, &as<Seat>(seats), balls);
   Method steps(method, its_scales);
   Outputs outputs(rotor, bearings, int(balls[0] + balls[1]));
-  Motion motion{at<Clock>(clock), at<KeptStep>(kept), counts};
-  Integration integration(rotor, &at<CoursePart>(course), int(parts), at<Bounds>(bounds), bearings, steps, outputs, motion);
+  Motion motion{as<Clock>(clock), as<LastStep>(last_step), counts};
+  Integration integration(rotor, &as<CoursePart>(course), int(parts), as<Bounds>(bounds), bearings, steps, outputs, motion);
   const Status status = integration.run(until, {times, int(instants), rows, int(width)}, method.order, stop);
-  return status == OK && !motion.kept.finite() ? NOT_FINITE : status;
+  return status == OK && !motion.last_step.finite() ? NOT_FINITE : status;
 }
 
-// Drops what of the step kept lies beyond `time` [s].
-CORE_EXPORT void core_shaft_restart(double *clock, double *kept, double time) {
-  restart(at<Clock>(clock), at<KeptStep>(kept), time);
+// See `restart`.
+CORE_EXPORT void core_shaft_restart(double *clock, double *last_step, double time) {
+  restart(as<Clock>(clock), as<LastStep>(last_step), time);
 }
