@@ -284,7 +284,7 @@ FAILURES = (
         "each figure has its error; one far below it is shown as 0 with that error",
         "simulate bearing_6203_sticking --duration 0.002",
         0,
-        "drive torque (dry-contact 0 ± ",
+        "drive torque (dry contacts) 0 ± ",
         "tolerance",
     ),
     Failure(

@@ -197,9 +197,9 @@ def unit_choice_sizes(sizes: Mapping[str, float]) -> dict[str, float]:
 
 
 LUBRICATED = "lubricant"  # among what is not known of a result: it is of films, not of dry contacts
-_DRY = {"drive torque (dry-contact friction)": "drive torque", "dry-contact friction torque": "friction torque"}
+_DRY = {"drive torque (dry contacts)": "drive torque", "dry-contact friction torque": "friction torque"}
 _LABELS = {  # of keys whose names do not say enough
-    "drive_torque_nm": "drive torque (dry-contact friction)",
+    "drive_torque_nm": "drive torque (dry contacts)",
     "friction_torque_nm": "dry-contact friction torque",
     "catalogue_drive_torque_nm": "drive torque (catalogue estimate, ± 50 %)",
     **{f"{line}_over_noise_db": f"{line.upper()} over noise" for line in ("bpfo", "bpfi", "bsf")},
