@@ -311,3 +311,8 @@ def test_fault_frequencies_have_the_error_of_pitch_circle_and_balls():
     for name, value in wanted.items():
         off, reported = abs(found["fault_frequencies_hz"][name] - value), found["fault_frequencies_hz_error"][name]
         assert off < reported < 0.02 * value
+    few, many = (
+        catalogue_sheet("7208B", load_scene("7208B", [f"geometry.balls={balls}"]).parameters) for balls in (12, 14)
+    )
+    off = many["fault_frequencies_hz"]["bpfo"] - few["fault_frequencies_hz"]["bpfo"]
+    assert 0.0 < off < many["fault_frequencies_hz_error"]["bpfo"]  # 14 balls, give or take 2

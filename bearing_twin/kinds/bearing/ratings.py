@@ -279,12 +279,12 @@ def palmgren_torque(
 
 
 def frequency_errors(name: str, parameters) -> dict[str, float]:
-    """Errors of fault frequencies [Hz], as the row's pitch circle and ball diameter may be."""
+    """Errors of fault frequencies [Hz], as the row's pitch circle, ball diameter and number of balls may be."""
     entry, geometry, speed = entries()[name], parameters.geometry, parameters.drive.speed
-    sizes = {"pitch_diameter": entry.pitch_diameter_doubt, "ball_diameter": entry.ball_diameter_doubt}
     errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)
-    for key, deviation in sizes.items():
-        ends = [replace(geometry, **{key: getattr(geometry, key) + sign * deviation}) for sign in (-1.0, 1.0)]
+    for key in ("pitch_diameter", "ball_diameter", "balls"):
+        deviation = getattr(entry, f"{key}_doubt")
+        ends = [replace(geometry, **{key: getattr(geometry, key) + sign * deviation}) for sign in (-1, 1)]
         low, high = (rolling_frequencies(scaled, speed) for scaled in ends)
         errors = {line: error + 0.5 * abs(high[line] - low[line]) for line, error in errors.items()}
     return errors
