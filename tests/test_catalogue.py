@@ -87,7 +87,7 @@ def test_ratings_lie_within_the_scatter_of_those_published():
     for name, entry in ENTRIES.items():
         if entry.found in ("literature", "published"):  # today's 7218 holds larger balls; SKF rates by its own factor
             continue
-        found = catalogue_sheet(name, parameters(name))
+        found = catalogue_sheet(parameters(name))
         for kind in ("dynamic", "static"):
             value, (low, high) = found[f"basic_{kind}_rating_n"], getattr(entry, kind)
             scatter = SCATTER if not entry.contact_angle else 0.02
@@ -124,7 +124,7 @@ def test_sets_meet_factor_and_ratings_of_makers_that_stand_in_no_row():
 def test_published_sets_give_published_frequencies_and_the_ratings_of_skf():
     """Case Western Reserve University, Bearing Data Center: BPFI, BPFO, FTF in turns of the shaft."""
     for name, wanted in {"6205SKF": (5.4152, 3.5848, 0.39828), "6203SKF": (4.9469, 3.0530, 0.3817)}.items():
-        found = catalogue_sheet(name, load_scene(name, [f"drive.speed={2.0 * math.pi!r}"]).parameters)
+        found = catalogue_sheet(load_scene(name, [f"drive.speed={2.0 * math.pi!r}"]).parameters)
         for word, value in zip(("bpfi", "bpfo", "ftf"), wanted, strict=True):
             error = found["fault_frequencies_hz_error"][word]
             assert abs(found["fault_frequencies_hz"][word] - value) < error + 5e-5, (name, word)
@@ -305,14 +305,16 @@ def test_bearings_of_other_types_are_refused_as_what_they_are(word, kind):
 
 def test_fault_frequencies_have_the_error_of_pitch_circle_and_balls():
     """The set of the bearing of a known data set, 9 balls of 7.94 mm on 39.04 mm, lies within it."""
-    found = catalogue_sheet("6205", load_scene("6205", ["drive.speed=6.283185307179586"]).parameters)
+    found = catalogue_sheet(load_scene("6205", ["drive.speed=6.283185307179586"]).parameters)
     ratio = 7.94 / 39.04
     wanted = {"bpfo": 4.5 * (1.0 - ratio), "bpfi": 4.5 * (1.0 + ratio), "ftf": 0.5 * (1.0 - ratio)}
     for name, value in wanted.items():
         off, reported = abs(found["fault_frequencies_hz"][name] - value), found["fault_frequencies_hz_error"][name]
         assert off < reported < 0.02 * value
-    few, many = (
-        catalogue_sheet("7208B", load_scene("7208B", [f"geometry.balls={balls}"]).parameters) for balls in (12, 14)
-    )
-    off = many["fault_frequencies_hz"]["bpfo"] - few["fault_frequencies_hz"]["bpfo"]
+    many, counted = (catalogue_sheet(load_scene("7208B", given).parameters) for given in ([], ["geometry.balls=12"]))
+    off = many["fault_frequencies_hz"]["bpfo"] - counted["fault_frequencies_hz"]["bpfo"]
     assert 0.0 < off < many["fault_frequencies_hz_error"]["bpfo"]  # 14 balls, give or take 2
+    assert (counted["balls"], counted["balls_doubt"], counted["source"]) == (12, 0, "given by the scene: balls")
+    assert counted["fault_frequencies_hz_error"]["bpfo"] < 0.2 * off
+    tilted = catalogue_sheet(load_scene("6308", ["geometry.contact_angle=15deg"]).parameters)
+    assert tilted["radial_clearance_m"] is None

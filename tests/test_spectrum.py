@@ -248,3 +248,10 @@ def test_a_speed_without_a_unit_is_said_in_rpm(tmp_path, typed):
     assert (
         "is in rad/s, 1775.21 rpm" in typed("spectrum", path, *BEARING[:2], "--speed", "185.9", "--rate", "12kHz").err
     )
+
+
+def test_an_uncertain_number_of_balls_is_a_warning(tmp_path, typed):
+    path = saved(tmp_path, record(seconds=5.0))
+    given = "spectrum", path, "--speed", "1750rpm", "--rate", "12kHz", "--bearing"
+    assert "7203B has 10 ± 1 balls" in typed(*given, "7203B").err
+    assert "balls" not in typed(*given, "6205").err

@@ -216,7 +216,7 @@ def _row_alone(arguments, given) -> dict | None:
 
     if operating_geometry(parameters).radial_clearance < 0.0:
         return None
-    return catalogue_sheet(name, parameters)
+    return catalogue_sheet(parameters)
 
 
 def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
@@ -228,7 +228,7 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
         frequency_errors,
         load_line,
         natural_frequencies,
-        row_of,
+        row_in_use,
         solver_of,
     )
     from bearing_twin.run.scene import choose
@@ -243,9 +243,9 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
     found = controlled_equilibrium(parameters, solver, support)
     head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": found.control}
     head["control_reason"] = control_reason(parameters, found)
-    if catalogued := _row(parameters):
-        head["catalogue"] = row_of(catalogued)
-        head["fault_frequencies_hz_error"] = frequency_errors(catalogued, parameters)
+    if _row(parameters):
+        head["catalogue"] = row_in_use(parameters)
+        head["fault_frequencies_hz_error"] = frequency_errors(head["catalogue"], parameters)
     head["speed_rad_s"] = parameters.drive.speed
     found_values = answer_of(parameters, law, solver, support, found)
     if arguments.mass is not None:

@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     picture = picture_path(arguments.plot) if arguments.plot else None
     speed = None if arguments.speed is None else number("--speed", arguments.speed, "rad/s")
     band = None if arguments.band is None else _band(arguments.band)
-    geometry = None if arguments.bearing is None else _geometry(arguments.bearing)
+    geometry, uncertain = (None, []) if arguments.bearing is None else _geometry(arguments.bearing)
 
     import numpy as np
 
@@ -69,7 +69,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         from bearing_twin.vibration.envelope import draw_spectrum
 
         result["plot"] = str(draw_spectrum(found, Path(arguments.file).name, picture))
-    warnings = list(found.warnings)
+    warnings = [*found.warnings, *uncertain]
     if arguments.speed is not None and record.speed is not None:
         own = abs(float(np.mean(record.speed[1] if isinstance(record.speed, tuple) else record.speed)))
         if own and abs(abs(speed) / own - 1.0) > SPEED_ERROR:
@@ -122,11 +122,19 @@ def _band(text: str) -> tuple[float, float]:
     return low, high
 
 
-def _geometry(name: str):
+def _geometry(name: str) -> tuple:
+    """The geometry of a designation or a scene, and a warning where its number of balls is not known."""
+    from bearing_twin.kinds.bearing import entries, row_in_use
     from bearing_twin.run.scene import load_scene
 
     scene = load_scene(name)
-    geometry = getattr(scene.parameters, "geometry", None)
-    if scene.kind != "bearing" or geometry is None:
+    if scene.kind != "bearing":
         raise SceneError(f"{scene.name} is no bearing; give a designation, as 6205, or a scene of kind bearing")
-    return geometry
+    geometry = scene.parameters.geometry
+    row = row_in_use(scene.parameters) if geometry.designation in entries() else {"balls_doubt": 0}
+    if not row["balls_doubt"]:
+        return geometry, []
+    return geometry, [
+        f"{name} has {row['balls']} ± {row['balls_doubt']} balls, and its lines lie elsewhere with another number: "
+        "count them, and give a scene with geometry.balls"
+    ]

@@ -60,9 +60,9 @@ FACE = {  # module: names that others may use
         Geometry GIVES BearingContact GivenRatings Materials RELAXATION_TIME GREATEST_ANGLE GREATEST_SQUEEZE
     """,
     "ratings": """
-        catalogue_sheet frequency_errors Ratings ratings_of basic_dynamic_rating basic_static_rating equivalent_load
-        static_load reference_life lives_of hours_of LIMITING LIMITING_SCATTER limiting_speeds BASE_VISCOSITY
-        TORQUE_SCATTER palmgren_torque command_warning
+        catalogue_sheet frequency_errors row_in_use Ratings ratings_of basic_dynamic_rating basic_static_rating
+        equivalent_load static_load reference_life lives_of hours_of LIMITING LIMITING_SCATTER limiting_speeds
+        BASE_VISCOSITY TORQUE_SCATTER palmgren_torque command_warning
     """,
     "friction_torque": "contact_torque skf_torque",
     "system": """

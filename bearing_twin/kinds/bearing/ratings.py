@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.contact.elasticity import ellipse
-from bearing_twin.kinds.bearing.catalogue import entries, row_of
+from bearing_twin.kinds.bearing.catalogue import row_of
 from bearing_twin.shapes import ball_in_groove
 from bearing_twin.vibration import rolling_frequencies
 
@@ -278,24 +278,53 @@ def palmgren_torque(
     return 1e-3 * (without_load + z * (static_load(geometry, radial, axial) / static) ** y * torque_load * pitch)
 
 
-def frequency_errors(name: str, parameters) -> dict[str, float]:
+SIZES = {  # of a bearing in a row of the catalogue: the end of their keys there
+    "balls": "",
+    "ball_diameter": "_m",
+    "pitch_diameter": "_m",
+    "inner_conformity": "",
+    "outer_conformity": "",
+    "contact_angle": "_rad",
+}
+
+
+def row_in_use(parameters) -> dict:
+    """The row of the scene's designation; a size that the scene gives takes the place of the row's, and is certain."""
+    geometry, row = parameters.geometry, row_of(parameters.geometry.designation)
+    given = [name for name, end in SIZES.items() if getattr(geometry, name) != row[f"{name}{end}"]]
+    for name in given:
+        row[f"{name}{SIZES[name]}"] = getattr(geometry, name)
+        if (doubt := f"{name}_doubt{SIZES[name]}") in row:
+            row[doubt] = 0
+    if geometry.contact_angle:
+        row["radial_clearance_m"] = None
+    if given:
+        row["source"] = f"given by the scene: {', '.join(given).replace('_', ' ')}"
+    return row
+
+
+def frequency_errors(row: dict, parameters) -> dict[str, float]:
     """Errors of fault frequencies [Hz], as the row's pitch circle, ball diameter and number of balls may be."""
-    entry, geometry, speed = entries()[name], parameters.geometry, parameters.drive.speed
+    geometry, speed = parameters.geometry, parameters.drive.speed
+    sizes = {
+        "pitch_diameter": row["pitch_diameter_doubt_m"],
+        "ball_diameter": row["ball_diameter_doubt_m"],
+        "balls": row["balls_doubt"],
+    }
     errors = dict.fromkeys(rolling_frequencies(geometry, speed), 0.0)
-    for key in ("pitch_diameter", "ball_diameter", "balls"):
-        deviation = getattr(entry, f"{key}_doubt")
+    for key, deviation in sizes.items():
         ends = [replace(geometry, **{key: getattr(geometry, key) + sign * deviation}) for sign in (-1, 1)]
         low, high = (rolling_frequencies(scaled, speed) for scaled in ends)
         errors = {line: error + 0.5 * abs(high[line] - low[line]) for line, error in errors.items()}
     return errors
 
 
-def catalogue_sheet(name: str, parameters) -> dict:
-    """The row of a designation, and of the scene that uses it the ratings by ISO 281 and ISO 76 and fault frequencies.
+def catalogue_sheet(parameters) -> dict:
+    """The row of a scene's designation, the ratings by ISO 281 and ISO 76 and fault frequencies.
 
     Fault frequencies are those of balls that roll without load, at the nominal contact angle.
     """
-    ratings, speed, row = ratings_of(parameters), parameters.drive.speed, row_of(name)
+    ratings, speed, row = ratings_of(parameters), parameters.drive.speed, row_in_use(parameters)
     limits, clearance = row["radial_clearance_m"], parameters.geometry.radial_clearance
     if limits and abs(clearance - 0.5 * sum(limits)) > 1e-9:
         row["radial_clearance_m"] = [clearance, clearance]
@@ -305,6 +334,6 @@ def catalogue_sheet(name: str, parameters) -> dict:
         "speed_rad_s": speed,
         "limiting_speed_rad_s": limiting_speeds(parameters.geometry),
         "fault_frequencies_hz": rolling_frequencies(parameters.geometry, speed),
-        "fault_frequencies_hz_error": frequency_errors(name, parameters),
+        "fault_frequencies_hz_error": frequency_errors(row, parameters),
         "flags": [warning] if (warning := speed_warning(parameters.geometry, speed)) else [],
     }
