@@ -374,9 +374,10 @@ def _load_text(support: Support, share: float = 1.0) -> str:
     return " with ".join(rows) or "no load"
 
 
-def solver_under_gravity(parameters, setting: Setting, azimuths: np.ndarray) -> EquilibriumSolver:
-    """The solver for balls at these azimuths [rad] (N,) that the scene's gravity pulls at."""
-    return EquilibriumSolver(setting, azimuths, tuple(parameters.gravity), parameters if parameters.defects else None)
+def solver_under_gravity(parameters, law: str, speed: float, azimuths: np.ndarray) -> EquilibriumSolver:
+    """The solver of a scene at `speed` [rad/s] under its gravity, with the balls at these azimuths [rad] (N,)."""
+    setting, defect_scene = setting_of(parameters, law, speed), parameters if parameters.defects else None
+    return EquilibriumSolver(setting, azimuths, tuple(parameters.gravity), defect_scene)
 
 
 def loose_directions(equilibrium: Equilibrium, support: Support, scales) -> list[str]:
@@ -514,10 +515,10 @@ def check_load(parameters, law: str, speed: float, force, moment) -> None:
         for problem in idle_loads(parameters, loads[:3], loads[3:], "force", "torque"):
             raise BearingTwinError(problem)
     support = support_with_weight(parameters, loads)
-    setting, balls = setting_of(parameters, law, speed), parameters.geometry.balls
+    balls = parameters.geometry.balls
     for position in range(TRIAL_POSITIONS):
         azimuths = azimuths_of(balls, trial_azimuth(support, balls, position))
-        solver_under_gravity(parameters, setting, azimuths).solve(support)
+        solver_under_gravity(parameters, law, speed, azimuths).solve(support)
 
 
 def trial_azimuth(support: Support, balls: int, position: int) -> float:
@@ -558,10 +559,9 @@ class CommandedBearing:
         """
         coordinates = np.array([*sample["inner_ring_offset"], *sample["inner_ring_tilt"]])
         speed = float(sample["inner_ring_speed"])
-        setting = setting_of(self.parameters, self.law, speed)
         held = Support((False,) * 5, (0.0,) * 5, tuple(coordinates))
         try:
-            solver = solver_under_gravity(self.parameters, setting, sample["orbit_angle"])
+            solver = solver_under_gravity(self.parameters, self.law, speed, sample["orbit_angle"])
             equilibrium = controlled_equilibrium(self.parameters, solver, held)
         except SceneError as error:
             raise BearingTwinError(f"there is no stiffness where the ring stands now: {error}") from error

@@ -19,7 +19,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     contacts_in,
     controlled_equilibrium,
     limit_ratios,
-    setting_of,
     solver_under_gravity,
     support_with_weight,
 )
@@ -154,8 +153,8 @@ class QuasiStaticMotion(CommandedBearing):
     def __init__(self, parameters: BearingScene, choice: Choice):
         self.parameters, self.law, self.stop = parameters, choice.law, SIGNALLED
         self.support = support_with_weight(parameters)
-        setting = setting_of(parameters, choice.law, parameters.drive.speed)
-        solver = solver_under_gravity(parameters, setting, azimuths_of(parameters.geometry.balls, 0.0))
+        azimuths = azimuths_of(parameters.geometry.balls, 0.0)
+        solver = solver_under_gravity(parameters, choice.law, parameters.drive.speed, azimuths)
         self._start, self.setting = controlled_equilibrium(parameters, solver, self.support), solver.setting
         load = float(self._start.contacts.load.max())
         self._defects = defect_numbers(parameters, load) if parameters.defects else np.zeros(1)

@@ -27,7 +27,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bearing_twin.base.errors import IntegrationError, Stopped
+from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
 from bearing_twin.coefficients import EXPLICIT, ROSENBROCK
 from bearing_twin.contact.elasticity import elastic
 from bearing_twin.core import (
@@ -387,13 +387,6 @@ class Rates(NamedTuple):
     creeping: int = 0
 
 
-class StepProblem(NamedTuple):
-    """Problem of a step that is too long, and its body."""
-
-    sentence: str
-    body: str
-
-
 def _greatest_slip_decay(inner: float, outer: float) -> float:
     """Fastest decay of slip times m v_s/mu [N] for the loads [N] of two opposite contacts of a ball.
 
@@ -463,11 +456,11 @@ def stable_step(rates: Rates, stepper: str, may_slide: bool = True) -> float:
     )
 
 
-def step_problem(step: float, rates: Rates, stepper: str, may_slide: bool = True) -> StepProblem | None:
-    """Problem of a step [s] of a fixed-step method in a state with these rates, or None."""
+def step_problem(step: float, rates: Rates, stepper: str, may_slide: bool = True) -> tuple[str, str]:
+    """Problem of a step [s] of a fixed-step method in a state with these rates, and its body; "" if there is none."""
     ringing, creeping = stability_limits(rates, stepper, may_slide)
     if step <= min(ringing, creeping):
-        return None
+        return "", ""
     advice = f"use {stable_step(rates, stepper, may_slide):.2g} s or less, or solver.stepper: rodas4"
     if ringing < creeping:
         body = f"ball {rates.ringing}"
@@ -475,14 +468,17 @@ def step_problem(step: float, rates: Rates, stepper: str, may_slide: bool = True
     else:
         body = f"ball {rates.creeping}"
         why = f"is unstable: friction answers at {rates.friction:.2g} /s on {body}, where {stepper} is right"
-    return StepProblem(f"solver.step = {step:g} s {why} up to {min(ringing, creeping):.3g} s; {advice}", body)
+    return f"solver.step = {step:g} s {why} up to {min(ringing, creeping):.3g} s; {advice}", body
 
 
-def step_at_start(parameters, rates: Rates, stepper: str) -> tuple[float, StepProblem | None]:
-    """The step [s] of a scene by a fixed-step method, its own or a stable one, and its problem.
+def step_at_start(parameters, rates: Rates, stepper: str) -> float:
+    """The step [s] of a scene by a fixed-step method, its own or a stable one; raises SceneError if it is too long.
 
     `rates` are those at the start, where balls may slide if they are at rest.
     """
     may_slide = parameters.initial.motion == "rest"
     step = parameters.solver.step or stable_step(rates, stepper, may_slide)
-    return step, step_problem(step, rates, stepper, may_slide)
+    problem, _ = step_problem(step, rates, stepper, may_slide)
+    if problem:
+        raise SceneError(problem)
+    return step

@@ -33,7 +33,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     equilibrium_error,
     load_line,
     scene_equilibrium,
-    setting_of,
     solver_under_gravity,
     support_with_weight,
 )
@@ -195,10 +194,10 @@ def errors_of_run(parameters, law: str) -> list[EquilibriumErrors]:
     loading, errors = Loading(parameters.rings.inner), []
     loads = dict.fromkeys(tuple(loading.at(time)[0].tolist()) for time in (0.0, float(parameters.run.duration)))
     for scene in scenes_by_speed(parameters):
-        setting = setting_of(scene, law, scene.drive.speed)
         for load in loads:
             support = support_with_weight(scene, load)
-            solver = solver_under_gravity(scene, setting, azimuths_of(scene.geometry.balls, load_line(support)))
+            azimuths = azimuths_of(scene.geometry.balls, load_line(support))
+            solver = solver_under_gravity(scene, law, scene.drive.speed, azimuths)
             with contextlib.suppress(SceneError):
                 errors.append(errors_at(scene, law, solver, support, controlled_equilibrium(scene, solver, support)))
     return errors

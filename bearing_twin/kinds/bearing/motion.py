@@ -20,7 +20,6 @@ from bearing_twin.kinds.bearing.equilibrium import (
     azimuths_of,
     check_load,
     load_weighted_mean,
-    setting_of,
     solver_under_gravity,
     support_with_weight,
 )
@@ -132,14 +131,15 @@ def start_in_equilibrium(parameters: BearingScene, law: str, bodies: CoupledBodi
     no equilibrium.
     """
     balls, speed = parameters.geometry.balls, parameters.drive.speed
-    setting, azimuths = setting_of(parameters, law, speed), azimuths_of(balls, 0.0)
+    azimuths = azimuths_of(balls, 0.0)
+    solver = solver_under_gravity(parameters, law, speed, azimuths)
     support = support_with_weight(parameters, RingLoading(parameters).load.at(0.0)[0])
-    equilibrium = _supported(solver_under_gravity(parameters, setting, azimuths), support, bodies)
+    equilibrium = _supported(solver, support, bodies)
     state, body_state = np.zeros((balls, COLUMNS)), np.zeros(BODY_COLUMNS)
     body_state[:CAGE] = equilibrium.coordinates
     if bodies.land:
         body_state[CAGE_X:CAGE] = _cage_at_rest(bodies, body_state)
-    state[:, AXIS_DISTANCE] = setting.outer.locus_radius + equilibrium.positions[:, 0]
+    state[:, AXIS_DISTANCE] = solver.setting.outer.locus_radius + equilibrium.positions[:, 0]
     state[:, ORBIT_ANGLE], state[:, HEIGHT] = azimuths, equilibrium.positions[:, 1]
     if parameters.initial.motion == "rolling":
         contacts = equilibrium.contacts
@@ -215,10 +215,7 @@ class BearingMotion(CommandedBearing):
         housing = bodies.housing and bodies.housing._replace(load=-first.outer_ring_force[0] @ bodies.housing.direction)
         self.bodies = bodies._replace(scales=body_scales(parameters, self.scales), light=light, housing=housing)
         if choice.stepper in FIXED_STEP:
-            step, problem = step_at_start(parameters, self.rates, choice.stepper)
-            if problem:
-                raise SceneError(problem.sentence)
-            self.step = self._fixed(step)
+            self.step = self._fixed(step_at_start(parameters, self.rates, choice.stepper))
         self._start_step = self.step
         self.accelerometer = Accelerometer(parameters, self.bodies.housing) if has_sensor(parameters) else None
         self.reset()
@@ -378,9 +375,9 @@ class BearingMotion(CommandedBearing):
             rates = fastest_rates(self.bearing, after.approach[0])
             if not self.parameters.solver.step:
                 self.step = min(self.step, self._fixed(stable_step(rates, self.stepper)))
-            if problem := step_problem(self.step, rates, self.stepper):
-                sentence = f"at {self.elapsed:.9g} s {problem.sentence}"
-                raise IntegrationError(sentence, "step too long", self.elapsed, problem.body)
+            problem, body = step_problem(self.step, rates, self.stepper)
+            if problem:
+                raise IntegrationError(f"at {self.elapsed:.9g} s {problem}", "step too long", self.elapsed, body)
 
     def _fixed(self, step: float) -> float:
         """The step [s] of a fixed-step method; in a second run a fraction of one that divides an output's period."""

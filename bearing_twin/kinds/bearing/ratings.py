@@ -125,6 +125,11 @@ def ratings_of(parameters) -> Ratings:
     return Ratings(stated.dynamic or basic_dynamic_rating(geometry), stated.static or basic_static_rating(geometry))
 
 
+def _interpolated(table: np.ndarray, argument: float) -> list[float]:
+    """The other columns of a table at an argument of the first one, linear between rows."""
+    return [float(np.interp(argument, table[:, 0], column)) for column in table[:, 1:].T]
+
+
 def equivalent_load(geometry, radial: float, axial: float) -> float:
     """P [N] of ISO 281 from radial and axial load [N]: the greater of F_r and X F_r + Y F_a, beyond F_a/F_r = e.
 
@@ -133,21 +138,16 @@ def equivalent_load(geometry, radial: float, axial: float) -> float:
     if axial == 0.0:
         return radial
     per_square = 1e-6 * axial / (geometry.balls * geometry.ball_diameter**2)  # N/mm^2 is f_0 F_a / C_0
-    share, *columns = GROOVE.T
-    e0, y0, e10, y10, e15, y15 = (float(np.interp(per_square, share, column)) for column in columns)
+    e0, y0, e10, y10, e15, y15 = _interpolated(GROOVE, per_square)
     by_load = (e0, y0), (e0, y0), (e10, y10), (e15, y15)
     small = [(angle, e, x, y) for (angle, x), (e, y) in zip(GROOVE_ANGLES, by_load, strict=True)]
-    table = np.vstack([small, ANGULAR[:, :4]])
-    angle = math.degrees(geometry.contact_angle)
-    e, x, y = (float(np.interp(angle, table[:, 0], column)) for column in table[:, 1:].T)
+    e, x, y = _interpolated(np.vstack([small, ANGULAR[:, :4]]), math.degrees(geometry.contact_angle))
     return radial if axial <= e * radial else x * radial + y * axial
 
 
 def static_load(geometry, radial: float, axial: float) -> float:
     """P_0 [N] of ISO 76: the greater of F_r and X_0 F_r + Y_0 F_a."""
-    table = np.vstack([STATIC, ANGULAR[:, [0, 4, 5]]])
-    angle = math.degrees(geometry.contact_angle)
-    x, y = (float(np.interp(angle, table[:, 0], column)) for column in table[:, 1:].T)
+    x, y = _interpolated(np.vstack([STATIC, ANGULAR[:, [0, 4, 5]]]), math.degrees(geometry.contact_angle))
     return max(radial, x * radial + y * axial)
 
 
@@ -274,7 +274,7 @@ def palmgren_torque(
     without_load = lubrication * pitch**3 * churning
     thrust = 0.9 / math.tan(geometry.contact_angle) if angle >= 15.0 else 3.0
     torque_load = max(radial, thrust * axial - 0.1 * radial)
-    z, y = (float(np.interp(angle, LOAD_TORQUE[:, 0], column)) for column in LOAD_TORQUE[:, 1:].T)
+    z, y = _interpolated(LOAD_TORQUE, angle)
     return 1e-3 * (without_load + z * (static_load(geometry, radial, axial) / static) ** y * torque_load * pitch)
 
 
