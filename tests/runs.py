@@ -114,14 +114,17 @@ def reported(scene, *overrides):
     return run.report
 
 
+def no_room(*_):
+    """A function of the system in the place of which the disk is full."""
+    raise OSError(errno.ENOSPC, "No space left on device")
+
+
 def full_after(writes: int, monkeypatch) -> None:
     """The disk has room for so many writes of logs, and for none after them."""
     write, calls = os.pwritev, []
 
     def full(*arguments):
         calls.append(arguments)
-        if len(calls) > writes:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(*arguments)
+        return (no_room if len(calls) > writes else write)(*arguments)
 
     monkeypatch.setattr(os, "pwritev", full)

@@ -43,7 +43,7 @@ def source(tmp_path_factory):
     """The messages of a log of ours, (topic, type, log time, bytes) each."""
     path = tmp_path_factory.mktemp("source") / "run.mcap"
     write_log(made_up_run(SCENE, [BLOCK]), path, run_record=False)
-    return [(one.topic.name, one.topic.ros_type, one.log_time, one.data) for one in raw_messages(path)]
+    return [(topic.name, topic.ros_type, log_time, data) for topic, log_time, _, data in raw_messages(path)]
 
 
 def channel(schema=None, topic="/other", encoding="json"):
@@ -62,14 +62,14 @@ def attached(size):
 
 
 def shuffled(messages):
-    found = list(messages)
-    random.Random(1).shuffle(found)
-    return found
+    result = list(messages)
+    random.Random(1).shuffle(result)
+    return result
 
 
 def by_topic(messages):
     """All of one topic, then all of the next."""
-    return sorted(messages, key=lambda one: one[0])
+    return sorted(messages, key=lambda message: message[0])
 
 
 def rewritten(path, change=lambda record: record, behind=b""):
@@ -163,9 +163,9 @@ LEGAL = {  # how the file is made, messages that are passed over, a word of the 
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", LEGAL)
-def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what, source, tmp_path, capsys, asked):
-    make, foreign, word = LEGAL[what]
+@pytest.mark.parametrize("case", LEGAL)
+def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(case, source, tmp_path, capsys, asked):
+    make, foreign, phrase = LEGAL[case]
     path, saved = tmp_path / "run.mcap", tmp_path / "saved.mcap"
     make(path, source)
     assert bits(read_log(path)) == bits(BLOCK)
@@ -173,12 +173,12 @@ def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(what
     out, err = capsys.readouterr()
     assert json.loads(out).get("messages_foreign", 0) == foreign
     assert (f"{foreign} messages are passed over" in err) == (foreign > 0)
-    assert word in err
-    found = list(raw_messages(path))
-    assert [one.log_time for one in found] == sorted(one.log_time for one in found)
+    assert phrase in err
+    messages = list(raw_messages(path))
+    assert [message.log_time for message in messages] == sorted(message.log_time for message in messages)
     recovered = recover(path, saved)
     assert (recovered.messages, recovered.samples) == (len(source) + foreign, OUTPUTS)
-    assert len(recovered.problems) == (what == "an attachment of 80 MB")  # larger than what is read
+    assert len(recovered.problems) == (case == "an attachment of 80 MB")  # larger than what is read
     assert asked("report", saved).get("messages_foreign", 0) == foreign
 
 
@@ -189,15 +189,15 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
     by_mcap(path, source, raw, lambda writer: (attached(100)(writer), writer.add_metadata("theirs", {"key": "value"})))
 
     def reported(file):
-        kept = {}
+        records = {}
         for record in StreamReader(io.BytesIO(file.read_bytes()), validate_crcs=True).records:
-            kept.setdefault(type(record).__name__, []).append(record)
-        schemas = {one.id: (one.name, one.encoding, one.data) for one in kept["Schema"]}
-        channels = {(one.topic, one.message_encoding, schemas[one.schema_id]) for one in kept["Channel"]}
-        numbers = {one.id: one.topic for one in kept["Channel"]}
-        messages = [(numbers[one.channel_id], one.log_time, one.data) for one in kept["Message"]]
-        attachments = [(one.name, one.media_type, one.data) for one in kept["Attachment"]]
-        return channels, messages, attachments, [one for one in kept["Metadata"] if one.name == "theirs"]
+            records.setdefault(type(record).__name__, []).append(record)
+        schemas = {schema.id: (schema.name, schema.encoding, schema.data) for schema in records["Schema"]}
+        channels = {(row.topic, row.message_encoding, schemas[row.schema_id]) for row in records["Channel"]}
+        numbers = {channel.id: channel.topic for channel in records["Channel"]}
+        messages = [(numbers[message.channel_id], message.log_time, message.data) for message in records["Message"]]
+        attachments = [(row.name, row.media_type, row.data) for row in records["Attachment"]]
+        return channels, messages, attachments, [record for record in records["Metadata"] if record.name == "theirs"]
 
     path.write_bytes(path.read_bytes()[:-100])
     recover(path, saved)
@@ -206,12 +206,12 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
 
 
 def test_a_page_names_a_few_of_the_topics_that_it_does_not_show(source, tmp_path, typed):
-    others = [(f"/other/{k}", cdr.STRING, 0, b"\0\1\0\0\2\0\0\0x\0") for k in range(50)]
-    by_mcap(tmp_path / "run.mcap", source + others)
+    hidden = [(f"/other/{k}", cdr.STRING, 0, b"\0\1\0\0\2\0\0\0x\0") for k in range(50)]
+    by_mcap(tmp_path / "run.mcap", source + hidden)
     assert "/other/0 (std_msgs/msg/String), /other/1 (std_msgs/msg/String)" in (
-        said := typed("view", tmp_path / "run.mcap", "--out", tmp_path / "run.html").err
+        notes := typed("view", tmp_path / "run.mcap", "--out", tmp_path / "run.html").err
     )
-    assert "and 47 others" in said
+    assert "and 47 others" in notes
 
 
 def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, typed):
@@ -243,11 +243,11 @@ def without_description(path, messages):
 def one_file(path, messages):
     by_rosbags(path, messages)
     [file] = path.glob("*.db3")
-    held = file.read_bytes()
+    content = file.read_bytes()
     (path / "metadata.yaml").unlink()
     file.unlink()
     path.rmdir()
-    path.with_suffix(".db3").write_bytes(held)
+    path.with_suffix(".db3").write_bytes(content)
 
 
 def in_files(path, messages):
@@ -256,9 +256,9 @@ def in_files(path, messages):
     names = [f"part_{k}.mcap" for k in range(40)]
     for k, name in enumerate(names):
         by_mcap(path / name, messages[k::40])
-    described = yaml.safe_load((path / "metadata.yaml").read_text())
-    described["rosbag2_bagfile_information"]["relative_file_paths"] = names
-    (path / "metadata.yaml").write_text(yaml.safe_dump(described))
+    description = yaml.safe_load((path / "metadata.yaml").read_text())
+    description["rosbag2_bagfile_information"]["relative_file_paths"] = names
+    (path / "metadata.yaml").write_text(yaml.safe_dump(description))
 
 
 BAGS = {
@@ -271,9 +271,9 @@ BAGS = {
 }
 
 
-@pytest.mark.parametrize("what", BAGS)
-def test_bags_are_read_reported_on_and_recovered(what, source, tmp_path, asked):
-    make, name = BAGS[what]
+@pytest.mark.parametrize("case", BAGS)
+def test_bags_are_read_reported_on_and_recovered(case, source, tmp_path, asked):
+    make, name = BAGS[case]
     make(tmp_path / "run", source)
     path = tmp_path / name
     assert bits(read_log(path)) == bits(BLOCK)
@@ -294,26 +294,26 @@ def test_a_compressed_bag_is_named_with_the_command_that_converts_it(mode, name,
     assert bits(read_log(fresh)) == bits(BLOCK)
 
 
-def convert(words):
+def convert(arguments):
     from rosbags.convert.__main__ import main as converted
 
-    sys.argv = words
+    sys.argv = arguments
     with contextlib.suppress(SystemExit):
         converted()
 
 
 def of_chunk(content, **changes):
     """A file of one chunk that has this content, with header, index and end as far as a reader needs them."""
-    said = {"compression": "", "data": content, "message_end_time": 0, "message_start_time": 0}
-    chunk = Chunk(**said | {"uncompressed_crc": zlib.crc32(content), "uncompressed_size": len(content)} | changes)
+    fields = {"compression": "", "data": content, "message_end_time": 0, "message_start_time": 0}
+    chunk = Chunk(**fields | {"uncompressed_crc": zlib.crc32(content), "uncompressed_size": len(content)} | changes)
     return of_records(chunk)
 
 
 def packed(content, times=1, compression="zstd", **changes):
     """A file of so many chunks that have this content packed."""
     data = zstandard.compress(content) if compression == "zstd" else lz4.frame.compress(content)
-    said = {"compression": compression, "data": data, "uncompressed_crc": 0, "uncompressed_size": len(content)}
-    return of_records(SCHEMA, CLOCK, *[Chunk(message_end_time=0, message_start_time=0, **said | changes)] * times)
+    fields = {"compression": compression, "data": data, "uncompressed_crc": 0, "uncompressed_size": len(content)}
+    return of_records(SCHEMA, CLOCK, *[Chunk(message_end_time=0, message_start_time=0, **fields | changes)] * times)
 
 
 def of_scene(text):
@@ -341,16 +341,16 @@ def of_summary(*records, messages=0):
         record.write(builder)
     data = builder.end()
     covered = len(magic) + len(data)
-    chunks = sum(isinstance(one, ChunkIndex) for one in records)
+    chunks = sum(isinstance(record, ChunkIndex) for record in records)
     statistics = Statistics(0, 0, {}, chunks, messages, 0, 0, 0, 0)
     for record in (*records, statistics, Footer(covered, 0, 0)):
         record.write(builder)
     return magic + data + builder.end() + magic
 
 
-def indexed_at(place):
+def indexed_at(offset):
     """A file without messages whose end says that its index begins there."""
-    return of_records()[:-28] + struct.pack("<QQI", place, 0, 0) + b"\x89MCAP0\r\n"
+    return of_records()[:-28] + struct.pack("<QQI", offset, 0, 0) + b"\x89MCAP0\r\n"
 
 
 def inside(*records):
@@ -426,7 +426,7 @@ def cost_of_refusing(paths, saved, seconds):
 
 
 def test_what_means_ill_is_refused_for_what_it_is_and_soon(tmp_path):
-    files = {tmp_path / f"{what}.mcap": one for what, one in HOSTILE.items()}
+    files = {tmp_path / f"{case}.mcap": row for case, row in HOSTILE.items()}
 
     def write():
         for path, (content, _) in files.items():
@@ -436,10 +436,10 @@ def test_what_means_ill_is_refused_for_what_it_is_and_soon(tmp_path):
     cost = cost_of_refusing(files, tmp_path / "out.mcap", 2.0)
     assert cost.well
     assert cost.memory < 190e6  # 300 MB with the program itself
-    for path, (_, said) in files.items():
+    for path, (_, sentence) in files.items():
         with pytest.raises(LogError) as error:
             read_log(path)
-        assert said in str(error.value)
+        assert sentence in str(error.value)
 
 
 def test_a_file_that_has_no_end_is_refused_by_its_name():
@@ -482,9 +482,9 @@ HOSTILE_BAGS = {
 
 
 def test_a_database_that_means_ill_is_refused_soon(tmp_path):
-    for what, statements in HOSTILE_BAGS.items():
-        hostile_bag(tmp_path / what, statements)
-    cost = cost_of_refusing([tmp_path / what for what in HOSTILE_BAGS], tmp_path / "out.mcap", 1.0)
+    for case, statements in HOSTILE_BAGS.items():
+        hostile_bag(tmp_path / case, statements)
+    cost = cost_of_refusing([tmp_path / case for case in HOSTILE_BAGS], tmp_path / "out.mcap", 1.0)
     assert cost.well
     assert cost.memory < 190e6
 

@@ -72,8 +72,8 @@ def rewritten(source, out, metadata=None, topic=str, data=lambda name, one: one)
         for schema, channel, message in reader.iter_messages():
             if channel.topic not in numbers:
                 number = writer.register_schema(schema.name, schema.encoding, schema.data)
-                given = topic(channel.topic), channel.message_encoding, number, channel.metadata
-                numbers[channel.topic] = writer.register_channel(*given)
+                fields = topic(channel.topic), channel.message_encoding, number, channel.metadata
+                numbers[channel.topic] = writer.register_channel(*fields)
             content = data(channel.topic, message.data)
             writer.add_message(numbers[channel.topic], message.log_time, content, message.publish_time)
         kept = {one.name: dict(one.metadata) for one in reader.iter_metadata()}
@@ -132,8 +132,8 @@ def places(data, at=()):
     """The keys that lead to each part of plain data."""
     yield at
     if isinstance(data, (dict, list)):
-        for key, one in data.items() if isinstance(data, dict) else enumerate(data):
-            yield from places(one, (*at, key))
+        for key, value in data.items() if isinstance(data, dict) else enumerate(data):
+            yield from places(value, (*at, key))
 
 
 OTHERS = (None, [], {}, ESCAPE, "</script>", -1, 0, 1e308, math.nan, True, [1.0], {"a": 1})

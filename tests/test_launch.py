@@ -22,22 +22,22 @@ TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES, "two_beari
 
 @pytest.mark.parametrize("table", [SHARED, RECORDER, *TABLES.values()])
 def test_every_default_is_read_again_as_it_is_typed(table):
-    given = {one.name: as_argument(one.default) for one in table if as_argument(one.default) != "none"}
-    given |= {one.name: str(one.default) for one in table if type(one.default) is list and one.name in given}
-    assert checked_values(table, launch_values(table, given)) == {one.name: one.default for one in table}
-    shared = {one.name for one in SHARED} & {one.name for one in table}
+    texts = {row.name: as_argument(row.default) for row in table if as_argument(row.default) != "none"}
+    texts |= {row.name: str(row.default) for row in table if type(row.default) is list and row.name in texts}
+    assert checked_values(table, launch_values(table, texts)) == {row.name: row.default for row in table}
+    shared = {row.name for row in SHARED} & {row.name for row in table}
     assert not shared or table is SHARED  # else an argument would have two meanings
 
 
 def test_words_become_values_of_their_type_and_empty_ones_are_left_to_the_node():
-    words = {
+    arguments = {
         "scene": "1e3",
         "overrides": "['run.duration=1', 'contact.normal=hertz']",
         "duration": "2",
         "fsync": "True",
     }
-    words |= {"keep_files": "3", "log": "", "record": "x.mcap"}
-    assert launch_values(SIMULATION, words) == {
+    arguments |= {"keep_files": "3", "log": "", "record": "x.mcap"}
+    assert launch_values(SIMULATION, arguments) == {
         "scene": "1e3",
         "overrides": ["run.duration=1", "contact.normal=hertz"],
         "duration": 2.0,
@@ -61,16 +61,16 @@ def test_the_launch_files_and_their_arguments_in_the_documentation_are_these():
     files = {path.name.removesuffix(".launch.py") for path in share_path("launch").glob("*.launch.py")}
     assert files == set(TABLES)
     text = "".join(page.read_text(encoding="utf-8") for page in PAGES)
-    found = re.findall(r"^ros2 launch bearing_twin (\w+)\.launch\.py(.*)$", text, flags=re.MULTILINE)
-    assert {name for name, _ in found} >= {"simulate", "two_bearings"}
-    for name, words in found:
-        assert set(re.findall(r"(\w+):=", words)) <= {one.name for one in (*SHARED, *TABLES[name])}, words
+    commands = re.findall(r"^ros2 launch bearing_twin (\w+)\.launch\.py(.*)$", text, flags=re.MULTILINE)
+    assert {name for name, _ in commands} >= {"simulate", "two_bearings"}
+    for name, arguments in commands:
+        assert set(re.findall(r"(\w+):=", arguments)) <= {row.name for row in (*SHARED, *TABLES[name])}, arguments
 
 
 # With ROS 2's launch
 
 
-def started(name, **words):
+def started(name, **arguments):
     """(actions that a launch file starts, context) with these arguments."""
     pytest.importorskip("launch_ros", reason="launch and launch_ros are not on PyPI: tried where a ROS 2 is installed")
     from launch import LaunchContext
@@ -79,8 +79,8 @@ def started(name, **words):
     context = LaunchContext()
     for argument in description.get_launch_arguments():
         context.launch_configurations[argument.name] = "".join(part.text for part in argument.default_value)
-    assert set(words) <= set(context.launch_configurations)
-    context.launch_configurations.update(words)
+    assert set(arguments) <= set(context.launch_configurations)
+    context.launch_configurations.update(arguments)
     return description.entities[-1].execute(context), context
 
 
@@ -99,34 +99,35 @@ def is_installed(package):
 @pytest.mark.parametrize("name", TABLES)
 def test_a_launch_file_takes_what_all_take_and_starts_its_nodes(name, tmp_path, monkeypatch):
     monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
-    words = {"record": str(tmp_path / "run.mcap"), "rviz": "true", "foxglove": "true"}
+    arguments = {"record": str(tmp_path / "run.mcap"), "rviz": "true", "foxglove": "true"}
     if name == "replay":
-        words |= {"rviz": "false", "foxglove": "false", "log": "run.mcap"}
-    actions, context = started(name, **words)
+        arguments |= {"rviz": "false", "foxglove": "false", "log": "run.mcap"}
+    actions, context = started(name, **arguments)
     assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == "LOCALHOST"
     assert set(context.launch_configurations) == {one.name for one in (*SHARED, *TABLES[name])}
     nodes = {"simulate": ["sim_node"], "replay": ["replay_node"], "study": ["uq_node"]}
     two = ["sim_node", *["static_transform_publisher"] * is_installed("tf2_ros")] * 2
-    found = [one for one in executables(actions) if one not in ("rviz2", "foxglove_bridge")]
-    assert found == ["recorder_node", *nodes.get(name, two)]
-    said = [action for action in actions if type(action).__name__ == "LogInfo"]
+    started_nodes = [program for program in executables(actions) if program not in ("rviz2", "foxglove_bridge")]
+    assert started_nodes == ["recorder_node", *nodes.get(name, two)]
+    sentences = [action for action in actions if type(action).__name__ == "LogInfo"]
     bridged = "foxglove_bridge" in executables(actions)  # then where to look is said too
     missing = 2 * (name == "two_bearings" and not is_installed("tf2_ros"))
-    assert len(said) + len(executables(actions)) - len(found) == (0 if name == "replay" else 2 + bridged + missing)
+    viewers = len(executables(actions)) - len(started_nodes)
+    assert len(sentences) + viewers == (0 if name == "replay" else 2 + bridged + missing)
 
 
 def parameters_of(node):
     """The parameters of a node that its launch file gives, without those of files."""
-    [given] = [one for one in node._Node__parameters if isinstance(one, dict)]
-    return {"".join(part.text for part in key): value for key, value in given.items()}
+    [values] = [entry for entry in node._Node__parameters if isinstance(entry, dict)]
+    return {"".join(part.text for part in key): value for key, value in values.items()}
 
 
 def test_arguments_reach_the_node_and_its_recorder():
-    words = {"scene": "1e3", "duration": "2", "fsync": "false", "record": "two.mcap", "log": "own.mcap"}
-    recorder, node = started("simulate", **words)[0]
+    arguments = {"scene": "1e3", "duration": "2", "fsync": "false", "record": "two.mcap", "log": "own.mcap"}
+    recorder, node = started("simulate", **arguments)[0]
     assert set(parameters_of(node)) == {"scene", "duration", "fsync", "log", "discovery"}
     assert set(parameters_of(recorder)) == {"fsync", "log"}
-    assert set(parameters_of(started("simulate", **words, discovery="0")[0][1])) == set(parameters_of(node))
+    assert set(parameters_of(started("simulate", **arguments, discovery="0")[0][1])) == set(parameters_of(node))
     assert set(parameters_of(started("simulate", scene="6308")[0][0])) == {"scene"}
 
 

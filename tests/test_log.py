@@ -19,10 +19,10 @@ from rosbags.highlevel import AnyReader
 from runs import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import IntegrationError, LogError
-from bearing_twin.base.sample import Block, Channel, join_blocks
+from bearing_twin.base.sample import Channel, join_blocks
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos, raw_messages
+from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.export import export_log
 from bearing_twin.log.raw_log import RawLogWriter, Safety
 from bearing_twin.log.run_log import LogWriter, read_log, write_log
@@ -56,30 +56,30 @@ def test_samples_come_back_bit_for_bit(tmp_path, name):
     assert log.channels == SCENE.channels
     assert log.scene == SCENE
     assert summary.samples == 230
-    found = [
-        (one.topic.name, one.topic.ros_type, one.log_time, one.publish_time, one.data)
-        for one in raw_messages(tmp_path / name)
+    logged = [
+        (message.topic.name, message.topic.ros_type, message.log_time, message.publish_time, message.data)
+        for message in raw_messages(tmp_path / name)
     ]
-    assert found == [(t.full_name, t.ros_type, stamp, stamp, data) for t, stamp, data in stream()]
-    assert summary.messages == len(found)
+    assert logged == [(t.full_name, t.ros_type, stamp, stamp, data) for t, stamp, data in stream()]
+    assert summary.messages == len(logged)
 
 
 def test_a_log_that_begins_late_or_has_gaps_is_verified_where_it_has_outputs(tmp_path, typed):
     scene = load_scene("bearing_6203", ["run.duration=0.12"])
-    whole = join_blocks(list(simulate(scene).blocks()))
-    write_log(made_up_run(scene, [whole.part(60, 90), whole.part(100, 121)]), tmp_path / "run.mcap")
+    block = join_blocks(list(simulate(scene).blocks()))
+    write_log(made_up_run(scene, [block.part(60, 90), block.part(100, 121)]), tmp_path / "run.mcap")
     with pytest.raises(LogError, match="10 outputs are missing"):
         verify(read_log(tmp_path / "run.mcap"))
     reached = []
-    found = verify(read_log(tmp_path / "run.mcap", allow_gaps=True), reached.append)
-    assert (found.samples, found.greatest, found.missing) == (51, 0.0, 10)
+    result = verify(read_log(tmp_path / "run.mcap", allow_gaps=True), reached.append)
+    assert (result.samples, result.greatest, result.missing) == (51, 0.0, 10)
     assert reached[0] < 0.06 < reached[-1] == pytest.approx(0.12)
-    said = typed("verify", tmp_path / "run.mcap", "--json")
-    assert json.loads(said.out)["outputs_missing"] == 10
-    assert "begins at 0.06 s: the run up to there is simulated first" in said.err
-    said = typed("report", tmp_path / "run.mcap", "--json")
-    assert json.loads(said.out)["begins_s"] == pytest.approx(0.06)
-    assert "begins at 0.06 s" in said.err
+    captured = typed("verify", tmp_path / "run.mcap", "--json")
+    assert json.loads(captured.out)["outputs_missing"] == 10
+    assert "begins at 0.06 s: the run up to there is simulated first" in captured.err
+    captured = typed("report", tmp_path / "run.mcap", "--json")
+    assert json.loads(captured.out)["begins_s"] == pytest.approx(0.06)
+    assert "begins at 0.06 s" in captured.err
 
 
 @pytest.mark.parametrize("name", ["bearing_6203", "ellipsoid_rocking"])
@@ -92,38 +92,40 @@ def test_a_run_is_continued_from_its_log_as_one_long_run_to_the_bit(name, tmp_pa
     *_, last = log
     assert 1e-9 * last.time_ns == pytest.approx(0.07, abs=1e-9 * log.scene.output_period_ns)
     with RawLogWriter(tmp_path / "copy.mcap") as copy:  # as of a recording
-        topic = copy.add_topic("/bearing/samples", cdr.SAMPLE_BLOCK, "", "", (Qos(),))
+        topic = copy.add_topic("/bearing/samples", cdr.SAMPLE_BLOCK)
         for message in raw_messages(first):
             if message.topic.ros_type == cdr.SAMPLE_BLOCK and "/records/" not in message.topic.name:
                 copy.write(topic, message.log_time, message.publish_time, message.data)
-    for words in (["--continue", "0.01"], ["--continue", "0"], ["--continue", "1", "--duration", "2"]):
-        assert main(["simulate", str(tmp_path / "copy.mcap"), *words]) == BAD_INPUT
+    for arguments in (["--continue", "0.01"], ["--continue", "0"], ["--continue", "1", "--duration", "2"]):
+        assert main(["simulate", str(tmp_path / "copy.mcap"), *arguments]) == BAD_INPUT
     assert main(["simulate", str(first), "--continue", "0.01", "--set", "run.output_rate=17"]) == BAD_INPUT
 
 
 def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
     """As written before channels were added; a channel that is not known any more is refused, a change is found."""
     run = simulate(load_scene("two_spheres"))
-    kept = tuple(channel for channel in run.channels if channel.name != "elastic_energy")
+    channels = tuple(channel for channel in run.channels if channel.name != "elastic_energy")
     blocks = [
-        Block(kept, one.first_sequence, one.time_ns, {c.name: one.values[c.name].copy() for c in kept}, one.records)
-        for one in run.blocks()
+        dataclasses.replace(
+            block, channels=channels, values={channel.name: block.values[channel.name].copy() for channel in channels}
+        )
+        for block in run.blocks()
     ]
-    log = SimpleNamespace(has_records=True, cut_short=None, kept_rate=0.0, scene=run.scene, channels=kept)
+    log = SimpleNamespace(has_records=True, cut_short=None, kept_rate=0.0, scene=run.scene, channels=channels)
     log.blocks = lambda: iter(blocks)
-    found = verify(log)
-    assert found.greatest == 0.0
-    assert set(found.deviations) == {channel.name for channel in kept} | {"contact"}
-    assert not found.warnings()
+    result = verify(log)
+    assert result.greatest == 0.0
+    assert set(result.deviations) == {channel.name for channel in channels} | {"contact"}
+    assert not result.warnings()
     log.has_records = False  # nor were records written then: that they were not compared is said
-    found = verify(log)
-    assert set(found.deviations) == {channel.name for channel in kept}
-    assert found.as_dict()["records_missing"] == ["contact"]
-    assert found.warnings() == ["the log has no records, as of contact: outputs alone were compared"]
+    result = verify(log)
+    assert set(result.deviations) == {channel.name for channel in channels}
+    assert result.as_dict()["records_missing"] == ["contact"]
+    assert result.warnings() == ["the log has no records, as of contact: outputs alone were compared"]
     log.has_records = True
     blocks[0].values["approach"][3] += 1e-9
     assert verify(log).deviations["approach"] == pytest.approx(1e-9)
-    log.channels = (*kept, run.channels[0]._replace(name="temperature"))
+    log.channels = (*channels, run.channels[0]._replace(name="temperature"))
     with pytest.raises(LogError, match="its channels differ"):
         verify(log)
 
@@ -131,15 +133,15 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
 def test_a_recording_that_ends_between_records_and_their_outputs_is_verified_up_to_its_last_output():
     """A node hands over a chunk's records before its last outputs: a recorder may be ended in between."""
     run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.05"]))
-    whole = join_blocks(list(run.blocks()))
-    cut_off = dataclasses.replace(whole.part(0, 30), records=whole.records)
+    block = join_blocks(list(run.blocks()))
+    part = dataclasses.replace(block.part(0, 30), records=block.records)
     log = SimpleNamespace(has_records=True, cut_short=None, kept_rate=0.0, scene=run.scene, channels=run.channels)
-    log.blocks = lambda: iter([cut_off])
-    assert len(whole.records["second_run"]) > len(whole.part(0, 30).records["second_run"])
+    log.blocks = lambda: iter([part])
+    assert len(block.records["second_run"]) > len(block.part(0, 30).records["second_run"])
     assert verify(log).greatest == 0.0
-    early = whole.records["second_run"][[0, 0]]  # at a time that is compared
+    early = block.records["second_run"][[0, 0]]  # at a time that is compared
     early[:, 0] = 0.01
-    cut_off = dataclasses.replace(cut_off, records={**whole.records, "second_run": early})
+    part = dataclasses.replace(part, records={**block.records, "second_run": early})
     assert verify(log).greatest == np.inf
 
 
@@ -148,8 +150,8 @@ def test_rosbags_reads_the_same_values(tmp_path, name):
     write(tmp_path / name)
     expected = [(topic.full_name, stamp, data) for topic, stamp, data in stream()]
     with AnyReader([tmp_path / name]) as reader:
-        found = [(c.topic, stamp, bytes(data)) for c, stamp, data in reader.messages()]
-        assert sorted(found) == sorted(expected)
+        messages = [(c.topic, stamp, bytes(data)) for c, stamp, data in reader.messages()]
+        assert sorted(messages) == sorted(expected)
         assert [c.msgtype for c in reader.connections] == [topic.ros_type for topic in topics(SCENE)]
         [connection] = [c for c in reader.connections if c.topic == "/bearing/state"]
         [qos] = connection.ext.offered_qos_profiles
@@ -166,9 +168,9 @@ def test_file_and_folder_follow_rosbag2(tmp_path):
     """The description of a folder is there from the start; the file holds scene, model and versions, too."""
     described = tmp_path / "bag" / "metadata.yaml"
     with LogWriter(tmp_path / "bag", SCENE) as log:
-        early = yaml.safe_load(described.read_text())["rosbag2_bagfile_information"]
+        first = yaml.safe_load(described.read_text())["rosbag2_bagfile_information"]
         log.write_messages(stream())
-    late = yaml.safe_load(described.read_text())["rosbag2_bagfile_information"]
+    final = yaml.safe_load(described.read_text())["rosbag2_bagfile_information"]
     write(tmp_path / "run.mcap")
     with (tmp_path / "run.mcap").open("rb") as file:
         reader = make_reader(file)
@@ -177,10 +179,10 @@ def test_file_and_folder_follow_rosbag2(tmp_path):
         metadata = {record.name: record.metadata for record in reader.iter_metadata()}
     inside = yaml.safe_load(metadata["rosbag2"]["serialized_metadata"])
     count = len(list(stream()))
-    assert early["relative_file_paths"] == late["relative_file_paths"] == ["bag_0.mcap"]
-    assert (early["message_count"], late["message_count"], inside["message_count"]) == (0, count, count)
-    assert (late["version"], late["ros_distro"], late["duration"]["nanoseconds"]) == (9, "jazzy", 229_000_000)
-    assert [topic["topic_metadata"]["type_description_hash"] for topic in late["topics_with_message_count"]] == [
+    assert first["relative_file_paths"] == final["relative_file_paths"] == ["bag_0.mcap"]
+    assert (first["message_count"], final["message_count"], inside["message_count"]) == (0, count, count)
+    assert (final["version"], final["ros_distro"], final["duration"]["nanoseconds"]) == (9, "jazzy", 229_000_000)
+    assert [topic["topic_metadata"]["type_description_hash"] for topic in final["topics_with_message_count"]] == [
         cdr.type_hash(topic.ros_type) for topic in topics(SCENE)
     ]
     assert {s.encoding for s in summary.schemas.values()} == {"ros2msg"}
@@ -247,13 +249,13 @@ def record(path, blocks=(BLOCK,), name="/bearing/samples", keep=lambda index: Tr
 
 def test_a_recording_without_scene_has_the_samples_that_came(tmp_path):
     """All of them, those from a late start on, and those around a gap, which is counted."""
-    whole, late, gap = (tmp_path / f"{name}.mcap" for name in ("whole", "late", "gap"))
-    record(whole, name="/other/samples")
-    log = read_log(whole)
+    complete, later, gap = (tmp_path / f"{name}.mcap" for name in ("whole", "late", "gap"))
+    record(complete, name="/other/samples")
+    log = read_log(complete)
     assert (log.scene, log.report, bits(log)) == (None, None, bits(BLOCK))
     assert log.channels == SCENE.channels
-    record(late, keep=lambda index: index > 0)
-    assert bits(read_log(late)) == bits(BLOCK)[50:]
+    record(later, keep=lambda index: index > 0)
+    assert bits(read_log(later)) == bits(BLOCK)[50:]
     record(gap, keep=lambda index: index != 1)
     with pytest.raises(LogError, match=r"50 outputs are missing .* from sequence 50 to 99"):
         list(read_log(gap))
@@ -277,8 +279,7 @@ def test_every_chunk_and_the_log_tell_their_times_and_counts(tmp_path, monkeypat
     monkeypatch.setattr("bearing_twin.log.mcap_write.CHUNK_BYTES", 400)
     times = [500, 900, 100, 300, 700, 650, 10, 20, 30, 40, 600, 50]
     with RawLogWriter(tmp_path / "out.mcap", run_record=False) as log:
-        text = cdr.schema_text(cdr.CLOCK)
-        numbers = [log.add_topic(name, cdr.CLOCK, text, cdr.type_hash(cdr.CLOCK), (Qos(),)) for name in ("/a", "/b")]
+        numbers = [log.add_topic(name, cdr.CLOCK) for name in ("/a", "/b")]
         for k, time in enumerate(times):
             log.write(numbers[k % 3 == 0], time, time + 7, bytes([k]) * 100)
     data = (tmp_path / "out.mcap").read_bytes()
@@ -294,22 +295,22 @@ def test_every_chunk_and_the_log_tell_their_times_and_counts(tmp_path, monkeypat
             content = zstandard.ZstdDecompressor().decompress(record.data, max_output_size=record.uncompressed_size)
         elif isinstance(record, MessageIndex):
             for time, offset in record.records:
-                found = struct.unpack_from("<BQHIQ", content, offset)
-                assert (found[0], found[2], found[4]) == (Opcode.MESSAGE, record.channel_id, time)
+                fields = struct.unpack_from("<BQHIQ", content, offset)
+                assert (fields[0], fields[2], fields[4]) == (Opcode.MESSAGE, record.channel_id, time)
     assert len(chunks) == len(summary.chunk_indexes) >= 4
     reported = []
     for index, chunk in zip(summary.chunk_indexes, chunks, strict=True):
-        inside = [one for one in breakup_chunk(chunk) if isinstance(one, Message)]
-        stamps = [one.log_time for one in inside]
+        inside = [record for record in breakup_chunk(chunk) if isinstance(record, Message)]
+        stamps = [record.log_time for record in inside]
         assert (chunk.message_start_time, chunk.message_end_time) == (min(stamps), max(stamps))
         assert (index.message_start_time, index.message_end_time) == (min(stamps), max(stamps))
-        reported += [(one.log_time, one.publish_time, one.data[0]) for one in inside]
+        reported += [(message.log_time, message.publish_time, message.data[0]) for message in inside]
         for channel, offset in index.message_index_offsets.items():
             assert struct.unpack_from("<BQH", data, offset)[::2] == (Opcode.MESSAGE_INDEX, channel)
     assert reported == [(time, time + 7, k) for k, time in enumerate(times)]
     for from_ns in (0, 90, 490, 640, 889, 890):
-        found = [(m.log_time, m.data[0]) for m in raw_messages(tmp_path / "out.mcap", from_ns)]
-        assert found == sorted((time, k) for k, time in enumerate(times) if time >= from_ns + 10 or from_ns == 0)
+        logged = [(log_time, data[0]) for _, log_time, _, data in raw_messages(tmp_path / "out.mcap", from_ns)]
+        assert logged == sorted((time, k) for k, time in enumerate(times) if time >= from_ns + 10 or from_ns == 0)
 
 
 def split_run(path, **limits):
@@ -328,35 +329,35 @@ def test_a_log_in_several_files_is_one_log_and_each_can_be_read_alone(tmp_path, 
     described = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert described["relative_file_paths"] == [file.name for file in files]
     count = len(list(raw_messages(tmp_path / "bag")))
-    assert sum(one["message_count"] for one in described["files"]) == described["message_count"] == count
-    ends = [(one["starting_time"]["nanoseconds_since_epoch"], one["duration"]) for one in described["files"]]
-    assert ends == sorted(ends, key=lambda one: one[0])
+    assert sum(entry["message_count"] for entry in described["files"]) == described["message_count"] == count
+    ends = [(entry["starting_time"]["nanoseconds_since_epoch"], entry["duration"]) for entry in described["files"]]
+    assert ends == sorted(ends, key=lambda entry: entry[0])
     with AnyReader([tmp_path / "bag"]) as reader:
         assert reader.message_count == count
-    found = []
+    samples = []
     for file in files:
         part = read_log(file)
         assert part.scene == SCENE
-        found += bits(part)
+        samples += bits(part)
         held = list(raw_messages(file))
         (latched,) = (message for message in held if message.topic.name == "/bearing/scene")
         assert latched.log_time == held[0].log_time
-    assert found == bits(BLOCK)
+    assert samples == bits(BLOCK)
 
 
 def test_the_newest_files_of_a_split_log_stay(tmp_path):
     files = split_run(tmp_path / "bag", split_seconds=0.02, keep=2)
     assert len(files) == 2
-    kept = bits(read_log(tmp_path / "bag"))
-    assert 0 < len(kept) < len(bits(BLOCK))
-    assert kept == bits(BLOCK)[-len(kept) :]
+    samples = bits(read_log(tmp_path / "bag"))
+    assert 0 < len(samples) < len(bits(BLOCK))
+    assert samples == bits(BLOCK)[-len(samples) :]
     with AnyReader([tmp_path / "bag"]) as reader:
         assert sum(1 for _ in reader.messages()) == reader.message_count
     files[0].unlink()
     with pytest.raises(LogError, match=rf"lacks its file {files[0].name}; remove its metadata.yaml"):
         read_log(tmp_path / "bag")
     (tmp_path / "bag" / "metadata.yaml").unlink()
-    assert bits(read_log(tmp_path / "bag")) == kept[-len(bits(read_log(files[1]))) :]
+    assert bits(read_log(tmp_path / "bag")) == samples[-len(bits(read_log(files[1]))) :]
 
 
 @pytest.mark.parametrize("fsync", [True, False])
@@ -395,18 +396,16 @@ def test_records_that_come_out_of_order_are_put_in_theirs(tmp_path):
     straight, turned = tmp_path / "straight.mcap", tmp_path / "turned.mcap"
     write_log(simulate(load_scene("ellipsoid_tumbling", ["run.duration=0.3"])), straight)
     messages = list(raw_messages(straight))
-    seldom = [one for one in messages if "/records/" in one.topic.name]
-    assert len(seldom) > 1
+    records = [message for message in messages if "/records/" in message.topic.name]
+    assert len(records) > 1
     with RawLogWriter(turned) as log:
-        described = {one.topic.name: one.topic for one in messages}
-        numbers = {
-            name: log.add_topic(name, one.ros_type, one.definition, "", (Qos(),)) for name, one in described.items()
-        }
-        for one in [*seldom[::-1], *(one for one in messages if "/records/" not in one.topic.name)]:
-            log.write(numbers[one.topic.name], one.log_time, one.publish_time, one.data)
-    (wanted, found) = ([block.records for block in read_log(path).blocks()] for path in (straight, turned))
-    assert len(found) == len(wanted)
-    for mine, theirs in zip(found, wanted, strict=True):
+        stored = {topic.name: topic for topic, *_ in messages}
+        numbers = {name: log.copy_topic(topic) for name, topic in stored.items()}
+        for topic, *message in [*records[::-1], *(message for message in messages if message not in records)]:
+            log.write(numbers[topic.name], *message)
+    (expected, reordered) = ([block.records for block in read_log(path).blocks()] for path in (straight, turned))
+    assert len(reordered) == len(expected)
+    for mine, theirs in zip(reordered, expected, strict=True):
         assert mine.keys() == theirs.keys()
         assert all(np.array_equal(mine[name], theirs[name], equal_nan=True) for name in theirs)
 
@@ -421,23 +420,22 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, type
     ]
     runs, numbers = [simulate(scene) for scene in scenes], {}
     with RawLogWriter(path) as log:
-        for one in runs:
-            messages = MessageStream(one.scene, choice=one.choice)
-            made = [message for block in one.blocks() for message in messages.messages(block)]
+        for run_ in runs:
+            messages = MessageStream(run_.scene, choice=run_.choice)
+            made = [message for block in run_.blocks() for message in messages.messages(block)]
             for topic, stamp, data in (*made, *messages.flush()):
                 if topic.full_name not in numbers:
-                    described = topic.ros_type, cdr.schema_text(topic.ros_type), cdr.type_hash(topic.ros_type)
-                    numbers[topic.full_name] = log.add_topic(topic.full_name, *described, (Qos(),))
+                    numbers[topic.full_name] = log.add_topic(topic.full_name, topic.ros_type)
                 log.write(numbers[topic.full_name], stamp, stamp, data)
         log.add_topic("/bearing/command/load", cdr.WRENCH)
     for number, (scene, run) in enumerate(zip(scenes, runs, strict=True), start=1):
         stream = read_log(path, run=number)
-        found, missing = report_of(stream)
+        report, missing = report_of(stream)
         outputs = int(1000 * scene.parameters.run.duration) + 1
-        assert (found.samples, missing, stream.run, stream.runs) == (outputs, 0, number, 3)
+        assert (report.samples, missing, stream.run, stream.runs) == (outputs, 0, number, 3)
         assert (stream.seconds, stream.scene.parameters) == (pytest.approx(0.001 * outputs), scene.parameters)
-        assert (found.law, found.figures) == (run.choice.law, run.report.figures)
-        assert found.errors["errors_by_source"] == run.report.errors["errors_by_source"]
+        assert (report.law, report.figures) == (run.choice.law, run.report.figures)
+        assert report.errors["errors_by_source"] == run.report.errors["errors_by_source"]
         assert bits(stream) == bits(join_blocks(list(simulate(scene).blocks())))
         for command in ("report", "verify"):
             reported = typed(command, path, "--json", "--run", number)

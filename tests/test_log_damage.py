@@ -1,6 +1,5 @@
 """Damaged, hostile and foreign files, full disks, killed writers: an error that says what to do, and nothing lost."""
 
-import errno
 import io
 import os
 import signal
@@ -12,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from runs import bits, made_up_block, made_up_run, made_up_scene
+from runs import bits, made_up_block, made_up_run, made_up_scene, no_room
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.base.sample import Channel
@@ -64,8 +63,8 @@ def block(*widths, count=3, names="abc", topic="samples"):
 
 
 def wave(**changes):
-    said = {"first_sequence": 0, "rate": 1000.0, "unit": "m/s^2", "samples": np.ones(3)} | changes
-    return "records/acceleration", cdr.WAVEFORM, encoded(cdr.WAVEFORM, said, 0, "")
+    fields = {"first_sequence": 0, "rate": 1000.0, "unit": "m/s^2", "samples": np.ones(3)} | changes
+    return "records/acceleration", cdr.WAVEFORM, encoded(cdr.WAVEFORM, fields, 0, "")
 
 
 EVENT = {"names": "x", "topic": "records/event"}
@@ -82,13 +81,13 @@ CONTRADICTIONS = {
 }
 
 
-@pytest.mark.parametrize("what", CONTRADICTIONS)
-def test_messages_that_contradict_themselves_are_refused(what, tmp_path, refused):
-    messages, said = CONTRADICTIONS[what]
+@pytest.mark.parametrize("case", CONTRADICTIONS)
+def test_messages_that_contradict_themselves_are_refused(case, tmp_path, refused):
+    messages, sentence = CONTRADICTIONS[case]
     path = logged(tmp_path / "run.mcap", *messages)
-    assert said in refused("report", path)
-    if "Waveform" in said:
-        assert said in refused("spectrum", path, "--topic", "/bearing/records/acceleration")
+    assert sentence in refused("report", path)
+    if "Waveform" in sentence:
+        assert sentence in refused("spectrum", path, "--topic", "/bearing/records/acceleration")
 
 
 def test_what_a_channel_is_called_leads_out_of_no_folder(tmp_path, monkeypatch):
@@ -96,16 +95,16 @@ def test_what_a_channel_is_called_leads_out_of_no_folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path / "deep")
     logged("run.mcap", block(1, 2, names=["time", "../../escaped"]))
     assert main(["export", "run.mcap", "--to", "csv", "--out", "tables"]) == 0
-    made = sorted(one.name for one in Path("tables").iterdir())
-    assert made == ["_.._escaped_0.csv", "channels.csv", "time_0.csv"]
-    assert [one.name for one in tmp_path.iterdir()] == ["deep"]
+    names = sorted(file.name for file in Path("tables").iterdir())
+    assert names == ["_.._escaped_0.csv", "channels.csv", "time_0.csv"]
+    assert [file.name for file in tmp_path.iterdir()] == ["deep"]
     assert "escaped" in Path("tables", "channels.csv").read_text()
 
 
 @pytest.mark.parametrize("number", [0, 1])
 def test_damaged_chunk_is_left_out_and_the_rest_saved(number, log_path, tmp_path):
     """The first chunk describes the channels of all, as the index does, too."""
-    whole = bits(read_log(log_path))
+    samples = bits(read_log(log_path))
     with log_path.open("rb") as stream:
         chunk = make_reader(stream).get_summary().chunk_indexes[number]
     data = bytearray(log_path.read_bytes())
@@ -113,13 +112,13 @@ def test_damaged_chunk_is_left_out_and_the_rest_saved(number, log_path, tmp_path
     log_path.write_bytes(data)
     with pytest.raises(LogError, match=f"damaged at byte {chunk.chunk_start_offset}: .*bearing_twin recover"):
         list(read_log(log_path))
-    found = recover(log_path, tmp_path / "saved.mcap")
+    recovered = recover(log_path, tmp_path / "saved.mcap")
     saved = bits(read_log(tmp_path / "saved.mcap", allow_gaps=True))
-    assert 0 < len(saved) == found.samples < 400
-    assert all(sample in whole for sample in saved)
-    assert (saved[0] == whole[0]) == (number > 0)
-    assert saved[-1] == whole[-1]
-    assert "CRC" in found.problems[0] or "unpacked" in found.problems[0]
+    assert 0 < len(saved) == recovered.samples < 400
+    assert all(sample in samples for sample in saved)
+    assert (saved[0] == samples[0]) == (number > 0)
+    assert saved[-1] == samples[-1]
+    assert "CRC" in recovered.problems[0] or "unpacked" in recovered.problems[0]
 
 
 def test_what_packs_like_a_bomb_is_read_as_it_was_written(tmp_path):
@@ -130,9 +129,9 @@ def test_what_packs_like_a_bomb_is_read_as_it_was_written(tmp_path):
         for k in range(5):
             log.write(number, k, k, zeros)
         log.write(number, 5, 5, b"after")
-    assert [len(one.data) for one in raw_messages(tmp_path / "run.mcap")] == [len(zeros)] * 5 + [5]
+    assert [len(message.data) for message in raw_messages(tmp_path / "run.mcap")] == [len(zeros)] * 5 + [5]
     reader = make_reader(io.BytesIO((tmp_path / "run.mcap").read_bytes()), validate_crcs=True)
-    assert {one.compression for one in reader.get_summary().chunk_indexes} == {"lz4", "zstd"}
+    assert {chunk.compression for chunk in reader.get_summary().chunk_indexes} == {"lz4", "zstd"}
     assert sum(len(message.data) for _, _, message in reader.iter_messages()) == 5 * len(zeros) + 5
 
 
@@ -146,7 +145,7 @@ def test_full_disk_keeps_what_was_written_and_says_so(tmp_path, monkeypatch, kep
         if len(calls) == kept_writes + 1:
             data = b"".join(parts)
             write(file, [data[: len(data) // 2]], offset)
-            raise OSError(errno.ENOSPC, "No space left on device")
+            no_room()
         return write(file, parts, offset)
 
     monkeypatch.setattr(os, "pwritev", full)
@@ -161,11 +160,8 @@ def test_full_disk_keeps_what_was_written_and_says_so(tmp_path, monkeypatch, kep
 
 
 def test_writing_on_after_a_full_disk_fails_again(tmp_path, monkeypatch):
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
     with monkeypatch.context() as patched:
-        patched.setattr(os, "pwritev", full)
+        patched.setattr(os, "pwritev", no_room)
         with pytest.raises(LogError, match=r"cannot be written .*No space left on device"):
             RawLogWriter(tmp_path / "none.mcap")
     assert list(tmp_path.iterdir()) == []
@@ -173,7 +169,7 @@ def test_writing_on_after_a_full_disk_fails_again(tmp_path, monkeypatch):
         number = log.add_topic("/clock", cdr.CLOCK)
         log.write(number, 0, 0, bytes(12))
         with monkeypatch.context() as patched:
-            patched.setattr(os, "pwritev", full)
+            patched.setattr(os, "pwritev", no_room)
             with pytest.raises(LogError, match="no message is in it"):
                 log.flush()
         for _ in range(2):
@@ -201,15 +197,12 @@ def test_a_split_that_finds_no_room_loses_nothing(tmp_path, monkeypatch):
     """Neither a flush nor the next file can be written when a new file is due: the old one goes on until both can."""
     opened = os.open
 
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
-    def no_new_file(path, *more):
-        return full() if str(path).endswith(".mcap") else opened(path, *more)
+    def no_new_file(path, *arguments):
+        return (no_room if str(path).endswith(".mcap") else opened)(path, *arguments)
 
     with RawLogWriter(tmp_path / "bag", safety=Safety(patient=True, split_seconds=1e-8)) as log:
         number = log.add_topic("/clock", cdr.CLOCK)
-        for first, name, fails in ((0, "pwritev", os.pwritev), (20, "pwritev", full), (40, "open", no_new_file)):
+        for first, name, fails in ((0, "pwritev", os.pwritev), (20, "pwritev", no_room), (40, "open", no_new_file)):
             with monkeypatch.context() as patched:
                 patched.setattr(os, name, fails)
                 for k in range(first, first + 20):
@@ -275,7 +268,10 @@ def test_a_chunk_has_messages_of_thousands_of_topics(tmp_path):
     with RawLogWriter(tmp_path / "run.mcap") as log:
         for k in range(2000):
             log.write(log.add_topic(f"/{k}", cdr.CLOCK), k, k, bytes(12))
-    assert [one.topic.name for one in raw_messages(tmp_path / "run.mcap")] == [f"/{k}" for k in range(2000)]
+    assert [message.topic.name for message in raw_messages(tmp_path / "run.mcap")] == [f"/{k}" for k in range(2000)]
+
+
+ONE = np.ones((1, 1))
 
 
 def waved(path, starts, size=1 << 16):
@@ -286,12 +282,10 @@ def waved(path, starts, size=1 << 16):
             for name, ros_type in (("records/acceleration", cdr.WAVEFORM), ("samples", cdr.SAMPLE_BLOCK))
         )
         for number, first in enumerate(starts):
-            said = {"first_sequence": first, "rate": float(size), "unit": "m/s^2", "samples": np.ones(size, np.float32)}
-            log.write(waves, number, number, encoded(cdr.WAVEFORM, said, 0, ""))
-            at = np.array([(number + 1) * 10**9])
-            log.write(
-                samples, number, number, samples_message((Channel("a", "m", (), ""),), number, at, np.ones((1, 1)))
-            )
+            *_, data = wave(first_sequence=first, rate=float(size), samples=np.ones(size, np.float32))
+            log.write(waves, number, number, data)
+            output = samples_message((Channel("a", "m", (), ""),), number, np.array([(number + 1) * 10**9]), ONE)
+            log.write(samples, number, number, output)
     return path
 
 

@@ -91,14 +91,14 @@ def test_a_node_says_which_subscribers_it_waits_for(monkeypatch):
     for heard in ((), ("/b",), ("/b", "/c", "/d", "/e", "/f"), names):
         said = []
         publishers = [
-            SimpleNamespace(topic_name=one, get_subscription_count=lambda found=one in heard: found) for one in names
+            SimpleNamespace(topic_name=line, get_subscription_count=lambda found=line in heard: found) for line in names
         ]
         outlet.wait_for_subscribers(publishers, 0.1, said.append)
-        unheard = [one for one in names if one not in heard]
+        unheard = [line for line in names if line not in heard]
         assert len(said) == 2 * bool(unheard)
-        for one in said:
-            assert f"{len(unheard)} of 6 topics have no subscriber: {', '.join(unheard[:3])}" in one
-            assert (f"and {len(unheard) - 3} more" in one) is (len(unheard) > 3)
+        for line in said:
+            assert f"{len(unheard)} of 6 topics have no subscriber: {', '.join(unheard[:3])}" in line
+            assert (f"and {len(unheard) - 3} more" in line) is (len(unheard) > 3)
 
 
 def test_a_log_says_when_the_disk_is_nearly_full_and_when_there_is_space_again(tmp_path, monkeypatch, capfd):

@@ -41,12 +41,12 @@ def without(module, *names):
     return ("-c", f"{hidden}; from bearing_twin.nodes import entry; sys.exit(*{{{codes}}})")
 
 
-def one_sentence(result, *words):
+def one_sentence(result, *parts):
     """The only line on standard error, when the exit code is 2."""
     assert result.returncode == 2, result.stderr
     assert result.stderr.count("\n") == 1, result.stderr
     assert "Traceback" not in result.stderr
-    assert all(word in result.stderr for word in words), result.stderr
+    assert all(part in result.stderr for part in parts), result.stderr
 
 
 MISTAKES = (
@@ -76,15 +76,15 @@ MISTAKES = (
 )
 
 
-@pytest.mark.parametrize(("name", "words", "said"), [(name, words, said) for name, words, *said in MISTAKES])
-def test_a_mistake_ends_with_code_2_and_one_sentence(name, words, said, here, tmp_path):
+@pytest.mark.parametrize(("name", "words", "said"), [(name, arguments, parts) for name, arguments, *parts in MISTAKES])
+def test_a_mistake_ends_with_code_2_and_one_sentence(name, arguments, parts, here, tmp_path):
     """A pipe as a path is not waited for."""
     for suffix in ("", ".mcap", ".yaml"):
         os.mkfifo(tmp_path / f"pipe{suffix}")
-    result = here(name, "--ros-args", *words.format(tmp_path).split())
+    result = here(name, "--ros-args", *arguments.format(tmp_path).split())
     last = result.stderr.splitlines()[-1]  # the lines before are those of ROS itself
     assert (result.returncode, "Traceback" in result.stderr) == (2, False), result.stderr
-    assert all(part in last for part in said), result.stderr
+    assert all(part in last for part in parts), result.stderr
 
 
 def test_a_parameter_that_ros_would_pass_over_is_refused(here):
@@ -99,7 +99,7 @@ def test_help_is_printed_and_nothing_starts(name, here, monkeypatch):
     result, node = here(name, "--help"), importlib.import_module(f"bearing_twin.nodes.{name}")
     assert (result.returncode, result.stderr) == (0, "")
     assert f"ros2 run bearing_twin {name} --ros-args" in result.stdout
-    assert ("changeable while it runs: *" in result.stdout) is any(not one.read_only for one in node.PARAMETERS)
+    assert ("changeable while it runs: *" in result.stdout) is any(not row.read_only for row in node.PARAMETERS)
     program, *_, assigned = shlex.split(result.stdout.splitlines()[-1])
     parameter, _, value = assigned.partition(":=")
     assert (program, checked_values(node.PARAMETERS, {parameter: value})[parameter]) == ("bearing_twin", value)
@@ -122,8 +122,8 @@ def test_a_parameter_file_for_other_nodes_is_warned_of(text, tmp_path):
         with executable(executor, "uq_node", "--params-file", str(file)) as node:
             spin_until(executor, lambda: seen, "diagnostics")
             node.send_signal(signal.SIGINT)
-            said = node.communicate(timeout=300)[1]
-    assert "holds none for /bearing/uq_node; begin them with /**/uq_node: and ros__parameters:" in said
+            stderr = node.communicate(timeout=300)[1]
+    assert "holds none for /bearing/uq_node; begin them with /**/uq_node: and ros__parameters:" in stderr
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -170,10 +170,10 @@ sys.exit(base_node.run("stuck", Stuck))
 
 def test_a_missing_interface_package_is_named():
     names = "sim_node", "recorder_node", "replay_node", "uq_node"
-    said = run("", python=without("bearing_twin_msgs", *names))
-    for name, line in zip(names, said.stderr.splitlines(), strict=True):
-        one = subprocess.CompletedProcess(name, said.returncode, "", f"{line}\n")
-        one_sentence(one, f"{name}: ", "the interface package bearing_twin_msgs cannot be imported", "make setup")
+    result = run("", python=without("bearing_twin_msgs", *names))
+    for name, line in zip(names, result.stderr.splitlines(), strict=True):
+        part = subprocess.CompletedProcess(name, result.returncode, "", f"{line}\n")
+        one_sentence(part, f"{name}: ", "the interface package bearing_twin_msgs cannot be imported", "make setup")
 
 
 def test_a_missing_ros_is_named():
@@ -182,12 +182,12 @@ def test_a_missing_ros_is_named():
 
 def test_a_missing_python_package_is_named(here, monkeypatch):
     """By the import of a node; tests/test_journeys.py tries it where there is really none."""
-    found = importlib.import_module
+    original = importlib.import_module
 
     def import_module(name):
         if name.endswith("uq_node"):
             raise ModuleNotFoundError("No module named 'scipy'", name="scipy")
-        return found(name)
+        return original(name)
 
     monkeypatch.setattr(importlib, "import_module", import_module)
     one_sentence(here("uq_node"), "uq_node: the Python package scipy is not installed", "rosdep")
@@ -204,9 +204,9 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
         with executable(executor, "sim_node", "-p", f"log:={path}") as node:
             spin_until(executor, lambda: heard_here or node.poll() is not None, "outputs")
             node.send_signal(number)
-            said = node.communicate(timeout=300)[1]
+            stderr = node.communicate(timeout=300)[1]
         spin_for(executor, 0.5)
-    assert node.returncode == 0, said
+    assert node.returncode == 0, stderr
     samples = [sample.sequence for sample in read_log(path)]
     assert samples == list(range(len(samples)))
     assert len(samples) > 20
@@ -218,10 +218,10 @@ def test_a_signal_ends_the_simulation_with_a_whole_log(tmp_path, number):
 
 def messages_of(path):
     """The bytes of every message of a log, by topic."""
-    found = {}
+    messages = {}
     for message in raw_messages(path):
-        found.setdefault(message.topic.name, []).append(message.data)
-    return found
+        messages.setdefault(message.topic.name, []).append(message.data)
+    return messages
 
 
 @pytest.mark.environment

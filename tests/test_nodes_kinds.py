@@ -58,13 +58,13 @@ def names_of(scene):
     return [(topic.full_name, topic.ros_type) for topic in topics(scene)]
 
 
-def sim_node(executor, kind, **more):
+def sim_node(executor, kind, **options):
     """A sim_node of that kind's scene, and the scene."""
     name, overrides, pace = PLAYED[kind]
-    given = {"scene": name, "real_time_factor": pace, **more}
+    parameters = {"scene": name, "real_time_factor": pace, **options}
     if overrides:
-        given["overrides"] = list(overrides)
-    return started(executor, SimNode, **given), scene_of(kind)
+        parameters["overrides"] = list(overrides)
+    return started(executor, SimNode, **parameters), scene_of(kind)
 
 
 def test_every_kind_is_played_here():
@@ -84,8 +84,8 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     with ros_executor() as executor:
         # What runs on is reported when to end; the others know.
         end = load_scene(*PLAYED[kind][:2]).parameters.run.duration
-        more = {"log": str(own)} if brief else {"duration": end}
-        node, scene = sim_node(executor, kind, start_paused=True, **more)
+        options = {"log": str(own)} if brief else {"duration": end}
+        node, scene = sim_node(executor, kind, start_paused=True, **options)
         recorder = started(executor, RecorderNode, log=str(path))
         services, began = plain_node(executor), time.time_ns()
         other = services.create_publisher(interface(cdr.STRING, "msg"), "/elsewhere", 10)
@@ -98,9 +98,9 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         other.publish(interface(cdr.STRING, "msg")())
         call(executor, services, SetBool, f"/{kind}/sim_node/pause", SetBool.Request(data=False))
         spin_until(executor, node.done.is_set, "end of the run")
-        known = "messages", "messages_lost", "messages_before"
-        came = lambda: sum(recorder.recording.status()[one] for one in known)  # noqa: E731
-        spin_until(executor, lambda: came() >= node._outlet.published or recorder.failure, "all messages")
+        counters = "messages", "messages_lost", "messages_before"
+        received = lambda: sum(recorder.recording.status()[one] for one in counters)  # noqa: E731
+        spin_until(executor, lambda: received() >= node._outlet.published or recorder.failure, "all messages")
         spin_for(executor, 0.2)
         assert node.failure is None
         assert recorder.failure is None
@@ -109,24 +109,24 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     run = simulate(scene_of(kind))
     direct = tmp_path / "direct.mcap"
     write_log(run, direct)
-    found, missing = report_of(log)
+    report, missing = report_of(log)
     assert missing == 0
-    assert found.figures == run.report.figures
-    assert (found.law, found.stepper, found.choice_reason) == (run.choice.law, run.choice.stepper, run.choice.reason)
+    assert report.figures == run.report.figures
+    assert (report.law, report.stepper, report.choice_reason) == (run.choice.law, run.choice.stepper, run.choice.reason)
     assert verify(log).greatest == 0.0
     for message in raw_messages(path):
         assert message.topic.metadata["topic_type_hash"] == cdr.type_hash(dict(names)[message.topic.name])
         assert began <= message.publish_time <= message.log_time <= time.time_ns()  # when it was sent, when it came
     recorded, written, logged = ({name: [] for name, _ in names} for _ in range(3))
-    for place, messages in ((path, recorded), (direct, written), *(((own, logged),) if brief else ())):
-        for message in raw_messages(place):
+    for source, messages in ((path, recorded), (direct, written), *(((own, logged),) if brief else ())):
+        for message in raw_messages(source):
             messages[message.topic.name].append(padded(message.data))
     assert not brief or logged == written
     for name, ros_type in names:
         # A busy machine may lose what comes at the publish rate, ten deep, but no output.
-        left = iter(written[name])
+        remaining = iter(written[name])
         if name != f"/{kind}/scene":  # where the duration of what runs on differs
-            assert all(data in left for data in recorded[name]), name
+            assert all(data in remaining for data in recorded[name]), name
         if ros_type == cdr.SAMPLE_BLOCK:
             assert recorded[name] == written[name], name
         assert recorded[name] or not written[name], name
@@ -139,10 +139,10 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         )
         spin_for(executor, 0.2)
         assert player.failure is None
-    for name, found in lists.items():
-        left = iter(recorded[name])
-        assert all(padded(data) in left for data in found), name
-        assert found or not recorded[name], name
+    for name, report in lists.items():
+        remaining = iter(recorded[name])
+        assert all(padded(data) in remaining for data in report), name
+        assert report or not recorded[name], name
 
 
 def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
@@ -163,19 +163,19 @@ def test_a_recorder_that_joins_late_still_learns_the_scene(tmp_path):
 def frames_in(messages):
     """(parent, child) of every transform in these messages."""
     return {
-        (one.header.frame_id, one.child_frame_id)
+        (transform.header.frame_id, transform.child_frame_id)
         for data in messages
-        for one in deserialize_message(data, interface(cdr.TRANSFORMS, "msg")).transforms
+        for transform in deserialize_message(data, interface(cdr.TRANSFORMS, "msg")).transforms
     }
 
 
 def test_a_namespace_of_the_user_wins_and_frames_take_a_prefix():
     """Two bearings side by side: nothing of one is taken for the other's."""
     with ros_executor() as executor:
-        for side, words, options in (("left", "-r __ns:=/left", {}), ("right", "", {"namespace": "/right"})):
-            words = f"--ros-args {words} -p scene:=two_spheres -p real_time_factor:=1e-4"
-            words += f" -p frame_prefix:={side}/ -p start_paused:=true"
-            node = SimNode(context=executor.context, cli_args=words.split(), **options)
+        for side, arguments, options in (("left", "-r __ns:=/left", {}), ("right", "", {"namespace": "/right"})):
+            arguments = f"--ros-args {arguments} -p scene:=two_spheres -p real_time_factor:=1e-4"
+            arguments += f" -p frame_prefix:={side}/ -p start_paused:=true"
+            node = SimNode(context=executor.context, cli_args=arguments.split(), **options)
             executor.add_node(node)
             assert node.get_namespace() == f"/{side}"
         watcher = plain_node(executor)
@@ -184,8 +184,8 @@ def test_a_namespace_of_the_user_wins_and_frames_take_a_prefix():
         spin_until(executor, lambda: watcher.count_publishers("/tf") == 2, "discovery")
         for side in names:
             call(executor, watcher, SetBool, f"/{side}/sim_node/pause", SetBool.Request(data=False))
-        both = {(f"{side}/two_spheres_link", f"{side}/{body}") for side in names for body in ("first", "second")}
-        spin_until(executor, lambda: all(lists.values()) and frames_in(lists["/tf"]) == both, "frames of both")
+        expected = {(f"{side}/two_spheres_link", f"{side}/{body}") for side in names for body in ("first", "second")}
+        spin_until(executor, lambda: all(lists.values()) and frames_in(lists["/tf"]) == expected, "frames of both")
         for side, name in names.items():
             wrench = deserialize_message(lists[name][0], interface(cdr.WRENCH, "msg"))
             assert wrench.header.frame_id == f"{side}/first"

@@ -80,7 +80,7 @@ def test_a_recorder_on_simulation_time_logs_by_it_also_where_it_runs_backwards(t
             spin_until(executor, lambda s=second: recorder.get_clock().now().nanoseconds == s * 10**9, "the time")
             x.publish(Float64())
             spin_until(executor, lambda n=count: recorder.recording.messages == n, "the message")
-    assert [one.log_time for one in raw_messages(tmp_path / "x.mcap")] == [5 * 10**9, 6 * 10**9, 7 * 10**9]
+    assert [message.log_time for message in raw_messages(tmp_path / "x.mcap")] == [5 * 10**9, 6 * 10**9, 7 * 10**9]
     assert "ERROR" not in capfd.readouterr().err
 
 
@@ -111,12 +111,12 @@ def log(tmp_path_factory):
 def test_a_subscription_is_suited_to_all_publishers_of_its_topic():
     """It asks for what is kept for late comers where all of them keep it."""
     offers = itertools.product(["reliable", "best_effort"], ["transient_local", "volatile"])
-    for two in itertools.product(offers, repeat=2):
-        profiles = [qos_profile(Qos(10, *words)) for words in two]
-        asked = compatible_profile(profiles, 100)
-        assert QoSCompatibility.ERROR not in [qos_check_compatible(one, asked)[0] for one in profiles]
-        kept = {durability for _, durability in two} == {"transient_local"}
-        assert qos_of(asked).durability == ("transient_local" if kept else "volatile")
+    for pair in itertools.product(offers, repeat=2):
+        profiles = [qos_profile(Qos(10, *policies)) for policies in pair]
+        requested = compatible_profile(profiles, 100)
+        assert QoSCompatibility.ERROR not in [qos_check_compatible(profile, requested)[0] for profile in profiles]
+        all_latched = {durability for _, durability in pair} == {"transient_local"}
+        assert qos_of(requested).durability == ("transient_local" if all_latched else "volatile")
 
 
 def test_a_publisher_that_offers_less_than_those_before_is_recorded_too(tmp_path):
@@ -129,13 +129,14 @@ def test_a_publisher_that_offers_less_than_those_before_is_recorded_too(tmp_path
         first.publish(Float64(data=1.0))
         spin_until(executor, lambda: recorder.recording.messages == 1, "the first message")
         second = talker.create_publisher(Float64, "/elsewhere", qos_profile(Qos(10, "best_effort")))
-        both = (first, second)
-        spin_until(executor, lambda: all(one.get_subscription_count() == 1 for one in both), "it is heard, once")
-        for publisher in both:
+        publishers = (first, second)
+        counts = lambda: [publisher.get_subscription_count() for publisher in publishers]  # noqa: E731
+        spin_until(executor, lambda: counts() == [1, 1], "one subscription to each")
+        for publisher in publishers:
             publisher.publish(Float64(data=2.0))
         spin_until(executor, lambda: recorder.recording.messages == 3, "messages of both")
         spin_for(executor, 0.2)
-    assert [deserialize_message(one.data, Float64).data for one in raw_messages(path)] == [1.0, 2.0, 2.0]
+    assert [deserialize_message(message.data, Float64).data for message in raw_messages(path)] == [1.0, 2.0, 2.0]
 
 
 def test_lost_messages_of_any_topic_are_counted_and_said(tmp_path, monkeypatch):
@@ -153,9 +154,9 @@ def test_lost_messages_of_any_topic_are_counted_and_said(tmp_path, monkeypatch):
             publisher.publish(Float64())
         spin_until(executor, lambda: any("messages were lost" in status.message for status in seen), "a warning")
         status = recorder.recording.status()
-        kept = status["messages"]
-        assert 6 <= kept < 31  # the first, five that waited, and those that came before others as the machine let them
-        assert (status["messages_lost"], status["lost_on"], status["uncounted"]) == (31 - kept, "/elsewhere", "")
+        received = status["messages"]
+        assert 6 <= received < 31  # the first, five that waited, and those that the machine took in time
+        assert (status["messages_lost"], status["lost_on"], status["uncounted"]) == (31 - received, "/elsewhere", "")
         assert any(REMEDY in status.message for status in seen)
         second = talker.create_publisher(Float64, "/elsewhere", 100)
         second.publish(Float64())
@@ -183,7 +184,7 @@ def test_names_that_somebody_made_up_run_nothing_and_are_refused(tmp_path, monke
         assert recorder.failure is None
     reported = capfd.readouterr().err
     assert reported.count("is not logged") == 3  # once each
-    assert all(said in reported for _, said in cases.values())
+    assert all(sentence in reported for _, sentence in cases.values())
     assert "\x1b[2J" not in reported
     assert not ran_if_imported.exists()
 
@@ -203,8 +204,7 @@ def ran_if_imported(tmp_path, monkeypatch):
 def test_a_replay_runs_nothing_that_a_log_names(tmp_path, ran_if_imported):
     path = tmp_path / "made.mcap"
     writer = RawLogWriter(path)
-    number = writer.add_topic("/x", "probe/msg/Made", "float64 x", "", (Qos(10),))
-    writer.write_all([(number, 1, 1, bytes(12))])
+    writer.write(writer.add_topic("/x", "probe/msg/Made", "float64 x", ""), 1, 1, bytes(12))
     writer.close()
     with ros_executor() as executor, pytest.raises(BearingTwinError, match="probe/msg/Made cannot be imported"):
         started(executor, ReplayNode, log=str(path))
@@ -213,29 +213,27 @@ def test_a_replay_runs_nothing_that_a_log_names(tmp_path, ran_if_imported):
 
 def test_a_topic_that_ros_does_not_know_is_left_out_of_a_replay_and_told(tmp_path, capfd):
     """Logs of other programs may call topics what they like, and name types that are none."""
-    others = {"/two words": cdr.STRING, "/1st": cdr.STRING, "/type": "std_msgs/msg/_string"}
+    illegal = {"/two words": cdr.STRING, "/1st": cdr.STRING, "/type": "std_msgs/msg/_string"}
     # The node's own; whether it has /rosout is decided by what the process has logged before.
-    others |= dict.fromkeys(("/diagnostics", "/parameter_events", "/clock"), cdr.STRING)
-    for name, played in (("mixed", {"/good": cdr.STRING} | others), ("none", {"/a\x1b[2Jb": cdr.STRING})):
+    illegal |= dict.fromkeys(("/diagnostics", "/parameter_events", "/clock"), cdr.STRING)
+    for name, played in (("mixed", {"/good": cdr.STRING} | illegal), ("none", {"/a\x1b[2Jb": cdr.STRING})):
         with RawLogWriter(tmp_path / f"{name}.mcap") as log:
             for topic, ros_type in played.items():
-                log.write(
-                    log.add_topic(topic, ros_type, "string data", "", (Qos(),)), 1, 1, padded(b"\0\1\0\0\1\0\0\0\0")
-                )
+                log.write(log.add_topic(topic, ros_type, "string data", ""), 1, 1, padded(b"\0\1\0\0\1\0\0\0\0"))
     with ros_executor() as executor:
         node = started(executor, ReplayNode, log=str(tmp_path / "mixed.mcap"), discovery=0.0, publish_clock=True)
         spin_until(executor, node.done.is_set, "end of the replay")
         assert (node.failure, node._outlet.published, sorted(node._outlet._publishers)) == (None, 1, ["/good"])
         with pytest.raises(BearingTwinError, match=r"'/a\\x1b\[2Jb' is not published: it is not a legal name"):
             started(executor, ReplayNode, log=str(tmp_path / "none.mcap"))
-    said = capfd.readouterr().err
-    names = ["/type", *(repr(name) for name in others if name != "/type")]
-    assert all(f"{name} is not published" in said for name in names)
+    stderr = capfd.readouterr().err
+    names = ["/type", *(repr(name) for name in illegal if name != "/type")]
+    assert all(f"{name} is not published" in stderr for name in names)
 
 
 def test_a_time_that_ros_cannot_tell_ends_a_replay_in_a_sentence(tmp_path):
     with RawLogWriter(tmp_path / "late.mcap") as log:
-        log.write(log.add_topic("/late", cdr.STRING, "string data", "", (Qos(),)), 1 << 63, 1 << 63, bytes(12))
+        log.write(log.add_topic("/late", cdr.STRING), 1 << 63, 1 << 63, bytes(12))
     with ros_executor() as executor:
         node = started(executor, ReplayNode, log=str(tmp_path / "late.mcap"), discovery=0.0, publish_clock=True)
         spin_until(executor, node.done.is_set, "end of the replay")
@@ -246,8 +244,8 @@ def test_a_paused_replay_tells_its_time_and_takes_another_pace(log):
     with ros_executor() as executor:
         watcher, times = plain_node(executor), []
 
-        def pause(on):
-            return call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=on))
+        def pause(paused):
+            return call(executor, watcher, SetBool, "/replay_node/pause", SetBool.Request(data=paused))
 
         options = {"loop": True, "discovery": 0.0, "start_paused": True, "publish_clock": True}
         node = started(executor, ReplayNode, log=str(log), **options)
@@ -259,10 +257,10 @@ def test_a_paused_replay_tells_its_time_and_takes_another_pace(log):
         assert results == [False, True]
         spin_until(executor, lambda: node.loop.factor == Fraction(1, 1000) and node.loop.position_ns, "the new pace")
         pause(True)
-        at, quality = node.loop.position_ns, qos_profile(Qos(10, "best_effort"))
-        watcher.create_subscription(Clock, "/clock", lambda one: times.append(one.clock.nanosec), quality)
+        position_ns, quality = node.loop.position_ns, qos_profile(Qos(10, "best_effort"))
+        watcher.create_subscription(Clock, "/clock", lambda message: times.append(message.clock.nanosec), quality)
         spin_until(executor, lambda: len(times) > 2, "time that stands still")
-        assert {*times} == {node.loop.position_ns} == {at}
+        assert {*times} == {node.loop.position_ns} == {position_ns}
         assert not node.done.is_set()
 
 
@@ -276,7 +274,7 @@ def test_a_replay_that_waits_for_subscribers_ends_when_it_is_told_to(log):
 
 def test_what_cannot_be_logged_or_played_is_refused():
     with ros_executor() as executor:
-        for node_class, parameters, error, words in (
+        for node_class, parameters, error, sentence in (
             (ReplayNode, {}, BearingTwinError, "parameter log is empty"),
             (ReplayNode, {"log": "missing.mcap"}, LogError, "missing.mcap"),
             (ReplayNode, {"log": __file__}, LogError, "is not an MCAP file"),
@@ -286,7 +284,7 @@ def test_what_cannot_be_logged_or_played_is_refused():
             (RecorderNode, {"log": "no/such/folder/x.mcap"}, LogError, "does not exist"),
             (RecorderNode, {"topic": "/tf"}, ParameterError, "did you mean topics?"),
         ):
-            with pytest.raises(error, match=words.replace("?", r"\?")):
+            with pytest.raises(error, match=sentence.replace("?", r"\?")):
                 started(executor, node_class, **parameters)
 
 
@@ -297,20 +295,20 @@ def test_a_recorder_that_logs_frames_alone_warns(tmp_path):
         seen = statuses(peer)
         peer.create_publisher(interface(cdr.TRANSFORMS, "msg"), "/tf", 10)
         started(executor, RecorderNode, log=str(tmp_path / "log.mcap"))
-        spin_until(executor, lambda: any("there is /tf so far" in one.message for one in seen), "warning")
+        spin_until(executor, lambda: any("there is /tf so far" in status.message for status in seen), "warning")
 
 
 def test_to_have_recorded_nothing_is_told_and_fails(tmp_path):
     with ros_executor() as executor:
         seen = statuses(plain_node(executor))
-        words = ("-p", f"log:={tmp_path / 'log.mcap'}", "-p", "topics:=['']")
-        with executable(executor, "recorder_node", *words) as recorder:
+        arguments = ("-p", f"log:={tmp_path / 'log.mcap'}", "-p", "topics:=['']")
+        with executable(executor, "recorder_node", *arguments) as recorder:
             spin_until(executor, lambda: seen, "diagnostics")
             recorder.send_signal(signal.SIGINT)
-            _, said = recorder.communicate(timeout=300)
+            _, stderr = recorder.communicate(timeout=300)
     assert "there is none so far" in seen[0].message
     assert recorder.returncode == 2
-    assert "nothing was recorded" in said.splitlines()[-1]
+    assert "nothing was recorded" in stderr.splitlines()[-1]
 
 
 @pytest.mark.parametrize(
@@ -319,8 +317,8 @@ def test_to_have_recorded_nothing_is_told_and_fails(tmp_path):
 )
 def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number):
     path = tmp_path / "recording.mcap"
-    words = ("-p", f"log:={path}")
-    with ros_executor() as executor, executable(executor, "recorder_node", *words) as recorder:
+    arguments = ("-p", f"log:={path}")
+    with ros_executor() as executor, executable(executor, "recorder_node", *arguments) as recorder:
         talker = plain_node(executor)
         seen = statuses(talker)
         samples = talker.create_publisher(interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
@@ -328,11 +326,11 @@ def test_the_log_is_complete_whatever_signal_ends_the_recorder(tmp_path, number)
         blocks = [data for topic, data in messages() if topic.name == "samples"]
         for data in blocks:
             samples.publish(data)
-        came = lambda: seen and values_of(seen[-1])["messages"] == str(len(blocks))  # noqa: E731
-        spin_until(executor, came, "all")
+        all_received = lambda: seen and values_of(seen[-1])["messages"] == str(len(blocks))  # noqa: E731
+        spin_until(executor, all_received, "all")
         recorder.send_signal(number)
-        _, said = recorder.communicate(timeout=300)
-    assert recorder.returncode == 0, said
+        _, stderr = recorder.communicate(timeout=300)
+    assert recorder.returncode == 0, stderr
     stored = read_log(path)  # raises for a log without its index
     assert bits(stored) == bits(BLOCK)
     assert stored.metadata[RECORDING_RECORD]["messages"] == str(len(blocks))

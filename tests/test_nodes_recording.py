@@ -1,13 +1,12 @@
 """What recorder_node and replay_node compute: losses, definitions, and the way from a log back to messages. No ROS."""
 
-import errno
 import json
 import math
 import os
 
 import pytest
 from mcap.writer import Writer
-from runs import made_up_block, made_up_run, made_up_scene
+from runs import made_up_block, made_up_run, made_up_scene, no_room
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import DOUBTFUL
@@ -114,9 +113,9 @@ def test_a_report_tells_what_was_lost(tmp_path, typed):
     assert read_log(path).losses == {
         "messages_lost": 3, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/two",
     }  # fmt: skip
-    said = typed("report", path, "--json", "--strict", code=DOUBTFUL)
-    assert json.loads(said.out)["messages_lost"] == 3
-    assert "3 messages were lost on the way to the recorder" in said.err
+    captured = typed("report", path, "--json", "--strict", code=DOUBTFUL)
+    assert json.loads(captured.out)["messages_lost"] == 3
+    assert "3 messages were lost on the way to the recorder" in captured.err
 
 
 @pytest.mark.parametrize(("firsts", "mixed"), [((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)])
@@ -133,8 +132,8 @@ def test_outputs_of_several_publishers_are_mixed(firsts, mixed, tmp_path, typed)
     assert (status["mixed"], status["uncounted"]) == (SAMPLES * mixed, SAMPLES)
     assert ("outputs are mixed" in warning_of(status)) is mixed
     recording.close()
-    said = typed("report", path, "--json", "--strict", code=DOUBTFUL).err
-    assert ("several nodes sent samples at a time" in said) is mixed
+    stderr = typed("report", path, "--json", "--strict", code=DOUBTFUL).err
+    assert ("several nodes sent samples at a time" in stderr) is mixed
 
 
 def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked):
@@ -143,10 +142,10 @@ def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked)
     recording.receive_all("/other", [1] * 4, [1] * 4, [b"before", large, large + b"1", b"after"], [1, 2, 3, 4])
     recording.receive_all(SAMPLES, [1] * 4, [1] * 4, [b"none", sample_block(0, 5), b"", b"neither"], [1, 2, 3, 4])
     status = recording.status()
-    assert [status[f"messages{what}"] for what in ("", "_unreadable", "_lost")] == [4, 4, 0]
+    assert [status[f"messages{count}"] for count in ("", "_unreadable", "_lost")] == [4, 4, 0]
     assert warning_of(status).startswith("4 messages are not logged")
     recording.close()
-    assert [len(one.data) for one in raw_messages(path) if one.topic.name == "/other"] == [6, LARGEST_MESSAGE, 5]
+    assert [len(data) for topic, *_, data in raw_messages(path) if topic.name == "/other"] == [6, LARGEST_MESSAGE, 5]
     assert asked("report", path, "--strict", code=DOUBTFUL)["messages_unreadable"] == 4
 
 
@@ -170,11 +169,11 @@ def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch)
     path = tmp_path / "out.mcap"
 
     def after_a_crash():
-        cut, whole = path.with_name("cut.mcap"), path.with_name("whole.mcap")
-        cut.write_bytes(path.read_bytes())
-        whole.unlink(missing_ok=True)
-        recover(cut, whole)
-        return [(int(one["messages_lost"]), int(one["messages_dropped"])) for one in counted(whole)]
+        truncated, recovered = path.with_name("cut.mcap"), path.with_name("whole.mcap")
+        truncated.write_bytes(path.read_bytes())
+        recovered.unlink(missing_ok=True)
+        recover(truncated, recovered)
+        return [(int(record["messages_lost"]), int(record["messages_dropped"])) for record in counted(recovered)]
 
     recording = recording_of(path, "/one", ros_type=cdr.CLOCK, safety=Safety(patient=True))
     for number in (1, 4, 5, 7):
@@ -182,11 +181,8 @@ def test_a_crash_does_not_take_the_count_of_what_was_lost(tmp_path, monkeypatch)
         recording.note_losses()
     assert after_a_crash() == [(2, 0), (3, 0)]
 
-    def full(*_):
-        raise OSError(errno.ENOSPC, "No space left on device")
-
     with monkeypatch.context() as patched:
-        patched.setattr(os, "pwritev", full)
+        patched.setattr(os, "pwritev", no_room)
         for number in range(8, 108):
             receive(recording, "/one", 1, 1, bytes(100), number)
             recording.log.flush()  # as the log does by itself every `max_loss` seconds
@@ -207,7 +203,7 @@ def test_what_is_wanted_is_new_matches_and_is_not_hidden(tmp_path):
             ("/tf_static", "/rosout", "/bearing/run_study/_action/feedback"),
         ),
         tuple(default_topics()): (
-            [one.full_name for kind in KINDS for one in topics(Scene(kind, kind, "", KINDS[kind].parameters()))],
+            [topic.full_name for kind in KINDS for topic in topics(Scene(kind, kind, "", KINDS[kind].parameters()))],
             ("/elsewhere/state",),
         ),
         tuple(default_topics("/left")): (
@@ -215,12 +211,12 @@ def test_what_is_wanted_is_new_matches_and_is_not_hidden(tmp_path):
             ("/bearing/state", "/leftover/state"),
         ),
     }
-    for number, (patterns, (wanted, others)) in enumerate(tables.items()):
+    for number, (patterns, (matching, excluded)) in enumerate(tables.items()):
         recording = Recording(tmp_path / f"{number}.mcap", patterns)
-        assert all(map(recording.wants, wanted))
-        assert not any(map(recording.wants, others))
-        recording.add(wanted[0], cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
-        assert not recording.wants(wanted[0])
+        assert all(map(recording.wants, matching))
+        assert not any(map(recording.wants, excluded))
+        recording.add(matching[0], cdr.STATE, cdr.type_hash(cdr.STATE), (Qos(),))
+        assert not recording.wants(matching[0])
         recording.close()
 
 
@@ -288,14 +284,14 @@ def test_a_replay_from_the_middle_of_split_files_tells_what_was_latched_last(tmp
     """Said anew while it was recorded, in another chunk and another file; what is said later is not reported before."""
     safety = Safety(split_seconds=4.0)
     with RawLogWriter(tmp_path / "bag", run_record=False, safety=safety) as writer:
-        said, ticks = (
+        latched_topic, ticks = (
             writer.add_topic(name, cdr.STRING, qos=(qos,))
             for name, qos in (("/said", Qos(1, durability="transient_local")), ("/ticks", Qos()))
         )
         for second in range(10):
             writer.write(ticks, second * 1000 * MS, 0, bytes([second]))
             if second in (1, 3, 7):
-                writer.write(said, (second * 1000 + 1) * MS, 0, bytes([100 + second]))
+                writer.write(latched_topic, (second * 1000 + 1) * MS, 0, bytes([100 + second]))
             writer.flush()
     for start, latched in ((0.5, []), (2.0, [101]), (3.5, [103]), (6.0, [103]), (7.5, [107]), (9.0, [107])):
         out = played(tmp_path / "bag", start_ns=round(start * 1000 * MS))
@@ -326,7 +322,7 @@ def test_of_types_that_changed_or_are_two_what_can_be_read_is_played(tmp_path):
     path = tmp_path / "changed.mcap"
     with RawLogWriter(path) as log:
         same = log.add_topic(SAMPLES, cdr.SAMPLE_BLOCK)
-        other = log.add_topic("/bearing/contacts", cdr.CONTACTS, "uint8 balls\n", "RIHS01_" + "1" * 64, (Qos(),))
+        other = log.add_topic("/bearing/contacts", cdr.CONTACTS, "uint8 balls\n", "RIHS01_" + "1" * 64)
         log.write(same, 1, 1, sample_block(0, 50))
         log.write(other, 2, 2, bytes(8))
     loop = ReplayLoop(path, lambda message: None, 1.0)
@@ -375,10 +371,10 @@ def test_quality_of_service_is_read_in_words_and_numbers():
 def test_a_log_is_told_in_another_namespace_as_a_node_would_say_it(log):
     """As `__ns` does: what all scenes share keeps its name."""
     names = [message.topic.name for message in raw_messages(log)]
-    left = [f"/left{name.removeprefix('/bearing')}" if name.startswith("/bearing/") else name for name in names]
-    assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= {*left}
+    renamed = [f"/left{name.removeprefix('/bearing')}" if name.startswith("/bearing/") else name for name in names]
+    assert {"/left/ball_0/wrench", "/left/samples", "/left/robot_description", "/tf"} <= {*renamed}
     out = played(log, namespace="/left")
-    assert [topic for _, topic, _ in out] == left
-    both = renamed_topics(["/left/samples", "/right/samples", "/left/state"], "cell")
-    assert both["/left/state"] == "/cell/left/state"
+    assert [topic for _, topic, _ in out] == renamed
+    several = renamed_topics(["/left/samples", "/right/samples", "/left/state"], "cell")
+    assert several["/left/state"] == "/cell/left/state"
     assert renamed_topics(names) == {name: name for name in names}

@@ -153,8 +153,8 @@ def test_whole_numbers_are_taken_for_numbers_and_the_rest_is_read_only(paused):
     assert described.read_only
     assert "[s]" in described.description
     assert described.floating_point_range[0].to_value == 86400.0
-    given = ("duration", 1.0), *(("real_time_factor", value) for value in (math.nan, 0.0, "fastest", 3.0, 2))
-    results = node.set_parameters([Parameter(name, value=value) for name, value in given])
+    values = ("duration", 1.0), *(("real_time_factor", value) for value in (math.nan, 0.0, "fastest", 3.0, 2))
+    results = node.set_parameters([Parameter(name, value=value) for name, value in values])
     assert [result.successful for result in results] == [False, False, False, True, True, True]
     assert "or fastest" in results[2].reason
     [result] = node.set_parameters([Parameter("real_time_factor", Parameter.Type.DOUBLE_ARRAY, array("d"))])
@@ -200,8 +200,8 @@ def test_preparing_is_a_state_in_which_commands_are_taken(monkeypatch):
         node, watcher = started(executor, SimNode, start_paused=True, duration=0.1), plain_node(executor)
         seen = statuses(watcher)
         spin_until(executor, lambda: len(seen) > 1, "diagnostics")
-        assert {(one.level, one.message) for one in seen} == {(DiagnosticStatus.OK, "preparing")}
-        seconds = [float(values_of(one)["elapsed_s"]) for one in seen]
+        assert {(status.level, status.message) for status in seen} == {(DiagnosticStatus.OK, "preparing")}
+        seconds = [float(values_of(status)["elapsed_s"]) for status in seen]
         assert 0.0 < seconds[0] < seconds[-1]
         for data in (True, False):
             answer = call(executor, watcher, SetBool, PAUSE, SetBool.Request(data=data))
@@ -228,10 +228,10 @@ def test_a_pause_is_answered_while_outputs_are_computed(monkeypatch):
         spin_until(executor, pause.service_is_ready, "the service")
         answers = [pause.call_async(SetBool.Request(data=data)) for data in (False, False, True)]
         try:
-            spin_until(executor, lambda: all(one.done() for one in answers), "the answers", patience=20.0)
+            spin_until(executor, lambda: all(answer.done() for answer in answers), "the answers", patience=20.0)
         finally:
             computed.set()
-        assert [one.result().message.split()[0] for one in answers] == ["running", "running", "paused"]
+        assert [answer.result().message.split()[0] for answer in answers] == ["running", "running", "paused"]
         assert node.loop.position_ns == 0
 
 

@@ -68,10 +68,10 @@ def sent(executor, client, feedback=None, **goal):
         if time.monotonic() > resend_at:
             futures.append(client.send_goal_async(RunStudy.Goal(**goal), feedback_callback=heard))
             resend_at = time.monotonic() + RESEND
-        return any(one.done() for one in futures)
+        return any(future.done() for future in futures)
 
     spin_until(executor, answered, "answer to the goal")
-    return next(one.result() for one in futures if one.done())
+    return next(future.result() for future in futures if future.done())
 
 
 def outcome(executor, handle):
@@ -87,15 +87,15 @@ def ran(executor, client, **goal):
 
 def with_mark(mark):
     """Processes whose environment holds this mark: a node and all it has started."""
-    found = []
+    processes = []
     for folder in Path("/proc").glob("[0-9]*"):
         try:
             running = "Z" not in (folder / "stat").read_text().rpartition(")")[2].split()[0]
             if running and mark.encode() in (folder / "environ").read_bytes():
-                found.append(int(folder.name))
+                processes.append(int(folder.name))
         except OSError:
             continue
-    return found
+    return processes
 
 
 def words(process):
@@ -185,8 +185,8 @@ def test_one_runs_four_wait_in_order_the_next_is_refused_and_bad_ones_are_answer
         assert {state for state, _ in results} == {"succeeded"}
         spin_until(executor, lambda: seen[-1].level == DiagnosticStatus.OK, "all is well again")
         assert node.studies.status()[0] == "idle"
-    said = capfd.readouterr().err  # ROS keeps every sentence in a file, and anybody can send these
-    assert said.count("aborted: ") == 1
+    stderr = capfd.readouterr().err  # ROS keeps every sentence in a file, and anybody can send these
+    assert stderr.count("aborted: ") == 1
 
 
 SIGNALS = signal.SIGINT, signal.SIGKILL, signal.SIGTERM
@@ -196,8 +196,8 @@ SIGNALS = signal.SIGINT, signal.SIGKILL, signal.SIGTERM
 @pytest.mark.parametrize("number", SIGNALS)
 def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_path, number):
     with ros_executor() as executor:
-        words = ("-p", f"log_folder:={tmp_path}", "-p", "workers:=1")
-        with executable(executor, "uq_node", *words, BEARING_TWIN_TEST=str(tmp_path)) as node:
+        arguments = ("-p", f"log_folder:={tmp_path}", "-p", "workers:=1")
+        with executable(executor, "uq_node", *arguments, BEARING_TWIN_TEST=str(tmp_path)) as node:
             client, feedback = client_of(executor), []
             short_runs = LONG | {"overrides": ["run.duration=0.01", "workers=1"], "samples": 10_000}
             assert sent(executor, client, feedback, **short_runs).accepted
@@ -205,9 +205,9 @@ def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_pat
             assert sent(executor, client, **QUICK).accepted
             assert {*with_mark(f"BEARING_TWIN_TEST={tmp_path}")} - {node.pid}  # a fork has the environment of before
             node.send_signal(number)
-            said = node.communicate(timeout=PATIENCE)[1]
-    assert node.returncode == (0 if number != signal.SIGKILL else -signal.SIGKILL), said
-    assert "Traceback" not in said
+            stderr = node.communicate(timeout=PATIENCE)[1]
+    assert node.returncode == (0 if number != signal.SIGKILL else -signal.SIGKILL), stderr
+    assert "Traceback" not in stderr
     wait_until_gone(f"BEARING_TWIN_TEST={tmp_path}")  # workers end with a node that is killed, too
     if number != signal.SIGKILL:
         [log] = tmp_path.glob("*.mcap")
@@ -216,6 +216,6 @@ def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_pat
 
 def test_the_parameter_file_gives_the_defaults():
     text = share_path("config", "uq_node.yaml").read_text(encoding="utf-8")
-    given = yaml.safe_load(text)["/**/uq_node"]["ros__parameters"]
-    given["memory"] = float(given["memory"])  # 2.0e9 is a number to ROS, a text to PyYAML
-    assert checked_values(PARAMETERS, given) == given == checked_values(PARAMETERS, {})
+    values = yaml.safe_load(text)["/**/uq_node"]["ros__parameters"]
+    values["memory"] = float(values["memory"])  # 2.0e9 is a number to ROS, a text to PyYAML
+    assert checked_values(PARAMETERS, values) == values == checked_values(PARAMETERS, {})

@@ -5,8 +5,6 @@ import pytest
 import scipy.io
 
 from bearing_twin.command import cli
-from bearing_twin.log import cdr
-from bearing_twin.log.bag import Qos
 from bearing_twin.log.cdr import encoded
 from bearing_twin.log.raw_log import RawLogWriter
 
@@ -156,8 +154,8 @@ def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
     imu, floats = "sensor_msgs/msg/Imu", "std_msgs/msg/Float64"
     with RawLogWriter(tmp_path / "e.mcap") as log:
         for ros_type, name in ((imu, "/imu"), (floats, "/force")):
-            log.add_topic(name, ros_type, cdr.schema_text(ros_type), cdr.type_hash(ros_type), (Qos(),))
-        topic = log.add_topic("/shaken", imu, cdr.schema_text(imu), cdr.type_hash(imu), (Qos(),))
+            log.add_topic(name, ros_type)
+        topic = log.add_topic("/shaken", imu)
         for time, value in zip(np.rint(1e9 * times).astype(int).tolist(), samples.tolist(), strict=True):
             log.write(topic, time, time, encoded(imu, {"linear_acceleration": {"z": value}}, time, "sensor"))
     options = {

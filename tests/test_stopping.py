@@ -95,7 +95,7 @@ def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
     previous = signal.signal(signal.SIGTERM, leave)
     try:
         with pytest.raises(SystemExit), RawLogWriter(tmp_path / "run.mcap") as log:  # noqa: PT012 - a log and its end
-            topic = log.add_topic("/a", cdr.STRING, cdr.schema_text(cdr.STRING), "", ())
+            topic = log.add_topic("/a", cdr.STRING)
             log.write(topic, 1, 1, b"\0\1\0\0\2\0\0\0a\0")
             log.flush()
             part = getattr(McapWriter, within)

@@ -36,18 +36,19 @@ def thin_log(path, run, blocks):
 
 def test_what_is_kept_is_as_it_was(tmp_path):
     path = thin_log(tmp_path / "run.mcap", SimpleNamespace(scene=SCENE, choice=a_choice()), [BLOCK])
-    stream, whole, kept = MessageStream(SCENE, choice=a_choice()), {}, {}
+    stream, sent, logged = MessageStream(SCENE, choice=a_choice()), {}, {}
     for topic, stamp, data in (*stream.messages(BLOCK), *stream.flush()):
-        whole.setdefault(topic.full_name, []).append((stamp, data))
+        sent.setdefault(topic.full_name, []).append((stamp, data))
     for message in raw_messages(path):
-        kept.setdefault(message.topic.name, []).append((message.log_time, message.data))
-    assert set(kept) == set(whole)
-    for name in set(kept) - {"/bearing/samples"}:
-        seldom = len(whole[name]) == 1
-        assert kept[name] == [one for one in whole[name] if seldom or one[0] % round(1e9 / KEPT_RATE) == 0], name
+        logged.setdefault(message.topic.name, []).append((message.log_time, message.data))
+    assert set(logged) == set(sent)
+    for name in set(logged) - {"/bearing/samples"}:
+        seldom = len(sent[name]) == 1
+        period = 1 if seldom else round(1e9 / KEPT_RATE)
+        assert logged[name] == [message for message in sent[name] if message[0] % period == 0], name
     recover(path, tmp_path / "saved.mcap")
-    for one in (path, tmp_path / "saved.mcap"):
-        log = read_log(one)
+    for log_file in (path, tmp_path / "saved.mcap"):
+        log = read_log(log_file)
         assert bits(log) == bits(BLOCK[row] for row in range(0, 1000, EVERY))
         assert log.kept_rate == KEPT_RATE
 
@@ -60,13 +61,13 @@ def test_a_thinned_log_is_small_and_verified_where_it_has_outputs(tmp_path, type
     assert path.stat().st_size / 2.0 * 3600.0 < 0.5e9  # B an hour
     checked = verify(read_log(path))
     assert (checked.samples, checked.greatest) == (11, 0.0)
-    said = typed("report", path, "--json", "--strict", code=DOUBTFUL)
-    found = json.loads(said.out)
-    assert (found["samples"], found["missing_outputs"], found["kept_outputs_hz"]) == (11, 0, KEPT_RATE)
+    captured = typed("report", path, "--json", "--strict", code=DOUBTFUL)
+    report = json.loads(captured.out)
+    assert (report["samples"], report["missing_outputs"], report["kept_outputs_hz"]) == (11, 0, KEPT_RATE)
     assert json.loads(typed("verify", path, "--json").out)["kept_outputs_hz"] == KEPT_RATE
     assert "holds 5 outputs a second" in typed("view", path, "--out", tmp_path / "page.html").err
-    assert abs(found["energy_closure"]) < 1e-3  # sums need no output in between
-    assert "5 outputs a second, not all" in said.err
+    assert abs(report["energy_closure"]) < 1e-3  # sums need no output in between
+    assert "5 outputs a second, not all" in captured.err
     block.values["normal_load"][200, 0, 0] += 0.5  # this one is
     assert verify(read_log(thin_log(tmp_path / "other.mcap", run, [block]))).greatest == pytest.approx(0.5)
 
@@ -83,9 +84,9 @@ def test_a_block_whose_stamp_would_not_fit_is_kept_whole():
     """A peer may stamp as it likes: that ends no recorder."""
     thinning, row = Thinning(cdr.SAMPLE_BLOCK, KEPT_RATE), np.zeros((2, BLOCK.matrix().shape[1]))
     assert thinning.thinned(0, samples_message(SCENE.channels, 0, np.array([0, 19 * 10**7]), row)) is not None
-    late = cdr.deserialise(cdr.SAMPLE_BLOCK, samples_message(SCENE.channels, 0, np.array([0, 4 * 10**18]), row))
-    late.header.stamp.sec = 2**31 - 1
-    data = cdr.serialised(cdr.SAMPLE_BLOCK, late)
+    latest = cdr.deserialise(cdr.SAMPLE_BLOCK, samples_message(SCENE.channels, 0, np.array([0, 4 * 10**18]), row))
+    latest.header.stamp.sec = 2**31 - 1
+    data = cdr.serialised(cdr.SAMPLE_BLOCK, latest)
     assert thinning.thinned(0, data) == data
 
 
@@ -98,5 +99,5 @@ def test_topics_of_several_publishers_latched_ones_and_records_are_kept_whole(tm
         for topic in ("/tf", "/latched", "/x/records/touch"):
             recording.receive_all(topic, [number * 10**7], [1], [b""], [number])
     recording.close()
-    found = [message.topic.name for message in raw_messages(tmp_path / "out.mcap")]
-    assert {one: found.count(one) for one in found} == {"/tf": 1 + 10 + 1, "/latched": 30, "/x/records/touch": 30}
+    names = [message.topic.name for message in raw_messages(tmp_path / "out.mcap")]
+    assert {name: names.count(name) for name in names} == {"/tf": 1 + 10 + 1, "/latched": 30, "/x/records/touch": 30}
