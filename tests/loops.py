@@ -32,8 +32,8 @@ class Stream(PacedStream):
     def next_batch(self):
         return next(self._source, None)
 
-    def note(self, what, time_ns):
-        self.seen.append(((self.clock - START) // MS, what, time_ns // MS))
+    def note(self, kind, time_ns):
+        self.seen.append(((self.clock - START) // MS, kind, time_ns // MS))
 
     def drive(self, until_ms=None):
         """Calls `turn` at exactly the times it asks for, until it asks for none or `until_ms`."""
@@ -42,8 +42,8 @@ class Stream(PacedStream):
                 return
             self.clock = max(self.clock, wake_at)
 
-    def delivered(self, what="topic"):
-        return [(time, wall) for wall, word, time in self.seen if word == what]
+    def delivered(self, kind="topic"):
+        return [(time, wall) for wall, noted, time in self.seen if noted == kind]
 
 
 def made_up_simulation(scene=SCENE):
@@ -62,8 +62,8 @@ def made_up_simulation(scene=SCENE):
     reset()
     it.reset, it.advance = reset, advance
     it.set_speed = lambda speed: it.speeds.append((it.time_ns, speed)) or ""
-    said = {"status": "made up"}
-    it.report = lambda: SimpleNamespace(**said, errors={}, as_dict=lambda: said, record=lambda: said)
+    record = {"status": "made up"}
+    it.report = lambda: SimpleNamespace(**record, errors={}, as_dict=lambda: record, record=lambda: record)
     return it
 
 
@@ -99,14 +99,14 @@ def vector(x=0.0, y=0.0, z=0.0):
 
 def wrench(force=(), torque=(), frame="bearing_link"):
     """Attributes of a WrenchStamped."""
-    both = SimpleNamespace(force=vector(*force), torque=vector(*torque))
-    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), wrench=both)
+    header = SimpleNamespace(force=vector(*force), torque=vector(*torque))
+    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), wrench=header)
 
 
 def twist(linear=(), angular=(), frame="bearing_link"):
     """Attributes of a TwistStamped."""
-    both = SimpleNamespace(linear=vector(*linear), angular=vector(*angular))
-    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), twist=both)
+    header = SimpleNamespace(linear=vector(*linear), angular=vector(*angular))
+    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), twist=header)
 
 
 def obeying(scene, overrides=(), load_timeout_ns=0, frame_prefix=""):

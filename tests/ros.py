@@ -79,22 +79,22 @@ def ros_executor_beside(executor):
     """Another executor in a context of its own and the same domain, as of another process."""
     context = rclpy.Context()
     rclpy.init(context=context, domain_id=executor.context.get_domain_id())
-    beside = SingleThreadedExecutor(context=context)
+    executor_ = SingleThreadedExecutor(context=context)
     try:
-        yield beside
+        yield executor_
     finally:
-        for node in beside.get_nodes():
+        for node in executor_.get_nodes():
             node.destroy_node()
-        beside.shutdown()
+        executor_.shutdown()
         rclpy.try_shutdown(context=context)
 
 
 @contextmanager
-def executable(executor, name, *words, **environment):
+def executable(executor, name, *arguments, **environment):
     """An executable of the package as a process in the executor's domain, its `stderr` a pipe; killed at the end."""
-    command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, "--ros-args", *words]
-    here = os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())} | environment
-    process = subprocess.Popen(command, env=here, stderr=subprocess.PIPE, text=True)
+    command = [sys.executable, "-m", "bearing_twin.nodes.entry", name, "--ros-args", *arguments]
+    process_environment = os.environ | {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())} | environment
+    process = subprocess.Popen(command, env=process_environment, stderr=subprocess.PIPE, text=True)
     try:
         yield process
     finally:
@@ -123,12 +123,12 @@ def plain_node(executor, name="test"):
     return node
 
 
-def spin_until(executor, done, what, patience=PATIENCE):
+def spin_until(executor, done, event, patience=PATIENCE):
     """Spins until `done()`; fails the test, saying what was awaited, after `patience` seconds."""
     end = time.monotonic() + patience
     while not done():
         executor.spin_once(timeout_sec=0.05)
-        assert time.monotonic() < end, f"{what} did not happen within {patience:.0f} s"
+        assert time.monotonic() < end, f"{event} did not happen within {patience:.0f} s"
 
 
 def spin_for(executor, seconds):
@@ -141,7 +141,7 @@ def spin_for(executor, seconds):
 def spin_until_heard(executor, lists, expected):
     """Spins until each list, by topic, is as long as that of `expected`, and then a little, for what is too much."""
     spin_until(
-        executor, lambda: all(len(lists[name]) >= len(found) for name, found in expected.items()), "all messages"
+        executor, lambda: all(len(lists[name]) >= len(messages) for name, messages in expected.items()), "all messages"
     )
     spin_for(executor, 0.2)
 

@@ -115,9 +115,9 @@ def fields(text):
     """Field lines without comments, defaults, and the package that a type of the same package may leave out."""
     lines = []
     for line in text.splitlines():
-        words = line.split("#")[0].replace(" =", "=").replace("= ", "=").split()
-        if words:
-            lines.append((words[0].rpartition("/")[2], *words[1:2]))
+        parts = line.split("#")[0].replace(" =", "=").replace("= ", "=").split()
+        if parts:
+            lines.append((parts[0].rpartition("/")[2], *parts[1:2]))
     return lines
 
 
@@ -143,11 +143,12 @@ def test_what_is_left_out_is_zero_or_empty():
 
 def test_texts_of_many_messages_keep_their_lengths():
     texts = ["0 N", "12.5 N", "1.8 N", "7 N"]
-    fields = {"markers": [{"text": np.array([one.encode() for one in texts]), "scale": np.arange(12.0).reshape(4, 3)}]}
+    marker = {"text": np.array([text.encode() for text in texts]), "scale": np.arange(12.0).reshape(4, 3)}
+    fields = {"markers": [marker]}
     several = Encoder("visualization_msgs/msg/MarkerArray", "link").encoded(fields, np.arange(4))
-    found = [cdr.deserialise("visualization_msgs/msg/MarkerArray", one).markers[0] for one in several]
-    assert [one.text for one in found] == texts
-    assert [one.scale.x for one in found] == [0.0, 3.0, 6.0, 9.0]
+    messages = [cdr.deserialise("visualization_msgs/msg/MarkerArray", text).markers[0] for text in several]
+    assert [text.text for text in messages] == texts
+    assert [text.scale.x for text in messages] == [0.0, 3.0, 6.0, 9.0]
 
 
 def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
@@ -156,7 +157,8 @@ def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
         encoder.encoded({"position": np.zeros((2, 4))}, stamps)
     for size in (4, 0, 2):
         data = encoder.encoded({"name": ["a", "bcd"], "position": np.arange(3.0 * size).reshape(3, size)}, stamps)
-        found = [cdr.deserialise(cdr.JOINT_STATE, one) for one in data]
-        assert [one.position.tolist() for one in found] == np.arange(3.0 * size).reshape(3, size).tolist()
-        assert [(one.header.stamp.sec, one.header.frame_id) for one in found] == [(k, "bearing_link") for k in range(3)]
-        assert [serialise(cdr.JOINT_STATE, one) for one in found] == data
+        messages = [cdr.deserialise(cdr.JOINT_STATE, row) for row in data]
+        assert [row.position.tolist() for row in messages] == np.arange(3.0 * size).reshape(3, size).tolist()
+        headers = [message.header for message in messages]
+        assert [(header.stamp.sec, header.frame_id) for header in headers] == [(k, "bearing_link") for k in range(3)]
+        assert [serialise(cdr.JOINT_STATE, row) for row in messages] == data

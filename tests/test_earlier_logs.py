@@ -28,15 +28,17 @@ def test_a_log_without_records_is_read_and_its_scene_simulated_again(path):
     blocks = list(log.blocks())
     assert not log.has_records
     assert sum(map(len, blocks)) == log.scene.outputs
-    greatest = {one.name: max(np.abs(block.values[one.name]).max() for block in blocks) for one in log.channels}
+    greatest = {
+        channel.name: max(np.abs(block.values[channel.name]).max() for block in blocks) for channel in log.channels
+    }
     again = verify(log)
     assert again.lacks
-    off, near = again.deviations, max(NEAR, log.scene.parameters.wanted.tolerance)
-    assert set(off) == set(greatest)
+    differences, near = again.deviations, max(NEAR, log.scene.parameters.wanted.tolerance)
+    assert set(differences) == set(greatest)
     near = {name: near * max(size, 1.0) for name, size in greatest.items()}
     if "bending_stress" in near:  # wanted.tolerance is of forces and times: stresses take more modes
         near["bending_stress"] *= 10.0
-    far = {name: deviation for name, deviation in off.items() if deviation > near[name]}
+    far = {name: deviation for name, deviation in differences.items() if deviation > near[name]}
     assert not far
 
 
@@ -44,7 +46,7 @@ def test_a_log_without_records_is_read_and_its_scene_simulated_again(path):
 def test_a_report_on_it_gives_no_figure_another_meaning(path, typed):
     log = read_log(path)
     report, _ = report_of(log)
-    plain = {f"greatest_{one.name}" for one in log.channels} | {f"{one.name}_at_end" for one in log.channels}
+    plain = {form.format(channel.name) for channel in log.channels for form in ("greatest_{}", "{}_at_end")}
     for key in report.figures.keys() & KINDS[log.scene.kind].meanings_of().keys():
         assert not any(key.startswith(name) for name in plain), "drawn from a channel, its name of another meaning"
     assert report.samples == log.scene.outputs
@@ -53,9 +55,9 @@ def test_a_report_on_it_gives_no_figure_another_meaning(path, typed):
 
 def test_a_bearing_of_the_first_version_whose_ring_has_no_tilt_is_reported_drawn_and_viewed(tmp_path, asked):
     log = EARLIER / "bearing_6203.mcap"
-    found = asked("report", log, "--plot", tmp_path / "run.png")
-    assert found["greatest_normal_load_inner_n"] == pytest.approx([48.5] * 8, abs=0.01)
-    assert found["ring_force_n"] == pytest.approx([0.0, -0.048, -14.228], abs=1e-3)
+    report = asked("report", log, "--plot", tmp_path / "run.png")
+    assert report["greatest_normal_load_inner_n"] == pytest.approx([48.5] * 8, abs=0.01)
+    assert report["ring_force_n"] == pytest.approx([0.0, -0.048, -14.228], abs=1e-3)
     assert asked("view", log, "--out", tmp_path / "page.html")["bytes"] > 1e5
 
 
@@ -70,17 +72,15 @@ def test_scenes_in_them_have_the_words_of_today():
 def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, asked):
     """The sensor is filtered against aliasing since, and its housing acts back on the balls: the levels differ."""
     log = read_log(OF_A_SENSOR)
-    samples = np.concatenate([one.records["acceleration"][:, 1] for one in log.blocks()])
+    samples = np.concatenate([block.records["acceleration"][:, 1] for block in log.blocks()])
     assert np.array_equal(samples, samples.astype(np.float32))
     assert 0.0 < verify(log).deviations["acceleration"] < 2.0 * np.abs(samples).max()
     write_log(simulate(log.scene), tmp_path / "now.mcap")
     for command, *same in (("spectrum", "rate_hz", "rms"), ("report", "acceleration_rms_m_s2")):
-        said = []
-        for path in (OF_A_SENSOR, tmp_path / "now.mcap"):
-            said.append(asked(command, path))
-        assert said[0][same[-1]] == pytest.approx(samples.std(), rel=1e-6)
-        assert [said[0][key] for key in same] == pytest.approx([said[1][key] for key in same], rel=0.3)
-        assert said[0].get("verdict") == said[1].get("verdict")
-        assert said[0].get("verdict", "outer") == "outer"
-        assert min(one.get("bpfo_over_noise_db", 99.0) for one in said) > 16.0  # dB: the line of the spall stands out
+        earlier, today = (asked(command, path) for path in (OF_A_SENSOR, tmp_path / "now.mcap"))
+        assert earlier[same[-1]] == pytest.approx(samples.std(), rel=1e-6)
+        assert [earlier[key] for key in same] == pytest.approx([today[key] for key in same], rel=0.3)
+        for report in (earlier, today):
+            assert report.get("verdict", "outer") == "outer"
+            assert report.get("bpfo_over_noise_db", 99.0) > 16.0  # dB: the line of the spall stands out
     assert cli.main(["view", str(OF_A_SENSOR), "--out", str(tmp_path / "page.html")]) == 0

@@ -38,31 +38,31 @@ def impact(tmp_path_factory):
 @pytest.fixture(scope="module")
 def study(tmp_path_factory):
     path = tmp_path_factory.mktemp("export") / "study.mcap"
-    words = ["--samples", "64", "--set", "modality=no", "--set", "sweep="]
-    assert cli.main(["study", "spheres_alpha_4e-5", *words, "--out", str(path)]) == cli.DONE
+    options = ["--samples", "64", "--set", "modality=no", "--set", "sweep="]
+    assert cli.main(["study", "spheres_alpha_4e-5", *options, "--out", str(path)]) == cli.DONE
     return path
 
 
 def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, typed):
-    whole = join_blocks(list(read_log(log).blocks()))
-    whole.values["drive_torque"][-1] = np.nan
-    write_log(made_up_run(load_scene("bearing_6203"), [whole.part(0, 5), whole.part(9, 21)]), tmp_path / "gap.mcap")
-    words = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]
-    reported = typed(*words, "--strict", code=cli.DOUBTFUL)
+    block = join_blocks(list(read_log(log).blocks()))
+    block.values["drive_torque"][-1] = np.nan
+    write_log(made_up_run(load_scene("bearing_6203"), [block.part(0, 5), block.part(9, 21)]), tmp_path / "gap.mcap")
+    arguments = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]
+    reported = typed(*arguments, "--strict", code=cli.DOUBTFUL)
     assert (json.loads(reported.out)["rows"], json.loads(reported.out)["missing_outputs"]) == (17, 4)
     assert "4 outputs are missing from the log" in reported.err
-    found = columns_in(tmp_path / "out" / "outputs.csv", "csv")
-    assert list(map(int, found["sequence"])) == [*range(5), *range(9, 21)]
-    assert [cell == "" for cell in found["drive_torque"]] == [False] * 16 + [True]
+    columns = columns_in(tmp_path / "out" / "outputs.csv", "csv")
+    assert list(map(int, columns["sequence"])) == [*range(5), *range(9, 21)]
+    assert [cell == "" for cell in columns["drive_torque"]] == [False] * 16 + [True]
 
 
-def same_bits(found, wanted):
+def same_bits(values, expected):
     """Equal to the bit, signs of zeros too; any NaN is as good as another."""
-    found, wanted = (np.ascontiguousarray(one, float).ravel() for one in (found, wanted))
-    assert found.shape == wanted.shape
-    assert np.array_equal(np.isnan(found), np.isnan(wanted))
-    known = ~np.isnan(wanted)
-    assert np.array_equal(found[known].view(np.int64), wanted[known].view(np.int64))
+    values, expected = (np.ascontiguousarray(array, float).ravel() for array in (values, expected))
+    assert values.shape == expected.shape
+    assert np.array_equal(np.isnan(values), np.isnan(expected))
+    known = ~np.isnan(expected)
+    assert np.array_equal(values[known].view(np.int64), expected[known].view(np.int64))
 
 
 @cache
@@ -81,7 +81,7 @@ def columns_in(path, to):
         return {name: column.to_pylist() for name, column in zip(*_arrow(path), strict=True)}
     with open(path, newline="", encoding="utf-8") as file:
         header, *rows = csv.reader(file)
-    return {name: [row[place] for row in rows] for place, name in enumerate(header)}
+    return {name: [row[index] for row in rows] for index, name in enumerate(header)}
 
 
 def _arrow(path):
@@ -96,31 +96,31 @@ def numbers(cells):
 
 
 @pytest.mark.parametrize("to", ["csv", "parquet"])
-@pytest.mark.parametrize("which", ["log", "impact"])
-def test_tables_hold_every_number_to_the_bit(to, which, tmp_path, request):
-    path = request.getfixturevalue(which)
+@pytest.mark.parametrize("source", ["log", "impact"])
+def test_tables_hold_every_number_to_the_bit(to, source, tmp_path, request):
+    path = request.getfixturevalue(source)
     out = tmp_path / "tables"
     exported = export_log(path, to, out)
     stream, reported = read_log(path), set()
     times = np.concatenate([block.time_ns for block in stream.blocks()])
     assert exported.rows == len(times)
     for group in groups_of(stream):
-        found = columns_in(out / f"{group.stem}{ENDINGS[to]}", to)
+        columns = columns_in(out / f"{group.stem}{ENDINGS[to]}", to)
         for name, _, _ in group.columns:
             reported.add(name)
             if group.stem.startswith("record_"):
                 table = group.stem.removeprefix("record_")
-                parts = [one.records.get(table, ()) for one in blocks_of(path)]
+                parts = [block.records.get(table, ()) for block in blocks_of(path)]
                 rows = np.concatenate([np.empty((0, len(group.columns))), *filter(len, parts)])
-                same_bits(numbers(found[name]), rows[:, [one for one, _, _ in group.columns].index(name)])
+                same_bits(numbers(columns[name]), rows[:, [heading for heading, _, _ in group.columns].index(name)])
             else:
-                same_bits(numbers(found[name]), channel(path, name))
+                same_bits(numbers(columns[name]), channel(path, name))
         if group.axes:
-            places = int(np.prod([len(axis.labels) for axis in group.axes]))
-            assert list(map(int, found["time_ns"])) == np.repeat(times, places).tolist()
+            positions = int(np.prod([len(axis.labels) for axis in group.axes]))
+            assert list(map(int, columns["time_ns"])) == np.repeat(times, positions).tolist()
             last = group.axes[-1]
-            assert [str(one) for one in found[last.name][: len(last.labels)]] == [str(one) for one in last.labels]
-    assert reported >= {one.name for one in stream.channels}
+            assert list(map(str, columns[last.name][: len(last.labels)])) == list(map(str, last.labels))
+    assert reported >= {channel.name for channel in stream.channels}
     described = columns_in(out / CHANNELS, "csv")
     assert dict(zip(described["column"], described["unit"], strict=True))["normal_load"] == "N"
     assert sorted(map(str, out.iterdir())) == sorted(exported.files)
@@ -136,20 +136,20 @@ def test_tables_are_read_by_pandas_as_they_stand(log, tmp_path):
     same_bits(inner.to_numpy(), channel(log, "normal_load")[:, :, 0])
 
 
-@pytest.mark.parametrize("which", ["log", "impact"])
-def test_a_data_set_holds_every_number_with_units_and_named_axes(which, tmp_path, request):
+@pytest.mark.parametrize("source", ["log", "impact"])
+def test_a_data_set_holds_every_number_with_units_and_named_axes(source, tmp_path, request):
     import xarray
 
-    path = request.getfixturevalue(which)
+    path = request.getfixturevalue(source)
     export_log(path, "netcdf", tmp_path / "run.nc")
     with xarray.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as stored:
         read = stored.load()
     computed = simulate(load_scene(read_log(path).scene.resolved())).to_xarray()
     for dataset in (read, computed):
-        for one in read_log(path).channels:
-            same_bits(dataset[one.name], channel(path, one.name))
-            assert dataset[one.name].attrs == {"units": one.unit, "long_name": one.meaning}
-            assert dataset[one.name].dims[0] == "time"
+        for channel_ in read_log(path).channels:
+            same_bits(dataset[channel_.name], channel(path, channel_.name))
+            assert dataset[channel_.name].attrs == {"units": channel_.unit, "long_name": channel_.meaning}
+            assert dataset[channel_.name].dims[0] == "time"
     assert read.time.attrs["units"] == "s"
     assert json.loads(read.attrs["report"])["status"] == read_log(path).report["status"]
 
@@ -166,13 +166,13 @@ def test_axes_are_called_by_what_stands_along_them(log):
 
 def test_three_balls_are_no_axes_of_space():
     scene = load_scene("bearing_6203", ["geometry.balls=3"])
-    named = {one.name: tuple(axis.name for axis in axes_of(one, "bearing")) for one in scene.channels}
+    named = {channels.name: tuple(axis.name for axis in axes_of(channels, "bearing")) for channels in scene.channels}
     assert named["normal_load"] == ("ball", "contact")
     assert named["roll_rate"] == ("ball",)
     assert named["position"] == ("ball", "axis")
     assert named["inner_ring_offset"] == ("axis",)
-    one = load_scene("bearing_6203", ["geometry.balls=1"]).channels
-    assert [axis.name for axis in axes_of(one[1], "bearing")] == ["ball", "axis"]
+    channels = load_scene("bearing_6203", ["geometry.balls=1"]).channels
+    assert [axis.name for axis in axes_of(channels[1], "bearing")] == ["ball", "axis"]
     assert axes_of(Channel("unheard", "1", (3,), ""), None)[0].labels == (0, 1, 2)
 
 
@@ -188,28 +188,28 @@ def test_the_realisations_of_a_study_come_out_too(to, study, tmp_path):
         import xarray
 
         with xarray.open_dataset(out, engine="h5netcdf") as stored:
-            found = {name: stored[name].to_numpy() for name in frame.columns}
+            columns = {name: stored[name].to_numpy() for name in frame.columns}
             assert stored["peak_force"].attrs["units"] == "N"
             assert stored["peak_force"].attrs["long_name"].startswith("contact force")
     else:
-        found = columns_in(out, to)
-    for name in (*(one.key for one in result.study.inputs), *result.study.quantities):
-        same_bits(numbers(found[name]), frame[name])
+        columns = columns_in(out, to)
+    for name in (*(variable.key for variable in result.study.inputs), *result.study.quantities):
+        same_bits(numbers(columns[name]), frame[name])
     same_bits(frame["peak_force"], result.sample("peak_force"))
     assert set(frame["failed"]) == {""}
 
 
 def test_the_command_writes_and_refuses(log, tmp_path, asked, refused):
     out = tmp_path / "run.nc"
-    words = ["export", str(log), "--to", "netcdf", "--out", str(out)]
-    assert asked(*words)["rows"] == 21
-    for more, sentence in (
-        (words, "exists and is not overwritten"),
+    arguments = ["export", str(log), "--to", "netcdf", "--out", str(out)]
+    assert asked(*arguments)["rows"] == 21
+    for further, sentence in (
+        (arguments, "exists and is not overwritten"),
         (["export", str(log), "--to", "csv", "--out", str(tmp_path / "no" / "x")], "is not a folder"),
         (["export", str(log), "--to", "csv", "--out", str(tmp_path / "one.csv")], "give a folder"),
         (["export", "none.mcap", "--to", "csv", "--out", str(tmp_path / "x")], "there is no log"),
     ):
-        assert sentence in refused(*more)
+        assert sentence in refused(*further)
     assert sorted(tmp_path.iterdir()) == [out]
     assert tuple(FORMATS) == log_commands.EXPORTS
 
@@ -217,12 +217,12 @@ def test_the_command_writes_and_refuses(log, tmp_path, asked, refused):
 def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, refused, typed):
     path, data = tmp_path / "damaged.mcap", bytearray(log.read_bytes())
     path.write_bytes(data[: int(0.8 * len(data))])
-    words = ["export", str(path), "--to", "csv", "--out", str(tmp_path / "x")]
-    assert "has no end" in typed(*words, "--strict", code=cli.DOUBTFUL).err
+    arguments = ["export", str(path), "--to", "csv", "--out", str(tmp_path / "x")]
+    assert "has no end" in typed(*arguments, "--strict", code=cli.DOUBTFUL).err
     shutil.rmtree(tmp_path / "x")
     data[len(data) // 2] ^= 1
     path.write_bytes(data)
-    assert "is damaged at byte" in refused(*words)
+    assert "is damaged at byte" in refused(*arguments)
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -249,8 +249,8 @@ print(*(main(["export", log, "--to", to, "--out", f"{out}_{to}"]) for to in form
 @pytest.mark.environment
 def test_a_full_disk_is_told_in_a_sentence_and_leaves_nothing(log, tmp_path):
     """In a process of its own, which HDF5 would end."""
-    words = [sys.executable, "-B", "-c", FULL, str(log), str(tmp_path / "out"), *FORMATS]
-    done = subprocess.run(words, capture_output=True, text=True)
+    command = [sys.executable, "-B", "-c", FULL, str(log), str(tmp_path / "out"), *FORMATS]
+    done = subprocess.run(command, capture_output=True, text=True)
     assert done.stdout.split() == [str(cli.BAD_INPUT)] * len(FORMATS)
     for to in FORMATS:
         assert f"bearing_twin: {tmp_path / 'out'}_{to} cannot be written (" in done.stderr

@@ -41,10 +41,10 @@ def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_
     assert log.scene.parameters == SCENE.parameters
     run = simulate(SCENE)
     samples = sum(len(block) for block in run.blocks())
-    found = asked("report", str(tmp_path / name))
-    assert {key: found[key] for key in run.report.figures} == run.report.figures
-    assert found["samples"] == samples
-    assert found["law"] == run.choice.law
+    report = asked("report", str(tmp_path / name))
+    assert {key: report[key] for key in run.report.figures} == run.report.figures
+    assert report["samples"] == samples
+    assert report["law"] == run.choice.law
     assert log.choice[3:] == run.choice[3:] or log.choice.setting != log.choice.setting
     assert asked("verify", str(tmp_path / name))["greatest_deviation"] == 0.0
 
@@ -52,29 +52,31 @@ def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_
 def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, asked, typed):
     path = tmp_path / "run.mcap"
     by_mcap(path, wire(SCENE, ["/bearing"]))
-    found = asked("report", str(path))
-    assert (found["compute_s"], found["real_time_factor"]) == (None, None)
+    report = asked("report", str(path))
+    assert (report["compute_s"], report["real_time_factor"]) == (None, None)
     assert "real time" not in typed("report", path).out
     rows = [line.split() for line in typed("report", path, "--verbose").out.splitlines()]
     assert ["compute", "-"] in rows
     assert ["real", "time", "factor", "-"] in rows
 
 
-@pytest.mark.parametrize(("law", "words"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")])
-def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, words, tmp_path, asked):
+@pytest.mark.parametrize(
+    ("law", "arguments"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")]
+)
+def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, arguments, tmp_path, asked):
     def renamed(topic, ros_type, time_ns, data):
         if topic.endswith("/scene"):
-            said = json.loads(cdr.deserialise(cdr.STRING, data).data)
-            del said["law"]
-            said |= {} if law is None else {"law": law}
-            data = encoded(cdr.STRING, {"data": json.dumps(said)}, 0, "")
+            content = json.loads(cdr.deserialise(cdr.STRING, data).data)
+            del content["law"]
+            content |= {} if law is None else {"law": law}
+            data = encoded(cdr.STRING, {"data": json.dumps(content)}, 0, "")
         return topic, ros_type, time_ns, data
 
     path = tmp_path / "run.mcap"
     by_mcap(path, (renamed(*message) for message in wire(SCENE, ["/bearing"])))
-    found = asked("report", str(path))
-    assert found["law"] == "hertz"
-    assert words in found["warnings"][-1]
+    report = asked("report", str(path))
+    assert report["law"] == "hertz"
+    assert arguments in report["warnings"][-1]
     assert asked("verify", str(path))["greatest_deviation"] == 0.0
 
 

@@ -64,7 +64,7 @@ def logs(tmp_path_factory):
     return folder
 
 
-def rewritten(source, out, metadata=None, topic=str, data=lambda name, one: one):
+def rewritten(source, out, metadata=None, topic=str, data=lambda name, content: content):
     """The log again, with other metadata records, names of topics and messages."""
     with source.open("rb") as file, out.open("wb") as written:
         reader, writer, numbers = make_reader(file), Writer(written), {}
@@ -76,8 +76,8 @@ def rewritten(source, out, metadata=None, topic=str, data=lambda name, one: one)
                 numbers[channel.topic] = writer.register_channel(*fields)
             content = data(channel.topic, message.data)
             writer.add_message(numbers[channel.topic], message.log_time, content, message.publish_time)
-        kept = {one.name: dict(one.metadata) for one in reader.iter_metadata()}
-        for name, one in (metadata or (lambda kept: kept))(kept).items():
+        records = {one.name: dict(one.metadata) for one in reader.iter_metadata()}
+        for name, one in (metadata or (lambda records: records))(records).items():
             writer.add_metadata(name, one)
         writer.finish()
     return out
@@ -85,8 +85,8 @@ def rewritten(source, out, metadata=None, topic=str, data=lambda name, one: one)
 
 def reported(path, tmp_path, capsys):
     """Reads it with every command that can; what they say holds nothing that a terminal obeys."""
-    for words in (["report"], ["report", "--json"], ["verify"], ["view", "--out", str(tmp_path / "page.html")]):
-        code = main([words[0], str(path), *words[1:]])
+    for arguments in (["report"], ["report", "--json"], ["verify"], ["view", "--out", str(tmp_path / "page.html")]):
+        code = main([arguments[0], str(path), *arguments[1:]])
         out, err = capsys.readouterr()
         assert code in (0, 2)
         assert code == 0 or err.startswith("bearing_twin: ")
@@ -96,7 +96,8 @@ def reported(path, tmp_path, capsys):
 @pytest.mark.parametrize(("record", "key", "text"), METADATA)
 def test_records_of_a_log_are_anybodys(record, key, text, logs, tmp_path, capsys):
     source = logs / ("study.mcap" if record == STUDY or key == "work" else "run.mcap")
-    path = rewritten(source, tmp_path / "x.mcap", lambda kept: kept | {record: kept.get(record, {}) | {key: text}})
+    changed = lambda records: records | {record: records.get(record, {}) | {key: text}}  # noqa: E731
+    path = rewritten(source, tmp_path / "x.mcap", changed)
     reported(path, tmp_path, capsys)
 
 
@@ -120,7 +121,7 @@ def test_samples_that_are_none_of_the_scene_beside_them_are_anybodys(change, log
 def with_summary(source, out, text):
     """The log of a study again, with this text as its summary."""
     content = b"\0\1\0\0" + struct.pack("<I", len(text.encode()) + 1) + text.encode() + b"\0"
-    return rewritten(source, out, data=lambda name, one: content if name.endswith("summary") else one)
+    return rewritten(source, out, data=lambda name, original: content if name.endswith("summary") else original)
 
 
 @pytest.mark.parametrize("text", SUMMARIES)
@@ -128,12 +129,12 @@ def test_the_summary_of_a_study_is_anybodys(text, logs, tmp_path, capsys):
     reported(with_summary(logs / "study.mcap", tmp_path / "x.mcap", text), tmp_path, capsys)
 
 
-def places(data, at=()):
+def paths_in(data, path=()):
     """The keys that lead to each part of plain data."""
-    yield at
+    yield path
     if isinstance(data, (dict, list)):
         for key, value in data.items() if isinstance(data, dict) else enumerate(data):
-            yield from places(value, (*at, key))
+            yield from paths_in(value, (*path, key))
 
 
 OTHERS = (None, [], {}, ESCAPE, "</script>", -1, 0, 1e308, math.nan, True, [1.0], {"a": 1})
@@ -141,9 +142,9 @@ OTHERS = (None, [], {}, ESCAPE, "</script>", -1, 0, 1e308, math.nan, True, [1.0]
 
 def test_a_summary_that_is_wrong_anywhere_is_refused_or_shown_to_the_end(logs, tmp_path, capsys):
     summary, chance = read_study(logs / "study.mcap").as_dict(), random.Random(46)
-    for number, at in enumerate(chance.sample([*places(summary)][1:], 12)):
+    for number, keys in enumerate(chance.sample([*paths_in(summary)][1:], 12)):
         changed = copy.deepcopy(summary)
-        functools.reduce(operator.getitem, at[:-1], changed)[at[-1]] = chance.choice(OTHERS)
+        functools.reduce(operator.getitem, keys[:-1], changed)[keys[-1]] = chance.choice(OTHERS)
         path = with_summary(logs / "study.mcap", tmp_path / f"{number}.mcap", json.dumps(changed))
         reported(path, tmp_path, capsys)
         if not number % 6:  # which takes a second
@@ -168,11 +169,11 @@ def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_p
     """File systems take any bytes as a name; Python shows those that are no text as half characters."""
     source = tmp_path / os.fsdecode(b"half \xff.mcap")
     source.write_bytes((logs / "run.mcap").read_bytes()[:-200])
-    whole = tmp_path / os.fsdecode(b"whole \xff.mcap")
-    assert main(["recover", str(source), str(whole)]) == 0
+    complete = tmp_path / os.fsdecode(b"whole \xff.mcap")
+    assert main(["recover", str(source), str(complete)]) == 0
     source.write_bytes(source.read_bytes()[:2000])
     assert "half \\udcff.mcap at byte" in " ".join(
         typed("recover", source, tmp_path / "nothing.mcap", code=2).err.split()
     )
-    reported(whole, tmp_path, capsys)
+    reported(complete, tmp_path, capsys)
     reported(source, tmp_path, capsys)

@@ -34,7 +34,7 @@ def shipped(kind):
 def test_every_curve_is_a_number_in_the_messages_of_the_kind(kind):
     scene = shipped(kind)
     shown, table = panels(scene), {topic.full_name: topic for topic in topics(scene)}
-    said = {
+    topic_ = {
         topic.full_name: cdr.deserialise(topic.ros_type, data)
         for topic, _, data in MessageStream(scene).messages(Simulation(scene).advance(1))
     }
@@ -46,7 +46,7 @@ def test_every_curve_is_a_number_in_the_messages_of_the_kind(kind):
         assert re.search(r"\[.+\]", plot.title), plot.title
         for curve in plot.curves:
             assert table[curve.topic].ros_type == curve.ros_type
-            value = said[curve.topic]
+            value = topic_[curve.topic]
             for part in curve.path:
                 value = value[part] if isinstance(part, int) else getattr(value, part)
             assert isinstance(value, float)
@@ -65,11 +65,11 @@ def names_in(program, content):
     """(topics, paths of curves as the program writes them) in a layout."""
     if program == "rviz":
         displays = yaml.safe_load(content)["Visualization Manager"]["Displays"]
-        named = [one.get("Topic") or one.get("Description Topic") for one in displays]
+        named = [name.get("Topic") or name.get("Description Topic") for name in displays]
         return {topic["Value"] for topic in named if topic}, set()
     if program == "foxglove":
         configs = json.loads(content)["configById"]
-        paths = {path["value"] for one in configs.values() for path in one.get("paths", ())}
+        paths = {path["value"] for name in configs.values() for path in name.get("paths", ())}
         return set(configs["3D!scene"]["topics"]), paths
     return set(), {curve.get("name") for curve in ElementTree.fromstring(content).iter("curve")}
 
@@ -134,46 +134,46 @@ def test_the_eye_goes_with_a_body_that_travels_along_a_plane(scene, body):
 
 
 def test_two_bearings_share_one_picture():
-    both = [panels(SCENE, f"/{side}", f"{side}/")._replace(frame="world") for side in ("left", "right")]
-    content = rviz(*both)
-    wanted = {f"/{side}/{name}" for side in ("left", "right") for name in ("markers", "robot_description")}
-    assert names_in("rviz", content) == (wanted, set())
+    layout = [panels(SCENE, f"/{side}", f"{side}/")._replace(frame="world") for side in ("left", "right")]
+    content = rviz(*layout)
+    expected = {f"/{side}/{name}" for side in ("left", "right") for name in ("markers", "robot_description")}
+    assert names_in("rviz", content) == (expected, set())
     assert yaml.safe_load(content)["Visualization Manager"]["Global Options"]["Fixed Frame"] == "world"
 
 
 def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, asked):
     scene, log = made_up_scene(), tmp_path / "run.mcap"
     write_log(made_up_run(scene, [made_up_block(scene, 50)]), log)
-    words = ["layouts", log, "--out", tmp_path / "new", "--for", "plotjuggler"]
-    reported = asked(*words)
+    arguments = ["layouts", log, "--out", tmp_path / "new", "--for", "plotjuggler"]
+    reported = asked(*arguments)
     [path] = map(Path, reported["files"].values())
     assert path.name == "run.plotjuggler.xml"
     assert reported["open_with"] == {"plotjuggler": f"plotjuggler --datafile {log} --layout {path}"}
     assert path.read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
-    assert "is not overwritten" in refused(*words)
+    assert "is not overwritten" in refused(*arguments)
     path.write_text("another")
-    asked(*words, "--force")
+    asked(*arguments, "--force")
     assert path.read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
 
 
 def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path):
     (tmp_path / "scene.yaml").write_text("kind: bearing\nname: ../../escaped\n")
     (tmp_path / "deep").mkdir()
-    words = ["--out", str(tmp_path / "deep" / "new"), "--for", "plotjuggler"]
-    assert main(["layouts", str(tmp_path / "scene.yaml"), *words]) == 0
-    assert [one.name for one in (tmp_path / "deep" / "new").iterdir()] == ["_.._escaped.plotjuggler.xml"]
+    arguments = ["--out", str(tmp_path / "deep" / "new"), "--for", "plotjuggler"]
+    assert main(["layouts", str(tmp_path / "scene.yaml"), *arguments]) == 0
+    assert [file.name for file in (tmp_path / "deep" / "new").iterdir()] == ["_.._escaped.plotjuggler.xml"]
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         (["bearing_6203", "--for", "rvis"], "--for 'rvis' is not known; did you mean rviz?"),
         (["bearing_6203", "--for", "rerun"], "open the log itself"),
         (["there_is_none.mcap"], "there is no log"),
     ],
 )
-def test_what_cannot_be_laid_out_is_refused(words, sentence, tmp_path, refused):
-    assert sentence in refused("layouts", *words, "--out", tmp_path)
+def test_what_cannot_be_laid_out_is_refused(arguments, sentence, tmp_path, refused):
+    assert sentence in refused("layouts", *arguments, "--out", tmp_path)
 
 
 def test_a_kind_without_topics_of_its_own_is_refused(tmp_path, refused):
@@ -187,7 +187,7 @@ def test_a_kind_without_topics_of_its_own_is_refused(tmp_path, refused):
 def test_layouts_that_are_to_go_into_a_file_are_told_where_they_go(out, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
     write_log(simulate(load_scene("two_spheres")), "run.mcap")
-    said = refused("layouts", "run.mcap", "--out", out)
-    assert f"--out {out} cannot be made (" in said
-    assert "layouts go into a folder: name another" in said
+    sentence = refused("layouts", "run.mcap", "--out", out)
+    assert f"--out {out} cannot be made (" in sentence
+    assert "layouts go into a folder: name another" in sentence
     assert [path.name for path in tmp_path.iterdir()] == ["run.mcap"]

@@ -32,7 +32,7 @@ def samples(low, high, block=BLOCK):
 
 def decoded(run, event):
     """(times, series) of an event."""
-    described = [{"name": one.name, "shape": one.shape} for one in run.view.series]
+    described = [{"name": array.name, "shape": array.shape} for array in run.view.series]
     return unpacked({"series": described, "data": event})
 
 
@@ -43,11 +43,11 @@ def test_an_event_has_few_outputs_the_last_among_them_and_their_own_numbers():
     assert len(times) == ROWS
     assert times[-1] == 1e-9 * BLOCK.time_ns[49]
     assert (np.diff(times) > 0.0).all()
-    wanted = BLOCK.sample_rows(range(9, 50, 10))
-    found = run.view.rows(wanted)
-    for one in run.view.series:
-        values = found[one.name].reshape(5, -1)
-        assert (np.abs(series[one.name] - values) <= np.ptp(values, axis=0) / STEPS + 1e-12 * np.abs(values)).all()
+    expected = BLOCK.sample_rows(range(9, 50, 10))
+    shown = run.view.rows(expected)
+    for row in run.view.series:
+        values = shown[row.name].reshape(5, -1)
+        assert (np.abs(series[row.name] - values) <= np.ptp(values, axis=0) / STEPS + 1e-12 * np.abs(values)).all()
 
 
 def test_where_time_is_slow_an_event_has_more_outputs_so_that_motion_is_smooth():
@@ -61,8 +61,8 @@ def test_where_time_is_slow_an_event_has_more_outputs_so_that_motion_is_smooth()
 
 def test_events_come_no_faster_than_their_period():
     run = LiveRun(said())
-    given = [run.frames(samples(k, k + 1), 0.001 * k) for k in range(200)]
-    sent = [k for k, event in enumerate(given) if event]
+    events = [run.frames(samples(k, k + 1), 0.001 * k) for k in range(200)]
+    sent = [k for k, event in enumerate(events) if event]
     assert len(sent) <= 0.2 / PERIOD + 1
     assert np.diff(sent).min() >= 1000 * PERIOD - 1e-6
     assert run.frames(samples(0, 3, made_up_block(SCENE, 3, first=500)), 1.0)
@@ -74,9 +74,9 @@ def test_a_run_that_begins_again_is_told_and_goes_on():
     with pytest.raises(Again):
         run.frames(samples(0, 50), 1.0)
     assert run.frames(samples(0, 50), 2.0)
-    other = made_up_scene(balls=5)
+    changed = made_up_scene(balls=5)
     with pytest.raises(Again):
-        run.frames(samples(0, 10, made_up_block(other, 10, first=900)), 3.0)
+        run.frames(samples(0, 10, made_up_block(changed, 10, first=900)), 3.0)
 
 
 def test_a_text_that_is_no_scene_is_refused_in_one_sentence():

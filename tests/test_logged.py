@@ -3,10 +3,12 @@
 import errno
 import json
 import os
+import re
+from types import SimpleNamespace
 
 import pytest
 from processes import forked
-from runs import full_after
+from runs import full_after, no_room
 
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
 from bearing_twin.log.raw_log import recover
@@ -28,7 +30,7 @@ def whole():
 
 
 def reported(done) -> dict:
-    return {key: one for key, one in json.loads(done.stdout).items() if key not in FOR_MACHINES}
+    return {key: value for key, value in json.loads(done.stdout).items() if key not in FOR_MACHINES}
 
 
 def test_a_run_whose_log_has_no_room_goes_on_to_its_end(whole, tmp_path, monkeypatch):
@@ -36,7 +38,7 @@ def test_a_run_whose_log_has_no_room_goes_on_to_its_end(whole, tmp_path, monkeyp
     done = forked(lambda: main(["simulate", *LONG, "--out", "run.mcap", "--json"]), largest_file=SMALL)
     assert done.returncode == BAD_INPUT
     assert reported(done) == whole
-    (line,) = [one for one in done.stderr.splitlines() if one.startswith("bearing_twin: the log is")]
+    (line,) = re.findall("^bearing_twin: the log is.*", done.stderr, re.MULTILINE)
     assert "the log is incomplete: run.mcap cannot grow (File too large): " in line
     assert "run.mcap cannot grow" in done.stderr.partition("the run goes on without it")[0]
     samples = list(read_log("run.mcap"))
@@ -46,17 +48,11 @@ def test_a_run_whose_log_has_no_room_goes_on_to_its_end(whole, tmp_path, monkeyp
 def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path, monkeypatch, typed):
     monkeypatch.chdir(tmp_path)
     write = os.pwritev
-
-    def full(file, parts, offset):
-        if offset > 10_000:
-            raise OSError(errno.ENOSPC, "No space left on device")
-        return write(file, parts, offset)
-
+    full = lambda file, parts, offset: (no_room if offset > 10_000 else write)(file, parts, offset)  # noqa: E731
     monkeypatch.setattr(os, "pwritev", full)
-    words = ("rings.inner.change.time=0.0105", "rings.inner.change.load=[0, -7e5, 0]", "cage.kind=none")
-    out, error = typed(
-        "simulate", "bearing_6203_rig_400N", *(f"--set={one}" for one in words), "--out", "run.mcap", code=BAD_INPUT
-    )
+    overrides = ("rings.inner.change.time=0.0105", "rings.inner.change.load=[0, -7e5, 0]", "cage.kind=none")
+    options = [f"--set={override}" for override in overrides]
+    out, error = typed("simulate", "bearing_6203_rig_400N", *options, "--out", "run.mcap", code=BAD_INPUT)
     assert "failed: overload" in out
     for sentence in ("the log is incomplete: run.mcap cannot grow", "a load of", "bearing_twin explain failure_"):
         assert sentence in " ".join(error.split())
@@ -69,8 +65,8 @@ def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, w
     monkeypatch.chdir(tmp_path)
     full_after(written, monkeypatch)
     out, error = typed("simulate", *LONG, "--out", out, "--json", code=BAD_INPUT)
-    assert {key: one for key, one in json.loads(out).items() if key not in FOR_MACHINES} == whole
-    (line,) = [one for one in error.splitlines() if one.startswith("bearing_twin: there is no log: ")]
+    assert reported(SimpleNamespace(stdout=out)) == whole
+    (line,) = re.findall("^bearing_twin: there is no log: .*", error, re.MULTILINE)
     assert line.count("No space left on device") == line.count("(") == line.count(".mcap") == 1
     assert "the run goes on without it" in error
     assert not list(tmp_path.iterdir())
@@ -110,18 +106,20 @@ def cut_short(tmp_path, monkeypatch):
     return "run.mcap"
 
 
-@pytest.mark.parametrize("words", [["report"], ["verify"], ["view"], ["export", "--to", "csv"]], ids=lambda one: one[0])
-def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(words, cut_short, capsys, asked):
-    command, *rest = words
+@pytest.mark.parametrize(
+    "arguments", [["report"], ["verify"], ["view"], ["export", "--to", "csv"]], ids=lambda command: command[0]
+)
+def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(arguments, cut_short, capsys, asked):
+    command, *continued = arguments
     recover(cut_short, "saved.mcap")
     write_log(simulate(SHORT), "whole.mcap")
     for path, code in ((cut_short, DOUBTFUL), ("saved.mcap", DOUBTFUL), ("whole.mcap", DONE)):
         out = ["--out", f"tables_{path}"] if command == "export" else []
-        assert main([command, path, *rest, *out, "--strict", "--force"]) == code
+        assert main([command, path, *continued, *out, "--strict", "--force"]) == code
         assert capsys.readouterr().err.lower().count(ENDS) == (code == DOUBTFUL)
         if command in ("report", "verify") and code == DOUBTFUL:
-            found = asked(command, path)
-            assert (found["log_ends_s"], found["scene_ends_s"]) == pytest.approx((9.9e-5, 2e-4))
+            report = asked(command, path)
+            assert (report["log_ends_s"], report["scene_ends_s"]) == pytest.approx((9.9e-5, 2e-4))
 
 
 def test_the_log_of_a_node_may_end_before_its_scene(tmp_path):

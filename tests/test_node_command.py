@@ -27,7 +27,7 @@ def test_rate_and_sizes_are_those_of_the_window():
     assert (figures["least_period_s"], figures["greatest_period_s"]) == (0.5, 1.0)
     assert figures["std_of_period_s"] == pytest.approx((2.0 / 36.0) ** 0.5)
     assert label_and_unit("bytes_per_s") == ("bytes", "1/s")  # in the table
-    assert [sizes[one] for one in ("bytes_per_s", "mean_bytes", "least_bytes", "greatest_bytes")] == [45, 30, 20, 40]
+    assert [sizes[row] for row in ("bytes_per_s", "mean_bytes", "least_bytes", "greatest_bytes")] == [45, 30, 20, 40]
 
 
 def test_the_words_of_a_node_are_those_of_ros2_run():
@@ -44,8 +44,8 @@ def test_the_words_of_a_node_are_those_of_ros2_run():
 
 @pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: verb.words)
 def test_examples_of_the_help_are_legal(verb):
-    words = ["node", *verb.words.split(), *shlex.split(verb.example)]
-    assert parser().parse_args(words).run_verb is verb.run
+    arguments = ["node", *verb.words.split(), *shlex.split(verb.example)]
+    assert parser().parse_args(arguments).run_verb is verb.run
 
 
 @functools.cache
@@ -110,14 +110,14 @@ def toy():
 
 @pytest.fixture
 def answer(toy, capsys):
-    def run(*words, code=cli.DONE):
-        patience = ["--wait", "300"] if code == cli.DONE and "--wait" not in words else []  # of a busy machine
-        found = cli.main(["node", *words, *patience])
+    def run(*arguments, code=cli.DONE):
+        patience = ["--wait", "300"] if code == cli.DONE and "--wait" not in arguments else []  # of a busy machine
+        result = cli.main(["node", *arguments, *patience])
         while AT_END:
             AT_END.pop()(code)
-        assert found == code, capsys.readouterr().err
-        said = capsys.readouterr()
-        return json.loads(said.out) if "--json" in words else said.out if code == cli.DONE else said.err
+        assert result == code, capsys.readouterr().err
+        output = capsys.readouterr()
+        return json.loads(output.out) if "--json" in arguments else output.out if code == cli.DONE else output.err
 
     return run
 
@@ -127,12 +127,12 @@ def at_once(toy, monkeypatch):
     """Commands of a test share one view of the graph, as each own one takes seconds to find a node."""
     from bearing_twin.nodes import graph
 
-    one = graph.Graph(300.0)
-    with monkeypatch.context() as here:
-        here.setattr(graph, "Graph", lambda wait: one)
-        here.setattr(one, "close", lambda code: None)
+    future = graph.Graph(300.0)
+    with monkeypatch.context() as pool:
+        pool.setattr(graph, "Graph", lambda wait: future)
+        pool.setattr(future, "close", lambda code: None)
         yield
-    one.close(2)
+    future.close(2)
 
 
 def test_topics_are_read_timed_and_written(toy, answer, capsys):
@@ -158,19 +158,20 @@ def test_topics_are_read_timed_and_written(toy, answer, capsys):
     assert "/toy/speed takes std_msgs/msg/Float64, not std_msgs/msg/String" in other
 
 
-@pytest.mark.parametrize("come", [0, 1])
+@pytest.mark.parametrize("received", [0, 1])
 @pytest.mark.parametrize("verb", ["echo", "hz"])
-def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(verb, come, answer, monkeypatch):
+def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(verb, received, answer, monkeypatch):
     from bearing_twin.nodes.graph import Graph, interface
 
     def messages(*_, **__):
         message = interface("std_msgs/msg/Float64", "msg")(data=2.5)
-        yield from [bytes(12) if verb == "hz" else message] * come
+        yield from [bytes(12) if verb == "hz" else message] * received
         raise KeyboardInterrupt
 
     monkeypatch.setattr(Graph, "messages", messages)
-    said = answer("topic", verb, "/toy/speed", code=cli.DONE if come else cli.INTERRUPTED)
-    assert ("2.5" if verb == "echo" else "messages  1") in said if come else "bearing_twin: interrupted" in said
+    captured = answer("topic", verb, "/toy/speed", code=cli.DONE if received else cli.INTERRUPTED)
+    expected = ("2.5" if verb == "echo" else "messages  1") if received else "bearing_twin: interrupted"
+    assert expected in captured
 
 
 def until(holds):
@@ -182,24 +183,24 @@ def until(holds):
 
 
 @pytest.mark.parametrize(
-    ("words", "meant"),
+    ("arguments", "meant"),
     [
         (("topic", "pub", "/toy/sped", "std_msgs/msg/Float64", "{data: 2}"), "/toy/speed"),
         (("service", "call", "/toy/paus"), "/toy/pause"),
         (("study", "a", "--action", "/bearing/run_studdy"), "/bearing/run_study"),
     ],
 )
-def test_a_name_that_nobody_has_is_answered_with_near_ones(words, meant, answer):
-    until(lambda: f"did you mean {meant}?" in answer(*words, "--wait", "2", code=cli.BAD_INPUT))
+def test_a_name_that_nobody_has_is_answered_with_near_ones(arguments, meant, answer):
+    until(lambda: f"did you mean {meant}?" in answer(*arguments, "--wait", "2", code=cli.BAD_INPUT))
 
 
 def test_what_is_there_is_listed(answer):
-    def whole(holds, *words):
-        until(lambda: holds(answer(*words, "--json")))
+    def complete(holds, *arguments):
+        until(lambda: holds(answer(*arguments, "--json")))
 
-    whole(lambda found: found == {"nodes": [{"name": "/toy"}]}, "list")
+    complete(lambda listed: listed == {"nodes": [{"name": "/toy"}]}, "list")
     wrench = {"name": "/toy/wrench", "type": "geometry_msgs/msg/WrenchStamped"}
-    whole(lambda found: wrench in found["topics"], "topic", "list")
+    complete(lambda listed: wrench in listed["topics"], "topic", "list")
     end = {
         "end": "publisher",
         "node": "/toy",
@@ -207,11 +208,11 @@ def test_what_is_there_is_listed(answer):
         "reliability": "reliable",
         "durability": "volatile",
     }
-    whole(lambda found: found["ends"] == [end], "topic", "info", "/toy/wrench")
+    complete(lambda listed: listed["ends"] == [end], "topic", "info", "/toy/wrench")
 
 
-@pytest.mark.parametrize(("words", "code"), [("node list", cli.DONE), ("node param get /nobody a --wait 0", 2)])
-def test_a_command_that_cannot_leave_ros_has_printed_its_result_and_ends_with_its_own_code(words, code):
+@pytest.mark.parametrize(("command_line", "code"), [("node list", cli.DONE), ("node param get /nobody a --wait 0", 2)])
+def test_a_command_that_cannot_leave_ros_has_printed_its_result_and_ends_with_its_own_code(command_line, code):
     """Destroying its node never returns and holds the interpreter, as Fast DDS does now and then."""
     program = f"""
 import ctypes, sys
@@ -220,7 +221,7 @@ from bearing_twin.nodes import base_node, graph
 
 graph.QUIET, base_node.LONGEST_GOODBYE = 0.1, 0.1
 base_node.Node.destroy_node = lambda self: [ctypes.PyDLL(None).pause() for _ in iter(int, 1)]
-sys.argv[1:] = {words.split()}
+sys.argv[1:] = {command_line.split()}
 cli.program()
 """
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
@@ -253,14 +254,14 @@ def test_services_are_called(at_once, answer):
         "bearing_twin: /toy/pause: as you say\n"
     )
     typed = ("service", "call", "/toy/pause")
-    for words, sentence in [
+    for arguments, sentence in [
         (("std_srvs/srv/SetBool", "{data: 1}"), "must be of type 'bool'"),
         (("std_srvs/Trigger",), "takes std_srvs/srv/SetBool, not std_srvs/srv/Trigger"),
         (("std_srvs/srv/SetBol",), "std_srvs has no srv 'SetBol'; did you mean SetBool"),
         (("std_srvs/srv/SetBool", "{data: "), "is no YAML"),
         (("std_srvs/srv/SetBool", "{data: 2024-13-45}"), "is no YAML"),
     ]:
-        assert sentence in answer(*typed, *words, code=cli.BAD_INPUT)
+        assert sentence in answer(*typed, *arguments, code=cli.BAD_INPUT)
 
 
 def test_a_study_is_run_by_a_node(at_once, answer):

@@ -18,8 +18,8 @@ ALL_FREE = "rings.inner.free=all"
 STILL = "model.dimension=quasi_static"
 
 
-def recorded(scene="bearing_6203_rig_400N", overrides=(STILL, "rings.inner.mass=0"), **more):
-    return obeying(scene, overrides, **more)
+def recorded(scene="bearing_6203_rig_400N", overrides=(STILL, "rings.inner.mass=0"), **options):
+    return obeying(scene, overrides, **options)
 
 
 def test_a_load_acts_from_the_next_output_on_and_is_held_until_the_next():
@@ -48,8 +48,8 @@ def test_moments_tilt_a_ring_that_is_free_to():
 
 def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing():
     """The name of a frame is anybody's; it stands on /diagnostics and in files of ROS, cut and without escapes."""
-    reported, left = recorded(), recorded()
-    for it in (reported, left):
+    reported, untouched = recorded(), recorded()
+    for it in (reported, untouched):
         it.run(0.013)
         it.tell("command/load", wrench((0.0, -500.0, 0.0)))
         it.run(0.02)
@@ -63,15 +63,15 @@ def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing():
         (wrench((0.0, -1e5, 0.0)), "through the balls: .* the greatest in this direction is a load of"),
         (wrench((1e30, 0.0, 0.0)), r"through the balls: .* is a load of \([0-9.e+]+, 0, 0\) N"),
     )
-    for message, words in refused:
-        with pytest.raises(BearingTwinError, match="command/load refused: .*" + words) as error:
+    for message, sentence in refused:
+        with pytest.raises(BearingTwinError, match="command/load refused: .*" + sentence) as error:
             reported.tell("command/load", message)
         assert "\x1b" not in str(error.value)
         assert len(str(error.value)) < 400
-    for it in (reported, left):
+    for it in (reported, untouched):
         it.run(0.05)
     for name in ("inner_ring_force", "position", "normal_load"):
-        assert np.array_equal(reported.channel(name), left.channel(name)), name
+        assert np.array_equal(reported.channel(name), untouched.channel(name)), name
     commands, numbers = reported.loop.commands, reported.loop.status()[2]
     assert (commands.counts["taken"], commands.counts["refused"]) == (1, len(refused))
     assert commands.warning().startswith(f"{len(refused)} refused, the last: command/load refused")
@@ -150,7 +150,7 @@ def test_speeds_come_with_a_stamp_or_without_one():
     it.tell("command/speed_stamped", twist(angular=(0.0, 0.0, 150.0), frame="left/bearing_link"))
     it.run(0.03)
     assert it.channel("inner_ring_speed")[-1] == 150.0
-    for message, words in (
+    for message, sentence in (
         (twist(angular=(0.0, 0.0, 150.0)), "must be left/bearing_link"),
         *(
             (twist(linear, (*across, 150.0), "left/bearing_link"), "leave all but twist.angular.z at 0")
@@ -158,7 +158,7 @@ def test_speeds_come_with_a_stamp_or_without_one():
         ),
         (twist(angular=(0.0, 0.0, math.nan), frame=""), "must be finite"),
     ):
-        with pytest.raises(BearingTwinError, match="command/speed_stamped refused: .*" + words):
+        with pytest.raises(BearingTwinError, match="command/speed_stamped refused: .*" + sentence):
             it.tell("command/speed_stamped", message)
     assert it.loop.commands.counts["refused"] == 7
     it.run(0.01)
@@ -183,9 +183,9 @@ def test_a_speed_that_may_be_meant_in_rpm_is_obeyed_and_said_once(scene, limit):
     assert it.loop.commands.speed_warning == ""
     for speed in (3000.0, 2500.0):
         it.tell("command/speed", SimpleNamespace(data=speed))
-    said = it.loop.commands.speed_warning
-    assert "3000 rad/s is 28648 rpm, above" in said
-    assert said.endswith("314.16 rad/s is 3000 rpm")
+    warning = it.loop.commands.speed_warning
+    assert "3000 rad/s is 28648 rpm, above" in warning
+    assert warning.endswith("314.16 rad/s is 3000 rpm")
     assert it.loop.commands.counts["refused"] == 0
 
 
@@ -212,11 +212,11 @@ def test_the_operating_point_is_the_equilibrium_of_the_last_output():
         assert sample.time_ns == round(1e9 * seconds)
         parameters = it.loop.simulation.scene.parameters
         solver = solver_of(parameters, "hertz", float(sample["orbit_angle"][0]))
-        found = solver.solve(support_of(parameters))
+        equilibrium = solver.solve(support_of(parameters))
         assert point.loads == pytest.approx([0.0, -400.0, 0.0, 0.0, 0.0], abs=1e-5)
-        assert point.coordinates == pytest.approx(found.coordinates, rel=1e-6, abs=1e-13)
-        scale = np.sqrt(np.outer(np.diag(found.stiffness), np.diag(found.stiffness)))
-        assert np.abs((point.stiffness - found.stiffness) / scale).max() < 1e-6
+        assert point.coordinates == pytest.approx(equilibrium.coordinates, rel=1e-6, abs=1e-13)
+        scale = np.sqrt(np.outer(np.diag(equilibrium.stiffness), np.diag(equilibrium.stiffness)))
+        assert np.abs((point.stiffness - equilibrium.stiffness) / scale).max() < 1e-6
 
 
 def test_balls_that_move_by_themselves_have_an_operating_point_too():
@@ -233,8 +233,8 @@ def test_balls_that_move_by_themselves_have_an_operating_point_too():
 @pytest.mark.parametrize("control", ["shared", "auto"])
 def test_the_operating_point_of_a_tilted_ring_is_tilted(control):
     """Stiffness is asked for where the run has the ring, balls under the same raceway control."""
-    still = "gravity=[0,0,0]", "model.dimension=quasi_static", f"model.control={control}"
-    simulation = Simulation(load_scene("bearing_6203_tilted", still))
+    overrides = "gravity=[0,0,0]", "model.dimension=quasi_static", f"model.control={control}"
+    simulation = Simulation(load_scene("bearing_6203_tilted", overrides))
     simulation.advance(3)
     sample, point = simulation.operating_point()
     assert point.coordinates[3:] == pytest.approx([1e-3, 0.0])

@@ -76,7 +76,9 @@ MISTAKES = (
 )
 
 
-@pytest.mark.parametrize(("name", "words", "said"), [(name, arguments, parts) for name, arguments, *parts in MISTAKES])
+@pytest.mark.parametrize(
+    ("name", "arguments", "parts"), [(name, arguments, parts) for name, arguments, *parts in MISTAKES]
+)
 def test_a_mistake_ends_with_code_2_and_one_sentence(name, arguments, parts, here, tmp_path):
     """A pipe as a path is not waited for."""
     for suffix in ("", ".mcap", ".yaml"):

@@ -76,30 +76,30 @@ SOON = "bearing", "two_spheres", "soft_discs"
 
 
 @pytest.mark.parametrize(
-    "kind", [pytest.param(one, marks=[] if one in SOON else [pytest.mark.environment]) for one in PLAYED]
+    "kind", [pytest.param(key, marks=[] if key in SOON else [pytest.mark.environment]) for key in PLAYED]
 )
 def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
     """Also the scene, of which a late recorder learns: a recording verifies and reports to the bit; a replay is it."""
-    path, own, brief = tmp_path / "recording.mcap", tmp_path / "own.mcap", KINDS[kind].brief
+    path, node_log, brief = tmp_path / "recording.mcap", tmp_path / "own.mcap", KINDS[kind].brief
     with ros_executor() as executor:
         # What runs on is reported when to end; the others know.
         end = load_scene(*PLAYED[kind][:2]).parameters.run.duration
-        options = {"log": str(own)} if brief else {"duration": end}
+        options = {"log": str(node_log)} if brief else {"duration": end}
         node, scene = sim_node(executor, kind, start_paused=True, **options)
         recorder = started(executor, RecorderNode, log=str(path))
         services, began = plain_node(executor), time.time_ns()
-        other = services.create_publisher(interface(cdr.STRING, "msg"), "/elsewhere", 10)
+        foreign = services.create_publisher(interface(cdr.STRING, "msg"), "/elsewhere", 10)
         spin_until(executor, lambda: node.loop or node.failure, "preparation")
         names = names_of(scene)
         spin_until(executor, lambda: all(node.count_subscribers(name) for name, _ in names), "discovery")
         assert {name for name, _ in names if not name.startswith(f"/{kind}/")} == {"/tf"}
         obeyed = {name for name in COMMANDS if node.count_subscribers(f"/{kind}/{name}")}
         assert obeyed == {"bearing": COMMANDS, "shaft": COMMANDS - {"command/torque"}}.get(kind, set())
-        other.publish(interface(cdr.STRING, "msg")())
+        foreign.publish(interface(cdr.STRING, "msg")())
         call(executor, services, SetBool, f"/{kind}/sim_node/pause", SetBool.Request(data=False))
         spin_until(executor, node.done.is_set, "end of the run")
         counters = "messages", "messages_lost", "messages_before"
-        received = lambda: sum(recorder.recording.status()[one] for one in counters)  # noqa: E731
+        received = lambda: sum(recorder.recording.status()[key] for key in counters)  # noqa: E731
         spin_until(executor, lambda: received() >= node._outlet.published or recorder.failure, "all messages")
         spin_for(executor, 0.2)
         assert node.failure is None
@@ -118,7 +118,7 @@ def test_a_recording_of_a_node_reports_as_the_run_does(kind, tmp_path):
         assert message.topic.metadata["topic_type_hash"] == cdr.type_hash(dict(names)[message.topic.name])
         assert began <= message.publish_time <= message.log_time <= time.time_ns()  # when it was sent, when it came
     recorded, written, logged = ({name: [] for name, _ in names} for _ in range(3))
-    for source, messages in ((path, recorded), (direct, written), *(((own, logged),) if brief else ())):
+    for source, messages in ((path, recorded), (direct, written), *(((node_log, logged),) if brief else ())):
         for message in raw_messages(source):
             messages[message.topic.name].append(padded(message.data))
     assert not brief or logged == written

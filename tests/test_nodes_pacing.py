@@ -117,14 +117,14 @@ def test_each_instant_ticks_before_its_messages_and_of_late_ones_the_last_alone(
     stream = Stream([[0, 10, 10, 20]])
     stream.drive()
     assert stream.delivered("tick") == [(ms, ms) for ms in (0, 10, 20)]
-    assert [word for _, word, _ in stream.seen] == ["tick", "topic", "tick", "topic", "topic", "tick", "topic"]
-    late = Stream([[0, *range(1, 60), 7, 60]])
-    late.turn(late.clock)
-    late.turn(late.clock)
-    late.clock += 50 * MS  # nobody looked
-    late.drive()
-    assert late.delivered("tick") == [(0, 0), (50, 50), *((ms, ms) for ms in range(51, 61))]
-    assert [time for time, _ in late.delivered()] == [0, *range(1, 60), 7, 60]
+    assert [kind for _, kind, _ in stream.seen] == ["tick", "topic", "tick", "topic", "topic", "tick", "topic"]
+    delayed = Stream([[0, *range(1, 60), 7, 60]])
+    delayed.turn(delayed.clock)
+    delayed.turn(delayed.clock)
+    delayed.clock += 50 * MS  # nobody looked
+    delayed.drive()
+    assert delayed.delivered("tick") == [(0, 0), (50, 50), *((ms, ms) for ms in range(51, 61))]
+    assert [time for time, _ in delayed.delivered()] == [0, *range(1, 60), 7, 60]
     again = Stream([[0, 10], [0, 10]])
     again.drive(until_ms=9)
     again.restart()
@@ -156,20 +156,20 @@ def test_commands_run_between_turns_and_answer():
 
 
 def test_the_error_that_ends_the_thread_is_told_once_and_a_command_meanwhile_is_refused():
-    errors, late, posted = [], [], threading.Event()
+    errors, futures, posted = [], [], threading.Event()
 
     def ended(error):
         errors.append(error)
-        late.append(worker.post(lambda now: None))
+        futures.append(worker.post(lambda now: None))
         posted.set()
 
     worker = Worker(lambda now: 1 / 0, ended=ended)
     worker.start()
     assert posted.wait(300.0)
     assert worker.stop(300.0)
-    assert [type(one) for one in errors] == [ZeroDivisionError]
+    assert list(map(type, errors)) == [ZeroDivisionError]
     with pytest.raises(RuntimeError, match="ended its work"):
-        late[0].result(0.0)
+        futures[0].result(0.0)
 
 
 def test_the_worker_keeps_to_the_clock():

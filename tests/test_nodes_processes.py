@@ -32,10 +32,11 @@ TABLE = (
 
 def test_defaults_and_given_values():
     assert checked_values(TABLE, {}) == {parameter.name: parameter.default for parameter in TABLE}
-    given = {"rate": 5, "overrides": ["a=1"], "pause": "20 ms", "loop": True, "designation": 6308, "use_sim_time": True}
-    values = checked_values(TABLE, given, ["use_sim_time"])
+    overrides = {"rate": 5, "overrides": ["a=1"], "pause": "20 ms", "loop": True, "designation": 6308}
+    overrides["use_sim_time"] = True
+    values = checked_values(TABLE, overrides, ["use_sim_time"])
     assert type(values["rate"]) is float
-    assert [values[name] for name in given if name in values] == [5.0, ["a=1"], 0.02, True, "6308"]
+    assert [values[name] for name in overrides if name in values] == [5.0, ["a=1"], 0.02, True, "6308"]
     defaults = checked_values(TABLE, {})
     assert checked_values(TABLE, {"rate": "fastest", "overrides": None}) == defaults | {"rate": "fastest"}
     assert checked_values(TABLE, {"pause": "1e-5"})["pause"] == 1e-5  # a text to YAML
@@ -59,13 +60,13 @@ MISTAKES = (
 
 
 def test_mistakes_are_named_all_at_once():
-    for given, words in MISTAKES:
+    for overrides, sentence in MISTAKES:
         with pytest.raises(ParameterError) as refused:
-            checked_values(TABLE, given)
-        assert words in str(refused.value)
+            checked_values(TABLE, overrides)
+        assert sentence in str(refused.value)
     with pytest.raises(ParameterError) as refused:
         checked_values(TABLE, {"rate": -1.0, "loop": 1, "sceen": ""})
-    assert all(word in str(refused.value) for word in ("rate", "loop", "sceen"))
+    assert all(name in str(refused.value) for name in ("rate", "loop", "sceen"))
 
 
 def test_to_keep_some_files_they_must_be_several():
@@ -105,8 +106,8 @@ def test_a_node_that_fails_or_ends_too_early_names_its_output_and_the_next_step(
             node.check(may_end)
         if not may_end:
             node.check(may_end=True)
-    said = str(error.value)
-    assert all(one in said for one in (*words, str(tmp_path / "sim_node.txt"), "try again"))
+    output = str(error.value)
+    assert all(line in output for line in (*words, str(tmp_path / "sim_node.txt"), "try again"))
 
 
 def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monkeypatch):
@@ -122,5 +123,5 @@ def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monke
 
 def test_a_node_is_started_as_its_executable():
     command = node_command("sim_node", {"scene": "no", "start_paused": True, "log": Path("a b"), "overrides": ["c=1"]})
-    wanted = ['scene:="no"', "start_paused:=true", 'log:="a b"', 'overrides:=["c=1"]']
-    assert command[-8:] == [word for one in wanted for word in ("-p", one)]
+    parameters = ['scene:="no"', "start_paused:=true", 'log:="a b"', 'overrides:=["c=1"]']
+    assert command[-8:] == [argument for parameter in parameters for argument in ("-p", parameter)]

@@ -53,8 +53,8 @@ def figures(studies):
 
 def test_an_answer_is_what_the_command_prints(tmp_path, asked):
     answer = answered(Studies(str(tmp_path / "logs")))
-    words = [word for override in QUICK.overrides for word in ("--set", override)]
-    printed = asked("study", QUICK.study, *words, "--samples", "500", "--seed", "7")
+    options = [option for override in QUICK.overrides for option in ("--set", override)]
+    printed = asked("study", QUICK.study, *options, "--samples", "500", "--seed", "7")
     summary = json.loads(answer.summary)
     assert summary.pop("log") == answer.log
     assert summary.pop("seconds") > 0.0
@@ -114,8 +114,8 @@ def test_limits_of_the_node_hold_whatever_a_study_asks_for(tmp_path):
     used = []
     run = lambda study, *_: used.append((study.settings.workers, study.executor)) or 1 / 0  # noqa: E731
     studies = Studies(limits=StudyLimits(workers=3, executors=["processes", "dask://here:1"]), run_study=run)
-    for word in ("workers=0", "workers=2", "workers=512", "executor=dask://here:1"):
-        answered(studies, QUICK._replace(overrides=(word,)))
+    for override in ("workers=0", "workers=2", "workers=512", "executor=dask://here:1"):
+        answered(studies, QUICK._replace(overrides=(override,)))
     assert used == [(3, "processes"), (2, "processes"), (3, "processes"), (3, "dask://here:1")]
     assert "samples = 499" in answered(Studies(limits=StudyLimits(samples=499)), QUICK).message
     studies = Studies(str(tmp_path), StudyLimits(log_quota=1000.0))
@@ -182,8 +182,8 @@ def test_what_is_done_of_a_study_outlives_what_ends_it(tmp_path, broken_off, log
 
     answer = answered(Studies(str(tmp_path), run_study=run))
     assert (answer.state, "the worker is gone" in answer.message) == (ABORTED, True)
-    found = list(tmp_path.iterdir())
-    assert [len(read_study(path, unfinished=True).status) for path in found] == [QUICK.samples] * logs
+    paths = list(tmp_path.iterdir())
+    assert [len(read_study(path, unfinished=True).status) for path in paths] == [QUICK.samples] * logs
 
 
 def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
@@ -200,7 +200,7 @@ def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
         assert sentence in answer.message
         assert sentence in answer.problem
         assert "Errno" not in answer.message
-        (note,) = (one for one in json.loads(answer.summary)["notes"] if "its log" in one)
+        (note,) = (sentence_ for sentence_ in json.loads(answer.summary)["notes"] if "its log" in sentence_)
         assert note == answer.problem == f"its log was not written: {note.partition('written: ')[2]}"
         assert "log" not in json.loads(answer.summary)
         assert studies.status()[1] == answer.problem
@@ -209,8 +209,8 @@ def test_a_result_whose_log_cannot_be_written_says_so(tmp_path):
 
 
 def test_a_folder_for_logs_is_tried_at_the_start_and_made_when_there_is_a_log(tmp_path):
-    for folder, said in ((__file__, "made or written (Not a directory"), ("/proc/none/logs", "(No such file")):
-        with pytest.raises(LogError, match=re.escape(said)):
+    for folder, sentence in ((__file__, "made or written (Not a directory"), ("/proc/none/logs", "(No such file")):
+        with pytest.raises(LogError, match=re.escape(sentence)):
             Studies(folder)
     studies = Studies(str(tmp_path / "some" / "logs"))
     assert not list(tmp_path.iterdir()), "the trial at the start left something"
@@ -252,7 +252,7 @@ def traps(tmp_path):
     os.mkfifo(room / "pipe.yaml")
     named = ("link.yaml", "folder.yaml", "pipe.yaml", "passwords.txt", "missing.yaml", "../outside/secret.yaml")
     absolute = ("/dev/ptmx", "/dev/zero", "/dev/stdin", "/proc/self/environ", "/etc/passwd", "/", str(tmp_path))
-    return room, [*named, *(str(room / one) for one in named), *absolute, "a\0b.yaml", "x" * 5000 + ".yaml"]
+    return room, [*named, *(str(room / name) for name in named), *absolute, "a\0b.yaml", "x" * 5000 + ".yaml"]
 
 
 def test_a_goal_reads_regular_files_of_the_folders_open_to_it_alone(traps):
@@ -285,8 +285,8 @@ def test_a_relative_name_is_not_looked_for_where_the_node_was_started(tmp_path, 
 
 def test_feedback_counts_samples_as_asked_for_names_its_estimate_and_is_never_nan():
     study = study_of(Goal("spheres_alpha_4e-5", ("stop.statistic=std",), samples=400))
-    begun, name = feedback_of(Goal("", samples=400), study, Progress(3, 60, math.nan, math.nan, 1.0))
-    assert begun == Progress(20, 400, 0.0, 0.0, 1.0)
+    first, name = feedback_of(Goal("", samples=400), study, Progress(3, 60, math.nan, math.nan, 1.0))
+    assert first == Progress(20, 400, 0.0, 0.0, 1.0)
     assert name == ""
     looked, name = feedback_of(Goal("", samples=400), study, Progress(60, 60, 2e-5, math.nan, 0.0))
     assert looked == Progress(400, 400, 2e-5, math.inf, 0.0)

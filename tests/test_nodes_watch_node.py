@@ -33,18 +33,18 @@ SCENE = {"scene": "bearing_6203", "overrides": ["run.output_rate=200.0", "run.pu
 
 def asked(executor, node, method="GET", path="/", command=None):
     """(status, text) of an answer, while the executor spins."""
-    found = []
+    answers = []
 
     def ask():
         connection = http.client.HTTPConnection("localhost", node.server.server_port, timeout=PATIENCE)
         connection.request(method, path, command and json.dumps(command), {"X-Token": node.server.token})
         answer = connection.getresponse()
-        found.append((answer.status, answer.read().decode()))
+        answers.append((answer.status, answer.read().decode()))
         connection.close()
 
     threading.Thread(target=ask, daemon=True).start()
-    spin_until(executor, lambda: found, f"answer to {path} {command}")
-    return found[0]
+    spin_until(executor, lambda: answers, f"answer to {path} {command}")
+    return answers[0]
 
 
 def listen(answer, heard):
@@ -62,9 +62,9 @@ def test_a_page_lives_while_somebody_looks_and_commands_arrive(monkeypatch, capf
         spin_until(executor, lambda: sim.loop or sim.failure, "preparation")
         node = started(executor, WatchNode, port=0)
         assert node._watched == "/bearing/sim_node"
-        said = capfd.readouterr()  # standard error goes to a log file of ROS, too
-        assert node.server.url in said.out
-        assert node.server.token not in said.err
+        printed = capfd.readouterr()  # standard error goes to a log file of ROS, too
+        assert node.server.url in printed.out
+        assert node.server.token not in printed.err
         samples = "/bearing/samples"
         spin_until(executor, lambda: sim.loop.position_ns > 200_000_000, "0.2 s")
         assert sim.count_subscribers(samples) == 0
@@ -153,14 +153,14 @@ def test_a_node_is_the_only_one_when_discovery_is_at_rest(monkeypatch):
 
     def one_by_one(self):
         asked.append(time.monotonic())
-        return [one for one in topics(self) if one[0] != "/right/samples" or len(asked) > 5]
+        return [name for name in topics(self) if name[0] != "/right/samples" or len(asked) > 5]
 
     monkeypatch.setattr(WatchNode, "get_topic_names_and_types", one_by_one)
     with ros_executor() as executor:
         for side in ("left", "right"):
-            one = rclpy.create_node("sim_node", namespace=f"/{side}", context=executor.context)
-            executor.add_node(one)
-            one.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), f"/{side}/samples", 10)
+            name = rclpy.create_node("sim_node", namespace=f"/{side}", context=executor.context)
+            executor.add_node(name)
+            name.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), f"/{side}/samples", 10)
         with pytest.raises(BearingTwinError, match="/left/sim_node, /right/sim_node publish samples: name the"):
             started(executor, WatchNode, patience=PATIENCE)
 
@@ -170,12 +170,12 @@ def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypa
         replay = plain_node(executor, "replay_node")
         replay.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/samples", 10)
         replay.create_publisher(watch_node.interface(cdr.SAMPLE_BLOCK, "msg"), "/bearing/records/choice", 10)
-        found, infos = WatchNode.get_publishers_info_by_topic, []
+        original, infos = WatchNode.get_publishers_info_by_topic, []
 
         def nameless_at_first(self, topic):
             infos.append(topic)
             unknown = SimpleNamespace(node_namespace="_NODE_NAMESPACE_UNKNOWN_", node_name=watch_node.NAMELESS)
-            return found(self, topic) if len(infos) > 2 else [unknown]
+            return original(self, topic) if len(infos) > 2 else [unknown]
 
         monkeypatch.setattr(WatchNode, "get_publishers_info_by_topic", nameless_at_first)
         node = started(executor, WatchNode, port=0, patience=PATIENCE)
@@ -192,7 +192,7 @@ def test_a_replay_is_shown_though_its_topics_stand_in_another_namespace(monkeypa
 def refusals_told(node, *counts):
     """What a page shows of refusals as a node's diagnostics give these counts, one after the other."""
     reported, send = [], node.feed.send
-    node.feed.send = lambda word, text: reported.append(text) if word == "refused" else None
+    node.feed.send = lambda event, text: reported.append(text) if event == "refused" else None
     for count in counts:
         values = [KeyValue(key="commands_refused", value=count), KeyValue(key="last_refusal", value=f"the {count}th")]
         status = DiagnosticStatus(name="mute_node: simulation", values=values)
@@ -211,10 +211,10 @@ def test_a_node_that_sends_nothing_is_answered_for_and_its_refusals_are_told_to_
         assert status == 503
         assert "/mute_node has not published its scene yet" in text
         speed = {"do": "speed", "value": 1}
-        for command, words in (({"do": "reset"}, "there is no service"), (speed, "does not subscribe")):
+        for command, sentence in (({"do": "reset"}, "there is no service"), (speed, "does not subscribe")):
             status, text = asked(executor, node, "POST", "/command", command)
             assert status == 409
-            assert words in text
+            assert sentence in text
         node._on_look()
         assert refusals_told(node, "2", "2", "3", "0", "1") == ["the 3th", "the 1th"]
         monkeypatch.setattr(watch_node, "REQUESTED_FOR", 0.0)  # nobody looks any more

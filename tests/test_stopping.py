@@ -65,8 +65,8 @@ def test_signals_are_noted_while_the_start_of_a_run_is_found(monkeypatch):
     ("number", "code"), [(signal.SIGINT, 130), pytest.param(signal.SIGTERM, 143, marks=pytest.mark.environment)]
 )
 def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, code):
-    path, words = tmp_path / "run.mcap", [word for one in ENDLESS for word in ("--set", one)]
-    command = [sys.executable, "-m", "bearing_twin", "simulate", "bearing_6203", *words, "--out", str(path)]
+    path, arguments = tmp_path / "run.mcap", [argument for line in ENDLESS for argument in ("--set", line)]
+    command = [sys.executable, "-m", "bearing_twin", "simulate", "bearing_6203", *arguments, "--out", str(path)]
     root = Path(__file__).parents[1]
     with subprocess.Popen(command, stderr=subprocess.PIPE, cwd=root) as process:
         try:
@@ -75,21 +75,21 @@ def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, co
                 time.sleep(0.05)
             time.sleep(0.4)
             process.send_signal(number)
-            said = process.communicate(timeout=PATIENCE)[1].decode()
+            stderr = process.communicate(timeout=PATIENCE)[1].decode()
         finally:
             process.kill()
-    assert process.returncode == code, said
-    assert "Traceback" not in said
+    assert process.returncode == code, stderr
+    assert "Traceback" not in stderr
     assert path.exists() is False or len(list(read_log(path))) <= 1
 
 
 @pytest.mark.parametrize("within", ["_append", "_sealed", "_tail"])
 def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
     """It comes within an append, at any of its parts; its handler runs after, and is the old one in the end."""
-    come = []
+    signals = []
 
     def leave(number, _):
-        come.append(number)
+        signals.append(number)
         raise SystemExit(number)
 
     previous = signal.signal(signal.SIGTERM, leave)
@@ -100,10 +100,10 @@ def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
             log.flush()
             part = getattr(McapWriter, within)
 
-            def interrupted(self, *given):
+            def interrupted(self, *arguments):
                 monkeypatch.undo()
                 signal.raise_signal(signal.SIGTERM)
-                return part(self, *given)
+                return part(self, *arguments)
 
             monkeypatch.setattr(McapWriter, within, interrupted)
             log.write(topic, 2, 2, b"\0\1\0\0\2\0\0\0b\0")
@@ -111,7 +111,7 @@ def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
         assert signal.getsignal(signal.SIGTERM) is leave
     finally:
         signal.signal(signal.SIGTERM, previous)
-    assert come == [signal.SIGTERM]
+    assert signals == [signal.SIGTERM]
     assert [message.log_time for message in raw_messages(tmp_path / "run.mcap")] == [1, 2]
 
 
@@ -135,19 +135,19 @@ def test_an_interrupted_run_gives_the_same_to_the_bit(name, inner):
         return move(*arguments)
 
     motion.advance = disturbed
-    outputs, wanted = [], 450
-    while len(outputs) < wanted:
+    outputs, expected = [], 450
+    while len(outputs) < expected:
         halt._credit = CREDIT if times % 2 == 0 else 0.0
         times += 1
         try:
-            block = interrupted.advance(min(40, wanted - len(outputs)))
+            block = interrupted.advance(min(40, expected - len(outputs)))
         except Interrupted:
             assert times % 2
             assert not halt.flag[0]
             continue
         outputs += [row.tobytes() for row in block.matrix()]
     assert times > 2
-    assert outputs == [row.tobytes() for row in plain.advance(wanted).matrix()]
+    assert outputs == [row.tobytes() for row in plain.advance(expected).matrix()]
     counted = "ball_steps", "equilibria", "evaluations", "second_run_ball_steps", "second_run_steps"
     costs = plain.report().as_dict().keys() & set(counted)
     assert costs

@@ -34,21 +34,21 @@ _WHOLE = re.compile(r"(<!-- torture: all rows -->\n)(.*?)(<!-- end -->)", flags=
 @functools.cache
 def rows() -> dict[str, Row]:
     """Every row by name; those of nodes only where there is ROS."""
-    found = [*LOGS, *INPUTS]
+    tables = [*LOGS, *INPUTS]
     if all(map(importlib.util.find_spec, ("rclpy", "bearing_twin_msgs"))):
         from torture_nodes import ROWS as NODES
 
-        found += NODES
+        tables += NODES
     else:
         print("torture: the rows of nodes are left out, for ROS is not set up", file=sys.stderr)
-    return {row.name: row for row in found}
+    return {row.name: row for row in tables}
 
 
-def written(page: str, found: dict[str, tuple[str, ...]], minutes: float | None = None) -> str:
+def written(page: str, measured: dict[str, tuple[str, ...]], minutes: float | None = None) -> str:
     """The page with these rows in its table, in place of what it said of them, and with the time that all rows took."""
     old = _TABLE.search(page)
     lines = [line.strip("|").split("|") for line in old[2].splitlines()[2:]]
-    cells = {line[0].strip("`"): tuple(line) for line in lines} | found
+    cells = {line[0].strip("`"): tuple(line) for line in lines} | measured
     table = [HEADER, ("---",) * len(HEADER), *(cells[name] for name in rows() if name in cells)]
     page = page[: old.start(2)] + "".join(f"|{'|'.join(line)}|\n" for line in table) + page[old.end(2) :]
     if minutes is None:
@@ -64,14 +64,14 @@ def when() -> str:
 def run(row: Row, share: float) -> tuple[Found, float]:
     """Findings of a row, in a folder of its own, and how long it took [s]."""
     began = time.monotonic()
-    place = MEMORY if MEMORY.is_dir() else None
-    with tempfile.TemporaryDirectory(dir=place, ignore_cleanup_errors=True) as folder:
+    parent = MEMORY if MEMORY.is_dir() else None
+    with tempfile.TemporaryDirectory(dir=parent, ignore_cleanup_errors=True) as folder:
         try:
-            found = row.run(share, Path(folder))
+            outcome = row.run(share, Path(folder))
         except Exception as error:  # the other rows are still wanted
             traceback.print_exc()
-            found = Found(1, 0, 0, 1, f"not measured: {type(error).__name__}")
-    return found, time.monotonic() - began
+            outcome = Found(1, 0, 0, 1, f"not measured: {type(error).__name__}")
+    return outcome, time.monotonic() - began
 
 
 def main() -> int:
@@ -80,19 +80,19 @@ def main() -> int:
     parser.add_argument("--only", nargs="*", default=[], choices=list(rows()), metavar="ROW", help=", ".join(rows()))
     parser.add_argument("--share", type=float, default=1.0, help="of every row, 1 = all of it")
     parser.add_argument("--write", action="store_true", help="write the table of docs/reliability.md")
-    asked = parser.parse_args()
+    selected = parser.parse_args()
     began, bad, cells = time.monotonic(), 0, {}
     for name, row in rows().items():
-        if name not in (asked.only or rows()):
+        if name not in (selected.only or rows()):
             continue
-        found, seconds = run(row, asked.share)
-        bad += found.survived < found.tried or bool(found.lost or found.silent)
-        print(f"{name}: {found.tried} tried, {found.survived} survived, {found.lost} lost, "
-              f"{found.silent} silent; {found.figures} ({seconds:.0f} s)", flush=True)  # fmt: skip
-        counts = (str(one) for one in found[:4])
-        measured = found.figures, f"{asked.share:g}", f"{seconds:.0f}", when()
+        outcome, seconds = run(row, selected.share)
+        bad += outcome.survived < outcome.tried or bool(outcome.lost or outcome.silent)
+        print(f"{name}: {outcome.tried} tried, {outcome.survived} survived, {outcome.lost} lost, "
+              f"{outcome.silent} silent; {outcome.figures} ({seconds:.0f} s)", flush=True)  # fmt: skip
+        counts = (str(result) for result in outcome[:4])
+        measured = outcome.figures, f"{selected.share:g}", f"{seconds:.0f}", when()
         cells[name] = (f"`{name}`", row.what, *counts, *measured)
-        if asked.write:
+        if selected.write:
             minutes = (time.monotonic() - began) / 60.0 if len(cells) == len(rows()) else None
             PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), cells, minutes), encoding="utf-8")
     return int(bad > 0)

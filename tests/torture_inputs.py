@@ -32,35 +32,34 @@ def _mutated(text: str, chance: random.Random) -> str:
     """A text of YAML with some values, lines or characters replaced, doubled, moved, or left out."""
     lines = text.splitlines()
     for _ in range(chance.randint(1, 4)):
-        place = chance.randrange(len(lines))
-        key, colon, _ = lines[place].partition(":")
-        what = chance.randrange(8)
-        if what < 4 and colon:
-            lines[place] = f"{key}: {chance.choice(NUMBERS + WORDS)}"
-        elif what == 4:
-            lines.insert(chance.randrange(len(lines)), lines[place])
-        elif what == 5 and len(lines) > 1:
-            del lines[place]
-        elif what == 6:
-            at = chance.randrange(len(lines[place]) + 1)
-            lines[place] = (
-                lines[place][:at] + chr(chance.choice((0, 9, 58, 91, 123, 233, 0x202E, 0x1F600))) + lines[place][at:]
-            )
+        index = chance.randrange(len(lines))
+        key, colon, _ = lines[index].partition(":")
+        kind = chance.randrange(8)
+        if kind < 4 and colon:
+            lines[index] = f"{key}: {chance.choice(NUMBERS + WORDS)}"
+        elif kind == 4:
+            lines.insert(chance.randrange(len(lines)), lines[index])
+        elif kind == 5 and len(lines) > 1:
+            del lines[index]
+        elif kind == 6:
+            line, position = lines[index], chance.randrange(len(lines[index]) + 1)
+            character = chr(chance.choice((0, 9, 58, 91, 123, 233, 0x202E, 0x1F600)))
+            lines[index] = line[:position] + character + line[position:]
         else:
-            lines[place] = lines[place].replace(" ", " " * chance.randint(0, 5))
+            lines[index] = lines[index].replace(" ", " " * chance.randint(0, 5))
     return "\n".join(lines)
 
 
 def _keys(text: str) -> list[str]:
     """Dotted keys of a text, as far as two levels go."""
-    found, section = [], ""
+    keys, section = [], ""
     for line in text.splitlines():
         key, colon, _ = line.partition(":")
         if colon and not line.startswith((" ", "#")):
             section = key
         elif colon:
-            found.append(f"{section}.{key.strip()}")
-    return found or ["run.duration"]
+            keys.append(f"{section}.{key.strip()}")
+    return keys or ["run.duration"]
 
 
 @functools.cache
@@ -85,11 +84,11 @@ def _case(chance: random.Random) -> Callable[[], object]:
 
     def override():
         name = chance.choice(list(scenes))
-        words = [f"{chance.choice(_keys(scenes[name]))}={value()}" for _ in range(chance.randint(1, 3))]
-        words += [
+        arguments = [f"{chance.choice(_keys(scenes[name]))}={value()}" for _ in range(chance.randint(1, 3))]
+        arguments += [
             chance.choice(("=", "a", "a.b.c.d=1", "=1", "run=1", "run.=1", "kind=x", "." * 50 + "=1"))
         ] * chance.randint(0, 1)
-        return lambda: _looked_at(load_scene(name, words))
+        return lambda: _looked_at(load_scene(name, arguments))
 
     def study():
         text = _mutated(chance.choice(list(studies.values())), chance)
@@ -97,21 +96,20 @@ def _case(chance: random.Random) -> Callable[[], object]:
 
     def study_override():
         name = chance.choice(list(studies))
-        words = [f"{chance.choice(_keys(studies[name]))}={value()}"]
-        return lambda: refuse_too_large(load_study(name, words))
+        arguments = [f"{chance.choice(_keys(studies[name]))}={value()}"]
+        return lambda: refuse_too_large(load_study(name, arguments))
 
     def parameter():
-        given = {chance.choice(PARAMETERS).name: chance.choice(VALUES) for _ in range(3)}
-        return lambda: safety_of(checked_values(PARAMETERS, given))
+        values = {chance.choice(PARAMETERS).name: chance.choice(VALUES) for _ in range(3)}
+        return lambda: safety_of(checked_values(PARAMETERS, values))
 
     def goal():
         text = chance.choice(
             [*studies, _mutated(chance.choice(list(studies.values())), chance), value() * 50, "/" + value()]
         )
-        asked = Goal(
-            text, tuple(f"samples={value()}" for _ in range(chance.randint(0, 2))), chance.choice((0, -1, 2**31 - 1))
-        )
-        return lambda: study_of(asked)
+        overrides = tuple(f"samples={value()}" for _ in range(chance.randint(0, 2)))
+        request = Goal(text, overrides, chance.choice((0, -1, 2**31 - 1)))
+        return lambda: study_of(request)
 
     def command():
         speed = chance.choice((float("nan"), float("inf"), 1e308, -1e5, 5e-324, 0.0, 1e4))
@@ -150,16 +148,16 @@ def mutants(share: float, folder: Path) -> Found:
             taken += 1
             survived += 1
         except BearingTwinError as error:
-            one = str(error)
-            survived += bool(one) and "Traceback" not in one
+            mutant = str(error)
+            survived += bool(mutant) and "Traceback" not in mutant
         except Exception as error:
             silent += 1
             strange.setdefault(f"{type(error).__name__}: {str(error)[:80]}", 0)
             strange[f"{type(error).__name__}: {str(error)[:80]}"] += 1
         took = time.process_time() - began
         worst = max(worst, took)
-    said = f"{taken} legal, the others refused; greatest {worst:.2f} s"
-    return Found(trials, survived, 0, silent, "; ".join([said, *(f"{k} x {n}" for k, n in strange.items())]))
+    problem = f"{taken} legal, the others refused; greatest {worst:.2f} s"
+    return Found(trials, survived, 0, silent, "; ".join([problem, *(f"{k} x {n}" for k, n in strange.items())]))
 
 
 ROWS = (Row("mutant", "scenes, studies, overrides, parameters, goals and commands, mutated", mutants),)

@@ -34,8 +34,8 @@ def _write_until_killed(path, rate: float, shared) -> None:
     log, topic = clock_log(path, max_loss=MAX_LOSS, patient=True)
     began = time.monotonic()
     for number in range(MOST_NUMBERS):
-        while (left := began + number / rate - time.monotonic()) > 0.0:
-            time.sleep(left)
+        while (remaining := began + number / rate - time.monotonic()) > 0.0:
+            time.sleep(remaining)
         now = time.monotonic()
         log.write(topic, number, int(now * 1e9), STATE.pack(number))
         shared[number + 1] = now
@@ -65,10 +65,10 @@ def kills(share: float, folder: Path) -> Found:
         os.waitpid(child, 0)
         written = _numbers(path, folder)
         loss = killed - shared[1 + len(written) : 1 + int(shared[0])]  # ages of what is missing
-        late = int(np.sum(loss > ALLOWED))
+        delayed = int(np.sum(loss > ALLOWED))
         worst = max(worst, loss.max(initial=0.0))
-        lost += late
-        survived += not late
+        lost += delayed
+        survived += not delayed
         silent += written != list(range(len(written)))
         path.unlink()
     return Found(trials, survived, lost, silent, f"max_loss {MAX_LOSS} s, greatest loss {1e3 * worst:.0f} ms")
@@ -114,11 +114,11 @@ def full_disk(share: float, folder: Path) -> Found:
             resource.setrlimit(resource.RLIMIT_FSIZE, limits)
         dropped += log.dropped
         log.close()
-        found = [struct.unpack_from("<Q", message.data)[0] for message in raw_messages(path)]
-        missing = set(flushed) - set(found)
+        numbers = [struct.unpack_from("<Q", message.data)[0] for message in raw_messages(path)]
+        missing = set(flushed) - set(numbers)
         lost += len(missing)
-        silent += len(found) + log.dropped != 600
-        survived += not missing and found[-1] == 599 and len(found) + log.dropped == 600
+        silent += len(numbers) + log.dropped != 600
+        survived += not missing and numbers[-1] == 599 and len(problems) + log.dropped == 600
         path.unlink()
     return Found(trials, survived, lost, silent, f"{dropped} messages dropped and counted")
 
@@ -135,12 +135,12 @@ def meddled(share: float, folder: Path) -> Found:
     ways = (Path.unlink, lambda path: path.rename(moved), _added_to, lambda path: os.truncate(path, 100))
     survived = lost = silent = 0
     for k in range(trials):
-        path, way, place = folder / "meddled.mcap", ways[k % len(ways)], int(random.integers(1, 500))
+        path, way, removed_at = folder / "meddled.mcap", ways[k % len(ways)], int(random.integers(1, 500))
         log, topic = clock_log(path, patient=True)
         reported = False
         try:
             for number in range(500):
-                if number == place:
+                if number == removed_at:
                     way(path)
                 log.write(topic, number, number, struct.pack("<Q", number) + random.bytes(100))
                 if number % 7 == 0:
@@ -148,13 +148,13 @@ def meddled(share: float, folder: Path) -> Found:
             log.close()
         except LogError:
             reported = True
-        here = moved if moved.exists() else path
-        found = [] if reported else [STATE.unpack_from(message.data)[0] for message in raw_messages(here)]
-        whole, gone = found == list(range(500)), way in (ways[0], ways[-1])
-        lost += not whole and not gone
-        silent += not whole and not reported
-        survived += reported if gone else whole
-        here.unlink(missing_ok=True)
+        present = moved if moved.exists() else path
+        numbers = [] if reported else [STATE.unpack_from(message.data)[0] for message in raw_messages(present)]
+        complete, gone = numbers == list(range(500)), way in (ways[0], ways[-1])
+        lost += not complete and not gone
+        silent += not complete and not reported
+        survived += reported if gone else complete
+        present.unlink(missing_ok=True)
     return Found(trials, survived, lost, silent, "")
 
 
@@ -173,7 +173,7 @@ def _small_log(folder: Path) -> tuple[bytes, list]:
     return path.read_bytes(), [message.data for message in raw_messages(path)]
 
 
-def _tried(path: Path, whole: list, folder: Path) -> tuple[list | None, list, bool]:
+def _tried(path: Path, complete: list, folder: Path) -> tuple[list | None, list, bool]:
     """(messages as read, or None where that was refused; messages recovered; whether nothing but LogError came)."""
     read, saved, well = None, [], True
     out = folder / "saved.mcap"
@@ -199,39 +199,39 @@ def cuts(share: float, folder: Path) -> Found:
 
     It is refused with a sentence, or whole; everything before the cut chunk is recovered.
     """
-    content, whole = _small_log(folder)
+    content, complete = _small_log(folder)
     step, random = max(1, round(1.0 / share)), np.random.default_rng(2)
-    tried = survived = lost = silent = 0
+    attempts = survived = lost = silent = 0
     path, least = folder / "cut.mcap", 0
     for length in range(0, len(content), step):
-        more = int(random.integers(1, 5000))
-        path.write_bytes(content[:length] + (b"", bytes(more), random.bytes(more))[tried % 3])
-        read, saved, well = _tried(path, whole, folder)
-        tried += 1
-        fewer = len(saved) < least
+        greater = int(random.integers(1, 5000))
+        path.write_bytes(content[:length] + (b"", bytes(greater), random.bytes(greater))[attempts % 3])
+        read, saved, well = _tried(path, complete, folder)
+        attempts += 1
+        smaller = len(saved) < least
         least = max(least, len(saved))
-        wrong = (read is not None and read != whole) or saved != whole[: len(saved)] or not well
+        wrong = (read is not None and read != complete) or saved != complete[: len(saved)] or not well
         silent += wrong
-        lost += fewer
-        survived += not (wrong or fewer)
-    lost += len(whole) - least
-    return Found(tried, survived, lost, silent, f"{len(content)} bytes, {len(whole)} messages in {CHUNKS} chunks")
+        lost += smaller
+        survived += not (wrong or smaller)
+    lost += len(complete) - least
+    return Found(attempts, survived, lost, silent, f"{len(content)} bytes, {len(complete)} messages in {CHUNKS} chunks")
 
 
 def flips(share: float, folder: Path) -> Found:
     """One bit flipped anywhere: no other message is ever read; recover loses one chunk at most."""
-    content, whole = _small_log(folder)
+    content, complete = _small_log(folder)
     random, trials = np.random.default_rng(5), part_of(3000, share, 100)
     survived = lost = silent = 0
-    path, known = folder / "flipped.mcap", set(whole)
+    path, known = folder / "flipped.mcap", set(complete)
     for _ in range(trials):
         data = bytearray(content)
         data[int(random.integers(len(data)))] ^= 1 << int(random.integers(8))
         path.write_bytes(data)
-        read, saved, well = _tried(path, whole, folder)
+        read, saved, well = _tried(path, complete, folder)
         header = data[: len(MAGIC)] != MAGIC  # of a file that is no log any more, nothing is promised
-        wrong = (read is not None and read != whole) or not known.issuperset(saved) or not well
-        few = len(saved) < len(whole) - CHUNK_MESSAGES and not header
+        wrong = (read is not None and read != complete) or not known.issuperset(saved) or not well
+        few = len(saved) < len(complete) - CHUNK_MESSAGES and not header
         silent += wrong
         lost += few
         survived += not (wrong or few)

@@ -105,71 +105,71 @@ def hostile_goals(folder: Path) -> list[dict]:
         "history_points=100000", "memory=1e300", "scene.run.duration=1e308", "sensitivity=50001", "batch=-1",
     )  # fmt: skip
     goals = [{"study": path} for path in paths] + [{"study": text} for text in texts]
-    return goals + [QUICK | {"overrides": [*QUICK["overrides"], one]} for one in settings]
+    return goals + [QUICK | {"overrides": [*QUICK["overrides"], goal]} for goal in settings]
 
 
 def hostile(share: float, folder: Path) -> Found:
     """Goals of a peer that means ill: each answered in time, and a normal goal after them."""
-    survived = tried = silent = 0
-    worst = late = 0.0
+    survived = attempts = silent = 0
+    worst = delayed = 0.0
     with asking(folder, log_folder="", study_folders=[str(folder / "room")]) as (executor, client, node):
         goals = hostile_goals(folder)
         for goal in goals[:: max(1, round(0.2 / share))]:
             seconds, _ = answer(executor, client, goal)
             after, status = answer(executor, client, QUICK)
-            tried += 1
+            attempts += 1
             survived += seconds < ANSWERED and after < ANSWERED and status == GoalStatus.STATUS_SUCCEEDED
-            worst, late = max(worst, seconds), max(late, after)
+            worst, delayed = max(worst, seconds), max(delayed, after)
         silent = int(node.poll() is not None) + (folder / "uq_node.txt").read_text().count("Traceback")
         silent += "12345" in (folder / "uq_node.txt").read_text()
-    return Found(tried, survived, 0, silent, f"greatest {worst:.2f} s, a normal goal afterwards {late:.2f} s")
+    return Found(attempts, survived, 0, silent, f"greatest {worst:.2f} s, a normal goal afterwards {delayed:.2f} s")
 
 
 def goals(share: float, folder: Path) -> Found:
     """Hundreds of goals at once: each is answered, and each that is accepted gets its result."""
-    many = part_of(500, share, 16)
+    count = part_of(500, share, 16)
     with asking(folder, log_folder="") as (executor, client, node):
         began = time.monotonic()
-        heard = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(many)]
+        heard = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(count)]
         spun(executor, lambda: all(one.done() for one in heard), 120.0)
         took = time.monotonic() - began
         answered = [one.result() for one in heard if one.done()]
         accepted = [one for one in answered if one.accepted]
         results = [one.get_result_async() for one in accepted]
         spun(executor, lambda: all(one.done() for one in results), 60.0)
-        lost = many - len(answered) + len(accepted) - sum(one.done() for one in results)
+        lost = count - len(answered) + len(accepted) - sum(one.done() for one in results)
         silent = int(node.poll() is not None)
-    return Found(many, many - lost, lost, silent, f"{len(accepted)} accepted, {took:.1f} s for all")
+    return Found(count, count - lost, lost, silent, f"{len(accepted)} accepted, {took:.1f} s for all")
 
 
 def calls(share: float, folder: Path) -> Found:
     """Thirty clients call ~/pause of a sim_node at once, again and again, while commands flood it: all are answered."""
-    tried, answers, worst = part_of(10, share, 1), 0, 0.0
+    attempts, answers, worst = part_of(10, share, 1), 0, 0.0
     with ros_executor() as executor, running("sim_node", executor, {"scene": "bearing_6203"}, folder) as node:
         callers = [plain_node(executor, f"caller_{k}") for k in range(30)]
-        clients = [one.create_client(SetBool, "/bearing/sim_node/pause", qos_profile=SERVICE) for one in callers]
+        clients = [future.create_client(SetBool, "/bearing/sim_node/pause", qos_profile=SERVICE) for future in callers]
         speed = callers[0].create_publisher(Float64, "/bearing/command/speed", 10)
-        if not spun(executor, lambda: all(one.service_is_ready() for one in clients), 120.0):
+        if not spun(executor, lambda: all(future.service_is_ready() for future in clients), 120.0):
             raise RuntimeError((folder / "sim_node.txt").read_text())
         spun(executor, lambda: False, 5.0)
-        for k in range(tried):
+        for k in range(attempts):
             for value in range(200):
                 speed.publish(Float64(data=float(value)))
             began = time.monotonic()
-            sent = [one.call_async(SetBool.Request(data=bool(k % 2))) for one in clients]
-            spun(executor, lambda sent=sent: all(one.done() for one in sent), 60.0)
-            answers += sum(one.done() for one in sent)
+            sent = [future.call_async(SetBool.Request(data=bool(k % 2))) for future in clients]
+            spun(executor, lambda sent=sent: all(future.done() for future in sent), 60.0)
+            answers += sum(future.done() for future in sent)
             worst = max(worst, time.monotonic() - began)
         silent = int(node.poll() is not None) + (folder / "sim_node.txt").read_text().count("Traceback")
-    return Found(30 * tried, answers, 30 * tried - answers, silent, f"greatest {worst:.2f} s for thirty")
+    return Found(30 * attempts, answers, 30 * attempts - answers, silent, f"greatest {worst:.2f} s for thirty")
 
 
 def cancels(share: float, folder: Path) -> Found:
     """Studies of three kinds are cancelled at random: acknowledged within 100 ms, ended within 500 ms."""
-    tried, survived, silent, chance = part_of(18, share), 0, 0, random.Random(8)
+    attempts, survived, silent, chance = part_of(18, share), 0, 0, random.Random(8)
     times = []
     with asking(folder, log_folder="") as (executor, client, node):
-        for k in range(tried):
+        for k in range(attempts):
             heard, goal = [], (ENDLESS, WITH_HISTORIES, BY_WORKERS)[k % 3]
             sent = client.send_goal_async(RunStudy.Goal(**goal), heard.append)
             if not spun(executor, sent.done, 60.0) or not sent.result().accepted:
@@ -190,8 +190,8 @@ def cancels(share: float, folder: Path) -> Found:
         silent += int(node.poll() is not None)
     times = times or [(np.nan, np.nan)]
     worst, middle = np.max(times, axis=0), np.median(times, axis=0)
-    said = f"acknowledged {1e3 * middle[0]:.0f} ms (greatest {1e3 * worst[0]:.0f}), "
-    return Found(tried, survived, 0, silent, f"{said}ended {1e3 * middle[1]:.0f} ms (greatest {1e3 * worst[1]:.0f})")
+    texts = [f"{1e3 * usual:.0f} ms (greatest {1e3 * most:.0f})" for usual, most in zip(middle, worst, strict=True)]
+    return Found(attempts, survived, 0, silent, f"acknowledged {texts[0]}, ended {texts[1]}")
 
 
 def soak(share: float, folder: Path) -> Found:
@@ -200,8 +200,8 @@ def soak(share: float, folder: Path) -> Found:
     seen: dict[str, list[float]] = {}
     with contextlib.ExitStack() as stack:
         executor, client, uq = stack.enter_context(asking(folder, log_folder=""))
-        given = {"sim_node": {"scene": "bearing_6203", "log": logs[0]}, "recorder_node": {"log": logs[1]}}
-        nodes = {name: stack.enter_context(running(name, executor, one, folder)) for name, one in given.items()}
+        parameters = {"sim_node": {"scene": "bearing_6203", "log": logs[0]}, "recorder_node": {"log": logs[1]}}
+        nodes = {name: stack.enter_context(running(name, executor, row, folder)) for name, row in parameters.items()}
         nodes["uq_node"] = uq
         if not until(lambda: all(log.exists() and log.stat().st_size > BEGUN for log in logs), 120.0):
             raise RuntimeError("the nodes of the soak did not begin")
@@ -214,11 +214,11 @@ def soak(share: float, folder: Path) -> Found:
             time.sleep(min(2.0, seconds / 20.0))
         dead = sum(node.poll() is not None for node in nodes.values())
     # Of the second half: buffers, pools of threads and the results of goals, kept for 30 s, are filled by then.
-    grown = {name: found[-1] - found[len(found) // 2] for name, found in seen.items()}
+    grown = {name: problems[-1] - problems[len(problems) // 2] for name, problems in seen.items()}
     far = max((1e-9 * sample.time_ns for sample in read_log(logs[0])), default=0.0)
-    good = sum(more < GROWN for more in grown.values())
-    said = ", ".join(f"{name} {more:+.1f} MB of {seen[name][-1]:.0f} MB" for name, more in grown.items())
-    figures = f"{seconds / 60.0:.1f} min, {far:.0f} s simulated, in the second half {said}"
+    good = sum(growth < GROWN for growth in grown.values())
+    sentence = ", ".join(f"{name} {growth:+.1f} MB of {seen[name][-1]:.0f} MB" for name, growth in grown.items())
+    figures = f"{seconds / 60.0:.1f} min, {far:.0f} s simulated, in the second half {sentence}"
     return Found(len(nodes), good, int(far == 0.0), dead, figures)
 
 
@@ -245,10 +245,10 @@ STUDIES = (
 def commands() -> list[list[str]]:
     """Each of them as a command, and every second scene in a node, where another thread computes."""
     program = [sys.executable, "-m", "bearing_twin"]
-    asked = [*(("simulate", *one) for one in LONG), *(("study", *one) for one in STUDIES)]
-    found = [[*program, verb, name, *(f"--set={one}" for one in changes)] for verb, name, changes in asked]
-    found += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG[::2]]
-    return [*found, node_command("uq_node", {"log_folder": ""})]
+    requested = [*(("simulate", *value) for value in LONG), *(("study", *value) for value in STUDIES)]
+    problems = [[*program, verb, name, *(f"--set={value}" for value in changes)] for verb, name, changes in requested]
+    problems += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG[::2]]
+    return [*problems, node_command("uq_node", {"log_folder": ""})]
 
 
 def held_up(process: int) -> float:
@@ -268,16 +268,17 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
     """
     chance, times, silent, slow, longest = random.Random(seed), [], 0, [], 0.0
     ended = zip(commands(), itertools.cycle((signal.SIGINT, signal.SIGTERM, signal.SIGINT)))
-    for words, number in list(ended)[:: max(1, round(1.0 / share))]:
-        said = folder / "said.txt"
-        with own_domain() as domain, said.open("wb") as output:
+    for arguments, number in list(ended)[:: max(1, round(1.0 / share))]:
+        stderr = folder / "said.txt"
+        with own_domain() as domain, stderr.open("wb") as output:
             environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
-            process = subprocess.Popen(words, stdout=output, stderr=output, env=environment)
+            process = subprocess.Popen(arguments, stdout=output, stderr=output, env=environment)
             try:
-                until(lambda said=said, process=process: said.stat().st_size > 0 or process.poll() is not None, STARTED)
+                begun = lambda file=stderr, run=process: file.stat().st_size > 0 or run.poll() is not None  # noqa: E731
+                until(begun, STARTED)
                 time.sleep(chance.uniform(0.0, 1.0))
                 if process.poll() is not None:
-                    raise RuntimeError(f"{' '.join(words)} has ended by itself: {said.read_text()[-500:]}")
+                    raise RuntimeError(f"{' '.join(arguments)} has ended by itself: {stderr.read_text()[-500:]}")
                 before = waited = held_up(process.pid)
                 began = time.monotonic()
                 process.send_signal(number)
@@ -290,17 +291,17 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
                 process.wait()
         longest = max(longest, took)
         times.append(took - (waited - before))
-        what = f"{signal.Signals(number).name} to {' '.join(words[2:])}"
-        if process.returncode not in (0, 130, 143) or "Traceback" in said.read_text():
+        problem = f"{signal.Signals(number).name} to {' '.join(arguments[2:])}"
+        if process.returncode not in (0, 130, 143) or "Traceback" in stderr.read_text():
             silent += 1
-            slow.append(f"exit code {process.returncode} after {what}")
-            print(f"torture: {slow[-1]}\n{said.read_text()[-3000:]}", file=sys.stderr)
+            slow.append(f"exit code {process.returncode} after {problem}")
+            print(f"torture: {slow[-1]}\n{stderr.read_text()[-3000:]}", file=sys.stderr)
         if times[-1] > ENDED:
-            slow.append(f"{1e3 * times[-1]:.0f} ms after {what}")
+            slow.append(f"{1e3 * times[-1]:.0f} ms after {problem}")
     figures = (
         f"ended {1e3 * np.median(times):.0f} ms (greatest {1e3 * max(times):.0f}; {1e3 * longest:.0f} by the wall)"
     )
-    survived = sum(one < ENDED for one in times)
+    survived = sum(line < ENDED for line in times)
     return Found(len(times), survived, 0, silent, "; ".join([figures, *slow]))
 
 
