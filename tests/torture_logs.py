@@ -118,7 +118,7 @@ def full_disk(share: float, folder: Path) -> Found:
         missing = set(flushed) - set(numbers)
         lost += len(missing)
         silent += len(numbers) + log.dropped != 600
-        survived += not missing and numbers[-1] == 599 and len(problems) + log.dropped == 600
+        survived += not missing and numbers[-1] == 599 and len(numbers) + log.dropped == 600
         path.unlink()
     return Found(trials, survived, lost, silent, f"{dropped} messages dropped and counted")
 
