@@ -234,7 +234,7 @@ def test_the_picture_is_a_png(tmp_path, quick_pictures):
         ("--radii-1 1 --material stel --load 1", "did you mean steel"),
         ("--radii-1 1 --race inner --load 1", "goes with --bearing"),
         ("--bearing 6203 --hollow x --load 1", "goes with --radii-1"),
-        ("--bearing 9999 --load 1", "bearing_6203"),
+        ("--bearing 9999 --load 1", "catalogue"),
         ("--curvature-small 1 --load 1", "both"),
         ("--radii-1 1 --load 1 --plot picture.jpg", "png"),
         ("--radii-1 1 --load 1 --yield-strength -1", "yield-strength"),

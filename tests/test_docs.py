@@ -93,7 +93,7 @@ PROGRAM = subprocess.Popen
 def node_at_once(words):
     """`bearing_twin node start` as the process that it becomes, which has imported what it needs."""
     assert words[:3] == ["bearing_twin", "node", "start"]
-    return PROGRAM([sys.executable, *node_command.words_of(words[3], words[4:])])
+    return PROGRAM([sys.executable, *node_command.node_arguments(words[3], words[4:])])
 
 
 def covers_a_curve(axes):

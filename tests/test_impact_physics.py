@@ -18,7 +18,7 @@ from bearing_twin import simulate
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.base.sample import join_blocks
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.command.log_commands import ShownStream
+from bearing_twin.command.log_commands import DrawnStream
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.contact import line as disc_impact
 from bearing_twin.contact.laws import damping_for_restitution, law_names
@@ -243,7 +243,7 @@ def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkey
     def refuse(*_):
         raise BearingTwinError("the disk is full")
 
-    monkeypatch.setattr(ShownStream, "write", refuse)
+    monkeypatch.setattr(DrawnStream, "write", refuse)
     reported, error = typed("simulate", "two_spheres", "--plot", tmp_path / "a.png", "--json", code=BAD_INPUT)
     assert json.loads(reported)["peak_force_n"] > 0.0
     assert "plot" not in json.loads(reported)

@@ -15,7 +15,7 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.process import AT_END
 from bearing_twin.base.units import label_and_unit
 from bearing_twin.command import cli, node_command
-from bearing_twin.command.node_command import Traffic, words_of
+from bearing_twin.command.node_command import Traffic, node_arguments
 
 
 def test_rate_and_sizes_are_those_of_the_window():
@@ -32,14 +32,19 @@ def test_rate_and_sizes_are_those_of_the_window():
 
 def test_the_words_of_a_node_are_those_of_ros2_run():
     head = ["-m", "bearing_twin.nodes.entry", "sim_node"]
-    assert words_of("sim_node", []) == head
-    assert words_of("sim_node", ["-p", "scene:=bearing_6205"]) == [*head, "--ros-args", "-p", "scene:=bearing_6205"]
-    assert words_of("sim_node", ["--ros-args", "-p", "a:=1"]) == [*head, "--ros-args", "-p", "a:=1"]
+    assert node_arguments("sim_node", []) == head
+    assert node_arguments("sim_node", ["-p", "scene:=bearing_6205"]) == [
+        *head,
+        "--ros-args",
+        "-p",
+        "scene:=bearing_6205",
+    ]
+    assert node_arguments("sim_node", ["--ros-args", "-p", "a:=1"]) == [*head, "--ros-args", "-p", "a:=1"]
     mixed = ["-p", "a:=1", "--ros-args", "-r", "__ns:=/a"]
-    assert words_of("sim_node", mixed) == [*head, "--ros-args", *mixed]
-    assert words_of("sim_node", ["--help"]) == [*head, "--help"]
+    assert node_arguments("sim_node", mixed) == [*head, "--ros-args", *mixed]
+    assert node_arguments("sim_node", ["--help"]) == [*head, "--help"]
     with pytest.raises(BearingTwinError, match="did you mean sim_node"):
-        words_of("sim_nod", [])
+        node_arguments("sim_nod", [])
 
 
 @pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: verb.words)

@@ -47,7 +47,7 @@ VECTORS = {  # option: names of its numbers, unit, an example
     "displacement": (("X", "Y", "Z"), "m", "0,-1e-5,0"),
     "misalignment": (("TX", "TY"), "rad", "1e-3,0"),
 }
-WORDS = {
+HELP_TEXTS = {
     "load": "force on the inner ring [N, or with units, as 0,-2kN,500N]; x and y are radial, z is the axis; - leaves a "
     "coordinate to --displacement",
     "moment": "moment on the inner ring about x and y [N m]",
@@ -73,7 +73,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--clearance", metavar="C", help="radial clearance as made [m, or as 20um]; geometry.radial_clearance"
     )
     for name, (names, *_) in VECTORS.items():
-        parser.add_argument(f"--{name}", metavar=",".join(names), help=WORDS[name])
+        parser.add_argument(f"--{name}", metavar=",".join(names), help=HELP_TEXTS[name])
     parser.add_argument(
         "--arm", choices=("groove", "pitch"), default="groove", help="arm of a tilt: groove centre, or pitch circle"
     )
@@ -111,18 +111,18 @@ def run(arguments: argparse.Namespace) -> Outcome:
     if arguments.csv and arguments.json:
         raise SceneError("--csv and --json are two forms of one result; give one of them")
     if arguments.list:
-        return listed_catalogue()
+        return list_catalogue()
     if arguments.scene is None:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
     picture = picture_path(arguments.plot) if arguments.plot else None
     out = new_path(arguments.out, (".html", ".htm", ".csv"), "sheet") if arguments.out else None
     table = out if out and out.suffix.lower() == ".csv" else None
     sheet = out if out != table else None
-    given = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
+    support_options = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
     text = arguments.ball_angle
-    turned = None if text is None else number("--ball-angle", text.removesuffix("deg").removesuffix("°"))
-    angle = None if turned is None else math.radians(math.fmod(turned, 360.0))
-    sweeps = [_sweep(one) for one in arguments.sweep or ()]
+    degrees = None if text is None else number("--ball-angle", text.removesuffix("deg").removesuffix("°"))
+    angle = None if degrees is None else math.radians(math.fmod(degrees, 360.0))
+    sweeps = [_sweep(sweep_text) for sweep_text in arguments.sweep or ()]
     if len(sweeps) > 1:
         raise SceneError("--sweep is given once; bearing_twin.equilibrium() in Python takes arrays of several keys")
 
@@ -130,10 +130,10 @@ def run(arguments: argparse.Namespace) -> Outcome:
     note_bare_speed(_bearing_scene(arguments), [*overrides_of(arguments, **SHORT_KEYS), *swept])
     result, show = None, show_row
     if not (sweeps or picture or sheet or arguments.mass):
-        result = _row_alone(arguments, given)
+        result = _catalogue_only(arguments, support_options)
     if result is None:
         with progress("solving"):
-            result = (_swept if sweeps else _solved)(arguments, given, angle, *sweeps)
+            result = (_solve_sweep if sweeps else _solve)(arguments, support_options, angle, *sweeps)
         show = show_sweep if sweeps else show_equilibrium
     if picture or sheet:
         from bearing_twin.kinds.bearing import draw_equilibrium, draw_sweep
@@ -155,35 +155,35 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
     """The numbers of an option, None for a `-`; None where it is not given."""
     if text is None:
         return None
-    names, unit, such = VECTORS[name]
+    names, unit, example = VECTORS[name]
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != len(names):
         raise SceneError(
-            f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}, such as {such}; "
+            f"--{name} {echo(text)} must be {len(names)} numbers in {unit}, as {','.join(names)}, such as {example}; "
             "x and y are radial, z is the bearing's axis"
         )
     limits = Limits(greatest=UNITS[unit].greatest)
     return [None if part == "-" else number(f"--{name}", part, unit, limits) for part in parts]
 
 
-def _support(given: dict, parameters):
+def _support(options: dict, parameters):
     """Held coordinates and loads of the ring, by the options, or by the scene where there is none."""
     from bearing_twin.kinds.bearing import Support, support_of
 
-    if all(values is None for values in given.values()):
+    if all(values is None for values in options.values()):
         return support_of(parameters)
     free, loads, held = [], [], []
-    for load, place in (("load", "displacement"), ("moment", "misalignment")):
+    for load, hold in (("load", "displacement"), ("moment", "misalignment")):
         count = len(VECTORS[load][0])
-        pushed, kept = (given[name] or [None] * count for name in (load, place))
-        tilts_rest = load == "moment" and given[load] is None and given[place] is None
+        pushed, held_at = (options[name] or [None] * count for name in (load, hold))
+        tilts_held = load == "moment" and options[load] is None and options[hold] is None
         for i in range(count):
-            if pushed[i] is not None and kept[i] is not None:
-                axis = VECTORS[load][0][i], VECTORS[place][0][i]
-                raise SceneError(f"{axis[0]} of --{load} and {axis[1]} of --{place} are both given; leave one out by -")
-            free.append(kept[i] is None and not tilts_rest)
+            if pushed[i] is not None and held_at[i] is not None:
+                axis = VECTORS[load][0][i], VECTORS[hold][0][i]
+                raise SceneError(f"{axis[0]} of --{load} and {axis[1]} of --{hold} are both given; leave one out by -")
+            free.append(held_at[i] is None and not tilts_held)
             loads.append(pushed[i] or 0.0)
-            held.append(kept[i] or 0.0)
+            held.append(held_at[i] or 0.0)
     return Support(tuple(free), tuple(loads), tuple(held))
 
 
@@ -198,7 +198,7 @@ def _bearing_scene(arguments, overrides=()):
     return scene
 
 
-def _row(parameters) -> str:
+def _catalogue_name(parameters) -> str:
     """The designation of a bearing whose geometry is that of the catalogue, empty for another."""
     from bearing_twin.kinds.bearing import entries
 
@@ -206,10 +206,10 @@ def _row(parameters) -> str:
     return name if name in entries() else ""
 
 
-def _row_alone(arguments, given) -> dict | None:
+def _catalogue_only(arguments, options) -> dict | None:
     """The row of the catalogue for a bearing with clearance and without load: no ball touches both rings."""
     parameters = _bearing_scene(arguments).parameters
-    support, name = _support(given, parameters), _row(parameters)
+    support, name = _support(options, parameters), _catalogue_name(parameters)
     if not name or any(support.loads) or any(support.held):
         return None
     from bearing_twin.kinds.bearing import catalogue_sheet, operating_geometry
@@ -219,7 +219,7 @@ def _row_alone(arguments, given) -> dict | None:
     return catalogue_sheet(parameters)
 
 
-def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
+def _solve(arguments, options, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
     from bearing_twin.kinds.bearing import (
         answer_of,
@@ -235,31 +235,31 @@ def _solved(arguments, given, angle, overrides=(), factor=None) -> dict:
 
     scene = _bearing_scene(arguments, overrides)
     parameters, law = scene.parameters, choose(scene).law
-    support = _support(given, parameters)
+    support = _support(options, parameters)
     if factor is not None:
         support = support._replace(loads=tuple(factor * value for value in support.loads))
-    first = load_line(support) if angle is None else angle
-    solver = solver_of(parameters, law, first, arguments.arm)
-    found = controlled_equilibrium(parameters, solver, support)
-    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": found.control}
-    head["control_reason"] = control_reason(parameters, found)
-    if _row(parameters):
+    ball_angle = load_line(support) if angle is None else angle
+    solver = solver_of(parameters, law, ball_angle, arguments.arm)
+    solution = controlled_equilibrium(parameters, solver, support)
+    head = {"scene": scene.name, "law": law, "arm": arguments.arm, "control": solution.control}
+    head["control_reason"] = control_reason(parameters, solution)
+    if _catalogue_name(parameters):
         head["catalogue"] = row_in_use(parameters)
         head["fault_frequencies_hz_error"] = frequency_errors(head["catalogue"], parameters)
     head["speed_rad_s"] = parameters.drive.speed
-    found_values = answer_of(parameters, law, solver, support, found)
+    values = answer_of(parameters, law, solver, support, solution)
     if arguments.mass is not None:
-        found_values |= natural_frequencies(found.stiffness, arguments.mass, support.free[3:])
+        values |= natural_frequencies(solution.stiffness, arguments.mass, support.free[3:])
     if scene.outside:
         head["outside_range"] = list(scene.outside)
-        found_values["flags"] = [*scene.outside, *found_values["flags"]]
-    return head | found_values
+        values["flags"] = [*scene.outside, *values["flags"]]
+    return head | values
 
 
 def _sweep(text: str) -> tuple[str, str, str, int]:
     """Key, first and last value as text, and how many, of KEY=FROM:TO:N."""
-    key, equals, rest = text.partition("=")
-    parts = rest.split(":")
+    key, equals, span = text.partition("=")
+    parts = span.split(":")
     if not equals or not key.strip() or len(parts) != 3:
         raise SceneError(f"--sweep {echo(text)} must look like load=100:2000:20, a key with first, last and how many")
     count = number("--sweep", parts[2])
@@ -268,67 +268,67 @@ def _sweep(text: str) -> tuple[str, str, str, int]:
     return key.strip(), parts[0].strip(), parts[1].strip(), int(count)
 
 
-def _evenly(first: str, last: str, count: int, unit: str) -> list[float]:
+def _linspace(first: str, last: str, count: int, unit: str) -> list[float]:
     """The values of a sweep in SI; those without a unit are in SI."""
-    begin, end = (number("--sweep", text, unit) for text in (first, last))
-    return [begin + (end - begin) / (count - 1) * k for k in range(count)]
+    start, end = (number("--sweep", text, unit) for text in (first, last))
+    return [start + (end - start) / (count - 1) * k for k in range(count)]
 
 
-def _swept(arguments, given, angle, sweep) -> dict:
+def _solve_sweep(arguments, options, angle, sweep) -> dict:
     """Curves over a sweep, with how its axis is shown."""
     from bearing_twin.kinds.bearing import curves_of
 
-    path, axis, values, change = _changes(arguments, given, sweep)
+    path, axis, values, change = _changes(arguments, options, sweep)
 
     head, flagged = {}, []
 
-    def solved(value):
-        found = _solved(arguments, given, angle, **change(value))
-        head.update({name: found[name] for name in ("scene", "law", "arm", "control") if name not in head})
-        if found["flags"]:
-            flagged.append((value, found["flags"]))
-        return found
+    def solve(value):
+        result = _solve(arguments, options, angle, **change(value))
+        head.update({name: result[name] for name in ("scene", "law", "arm", "control") if name not in head})
+        if result["flags"]:
+            flagged.append((value, result["flags"]))
+        return result
 
-    curves = curves_of(values, solved)
-    flags = [f"{_shown_value(axis, one['value'])}: {one['reason']}" for one in curves["refused"][:1]]
+    curves = curves_of(values, solve)
+    flags = [f"{_labelled_value(axis, row['value'])}: {row['reason']}" for row in curves["refused"][:1]]
     if flagged:
-        value, most = max(reversed(flagged), key=lambda one: len(one[1]))
+        value, listed = max(reversed(flagged), key=lambda item: len(item[1]))
         others = f", one of {len(flagged)} values with warnings" if flagged[1:] else ""
-        flags += [f"{_shown_value(axis, value)}{others}: {flag}" for flag in most]
-    held = _held(_bearing_scene(arguments).parameters, given, path)
+        flags += [f"{_labelled_value(axis, value)}{others}: {flag}" for flag in listed]
+    held = _conditions(_bearing_scene(arguments).parameters, options, path)
     return head | {"sweep": path, "held": held, "values": values, "axis": axis} | curves | {"flags": flags}
 
 
-def _held(parameters, given, path: str) -> str:
+def _conditions(parameters, options, path: str) -> str:
     """What a sweep over the key `path` keeps, in words: load and speed."""
-    loads = _support(given, parameters).loads[:3]
-    load = f"load ({', '.join(f'{one:.4g}' for one in loads)}) N" if any(loads) else ""
-    words = {"load": load, "drive.speed": f"{parameters.drive.speed * 30.0 / math.pi:.5g} rpm"}
-    return ", ".join(text for key, text in words.items() if text and key != path)
+    loads = _support(options, parameters).loads[:3]
+    load = f"load ({', '.join(f'{component:.4g}' for component in loads)}) N" if any(loads) else ""
+    conditions = {"load": load, "drive.speed": f"{parameters.drive.speed * 30.0 / math.pi:.5g} rpm"}
+    return ", ".join(text for key, text in conditions.items() if text and key != path)
 
 
-def _shown_value(axis: dict, value: float) -> str:
-    words, _, unit = axis["label"].rstrip("]").partition(" [")
-    return f"{words} {short(axis['scale'] * value)}{with_unit(unit)}"
+def _labelled_value(axis: dict, value: float) -> str:
+    label, _, unit = axis["label"].rstrip("]").partition(" [")
+    return f"{label} {short(axis['scale'] * value)}{with_unit(unit)}"
 
 
-def _changes(arguments, given, sweep) -> tuple:
+def _changes(arguments, options, sweep) -> tuple:
     """Path, axis and values of a sweep, and what a value changes, as arguments of `_solved`."""
     from bearing_twin.run.scene import has_override
 
     key, first_value, last_value, count = sweep
     scene = _bearing_scene(arguments)
     if key == "load":
-        size = math.dist(_support(given, scene.parameters).loads[:3], (0.0,) * 3)
+        size = math.dist(_support(options, scene.parameters).loads[:3], (0.0,) * 3)
         if size == 0.0:
             raise SceneError("--sweep load=... changes the size of a load; give its direction by --load")
-        values, axis = _evenly(first_value, last_value, count, "N"), {"label": "load [N]", "scale": 1.0}
+        values, axis = _linspace(first_value, last_value, count, "N"), {"label": "load [N]", "scale": 1.0}
         return key, axis, values, lambda value: {"factor": value / size}
     path = SHORT_KEYS.get(key, key)
     if has_override(overrides_of(arguments, **SHORT_KEYS), path):
         raise SceneError(f"{path} is given by --sweep and by another option; keep one of them")
     unit = _unit_of(scene, path)
-    values = _evenly(first_value, last_value, count, unit)
+    values = _linspace(first_value, last_value, count, unit)
     return path, _axis_of(path, unit, values), values, lambda value: {"overrides": (f"{path}={value!r}",)}
 
 
@@ -356,13 +356,13 @@ STEP = math.radians(0.01)  # of a tilt, for which its stiffness is shown
 DEGREE, MOMENT, PRESSURE = (UNITS[symbol].engineering[1] for symbol in ("rad", "N m", "Pa"))
 AXES = ("x", "y", "z", "about x", "about y")
 RACES = ("inner", "outer")
-PARTS = {
+CLEARANCE_PARTS = {
     "initial": "as made",
     "shaft_fit": "fit on shaft",
     "housing_fit": "fit in housing",
     "temperature": "temperature",
 }
-SOURCES = {
+MODEL_SOURCES = {
     "law": "elastic law",
     "half_space": "half-spaces",
     "first_order_tilt": "tilt of first order",
@@ -377,7 +377,7 @@ def short(value: float, digits: int = 4) -> str:
     return "0" if abs(value) < 1e-9 else rounded_to_error(value, None, digits)
 
 
-def listed_catalogue() -> Outcome:
+def list_catalogue() -> Outcome:
     """Every designation with its row, and what the ways are in which ball sets were found."""
     from bearing_twin.kinds.bearing import FOUND, designations, row_of
 
@@ -391,7 +391,7 @@ def listed_catalogue() -> Outcome:
                 row["designation"],
                 *(_millimetres(row[key]) for key in sizes),
                 _balls_of(row),
-                *(_millimetres(row[f"ball_diameter{end}_m"]) for end in ("", "_doubt")),
+                *(_millimetres(row[f"ball_diameter{suffix}_m"]) for suffix in ("", "_doubt")),
                 _range(row["published_dynamic_rating_n"], 1e-3),
                 row["found"],
             )
@@ -432,21 +432,21 @@ def show_equilibrium(result: dict) -> None:
     """Prints one equilibrium: ring, balls, lives, then what they rest on."""
     balls = _ball_set(result["catalogue"]) if "catalogue" in result else result["scene"]
     show_text(f"{balls}, {_rpm(result)}, law {result['law']}\n")
-    turned, moments = result["misalignment_rad"], result["ring_moment_nm"]
-    moved = [1e6 * one for one in result["ring_displacement_m"]] + [DEGREE * one for one in turned]
-    loads = [0.0 - one for one in result["ring_force_n"]] + [0.0 - MOMENT * one for one in moments]
+    tilts, moments = result["misalignment_rad"], result["ring_moment_nm"]
+    coordinates = [1e6 * shift for shift in result["ring_displacement_m"]] + [DEGREE * tilt for tilt in tilts]
+    loads = [0.0 - force for force in result["ring_force_n"]] + [0.0 - MOMENT * moment for moment in moments]
     errors = [
         factor * error
         for factor, key in ((1e6, "ring_displacement_m"), (DEGREE, "misalignment_rad"))
-        for error in map(sum, zip(*(one[key] for one in result["model_errors"].values()), strict=True))
-    ] or [0.0] * len(moved)
-    places = (_known(one, error) for one, error in zip(moved, errors, strict=True))
-    rows = [("displacement [µm, °]", *places), ("load [N, N mm]", *(short(one, 5) for one in loads))]
+        for error in map(sum, zip(*(errors[key] for errors in result["model_errors"].values()), strict=True))
+    ] or [0.0] * len(coordinates)
+    cells = (_to_error(coordinate, error) for coordinate, error in zip(coordinates, errors, strict=True))
+    rows = [("displacement [µm, °]", *cells), ("load [N, N mm]", *(short(load, 5) for load in loads))]
     rows.append(("stiffness [N, N mm]", *("",) * len(AXES)))
     for axis, column in zip(AXES, zip(*result["stiffness"], strict=True), strict=True):
         name, step = (f"  per 0.01° {axis}", STEP) if "about" in axis else (f"  per 1 µm along {axis}", 1e-6)
         units = (1.0, 1.0, 1.0, MOMENT, MOMENT)
-        rows.append((name, *(short(unit * step * one) for unit, one in zip(units, column, strict=True))))
+        rows.append((name, *(short(unit * step * stiffness) for unit, stiffness in zip(units, column, strict=True))))
     show_columns(("inner ring", *AXES), rows)
     if not any(result["misalignment_rad"]) and max(map(abs, result["ring_moment_nm"])) > HELD_MOMENT:
         show_text("tilts are held, by these moments; --moment MX,MY [N m] frees them")
@@ -459,7 +459,7 @@ def show_equilibrium(result: dict) -> None:
     )
 
 
-def _known(value: float, error: float) -> str:
+def _to_error(value: float, error: float) -> str:
     """A value to the second digit of its error; what is smaller than that keeps two digits, and rounding is 0."""
     if not error or abs(value) < error:
         return short(value, 2 if error else 4)
@@ -468,37 +468,37 @@ def _known(value: float, error: float) -> str:
 
 def _show_balls(result: dict) -> None:
     show_text()
-    off = sum(one["normal_load_n"] for one in result["model_errors"].values())
+    load_error = sum(errors["normal_load_n"] for errors in result["model_errors"].values())
     header, columns = ["ball", "azimuth\n\n[°]"], [range(len(result["ball_azimuth_rad"]))]
-    columns.append([f"{180.0 - (180.0 - math.degrees(one)) % 360.0:.2f}" for one in result["ball_azimuth_rad"]])
-    for words, unit, key, show in (
-        ("load", "N", "normal_load_{}_n", lambda one: _known(one, off)),
-        ("angle", "°", "contact_angle_{}_rad", lambda one: f"{math.degrees(one):.3f}"),
-        ("p max", "MPa", "peak_pressure_{}_pa", lambda one: f"{PRESSURE * one:.0f}"),
+    columns.append([f"{180.0 - (180.0 - math.degrees(angle)) % 360.0:.2f}" for angle in result["ball_azimuth_rad"]])
+    for label, unit, key, show in (
+        ("load", "N", "normal_load_{}_n", lambda load: _to_error(load, load_error)),
+        ("angle", "°", "contact_angle_{}_rad", lambda angle: f"{math.degrees(angle):.3f}"),
+        ("p max", "MPa", "peak_pressure_{}_pa", lambda pressure: f"{PRESSURE * pressure:.0f}"),
     ):
-        header += [f"{words}\n{race}\n[{unit}]" for race in RACES]
+        header += [f"{label}\n{race}\n[{unit}]" for race in RACES]
         columns += [map(show, result[key.format(race)]) for race in RACES]
     header += [f"ellipse\n{axis} inner\n[mm]" for axis in ("a", "b")]
-    columns += [[f"{1e3 * one:.3f}" for one in result[f"semi_{axis}_inner_m"]] for axis in ("major", "minor")]
+    columns += [[f"{1e3 * length:.3f}" for length in result[f"semi_{axis}_inner_m"]] for axis in ("major", "minor")]
     show_columns(header, zip(*columns, strict=True))
 
 
 def _model_errors(result: dict) -> str:
     """One line a source: what it makes of the greatest load, the greatest angle and the place of the ring."""
     lines = []
-    for source, words in SOURCES.items():
-        off = result["model_errors"].get(source)
-        if not off or (source == "law" and off["normal_load_n"] <= ROUNDING * max(result["normal_load_outer_n"])):
+    for source, label in MODEL_SOURCES.items():
+        errors = result["model_errors"].get(source)
+        if not errors or (source == "law" and errors["normal_load_n"] <= ROUNDING * max(result["normal_load_outer_n"])):
             continue
-        load, angle = two_digits(off["normal_load_n"]), two_digits(DEGREE * off["contact_angle_rad"])
-        moved = two_digits(1e6 * math.hypot(*off["ring_displacement_m"]))
-        lines.append(f"{words}: load of a ball ± {load} N, angle ± {angle}°, ring ± {moved} µm")
+        load, angle = two_digits(errors["normal_load_n"]), two_digits(DEGREE * errors["contact_angle_rad"])
+        displacement = two_digits(1e6 * math.hypot(*errors["ring_displacement_m"]))
+        lines.append(f"{label}: load of a ball ± {load} N, angle ± {angle}°, ring ± {displacement} µm")
     return "\n".join(lines)
 
 
 def _show_lives(result: dict) -> None:
     parts = result["clearance_m"]
-    shown = [f"{words} {1e6 * parts[key]:+.4g}" for key, words in PARTS.items() if parts[key]]
+    shown = [f"{label} {1e6 * parts[key]:+.4g}" for key, label in CLEARANCE_PARTS.items() if parts[key]]
     dynamic, static = (f"{1e-3 * result[f'basic_{kind}_rating_n']:.4g} kN" for kind in ("dynamic", "static"))
     loads = (short(result[f"equivalent_{kind}_load_n"]) for kind in ("dynamic", "static"))
     angle = result.get("catalogue", {}).get("contact_angle_rad")
@@ -514,8 +514,11 @@ def _show_lives(result: dict) -> None:
         "limiting speed": limiting(limits) if (limits := result["limiting_speed_rad_s"]) else "",
     }
     if "mass_kg" in result:
-        pairs = zip(result["natural_frequencies_hz"], result["natural_directions"], strict=True)
-        cells = (f"{one:.4g} along ({', '.join(f'{part:.2g}' for part in way)})" for one, way in pairs)
+        frequencies = zip(result["natural_frequencies_hz"], result["natural_directions"], strict=True)
+        cells = (
+            f"{frequency:.4g} along ({', '.join(f'{part:.2g}' for part in direction)})"
+            for frequency, direction in frequencies
+        )
         rows["natural frequencies"] = f"of {result['mass_kg']:g} kg [Hz]: {', '.join(cells)}"
     show_text()
     show_named(rows | {"fault frequencies [Hz]": _frequencies(result)})
@@ -529,13 +532,17 @@ def _friction(result: dict) -> str:
     if not torques:
         grease = f"by Palmgren, with grease of {1e6 * BASE_VISCOSITY:g} mm²/s and no seals"
         return "" if estimate is None else f"{_scattered(estimate)}\n{grease}"
-    parts = {name: one and short(MOMENT * one, 2) for name, one in torques.items()}
-    cells = ", ".join(f"{name} {parts[name]}" for name in ("film", "hysteresis", "slip"))
-    shown = [f"{name} {parts[key]} N mm" for key, name in (("skf", "SKF"), ("palmgren", "Palmgren")) if parts[key]]
+    shown_torques = {name: torque and short(MOMENT * torque, 2) for name, torque in torques.items()}
+    cells = ", ".join(f"{name} {shown_torques[name]}" for name in ("film", "hysteresis", "slip"))
+    empirical = [
+        f"{name} {shown_torques[key]} N mm"
+        for key, name in (("skf", "SKF"), ("palmgren", "Palmgren"))
+        if shown_torques[key]
+    ]
     return "\n".join(
         (
             f"{_scattered(torques['total'])} ({cells})",
-            f"{short(result['friction_loss_w'], 2)} W lost; by {', by '.join(shown)}",
+            f"{short(result['friction_loss_w'], 2)} W lost; by {', by '.join(empirical)}",
             f"thinnest film {short(1e6 * result['film_m'], 2)} µm, film parameter Λ {short(result['lambda'], 2)}",
             result["friction_note"],
         )
@@ -561,11 +568,11 @@ def _life(result: dict, name: str) -> str:
 
 def show_sweep(result: dict) -> None:
     """Prints the curves of a sweep, one line a value."""
-    words, _, unit = result["axis"]["label"].partition(" [")
-    kept = filter(None, (result["held"], f"law {result['law']}", f"arm of tilts {result['arm']}"))
-    show_paragraph(f"{result['scene']} over {words}: {', '.join(kept)}")
+    label, _, unit = result["axis"]["label"].partition(" [")
+    conditions = filter(None, (result["held"], f"law {result['law']}", f"arm of tilts {result['arm']}"))
+    show_paragraph(f"{result['scene']} over {label}: {', '.join(conditions)}")
     show_text()
-    header = [f"{words}\n[{unit}" if unit else words]
+    header = [f"{label}\n[{unit}" if unit else label]
     header += [f"{axis}\n[µm]" for axis in AXES[:3]] + [f"stiffness {axis}\n[N/µm]" for axis in AXES[:3]]
     rows = []
     for k, value in enumerate(result["values"]):
@@ -573,7 +580,8 @@ def show_sweep(result: dict) -> None:
         if stiffness is None:
             rows.append((shown, "no equilibrium", *("",) * 7))
             continue
-        cells = [1e6 * one for one in result["ring_displacement_m"][k]] + [1e-6 * stiffness[i][i] for i in range(3)]
+        cells = [1e6 * shift for shift in result["ring_displacement_m"][k]]
+        cells += [1e-6 * stiffness[i][i] for i in range(3)]
         cells += [result["greatest_normal_load_inner_n"][k], result["reference_life_mrev"][k]]
         rows.append((shown, *map(short, cells)))
     show_columns((*header, "ball\n[N]", "life\n[1e6]"), rows)
@@ -616,56 +624,61 @@ def _millimetres(value, error: float = 0.0) -> str:
 
 
 def _range(pair, scale: float) -> str:
-    return "-".join(dict.fromkeys(f"{scale * one:.4g}" for one in pair)) if pair else "-"
+    return "-".join(dict.fromkeys(f"{scale * end:.4g}" for end in pair)) if pair else "-"
 
 
 def _rating(result: dict, name: str, standard: str) -> str:
     published = result[f"published_{name}_rating_n"]
-    beside = f"; published {_range(published, 1e-3)} kN" if published else ""
-    return f"{1e-3 * result[f'basic_{name}_rating_n']:.4g} kN by {standard}{beside}"
+    note = f"; published {_range(published, 1e-3)} kN" if published else ""
+    return f"{1e-3 * result[f'basic_{name}_rating_n']:.4g} kN by {standard}{note}"
 
 
 def limiting(speeds: dict[str, float]) -> str:
     """Limiting speeds [rad/s] by lubrication, with their source."""
     from bearing_twin.kinds.bearing import LIMITING, LIMITING_SCATTER
 
-    shown = ", ".join(f"{name} {float(f'{one * 30.0 / math.pi:.2g}'):.0f}" for name, one in speeds.items())
-    products = " and ".join(f"{1e-5 * one:g}e5" for one in LIMITING.values())
-    return f"{shown} rpm ± {100.0 * LIMITING_SCATTER:.0f} %, estimated by n d_m = {products} mm/min (FBJ)"
+    rounded = ", ".join(f"{name} {float(f'{speed * 30.0 / math.pi:.2g}'):.0f}" for name, speed in speeds.items())
+    products = " and ".join(f"{1e-5 * product:g}e5" for product in LIMITING.values())
+    return f"{rounded} rpm ± {100.0 * LIMITING_SCATTER:.0f} %, estimated by n d_m = {products} mm/min (FBJ)"
 
 
 def note_bare_speed(scene, overrides: Iterable[str]) -> None:
     """Says on standard error that a speed without a unit is in rad/s, where it is above the limiting speed."""
-    given = [text.strip() for one in overrides for key, _, text in [one.partition("=")] if key.strip() == "drive.speed"]
-    if scene.kind != "bearing" or not given or not NUMBER.fullmatch(given[-1]):
+    speeds = [
+        text.strip()
+        for override in overrides
+        for key, _, text in [override.partition("=")]
+        if key.strip() == "drive.speed"
+    ]
+    if scene.kind != "bearing" or not speeds or not NUMBER.fullmatch(speeds[-1]):
         return
     from bearing_twin.kinds.bearing import command_warning
 
-    if warning := command_warning(scene.parameters, float(given[-1])):
-        say(f"drive.speed: {warning}; if it is meant in rpm, give {given[-1]}rpm")
+    if warning := command_warning(scene.parameters, float(speeds[-1])):
+        say(f"drive.speed: {warning}; if it is meant in rpm, give {speeds[-1]}rpm")
 
 
 def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Path:
     """Writes a page with the table that `show` prints, the picture of `draw`, and its warnings; one new file."""
-    shown = io.StringIO()
-    with contextlib.redirect_stdout(shown):
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
         show(result)
     with tempfile.TemporaryDirectory() as folder:
         picture = base64.b64encode(Path(draw(result, Path(folder) / "sheet.png")).read_bytes()).decode()
     title = html.escape(f"Bearing {result['scene']}")
-    warnings = "".join(f"<li>{html.escape(one)}</li>" for one in result.get("flags", []))
+    warnings = "".join(f"<li>{html.escape(flag)}</li>" for flag in result.get("flags", []))
     with path.open("w", encoding="utf-8") as stream:
         stream.write(
             f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title></head>'
             f'<body style="font-family: sans-serif; max-width: 62rem; margin: 2rem auto"><h1>{title}</h1>'
-            f"<pre>{html.escape(shown.getvalue())}</pre>"
+            f"<pre>{html.escape(printed.getvalue())}</pre>"
             f"{f'<h2>Warnings</h2><ul>{warnings}</ul>' if warnings else ''}"
             f'<img alt="{title}" style="width: 100%" src="data:image/png;base64,{picture}"></body></html>\n'
         )
     return path
 
 
-ASIDE = "values", "flags", "refused"  # lists of a sweep that are no curves
+NOT_CURVES = "values", "flags", "refused"  # lists of a sweep that are no curves
 
 
 def show_csv(result: dict) -> None:
@@ -684,28 +697,33 @@ def csv_of(result: dict) -> str:
         table.writerows([row.get(name, "") for name in names] for row in rows)
     else:
         table.writerow(["quantity", "value"])
-        table.writerows(_numbers("", result))
+        table.writerows(_flat_numbers("", result))
     return out.getvalue()
 
 
 def _rows(result: dict) -> list[dict]:
     """The rows of a sweep."""
     key, values = result["sweep"], result["values"]
-    curves = [name for name, one in result.items() if isinstance(one, list) and len(one) == len(values)]
+    curves = [name for name, column in result.items() if isinstance(column, list) and len(column) == len(values)]
     return [
         {key: value}
-        | {name: one for curve in curves if curve not in ASIDE for name, one in _numbers(curve, result[curve][place])}
-        for place, value in enumerate(values)
+        | {
+            name: column
+            for curve in curves
+            if curve not in NOT_CURVES
+            for name, column in _flat_numbers(curve, result[curve][index])
+        }
+        for index, value in enumerate(values)
     ]
 
 
-def _numbers(key: str, value) -> Iterator[tuple[str, object]]:
+def _flat_numbers(key: str, value) -> Iterator[tuple[str, object]]:
     """(name, number or text) of all that a result holds: `ring_displacement_m[1]`, `clearance_m.operating`."""
     if isinstance(value, dict):
-        for name, one in value.items():
-            yield from _numbers(f"{key}.{name}" if key else name, one)
+        for name, item in value.items():
+            yield from _flat_numbers(f"{key}.{name}" if key else name, item)
     elif isinstance(value, (list, tuple)):
-        for place, one in enumerate(value):
-            yield from _numbers(f"{key}[{place}]", one)
+        for index, item in enumerate(value):
+            yield from _flat_numbers(f"{key}[{index}]", item)
     elif value is not None:
         yield key, value

@@ -48,16 +48,16 @@ def run(arguments: argparse.Namespace) -> Outcome:
     for name in names:
         for path in chart_of(name).files(folder, name, options):
             refuse_existing(path)
-    return _all(folder, options) if arguments.chart == ALL else _made(arguments.chart, folder, options)
+    return _make_all(folder, options) if arguments.chart == ALL else _make(arguments.chart, folder, options)
 
 
-def _refuse(word: str) -> None:
+def _refuse(name: str) -> None:
     from bearing_twin.base.parameters import echo, legal_hint
     from bearing_twin.charts import CHARTS, RENAMED
 
-    if word in RENAMED:
-        raise BearingTwinError(f"the chart {word} was removed: use chart {RENAMED[word]}")
-    raise BearingTwinError(f"{echo(word)} is not a chart; {legal_hint(word, [*CHARTS, ALL])}")
+    if name in RENAMED:
+        raise BearingTwinError(f"the chart {name} was removed: use chart {RENAMED[name]}")
+    raise BearingTwinError(f"{echo(name)} is not a chart; {legal_hint(name, [*CHARTS, ALL])}")
 
 
 def _list() -> Outcome:
@@ -72,25 +72,25 @@ def _list() -> Outcome:
     return Outcome({"charts": [dict(zip(keys, row, strict=True)) for row in rows]}, [], show)
 
 
-def _made(name: str, folder: Path, options) -> Outcome:
+def _make(name: str, folder: Path, options) -> Outcome:
     """One chart: rows, pictures, tables, and the sentences that read it."""
     from bearing_twin.charts import chart_of
 
     with progress(f"chart {name}") as update:
-        made = chart_of(name).make(folder, name, options._replace(update=update))
+        files = chart_of(name).make(folder, name, options._replace(update=update))
 
     def show():
-        show_text("\n".join([*made.reading, *(f"picture: {one}" for one in made.pictures)]))
-        show_text("\n".join(f"table:   {one}" for one in made.tables))
+        show_text("\n".join([*files.reading, *(f"picture: {path}" for path in files.pictures)]))
+        show_text("\n".join(f"table:   {path}" for path in files.tables))
 
-    return Outcome(made._asdict() | {"rows": [dataclasses.asdict(row) for row in made.rows]}, [], show)
+    return Outcome(files._asdict() | {"rows": [dataclasses.asdict(row) for row in files.rows]}, [], show)
 
 
-def _all(folder: Path, options) -> Outcome:
+def _make_all(folder: Path, options) -> Outcome:
     """Every chart, one after the other."""
     from bearing_twin.charts import CHARTS
 
     for name, chart in CHARTS.items():
         say(f"chart {name}, about {chart.seconds:.0f} s")
-        _made(name, folder, options)
+        _make(name, folder, options)
     return Outcome({"charts": [*CHARTS]}, [], lambda: show_text("\n".join(CHARTS)))

@@ -43,7 +43,7 @@ KEYS_OF_OPTIONS = {  # options of other commands: what sets the same in a scene
     "--clearance": "geometry.radial_clearance=10um",
 }
 COMPLETING = "_ARGCOMPLETE"  # the shell sets it where it wants completions
-GONE = {  # commands, options and words of earlier versions: what there is in their place
+REMOVED = {  # commands, options and words of earlier versions: what there is in their place
     "completion": 'type eval "$(register-python-argcomplete bearing_twin)" in the shell instead',
     "--markdown": "docs/topics.md has these tables",
     "--before": "verify simulates from the start to where the log begins, however long that takes",
@@ -53,7 +53,7 @@ GONE = {  # commands, options and words of earlier versions: what there is in th
     "--schema": "bearing_twin scenes --keys lists every key with its limits",
     "--read": "read the CSV files that chart writes",
 }
-SHOWN = 3  # warnings without --verbose
+WARNINGS_SHOWN = 3  # warnings without --verbose
 
 
 class _Help(argparse.RawDescriptionHelpFormatter):
@@ -65,13 +65,13 @@ class _Help(argparse.RawDescriptionHelpFormatter):
 
 class _Parser(argparse.ArgumentParser):
     def parse_known_args(self, args=None, namespace=None):
-        return super().parse_known_args(_joined(sys.argv[1:] if args is None else args), namespace)
+        return super().parse_known_args(_join_negative_values(sys.argv[1:] if args is None else args), namespace)
 
     def _check_value(self, action, value):
         if action.choices is None or value in action.choices:
             return
-        if value in GONE:
-            raise BearingTwinError(f"{value} was removed: {GONE[value]}")
+        if value in REMOVED:
+            raise BearingTwinError(f"{value} was removed: {REMOVED[value]}")
         name = "/".join(action.option_strings) or action.metavar or action.dest
         raise BearingTwinError(f"{name} {echo(value)} is not known; {legal_hint(value, action.choices)}")
 
@@ -131,20 +131,20 @@ def _main(argv) -> int:
 
     if argv[:1] == ["help"]:
         argv = [*argv[1:2], "--help"]
-    word = next((one for one in argv if not one.startswith("-")), None)
-    parser, subparsers = _parsers(None if COMPLETING in os.environ else word)
+    command = next((argument for argument in argv if not argument.startswith("-")), None)
+    parser, subparsers = _parsers(None if COMPLETING in os.environ else command)
     if COMPLETING in os.environ:
         import_optional("argcomplete", "completion").autocomplete(parser)  # ends the program
     if not argv:
         parser.print_help(sys.stderr)
         return BAD_INPUT
-    if word is not None and word not in COMMANDS:
-        if word in GONE:
-            raise BearingTwinError(f"{word} was removed: {GONE[word]}")
-        raise BearingTwinError(f"{echo(word)} is not a subcommand; {legal_hint(word, COMMANDS)}")
-    arguments, rest = parser.parse_known_args(argv)
-    if rest:
-        _refuse(rest, subparsers[arguments.command])
+    if command is not None and command not in COMMANDS:
+        if command in REMOVED:
+            raise BearingTwinError(f"{command} was removed: {REMOVED[command]}")
+        raise BearingTwinError(f"{echo(command)} is not a subcommand; {legal_hint(command, COMMANDS)}")
+    arguments, unknown_arguments = parser.parse_known_args(argv)
+    if unknown_arguments:
+        _refuse_unknown(unknown_arguments, subparsers[arguments.command])
     _refuse_empty(arguments, subparsers[arguments.command])
     from bearing_twin.command.outcome import FORCE
     from bearing_twin.command.terminal import SI, in_shown_units
@@ -175,16 +175,16 @@ def _present(outcome, arguments) -> None:
         else:
             _show(outcome, arguments.si)
         sys.stdout.flush()
-    warnings = [f"bearing_twin: warning: {escape_controls(in_shown_units(one))}" for one in outcome.warnings]
+    warnings = [f"bearing_twin: warning: {escape_controls(in_shown_units(warning))}" for warning in outcome.warnings]
     complete = arguments.json or getattr(arguments, "verbose", True)  # commands without --verbose show all
-    for line in warnings if complete else _shortened(warnings):
+    for line in warnings if complete else _first_warnings(warnings):
         print(line, file=sys.stderr)
 
 
-def _shortened(warnings: list[str]) -> list[str]:
+def _first_warnings(warnings: list[str]) -> list[str]:
     """The first of the warnings, and how many more there are."""
-    more = len(warnings) - SHOWN
-    return warnings if more <= 0 else [*warnings[:SHOWN], f"bearing_twin: {more} more with --verbose"]
+    omitted = len(warnings) - WARNINGS_SHOWN
+    return warnings if omitted <= 0 else [*warnings[:WARNINGS_SHOWN], f"bearing_twin: {omitted} more with --verbose"]
 
 
 def _show(outcome, si: bool) -> None:
@@ -226,15 +226,15 @@ def _parsers(only: str | None = None):
     return parser, subparsers
 
 
-def _joined(argv) -> list[str]:
+def _join_negative_values(argv) -> list[str]:
     """The words with values that begin with a minus, such as -,-1000,0 or -1e-3, tied to the option before them."""
-    words = []
-    for word in argv:
-        if words and words[-1].startswith("--") and "=" not in words[-1] and _NEGATIVE.match(word):
-            words[-1] += f"={word}"
+    joined = []
+    for argument in argv:
+        if joined and joined[-1].startswith("--") and "=" not in joined[-1] and _NEGATIVE.match(argument):
+            joined[-1] += f"={argument}"
         else:
-            words.append(word)
-    return words
+            joined.append(argument)
+    return joined
 
 
 def _refuse_empty(arguments, subparser):
@@ -242,19 +242,19 @@ def _refuse_empty(arguments, subparser):
     for action in subparser._actions:
         if getattr(arguments, action.dest, None) == "" and action.default != "":
             name = "/".join(action.option_strings) or action.metavar or action.dest
-            rest = ", or leave it out" if action.option_strings else ""
-            raise BearingTwinError(f"{name} is empty; give it a value{rest}")
+            advice = ", or leave it out" if action.option_strings else ""
+            raise BearingTwinError(f"{name} is empty; give it a value{advice}")
 
 
-def _refuse(rest, subparser):
-    if not rest[0].startswith("-"):
-        raise BearingTwinError(f"{echo(rest[0])} is one word too many; see {subparser.prog} --help")
+def _refuse_unknown(unknown_arguments, subparser):
+    if not unknown_arguments[0].startswith("-"):
+        raise BearingTwinError(f"{echo(unknown_arguments[0])} is one word too many; see {subparser.prog} --help")
     options = [name for action in subparser._actions for name in action.option_strings if name.startswith("--")]
-    option = rest[0].partition("=")[0]  # without the value, which `_joined` tied to it
+    option = unknown_arguments[0].partition("=")[0]  # without the value, which `_joined` tied to it
     if option in options:
         raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {option}")
-    if option in GONE:
-        raise BearingTwinError(f"{option} was removed: {GONE[option]}")
+    if option in REMOVED:
+        raise BearingTwinError(f"{option} was removed: {REMOVED[option]}")
     if option in KEYS_OF_OPTIONS and "--set" in options:
         raise BearingTwinError(
             f"{echo(option)} is not an option of {subparser.prog}; set a key of the scene "

@@ -18,7 +18,7 @@ from bearing_twin.command import (
     view_commands,
 )
 from bearing_twin.command.bearing_command import note_bare_speed
-from bearing_twin.command.log_commands import ShownStream, ended
+from bearing_twin.command.log_commands import DrawnStream, run_to_end
 from bearing_twin.command.outcome import (
     Outcome,
     Subcommand,
@@ -33,7 +33,7 @@ from bearing_twin.command.outcome import (
 from bearing_twin.command.terminal import in_shown_units, progress, say
 
 
-def _of(module) -> Subcommand:
+def _subcommand(module) -> Subcommand:
     """The subcommand of a module of its own."""
     return Subcommand(module.HELP, module.add_arguments, module.run, module.EXAMPLES)
 
@@ -56,7 +56,7 @@ def _simulate_arguments(parser):
 def _simulate(arguments) -> Outcome:
     from bearing_twin.run.scene import load_scene
 
-    overrides, begun = overrides_of(arguments, duration="run.duration"), None
+    overrides, start = overrides_of(arguments, duration="run.duration"), None
     if arguments.more is None:
         scene = load_scene(arguments.scene, overrides)
     else:
@@ -65,8 +65,8 @@ def _simulate(arguments) -> Outcome:
         from bearing_twin.log.run_log import read_log
         from bearing_twin.run.failure import continuation
 
-        begun = continuation(read_log(arguments.scene), arguments.more, overrides)
-        scene = begun.scene
+        start = continuation(read_log(arguments.scene), arguments.more, overrides)
+        scene = start.scene
     note_bare_speed(scene, overrides)
     picture = picture_path(arguments.plot) if arguments.plot else None
     log = new_log(arguments.out) if arguments.out else None
@@ -80,11 +80,11 @@ def _simulate(arguments) -> Outcome:
     if large:
         say(in_shown_units(f"{scene.name}: {large}"))
     with progress(f"simulating {scene.name}") as update:
-        run = simulate(scene, update, begun)
+        run = simulate(scene, update, start)
         for warning in (*unreached_keys(scene, scene.parameters.run.duration), *run.choice.warnings):
             say(in_shown_units(f"{scene.name}: {warning}"))
-        drawing = ShownStream(run, bool(picture))
-        incomplete, failure = ended(drawing, log)
+        drawing = DrawnStream(run, bool(picture))
+        incomplete, failure = run_to_end(drawing, log)
     problems = [incomplete] if incomplete else []
     if failure is not None:
         problems.append(failure_sentence(failure, log.parent if log else Path()))
@@ -118,11 +118,11 @@ COMMANDS = {
     "recover": log_commands.RECOVER,
     "export": log_commands.EXPORT,
     "explain": log_commands.EXPLAIN,
-    "chart": _of(chart_command),
-    "contact": _of(contact_command),
-    "bearing": _of(bearing_command),
-    "spectrum": _of(spectrum_command),
-    "study": _of(study_command),
+    "chart": _subcommand(chart_command),
+    "contact": _subcommand(contact_command),
+    "bearing": _subcommand(bearing_command),
+    "spectrum": _subcommand(spectrum_command),
+    "study": _subcommand(study_command),
     "node": node_command.NODE,
     "topics": scene_commands.TOPICS,
     "view": view_commands.VIEW,

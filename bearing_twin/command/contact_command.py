@@ -14,43 +14,45 @@ EXAMPLES = (
     "bearing_twin contact --radii-1 0.01 --load 100 --plot contact.png",
     "bearing_twin contact --radii-1 0.01 --speed 1 --mass 0.03 --restitution 0.8",
 )
-BODIES = "bodies, in one of three ways"
-MATERIALS_OF = "materials: one value for both bodies, or two (default: the scene's, or steel)"
-ONE_OF = "exactly one of"
-OTHERS = "others"
+BODY_GROUP = "bodies, in one of three ways"
+MATERIAL_GROUP = "materials: one value for both bodies, or two (default: the scene's, or steel)"
+QUANTITY_GROUP = "exactly one of"
+OTHER_GROUP = "others"
 # option: group, unit of its number or None, name of its value, help; several values where the name ends with +
 OPTIONS = {
-    "--bearing": (BODIES, None, "NAME", "a bearing scene or its designation, such as 6203"),
-    "--race": (BODIES, None, ("inner", "outer"), "the raceway of --bearing (default inner)"),
-    "--radii-1": (BODIES, "m", "R+", "radii of body 1 [m] along x and y"),
-    "--radii-2": (BODIES, "m", "R+", "of body 2; inf = flat (default)"),
-    "--hollow": (BODIES, None, ("x", "y", "both"), "directions in which body 2 is hollow"),
-    "--angle": (BODIES, "rad", "RAD", "turn of body 2's directions about the normal"),
-    "--curvature-small": (BODIES, "1/m", "P", "gap z = P x^2 + Q y^2 [1/m]"),
-    "--curvature-large": (BODIES, "1/m", "Q", "Q >= P > 0 [1/m]"),
-    "--material": (MATERIALS_OF, None, "NAME+", "named materials"),
-    "--young": (MATERIALS_OF, "Pa", "E+", "Young's modulus [Pa]"),
-    "--poisson": (MATERIALS_OF, "1", "NU+", "Poisson's ratio"),
-    "--yield-strength": (MATERIALS_OF, "Pa", "Y", "yield strength of the weaker body [Pa]"),
-    "--load": (ONE_OF, "N", "F", "normal load [N]"),
-    "--approach": (ONE_OF, "m", "H", "mutual approach [m]"),
-    "--peak-pressure": (ONE_OF, "Pa", "P0", "pressure at the centre [Pa]"),
-    "--semi-major": (ONE_OF, "m", "A", "longer semi-axis of the ellipse [m]"),
-    "--semi-minor": (ONE_OF, "m", "B", "shorter semi-axis [m]"),
-    "--speed": (ONE_OF, "m/s", "V", "speed of an elastic impact [m/s], with --mass"),
-    "--mass": (OTHERS, "kg", "M", "m1 m2/(m1 + m2) of the impact [kg]"),
-    "--restitution": (OTHERS, "1", "E", "with --speed: the damping that gives it, by several formulas"),
-    "--frozen-at": (OTHERS, "1", "RATIO", "b/a at which the law constant is exact (1)"),
-    "--stiffness": (OTHERS, "N/m", "K", "of the law linear [N/m] (default: the slope of exact Hertz here)"),
-    "--plot": (OTHERS, None, "PNG", "draw ellipse, pressure, stress below and the laws' errors"),
+    "--bearing": (BODY_GROUP, None, "NAME", "a bearing scene or its designation, such as 6203"),
+    "--race": (BODY_GROUP, None, ("inner", "outer"), "the raceway of --bearing (default inner)"),
+    "--radii-1": (BODY_GROUP, "m", "R+", "radii of body 1 [m] along x and y"),
+    "--radii-2": (BODY_GROUP, "m", "R+", "of body 2; inf = flat (default)"),
+    "--hollow": (BODY_GROUP, None, ("x", "y", "both"), "directions in which body 2 is hollow"),
+    "--angle": (BODY_GROUP, "rad", "RAD", "turn of body 2's directions about the normal"),
+    "--curvature-small": (BODY_GROUP, "1/m", "P", "gap z = P x^2 + Q y^2 [1/m]"),
+    "--curvature-large": (BODY_GROUP, "1/m", "Q", "Q >= P > 0 [1/m]"),
+    "--material": (MATERIAL_GROUP, None, "NAME+", "named materials"),
+    "--young": (MATERIAL_GROUP, "Pa", "E+", "Young's modulus [Pa]"),
+    "--poisson": (MATERIAL_GROUP, "1", "NU+", "Poisson's ratio"),
+    "--yield-strength": (MATERIAL_GROUP, "Pa", "Y", "yield strength of the weaker body [Pa]"),
+    "--load": (QUANTITY_GROUP, "N", "F", "normal load [N]"),
+    "--approach": (QUANTITY_GROUP, "m", "H", "mutual approach [m]"),
+    "--peak-pressure": (QUANTITY_GROUP, "Pa", "P0", "pressure at the centre [Pa]"),
+    "--semi-major": (QUANTITY_GROUP, "m", "A", "longer semi-axis of the ellipse [m]"),
+    "--semi-minor": (QUANTITY_GROUP, "m", "B", "shorter semi-axis [m]"),
+    "--speed": (QUANTITY_GROUP, "m/s", "V", "speed of an elastic impact [m/s], with --mass"),
+    "--mass": (OTHER_GROUP, "kg", "M", "m1 m2/(m1 + m2) of the impact [kg]"),
+    "--restitution": (OTHER_GROUP, "1", "E", "with --speed: the damping that gives it, by several formulas"),
+    "--frozen-at": (OTHER_GROUP, "1", "RATIO", "b/a at which the law constant is exact (1)"),
+    "--stiffness": (OTHER_GROUP, "N/m", "K", "of the law linear [N/m] (default: the slope of exact Hertz here)"),
+    "--plot": (OTHER_GROUP, None, "PNG", "draw ellipse, pressure, stress below and the laws' errors"),
 }  # fmt: skip
 ROUNDING = 1e-9  # of a load: exact Hertz is taken to 1e-10
-GIVEN = [name[2:].replace("-", "_") for name, (group, *_) in OPTIONS.items() if group == ONE_OF]
+QUANTITIES = [name[2:].replace("-", "_") for name, (group, *_) in OPTIONS.items() if group == QUANTITY_GROUP]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `contact` to its parser."""
-    groups = {title: parser.add_argument_group(title) for title in (BODIES, MATERIALS_OF, ONE_OF, OTHERS)}
+    groups = {
+        title: parser.add_argument_group(title) for title in (BODY_GROUP, MATERIAL_GROUP, QUANTITY_GROUP, OTHER_GROUP)
+    }
     for name, (group, unit, value, text) in OPTIONS.items():
         form = {"type": quantity(unit)} if unit else {}
         form |= {"metavar": value.rstrip("+")} if isinstance(value, str) else {"choices": value}
@@ -73,12 +75,12 @@ def run(arguments: argparse.Namespace) -> Outcome:
     gap, scene_bodies = _gap(arguments)
     first, second = _materials(arguments, scene_bodies)
     modulus = effective_modulus(first, second)
-    name, value = _given(arguments)
-    more, flags = {}, []
+    name, value = _given_quantity(arguments)
+    impact_values, flags = {}, []
     if name == "speed":
         contact, duration = calculator.impact(gap, modulus, value, arguments.mass)
         size = 2.0 * gap.least_radius
-        more = {"contact_duration_s": duration, **_damping(arguments.restitution, value)}
+        impact_values = {"contact_duration_s": duration, **_damping(arguments.restitution, value)}
         slowest = min((first, second), key=lambda body: body.young_modulus / body.density)
         flags = validity.gathered(
             validity.wave_warning(duration, validity.wave_transit(size, slowest.young_modulus, slowest.density))
@@ -91,7 +93,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     frozen_at = 1.0 if arguments.frozen_at is None else arguments.frozen_at
     result = calculator.answer(gap, first, second, contact, strength, frozen_at, arguments.stiffness)
     result["flags"] += flags
-    result |= more
+    result |= impact_values
     if picture:
         from bearing_twin.contact.picture import plot_contact
 
@@ -108,14 +110,14 @@ def _gap(arguments):
     from bearing_twin.contact import calculator
 
     curvatures = arguments.curvature_small, arguments.curvature_large
-    ways = [arguments.bearing is not None, arguments.radii_1 is not None, curvatures != (None, None)]
-    if sum(ways) != 1:
+    definitions = [arguments.bearing is not None, arguments.radii_1 is not None, curvatures != (None, None)]
+    if sum(definitions) != 1:
         raise SceneError("say the bodies in one way: --bearing, or --radii-1, or --curvature-small with -large")
     only = {"--bearing": ("--race",), "--radii-1": ("--radii-2", "--hollow", "--angle")}
-    for way, options in only.items():
+    for definition, options in only.items():
         for option in options:
-            if _value(arguments, way) is None and _value(arguments, option) is not None:
-                raise SceneError(f"{option} goes with {way}; leave one of the two out")
+            if _value(arguments, definition) is None and _value(arguments, option) is not None:
+                raise SceneError(f"{option} goes with {definition}; leave one of the two out")
     if arguments.bearing is not None:
         return _raceway(arguments.bearing, arguments.race or "inner")
     if None not in curvatures:
@@ -155,8 +157,8 @@ def _materials(arguments, bodies):
                 raise SceneError(f"--material {echo(name)} is not known; {legal_hint(name, MATERIALS)}")
         bodies = tuple(MATERIALS[name] for name in names)
     values = [plain(body) for body in bodies]
-    for key, given in (("young_modulus", arguments.young), ("poisson_ratio", arguments.poisson)):
-        for body, value in zip(values, _pair(given, key) if given else (), strict=False):
+    for key, entries in (("young_modulus", arguments.young), ("poisson_ratio", arguments.poisson)):
+        for body, value in zip(values, _pair(entries, key) if entries else (), strict=False):
             body[key] = value
     return tuple(read_strict(Material, body, f"body {number}") for number, body in enumerate(values, start=1))
 
@@ -176,21 +178,21 @@ def _pair(values, name):
     return (values[0], values[-1])
 
 
-def _given(arguments):
-    given = [(name, getattr(arguments, name)) for name in GIVEN if getattr(arguments, name) is not None]
-    options = ", ".join(f"--{name.replace('_', '-')}" for name in GIVEN)
-    if len(given) != 1:
+def _given_quantity(arguments):
+    quantities = [(name, getattr(arguments, name)) for name in QUANTITIES if getattr(arguments, name) is not None]
+    options = ", ".join(f"--{name.replace('_', '-')}" for name in QUANTITIES)
+    if len(quantities) != 1:
         raise SceneError(f"give exactly one of {options}")
-    if (given[0][0] == "speed") != (arguments.mass is not None):
+    if (quantities[0][0] == "speed") != (arguments.mass is not None):
         raise SceneError("--speed and --mass belong together: an impact needs both")
-    for name, value in (*given, ("mass", arguments.mass)):
+    for name, value in (*quantities, ("mass", arguments.mass)):
         if value is not None:
             option = f"--{name.replace('_', '-')}"
             unit = OPTIONS[option][1]
             number(option, value, unit, Limits(above=0.0, greatest=UNITS[unit].greatest))
-    if arguments.restitution is not None and given[0][0] != "speed":
+    if arguments.restitution is not None and quantities[0][0] != "speed":
         raise SceneError("--restitution goes with --speed and --mass: give these, or leave it out")
-    return given[0]
+    return quantities[0]
 
 
 def _damping(restitution, speed):
@@ -199,10 +201,11 @@ def _damping(restitution, speed):
 
     if restitution is None:
         return {}
-    found = shortcuts(restitution, speed)
+    formulas = shortcuts(restitution, speed)
     return {
         "damping": {
-            name: {"damping_s_per_m": one.damping, "restitution": one.restitution} for name, one in found.items()
+            name: {"damping_s_per_m": formula.damping, "restitution": formula.restitution}
+            for name, formula in formulas.items()
         }
     }
 
@@ -214,7 +217,7 @@ def _show(result):
     show_quantities({key: value for key, value in result.items() if isinstance(value, (float, str))})
     _show_laws(result["laws"])
     if "damping" in result:
-        rows = ((name, *(f"{one:.6g}" for one in row.values())) for name, row in result["damping"].items())
+        rows = ((name, *(f"{number:.6g}" for number in row.values())) for name, row in result["damping"].items())
         show_rows(("formula", "damping [s/m]", "restitution at this speed"), rows)
     show_paragraph(
         f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "

@@ -16,7 +16,7 @@ from bearing_twin.command.outcome import (
     Outcome,
     Subcommand,
     add_verbose,
-    cleared,
+    new_file,
     new_log,
     picture_path,
     quantity,
@@ -25,13 +25,13 @@ from bearing_twin.command.outcome import (
 from bearing_twin.command.terminal import progress, say, show_rows, show_text, with_progress
 
 
-class ShownStream:
+class DrawnStream:
     """A run or log whose blocks, gone through once, are shown to its picture, if there is one."""
 
-    def __init__(self, stream, drawn: bool = False):
+    def __init__(self, stream, with_picture: bool = False):
         self._stream, self._blocks = stream, None
         self._picture = None
-        if drawn:
+        if with_picture:
             from bearing_twin.run.report import picture_of
 
             self._picture = picture_of(stream)
@@ -41,10 +41,10 @@ class ShownStream:
 
     def blocks(self):
         """The blocks that nobody has taken yet: whoever stops half way leaves the others."""
-        self._blocks = self._blocks or self._shown()
+        self._blocks = self._blocks or self._drawn_blocks()
         return self._blocks
 
-    def _shown(self):
+    def _drawn_blocks(self):
         for block in self._stream.blocks():
             if self._picture is not None:
                 self._picture.add(block)
@@ -58,14 +58,14 @@ class ShownStream:
             return str(self._picture.write(path, figure_errors(report) if errors else ()))
 
 
-class Ended(NamedTuple):
+class RunEnd(NamedTuple):
     """End of a run: why its log is incomplete ("" if it is not), and the error that ended the run, or None."""
 
     incomplete: str
     failure: IntegrationError | None
 
 
-def ended(run: ShownStream, log: Path | None) -> Ended:
+def run_to_end(run: DrawnStream, log: Path | None) -> RunEnd:
     """Has a run go to its end, into a new `log` if one is given; where there is no room for that, on without it.
 
     Raises LogError where no log can be begun for another reason, before anything is computed.
@@ -73,28 +73,28 @@ def ended(run: ShownStream, log: Path | None) -> Ended:
     incomplete = ""
     try:
         if log:
-            incomplete = _logged(run, log)
+            incomplete = _write_log(run, log)
         for _ in run.blocks():
             pass
     except IntegrationError as error:
-        return Ended(incomplete, error)
-    return Ended(incomplete, run.failure)
+        return RunEnd(incomplete, error)
+    return RunEnd(incomplete, run.failure)
 
 
-def _logged(run: ShownStream, log: Path) -> str:
+def _write_log(run: DrawnStream, log: Path) -> str:
     from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.run_log import write_log
 
     try:
         write_log(run, log)
     except LogError as error:
-        begun = run.simulation.sequence >= 0
-        if not begun and not isinstance(error, FullDisk):
+        has_begun = run.simulation.sequence >= 0
+        if not has_begun and not isinstance(error, FullDisk):
             raise
-        said = f"{'the log is incomplete' if begun else 'there is no log'}: {error}"
+        sentence = f"{'the log is incomplete' if has_begun else 'there is no log'}: {error}"
         if run.simulation.sequence + 1 < run.outputs and run.failure is None:
-            say(f"{said}; the run goes on without it")
-        return said
+            say(f"{sentence}; the run goes on without it")
+        return sentence
     return ""
 
 
@@ -127,18 +127,22 @@ def _verify(arguments) -> Outcome:
                 f"the log begins at {log.begins_s:.6g} s: the run up to there is simulated first, compared with nothing"
             )
         verification = verify(log, lambda time: update(time / log.seconds))
-    result = {"log": str(arguments.log)} | verification.as_dict() | _kept(log)
-    off = verification.differences()
-    count = f"{len(verification.deviations)}, {f'{len(off)} not the same' if off else 'all the same'}"
-    hidden = {"deviations", "records_not_as_many", *(("greatest_deviation",) if off else ())}  # each of them is shown
+    result = {"log": str(arguments.log)} | verification.as_dict() | _thinning(log)
+    differences = verification.differences()
+    count = f"{len(verification.deviations)}, {f'{len(differences)} not the same' if differences else 'all the same'}"
+    hidden = {
+        "deviations",
+        "records_not_as_many",
+        *(("greatest_deviation",) if differences else ()),
+    }  # each of them is shown
     shown = {key: value for key, value in result.items() if key not in hidden} | {"channels": count}
-    shown |= {"deviation of": off} if off else {}
+    shown |= {"deviation of": differences} if differences else {}
     return Outcome(
         result, [*log.notes, *filter(None, [log.run_note]), *verification.warnings()], lambda: show_result(shown)
     )
 
 
-def _kept(log) -> dict[str, float]:
+def _thinning(log) -> dict[str, float]:
     """How many outputs a second a thinned log holds."""
     return {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
 
@@ -159,10 +163,10 @@ def _report(arguments) -> Outcome:
     stream = read_log(arguments.log, True, arguments.topic, last_run=True, run=arguments.run)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
-    watched = ShownStream(stream, bool(picture))
+    watched = DrawnStream(stream, bool(picture))
     report, missing = report_of(stream, with_progress(watched.blocks(), stream.seconds, f"reading {stream.path}"))
     result = report.as_dict() | {"log": str(arguments.log), "missing_outputs": missing, **stream.losses}
-    result |= ({"begins_s": stream.begins_s} if stream.begins_s else {}) | _kept(stream)
+    result |= ({"begins_s": stream.begins_s} if stream.begins_s else {}) | _thinning(stream)
     result |= stream.cut_short.as_dict() if stream.cut_short else {}
     if picture:
         result["plot"] = watched.write(picture, report, arguments.plot_errors)
@@ -209,7 +213,7 @@ def _export(arguments: argparse.Namespace) -> Outcome:
         duration = stream.scene.parameters.run.duration if stream.scene else math.inf
         return with_progress(blocks, duration or math.inf, f"exporting {arguments.log}")
 
-    cleared(arguments.out, arguments.log)
+    new_file(arguments.out, arguments.log)
     exported = export_log(arguments.log, arguments.to, arguments.out, arguments.topic, watch)
     result = {"log": arguments.log, "to": arguments.to, "rows": exported.rows, "files": list(exported.files)}
     return Outcome(result | {"missing_outputs": exported.missing}, list(exported.warnings))
@@ -236,7 +240,7 @@ def _explain(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.run.failure import read_failure, with_duration
 
     if not arguments.failure.endswith(".json"):
-        return _reasons(arguments)
+        return _explain_scene(arguments)
     if (path := Path(arguments.failure)).exists() and not path.is_file():
         raise BearingTwinError(f"{path} is no file; give the one that a failed run left")
     failure = read_failure(arguments.failure)
@@ -253,14 +257,14 @@ def _explain(arguments: argparse.Namespace) -> Outcome:
     warnings, incomplete = [], ""
     if not arguments.stop:
         scene = failure.with_tighter_tolerance(arguments.tolerance)
-        continued, warnings, incomplete = _continued(
-            failure, with_duration(scene, _end(failure, scene, arguments.until)), log
+        continued, warnings, incomplete = _continue_run(
+            failure, with_duration(scene, _end_time(failure, scene, arguments.until)), log
         )
         result |= continued
     return Outcome(result, warnings, lambda: _show_failure(result, failure), problem=incomplete)
 
 
-def _reasons(arguments: argparse.Namespace) -> Outcome:
+def _explain_scene(arguments: argparse.Namespace) -> Outcome:
     """The rules that applied to a scene, by key, and the warnings of its choice."""
     from bearing_twin.kinds.rules import answers
     from bearing_twin.run.scene import choose, load_scene
@@ -270,57 +274,59 @@ def _reasons(arguments: argparse.Namespace) -> Outcome:
     rows = [
         {
             "key": key,
-            "value": one.value,
-            "why": one.sentence,
-            "when": one.rule.when if one.rule else "the scene specifies it",
+            "value": answer.value,
+            "why": answer.sentence,
+            "when": answer.rule.when if answer.rule else "the scene specifies it",
         }
-        for key, one in answers(scene.kind, scene.parameters).items()
+        for key, answer in answers(scene.kind, scene.parameters).items()
     ]
 
     def show():
         show_rows(
             ("key", "value", "because", "rule"),
-            ((one["key"], str(one["value"]), one["why"], one["when"]) for one in rows),
+            ((row["key"], str(row["value"]), row["why"], row["when"]) for row in rows),
         )
 
     return Outcome({"scene": scene.name, "choices": rows, "warnings": list(warnings)}, list(warnings), show)
 
 
-def _end(failure, scene, until: float | None) -> float:
+def _end_time(failure, scene, until: float | None) -> float:
     """End of the run [s]: a node may have failed beyond the end of its scene."""
-    duration, begin = scene.parameters.run.duration, _begin(failure, scene)
+    duration, begin = scene.parameters.run.duration, _start_time(failure, scene)
     if until is not None and until <= begin:
         raise BearingTwinError(f"--until {until:g} must be later than {begin:.9g} s, where the run goes on")
     return until or (duration if duration > begin else begin + duration)
 
 
-def _begin(failure, scene) -> float:
+def _start_time(failure, scene) -> float:
     return max(failure.sequence, 0) * 1e-9 * scene.output_period_ns
 
 
-def _continued(failure, scene, log) -> tuple[dict, list[str], str]:
+def _continue_run(failure, scene, log) -> tuple[dict, list[str], str]:
     """Result, warnings, and the reason why the log is incomplete."""
     from bearing_twin.run.failure import write_failure
     from bearing_twin.run.simulation import simulate
 
-    again = ""
+    second_failure = ""
     with progress(f"going on with {scene.name}") as update:
         run = simulate(scene, update, failure)
-        incomplete, broken = ended(ShownStream(run), log)
-        if broken is not None:
-            left = write_failure(broken, log.parent if log else Path())
-            again = f"it fails again {broken}" + (f"; see bearing_twin explain {left}" if left else "")
-    report = None if again else run.report
+        incomplete, error = run_to_end(DrawnStream(run), log)
+        if error is not None:
+            path = write_failure(error, log.parent if log else Path())
+            second_failure = f"it fails again {error}" + (f"; see bearing_twin explain {path}" if path else "")
+    report = None if second_failure else run.report
     wanted, solver = (getattr(scene.parameters, name, None) for name in ("wanted", "solver"))
     continued = {
-        "continued_from_s": _begin(failure, scene),
+        "continued_from_s": _start_time(failure, scene),
         "continued_to_s": 1e-9 * max(run.simulation.time_ns, 0),
         "tolerance": getattr(wanted, "tolerance", None),
         "step_s": getattr(solver, "step", None),
-        "status": again or report.status,
-        **({"log": str(log)} if log and not (again or incomplete) else {}),
+        "status": second_failure or report.status,
+        **({"log": str(log)} if log and not (second_failure or incomplete) else {}),
     }
-    warnings = [again] if again else [*report.flags, *([report.status] if report.status != "done" else [])]
+    warnings = (
+        [second_failure] if second_failure else [*report.flags, *([report.status] if report.status != "done" else [])]
+    )
     return continued, warnings, incomplete
 
 

@@ -25,28 +25,28 @@ from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import ALLOW_INVALID, Outcome, Subcommand, listed, number, overrides_of
 
 NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
-SHORT_LIST = 128  # numbers of an array that are shown
-SAID_EVERY = 1.0  # s
+SHOWN_NUMBERS = 128  # numbers of an array that are shown
+REPORT_PERIOD = 1.0  # s
 
 
 # A node as this process
 
 
-def words_of(node: str, words: Sequence[str]) -> list[str]:
+def node_arguments(node: str, arguments: Sequence[str]) -> list[str]:
     """The words after the name of Python; `--ros-args` is added where it is missing. Raises BearingTwinError."""
     if node not in NODES:
         raise BearingTwinError(f"{echo(node)} is no node of this package; {legal_hint(node, NODES)}")
-    rest = list(words)
-    if rest and rest[0] != ROS_ARGS and not {"-h", "--help"} & set(rest):
-        rest.insert(0, ROS_ARGS)
-    return ["-m", "bearing_twin.nodes.entry", node, *rest]
+    arguments_of_node = list(arguments)
+    if arguments_of_node and arguments_of_node[0] != ROS_ARGS and not {"-h", "--help"} & set(arguments_of_node):
+        arguments_of_node.insert(0, ROS_ARGS)
+    return ["-m", "bearing_twin.nodes.entry", node, *arguments_of_node]
 
 
-def replace_by_node(node: str, words: Sequence[str]):
+def replace_by_node(node: str, arguments: Sequence[str]):
     """Never returns: signals, exit code and output are the node's own."""
     sys.stdout.flush()
     sys.stderr.flush()
-    os.execv(sys.executable, [sys.executable, *words_of(node, words)])
+    os.execv(sys.executable, [sys.executable, *node_arguments(node, arguments)])
 
 
 # Other nodes
@@ -65,7 +65,7 @@ def _yaml(text: str | None):
         raise BearingTwinError(f"{echo(text)} is no YAML: write it in quotes, as '{{data: 250.0}}'") from error
 
 
-def _shown(data) -> str:
+def _message_text(data) -> str:
     """A message as YAML; what could steer a terminal is escaped."""
     import yaml
 
@@ -74,28 +74,46 @@ def _shown(data) -> str:
 
 
 def _list(graph, arguments) -> Outcome:
-    found = graph.nodes()
-    several = [f"{found.count(name)} nodes are named {name}" for name in sorted({*found}) if found.count(name) > 1]
-    return listed("nodes", ("name",), ({"name": name} for name in found))._replace(warnings=several)
+    names = graph.nodes()
+    repeated = [f"{names.count(name)} nodes are named {name}" for name in sorted({*names}) if names.count(name) > 1]
+    return listed("nodes", ("name",), ({"name": name} for name in names))._replace(warnings=repeated)
 
 
-def _pairs(what: str, column: str, found: dict) -> Outcome:
-    return listed(what, ("name", column), ({"name": name, column: value} for name, value in found.items()))
+def _topics(graph, arguments) -> Outcome:
+    return listed("topics", ("name", "type"), ({"name": name, "type": type} for name, type in graph.topics().items()))
 
 
-def _each(graph, arguments, take: Callable, raw: bool = False) -> None:
+def _endpoints(graph, arguments) -> Outcome:
+    return listed("ends", ("end", "type", "reliability", "durability", "node"), graph.ends(arguments.topic))
+
+
+def _parameters(graph, arguments) -> Outcome:
+    values = graph.parameters(arguments.node).items()
+    return listed("parameters", ("name", "value"), ({"name": name, "value": value} for name, value in values))
+
+
+def _parameter(graph, arguments) -> Outcome:
+    return Outcome({arguments.name: graph.parameter(arguments.node, arguments.name)}, [])
+
+
+def _set_parameter(graph, arguments) -> Outcome:
+    value = graph.set_parameter(arguments.node, arguments.name, _yaml(arguments.value))
+    return Outcome({arguments.name: value}, [])
+
+
+def _receive(graph, arguments, handle: Callable, raw: bool = False) -> None:
     """Hands messages to `take` until --count of them or Ctrl-C, which interrupts who waits for the first."""
     from bearing_twin.command.terminal import say
 
-    silent = f"no message on {arguments.topic} for {arguments.wait} s: its node may be paused, or still preparing"
-    came, most = 0, _count(arguments)
+    silence = f"no message on {arguments.topic} for {arguments.wait} s: its node may be paused, or still preparing"
+    received, limit = 0, _count(arguments)
     try:
-        for came, message in enumerate(graph.messages(arguments.topic, lambda: say(silent), raw), start=1):
-            take(message)
-            if came == most:
+        for received, message in enumerate(graph.messages(arguments.topic, lambda: say(silence), raw), start=1):
+            handle(message)
+            if received == limit:
                 return
     except KeyboardInterrupt:
-        if not came:
+        if not received:
             raise
 
 
@@ -103,14 +121,14 @@ def _echo(graph, arguments) -> Outcome:
     from bearing_twin.command.terminal import show_text
     from bearing_twin.nodes.messages import plain_data
 
-    most = None if arguments.full_length or arguments.json else SHORT_LIST
+    longest = None if arguments.full_length or arguments.json else SHOWN_NUMBERS
 
     def show(message) -> None:
-        data = _field(plain_data(message, most), arguments.field)
-        show_text(json_text(data) if arguments.json else f"{_shown(data)}---")
+        data = _field(plain_data(message, longest), arguments.field)
+        show_text(json_text(data) if arguments.json else f"{_message_text(data)}---")
         sys.stdout.flush()
 
-    _each(graph, arguments, show)
+    _receive(graph, arguments, show)
     return Outcome(None, [])
 
 
@@ -141,34 +159,41 @@ class Traffic:
 
     def sizes(self) -> dict[str, float]:
         """Rate [B/s], and mean, least, greatest and standard deviation of the sizes [B]."""
-        found = [size for _, size in self._last][1:]
-        return self._statistics("bytes_per_s", sum(found) / max(len(found), 1), found, "{}_bytes")
+        lengths = [size for _, size in self._last][1:]
+        return self._statistics("bytes_per_s", sum(lengths) / max(len(lengths), 1), lengths, "{}_bytes")
 
-    def _statistics(self, rate: str, each: float, found: list, name: str) -> dict[str, float]:
-        span = self._last[-1][0] - self._last[0][0] if found else 0.0
-        numbers = {"messages": self.count, rate: each * len(found) / span if span else math.inf if found else math.nan}
-        if not found:
+    def _statistics(self, rate: str, per_message: float, values: list, name: str) -> dict[str, float]:
+        span = self._last[-1][0] - self._last[0][0] if values else 0.0
+        numbers = {
+            "messages": self.count,
+            rate: per_message * len(values) / span if span else math.inf if values else math.nan,
+        }
+        if not values:
             return numbers
         functions = {"mean": statistics.fmean, "least": min, "greatest": max, "std_of": statistics.pstdev}
-        return numbers | {name.format(word): one(found) for word, one in functions.items()} | {"window": len(found)}
+        return (
+            numbers
+            | {name.format(statistic): function(values) for statistic, function in functions.items()}
+            | {"window": len(values)}
+        )
 
 
-def _measured(figures: Callable[[Traffic], dict]) -> Callable:
+def _measuring(figures: Callable[[Traffic], dict]) -> Callable:
     def run(graph, arguments) -> Outcome:
         from bearing_twin.command.terminal import say
 
         window = number("--window", arguments.window, limits=Limits(at_least=1, at_most=1_000_000), integer=True)
-        traffic, said = Traffic(window), time.monotonic()
+        traffic, reported = Traffic(window), time.monotonic()
 
-        def take(data: bytes) -> None:
-            nonlocal said
+        def handle(data: bytes) -> None:
+            nonlocal reported
             now = time.monotonic()
             traffic.add(now, len(data))
-            if now - said >= SAID_EVERY:
-                said = now
+            if now - reported >= REPORT_PERIOD:
+                reported = now
                 say(", ".join(f"{key} {value:.4g}" for key, value in figures(traffic).items()))
 
-        _each(graph, arguments, take, raw=True)
+        _receive(graph, arguments, handle, raw=True)
         return Outcome(figures(traffic), [])
 
     return run
@@ -188,7 +213,7 @@ def _call(graph, arguments) -> Outcome:
     """The answer of a service; one that reports no success ends as bad input does."""
     answer = graph.call(arguments.service, arguments.type, _yaml(arguments.message))
     refused = f"{arguments.service}: {answer.get('message')}" if answer.get("success") is False else ""
-    return Outcome(answer, [], lambda: print(_shown(answer), end=""), problem=refused)
+    return Outcome(answer, [], lambda: print(_message_text(answer), end=""), problem=refused)
 
 
 def _study(graph, arguments) -> Outcome:
@@ -200,13 +225,13 @@ def _study(graph, arguments) -> Outcome:
 
     goal = {"study": arguments.study, "overrides": overrides_of(arguments, samples="samples", seed="seed")}
     with progress(f"study {arguments.study}") as update:
-        tell = lambda one: update(one["done"] / max(one["total"], 1))  # noqa: E731
-        status, result = graph.run_study(arguments.action or f"{NAMESPACE}/run_study", goal, tell)
-    said = f"the study was {status}: {result['message']}"
+        report = lambda feedback: update(feedback["done"] / max(feedback["total"], 1))  # noqa: E731
+        status, result = graph.run_study(arguments.action or f"{NAMESPACE}/run_study", goal, report)
+    sentence = f"the study was {status}: {result['message']}"
     if not result["summary"]:
-        raise BearingTwinError(said)
+        raise BearingTwinError(sentence)
     summary = json.loads(result["summary"]) | ({"log": result["log"]} if result["log"] else {})
-    warnings = [] if status == "succeeded" else [said]
+    warnings = [] if status == "succeeded" else [sentence]
     return Outcome(summary, warnings + warnings_of(summary), lambda: study_command.show(summary))
 
 
@@ -241,7 +266,7 @@ ARGUMENTS = {
     "message": {"nargs": "?", "help": "its fields in YAML; others keep their defaults"},
     "study": {"help": "name of a study, or path of a YAML file where the node runs"},
     "--field": {"metavar": "PATH", "help": "only this part of it, such as wrench.force"},
-    "--full-length": {"action": "store_true", "help": f"arrays beyond {SHORT_LIST} numbers too"},
+    "--full-length": {"action": "store_true", "help": f"arrays beyond {SHOWN_NUMBERS} numbers too"},
     "--once": {"action": "store_const", "dest": "count", "const": "1", "default": argparse.SUPPRESS,
                "help": "the same as --count 1"},
     "--count": {"metavar": "N", "default": "0", "help": "end after so many; 0 = not by itself (default)"},
@@ -260,23 +285,20 @@ VERBS = (
     Verb("start", "run a node of this package in this shell; --help after its name lists its parameters",
          lambda arguments: replace_by_node(arguments.executable, arguments.words), "executable words",
          "sim_node -p scene:=bearing_6203_loose -p duration:=2.0"),
-    Verb("topic list", "the topics with their types", lambda graph, _: _pairs("topics", "type", graph.topics())),
-    Verb("topic info", "publishers and subscriptions of a topic", lambda graph, given: listed(
-        "ends", ("end", "type", "reliability", "durability", "node"), graph.ends(given.topic)), "topic", "/tf"),
+    Verb("topic list", "the topics with their types", _topics),
+    Verb("topic info", "publishers and subscriptions of a topic", _endpoints, "topic", "/tf"),
     Verb("topic echo", "print messages as they come; with --json one object a line", _echo,
          "topic --field --full-length --once --count", "/bearing/ball_0/wrench --field wrench.force"),
-    Verb("topic hz", "rate, and least, greatest and deviation of the periods", _measured(Traffic.periods),
+    Verb("topic hz", "rate, and least, greatest and deviation of the periods", _measuring(Traffic.periods),
          "topic --count --window", "/bearing/state"),
-    Verb("topic bw", "bytes a second, and sizes", _measured(Traffic.sizes), "topic --count --window", "/bearing/state"),
+    Verb("topic bw", "bytes a second, and sizes", _measuring(Traffic.sizes), "topic --count --window",
+         "/bearing/state"),
     Verb("topic pub", "publish a message as soon as somebody listens, and print what the listening node warns of",
          _publish, "topic type message --once --count --rate",
          "--once /bearing/command/speed std_msgs/msg/Float64 '{data: 250.0}'"),
-    Verb("param list", "the parameters of a node with their values",
-         lambda graph, given: _pairs("parameters", "value", graph.parameters(given.node)), "node", "/bearing/sim_node"),
-    Verb("param get", "one parameter of a node", lambda graph, given: Outcome(
-        {given.name: graph.parameter(given.node, given.name)}, []), "node name", "/bearing/sim_node scene"),
-    Verb("param set", "set a parameter of a node", lambda graph, given: Outcome(
-        {given.name: graph.set_parameter(given.node, given.name, _yaml(given.value))}, []), "node name value",
+    Verb("param list", "the parameters of a node with their values", _parameters, "node", "/bearing/sim_node"),
+    Verb("param get", "one parameter of a node", _parameter, "node name", "/bearing/sim_node scene"),
+    Verb("param set", "set a parameter of a node", _set_parameter, "node name value",
          "/bearing/sim_node real_time_factor 0.5"),
     Verb("service call", "call a service and print its answer", _call, "service type? message",
          "/bearing/sim_node/pause std_srvs/srv/SetBool '{data: true}'"),
@@ -293,10 +315,10 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     for verb in VERBS:
         name, _, last = verb.words.rpartition(" ")
         if name not in groups:
-            there = [one for one in VERBS if one.words.startswith(f"{name} ")]
-            examples = "\n  ".join(["examples:", *(one.line for one in there)])
-            verbs = ", ".join(one.words.removeprefix(f"{name} ") for one in there)
-            group = groups[""].add_parser(name, help=verbs, epilog=examples, **form)
+            members = [member for member in VERBS if member.words.startswith(f"{name} ")]
+            examples = "\n  ".join(["examples:", *(member.line for member in members)])
+            names = ", ".join(member.words.removeprefix(f"{name} ") for member in members)
+            group = groups[""].add_parser(name, help=names, epilog=examples, **form)
             groups[name] = group.add_subparsers(metavar="VERB", required=True)
         about = {"help": verb.help, "description": textwrap.fill(verb.help, 78), "epilog": f"example:\n  {verb.line}"}
         leaf = groups[name].add_parser(last, allow_abbrev=False, **about, **form)

@@ -43,9 +43,9 @@ def run_warnings(result) -> list[str]:
     warnings = [str(flag) for flag in result.get("flags", ())]
     if status == "failed: energy":
         gained = result["energy_closure"]
-        word = "grew" if gained > 0.0 else "was lost"
+        verb = "grew" if gained > 0.0 else "was lost"
         warnings.append(
-            f"energy {word} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
+            f"energy {verb} by {100 * abs(gained):.2g} % of the work: shorten the step or tighten the tolerance"
         )
     elif "failure" in result:
         warnings.append(f"the run failed {result['failure']}")
@@ -93,18 +93,18 @@ def overrides_of(arguments: argparse.Namespace, **keys: str) -> list[str]:
     """
     from bearing_twin.run.scene import check_overrides
 
-    given = {key: value for option, key in keys.items() if (value := getattr(arguments, option)) is not None}
-    return list(check_overrides([*arguments.set, *(f"{key}={value}" for key, value in given.items())]))
+    options = {key: value for option, key in keys.items() if (value := getattr(arguments, option)) is not None}
+    return list(check_overrides([*arguments.set, *(f"{key}={value}" for key, value in options.items())]))
 
 
-def listed(what: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
+def listed(noun: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
     """A list as a result: all of each row as JSON, the columns of `header` as a table."""
     rows = list(rows)
 
     def show():
         show_rows(header, ([row[name] for name in header] for row in rows))
 
-    return Outcome({what: rows}, [], show)
+    return Outcome({noun: rows}, [], show)
 
 
 def quantity(unit: str, limits: Limits | None = None) -> Callable[[str], float]:
@@ -141,7 +141,7 @@ def refuse_existing(path: Path) -> None:
         raise BearingTwinError(f"{path} exists and is not overwritten; give another name, or --force to replace a file")
 
 
-def cleared(text, source=None) -> Path:
+def new_file(text, source=None) -> Path:
     """A path at which nothing is: with --force a file is removed, unless it is the `source` that is read."""
     path = Path(text)
     refuse_existing(path)
@@ -156,7 +156,7 @@ def new_log(text, source=None) -> Path:
     """The path of a log to be; raises BearingTwinError, before anything is computed, where none can be written."""
     from bearing_twin.log.raw_log import refuse_existing as refuse_log
 
-    path = cleared(text, source)
+    path = new_file(text, source)
     refuse_log(path)
     return path
 

@@ -7,11 +7,11 @@ from bearing_twin.base.report import Report, json_data
 from bearing_twin.base.units import LUBRICATED, label_and_unit, lubricated_label, readable_label, unit_suffix
 from bearing_twin.command.terminal import (
     SI,
-    columns_apart,
     in_shown_units,
     named_values,
     show_rows,
     show_text,
+    split_columns,
     width_of_terminal,
 )
 from bearing_twin.run.report import model_error_lines
@@ -24,8 +24,10 @@ from bearing_twin.view.tables import (
     lists_by_length,
 )
 
-FILMS: ContextVar[bool] = ContextVar("films", default=False)  # whether contacts of the result shown have films
-ERROR = "_error"  # behind a figure's key: what is not known of it
+LUBRICATED_RESULT: ContextVar[bool] = ContextVar(
+    "films", default=False
+)  # whether contacts of the result shown have films
+ERROR_SUFFIX = "_error"  # behind a figure's key: what is not known of it
 
 
 def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
@@ -44,11 +46,10 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     if verbose:
         show_result(result)
         return
-    of_report = report.as_dict().keys()
-    shown = {key: result[key] for key in report.figures} | {
-        key: one for key, one in result.items() if key not in of_report
-    }
-    figures, events = _for_people(shown, result)
+    report_keys = report.as_dict().keys()
+    added = {key: value for key, value in result.items() if key not in report_keys}
+    shown = {key: result[key] for key in report.figures} | added
+    figures, events = _readable_tables(shown, result)
     duration = in_shown_units(f"{report.simulated_seconds:.6g} s")
     show_text(f"{report.scene or 'log'}: {duration}, law {report.law}, stepper {report.stepper}")
     omitted = _show_columns(figures, everything=False)
@@ -62,77 +63,81 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
         computed = in_shown_units(f"{report.compute_seconds:.3g} s")
         rows.append(("computed in", f"{computed}, {report.real_time_factor:.2g} times real time"))
     show_text("\n".join(named_values(rows, width_of_terminal())))
-    more = "further columns, " if omitted else ""
-    show_text(f"with --verbose: {more}why this model, costs, errors of the model")
+    omitted_columns = "further columns, " if omitted else ""
+    show_text(f"with --verbose: {omitted_columns}why this model, costs, errors of the model")
 
 
 def show_result(result: Mapping) -> None:
     """Print a result on standard output: values and short lists first, then a table for each group of longer ones."""
-    figures, events = _for_people(_errors_joined(result), result)
+    figures, events = _readable_tables(_with_errors(result), result)
     _show_single(figures)
     _show_events(events)
     _show_columns(figures)
 
 
-def _for_people(shown: Mapping, result: Mapping) -> tuple[list[Figure], dict[str, list[Mapping]]]:
+def _readable_tables(shown: Mapping, result: Mapping) -> tuple[list[Figure], dict[str, list[Mapping]]]:
     """The figures and the lists of events among what is shown of a result."""
-    FILMS.set(LUBRICATED in (result.get("errors_unknown") or ()))
+    LUBRICATED_RESULT.set(LUBRICATED in (result.get("errors_unknown") or ()))
     flat = dict(_flat(shown))
-    return figures_for_people(flat, result, _readable), {key: one for key, one in flat.items() if is_events(one)}
+    return figures_for_people(flat, result, _readable_key), {
+        key: value for key, value in flat.items() if is_events(value)
+    }
 
 
 def _show_single(figures: list[Figure]) -> None:
     rows = []
-    for one in figures:
-        if one.length:
+    for figure in figures:
+        if figure.length:
             continue
-        text = (", " if one.unit or len(one.texts) == 1 else "\n").join(one.texts) or "none"
-        text = text if one.unit else in_shown_units(text)
-        text += f" ± {one.error}" if one.error else ""
-        rows.append((one.words, f"{text} {one.unit}".rstrip() + " (doubtful)" * one.doubtful))
+        text = (", " if figure.unit or len(figure.texts) == 1 else "\n").join(figure.texts) or "none"
+        text = text if figure.unit else in_shown_units(text)
+        text += f" ± {figure.error}" if figure.error else ""
+        rows.append((figure.words, f"{text} {figure.unit}".rstrip() + " (doubtful)" * figure.doubtful))
     show_text("\n".join(named_values(rows, width_of_terminal())))
 
 
 def _show_events(events: Mapping[str, list[Mapping]]) -> None:
     """Print a table for each list of events."""
     for key, rows in events.items():
-        header, cells = events_for_people([dict(_flat(row)) for row in rows], _readable)
+        header, cells = events_for_people([dict(_flat(row)) for row in rows], _readable_key)
         show_text(f"\n{label_and_unit(key)[0]}")
-        show_rows([f"{words} [{unit}]" if unit else words for words, unit in header], cells)
+        show_rows([f"{label} [{unit}]" if unit else label for label, unit in header], cells)
 
 
 def _show_columns(figures: list[Figure], everything: bool = True) -> bool:
     """Print the tables of longer lists, or of each length as many columns as fit; True if some were left out."""
-    left = False
+    omitted = False
     for length, columns in lists_by_length(figures).items():
-        header = ["mode" if any(one.key == "natural_frequencies_hz" for one in columns) else "ball"]
-        header += [f"{one.words}\n{one.unit or '-'}" for one in columns]
-        cells = [[str(row) for row in range(length)], *(list(one.texts) for one in columns)]
-        if any(one.error for one in columns):
-            for column, error in zip(cells, ["±", *(one.error for one in columns)], strict=True):
+        header = ["mode" if any(figure.key == "natural_frequencies_hz" for figure in columns) else "ball"]
+        header += [f"{figure.words}\n{figure.unit or '-'}" for figure in columns]
+        cells = [[str(row) for row in range(length)], *(list(figure.texts) for figure in columns)]
+        if any(figure.error for figure in columns):
+            for column, error in zip(cells, ["±", *(figure.error for figure in columns)], strict=True):
                 column.append(error)
-        tables = columns_apart(header, cells, width_of_terminal())
+        tables = split_columns(header, cells, width_of_terminal())
         for lines in tables if everything else tables[:1]:
             show_text("\n".join(["", *(line for line in lines if line.strip() != "±")]))
-        left = left or (len(tables) > 1 and not everything)
-    return left
+        omitted = omitted or (len(tables) > 1 and not everything)
+    return omitted
 
 
 def show_quantities(result: Mapping) -> None:
     """Print single values of a result as a table of quantity, value and unit; lists of numbers side by side."""
-    figures = figures_for_people(result, {}, _readable)
-    show_rows(("quantity", "value", "unit"), ((one.words, "  ".join(one.texts), one.unit) for one in figures))
+    figures = figures_for_people(result, {}, _readable_key)
+    show_rows(
+        ("quantity", "value", "unit"), ((figure.words, "  ".join(figure.texts), figure.unit) for figure in figures)
+    )
 
 
-def _readable(key: str, size: float) -> tuple[str, str, float]:
+def _readable_key(key: str, size: float) -> tuple[str, str, float]:
     """(words, unit, factor into that unit) of a key with values to `size`: SI with --si, else what engineers read."""
-    words, *shown = (*label_and_unit(key), 1.0) if SI.get() else readable_label(key, size)
-    return (lubricated_label(words) if FILMS.get() else words, *shown)
+    label, *shown = (*label_and_unit(key), 1.0) if SI.get() else readable_label(key, size)
+    return (lubricated_label(label) if LUBRICATED_RESULT.get() else label, *shown)
 
 
-def _errors_joined(result: Mapping) -> dict:
+def _with_errors(result: Mapping) -> dict:
     """The result without the errors of its figures, which are shown beside them; parts stay in --json."""
-    errors = {key for key in result if key.endswith(ERROR) and key.removesuffix(ERROR) in result}
+    errors = {key for key in result if key.endswith(ERROR_SUFFIX) and key.removesuffix(ERROR_SUFFIX) in result}
     hidden = errors | {"errors_by_source", "large_errors", "wanted_errors", "errors_unknown"}
     hidden |= {"flags"} if "status" in result else set()  # printed as warnings
     hidden |= set() if result.get("warnings") else {"warnings"}
@@ -141,15 +146,15 @@ def _errors_joined(result: Mapping) -> dict:
     if "errors_by_source" in result:  # of a run
         hidden |= {"model_errors"}
         shown |= {"model errors": model} if (model := model_error_lines(result)) else {}
-    rest = {key: value for key, value in result.items() if key not in hidden}
-    return rest | shown | ({"not included in these errors": notes} if notes else {})
+    visible = {key: value for key, value in result.items() if key not in hidden}
+    return visible | shown | ({"not included in these errors": notes} if notes else {})
 
 
 def _flat(result: Mapping, prefix: str = "", suffix: str = "") -> Iterator[tuple[str, object]]:
     """Values of nested mappings by keys joined; the unit of an outer key ends those within that have none."""
     for key, value in result.items():
-        own = unit_suffix(key)
+        own_suffix = unit_suffix(key)
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{key.removesuffix(own)}_", own or suffix)
+            yield from _flat(value, f"{prefix}{key.removesuffix(own_suffix)}_", own_suffix or suffix)
         else:
-            yield f"{prefix}{key}{'' if own else suffix}", value
+            yield f"{prefix}{key}{'' if own_suffix else suffix}", value

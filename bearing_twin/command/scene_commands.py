@@ -42,22 +42,22 @@ def _scene_figures() -> Outcome:
 
     rows = [(kind, key, meaning) for kind, entry in KINDS.items() for key, meaning in entry.meanings_of().items()]
     header = ("kind", "figure", "unit", "meaning")
-    found = (
+    figures = (
         {"kind": kind, "figure": key, "unit": label_and_unit(key)[1], "meaning": meaning} for kind, key, meaning in rows
     )
-    return listed("figures", header, found)
+    return listed("figures", header, figures)
 
 
 def _scene_rules() -> Outcome:
     from bearing_twin.kinds.rules import RULES
 
     header = ("kinds", "key", "choice", "when", "why")
-    found = (
+    rules = (
         {"kinds": ", ".join(row.kinds), "example": list(row.example)}
         | {name: getattr(row, name) for name in header[1:]}
         for row in RULES
     )
-    return listed("rules", header, found)
+    return listed("rules", header, rules)
 
 
 SCENES = Subcommand(

@@ -63,17 +63,17 @@ def run(arguments: argparse.Namespace) -> Outcome:
             raise BearingTwinError(f"{arguments.file} does not say how fast the shaft turns; give --speed, as 1750rpm")
         if geometry is None:
             raise BearingTwinError(f"{arguments.file} does not name its bearing; give --bearing, as 6205")
-        found = spectrum_of(record.samples, record.rate, geometry, speed, band)
-    result = {"file": str(arguments.file), "rate_hz": record.rate} | found.as_dict()
+        spectrum = spectrum_of(record.samples, record.rate, geometry, speed, band)
+    result = {"file": str(arguments.file), "rate_hz": record.rate} | spectrum.as_dict()
     if picture:
         from bearing_twin.vibration.envelope import draw_spectrum
 
-        result["plot"] = str(draw_spectrum(found, Path(arguments.file).name, picture))
-    warnings = [*found.warnings, *uncertain]
+        result["plot"] = str(draw_spectrum(spectrum, Path(arguments.file).name, picture))
+    warnings = [*spectrum.warnings, *uncertain]
     if arguments.speed is not None and record.speed is not None:
-        own = abs(float(np.mean(record.speed[1] if isinstance(record.speed, tuple) else record.speed)))
-        if own and abs(abs(speed) / own - 1.0) > SPEED_ERROR:
-            turns = f"{30.0 / math.pi * own:.5g} rpm"
+        recorded_speed = abs(float(np.mean(record.speed[1] if isinstance(record.speed, tuple) else record.speed)))
+        if recorded_speed and abs(abs(speed) / recorded_speed - 1.0) > SPEED_ERROR:
+            turns = f"{30.0 / math.pi * recorded_speed:.5g} rpm"
             warnings.append(f"{arguments.file} was recorded at {turns}, and --speed differs; leave it out to take that")
     return Outcome(result, warnings, lambda: _show(result), True)
 
@@ -100,14 +100,14 @@ def _show(result: dict) -> None:
     show_text()
     rows = (
         (
-            one["name"],
-            f"{one['expected_hz']:.2f}",
-            f"{one['found_hz']:.2f}",
-            f"{100.0 * one['off']:+.2f}",
-            f"{one['amplitude']:.3g}",
-            f"{one['over_noise_db']:.1f}",
+            line["name"],
+            f"{line['expected_hz']:.2f}",
+            f"{line['found_hz']:.2f}",
+            f"{100.0 * line['off']:+.2f}",
+            f"{line['amplitude']:.3g}",
+            f"{line['over_noise_db']:.1f}",
         )
-        for one in result["lines"]
+        for line in result["lines"]
     )
     show_columns(
         ("line", "expected\n[Hz]", "found\n[Hz]", "difference\n[%]", "amplitude\n[m/s²]", "over noise\n[dB]"), rows

@@ -19,8 +19,8 @@ EXAMPLES = (
     "bearing_twin study bearing_6203_tolerances --samples 200 --out study.mcap",
 )
 SWEPT = ("mean", "std")  # statistics that the table of a sweep has
-OPEN = "?"  # in an interval: no end on this side
-OPEN_MEANS = f"{OPEN}: the samples are too few to bound the interval on this side; take more"
+OPEN_END = "?"  # in an interval: no end on this side
+OPEN_NOTE = f"{OPEN_END}: the samples are too few to bound the interval on this side; take more"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> Outcome:
     """Runs one study; raises StudyError with a sentence for what makes none, KeyboardInterrupt after Ctrl-C."""
     if arguments.list:
-        return _listed()
+        return _list()
     if arguments.study is None:
         raise StudyError("which study? give its name or a path; `bearing_twin study --list` lists them")
     picture = picture_path(arguments.plot) if arguments.plot else None
@@ -60,9 +60,9 @@ def run(arguments: argparse.Namespace) -> Outcome:
             except FullDisk as error:
                 problem = error
                 say(f"there is no log: {error}; the study goes on without it")
-            with _interrupted_by_ctrl_c(cancelled), progress(f"study {study.name}") as update:
+            with _cancel_on_ctrl_c(cancelled), progress(f"study {study.name}") as update:
                 keep = writer.add if writer else None
-                result = run_study(study, lambda one: update(one.done / one.total), cancelled, start, keep)
+                result = run_study(study, lambda state: update(state.done / state.total), cancelled, start, keep)
             if writer:
                 writer.finish(result)
     except LogError as error:  # the result is there: it is shown before anything is said of its log
@@ -104,7 +104,7 @@ def report(log, picture) -> Outcome:
 
 
 @contextlib.contextmanager
-def _interrupted_by_ctrl_c(event):
+def _cancel_on_ctrl_c(event):
     """The first Ctrl-C sets the event, so that what is done is kept; the second interrupts."""
 
     def first(number, frame):
@@ -121,7 +121,7 @@ def _interrupted_by_ctrl_c(event):
             signal.signal(signal.SIGINT, previous)
 
 
-def _listed() -> Outcome:
+def _list() -> Outcome:
     from bearing_twin.base.yaml_files import STUDIES
     from bearing_twin.kinds import KINDS
 
@@ -151,18 +151,19 @@ def show(summary) -> None:
         size_of,
     )
 
-    units = {name: shown_unit(found["unit"], size_of(found)) for name, found in summary["quantities"].items()}
-    rows = [row for name, found in summary["quantities"].items() for row in _statistics(name, found, *units[name])]
+    quantities = summary["quantities"]
+    units = {name: shown_unit(quantity["unit"], size_of(quantity)) for name, quantity in quantities.items()}
+    rows = [row for name, quantity in quantities.items() for row in _statistics(name, quantity, *units[name])]
     sweep = SweepDescription(summary["sweep"], shown_unit) if "sweep" in summary else None
     if sweep and sweep.in_scene:
         show_paragraph(f"at {sweep.in_scene}, as in the scene{'; the sweep of it is below' if sweep.values else ''}")
     show_rows(("quantity", "statistic", "value [95 % interval]", "unit"), rows)
-    if any(OPEN in value for _, _, value, _ in rows):
-        show_paragraph(OPEN_MEANS)
+    if any(OPEN_END in value for _, _, value, _ in rows):
+        show_paragraph(OPEN_NOTE)
     if sweep and sweep.values:
         show_text(f"\nsweep of {sweep.label}")
         columns = ("quantity", "at", *(f"{key} [95 % interval]" for key in SWEPT), "unit")
-        show_rows(columns, _swept(sweep.values, summary["sweep"]["studies"], units))
+        show_rows(columns, _sweep_rows(sweep.values, summary["sweep"]["studies"], units))
         show_text()
     if sweep and sweep.incomplete:
         show_paragraph(sweep.incomplete)
@@ -170,23 +171,22 @@ def show(summary) -> None:
         show_paragraph(sentence)
     sources = [
         (
-            name if not place else "",
+            name if not row_number else "",
             key,
-            *(_interval(one[order]["value"], (one[order]["low"], one[order]["high"])) for order in ("first", "total")),
+            *(_interval(share["value"], (share["low"], share["high"])) for share in (shares["first"], shares["total"])),
         )
-        for name, found in summary["quantities"].items()
-        for place, (key, one) in enumerate(shares_of(found).items())
+        for name, quantity in quantities.items()
+        for row_number, (key, shares) in enumerate(shares_of(quantity).items())
     ]
     if sources:
         show_text()
         show_rows(("quantity", "share of its variance from", "alone", "in all"), sources)
-    quantities = summary["quantities"].items()
-    remarks = names_by_sentence({name: [*refusals(row), *_remarks(row, *units[name])] for name, row in quantities})
-    for sentence, names in remarks.items():
-        several = len(names) == len(summary["quantities"]) > 1
-        show_paragraph(f"{'all quantities' if several else ', '.join(names)}: {sentence}")
-    for name, found in summary.get("histories", {}).items():
-        show_paragraph(f"{name} over time: --json has the statistics of {found['realisations']} realisations")
+    remarks = {name: [*refusals(row), *_remarks(row, *units[name])] for name, row in quantities.items()}
+    for sentence, names in names_by_sentence(remarks).items():
+        is_all = len(names) == len(quantities) > 1
+        show_paragraph(f"{'all quantities' if is_all else ', '.join(names)}: {sentence}")
+    for name, history in summary.get("histories", {}).items():
+        show_paragraph(f"{name} over time: --json has the statistics of {history['realisations']} realisations")
     failed = sum(summary["failed"].values())
     show_paragraph(
         f"{summary['samples']} samples, {failed} failed, {summary['seconds']:.3g} s; {summary['stopped_because']}"
@@ -195,44 +195,47 @@ def show(summary) -> None:
         show_paragraph(f"  {count} failed: {reason}")
 
 
-def _statistics(name: str, found, unit: str, factor: float):
+def _statistics(name: str, quantity, unit: str, factor: float):
     """Rows of mean, deviation, skewness and quantiles."""
     for key in ("mean", "std", "skewness"):
-        own = ("1", 1.0) if key == "skewness" else (unit, factor)
-        yield name if key == "mean" else "", key, _interval(found[key], found[f"{key}_interval"], own[1]), own[0]
-    for p, quantile in found["quantiles"].items():
+        shown, scale = ("1", 1.0) if key == "skewness" else (unit, factor)
+        value = _interval(quantity[key], quantity[f"{key}_interval"], scale)
+        yield name if key == "mean" else "", key, value, shown
+    for p, quantile in quantity["quantiles"].items():
         yield "", f"{p} quantile", _interval(quantile["value"], (quantile["low"], quantile["high"]), factor), unit
 
 
-def _swept(values, studies, units):
+def _sweep_rows(values, studies, units):
     """A row for each quantity and value of a sweep."""
     for name, (unit, factor) in units.items():
-        for place, (value, one) in enumerate(zip(values, studies, strict=True)):
-            found = one["quantities"][name]
-            cells = (_interval(found[key], found[f"{key}_interval"], factor) for key in SWEPT)
-            yield name if not place else "", f"{value:.6g}", *cells, unit
+        for row_number, (value, study) in enumerate(zip(values, studies, strict=True)):
+            quantity = study["quantities"][name]
+            cells = (_interval(quantity[key], quantity[f"{key}_interval"], factor) for key in SWEPT)
+            yield name if not row_number else "", f"{value:.6g}", *cells, unit
 
 
-def _remarks(found, unit: str, factor: float):
+def _remarks(quantity, unit: str, factor: float):
     """Sentences about a quantity: how exact, what is unsafe, modes."""
     from bearing_twin.uq.result import in_words, shares_of
 
-    if found["unsafe"]:
-        are = ("interval of {} is", "intervals of {} are")[len(found["unsafe"]) > 1].format(in_words(found["unsafe"]))
-        yield f"the {are} unsafe: few samples far out decide; take more samples"
-    if reason := found.get("sobol", {}).get("refused"):
+    if quantity["unsafe"]:
+        several = len(quantity["unsafe"]) > 1
+        subject = f"interval{'s' if several else ''} of {in_words(quantity['unsafe'])} {'are' if several else 'is'}"
+        yield f"the {subject} unsafe: few samples far out decide; take more samples"
+    if reason := quantity.get("sobol", {}).get("refused"):
         yield reason
-    if few := [key for key, one in shares_of(found).items() if any(share.get("unsafe") for share in one.values())]:
-        yield f"intervals of its shares from {in_words(few)} are unsafe: few rows far out decide; raise sensitivity"
-    if found["modality"]:
-        yield _modes(found["modality"])
+    sources = shares_of(quantity).items()
+    if unsafe := [key for key, shares in sources if any(share.get("unsafe") for share in shares.values())]:
+        yield f"intervals of its shares from {in_words(unsafe)} are unsafe: few rows far out decide; raise sensitivity"
+    if quantity["modality"]:
+        yield _modes(quantity["modality"])
 
 
-def _modes(found) -> str:
-    number = f"{found['modes']} mode{'s' if found['modes'] > 1 else ''}"
-    if found["p_value"] is None:
+def _modes(modality) -> str:
+    number = f"{modality['modes']} mode{'s' if modality['modes'] > 1 else ''}"
+    if modality["p_value"] is None:
         return f"{number} of the exact density"
-    share = two_digits(100.0 * found["p_value"])
+    share = two_digits(100.0 * modality["p_value"])
     return (
         f"{number}; of samples with a single mode {share} % show a second one as clearly (p of Silverman's test; a "
         "second mode counts below 5 %)"
@@ -246,9 +249,9 @@ def _interval(value, interval, factor: float = 1.0) -> str:
     if value is None:
         return "-"
     ends = interval or (None, None)
-    open_by = max((abs(factor * (one - value)) for one in ends if one is not None), default=0.0)
-    digits = 6 if open_by else 4
+    uncertainty = max((abs(factor * (end - value)) for end in ends if end is not None), default=0.0)
+    digits = 6 if uncertainty else 4
     shown, low, high = (
-        OPEN if one is None else rounded_to_error(factor * one, open_by, digits) for one in (value, *ends)
+        OPEN_END if end is None else rounded_to_error(factor * end, uncertainty, digits) for end in (value, *ends)
     )
-    return shown if low == high == OPEN else f"{shown} [{low}, {high}]"
+    return shown if low == high == OPEN_END else f"{shown} [{low}, {high}]"

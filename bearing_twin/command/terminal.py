@@ -42,24 +42,24 @@ def table(header: Sequence[str], rows: Iterable[Sequence], width: int) -> list[s
     return _lines(header, cells, width, ["right" if number else "left" for number in numbers])
 
 
-def columns_apart(header: Sequence[str], columns: Sequence[Sequence[str]], width: int) -> list[list[str]]:
+def split_columns(header: Sequence[str], columns: Sequence[Sequence[str]], width: int) -> list[list[str]]:
     """Tables of numbers under each other, as many of `columns` side by side as fit; each begins with the first column.
 
     Names in the header may hold line breaks: what stands behind one begins a line.
     """
     sizes = [max(_longest_word([name, *column]), HEADER) for name, column in zip(header, columns, strict=True)]
     sizes[0] = _longest_word([header[0], *columns[0]])
-    found, start = [], 1
+    tables, start = [], 1
     while start < len(columns):
         end = start + 1
         while end < len(columns) and sizes[0] + sum(sizes[start : end + 1]) + len(GAP) * (end + 1 - start) <= width:
             end += 1
-        here = [0, *range(start, end)]
-        rows = zip(*(columns[place] for place in here), strict=True)
-        names, widest = [header[place] for place in here], [sizes[place] for place in here]
-        found.append(_lines(names, rows, width, ["right"] * len(here), widest))
+        shown = [0, *range(start, end)]
+        rows = zip(*(columns[index] for index in shown), strict=True)
+        names, widest = [header[index] for index in shown], [sizes[index] for index in shown]
+        tables.append(_lines(names, rows, width, ["right"] * len(shown), widest))
         start = end
-    return found
+    return tables
 
 
 def _lines(header, rows, width: int, sides: Sequence[str], widest: Sequence[int | None] = ()) -> list[str]:
@@ -68,29 +68,29 @@ def _lines(header, rows, width: int, sides: Sequence[str], widest: Sequence[int 
     from rich.table import Table
 
     rows = [[*map(str, row)] for row in rows]
-    found = Table(box=None, padding=(0, len(GAP), 0, 0), show_header=header is not None)
+    grid = Table(box=None, padding=(0, len(GAP), 0, 0), show_header=header is not None)
     names = header or [""] * len(sides)
-    for place, (side, name, most) in enumerate(zip_longest(sides, names, widest)):
-        least = _longest_word([name, *(row[place] for row in rows)])
-        found.add_column(name, justify=side, min_width=min(least, most or least), max_width=most)
+    for index, (side, name, limit) in enumerate(zip_longest(sides, names, widest)):
+        longest = _longest_word([name, *(row[index] for row in rows)])
+        grid.add_column(name, justify=side, min_width=min(longest, limit or longest), max_width=limit)
     for row in rows:
-        found.add_row(*row)
+        grid.add_row(*row)
     width += len(GAP)  # behind the last column, too: without it rich cuts words there
     console = Console(file=io.StringIO(), width=width, highlight=False, markup=False, emoji=False, color_system=None)
-    console.print(found)
+    console.print(grid)
     return [line.rstrip() for line in console.file.getvalue().splitlines()]
 
 
 def _paragraphs(header, rows, width) -> list[str]:
     """A paragraph a row: what names it, what stands between under its name, then the last cell, which is text."""
     lead = 1 if len({row[0] for row in rows}) == len(rows) or len(header) < 3 else 2
-    found = [f"{' '.join(header[:lead])}: {', '.join(header[lead:])}", ""]
+    lines = [f"{' '.join(header[:lead])}: {', '.join(header[lead:])}", ""]
     for row in rows:
-        between = "; ".join(f"{name} {cell}" for name, cell in zip(header[lead:-1], row[lead:-1], strict=True) if cell)
-        found.append("  ".join(row[:lead]))
+        middle = "; ".join(f"{name} {cell}" for name, cell in zip(header[lead:-1], row[lead:-1], strict=True) if cell)
+        lines.append("  ".join(row[:lead]))
         indented = {"initial_indent": INDENT, "subsequent_indent": INDENT}
-        found += [textwrap.fill(one, width, **indented) for one in (between, row[-1]) if one]
-    return found
+        lines += [textwrap.fill(text, width, **indented) for text in (middle, row[-1]) if text]
+    return lines
 
 
 def _longest_word(cells) -> int:
@@ -155,7 +155,7 @@ def say(text: str) -> None:
 
 
 @contextlib.contextmanager
-def progress(what: str) -> Iterator[Callable[[float], None]]:
+def progress(description: str) -> Iterator[Callable[[float], None]]:
     """A function that takes the share of a work that is done, for a bar on standard error where that is a terminal."""
     if not sys.stderr.isatty():
         yield lambda share: None
@@ -163,20 +163,20 @@ def progress(what: str) -> Iterator[Callable[[float], None]]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-    outer = _BARS.get()
-    words = TextColumn("{task.description}", markup=False)
-    columns = words, BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
+    outer = _PROGRESS.get()
+    text_column = TextColumn("{task.description}", markup=False)
+    columns = text_column, BarColumn(), TaskProgressColumn(), TimeRemainingColumn()
     bars = outer or Progress(*columns, console=Console(stderr=True), transient=True)
-    token, task = _BARS.set(bars), bars.add_task(escape_controls(what), total=None)
+    token, task = _PROGRESS.set(bars), bars.add_task(escape_controls(description), total=None)
     try:
         with contextlib.nullcontext() if outer else bars:
             yield lambda share: bars.update(task, completed=share, total=1.0)
     finally:
         bars.remove_task(task)
-        _BARS.reset(token)
+        _PROGRESS.reset(token)
 
 
-_BARS: ContextVar[Any] = ContextVar("bars", default=None)  # of the work that this one is a part of
+_PROGRESS: ContextVar[Any] = ContextVar("bars", default=None)  # of the work that this one is a part of
 
 
 def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iterator["Block"]:

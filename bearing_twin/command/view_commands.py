@@ -14,24 +14,24 @@ from bearing_twin.command.outcome import (
     Outcome,
     Subcommand,
     add_changes,
-    cleared,
+    new_file,
     new_path,
     overrides_of,
 )
 from bearing_twin.command.terminal import in_shown_units, progress, say
 
-LONGEST = 10.0  # simulated seconds of a scene that is run for its page
+LONGEST_RUN = 10.0  # simulated seconds of a scene that is run for its page
 
 
 def _view_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the options of `view` to its parser."""
-    what = "an MCAP log or a bag folder; or the name or file of a scene or a study, which is run first"
-    parser.add_argument("what", metavar="LOG|SCENE|STUDY", help=what)
+    text = "an MCAP log or a bag folder; or the name or file of a scene or a study, which is run first"
+    parser.add_argument("source", metavar="LOG|SCENE|STUDY", help=text)
     parser.add_argument("--out", metavar="HTML", help="the page (default: NAME.html here); an earlier one is replaced")
     parser.add_argument("--study", action="store_true", help="the name is that of a study, where a scene has it too")
     add_changes(parser, "change a key of the scene or the study")
     parser.add_argument(
-        "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST:g})"
+        "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST_RUN:g})"
     )
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
     parser.add_argument("--run", **RUN)
@@ -44,15 +44,15 @@ def _view(arguments: argparse.Namespace) -> Outcome:
     gif = new_path(arguments.gif, (".gif",), "animation") if arguments.gif else None
     if gif:
         import_optional("playwright.sync_api", "view")  # said before a scene is run
-    sort = _sort(arguments)
-    if sort == "log" and (arguments.set or arguments.duration):
+    kind = _source_kind(arguments)
+    if kind == "log" and (arguments.set or arguments.duration):
         raise BearingTwinError("a log cannot be changed; give --set and --duration with a scene")
-    if sort != "log" and (arguments.topic or arguments.run is not None):
-        raise BearingTwinError(f"a {sort} has one view; give --topic and --run with a log")
-    document, problem = {"log": _of_log, "study": _of_study, "scene": _of_scene}[sort](arguments)
+    if kind != "log" and (arguments.topic or arguments.run is not None):
+        raise BearingTwinError(f"a {kind} has one view; give --topic and --run with a log")
+    document, problem = {"log": _log_document, "study": _study_document, "scene": _run_document}[kind](arguments)
     from bearing_twin.view.page import write_page
 
-    name = Path(arguments.what).resolve().stem if sort == "log" else file_name(document["title"])
+    name = Path(arguments.source).resolve().stem if kind == "log" else file_name(document["title"])
     page = write_page(document, out or Path(f"{name}.html"))
     if gif:
         from bearing_twin.view.page import write_gif
@@ -71,11 +71,11 @@ def _view(arguments: argparse.Namespace) -> Outcome:
     return Outcome(result, [*notes, *document["flags"]], problem=problem)
 
 
-def _sort(arguments) -> str:
+def _source_kind(arguments) -> str:
     """`log`, `scene` or `study`, by the suffix, the name, or the content of the file."""
     from bearing_twin.base.yaml_files import SCENES, STUDIES, SUFFIXES
 
-    text = arguments.what
+    text = arguments.source
     path = Path(text)
     if arguments.study:
         return "study"
@@ -88,57 +88,59 @@ def _sort(arguments) -> str:
     if text in STUDIES.names():
         return "study"
     if path.suffix in SUFFIXES and path.is_file():
-        held = STUDIES.load(STUDIES.read_text(path), path.name)
-        return "study" if isinstance(held, dict) and "scene" in held and "kind" not in held else "scene"
+        data = STUDIES.load(STUDIES.read_text(path), path.name)
+        return "study" if isinstance(data, dict) and "scene" in data and "kind" not in data else "scene"
     return "scene"
 
 
-def _of_log(arguments) -> tuple[dict[str, Any], str]:
+def _log_document(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.view.run_page import document_of_log
 
-    with progress(f"reading {arguments.what}"):
-        return document_of_log(arguments.what, arguments.topic, arguments.run), ""
+    with progress(f"reading {arguments.source}"):
+        return document_of_log(arguments.source, arguments.topic, arguments.run), ""
 
 
-def _of_scene(arguments) -> tuple[dict[str, Any], str]:
+def _run_document(arguments) -> tuple[dict[str, Any], str]:
     """The page of a run, as far as it came, and why it came no further."""
     from bearing_twin.run.scene import has_override, load_scene
 
     overrides = overrides_of(arguments, duration="run.duration")
-    scene = load_scene(arguments.what, overrides)
+    scene = load_scene(arguments.source, overrides)
     note_bare_speed(scene, overrides)
-    own = scene.parameters.run.duration
+    duration = scene.parameters.run.duration
     from bearing_twin.run.failure import failure_sentence
     from bearing_twin.run.scene import unreached_keys
     from bearing_twin.run.simulation import simulate
     from bearing_twin.view.run_page import document_of_run
 
-    if own > LONGEST and not has_override(overrides, "run.duration"):
-        say(in_shown_units(f"{scene.name} is run for {LONGEST:g} s of its {own:g} s; give --duration for more"))
-        scene = load_scene(arguments.what, [*overrides, f"run.duration={LONGEST}"])
+    if duration > LONGEST_RUN and not has_override(overrides, "run.duration"):
+        say(
+            in_shown_units(f"{scene.name} is run for {LONGEST_RUN:g} s of its {duration:g} s; give --duration for more")
+        )
+        scene = load_scene(arguments.source, [*overrides, f"run.duration={LONGEST_RUN}"])
     else:
-        say(in_shown_units(f"{scene.name} is run for {own:g} s"))
+        say(in_shown_units(f"{scene.name} is run for {duration:g} s"))
     for warning in unreached_keys(scene, scene.parameters.run.duration):
         say(in_shown_units(f"{scene.name}: {warning}"))
     with progress(f"simulating {scene.name}") as update:
-        run_ = simulate(scene, update)
+        run = simulate(scene, update)
         try:
-            document = document_of_run(run_).document
+            document = document_of_run(run).document
         except IntegrationError as error:
             raise BearingTwinError(failure_sentence(error, Path())) from error
-    return document, failure_sentence(run_.failure, Path()) if run_.failure else ""
+    return document, failure_sentence(run.failure, Path()) if run.failure else ""
 
 
-def _of_study(arguments) -> tuple[dict[str, Any], str]:
+def _study_document(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study import load_study
     from bearing_twin.view.study_page import document_of_study
 
     if arguments.duration is not None:
         raise BearingTwinError("a study has no --duration; give --set run.duration=... for that of its scene")
-    study = load_study(arguments.what, overrides_of(arguments))
+    study = load_study(arguments.source, overrides_of(arguments))
     with progress(f"study {study.name}") as update:
-        result = run_study(study, lambda one: update(one.done / one.total))
+        result = run_study(study, lambda state: update(state.done / state.total))
     return document_of_study(result), ""
 
 
@@ -159,8 +161,11 @@ def _watch_arguments(parser) -> None:
 
 def _watch(arguments) -> Outcome:
     """Replaces this process by a watch_node, which checks the values."""
-    words = (f"port:={arguments.port}", *(f"{key}:={json.dumps(getattr(arguments, key))}" for key in ("host", "node")))
-    replace_by_node("watch_node", [part for word in words for part in ("-p", word)])
+    parameters = (
+        f"port:={arguments.port}",
+        *(f"{key}:={json.dumps(getattr(arguments, key))}" for key in ("host", "node")),
+    )
+    replace_by_node("watch_node", [part for parameter in parameters for part in ("-p", parameter)])
 
 
 WATCH = Subcommand(
@@ -200,18 +205,18 @@ def _layouts(arguments) -> Outcome:
             f"{panels.name} has neither wrenches nor contacts nor state among its topics, which layouts show; "
             "bearing_twin view shows its channels"
         )
-    folder = _made(Path(arguments.out))
+    folder = _make_folder(Path(arguments.out))
     name = file_name(source.stem if is_log else panels.name)
     files, opened = {}, {}
     for program in arguments.programs or LAYOUTS:
         layout = LAYOUTS[program]
-        path = write_atomic(cleared(folder / f"{name}{layout.suffix}"), layout.made(panels))
+        path = write_atomic(new_file(folder / f"{name}{layout.suffix}"), layout.made(panels))
         opened[program] = layout.opening(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])
 
 
-def _made(folder: Path) -> Path:
+def _make_folder(folder: Path) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -262,7 +262,9 @@ def _catalogue_scene(source) -> dict | None:
     ):
         return None
     scenes = catalogue_scenes()
-    return scenes.get(source)  # it reads designations that it does not list
+    if source not in scenes:  # which also reads designations that it does not list
+        return None
+    return scenes[source]
 
 
 def _mapping_of(text_or_mapping, origin: str) -> dict:

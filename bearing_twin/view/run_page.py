@@ -167,7 +167,7 @@ def _of_damaged(path, damage: DamagedLog, *which) -> dict[str, Any]:
         saved = Path(folder) / "recovered.mcap"
         found = recover(path, saved)
         note = (
-            f"The log is damaged at byte {damage.offset}: {damage.what}. Shown are the {found.samples} outputs "
+            f"The log is damaged at byte {damage.offset}: {damage.reason}. Shown are the {found.samples} outputs "
             f"that can be saved; `bearing_twin recover {Path(path).name} NEW_LOG` writes them to a new log."
         )
         return _document(saved, (note,), *which, Path(path))
