@@ -80,6 +80,13 @@ def test_estimates_are_near_the_true_errors(cell):
     assert np.mean((found > 1.0 / 3.0) & (found < 3.0)) >= 0.9
 
 
+def test_steps_by_the_overlap_do_not_follow_the_errors_of_its_sums():
+    """Half of all steps were rejected, and a body that came to rest took minutes."""
+    words = "first.exponents=[3,3]", "run.duration=0.1", "wanted.tolerance=1e-10"
+    costs = reported("two_bodies_superellipsoid", *words, ALONE).costs
+    assert costs["rejections"] < 0.25 * costs["steps"]
+
+
 def test_peaks_of_a_beam_take_fewer_modes_than_its_history_and_few_outputs():
     histories, peaks = (
         reported(f"{DROP}_shear", "wanted.tolerance=1e-4", f"wanted.outputs={word}") for word in ("history", "peaks")

@@ -95,7 +95,7 @@ class ContactComparison(Comparison):
 
     def refined(self):
         """Of order 8 whatever the first is."""
-        setting = finer_setting(motion.setting_of(self.parameters, self.choice), motion.FINEST, motion.COARSEST)
+        setting = finer_setting(motion.setting_of(self.parameters, self.choice), *motion.limits_of(self.parameters))
         return self.parameters, self.choice._replace(stepper="dop853", setting=setting)
 
     def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:

@@ -47,6 +47,8 @@ COUNTED = ("steps", "rejections", "evaluations", "touches")
 PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/laws.hpp
 FINEST, COARSEST = 1e-12, 1e-10
 """The least tolerance of a step, and the greatest at which the tolerance, and not the contact's own time, sets it."""
+FLAT = 1e-8
+"""Both, of a superellipsoid: below it steps follow the errors of the overlap's sums, whose terms are not smooth."""
 OF_ELLIPSOID = 1e-3  # tolerance of a step over that of contacts (`tests/test_impact_error.py`)
 OF_PAIR, OF_SQUARE = 1e-2, 1e2
 """The same of two bodies, and over its square: where a load begins or ends, which no polynomial follows, errors go with
@@ -101,7 +103,13 @@ def setting_of(parameters, choice) -> float:
     if math.isnan(chosen):
         pair = min(OF_PAIR * wanted, max(OF_SQUARE * wanted**2, FINEST / TOLERANCE))
         chosen = OF_ELLIPSOID * wanted if isinstance(parameters, EllipsoidOnPlaneScene) else pair
-    return max(chosen, FINEST)
+    return max(chosen, limits_of(parameters)[0])
+
+
+def limits_of(parameters) -> tuple[float, float]:
+    """The least tolerance of a step, and the greatest at which the tolerance sets it."""
+    flat = any(one.shape == "superellipsoid" for one in parameters.bodies)
+    return (FLAT, FLAT) if flat else (FINEST, COARSEST)
 
 
 _MOVED = (*(REALS_OUT,) * 4, REAL, INTEGER, REALS, FLAG, REALS_OUT, INTEGER, REALS_OUT, INTEGERS_OUT, INTEGERS_OUT)
