@@ -106,10 +106,10 @@ def shortened(words, short=SHORT):
         study = load_study(arguments.study, arguments.set)
         closed = KINDS[study.kind].parameters().closed_form() is not None
         return [*words, f"--samples={FEW}", "--workers=1", *two_of_the_sweep(study)], closed
-    if command == "view" and not arguments.what.endswith(".mcap"):
-        if not (arguments.study or arguments.what in study_names()):
+    if command == "view" and not arguments.source.endswith(".mcap"):
+        if not (arguments.study or arguments.source in study_names()):
             return [*words, f"--duration={SHORT}"], not arguments.gif
-        study = load_study(arguments.what, arguments.set)
+        study = load_study(arguments.source, arguments.set)
         closed = KINDS[study.kind].parameters().closed_form() is not None
         return [*words, f"--set=samples={FEW}", "--set=workers=1", *two_of_the_sweep(study)], closed
     if command == "bearing" and arguments.sweep:
