@@ -16,11 +16,11 @@ from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import checked_waveform
 
 TIMES = {"time_ns": 1e-9, "time": 1.0, "t": 1.0, "time_s": 1.0, "seconds": 1.0}
-TIME_UNIT = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]\s*$")  # behind the name of a column, in any language
+TIME_UNIT = re.compile(r"[\[(]\s*(s|sec|ms|us|µs|ns)\s*[\])]\s*$")  # at the end of a column's name, in any language
 SECONDS = {"s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9}
 COUNTERS = ("sequence",)
 RATES = ("rate", "sampling_rate", "sample_rate", "fs")
-RATE_ERROR = 0.01  # of a rate that is given beside times
+RATE_ERROR = 0.01  # of a rate that is given besides times
 LEAST_SAMPLES = 16
 MOST_NAMED = 12
 ACCELERATION = "acceleration"
@@ -42,7 +42,7 @@ def read_record(
 
     Of the recording of a node that was reset `run` selects one run, 1 being the first; None is the last.
 
-    Raises BearingTwinError where the file cannot be read, has gaps, or does not say what is wanted of it.
+    Raises BearingTwinError where the file cannot be read, has gaps, or lacks the requested data.
     """
     path = Path(path)
     suffix = path.suffix.lower()
@@ -71,7 +71,7 @@ def _csv_columns(path: Path) -> dict[str, np.ndarray]:
     source = path
     if delimiter == ";":  # where a comma is the sign of decimals
         source = io.StringIO(path.read_text(encoding="utf-8").replace(",", "."))
-    headed = re.search(r"[a-df-zA-DF-Z]", first.lower().replace("nan", "")) is not None  # e stands in numbers
+    headed = re.search(r"[a-df-zA-DF-Z]", first.lower().replace("nan", "")) is not None  # numbers contain e
     table = np.loadtxt(source, delimiter=delimiter, skiprows=int(headed), ndmin=2, comments=None if headed else "#")
     names = [cell.strip() for cell in cells] if headed else [str(number + 1) for number in range(table.shape[1])]
     return dict(zip(names, table.T, strict=True))
@@ -115,13 +115,13 @@ def _required_rate(rate: float | None, source) -> float:
 
 
 def _time_factor(name: str) -> float | None:
-    """Factor into seconds of a column of times, as `time`, `Time [ms]`, `Zeit (s)`; None where it is none."""
+    """Factor into seconds of a column of times, such as `time`, `Time [ms]`, `Zeit (s)`; None for other columns."""
     unit = TIME_UNIT.search(name.lower())
     return SECONDS[unit[1]] if unit else TIMES.get(name.lower())
 
 
 def _selected_name(path: Path, key: str | None, names: list[str]) -> str:
-    """The row that `key` names, whole or by the end of its name; the only one, or that of the acceleration, without."""
+    """The row with the name `key`, or whose name ends with it; without, the only row or that of the acceleration."""
     if not names:
         raise BearingTwinError(f"{path} holds no row of numbers that could be a record")
     if key is None:
@@ -176,7 +176,7 @@ def _record_of_topic(path: Path, key: str | None, rate: float | None, topic: str
 
 
 def _numbers_of_field(message, topic: str, path: str):
-    """The numbers of a message: those of a field given as a path, such as linear_acceleration.z."""
+    """The numbers of a field of a message, given as a path such as linear_acceleration.z."""
     value = message
     for part in path.split("."):
         if part not in (names := list(getattr(value, "__dataclass_fields__", ()))):

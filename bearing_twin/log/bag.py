@@ -59,7 +59,7 @@ class Span(NamedTuple):
 
 
 def qos_profiles(profiles: tuple[Qos, ...]) -> list[dict]:
-    """Quality of service as rosbag2 lists it (its version 9: policies in words, unlimited durations as 2^63 - 1 ns)."""
+    """Quality of service as in version 9 of rosbag2: policies by name, unlimited durations as 2^63 - 1 ns."""
     return [
         {
             "history": "keep_last",
@@ -258,7 +258,7 @@ class SqliteReader:
         self._bag.close()
 
     def require_end(self) -> None:
-        """Nothing: a database is whole after each transaction."""
+        """No check: a database is complete after each transaction."""
 
     def contents(self) -> Contents:
         """Contents of the file, which has no metadata records."""
@@ -302,7 +302,7 @@ class SqliteReader:
         """Turns errors of the database into LogError."""
         try:
             yield
-        except Exception as error:  # of rosbags, of apsw, and what a database may hold in place of numbers
+        except Exception as error:  # of rosbags, of apsw, and of values that are no numbers
             raise LogError(f"{self.path} cannot be read as a bag of sqlite3 ({shorten(str(error))})") from error
 
 

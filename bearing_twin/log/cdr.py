@@ -97,9 +97,9 @@ def full_definition(ros_type: str, definition: Callable[[str], str]) -> str:
 
 
 def definition_in_folders(folders: Iterable[Path]) -> Callable[[str], str]:
-    """A `definition` for `full_definition` that looks for `share/<package>/msg/<Name>.msg` below each of `folders`.
+    """A `definition` for `full_definition` that reads `share/<package>/msg/<Name>.msg` below each of `folders`.
 
-    What it returns raises LogError for a type that none of the folders has.
+    It raises LogError for a type that is in none of the folders.
     """
     folders = tuple(folders)
 

@@ -37,7 +37,7 @@ class Group(NamedTuple):
 
 
 class Exported(NamedTuple):
-    """Files written, the number of outputs or realisations in them, and what the log lacks, a sentence each."""
+    """Files written, the number of outputs or realisations in them, and missing parts of the log, a sentence each."""
 
     files: tuple[str, ...]
     rows: int
@@ -202,7 +202,7 @@ def _csv_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Callable]
 
 @contextlib.contextmanager
 def _parquet_file(path: Path, units: Mapping, source: Mapping) -> Iterator[Callable]:
-    """Units in the metadata of each field, where the numbers come from in that of the file."""
+    """Units are in the metadata of each field, the source of the numbers in that of the file."""
     arrow, parquet = import_optional("pyarrow", "export"), import_optional("pyarrow.parquet", "export")
     with contextlib.ExitStack() as stack:
         file = None

@@ -41,10 +41,10 @@ class Plot(NamedTuple):
 
 
 class Panels(NamedTuple):
-    """Panels of a scene: its frame, topics of the 3-D view (None: there is none), and plots.
+    """Panels of a scene: its frame, topics of the 3-D view (None if it has none), and plots.
 
-    What is seen has its middle and the radius `radius` [m] in that frame. Where
-    `follows` is a frame, the middle is its origin, and goes with it.
+    The visible region has its centre `middle` and its `radius` [m] in that frame. Where
+    `follows` is a frame, the centre is its origin and moves with it.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Panels(NamedTuple):
 
 
 def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
-    """The panels of a scene that runs in `namespace` (empty: that of its kind), its frames behind `frame_prefix`."""
+    """The panels of a scene that runs in `namespace` (empty: that of its kind), its frames with `frame_prefix`."""
     kind = KINDS[scene.kind]
     table = {topic.name: topic for topic in topics(scene)}
     prefix = namespace.rstrip("/") or kind.namespace
@@ -132,14 +132,14 @@ COLORS = (
     "#1f77b4", "#ff7f0e", "#2ca02c", "#d62728", "#9467bd", "#8c564b", "#e377c2", "#7f7f7f", "#bcbd22", "#17becf",
 )  # fmt: skip
 PLOTS_IN_A_ROW = 2
-AXES = 0.14  # length of a frame's axes, of the radius of what is seen: longer ones hide the balls
+AXES = 0.14  # length of a frame's axes as a share of the visible radius: longer ones hide the balls
 AWAY = 3.5  # distance of the eye from the middle, of that radius: all of it is within 45 degrees
-TITLES = ("foxglovePanelTitle", "lichtblickPanelTitle")  # what Foxglove shows, and what Lichtblick shows
-LEGEND_PIXELS = 150  # beside the curves: in front of them it hides those of small panels
+TITLES = ("foxglovePanelTitle", "lichtblickPanelTitle")  # keys of Foxglove and of Lichtblick
+LEGEND_PIXELS = 150  # next to the curves: over them it hides those of small panels
 
 
 class ViewerLayout(NamedTuple):
-    """One program: end of the file's name, what makes its bytes, how to open them, and `data`, a log with them."""
+    """One program: suffix of the file, function that returns its bytes, how to open it, and `data`, a log with it."""
 
     suffix: str
     made: Callable[[Panels], bytes]
@@ -147,7 +147,7 @@ class ViewerLayout(NamedTuple):
     data: str = ""
 
     def opening(self, path: Path, log: Path | None) -> str:
-        """The command that opens the layout at `path`, with the log it was made of where there is one."""
+        """The command that opens the layout at `path`, with the log from which it was made, if any."""
         return self.opened.format(file=path, data=self.data.format(log=log) if log else "")
 
 
@@ -188,7 +188,7 @@ def _rviz_displays(panels: Panels) -> str:
 
 
 def foxglove(panels: Panels) -> bytes:
-    """A 3-D panel beside plots."""
+    """A 3-D panel next to plots."""
     plots = {f"Plot!{number}": _foxglove_plot(plot) for number, plot in enumerate(panels.plots)}
     split = {"first": "3D!scene", "second": _halved([*plots]), "direction": "row", "splitPercentage": 45}
     layout = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}, "layout": split}
@@ -196,7 +196,7 @@ def foxglove(panels: Panels) -> bytes:
 
 
 def _foxglove_view(panels: Panels) -> dict:
-    """The 3-D panel: its grid lies in the scene's frame, else it goes with what is followed.
+    """The 3-D panel: its grid lies in the scene's frame, or would move with the followed frame.
 
     Axes of frames are 0.2 m long by default; Lichtblick takes a factor of that, Foxglove the length [m].
     """
@@ -229,7 +229,7 @@ def _halved(names: Sequence[str], direction: str = "column"):
 
 
 def plotjuggler(panels: Panels) -> bytes:
-    """One tab of plots, two in a row; the sign in `orientation` is that of the line between what it splits."""
+    """One tab of plots, two in a row; the sign in `orientation` shows the line between the parts."""
     shares = min(PLOTS_IN_A_ROW, len(panels.plots))
     columns = [panels.plots[column::shares] for column in range(shares)]
     text = f"""\

@@ -1,7 +1,7 @@
-"""MCAP files read behind limits: every length is checked before it is used, every checksum in the file is compared.
+"""MCAP files read with limits: every length is checked before it is used, every checksum in the file is compared.
 
 The format allows more than ROS 2 writes: channels without a schema or of another encoding, messages outside chunks, no
-summary, any order of time, attachments of any size. All of it is read or passed over. `DamagedLog` is raised where
+summary, any order of time, attachments of any size. All of it is read or skipped. `DamagedLog` is raised where
 lengths or checksums contradict each other, `LogLimit` where a part that is needed is larger than this reader allows, so
 that a small file cannot fill the memory or keep the reader busy. Records are parsed by the library `mcap`; its
 `StreamReader` is not used, because it loads attachments and unpacks chunks whole, without a limit.
@@ -36,7 +36,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.log.mcap_write import GREATEST_RATIO, MAGIC, StoredTopic, crc32
 
 LARGEST_RECORD = 1 << 26  # bytes, packed or unpacked; writers make chunks of a few megabytes
-LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, beside what is in its chunk before and what packing adds
+LARGEST_MESSAGE = LARGEST_RECORD - (1 << 21)  # bytes, besides descriptions in its chunk and the overhead of packing
 FREE_BYTES = 1 << 26  # unpacked bytes any file may have; beyond that GREATEST_RATIO holds
 FREE_RECORDS = 200_000  # records any file may have
 RECORDS_PER_BYTE = 1  # of the file, beyond that
@@ -46,7 +46,7 @@ MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks
 
 _HEAD = struct.Struct("<BQ")  # of a record: opcode, length
 _FIELDS = struct.Struct("<HIQQ")  # of a message: channel, sequence number, log time, publish time
-_FOOTER = struct.Struct("<BQQQI")  # head of its record, place of the index, of its groups, checksum
+_FOOTER = struct.Struct("<BQQQI")  # head of its record, offsets of the index and of its groups, checksum
 _PIECE = 1 << 20  # bytes that are read together
 _USED = frozenset({Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA})
 _DATA = (Opcode.CHUNK, Opcode.MESSAGE)
@@ -391,7 +391,7 @@ class McapReader:
         if opcode == Opcode.CHUNK:
             return self._unpacked_chunk(offset, content)
         sequence = int.from_bytes(content[2:6], "little")
-        if self._packed and sequence == len(content) - 6 and not sequence % 16:  # as stands in an index behind a chunk
+        if self._packed and sequence == len(content) - 6 and not sequence % 16:  # as in an index after a chunk
             raise DamagedLog(self.path, offset, "the index of messages of a chunk has the kind of a message")
         return _HEAD.pack(opcode, len(content)) + content
 

@@ -1,4 +1,4 @@
-"""An MCAP file while it is written: what has been appended stays readable, whatever happens next.
+"""An MCAP file while it is written: what has been appended stays readable after any failure.
 
 Every append is all or nothing, and nothing that was appended is written again. Chunks end by content, so that the same
 messages give the same bytes, and at each `flush`.
@@ -50,7 +50,7 @@ _MESSAGE = struct.Struct("<BQHIQQ")
 _FOOTER_START = struct.Struct("<BQQQ")
 
 
-FIELDS = 22  # bytes of a message record besides its data, behind opcode and length
+FIELDS = 22  # bytes of a message record besides its data, after opcode and length
 
 
 class StoredTopic(NamedTuple):
@@ -85,7 +85,7 @@ class FullDisk(LogError):
 
 
 def refused(sentence: str, error: BaseException) -> LogError:
-    """The error for what the system refused, as `error` says: FullDisk where room was lacking."""
+    """The LogError for an error of the system; FullDisk where the disk is full."""
     return (FullDisk if getattr(error, "errno", None) in NO_ROOM else LogError)(sentence)
 
 
@@ -109,12 +109,12 @@ class McapWriter:
             ) from error
         self.bytes = 0  # of the file, up to which it is complete
         self._crc = 0  # of what was appended
-        self.problem = ""  # why the file cannot grow, and what was kept
+        self.problem = ""  # why the file cannot grow, and how much is in it
         self._closed = False
         self._index = bytearray()  # of the chunks, 10 MB an hour of a bearing of eight balls
         self._compressor = zstandard.ZstdCompressor(level=COMPRESSION_LEVEL)
         self._room = bytearray()  # the chunk in progress
-        self._chunk_index: defaultdict[int, list[tuple[int, int]]] = defaultdict(list)  # time and place of messages
+        self._chunk_index: defaultdict[int, list[tuple[int, int]]] = defaultdict(list)  # time and offset of messages
         self.dropped = 0
         self._waiting: list[Schema | Channel] = []  # described in the unfinished chunk
         self._schemas: dict[tuple[str, str, bytes], int] = {}
@@ -205,18 +205,18 @@ class McapWriter:
         self._chunk_index.clear()
 
     def flush(self) -> None:
-        """Puts every message so far on disk for good, also what waited for room; raises LogError if there is none."""
+        """Writes every message so far to disk, also those that waited for room; raises LogError if it is full."""
         if self._closed or not self._patient:
             self._check()
         self.end_chunk()
-        self.problem = ""  # not before: others look at `problem` meanwhile
+        self.problem = ""  # not before: other threads read `problem`
         if self._fsync:
             os.fsync(self._file)
 
     def close(self) -> None:
-        """Writes what waits and the index, and closes the file; raises LogError if that is impossible.
+        """Writes pending messages and the index, and closes the file; raises LogError if that is impossible.
 
-        Where there is no room for what waits, what is on disk gets its index if that fits.
+        Where there is no room for pending messages, those on disk get their index if it fits.
         """
         if self._closed:
             return
@@ -229,7 +229,7 @@ class McapWriter:
                 self.problem = ""
                 self._append(self._tail())
                 with contextlib.suppress(OSError):
-                    os.ftruncate(self._file, self.bytes)  # what another program appended
+                    os.ftruncate(self._file, self.bytes)  # bytes that another program appended
                     os.fsync(self._file)
         finally:
             os.close(self._file)
@@ -264,13 +264,13 @@ class McapWriter:
         self._waiting.append(record)
 
     def _sealed(self, first: int, last: int) -> tuple[list[bytes], bytes]:
-        """The chunk in progress with its message index, as it will stand at the end of the file; and its index record.
+        """The chunk in progress with its message index, for the end of the file; and its chunk index record.
 
         `first` and `last` are its least and greatest log time.
         """
         content = self._room
         name, packed = COMPRESSION, self._compressor.compress(content)
-        if len(content) > GREATEST_RATIO * len(packed):  # as zeros, which would look like a bomb
+        if len(content) > GREATEST_RATIO * len(packed):  # such as zeros, which would look like a bomb
             name, packed = LESS_PACKED, lz4.frame.compress(content)
         times = {"message_start_time": first, "message_end_time": last}
         sizes = {"uncompressed_crc": crc32(content), "uncompressed_size": len(content)}
@@ -293,7 +293,7 @@ class McapWriter:
         return [parts[0], b"".join(parts[1:])], _record(index)  # the system writes at most 1024 parts together
 
     def _tail(self) -> list[bytes]:
-        """End of the data section, summary with the index of the chunks, and footer for what is on disk for good."""
+        """End of the data section, summary with the index of the chunks on disk, and footer."""
         data_end = _record(DataEnd(self._crc))
         start = self.bytes + len(data_end)
         channels = [record.id for record in self._described if isinstance(record, Channel)]
@@ -320,9 +320,9 @@ class McapWriter:
         ]
 
     def _append(self, parts: Sequence[bytes]) -> None:
-        """Writes parts at the end of what is complete; on failure it leaves none of them."""
+        """Appends parts to the complete part of the file; on failure none of them remains."""
         status = os.fstat(self._file)
-        if status.st_size < self.bytes or not status.st_nlink:  # one that was moved goes on where it is
+        if status.st_size < self.bytes or not status.st_nlink:  # a file that was moved continues there
             self.problem = f"{self.path} was removed or cut by another program; write to a new log"
             raise LogError(self.problem)
         size = sum(map(len, parts))

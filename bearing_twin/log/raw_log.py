@@ -31,16 +31,16 @@ from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage
 from bearing_twin.log.mcap_write import McapWriter, StoredTopic, refused
 from bearing_twin.log.stream import SLOW_RATE, checked_block
 
-KEPT_RATE = 5.0  # 1/s: an hour of a bearing of eight balls takes 0.3 GB then, and 15 GB whole
+KEPT_RATE = 5.0  # 1/s: an hour of a bearing with eight balls takes 0.3 GB then, and 15 GB in full
 WHOLE_SPAN = 0.5e9 / SLOW_RATE  # ns: a SampleBlock that covers less is an impact or the end of a run, and stays
-KEPT_KEY = "kept_rate_hz"  # of a topic in a log, beside what rosbag2 says of it
+KEPT_KEY = "kept_rate_hz"  # in the metadata of a topic
 BAG_RECORD = "rosbag2"
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # messages that a recorder received and lost; the last one counts
-OUTPUTS_KEY = "outputs"  # in SCENE_RECORD, where a whole run is written: how many it has; others may end at any time
+OUTPUTS_KEY = "outputs"  # in SCENE_RECORD of a complete run: its number of outputs
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 BEGINS_KEY = "begins"  # in SCENE_RECORD: the number of the first output of a run that continues another
-STATE_RECORD = "bearing_twin_state"  # of a whole run: the state at its end, to continue from
+STATE_RECORD = "bearing_twin_state"  # of a complete run: the state at its end, to continue from
 RETRY = 1.0  # s between tries while the disk is full
 
 
@@ -182,7 +182,7 @@ class RawLogWriter:
 
     @property
     def problem(self) -> str:
-        """Why the log cannot grow at present and what was kept, empty while it can."""
+        """Why the log cannot grow and how much is in it; empty while it can."""
         return self._writer.problem
 
     @property
@@ -222,7 +222,7 @@ class RawLogWriter:
         return number
 
     def copy_topic(self, topic: StoredTopic) -> int:
-        """Describes a topic as it is stored in another log, of any encoding, and returns its number."""
+        """Describes a topic as stored in another log, of any encoding, and returns its number."""
         with self._unbroken, self._lock:
             number = self._writer.register(topic)
             self._topics[number] = topic
@@ -285,7 +285,7 @@ class RawLogWriter:
             self._writer.add(record)
 
     def add_attachment(self, attachment: Attachment) -> None:
-        """Adds an attachment, as it stands in another log."""
+        """Adds an attachment of another log."""
         with self._unbroken, self._lock, self._patience():
             self._writer.add(attachment)
 
@@ -307,7 +307,7 @@ class RawLogWriter:
         self._closed = True
         self._ended.set()
         try:
-            with suppress(LogError):  # what cannot be written now is tried once more with the index
+            with suppress(LogError):  # messages that cannot be written are tried again with the index
                 self._finish()
                 if self._run is not None:
                     self._writer.add(Metadata(RUN_RECORD, self._run))
@@ -338,7 +338,7 @@ class RawLogWriter:
         return bool((limit and self._writer.bytes >= limit) or (seconds and log_time >= self._began + seconds * 1e9))
 
     def _next(self, log_time: int) -> bool:
-        """Completes the file and begins the next, with everything that is needed to read it alone.
+        """Completes the file and begins the next, with all descriptions that are needed to read it alone.
 
         False where the disk has no room for that: the file goes on.
         """
@@ -379,7 +379,7 @@ class RawLogWriter:
         return suppress(LogError) if self._safety.patient and not self._closed else nullcontext()
 
     def _flush_often(self) -> None:
-        """In a thread of its own: messages may be seldom, and whoever writes them busy."""
+        """Flushes in its own thread, as messages may be rare and their sender busy."""
         while not self._ended.wait(max(RETRY if self.problem else 0.0, self._safety.max_loss)):
             with suppress(LogError):  # the next to write gets it
                 self.flush()

@@ -55,7 +55,7 @@ from bearing_twin.run.scene import Scene, choose, read_logged_scene
 from bearing_twin.run.simulation import Run
 
 MOST_HELD = 1 << 24  # numbers of records that are held together, 128 MB
-LOSSES = {  # of a recording: what happened to messages
+LOSSES = {  # of a recording: counts of lost messages
     "messages_lost": "were lost on the way to the recorder",
     "messages_dropped": "were dropped on a full disk",
     "messages_unreadable": "are not read: sent as samples and none, or too large",
@@ -83,7 +83,7 @@ def scene_record(text: str) -> dict[str, str]:
 
 
 def choice_in(record: Mapping[str, str]) -> Choice:
-    """The model named in a log's metadata; empty texts where there is none."""
+    """The model named in a log's metadata; empty texts without one."""
     named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
     try:
         warnings = tuple(map(str, parse_json(record.get("warnings", "[]"))))
@@ -205,7 +205,7 @@ class LogStream:
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """Tables of what the scene records between outputs; none where the log does not hold its scene."""
+        """Tables of the records between outputs; none if the log lacks its scene."""
         return self.scene.tables if self.scene else ()
 
     @property
@@ -266,7 +266,7 @@ class LogStream:
 
     @property
     def run_note(self) -> str:
-        """A warning for figures of one run of a recording of several; "" where there is one or the caller chose it."""
+        """A warning for figures of one run of a recording with several; "" if there is one or the caller chose it."""
         if self.runs == 1:
             return ""
         if self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split():
@@ -305,7 +305,7 @@ class LogStream:
             yield from block
 
     def to_xarray(self) -> Any:
-        """The whole log as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
+        """The log as an `xarray.Dataset` (extra `export`); see `run.dataset.dataset_of`."""
         return dataset_of(self)
 
     def blocks(self) -> Iterator[Block]:
@@ -376,7 +376,7 @@ class LogStream:
         )
 
     def _found_runs(self) -> list["_Run"]:
-        """The runs in the log, at least one; records behind the last samples of a run belong to the next one.
+        """The runs in the log, at least one; records after the last samples of a run belong to the next one.
 
         Messages are in the order of time, except for a recording by the clock of a simulation that began again: its
         runs overlap in time, and follow each other in the file.
@@ -518,8 +518,8 @@ class LogSummary(NamedTuple):
 class LogWriter(RawLogWriter):
     """A new log of a scene's topics; use as a context manager, from any thread.
 
-    `metadata` (chosen law, stepper, reason, seed, ...) is stored as texts beside the resolved scene and the versions.
-    Raises LogError if `path` exists. `run_record` False leaves out what differs from run to run (date, host, costs).
+    `metadata` (chosen law, stepper, reason, seed, ...) is stored as texts with the resolved scene and the versions.
+    Raises LogError if `path` exists. `run_record` False omits what differs from run to run (date, host, costs).
     """
 
     def __init__(
@@ -550,11 +550,11 @@ class LogWriter(RawLogWriter):
         self.write_all((self._numbers[topic.name], stamp, stamp, data) for topic, stamp, data in messages)
 
     def note_report(self, report: Mapping[str, object]) -> None:
-        """Keeps the run's report (plain numbers and texts) beside date and host."""
+        """Stores the run's report (plain numbers and texts) with date and host."""
         self.note_run(report=json.dumps(report))
 
     def note_state(self, sequence: int, state: Mapping[str, object]) -> None:
-        """Keeps the state of the motion after output `sequence`, to continue the run from."""
+        """Stores the state of the motion after output `sequence`, to continue the run from."""
         self.add_metadata(STATE_RECORD, {"sequence": sequence, "state": json_text(state)})
 
 

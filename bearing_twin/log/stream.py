@@ -257,7 +257,7 @@ def scene_rows(scene: Scene) -> list[TopicRow]:
 def kind_rows(kind: str) -> list[TopicRow]:
     """The topics of a kind by default and those that other shipped scenes of it have.
 
-    Those that differ in a number alone, as of several balls, are one row.
+    Topics that differ only in a number, as of several balls, are one row.
     """
     table: dict[str, TopicRow] = {}
     for scene in (Scene(kind, kind, "", KINDS[kind].parameters()), *_shipped().get(kind, ())):
@@ -322,7 +322,7 @@ def sample_range(data: bytes) -> tuple[int, int]:
     try:
         order = "<" if data[1] & 1 else ">"
         frame_bytes = struct.unpack_from(order + "I", data, 12)[0]
-        position = -(-(12 + frame_bytes) // 8) * 8  # counted behind the four-byte CDR header
+        position = -(-(12 + frame_bytes) // 8) * 8  # counted after the four-byte CDR header
         return struct.unpack_from(order + "QI", data, 4 + position)
     except (struct.error, IndexError) as error:
         raise LogError(
@@ -399,7 +399,7 @@ def channels_of(scene: Scene | None, message) -> tuple[Channel, ...]:
 
 
 def refuse_misfits(source, scene: Scene | None, channels: tuple[Channel, ...]) -> None:
-    """Raises LogError, naming `source`, where a channel has another count of numbers than in the scene beside it."""
+    """Raises LogError, naming `source`, where a channel has another count of numbers than in the scene of the log."""
     known = {} if scene is None else {channel.name: channel.width for channel in scene.channels}
     for name, _, shape, *_ in channels:
         if (width := known.get(name, math.prod(shape))) != math.prod(shape):
@@ -411,7 +411,7 @@ def refuse_misfits(source, scene: Scene | None, channels: tuple[Channel, ...]) -
 
 def block_of(channels: tuple[Channel, ...], message) -> Block:
     """The outputs of a SampleBlock of these channels, as they are written today."""
-    # A copy: what a message holds can only be read.
+    # Copies: the arrays of a message are read-only.
     matrix = np.array(message.values).reshape(message.count, -1)
     block = Block(channels, int(message.first_sequence), np.array(message.time_ns), matrix)
     update_contact_angles(block)

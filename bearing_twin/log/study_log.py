@@ -35,7 +35,7 @@ from bearing_twin.uq.study import REMOVED_KEYS, Study, parse_study
 NAMESPACE = "/bearing"
 SAMPLES_TOPIC, SUMMARY_TOPIC = f"{NAMESPACE}/study/samples", f"{NAMESPACE}/study/summary"
 REALISATIONS_TOPIC = f"{NAMESPACE}/study/realisations"
-WORK = ("workers", "executor", "memory")  # of a study: what its numbers do not depend on
+WORK = ("workers", "executor", "memory")  # keys of a study that do not change its numbers
 STUDY_RECORD = "bearing_twin_study"
 INPUT, QUANTITY, HISTORY, STATUS, DOUBTFUL = "input ", "quantity ", "history ", "status", "doubtful"
 
@@ -123,7 +123,7 @@ class StudyLog:
         self._log.note_run(work=json.dumps(work))
 
     def _now(self) -> int:
-        """The time of arrival of what is written next [ns]."""
+        """The time of arrival [ns] of the next realisations."""
         return max(self._arrived, time.time_ns()) if self._dated else 1_000_000 * self._written
 
     def _arrivals(self, count: int) -> np.ndarray:

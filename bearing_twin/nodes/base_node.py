@@ -44,15 +44,15 @@ from bearing_twin.nodes.node_parameters import (
 )
 from bearing_twin.nodes.outlet import MANY
 
-CLOCK_PERIOD = 0.1  # s, of the clock that stands still while paused
-SETTLED = 10.0  # s of a log after which its size in an hour is said
+CLOCK_PERIOD = 0.1  # s between messages of a paused clock
+SETTLED = 10.0  # s of a log, after which its size in an hour is reported
 LITTLE = 1e9  # B free on the disk of a log, below which a node warns
 THREADS = 8  # in which callbacks run; up to five goals of uq_node wait in theirs
 POLL = 0.1  # s: how soon the main thread sees that a node is done
 NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
 ANSWER_PERIOD = 0.01  # s between answers of one service: a client keeps ten answers to all clients
 LONGEST_GOODBYE = 5.0  # s a node that has put all away may take to leave ROS
-LOG_PERIOD = 1.0  # s between sentences about what peers send: ROS keeps them in files, and these must not fill the disk
+LOG_PERIOD = 1.0  # s between log entries that peers cause: ROS keeps them in files, which must not fill the disk
 
 _exit_at_alarm = Function("core_exit_at_alarm", None, (ctypes.c_int,))
 
@@ -125,7 +125,7 @@ def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
 
 
 class BaseNode(Node):
-    """A node of this package; `task` is its name on /diagnostics, behind that of the node.
+    """A node of this package; `task` follows its name on /diagnostics.
 
     `done` is set when it has nothing more to do or has failed, for the reason `failure`. A subclass has `close()`,
     which loses nothing and may be called twice.
@@ -190,7 +190,7 @@ class Executor(MultiThreadedExecutor):
         self.faults = 0
 
     def turn(self, node: Node) -> None:
-        """Serves what is ready, for POLL seconds at most."""
+        """Executes ready callbacks, for POLL seconds at most."""
         try:
             self.spin_once(timeout_sec=POLL)
         except Exception as error:

@@ -44,7 +44,7 @@ STORY = (
     "At 0.4 s the load steps from 300 N to 1000 N: the arrows grow, and the inner ring sinks by a further 9 µm.",
     "From 1 s to 1.4 s the shaft runs up and the load comes round faster; click a ball to see its contacts.",
 )
-"""What to look at in the page of SCENE."""
+"""Hints for the page of SCENE."""
 
 progress = Console(stderr=True)
 output = Console()

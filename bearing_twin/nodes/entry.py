@@ -1,4 +1,4 @@
-"""The executables of the package: each imports its node and turns what a user can cause into one sentence.
+"""The executables of the package: each imports its node, and reports errors of the user in one sentence.
 
 All is imported inside: ROS may be missing, and a signal that comes meanwhile ends the process quietly.
 """
@@ -20,7 +20,7 @@ from bearing_twin.base.paths import share_path
 
 def _run(executable: str) -> int:
     """Runs an executable, given as "module:class of the node"; returns the exit code."""
-    for number in (signal.SIGINT, signal.SIGTERM):  # until the node takes them over, there is nothing to lose
+    for number in (signal.SIGINT, signal.SIGTERM):  # until the node handles them, there is nothing to lose
         signal.signal(number, lambda *_: os._exit(0))
     from bearing_twin.base import process
 
@@ -86,11 +86,11 @@ LAST_LINES = 3  # lines of a node's output that an error repeats
 
 
 class ProcessError(BearingTwinError):
-    """A node ended too early or failed; the sentence names its output and what to do."""
+    """A node ended too early or failed; the message names its output and the next step."""
 
 
 class NodeProcess:
-    """A process with its output in the file `said`."""
+    """A process with its output in the file `output`."""
 
     def __init__(self, name: str, command: Sequence[str], output: Path):
         self.name, self.output = name, output

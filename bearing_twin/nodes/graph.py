@@ -1,4 +1,4 @@
-"""The graph of nodes as the command line sees it, and what a node has discovered of the others; there is no daemon."""
+"""The graph of nodes for the command line, as one node has discovered it; there is no daemon."""
 
 import contextlib
 import os
@@ -50,7 +50,7 @@ def full_name(end) -> str:
 
 
 def refuse_other_type(name: str, kind: type, group: str, types: list[str]) -> None:
-    """Raises GraphError where `kind` is none of the types of a topic or service, if it has any."""
+    """Raises GraphError where `kind` is not among the types of a topic or service, if it has any."""
     full = f"{kind.__module__.partition('.')[0]}/{group}/{kind.__name__}"
     if types and full not in types:
         raise GraphError(f"{name} takes {' or '.join(map(peer_name, types))}, not {full}")
@@ -59,7 +59,7 @@ def refuse_other_type(name: str, kind: type, group: str, types: list[str]) -> No
 def quiet_time() -> float:
     """Seconds without a change after which a list is taken as complete, longer where processes wait for processors.
 
-    With six processes to a processor the second of two nodes was found up to 3 s after the first.
+    With six processes per processor the second of two nodes was discovered up to 3 s after the first.
     """
     waiting = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
     return QUIET * min(max(1.0, waiting / (os.cpu_count() or 1)), LONGEST)
@@ -104,7 +104,7 @@ class Graph:
         ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
-        """The messages of a topic from now on, bytes where `raw`; calls `silent()` if none comes within the wait."""
+        """The messages of a topic from now on, bytes if `raw`; calls `silent()` if none is received within the wait."""
         kind, waiting = interface(self._type_of(topic), "msg"), []
         on_message = lambda message: waiting.append(message)  # noqa: E731  (rclpy needs a signature)
         offered = [publisher.qos_profile for publisher in self._node.get_publishers_info_by_topic(topic)]
@@ -190,7 +190,7 @@ class Graph:
         return plain_data(self._answer(client.call_async(request), service))
 
     def run_study(self, action: str, goal: dict[str, Any], tell: Callable[[dict], None]) -> tuple[str, dict[str, Any]]:
-        """Final state of a goal of run_study (succeeded, canceled, aborted) and its result; `tell` takes the feedback.
+        """Final state of a goal of run_study (succeeded, canceled, aborted) and its result; `tell` gets the feedback.
 
         Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
@@ -261,7 +261,7 @@ class Graph:
         return future.result()
 
     def _spin(self, seconds: float, ask: Callable[[], T] = lambda: False) -> T:
-        """Serves what comes for so long, or until `ask()` is true; returns its value."""
+        """Executes callbacks for so long, or until `ask()` is true; returns its value."""
         end = time.monotonic() + seconds
         while not (answer := ask()) and (remaining := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=min(TURN, remaining))

@@ -1,4 +1,4 @@
-"""Launch descriptions; imported by the launch files alone, as they need ROS 2's `launch` and `launch_ros`.
+"""Launch descriptions; imported by the launch files only, as they need ROS 2's `launch` and `launch_ros`.
 
 Every launch file takes the arguments `SHARED` and, by name, every parameter of its node (`two_bearings`: `SIDES`).
 """
@@ -54,7 +54,7 @@ def study() -> LaunchDescription:
 def two_bearings() -> LaunchDescription:
     """Two bearings in one tree of frames: namespaces /left and /right, frames left/ and right/, both below `world`.
 
-    With `namespace` and `frame_prefix` those stand in front.
+    `namespace` and `frame_prefix` are put in front of them.
     """
 
     def actions(arguments):

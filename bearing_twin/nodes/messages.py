@@ -42,7 +42,7 @@ BURST = 4000  # messages of one topic, or requests to one service, that may wait
 
 
 def qos_profile(qos: Qos) -> QoSProfile:
-    """Quality of service in rclpy's form; `depth` samples are kept."""
+    """Quality of service as a profile of rclpy."""
     return QoSProfile(
         history=HistoryPolicy.KEEP_LAST,
         depth=qos.depth,
@@ -108,7 +108,7 @@ _TYPE = re.compile(r"([a-z]\w*)/(?:(\w+)/)?([A-Z]\w*)", flags=re.ASCII)
 
 
 class InterfaceError(BearingTwinError):
-    """The name of a type is malformed, or its package has no such type."""
+    """The name of a type is malformed, or unknown in its package."""
 
 
 def interface(ros_type: str, group: str) -> type:
@@ -143,7 +143,7 @@ FLOATS = ("float", "double", "long double")
 
 
 class MessageError(BearingTwinError):
-    """A message cannot be made of what was given."""
+    """The data do not fit the type of a message."""
 
 
 def plain_data(message, limit: int | None = None) -> Any:
@@ -182,7 +182,7 @@ def message_from(message_class: type, data: Any, path: str = "") -> Any:
 
 
 def _field_value(kind, value: Any, path: str) -> Any:
-    """The value of a field of this type, converted from `given`; what is of another type the message itself refuses."""
+    """The value of a field of this type, converted from `value`; other types are refused by the message itself."""
     if isinstance(kind, NamespacedType):
         return message_from(interface(f"{'/'.join(kind.namespaces)}/{kind.name}", kind.namespaces[-1]), value, path)
     if isinstance(kind, AbstractNestedType) and isinstance(value, list):

@@ -33,7 +33,7 @@ class ParameterError(BearingTwinError):
 
 
 class NodeParameter(NamedTuple):
-    """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None where there is no range.
+    """One parameter of a node; `unit` is SI or empty, `low` and `high` are inclusive, None without a range.
 
     A number may also be one of the texts `alternatives`.
     """
@@ -192,7 +192,7 @@ SHARED = (
     NodeParameter("rviz", False, "open RViz with the layout of the package"),
     NodeParameter("foxglove", False, "open a foxglove_bridge on this machine for Foxglove"),
 )
-"""The arguments of every launch file; those of `two_bearings` beside them are SIDES."""
+"""The arguments of every launch file; those of `two_bearings` in addition are SIDES."""
 SIDES = (
     NodeParameter("scene", "bearing_6203", "scene of the left bearing"),
     NodeParameter("scene_right", "", "scene of the right bearing; empty = the same"),

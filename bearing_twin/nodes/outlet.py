@@ -18,11 +18,11 @@ from bearing_twin.nodes.messages import burst_profile, interface, qos_profile, s
 from bearing_twin.nodes.pacing import Timed
 
 MANY = 500  # topics, beyond which the work of DDS and ROS for each delays the turns and the end of a node
-SHARE_SHOWN = 0.5  # of the time, from which on a node that is late says that it publishes
+SHARE_SHOWN = 0.5  # of the time, beyond which a node that is late reports that it publishes
 ACKNOWLEDGE_TIME = 3.5  # s; a subscriber may acknowledge no sooner than the next heartbeat of DDS, 3 s apart by default
 DISCOVERY_POLL = 0.02  # s
 DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node logs what it waits for
-DISCOVERY_GRACE = 0.5  # s in which subscribers come to know of the publishers that know them
+DISCOVERY_GRACE = 0.5  # s in which subscribers discover the publishers that have discovered them
 SOME = 3  # topics that are named of those without a subscriber
 
 
@@ -36,7 +36,7 @@ class Outlet:
 
     def __init__(self, node: Node, topics: Iterable[tuple[str, str, Qos]], publish_clock: bool):
         self._publishers, problems, topics = {}, [], list(topics)
-        # First, as it comes before a topic of this name: a node has one type of message under each name.
+        # First, as it has precedence over a topic of this name: a node has one type of message under each name.
         clock = qos_profile(Qos(1, "best_effort"))
         self._clock = node.create_publisher(ClockMessage, "/clock", clock) if publish_clock else None
         # Each handler of events is one more thing to wait for: thousands take half a second of every turn of a node.

@@ -19,7 +19,7 @@ LAG_SHOWN = 0.1  # s of lag from which on a stream does not keep up
 SLOWEST = 1e-9  # times real time
 FASTEST = "fastest"  # as fast as possible
 ENDED = "the node has ended its work"
-GREATEST_LAG = 1_000_000_000  # ns behind at which the rest is given up instead of being caught up in one burst
+GREATEST_LAG = 1_000_000_000  # ns of lag, beyond which it is given up instead of being caught up in one burst
 
 
 class Timed(NamedTuple):
@@ -35,8 +35,8 @@ class PacedStream(ABC):
 
     A subclass has `next_batch()`, which gives messages in the order in which they go out, or None at the end.
     Everything but `progress` is called by the one thread that calls `turn`. `tick`, a function, publishes the time [ns]
-    before the messages of that time; of several instants that are due at once the last one only. It goes back by
-    `restart` alone.
+    before the messages of that time; of several instants that are due at once the last one only. It goes back only by
+    `restart`.
 
     Parameters
     ----------
@@ -60,14 +60,14 @@ class PacedStream(ABC):
         """The messages to follow, or None at the end."""
 
     def restart(self) -> None:
-        """Forgets what was computed ahead; the next message starts the pace again, at whatever time it carries."""
+        """Discards messages computed ahead; the next message starts the pace again, at any time."""
         self._pending.clear()
         self.finished = self._started = False
         self.position_ns = self.lag_ns = 0
         self._ticked: int | None = None
 
     def turn(self, now: int) -> int | None:
-        """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
+        """Delivers what is due at `now`; returns the wall time of the next turn, None if it needs a command."""
         if self.paused or self.finished:
             return None
         if not self._pending:
@@ -76,7 +76,7 @@ class PacedStream(ABC):
                 self.finished = True
                 return None
             self._pending.extend(batch)
-            return now  # computing it took time, so look at the clock again
+            return now  # computing it took time, so read the clock again
         if not self._started:
             self._start(now)
         if self._send(lambda time_ns: self.due(time_ns) <= now):
@@ -139,7 +139,7 @@ class PacedStream(ABC):
         self.lag_ns = 0
 
     def _note(self, now: int) -> None:
-        """Notes progress up to the position; one more than GREATEST_LAG late starts afresh from here."""
+        """Notes progress up to the position; a lag beyond GREATEST_LAG is given up."""
         self._running += now - self._noted_at
         self._passed += self.position_ns - self._noted
         self._noted_at, self._noted = now, self.position_ns
@@ -176,7 +176,7 @@ def _fraction(factor: float | str) -> Fraction:
     return Fraction(factor).limit_denominator(round(1e3 / SLOWEST))  # an impact wants 1e-5 and less
 
 
-POLL = 0.005  # s between looks at a clock that is not that of the machine
+POLL = 0.005  # s between readings of a clock that is not that of the machine
 
 
 class Worker:
@@ -205,7 +205,7 @@ class Worker:
         self._thread.start()
 
     def post(self, command: Callable, *arguments) -> Future:
-        """Has the thread call `command(now, *arguments)` between two turns; the future gets what it returns."""
+        """Has the thread call `command(now, *arguments)` between two turns; the future gets its result."""
         future: Future = Future()
         with self._posting:
             if self._closed:

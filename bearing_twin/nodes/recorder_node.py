@@ -1,4 +1,4 @@
-"""recorder_node: logs topics as they are on the wire, byte for byte, and counts what was lost on the way."""
+"""recorder_node: logs topics byte for byte as on the wire, and counts lost messages."""
 
 import os
 import threading
@@ -43,7 +43,7 @@ PARAMETERS = (
     *LOG_SAFETY,
 )
 DISCOVERY_PERIOD = 0.1  # s
-TAKE_PERIOD = 0.025  # s between looks for messages, each of which takes as long as several messages
+TAKE_PERIOD = 0.025  # s between polls, each of which takes as long as several messages
 SIM_TIME_PERIOD = 0.005  # s, where messages have the simulation time at which they are taken
 OFFERED_DEPTH = 10  # discovery does not know the depth of a publisher
 DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other nodes send one that was lost after up to 3 s
@@ -100,7 +100,7 @@ class Recording:
         self._lock = threading.Lock()
         self.topics: dict[str, RecordedTopic] = {}
         self.closed = False
-        self._noted = 0, ""  # losses and mixed topics that stand in the log
+        self._noted = 0, ""  # losses and mixed topics written to the log
         self.messages = self.unreadable = 0
 
     def wants(self, topic: str) -> bool:
@@ -161,11 +161,11 @@ class Recording:
         return f"{self.log.path}: {self.messages} messages, {decimal(self.log.bytes)}, {lost} lost"
 
     def note_losses(self) -> None:
-        """Writes what was lost so far into the log, so that a crash does not take the count along."""
+        """Writes the losses so far into the log, so that the counts outlive a crash."""
         status = self.status()
         now = sum(status[key] for key in LOSSES), status["mixed"]
         with self._lock:
-            if not self.closed and now != self._noted and not self.log.problem:  # else once there is room
+            if not self.closed and now != self._noted and not self.log.problem:  # otherwise once there is room
                 self._noted = now
                 self.log.add_metadata(RECORDING_RECORD, status)
 
@@ -211,7 +211,7 @@ LOSSES = {
 
 
 def warning_of(status: dict) -> str:
-    """The sentence about what the `status` of a recording counts as lost or not to be recorded, "" where nothing is."""
+    """The sentence about losses in the `status` of a recording, or a missing topic; "" if all is well."""
     if status["mixed"]:
         return f"several nodes publish {status['mixed']}: their outputs are mixed; start each in its own namespace"
     for key, sentence in LOSSES.items():
@@ -221,7 +221,7 @@ def warning_of(status: dict) -> str:
 
 
 def _readable_range(data: bytes, ros_type: str) -> tuple[int, int] | None:
-    """First number and count of outputs or records, None of what has none or is too large; of other types (0, 0)."""
+    """First number and count of outputs or records, None if malformed or too large; (0, 0) for other types."""
     if len(data) > LARGEST_MESSAGE:
         return None
     try:
@@ -233,7 +233,7 @@ def _readable_range(data: bytes, ros_type: str) -> tuple[int, int] | None:
 def default_topics(namespace: str = "/") -> list[str]:
     """Topics of a recorder without the parameter `topics`: all in its own namespace, and the frames.
 
-    A recorder that stands in none logs the namespaces of all kinds of scenes.
+    A recorder without a namespace logs those of all kinds of scenes.
     """
     namespaces = [namespace] if namespace.strip("/") else [kind.namespace for kind in KINDS.values()]
     return [*(f"{name}/*" for name in namespaces), *FRAMES]
@@ -284,7 +284,7 @@ class RecorderNode(BaseNode):
         self._subscribed: dict[str, Subscription] = {}
         self._lock = threading.Lock()
         period = SIM_TIME_PERIOD if self._by_ros_time else TAKE_PERIOD
-        self._period = min(period, values["max_loss"])  # what waits is lost in a crash too
+        self._period = min(period, values["max_loss"])  # waiting messages are lost in a crash too
         self._polled, self._stopping = PolledGroup(), threading.Event()
         self._poller = threading.Thread(target=self._poll_messages, name="take", daemon=True)
         self._poller.start()
@@ -349,7 +349,7 @@ class RecorderNode(BaseNode):
     # In the thread that takes messages
 
     def _poll_messages(self) -> None:
-        """Takes what has come, topic by topic, until the node closes, and what came last."""
+        """Logs waiting messages, topic by topic, until the node closes, and once more then."""
         stopping = False
         while not stopping:
             stopping = self._stopping.wait(self._period)

@@ -105,7 +105,7 @@ def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedM
 class ReplayLoop(PacedStream):
     """Delivers the messages of the log at `path` by their log times, from `start_ns` after the first one.
 
-    What is latched comes first where a replay starts later: as it was last before, as late subscribers have it.
+    A replay with a later start begins with the last latched messages before it, as late subscribers receive them.
     Topics of a type that has changed since are not played; `notes` names them. With `namespace` topics have other
     names than in the log. Every method runs in the worker's thread; `deliver(timed)` sends one message. Raises
     LogError, also part way.
@@ -130,7 +130,7 @@ class ReplayLoop(PacedStream):
         self._first_ns, self._last_ns, self._last_turn = None, 0, 0
 
     def turn(self, now: int) -> int | None:
-        """`PacedStream.turn`; simulation time has not begun at 0, and where it goes back the replay goes on."""
+        """`PacedStream.turn`; simulation time 0 has not begun, and where it goes back the replay continues."""
         if now < self._last_turn:
             self.resume_at(now)
         self._last_turn = now
@@ -237,7 +237,7 @@ class ReplayNode(BaseNode):
 
     @guarded
     def _on_clock(self):
-        if self.loop.paused and self.loop.position_ns:  # for subscribers that come late
+        if self.loop.paused and self.loop.position_ns:  # for late subscribers
             self._outlet.tick(self.loop.position_ns)
 
     def _on_change(self, name, value):

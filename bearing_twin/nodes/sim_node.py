@@ -158,7 +158,7 @@ def scene_of(values: dict[str, Any]) -> Scene:
 
 COMMAND_TIMEOUT = 30.0  # s until a service reports that its command cannot be carried out yet
 INTERRUPT_PERIOD = 0.05  # s between interruptions of a computation by an urgent command
-CLOSE_TIME = 0.25  # s for subscribers to take what is published at the end
+CLOSE_TIME = 0.25  # s for subscribers to receive the last messages
 MOST_LOGS = 1000  # of one node: any peer can request a reset, which begins another
 
 
@@ -216,7 +216,7 @@ class SimNode(BaseNode):
             self.every(CLOCK_PERIOD, self._on_clock, background)
 
     def close(self) -> None:
-        """Ends the simulation, publishes what it has logged, and completes the log; may be called twice."""
+        """Ends the simulation, publishes the messages it has logged, and completes the log; may be called twice."""
         self._halt.end()
         # Before its first output a run has nothing to lose, and an impact is solved as a whole, which takes long.
         computed = self.loop is not None and self.loop.simulation.sequence >= 0
@@ -360,7 +360,7 @@ class SimNode(BaseNode):
         return fill_stiffness(response, sample, point, frame)
 
     def _on_change(self, name: str, value: Any) -> None:
-        """Another pace; or overrides, with which the run begins again unless they make no scene, or other topics."""
+        """Another pace; or overrides, with which the run starts again; raises for an illegal scene or other topics."""
         if name == "real_time_factor":
             self.worker.post(lambda now: self.loop.set_factor(now, value))
             return

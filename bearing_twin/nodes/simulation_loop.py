@@ -1,4 +1,4 @@
-"""A simulation as a paced stream of messages that takes commands: what sim_node computes, without ROS or clocks."""
+"""A simulation as a paced stream of messages that takes commands: the work of sim_node without ROS or clocks."""
 
 import math
 import threading
@@ -12,7 +12,7 @@ from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.pacing import LAG_SHOWN, PacedStream, Timed
 from bearing_twin.run.simulation import Simulation
 
-CHUNK_NS = 20_000_000  # handed over in one go: a command acts no further ahead than this
+CHUNK_NS = 20_000_000  # of outputs computed together: a command acts within this time
 LONGEST_STEP = 10.0  # s
 SHORTFALL = 0.95  # of the requested pace, below which the loop warns
 JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
@@ -50,7 +50,7 @@ class Commands:
             queue.append(message)
 
     def carry_out(self, obey: Callable[[Command, object], None]) -> None:
-        """Of what waits on each topic carries out the last that `obey` does not refuse; those before are superseded."""
+        """Carries out the last command of each topic that `obey` does not refuse; earlier ones are superseded."""
         with self._lock:
             waiting, self._waiting = self._waiting, {}
         for command, queue in waiting.items():
@@ -157,11 +157,11 @@ class SimulationLoop(PacedStream):
 
     @property
     def over(self) -> bool:
-        """True once everything was delivered and nothing more will come by itself or by a reset."""
+        """True once everything was delivered and no further run can start."""
         return self.finished and not self._repeat and self.failure is None
 
     def turn(self, now: int) -> int | None:
-        """Does what is due at `now`; returns the wall time of the next turn, None when only a command can go on."""
+        """Delivers what is due at `now`; returns the wall time of the next turn, None if it needs a command."""
         if now >= self.obeys_at:
             self._obey_waiting(now)
         wake_at = self._run_on(now)
@@ -292,7 +292,7 @@ class SimulationLoop(PacedStream):
 
     def change(self, now: int, simulation: Simulation) -> str:
         """Begins again with another simulation of the same topics; the log is completed, the run gets a new one."""
-        log = self._open_log(self.run + 1, simulation)  # before anything changes: where none opens, the run goes on
+        log = self._open_log(self.run + 1, simulation)  # before anything changes: if it fails, the run continues
         self.close()
         self._begin_again(simulation, log)
         return f"run {self.run} starts at 0 s"
@@ -319,11 +319,11 @@ class SimulationLoop(PacedStream):
     # Outputs as messages
 
     def next_batch(self) -> list[Timed] | None:
-        """The messages of the next chunk of outputs, what is left at the end, None behind it."""
+        """The messages of the next chunk of outputs, the last ones at the end, None after it."""
         if self._done:
             return None if self._flushed else self._flush(self._log)
-        # Up to the end of a chunk, so that what is published last is also what was computed last.
-        # With the first output comes its chunk, whose computing would else make the pace late as soon as it begins.
+        # Up to the end of a chunk, so that the last published output is also the last computed one.
+        # The first output comes with its chunk, whose computation would otherwise delay the pace from its start.
         sequence = self.simulation.sequence
         return self._advance(1 + self._chunk if sequence < 0 else self._chunk - sequence % self._chunk)
 

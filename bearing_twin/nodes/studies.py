@@ -38,9 +38,9 @@ class Goal(NamedTuple):
 
 
 class GoalAnswer(NamedTuple):
-    """End of a goal (SUCCEEDED, ABORTED or CANCELLED), a sentence about it, and the result as far as there is one.
+    """End of a goal (SUCCEEDED, ABORTED or CANCELLED), a sentence about it, and the result, if any.
 
-    `problem` is what the operator of the node should know, empty where nothing is wrong.
+    `problem` is a sentence for the operator of the node, empty if all is well.
     """
 
     state: str
@@ -97,7 +97,7 @@ def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
 class StudyLimits(NamedTuple):
     """The node's limits: `memory` [B] and `samples` of a study, `workers` (0 = one a processor), `time_limit` [s].
 
-    `log_quota` [B] is what the logs in their folder may take before another one, `executors` where a study may run.
+    `log_quota` [B] limits the size of the logs in their folder before another one, `executors` where a study may run.
     0 = no limit. `allow_invalid`: whether a study may let models run outside their ranges.
     """
 
@@ -222,7 +222,7 @@ class Studies:
         cancelled: Callable[[], bool] = lambda: False,
         tell: Callable[[Progress, str], None] = lambda progress, statistic: None,
     ) -> GoalAnswer:
-        """The answer to a goal, once its study has ended; `tell` takes feedback, ten times a second at most."""
+        """The answer to a goal, once its study has ended; `tell` gets feedback, ten times a second at most."""
         self._running, self._progress, self._moved = study.name, None, self._clock()
         ends_at = self._moved + (self._limits.time_limit or math.inf)
         tell_at = -math.inf
@@ -298,7 +298,7 @@ class Studies:
         return f"running {study}" if study else "idle", self._problem, values
 
     def _new_log(self, study: Study) -> tuple[StudyLog | None, str, str]:
-        """Log, its absolute path, and why there is none; it is filled as the study goes, and so outlives a crash."""
+        """Log, its absolute path, and why there is none; it is filled during the study, and so outlives a crash."""
         if not self._log_folder:
             return None, "", ""
         folder = Path(self._log_folder).resolve()

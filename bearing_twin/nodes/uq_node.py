@@ -39,7 +39,7 @@ LATCHED = Qos(depth=1, durability="transient_local")
 SWITCH = 0.0005  # s for which a study may hold the interpreter while a callback waits; the default of 5 ms adds up
 CANCELLED_EARLY = GoalAnswer(CANCELLED, "cancelled while it waited", stopped_because=CANCELLED)
 CANCELLED_LATE = GoalAnswer(CANCELLED, "cancelled; the study still computes its statistics", stopped_because=CANCELLED)
-CANCEL_PERIOD, CANCEL_TIMEOUT = 0.02, 0.25  # s between looks for a cancel; until it is answered, ended or not
+CANCEL_PERIOD, CANCEL_TIMEOUT = 0.02, 0.25  # s between checks for a cancel; until it is answered, ended or not
 CLOSE_TIMEOUT = 30.0  # s for the statistics and the log of a study that is ended
 
 

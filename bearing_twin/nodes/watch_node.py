@@ -57,16 +57,16 @@ PARAMETERS = (
     NodeParameter("port", 8080, "port to listen on; 0 = any that is free", "", 0, 65535),
     NodeParameter("patience", 30.0, "longest wait for such a node", "s", 0.0, 3600.0),
 )
-LOOK_PERIOD = 0.05  # s between looks for viewers and for messages
+LOOK_PERIOD = 0.05  # s between checks for viewers and for messages
 REQUESTED_FOR = 20.0  # s after a request for the page, within which its viewer may come
 ANSWER = 5.0  # s for a service to answer
-COMING = 12.0  # s for the scene and a first sample to come: where time is slowed down they are rare
+COMING = 12.0  # s for the scene and a first sample: where time is slowed down they are rare
 DEPTH = 5  # samples that may wait: later ones are better than all of them
 LONGEST = 600  # characters of a status, and of a refusal with its reason
 MOVING = ("running", "running as fast as possible", "playing")  # states with a pace
-PACES = ("real_time_factor", "rate")  # what sim_node and replay_node call it
+PACES = ("real_time_factor", "rate")  # parameter of sim_node, and of replay_node
 SAMPLES = "/samples"
-NAMELESS = "_NODE_NAME_UNKNOWN_"  # what ROS calls a node of which it has found a publisher, but not yet the name
+NAMELESS = "_NODE_NAME_UNKNOWN_"  # of a node in ROS whose publisher is discovered before its name
 
 
 class WatchNode(BaseNode):
@@ -105,7 +105,7 @@ class WatchNode(BaseNode):
             self.server.close()
 
     def _select_node(self, name: str, patience: float) -> tuple[str, str]:
-        """The full name of the node to show, and its topic of samples: a replay's stand in another namespace."""
+        """The full name of the node to show, and its topic of samples: those of a replay are in another namespace."""
         now = changed = time.monotonic()
         end, nodes = now + patience, {}
         # That it is the only one is known when discovery adds no other any more.
