@@ -25,7 +25,9 @@ from bearing_twin.kinds.bearing import (
     support_of,
     viscosity_of,
 )
+from bearing_twin.run.report import figure_errors
 from bearing_twin.run.scene import choose
+from bearing_twin.view.tables import figures_for_people
 
 GREASE, OIL = 1, 2
 E, VISCOSITY, PRESSURE_COEFFICIENT, BALL, CONFORMITY = 227.5e9, 0.02784, 1.8e-8, 3.373e-3, 0.52  # E is E' [Pa]
@@ -284,6 +286,16 @@ def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(as
         assert choose(scene).friction == friction
         assert load_scene(scene.resolved()).parameters.contact == scene.parameters.contact
     assert load_scene("bearing_6203_rig_400N").parameters.contact.friction == "point"
+
+
+def test_pictures_and_pages_name_no_dry_contacts_of_a_lubricated_run():
+    run = simulate(load_scene("bearing_6203_greased", ("run.duration=0.002",)))
+    list(run)
+    drawn = [label.partition(":")[0] for label, _ in figure_errors(run.report)]
+    tabled = [figure.words for figure in figures_for_people(run.report.figures, run.report.as_dict())]
+    for labels in (drawn, tabled):
+        assert "drive torque" in labels
+        assert not any("dry" in label for label in labels)
 
 
 def test_films_of_moving_contacts_are_those_of_their_loads_at_the_speed_of_rolling():

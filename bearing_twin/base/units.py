@@ -215,9 +215,9 @@ def _label_and_row(key: str) -> tuple[str, Unit]:
     return key.replace("_", " "), UNITS["1"]
 
 
-def lubricated_label(label: str) -> str:
-    """The label of a key in a result of lubricated contacts."""
-    return _DRY.get(label, label)
+def label_in_result(label: str, unknown: Mapping[str, str]) -> str:
+    """The label of a key in a result with these `errors_unknown`: dry contacts are named where they have no films."""
+    return _DRY.get(label, label) if LUBRICATED in unknown else label
 
 
 def key_suffix(unit: str) -> str:

@@ -1,10 +1,9 @@
 """Results as tables: a run's loads and figures first, then its status; all that is known of it with --verbose."""
 
 from collections.abc import Iterator, Mapping
-from contextvars import ContextVar
 
 from bearing_twin.base.report import Report, json_data
-from bearing_twin.base.units import LUBRICATED, label_and_unit, lubricated_label, readable_label, unit_suffix
+from bearing_twin.base.units import label_and_unit, readable_label, unit_suffix
 from bearing_twin.command.terminal import (
     SI,
     in_shown_units,
@@ -24,9 +23,6 @@ from bearing_twin.view.tables import (
     lists_by_length,
 )
 
-LUBRICATED_RESULT: ContextVar[bool] = ContextVar(
-    "films", default=False
-)  # whether contacts of the result shown have films
 ERROR_SUFFIX = "_error"  # behind a figure's key: what is not known of it
 
 
@@ -77,7 +73,6 @@ def show_result(result: Mapping) -> None:
 
 def _readable_tables(shown: Mapping, result: Mapping) -> tuple[list[Figure], dict[str, list[Mapping]]]:
     """The figures and the lists of events among what is shown of a result."""
-    LUBRICATED_RESULT.set(LUBRICATED in (result.get("errors_unknown") or ()))
     flat = dict(_flat(shown))
     return figures_for_people(flat, result, _readable_key), {
         key: value for key, value in flat.items() if is_events(value)
@@ -131,8 +126,7 @@ def show_quantities(result: Mapping) -> None:
 
 def _readable_key(key: str, size: float) -> tuple[str, str, float]:
     """(words, unit, factor into that unit) of a key with values to `size`: SI with --si, else what engineers read."""
-    label, *shown = (*label_and_unit(key), 1.0) if SI.get() else readable_label(key, size)
-    return (lubricated_label(label) if LUBRICATED_RESULT.get() else label, *shown)
+    return (*label_and_unit(key), 1.0) if SI.get() else readable_label(key, size)
 
 
 def _with_errors(result: Mapping) -> dict:

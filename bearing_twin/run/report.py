@@ -12,11 +12,10 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import Choice, Report
 from bearing_twin.base.sample import Block, BlockAligner, outputs_per_chunk, split_block
 from bearing_twin.base.units import (
-    LUBRICATED,
     greatest_error,
     is_negligible,
     label_and_unit,
-    lubricated_label,
+    label_in_result,
     readable_label,
     rounded_to_error,
     two_digits,
@@ -119,9 +118,8 @@ def judge_errors(
     if large:
         remedies = {METHOD: estimate.smaller} | dict(errors.mends)
         remedy = "; ".join(filter(None, (remedies.get(source) for source in dict.fromkeys(large.values()))))
-        lubricated = LUBRICATED in errors.notes
         phrases = (
-            _figure_phrase(figure, figures[figure], known[figure][source], source, lubricated)
+            _figure_phrase(figure, figures[figure], known[figure][source], source, errors.notes)
             for figure, source in large.items()
         )
         sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(phrases)}"
@@ -191,6 +189,7 @@ def model_error_lines(result: Mapping[str, Any]) -> list[str]:
             continue
         figure = max(shares, key=shares.__getitem__)
         label, unit = label_and_unit(figure)
+        label = label_in_result(label, result.get("errors_unknown", {}))
         size, share = f"{two_digits(max_magnitude(errors[figure]))} {unit}", shares[figure]
         lines.append(f"{SOURCE_LABELS[source]}: up to {f'{100.0 * share:.2g} %' if share < 1.0 else size} ({label})")
     return lines
@@ -232,10 +231,10 @@ def max_magnitude(value) -> float:
     return float(np.abs(value).max(initial=0.0))
 
 
-def _figure_phrase(figure: str, value, error, source: str, lubricated: bool) -> str:
+def _figure_phrase(figure: str, value, error, source: str, unknown: Mapping[str, str]) -> str:
     """A figure with a large error, and the main source of the error."""
     label, unit = label_and_unit(figure)
-    label = lubricated_label(label) if lubricated else label
+    label = label_in_result(label, unknown)
     greatest = max_magnitude(error)
     size = rounded_to_error(max_magnitude(value), greatest, 2)
     return f"{label} {size} ± {two_digits(greatest)}{with_unit(unit)}, mostly {SOURCE_LABELS.get(source, source)}"
@@ -387,6 +386,7 @@ def figure_errors(report: Report) -> list[tuple[str, dict[str, float]]]:
             continue
         label, unit, factor = readable_label(key, size)
         number, error = rounded_to_error(factor * size, factor * total), two_digits(factor * total)
+        label = label_in_result(label, report.errors.get("errors_unknown", {}))
         text = f"{label}: {number} ± {error}{with_unit(unit)}"
         shares = {SOURCE_LABELS.get(source, source): part / size for source, part in errors.items() if part > 0.0}
         rows.append((text, shares))

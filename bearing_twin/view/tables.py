@@ -8,6 +8,7 @@ from bearing_twin.base.units import (
     digits_of,
     greatest_error,
     label_and_unit,
+    label_in_result,
     readable_label,
     readable_sentence,
     rounded_to_error,
@@ -60,6 +61,7 @@ def figures_for_people(
         value, (most, own), digits = figures[key], errors[key], digits_of(key)
         several = value if isinstance(value, (list, tuple)) else [value]
         words, unit, factor = unit_of(key, size)
+        words = label_in_result(words, result.get("errors_unknown", {}))
         unit = unit if any(map(_is_number, several)) else ""
         error = two_digits(factor * own) if own and _in_digits(own, _size(value), digits) else ""
         if 1 < len(several) <= AXES and all(map(_is_number, several)) and _size(several):  # a vector: parts of one size
