@@ -19,8 +19,8 @@ def motion(*overrides, scene="bearing_6203", law="hertz", stepper="rodas4"):
     return BearingMotion(load_scene(scene, last_values(overrides)).parameters, a_choice(law, stepper))
 
 
-def asking(law):
-    """Overrides that ask for a law; a linear spring with about the stiffness of the others."""
+def law_keys(law):
+    """Overrides for a law; a linear spring with about the stiffness of the others."""
     return (f"contact.normal={law}", *(("contact.stiffness=2e7",) if law == "linear" else ()))
 
 
@@ -41,13 +41,13 @@ def flat(out):
     return np.array(out.numbers).ravel()
 
 
-def errors(moving, found, exact):
+def errors(moving, actual, exact):
     """Greatest errors of load, over the greatest, and of friction, over mu N of a contact or mu N R of a ball."""
     coefficient, radius = moving.parameters.contact.friction_coefficient, moving.bearing.ball_radius
     greatest = exact.normal_load.max()
-    load = np.abs(found.normal_load - exact.normal_load).max() / greatest
-    force = np.linalg.norm(found.friction_force - exact.friction_force, axis=-1)
-    torque = np.linalg.norm(found.raceway_torque - exact.raceway_torque, axis=-1) / radius
+    load = np.abs(actual.normal_load - exact.normal_load).max() / greatest
+    force = np.linalg.norm(actual.friction_force - exact.friction_force, axis=-1)
+    torque = np.linalg.norm(actual.raceway_torque - exact.raceway_torque, axis=-1) / radius
     friction = max(
         (force / np.maximum(exact.normal_load, 0.01 * greatest)).max(),
         (torque / np.maximum(exact.normal_load.sum(axis=-1), 0.01 * greatest)).max(),

@@ -163,13 +163,13 @@ def long_axes(scene, sample):
         groove = conformity * geometry.ball_diameter
         bottom = 0.5 * geometry.pitch_diameter + side * (radius + 0.25 * geometry.radial_clearance)
         ring = body_of(torus(bottom - side * groove, groove, hollow=True), centre)
-        which = 0 if side < 0.0 else 1
+        raceway = 0 if side < 0.0 else 1
         for k, position in enumerate(sample["position"]):
             ball = body_of(sphere(radius), position)
-            found = contact_of(ball, ring, find_opposing(ball, ring, sample["point"][k, which]))
-            assert found.approach == pytest.approx(sample["approach"][k, which], abs=1e-12)
-            assert found.curvature_small < 0.3 * found.curvature_large
-            axes[k, which] = found.major_axis
+            contact = contact_of(ball, ring, find_opposing(ball, ring, sample["point"][k, raceway]))
+            assert contact.approach == pytest.approx(sample["approach"][k, raceway], abs=1e-12)
+            assert contact.curvature_small < 0.3 * contact.curvature_large
+            axes[k, raceway] = contact.major_axis
     return axes
 
 
@@ -194,9 +194,9 @@ def test_the_long_axis_of_an_ellipse_lies_across_the_groove_in_message_and_marke
     corners = np.array([[p.x, p.y, p.z] for p in outline.points]).reshape(len(first), 2, -1, 3)
     from_centre = corners - sample["point"][:, :, None]
     length = np.linalg.norm(from_centre, axis=-1)
-    far = np.take_along_axis(from_centre, length.argmax(axis=2)[..., None, None], axis=2)[:, :, 0]
+    tips = np.take_along_axis(from_centre, length.argmax(axis=2)[..., None, None], axis=2)[:, :, 0]
     longest = length.max(axis=2)
-    assert np.abs(np.einsum("krv,krv->kr", far, first)) == pytest.approx(longest, rel=1e-6)
+    assert np.abs(np.einsum("krv,krv->kr", tips, first)) == pytest.approx(longest, rel=1e-6)
     assert longest == pytest.approx(10.0 * semi_major, rel=1e-9)
     assert length.min(axis=2) == pytest.approx(10.0 * semi_minor, rel=1e-9)
     assert np.abs(np.einsum("krnv,krv->krn", from_centre, sample["normal"])).max() < 1e-9 * longest.max()
@@ -215,22 +215,26 @@ def touching_balls(axial=0.0):
     state, bearing = moving.state, moving.bearing
     random = np.random.default_rng(5)
     state[:, AXIS_DISTANCE] = 0.5 * moving.parameters.geometry.pitch_diameter + 1e-6
-    apart = 2.0 * np.arcsin((bearing.ball_radius - 1e-6) / state[0, AXIS_DISTANCE])
+    pitch_angle = 2.0 * np.arcsin((bearing.ball_radius - 1e-6) / state[0, AXIS_DISTANCE])
     state[:, HEIGHT] += axial * (-1.0) ** np.arange(13)
-    state[:, ORBIT_ANGLE] = 0.3 + apart * np.arange(13)
+    state[:, ORBIT_ANGLE] = 0.3 + pitch_angle * np.arange(13)
     state[:, VELOCITY:MOTION] += random.normal(size=(13, 6)) * ([1e-3] * 3 + [50.0] * 3)
     return moving, Sample(0, 0, moving.first_outputs().rows(0))
 
 
 def loads_of(rows, origin):
     """Forces and torques of bodies about their origins, summed from contacts; and sums (2, ..., bodies, 1) of sizes."""
-    places = np.stack([origin[body] for body in rows["bodies"]], axis=-2)
+    origins_of_bodies = np.stack([origin[body] for body in rows["bodies"]], axis=-2)
     push = rows["normal_load"][..., None] * rows["normal"] + rows["friction_force"]
     drill = rows["drilling_torque"][..., None] * rows["normal"]
-    force, torque, sizes = np.zeros(places.shape), np.zeros(places.shape), np.zeros((2, *places.shape[:-1], 1))
+    force, torque, sizes = (
+        np.zeros(origins_of_bodies.shape),
+        np.zeros(origins_of_bodies.shape),
+        np.zeros((2, *origins_of_bodies.shape[:-1], 1)),
+    )
     for row, pair in enumerate(zip(rows["body"], rows["by"], strict=True)):
         for body, sign in zip(pair, (1.0, -1.0), strict=True):
-            arm = rows["point"][..., row, :] - places[..., body, :]
+            arm = rows["point"][..., row, :] - origins_of_bodies[..., body, :]
             force[..., body, :] += sign * push[..., row, :]
             torque[..., body, :] += sign * (np.cross(arm, push[..., row, :]) + drill[..., row, :])
             size = np.linalg.norm(push[..., row, :], axis=-1, keepdims=True)
@@ -241,9 +245,9 @@ def loads_of(rows, origin):
 
 def tilted_ring(scene, *overrides):
     """Parameters of a bearing whose inner ring is tilted, and its last output."""
-    last = list(simulate(load_scene(scene, overrides)).blocks())[-1]
-    assert np.abs(last["inner_ring_tilt"][-1]).max() > 1e-6
-    return load_scene(scene, overrides).parameters, last[-1]
+    block = list(simulate(load_scene(scene, overrides)).blocks())[-1]
+    assert np.abs(block["inner_ring_tilt"][-1]).max() > 1e-6
+    return load_scene(scene, overrides).parameters, block[-1]
 
 
 def balls_that_touch():
@@ -269,16 +273,16 @@ def balls_that_touch():
 )
 def test_contacts_of_each_body_add_up_to_its_wrench_and_all_wrenches_to_zero(make):
     parameters, sample = make()
-    rows, places = contacts(parameters, sample), origins(parameters, sample)
-    force, torque, size = loads_of(rows, places)
-    found = wrenches(parameters, sample)
-    assert [wrench.body for wrench in found] == rows["bodies"]
-    assert max(np.linalg.norm(wrench.torque) for wrench in found) > 1e-5
-    for body, wrench in enumerate(found):
+    rows, origins_of_bodies = contacts(parameters, sample), origins(parameters, sample)
+    force, torque, size = loads_of(rows, origins_of_bodies)
+    by_body = wrenches(parameters, sample)
+    assert [wrench.body for wrench in by_body] == rows["bodies"]
+    assert max(np.linalg.norm(wrench.torque) for wrench in by_body) > 1e-5
+    for body, wrench in enumerate(by_body):
         assert np.abs(wrench.force - force[body]).max() <= ROUNDING * size[0, body]
         assert np.abs(wrench.torque - torque[body]).max() <= ROUNDING * size[1, body]
-    turning = sum(wrench.torque + np.cross(places[wrench.body], wrench.force) for wrench in found)
-    assert np.abs(sum(wrench.force for wrench in found)).max() < ROUNDING * size[0].sum()
+    turning = sum(wrench.torque + np.cross(origins_of_bodies[wrench.body], wrench.force) for wrench in by_body)
+    assert np.abs(sum(wrench.force for wrench in by_body)).max() < ROUNDING * size[0].sum()
     assert np.abs(turning).max() < ROUNDING * size[1].sum()
 
 
@@ -288,7 +292,7 @@ def outputs_of(name, *overrides, count=300):
     output = Output(scene.parameters, "hertz", Simulation(scene).advance(count).sample_rows(range(count)))
     table = {topic.name: topic for topic in KINDS[scene.kind].topics(scene.parameters)}
     frames = table["/tf"].fields(output)["transforms"]
-    return output, table, {one["child_frame_id"]: one["transform"]["translation"] for one in frames}
+    return output, table, {frame["child_frame_id"]: frame["transform"]["translation"] for frame in frames}
 
 
 @pytest.mark.parametrize(
@@ -309,9 +313,9 @@ def outputs_of(name, *overrides, count=300):
 )
 def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
     """Contacts add up to wrenches and those to zero, at every output."""
-    output, table, placed = outputs_of(name, *overrides)
+    output, table, positions = outputs_of(name, *overrides)
     rows = table["contacts"].fields(output)
-    force, torque, size = loads_of(rows, placed)
+    force, torque, size = loads_of(rows, positions)
     assert np.count_nonzero(rows["normal_load"]) > 10
     for body, name in enumerate(rows["bodies"]):
         wrench = table[f"{name}/wrench"].fields(output)["wrench"]
@@ -327,12 +331,12 @@ def test_the_bodies_of_other_kinds_answer_each_other(name, overrides):
     ],
 )
 def test_the_point_of_contact_lies_half_an_approach_inside_round_bodies(name, overrides, radii):
-    output, table, placed = outputs_of(name, *overrides)
+    output, table, positions = outputs_of(name, *overrides)
     rows = table["contacts"].fields(output)
     loaded = rows["approach"][:, 0] > 0.0
     assert loaded.any()
     for body, radius in radii.items():
-        inside = radius - np.linalg.norm(rows["point"][:, 0] - placed[body], axis=-1)
+        inside = radius - np.linalg.norm(rows["point"][:, 0] - positions[body], axis=-1)
         assert inside[loaded] == pytest.approx(0.5 * rows["approach"][loaded, 0], rel=1e-6, abs=1e-15)
 
 
@@ -354,28 +358,26 @@ def test_the_pressure_on_the_line_of_contact_of_two_discs_carries_their_load():
 def test_the_pose_of_the_inner_ring_places_the_groove_that_its_balls_see():
     """A ring tilted by a moment: inner contacts lie a groove's radius from where the pose puts the groove's centre."""
     keys = "rings.inner.load=[20,-300,100]", "rings.inner.moment=[0.6,-0.3]"
-    output, table, placed = outputs_of("bearing_6203", *keys, count=40)
-    pose = {name: one[-1] for name, one in table["inner_ring/pose"].fields(output)["pose"].items()}
-    sample, setting = (
-        {name: one[-1] for name, one in output.sample.values.items()},
-        setting_of(output.parameters, "hertz", 0.0),
-    )
+    output, table, positions = outputs_of("bearing_6203", *keys, count=40)
+    pose = {name: values[-1] for name, values in table["inner_ring/pose"].fields(output)["pose"].items()}
+    sample = {name: values[-1] for name, values in output.sample.values.items()}
+    setting = setting_of(output.parameters, "hertz", 0.0)
     assert np.linalg.norm(sample["inner_ring_tilt"]) > 1e-4
     assert sample["inner_ring_angle"] > 0.5
     turned = Rotation.from_rotvec([0.0, 0.0, sample["inner_ring_angle"]])
     tilt = Rotation.from_quat(pose["orientation"]) * turned.inv()
     assert tilt.as_rotvec() == pytest.approx([*sample["inner_ring_tilt"], 0.0], abs=1e-15)
     azimuths = sample["orbit_angle"]
-    around = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(8)], axis=-1)
+    circle = np.stack([np.cos(azimuths), np.sin(azimuths), np.zeros(8)], axis=-1)
     reach = setting.inner.groove_radius + 0.5 * sample["approach"][:, 0]
 
-    def off(tilt):
-        groove = pose["position"] + tilt.apply(setting.inner.locus_radius * around)
+    def distance(tilt):
+        groove = pose["position"] + tilt.apply(setting.inner.locus_radius * circle)
         return np.abs(np.linalg.norm(sample["point"][:, 0] - groove, axis=-1) - reach).max()
 
-    assert off(tilt) < 1e-7
-    assert off(tilt.inv()) > 1e-6
-    assert np.array_equal(placed["inner_ring"][-1], pose["position"])
+    assert distance(tilt) < 1e-7
+    assert distance(tilt.inv()) > 1e-6
+    assert np.array_equal(positions["inner_ring"][-1], pose["position"])
 
 
 def test_the_pose_of_an_ellipsoid_places_its_contact_point():
@@ -383,5 +385,5 @@ def test_the_pose_of_an_ellipsoid_places_its_contact_point():
     output, table, _ = outputs_of("ellipsoid_tumbling", count=400)
     pose, axes = table["pose"].fields(output)["pose"], np.array(output.parameters.body.semi_axes)
     point = table["contacts"].fields(output)["point"][:, 0]
-    own = Rotation.from_quat(pose["orientation"]).inv().apply(point - pose["position"])
-    assert np.sum((own / axes) ** 2, axis=1) == pytest.approx(1.0, abs=1e-3)
+    in_body = Rotation.from_quat(pose["orientation"]).inv().apply(point - pose["position"])
+    assert np.sum((in_body / axes) ** 2, axis=1) == pytest.approx(1.0, abs=1e-3)

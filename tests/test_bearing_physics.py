@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bearings import asking, motion, run, stored_energy
+from bearings import law_keys, motion, run, stored_energy
 from contact_reference import about_z, single_contact
 from reference.rolling import rolling_rates
 from runs import reported
@@ -31,6 +31,8 @@ from bearing_twin.run.scene import choose, load_scene, open_scene, parse_scene
 from bearing_twin.run.simulation import Simulation
 
 NO_GRAVITY = "gravity=[0.0, 0.0, 0.0]"
+AT_REST = (NO_GRAVITY, "cage.kind=none", "geometry.radial_clearance=2e-5", "drive.speed=0",
+           "contact.friction_coefficient=0")  # fmt: skip
 
 
 @pytest.mark.parametrize("angle", [0.0, 0.26, -0.7])
@@ -118,13 +120,7 @@ def least_gap(moving):
 
 def test_balls_that_meet_within_a_chunk_are_found_and_integrated_together():
     """A ball thrown at its neighbour from beyond reach is not run through: speeds are exchanged, energy closes."""
-    moving = motion(
-        NO_GRAVITY,
-        "cage.kind=none",
-        "geometry.radial_clearance=20e-6",
-        "contact.friction_coefficient=0.0",
-        "drive.speed=0.0",
-    )
+    moving = motion(*AT_REST)
     moving.state[0, VELOCITY + 1] = 0.5
     start = stored_energy(moving.first_outputs())[0]
     assert least_gap(moving) > 4e-3
@@ -144,24 +140,24 @@ def test_any_number_of_balls(balls):
     assert np.all(out.normal_load > 1.0)
 
 
-@pytest.mark.parametrize("given", [1, 12, 100])
-def test_a_speed_command_takes_effect_after_the_last_output_given_out(given):
+@pytest.mark.parametrize("delivered", [1, 12, 100])
+def test_a_speed_command_takes_effect_after_the_last_output_given_out(delivered):
     """Whatever was computed ahead; what was given out is as without it, and so are loads of the balls for a while."""
-    left, commanded = (Simulation(load_scene("bearing_6203")) for _ in range(2))
-    assert np.array_equal(left.advance(given).matrix(), commanded.advance(given).matrix())
+    unchanged, commanded = (Simulation(load_scene("bearing_6203")) for _ in range(2))
+    assert np.array_equal(unchanged.advance(delivered).matrix(), commanded.advance(delivered).matrix())
     commanded.set_speed(200.0)
-    before, after = left.advance(130), commanded.advance(130)
-    gained = after.values["inner_ring_speed"] - before.values["inner_ring_speed"]
-    assert gained[:8] == pytest.approx(2.0 * np.arange(1, 9))
-    assert gained[-1] == pytest.approx(200.0 - 183.26)
+    before, after = unchanged.advance(130), commanded.advance(130)
+    increase = after.values["inner_ring_speed"] - before.values["inner_ring_speed"]
+    assert increase[:8] == pytest.approx(2.0 * np.arange(1, 9))
+    assert increase[-1] == pytest.approx(200.0 - 183.26)
     speed, angle = after.values["inner_ring_speed"], after.values["inner_ring_angle"]
     assert np.gradient(angle, 1e-3)[1:-1] == pytest.approx(speed[1:-1], rel=0.01)
-    assert after.first_sequence == given
+    assert after.first_sequence == delivered
     load = before.values["normal_load"][0]
     assert after.values["normal_load"][0] == pytest.approx(load, abs=1e-3 * load.max())
     commanded.reset()
-    left.reset()
-    assert np.array_equal(left.advance(150).matrix(), commanded.advance(150).matrix())
+    unchanged.reset()
+    assert np.array_equal(unchanged.advance(150).matrix(), commanded.advance(150).matrix())
 
 
 def test_a_sudden_change_of_speed_and_offset_comes_at_its_time_and_its_work_is_counted():
@@ -203,14 +199,14 @@ def test_extreme_scenes_close_their_energy_and_roll_as_kinematics_says(name):
 
 
 def test_outputs_do_not_depend_on_how_they_are_asked_for():
-    whole = Simulation(load_scene("bearing_6203")).advance(57)
+    at_once = Simulation(load_scene("bearing_6203")).advance(57)
     parts = Simulation(load_scene("bearing_6203"))
     pieces = [parts.advance(n).matrix() for n in (1, 9, 30, 17)]
-    assert np.array_equal(np.concatenate(pieces), whole.matrix())
+    assert np.array_equal(np.concatenate(pieces), at_once.matrix())
     parts.reset()
-    assert np.array_equal(parts.advance(57).matrix(), whole.matrix())
-    assert whole.time_ns[0] == 0
-    assert whole.time_ns[-1] == 56_000_000
+    assert np.array_equal(parts.advance(57).matrix(), at_once.matrix())
+    assert at_once.time_ns[0] == 0
+    assert at_once.time_ns[-1] == 56_000_000
 
 
 def test_a_change_comes_on_top_of_the_scenes_offset_and_a_reset_takes_it_back():
@@ -226,22 +222,13 @@ def test_a_change_comes_on_top_of_the_scenes_offset_and_a_reset_takes_it_back():
     assert simulation.report().costs == costs
 
 
-ALONE = (
-    "geometry.balls=1",
-    "cage.kind=none",
-    "geometry.radial_clearance=4e-5",
-    "gravity=[0.0, 0.0, 0.0]",
-    "drive.offset=[0.0, 0.0, 0.0]",
-    "drive.speed=0.0",
-    "contact.friction_coefficient=0.0",
-    "initial.motion=rest",
-    "wanted.tolerance=1e-5",
-)
+ALONE = ("geometry.balls=1", "geometry.radial_clearance=4e-5", "drive.offset=[0,0,0]", "initial.motion=rest",
+         "wanted.tolerance=1e-5")  # fmt: skip
 
 
 def rebound(speed, *overrides, stepper="rodas4"):
     """Speed after over speed before of one ball thrown from the middle of the clearance at the outer raceway."""
-    moving = motion(*ALONE, *overrides, stepper=stepper)
+    moving = motion(*AT_REST, *ALONE, *overrides, stepper=stepper)
     moving.state[0, AXIS_DISTANCE], moving.state[0, VELOCITY] = 14.25e-3, speed
     span = 1e-5 / speed + 4e-5
     out = moving.advance(np.array([span]), span)
@@ -278,23 +265,16 @@ def test_one_damping_is_enough():
     assert load_scene(plain, ["contact.restitution=0.8"]).parameters == scene.parameters
 
 
-STILL = (
-    "cage.kind=none",
-    "geometry.radial_clearance=2e-5",
-    "gravity=[0,0,0]",
-    "drive.speed=0.0",
-    "contact.friction_coefficient=0.0",
-)
-THROWN, BOUNCED = 0.01, 4e-4  # m/s; s after the touch, when the ball is in flight again
+THROWN, FLIGHT = 0.01, 4e-4  # m/s; s after the touch, when the ball is in flight again
 BOUNCES = 48  # of eight balls each
 
 
 def _speed_after(tolerance, first_steps):
     """Balls' radial speeds [m/s] after a bounce on the outer raceway, and what one step may err by in it."""
-    moving = motion(*STILL, "drive.offset=[0,0,0]", f"wanted.tolerance={tolerance}")
+    moving = motion(*AT_REST, "drive.offset=[0,0,0]", f"wanted.tolerance={tolerance}")
     moving.state[:, VELOCITY], moving.steps[:] = THROWN, first_steps
-    until = -moving.first_outputs().approach[0, 0, 1] / THROWN + BOUNCED
-    moving.advance(np.array([until]), until)
+    duration = -moving.first_outputs().approach[0, 0, 1] / THROWN + FLIGHT
+    moving.advance(np.array([duration]), duration)
     assert (moving.first_outputs().approach[0] < 0.0).all()
     return moving.state[:, VELOCITY].copy(), float(moving.scales[VELOCITY])
 
@@ -305,18 +285,18 @@ def test_no_landing_is_missed_by_chance(tolerance):
     exact = _speed_after(1e-9, np.full(8, 1e-6))[0][0]
     assert -THROWN < exact < -0.5 * THROWN
     first_steps = 1e-6 * 10.0 ** np.random.default_rng(1).uniform(-1.0, 1.0, (BOUNCES, 8))
-    found = [_speed_after(tolerance, steps) for steps in first_steps]
-    off = np.abs([speeds - exact for speeds, _ in found]) / found[0][1]
-    assert off.max() < 8.0
-    assert np.median(off) < 2.0
+    bounces = [_speed_after(tolerance, steps) for steps in first_steps]
+    errors = np.abs([speeds - exact for speeds, _ in bounces]) / bounces[0][1]
+    assert errors.max() < 8.0
+    assert np.median(errors) < 2.0
 
 
-def _moved(common, duration, tolerance, rate):
+def _moved(in_common, duration, tolerance, rate):
     """A start from rest, in which two balls meet first at 6.65 ms: by parts, or with steps in common from the start."""
     free = "cage.kind=none", "initial.motion=rest"
     moving = motion(*free, f"wanted.tolerance={tolerance}", scene="bearing_6203_loose")
     times = np.arange(1, round(duration * rate) + 1) / rate
-    if not common:
+    if not in_common:
         return moving, moving.advance(times, duration).neighbour_load
     filled = moving.allocate(len(times))
     near = np.ones(moving.bearing.balls, bool)
@@ -325,12 +305,12 @@ def _moved(common, duration, tolerance, rate):
 
 
 def test_meetings_are_those_of_balls_that_always_step_in_common():
-    (parts, pushes), (common, _) = (_moved(one, 7e-3, 1e-8, 2e4) for one in (False, True))
+    (parts, pushes), (common, _) = (_moved(in_common, 7e-3, 1e-8, 2e4) for in_common in (False, True))
     assert pushes.max() > 5.0  # N
     assert np.abs(parts.state - common.state)[:, :3].max() < 1e-8
 
 
-CLOSE = (  # b/a below 0.01
+NARROW = (  # b/a below 0.01
     "geometry.inner_conformity=0.5003",
     "geometry.outer_conformity=0.5003",
     "geometry.radial_clearance=-1e-7",
@@ -339,32 +319,32 @@ CLOSE = (  # b/a below 0.01
 
 
 @pytest.mark.parametrize(
-    ("scene", "law", "more", "close"),
+    ("scene", "law", "overrides", "tolerance"),
     [
         # What the curvatures do to the coefficient is left out of the energy: 1e-4 of it.
-        *(("bearing_6203", law, asking(law), 2e-4) for law in law_names("point", GIVES)),
+        *(("bearing_6203", law, law_keys(law), 2e-4) for law in law_names("point", GIVES)),
         *((scene, "hertz", ["contact.friction=spot"], 1e-4) for scene in ("bearing_6203", "bearing_6203_loose")),
     ],
 )
-def test_energy_closes_by_every_law_and_with_drilling(scene, law, more, close):
-    moving = motion("initial.motion=rest", "drive.offset=[0.0, -9.0e-6, 1.0e-5]", *more, scene=scene, law=law)
+def test_energy_closes_by_every_law_and_with_drilling(scene, law, overrides, tolerance):
+    moving = motion("initial.motion=rest", "drive.offset=[0.0, -9.0e-6, 1.0e-5]", *overrides, scene=scene, law=law)
     before = stored_energy(moving.first_outputs())[0]
     out = moving.advance(np.arange(1, 31) * 2e-4, 6e-3)
     residual = out.drive_work[-1] - (stored_energy(out)[-1] - before) - out.dissipated[-1]
     assert out.drive_work[-1] > 1e-4
-    assert abs(residual) < close * out.drive_work[-1]
+    assert abs(residual) < tolerance * out.drive_work[-1]
     assert np.all(np.diff(out.dissipated) >= -1e-15)
 
 
 def test_the_law_reported_is_the_law_used():
     """Also where an ellipse is too narrow for the rational form of `hertz`, which is solved exactly there."""
-    for asked in ("auto", "hertz", "hertz_exact"):
-        scene = load_scene("bearing_6203", [*CLOSE, "run.duration=1e-3", f"contact.normal={asked}"])
+    for requested in ("auto", "hertz", "hertz_exact"):
+        scene = load_scene("bearing_6203", [*NARROW, "run.duration=1e-3", f"contact.normal={requested}"])
         simulation = Simulation(scene)
         simulation.advance(2)
-        assert choose(scene).law == simulation.report().law == asked.replace("auto", "hertz")
+        assert choose(scene).law == simulation.report().law == requested.replace("auto", "hertz")
         assert choose(scene).warnings == ()
-    rational, exact = (run(*CLOSE, law=law, count=3)[1].normal_load for law in ("hertz", "hertz_exact"))
+    rational, exact = (run(*NARROW, law=law, count=3)[1].normal_load for law in ("hertz", "hertz_exact"))
     assert rational == pytest.approx(exact, rel=1e-7)
 
 
@@ -396,9 +376,9 @@ def start_of(name, *overrides):
 
 def static_force(bearing, rate, distance, angle, height):
     """Radial and axial force on a ball by elastic contacts and its orbit."""
-    centre, rest = about_z(np.cos(angle), -np.sin(angle), bearing.offset), (0.0, 0.0, 0.0)
-    inner = single_contact(bearing, bearing.inner, centre, 0.0, (distance, 0.0, height), rest, rest).force
-    outer = single_contact(bearing, bearing.outer, rest, 0.0, (distance, 0.0, height), rest, rest).force
+    centre, zero = about_z(np.cos(angle), -np.sin(angle), bearing.offset), (0.0, 0.0, 0.0)
+    inner = single_contact(bearing, bearing.inner, centre, 0.0, (distance, 0.0, height), zero, zero).force
+    outer = single_contact(bearing, bearing.outer, zero, 0.0, (distance, 0.0, height), zero, zero).force
     return inner[0] + outer[0] + bearing.ball_mass * distance * rate**2, inner[2] + outer[2]
 
 

@@ -47,7 +47,7 @@ def energy(values, names=(*STORED, *LOST)):
     return sum(values[name] for name in names)
 
 
-def asking(law):
+def law_keys(law):
     """Overrides that ask for a law; a linear spring with about the stiffness of the others."""
     return [f"contact.normal={law}", *(["contact.stiffness=3e8"] if law == "linear" else [])]
 
@@ -128,7 +128,7 @@ def test_a_tumbling_body_keeps_its_energy_through_hundreds_of_bounces():
 @pytest.mark.parametrize("law", law_names("point", GIVES))
 def test_forces_are_the_slope_of_the_elastic_energy(law):
     """Virtual work: -dU by height is the load, -dU by a small turn the moment of the load at its point."""
-    scene = load_scene("ellipsoid_tumbling", ["start.height=-2e-5", *asking(law)])
+    scene = load_scene("ellipsoid_tumbling", ["start.height=-2e-5", *law_keys(law)])
     motion = EllipsoidMotion(scene.parameters, a_choice(law, "dop853"))
 
     def energy_of(state):

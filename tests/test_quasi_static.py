@@ -15,6 +15,7 @@ from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds.bearing import (
     Support,
     bearing_motion,
+    loose_directions,
     solver_of,
     support_of,
 )
@@ -31,12 +32,12 @@ def parameters(*overrides, scene="bearing_6203"):
     return load_scene(scene, overrides).parameters
 
 
-def solved(given, support, angle=0.0, law="hertz", **options):
-    solver = solver_of(given, law, angle, **options)
+def solved(bearing, support, angle=0.0, law="hertz", **options):
+    solver = solver_of(bearing, law, angle, **options)
     return solver, solver.solve(support)
 
 
-def pushed(load, free=NO_TILT, held=(0.0,) * 5):
+def under_load(load, free=NO_TILT, held=(0.0,) * 5):
     return Support(free, tuple((*load, 0.0, 0.0)[:5]), held)
 
 
@@ -53,31 +54,31 @@ def held_at(*coordinates):
      (4000.0, "outer", 30.539, 0.05468)],
 )  # fmt: skip
 def test_a_preloaded_bearing_at_speed(speed, control, load, angle):
-    given = parameters(f"drive.speed={speed}", f"model.control={control}")
-    _, found = solved(given, held_at(0.0, 0.0, 1e-5, 0.0, 0.0))
-    assert found.contacts.load[:, 0] == pytest.approx(load, rel=1e-4)
-    assert found.contacts.angle[:, 0] == pytest.approx(angle, rel=3e-4)
+    bearing = parameters(f"drive.speed={speed}", f"model.control={control}")
+    _, equilibrium = solved(bearing, held_at(0.0, 0.0, 1e-5, 0.0, 0.0))
+    assert equilibrium.contacts.load[:, 0] == pytest.approx(load, rel=1e-4)
+    assert equilibrium.contacts.angle[:, 0] == pytest.approx(angle, rel=3e-4)
 
 
 @pytest.mark.parametrize(
-    ("clearance", "load", "between", "moved", "greatest", "stiffness"),
+    ("clearance", "load", "share", "displacement", "greatest", "stiffness"),
     [(0.0, 400.0, 0.0, 8.645e-6, 217.3, 69.4e6), (0.0, 400.0, 0.5, 8.705e-6, 195.0, 68.9e6),
      (1e-5, 1000.0, 0.0, 21.853e-6, 591.5, 94.1e6), (1e-5, 1000.0, 0.5, 22.118e-6, 518.4, 93.0e6)],
 )  # fmt: skip
-def test_operating_points_of_a_test_rig(clearance, load, between, moved, greatest, stiffness):
+def test_operating_points_of_a_test_rig(clearance, load, share, displacement, greatest, stiffness):
     rig = parameters(*RIG, f"geometry.radial_clearance={clearance}", "drive.speed=0.0")
-    first = -0.5 * math.pi + between * math.pi / 4.0
-    _, found = solved(rig, pushed((0.0, -load, 0.0)), first)
+    first = -0.5 * math.pi + share * math.pi / 4.0
+    _, equilibrium = solved(rig, under_load((0.0, -load, 0.0)), first)
     # those numbers leave out that a circle moved sideways goes back
-    assert -found.coordinates[1] == pytest.approx(moved, rel=5e-4)
-    assert found.contacts.load.max() == pytest.approx(greatest, rel=1e-3)
-    assert found.stiffness[1, 1] == pytest.approx(stiffness, rel=2e-3)
-    assert found.loads[:3] == pytest.approx([0.0, -load, 0.0], abs=1e-9 * load)
+    assert -equilibrium.coordinates[1] == pytest.approx(displacement, rel=5e-4)
+    assert equilibrium.contacts.load.max() == pytest.approx(greatest, rel=1e-3)
+    assert equilibrium.stiffness[1, 1] == pytest.approx(stiffness, rel=2e-3)
+    assert equilibrium.loads[:3] == pytest.approx([0.0, -load, 0.0], abs=1e-9 * load)
 
 
 def test_the_stiffness_of_a_preloaded_bearing():
-    _, found = solved(parameters("drive.speed=0.0"), held_at(0.0, 0.0, 1e-5, 0.0, 0.0))
-    stiffness = found.stiffness
+    _, equilibrium = solved(parameters("drive.speed=0.0"), held_at(0.0, 0.0, 1e-5, 0.0, 0.0))
+    stiffness = equilibrium.stiffness
     for (i, j), size in {
         (0, 0): 9.137e7, (1, 1): 9.137e7, (2, 2): 1.6659e6, (3, 3): 172.4, (4, 4): 172.4,
         (0, 4): 4.780e4, (1, 3): 4.780e4, (4, 0): 4.780e4, (3, 1): 4.780e4,
@@ -90,53 +91,53 @@ def test_the_stiffness_of_a_preloaded_bearing():
 
 def test_a_contact_angle_is_that_at_which_the_unloaded_balls_touch():
     thrust = parameters("rings.inner.load=[0,0,1e-3]", "drive.speed=0.0", scene="bearing_218_thrust")
-    _, found = solved(thrust, support_of(thrust))
-    assert found.contacts.angle == pytest.approx(thrust.geometry.contact_angle, abs=1e-4)
+    _, equilibrium = solved(thrust, support_of(thrust))
+    assert equilibrium.contacts.angle == pytest.approx(thrust.geometry.contact_angle, abs=1e-4)
 
 
 # Independent truths
 
 
-def geometry_of(given):
+def geometry_of(bearing):
     """Opening at rest, both reaches and the arm, from the formulas of the literature."""
-    g = given.geometry
-    opening = (g.inner_conformity + g.outer_conformity - 1.0) * g.ball_diameter - 0.5 * clearance_of(given)
-    arm = 0.5 * g.pitch_diameter + (g.inner_conformity - 0.5) * g.ball_diameter - 0.25 * clearance_of(given)
+    g = bearing.geometry
+    opening = (g.inner_conformity + g.outer_conformity - 1.0) * g.ball_diameter - 0.5 * clearance_of(bearing)
+    arm = 0.5 * g.pitch_diameter + (g.inner_conformity - 0.5) * g.ball_diameter - 0.25 * clearance_of(bearing)
     return opening, (g.inner_conformity - 0.5) * g.ball_diameter, (g.outer_conformity - 0.5) * g.ball_diameter, arm
 
 
-def clearance_of(given):
+def clearance_of(bearing):
     """That of the contact angle without load, where there is one."""
-    g = given.geometry
-    between = (g.inner_conformity + g.outer_conformity - 1.0) * g.ball_diameter
-    return 2.0 * between * (1.0 - math.cos(g.contact_angle)) if g.contact_angle else g.radial_clearance
+    g = bearing.geometry
+    centres = (g.inner_conformity + g.outer_conformity - 1.0) * g.ball_diameter
+    return 2.0 * centres * (1.0 - math.cos(g.contact_angle)) if g.contact_angle else g.radial_clearance
 
 
-def openings(given, q, azimuths):
+def openings(bearing, q, azimuths):
     """A circle moved sideways goes back by the square of that over its diameter, and is lower where it leans."""
-    opening, _, _, arm = geometry_of(given)
+    opening, _, _, arm = geometry_of(bearing)
     cosine, sine = np.cos(azimuths), np.sin(azimuths)
-    aside = q[1] * cosine - q[0] * sine
-    radial = opening + q[0] * cosine + q[1] * sine - aside**2 / given.geometry.pitch_diameter
-    along = arm * (q[3] * sine - q[4] * cosine)
-    return radial, q[2] + along - aside * (q[3] * cosine + q[4] * sine)
+    lateral = q[1] * cosine - q[0] * sine
+    radial = opening + q[0] * cosine + q[1] * sine - lateral**2 / bearing.geometry.pitch_diameter
+    tilted = arm * (q[3] * sine - q[4] * cosine)
+    return radial, q[2] + tilted - lateral * (q[3] * cosine + q[4] * sine)
 
 
-def openings_by_coordinates(given, q, azimuths):
+def openings_by_coordinates(bearing, q, azimuths):
     """Derivatives (2, N, 5): of squares, so that differences are exact."""
     columns = []
     for step in np.diag([1e-6, 1e-6, 1e-6, 1e-4, 1e-4]):
-        ends = [np.array(openings(given, q + sign * step, azimuths)) for sign in (1.0, -1.0)]
+        ends = [np.array(openings(bearing, q + sign * step, azimuths)) for sign in (1.0, -1.0)]
         columns.append((ends[0] - ends[1]) / (2.0 * step.sum()))
     return np.stack(columns, axis=-1)
 
 
-def coefficient(given, side, cosine):
+def coefficient(bearing, side, cosine):
     """Hertz's coefficient of a ball on a raceway at this contact angle, by its own curvatures."""
-    g = given.geometry
+    g = bearing.geometry
     conformity = g.inner_conformity if side < 0.0 else g.outer_conformity
     groove, reach = conformity * g.ball_diameter, (conformity - 0.5) * g.ball_diameter
-    locus = 0.5 * g.pitch_diameter - side * reach + 0.25 * side * clearance_of(given)
+    locus = 0.5 * g.pitch_diameter - side * reach + 0.25 * side * clearance_of(bearing)
     rolling = side * cosine / (locus + side * groove * cosine)
     ball = 2.0 / g.ball_diameter
     return hertz_coefficient(0.5 * (ball - 1.0 / groove), 0.5 * (ball - rolling), STEEL)
@@ -154,22 +155,22 @@ THRUST = ("bearing_218_thrust",), (0.0, 0.0, 17800.0, 0.0, 0.0)  # of Harris' ex
 def test_a_solve_of_all_equations_at_once_agrees(case, speed, control):
     """Forces of the literature written anew, coefficients that follow the angle, speeds by Harris; SciPy's root."""
     (scene, *keys), load = case
-    given_ = parameters(f"drive.speed={speed}", f"model.control={control}", *keys, scene=scene)
-    _, found = solved(given_, Support(ALL, load, (0.0,) * 5))
-    _, reach_i, reach_o, arm = geometry_of(given_)
+    bearing = parameters(f"drive.speed={speed}", f"model.control={control}", *keys, scene=scene)
+    _, equilibrium = solved(bearing, Support(ALL, load, (0.0,) * 5))
+    _, reach_i, reach_o, arm = geometry_of(bearing)
     share_i, share_o = {"outer": (0.0, 2.0), "inner": (2.0, 0.0), "shared": (1.0, 1.0)}[control]
-    balls = given_.geometry.balls
+    balls = bearing.geometry.balls
     azimuths = 2.0 * np.pi * np.arange(balls) / balls
-    ball, pitch = given_.geometry.ball_diameter, given_.geometry.pitch_diameter
+    ball, pitch = bearing.geometry.ball_diameter, bearing.geometry.pitch_diameter
     mass, gamma = 7850.0 * math.pi / 6.0 * ball**3, ball / pitch
 
-    def contacts(q, place):
-        radial, axial = openings(given_, q, azimuths)
-        for k, (x, y) in enumerate(place):
+    def contacts(q, positions):
+        radial, axial = openings(bearing, q, azimuths)
+        for k, (x, y) in enumerate(positions):
             outer, inner = math.hypot(x, y), math.hypot(radial[k] - x, axial[k] - y)
             co, so, ci, si = x / outer, y / outer, (radial[k] - x) / inner, (axial[k] - y) / inner
-            q_o = coefficient(given_, 1.0, co) * max(outer - reach_o, 0.0) ** 1.5
-            q_i = coefficient(given_, -1.0, ci) * max(inner - reach_i, 0.0) ** 1.5
+            q_o = coefficient(bearing, 1.0, co) * max(outer - reach_o, 0.0) ** 1.5
+            q_i = coefficient(bearing, -1.0, ci) * max(inner - reach_i, 0.0) ** 1.5
             beta = math.atan2(si, ci - gamma) if control == "inner" else math.atan2(so, co + gamma)
             a_o, a_i = co + math.tan(beta) * so, ci + math.tan(beta) * si
             orbit = speed / (1.0 + (1.0 + gamma * co) * a_i / ((1.0 - gamma * ci) * a_o))
@@ -178,61 +179,62 @@ def test_a_solve_of_all_equations_at_once_agrees(case, speed, control):
             gyro = 0.1 * mass * ball**2 * roll * orbit * math.sin(beta) / ball
             yield q_i, q_o, ci, si, co, so, centrifugal, gyro
 
-    def left(x):
+    def residuals(x):
         q = x[:5] * np.array([1e-6, 1e-6, 1e-6, 1e-6 / arm, 1e-6 / arm])
-        ring, of_balls = np.zeros(5), []
-        groove = given_.geometry.inner_conformity * ball
+        ring, ball_forces = np.zeros(5), []
+        groove = bearing.geometry.inner_conformity * ball
         for psi, (q_i, q_o, ci, si, co, so, f, g) in zip(
             azimuths, contacts(q, 1e-6 * x[5:].reshape(balls, 2)), strict=True
         ):
             g_i, g_o = share_i * g, share_o * g
-            of_balls += [q_o * co - q_i * ci - g_o * so + g_i * si - f, q_o * so - q_i * si + g_o * co - g_i * ci]
+            ball_forces += [q_o * co - q_i * ci - g_o * so + g_i * si - f, q_o * so - q_i * si + g_o * co - g_i * ci]
             force = np.array([q_i * ci - g_i * si, q_i * si + g_i * ci])
-            ring += force @ openings_by_coordinates(given_, q, np.array([psi]))[:, 0]
+            ring += force @ openings_by_coordinates(bearing, q, np.array([psi]))[:, 0]
             ring += -groove * g_i * np.array([0.0, 0.0, 0.0, math.sin(psi), -math.cos(psi)])
-        return np.concatenate([(ring - load) / [1.0, 1.0, 1.0, arm, arm], of_balls])
+        return np.concatenate([(ring - load) / [1.0, 1.0, 1.0, arm, arm], ball_forces])
 
-    start = np.concatenate([1e6 * found.coordinates * [1, 1, 1, arm, arm], 1e6 * found.positions.ravel()])
-    assert np.abs(left(start)).max() < 1e-8 * found.contacts.load.max()
-    other = root(left, start * 1.02 + 0.01, tol=1e-13)
-    assert np.abs(other.fun).max() < 1e-9 * found.contacts.load.max()
-    assert other.x == pytest.approx(start, rel=1e-6, abs=1e-7)
+    start = np.concatenate([1e6 * equilibrium.coordinates * [1, 1, 1, arm, arm], 1e6 * equilibrium.positions.ravel()])
+    assert np.abs(residuals(start)).max() < 1e-8 * equilibrium.contacts.load.max()
+    solution = root(residuals, start * 1.02 + 0.01, tol=1e-13)
+    assert np.abs(solution.fun).max() < 1e-9 * equilibrium.contacts.load.max()
+    assert solution.x == pytest.approx(start, rel=1e-6, abs=1e-7)
 
 
 @pytest.mark.parametrize(("offset", "clearance"), [((0.0, -22e-6, 0.0), 10e-6), ((0.0, -9e-6, 10e-6), -6e-6)])
 def test_loads_are_those_of_balls_that_move_between_true_circles(offset, clearance):
     """Without speed and friction, once balls rest: what is left is that r is not quite half the pitch diameter."""
-    still = ("gravity=[0,0,0]", "cage.kind=even", "solver.companion=off", "drive.speed=0", "wanted.tolerance=1e-8")
+    at_rest = ("gravity=[0,0,0]", "cage.kind=even", "solver.companion=off", "drive.speed=0", "wanted.tolerance=1e-8")
     smooth = ("contact.friction_coefficient=0", "contact.relaxation_time=3e-5", "contact.normal=hertz")
-    place = f"drive.offset={list(offset)}", f"geometry.radial_clearance={clearance}"
-    moved, balanced = (
+    offsets = f"drive.offset={list(offset)}", f"geometry.radial_clearance={clearance}"
+    moving, balanced = (
         bearing_motion(
-            parameters(*still, *smooth, *place, f"model.dimension={dimension}"), Choice("hertz", stepper, 0.0, "", ())
+            parameters(*at_rest, *smooth, *offsets, f"model.dimension={dimension}"),
+            Choice("hertz", stepper, 0.0, "", ()),
         ).advance(np.array([0.05]), 0.05)
         for dimension, stepper in (("prescribed", "rodas4"), ("quasi_static", "quasi_static"))
     )
-    assert np.abs(moved.velocity).max() < 1e-9
-    greatest = moved.normal_load.max()
+    assert np.abs(moving.velocity).max() < 1e-9
+    greatest = moving.normal_load.max()
     for name, scale in (
         ("normal_load", greatest), ("inner_ring_force", greatest), ("outer_ring_force", greatest),
         ("raceway_force", greatest), ("inner_ring_torque", 0.0145 * greatest), ("outer_ring_torque", 0.0145 * greatest),
-        ("elastic_energy", moved.elastic_energy.max()),
+        ("elastic_energy", moving.elastic_energy.max()),
     ):  # fmt: skip
-        assert getattr(balanced, name) == pytest.approx(getattr(moved, name), abs=3e-6 * scale), name
-    bears = moved.normal_load > 1e-2 * greatest
-    assert balanced.normal[bears] == pytest.approx(moved.normal[bears], abs=3e-6)
-    assert np.abs(balanced.contact_angle - moved.contact_angle)[bears].max() < 1e-6
+        assert getattr(balanced, name) == pytest.approx(getattr(moving, name), abs=3e-6 * scale), name
+    carries = moving.normal_load > 1e-2 * greatest
+    assert balanced.normal[carries] == pytest.approx(moving.normal[carries], abs=3e-6)
+    assert np.abs(balanced.contact_angle - moving.contact_angle)[carries].max() < 1e-6
 
 
 # Always an answer or a reason
 
 
-def left_of(contacts):
+def residual_of_balls(contacts):
     """What is left (2, N) of the balance of balls without weight: radial, axial [N]."""
     force = np.stack([np.cos(contacts.angle), np.sin(contacts.angle)])
-    across = np.stack([-np.sin(contacts.angle), np.cos(contacts.angle)])
-    push = contacts.load * force * np.array([1.0, -1.0]) + contacts.friction * across
-    return push.sum(axis=-1) + np.stack([contacts.centrifugal, np.zeros(len(contacts.centrifugal))])
+    tangent = np.stack([-np.sin(contacts.angle), np.cos(contacts.angle)])
+    force_sum = contacts.load * force * np.array([1.0, -1.0]) + contacts.friction * tangent
+    return force_sum.sum(axis=-1) + np.stack([contacts.centrifugal, np.zeros(len(contacts.centrifugal))])
 
 
 def random_case(random):
@@ -240,9 +242,11 @@ def random_case(random):
     clearance, speed = random.uniform(-10e-6, 40e-6), random.choice([0.0, 1.0]) * 10 ** random.uniform(1.0, 3.5)
     force = random.normal(size=3) * 10 ** random.uniform(0.0, 4.5, size=3) * (random.random(3) < 0.7)
     moment = random.normal(size=2) * 10 ** random.uniform(-2.0, 2.5) * (random.random() < 0.6)
-    held = np.concatenate([random.normal(size=3) * 2e-5, random.normal(size=2) * 2e-3]) * (random.random(5) < 0.5)
+    held_coordinates = np.concatenate([random.normal(size=3) * 2e-5, random.normal(size=2) * 2e-3]) * (
+        random.random(5) < 0.5
+    )
     free = random.random(5) < 0.6
-    support = Support(tuple(map(bool, free)), (*force.tolist(), *moment.tolist()), tuple(held.tolist()))
+    support = Support(tuple(map(bool, free)), (*force.tolist(), *moment.tolist()), tuple(held_coordinates.tolist()))
     return clearance, speed, support, random.uniform(0.0, 2.0 * math.pi)
 
 
@@ -253,73 +257,69 @@ def random_case(random):
 def test_random_loads_are_balanced_or_refused_with_a_reason(scene, control, carried):
     """Of 400; a 7218 refused six more, where parts of the load were too hard to balance."""
     base, random = parameters(f"model.control={control}", scene=scene), np.random.default_rng(13)
-    found, reasons = 0, []
+    count, reasons = 0, []
     for _ in range(400):
         clearance, speed, support, angle = random_case(random)
         geometry, drive = base.geometry, dataclasses.replace(base.drive, speed=speed)
         if not geometry.contact_angle:
             geometry = dataclasses.replace(geometry, radial_clearance=clearance)
-        given_ = dataclasses.replace(base, geometry=geometry, drive=drive)
-        solver = solver_of(given_, "hertz", angle)
+        bearing = dataclasses.replace(base, geometry=geometry, drive=drive)
+        solver = solver_of(bearing, "hertz", angle)
         try:
-            answer = solver.solve(support)
+            equilibrium = solver.solve(support)
         except SceneError as error:
             reasons.append(str(error))
             continue
-        found += 1
-        missing = np.where(support.free, np.array(support.loads) - answer.loads, 0.0) / solver.scales
-        asked = np.where(support.free, np.array(support.loads), 0.0) / solver.scales
-        assert np.abs(missing).max() <= 1e-9 * (np.abs(asked).max() or answer.contacts.load.sum())
+        count += 1
+        residual = np.where(support.free, np.array(support.loads) - equilibrium.loads, 0.0) / solver.scales
+        requested = np.where(support.free, np.array(support.loads), 0.0) / solver.scales
+        assert np.abs(residual).max() <= 1e-9 * (np.abs(requested).max() or equilibrium.contacts.load.sum())
         # each ball too: what both contacts and the speed do to it
-        assert np.abs(left_of(answer.contacts)).max() <= 1e-9 * (answer.contacts.load.max() + 1e-3)
-    said = ("the greatest in this direction", "no ball touches", "finds no contact", "is carried at rest")
-    assert all(any(words in reason for words in said) for reason in reasons)
-    assert found >= carried
+        assert np.abs(residual_of_balls(equilibrium.contacts)).max() <= 1e-9 * (equilibrium.contacts.load.max() + 1e-3)
+    phrases = ("the greatest in this direction", "no ball touches", "finds no contact", "is carried at rest")
+    assert all(any(phrase in reason for phrase in phrases) for reason in reasons)
+    assert count >= carried
 
 
 def test_a_contact_that_bears_next_to_nothing_has_no_greatest_angle():
     """What hardly turns is as at rest: balls touch beyond 60 degrees, with a millionth of the greatest load."""
-    held = 0.0, -3.765e-6, 0.0, 0.0, 0.0
-    support = Support((True, False, True, True, True), (-132.5, 0.0, 202.0, -8.217, -10.44), held)
-    still, slow = (
+    coordinates = 0.0, -3.765e-6, 0.0, 0.0, 0.0
+    support = Support((True, False, True, True, True), (-132.5, 0.0, 202.0, -8.217, -10.44), coordinates)
+    at_rest, slow = (
         solved(parameters(f"drive.speed={speed}", scene="7204B"), support, 0.4, arm="pitch")[1] for speed in (0.0, 1.06)
     )
     touching = slow.contacts.load > 0.0
     assert np.abs(slow.contacts.angle[touching]).max() > math.radians(60.0)
-    assert slow.coordinates == pytest.approx(still.coordinates, rel=1e-6)
-    assert slow.contacts.load == pytest.approx(still.contacts.load, abs=1e-5 * still.contacts.load.max())
+    assert slow.coordinates == pytest.approx(at_rest.coordinates, rel=1e-6)
+    assert slow.contacts.load == pytest.approx(at_rest.contacts.load, abs=1e-5 * at_rest.contacts.load.max())
 
 
 @pytest.mark.parametrize("angle", [0.0, 137.3, -90.0, 30.0])
 @pytest.mark.parametrize("load", [1e-6, 1e-4, 1e-3, 1e-2, 1.0])
 def test_a_ring_right_over_one_ball_rolls_until_the_next_one_touches(load, angle):
     """Over one ball it stands as on an edge; light loads there found that, either side, or no balance at all."""
-    from bearing_twin.kinds.bearing import loose_directions
-
     angle, clearance = math.radians(angle), 2e-5
     along, across = (math.cos(angle), math.sin(angle)), (-math.sin(angle), math.cos(angle))
-    given_ = parameters(f"geometry.radial_clearance={clearance}", "drive.speed=0.0")
-    support = pushed((load * along[0], load * along[1], 0.0))
-    solver, found = solved(given_, support, angle)
-    assert np.sort(found.contacts.load[:, 0])[-3:] / load == pytest.approx([0.0, 0.0, 1.0], abs=1e-3)
-    assert (found.contacts.load[:, 0] > 1e-9 * load).sum() == 2
-    assert found.loads[:2] @ along == pytest.approx(load, rel=1e-9)
-    assert not loose_directions(found, support, solver.scales)
+    bearing = parameters(f"geometry.radial_clearance={clearance}", "drive.speed=0.0")
+    support = under_load((load * along[0], load * along[1], 0.0))
+    solver, equilibrium = solved(bearing, support, angle)
+    assert np.sort(equilibrium.contacts.load[:, 0])[-3:] / load == pytest.approx([0.0, 0.0, 1.0], abs=1e-3)
+    assert (equilibrium.contacts.load[:, 0] > 1e-9 * load).sum() == 2
+    assert equilibrium.loads[:2] @ along == pytest.approx(load, rel=1e-9)
+    assert not loose_directions(equilibrium, support, solver.scales)
     # circles of rigid balls touch both where the ring is c/2 down and c/2 tan(pi/Z) aside
-    place = found.coordinates[:2]
-    assert place @ along == pytest.approx(0.5 * clearance, rel=0.03)
-    assert abs(place @ across) == pytest.approx(0.5 * clearance * math.tan(math.pi / 8.0), rel=0.07)
+    offset = equilibrium.coordinates[:2]
+    assert offset @ along == pytest.approx(0.5 * clearance, rel=0.03)
+    assert abs(offset @ across) == pytest.approx(0.5 * clearance * math.tan(math.pi / 8.0), rel=0.07)
 
 
 def test_a_ring_that_nothing_holds_in_a_direction_is_found_and_called_loose():
-    from bearing_twin.kinds.bearing import loose_directions
-
-    given_ = parameters("geometry.radial_clearance=2e-5", "drive.speed=0.0")
+    bearing = parameters("geometry.radial_clearance=2e-5", "drive.speed=0.0")
     support = Support((False, True, False, False, True), (0.0, -1.0, 0.0, 0.0, 0.0), (0.0,) * 5)
-    solver, found = solved(given_, support, -0.5 * math.pi)
-    assert (found.contacts.load[:, 0] > 0.0).sum() == 1
-    assert found.loads[1] == pytest.approx(-1.0, rel=1e-9)
-    assert loose_directions(found, support, solver.scales) == ["theta_y"]
+    solver, equilibrium = solved(bearing, support, -0.5 * math.pi)
+    assert (equilibrium.contacts.load[:, 0] > 0.0).sum() == 1
+    assert equilibrium.loads[1] == pytest.approx(-1.0, rel=1e-9)
+    assert loose_directions(equilibrium, support, solver.scales) == ["theta_y"]
 
 
 @pytest.mark.parametrize("control", ["outer", "inner", "shared"])
@@ -330,17 +330,17 @@ def test_a_ring_that_nothing_holds_in_a_direction_is_found_and_called_loose():
 )  # fmt: skip
 def test_balls_off_the_inner_ring_press_the_outer_one_by_their_orbit_alone(scene, keys, load, control):
     """Where a 7204B has no contact, its groove lies at 80 degrees: that angle says nothing about a ball's orbit."""
-    given_ = parameters(*keys, f"model.control={control}", scene=scene)
-    _, found = solved(given_, pushed(load), -0.5 * math.pi)
-    off = found.contacts.load[:, 0] == 0.0
-    assert off.sum() >= 3
-    g, speed = given_.geometry, given_.drive.speed
+    bearing = parameters(*keys, f"model.control={control}", scene=scene)
+    _, equilibrium = solved(bearing, under_load(load), -0.5 * math.pi)
+    lifted = equilibrium.contacts.load[:, 0] == 0.0
+    assert lifted.sum() >= 3
+    g, speed = bearing.geometry, bearing.drive.speed
     orbit = 0.5 * speed * (1.0 - g.ball_diameter / g.pitch_diameter)
     mass = 7850.0 * math.pi / 6.0 * g.ball_diameter**3
-    assert found.contacts.orbit[off] == pytest.approx(orbit, rel=1e-12)
-    assert found.contacts.load[off, 1] == pytest.approx(0.5 * mass * g.pitch_diameter * orbit**2, rel=1e-9)
-    pressed = found.contacts.orbit**2 * 0.5 * mass * g.pitch_diameter
-    assert found.contacts.centrifugal == pytest.approx(pressed, rel=1e-9)
+    assert equilibrium.contacts.orbit[lifted] == pytest.approx(orbit, rel=1e-12)
+    assert equilibrium.contacts.load[lifted, 1] == pytest.approx(0.5 * mass * g.pitch_diameter * orbit**2, rel=1e-9)
+    pressed = equilibrium.contacts.orbit**2 * 0.5 * mass * g.pitch_diameter
+    assert equilibrium.contacts.centrifugal == pytest.approx(pressed, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -366,40 +366,40 @@ def test_the_greatest_load_named_is_carried_and_a_little_more_is_not(keys, angle
 
     with pytest.raises(SceneError, match="the greatest in this direction is a load of") as caught:
         solve(1.0)
-    named = [float(one) for one in str(caught.value).rsplit("a load of (", 1)[1].split(")")[0].split(",")]
-    share = float(np.abs(named).max() / np.abs(loads[:3]).max())
+    greatest = [
+        float(component) for component in str(caught.value).rsplit("a load of (", 1)[1].split(")")[0].split(",")
+    ]
+    share = float(np.abs(greatest).max() / np.abs(loads[:3]).max())
     assert 0.0 < share < 1.0
     solve(0.999 * share)
     with pytest.raises(SceneError):
         solve(1.02 * share)
 
 
-def test_a_thrust_on_a_bearing_with_much_clearance_leaves_the_grooves():
-    loose = parameters("geometry.radial_clearance=2.5e-4")
-    with pytest.raises(SceneError, match="out of the grooves"):
-        solved(loose, pushed((0.0, 0.0, 3e4)))
-
-
-def test_a_load_no_ball_stands_against_is_refused():
-    two = parameters("geometry.balls=2", "geometry.radial_clearance=1e-5")
-    with pytest.raises(SceneError, match="finds no contact that carries it"):
-        solved(two, pushed((0.0, -500.0, 0.0)), 0.0)
+@pytest.mark.parametrize(
+    ("keys", "load", "message"),
+    [(("geometry.radial_clearance=2.5e-4",), (0.0, 0.0, 3e4), "out of the grooves"),
+     (("geometry.balls=2", "geometry.radial_clearance=1e-5"), (0.0, -500.0, 0.0), "finds no contact that carries it")],
+)  # fmt: skip
+def test_loads_beyond_the_grooves_or_between_balls_are_refused(keys, load, message):
+    with pytest.raises(SceneError, match=message):
+        solved(parameters(*keys), under_load(load))
 
 
 @pytest.mark.parametrize("rpm", [0.0, 1000.0, 5000.0, 10000.0])
 def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, asked):
     """Harris' criterion from the loads, angles and ellipses of the shared equilibrium."""
-    words = "bearing", "bearing_218_thrust", "--set", f"drive.speed={rpm * math.pi / 30.0}"
-    both = asked(*words, "--control", "shared")
+    arguments = "bearing", "bearing_218_thrust", "--set", f"drive.speed={rpm * math.pi / 30.0}"
+    shared = asked(*arguments, "--control", "shared")
     inner, outer = (
-        both[f"normal_load_{ring}_n"][0]
-        * both[f"semi_major_{ring}_m"][0]
-        * ellipe(1.0 - (both[f"semi_minor_{ring}_m"][0] / both[f"semi_major_{ring}_m"][0]) ** 2)
+        shared[f"normal_load_{ring}_n"][0]
+        * shared[f"semi_major_{ring}_m"][0]
+        * ellipe(1.0 - (shared[f"semi_minor_{ring}_m"][0] / shared[f"semi_major_{ring}_m"][0]) ** 2)
         for ring in ("inner", "outer")
     )
-    parted = both["contact_angle_inner_rad"][0] - both["contact_angle_outer_rad"][0]
-    wanted = "outer" if rpm and outer * math.cos(parted) > inner else "shared"
-    assert asked(*words)["control"] == wanted
+    difference = shared["contact_angle_inner_rad"][0] - shared["contact_angle_outer_rad"][0]
+    expected = "outer" if rpm and outer * math.cos(difference) > inner else "shared"
+    assert asked(*arguments)["control"] == expected
 
 
 def test_a_word_of_earlier_versions_is_read_as_its_alias():

@@ -20,12 +20,12 @@ QUASI_STATIC = "model.dimension=quasi_static"
 OUTSIDE = "solver.allow_invalid=on"
 
 
-def still_motion(*overrides, scene="bearing_6203"):
+def equilibrium_motion(*overrides, scene="bearing_6203"):
     parameters = load_scene(scene, overrides).parameters
     return bearing_motion(parameters, a_choice("hertz", "quasi_static"))
 
 
-def whole(scene, *overrides):
+def run_all(scene, *overrides):
     run = simulate(load_scene(scene, overrides))
     blocks = list(run.blocks())
     return run.report, {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
@@ -34,15 +34,17 @@ def whole(scene, *overrides):
 def test_the_error_of_a_load_zone_with_light_balls_is_that_of_moving_balls():
     """Balls at its end carry less than their centrifugal load and bounce: moving ones differ by some newtons."""
     held = ("drive.speed=3000rpm", "drive.offset=[0,-14.7e-6,114.3e-6]", "cage.kind=even", "run.duration=0.06")
-    report, equilibria = whole("6308", *held, "run.output_rate=8000", QUASI_STATIC)
-    _, moving = whole("6308", *held, "run.output_rate=8000", "model.dimension=prescribed")
-    place, found = (np.arctan2(one["position"][..., 1], one["position"][..., 0]) for one in (equilibria, moving))
-    order = np.argsort(place, axis=None)
+    report, equilibria = run_all("6308", *held, "run.output_rate=8000", QUASI_STATIC)
+    _, moving = run_all("6308", *held, "run.output_rate=8000", "model.dimension=prescribed")
+    azimuths, moving_azimuths = (
+        np.arctan2(values["position"][..., 1], values["position"][..., 0]) for values in (equilibria, moving)
+    )
+    order = np.argsort(azimuths, axis=None)
     for race in range(2):
-        along = equilibria["normal_load"][..., race].ravel()[order]
-        expected = np.interp(found, place.ravel()[order], along, period=2.0 * math.pi)
-        off = np.abs(moving["normal_load"][..., race] - expected).max() / along.max()
-        assert 0.3 < off / report.as_dict()["wanted_errors"]["loads"]["model_errors"]["left_out"] < 1.0, race
+        sorted_loads = equilibria["normal_load"][..., race].ravel()[order]
+        expected = np.interp(moving_azimuths, azimuths.ravel()[order], sorted_loads, period=2.0 * math.pi)
+        error = np.abs(moving["normal_load"][..., race] - expected).max() / sorted_loads.max()
+        assert 0.3 < error / report.as_dict()["wanted_errors"]["loads"]["model_errors"]["left_out"] < 1.0, race
 
 
 @pytest.mark.parametrize(("speed", "within"), [(183.0, 5e-4), (1000.0, 2e-3)])
@@ -52,23 +54,23 @@ def test_loads_and_angles_are_those_of_the_settled_motion(speed, within):
     moving = motion(*scene)
     for _ in range(5):
         settled = moving.advance(np.array([0.02]), 0.02)
-    found = still_motion(*scene, "model.control=shared").first_outputs()  # axes take seconds to settle
+    equilibrium = equilibrium_motion(*scene, "model.control=shared").first_outputs()  # axes take seconds to settle
     for name in ("normal_load", "contact_angle", "approach", "curvature_large"):
-        assert getattr(found, name)[0] == pytest.approx(getattr(settled, name)[0], rel=within), name
+        assert getattr(equilibrium, name)[0] == pytest.approx(getattr(settled, name)[0], rel=within), name
     for name, size in (("position", 1e-8), ("velocity", 1e-3), ("point", 1e-7), ("normal", 1e-3)):
-        for part in (lambda one: np.hypot(one[..., 0], one[..., 1]), lambda one: one[..., 2]):
-            own, other = (part(getattr(one, name)[0]) for one in (found, settled))
-            assert own == pytest.approx(other, abs=size * max(np.abs(other).max(), 1.0)), name
-    assert found.angular_velocity[0, :, 2] == pytest.approx(settled.angular_velocity[0, :, 2], rel=2e-3)
-    assert found.roll_rate[0] == pytest.approx(settled.roll_rate[0], rel=1e-3)
+        for part in (lambda vectors: np.hypot(vectors[..., 0], vectors[..., 1]), lambda vectors: vectors[..., 2]):
+            actual, expected = (part(getattr(vectors, name)[0]) for vectors in (equilibrium, settled))
+            assert actual == pytest.approx(expected, abs=size * max(np.abs(expected).max(), 1.0)), name
+    assert equilibrium.angular_velocity[0, :, 2] == pytest.approx(settled.angular_velocity[0, :, 2], rel=2e-3)
+    assert equilibrium.roll_rate[0] == pytest.approx(settled.roll_rate[0], rel=1e-3)
     for name in ("kinetic_energy", "elastic_energy"):
-        assert getattr(found, name) == pytest.approx(getattr(settled, name), rel=2e-3), name
+        assert getattr(equilibrium, name) == pytest.approx(getattr(settled, name), rel=2e-3), name
     for name in ("inner_ring_force", "outer_ring_force"):
-        assert getattr(found, name)[0, 2] == pytest.approx(getattr(settled, name)[0, 2], rel=within), name
+        assert getattr(equilibrium, name)[0, 2] == pytest.approx(getattr(settled, name)[0, 2], rel=within), name
 
 
 def test_friction_carries_the_gyroscopic_moment_and_every_ball_is_in_balance():
-    moving = still_motion(NO_GRAVITY, "model.control=shared", "drive.speed=3000.0", "drive.offset=[0,0,3e-5]")
+    moving = equilibrium_motion(NO_GRAVITY, "model.control=shared", "drive.speed=3000.0", "drive.offset=[0,0,3e-5]")
     out = moving.first_outputs()
     mass, radius = moving.setting.ball_mass, moving.setting.ball_radius
     # Newton and Euler of a ball that goes round evenly: m v' and (d/dt) I w, both turning with the orbit
@@ -81,13 +83,13 @@ def test_friction_carries_the_gyroscopic_moment_and_every_ball_is_in_balance():
 
 
 def test_the_rig_under_load_is_in_balance_at_every_output():
-    report, values = whole("bearing_6203_rig_1000N", QUASI_STATIC, "rings.inner.mass=0", "run.duration=0.2")
+    report, values = run_all("bearing_6203_rig_1000N", QUASI_STATIC, "rings.inner.mass=0", "run.duration=0.2")
     assert report.stepper == "quasi_static"
     assert report.status == "done"
     assert values["inner_ring_force"] == pytest.approx(np.tile([0.0, 1000.0, 0.0], (201, 1)), abs=1e-6)
-    down = -values["inner_ring_offset"][:, 1]
-    assert 21.85e-6 < down.min() < 21.86e-6 + 1e-8
-    assert 22.11e-6 < down.max() < 22.13e-6
+    sag = -values["inner_ring_offset"][:, 1]
+    assert 21.85e-6 < sag.min() < 21.86e-6 + 1e-8
+    assert 22.11e-6 < sag.max() < 22.13e-6
     spacing = np.diff(values["orbit_angle"], axis=1)
     assert spacing == pytest.approx(math.pi / 4.0, abs=1e-12)
     orbit = (values["orbit_angle"][-1] - values["orbit_angle"][0]) / 0.2
@@ -99,8 +101,8 @@ def test_the_rig_under_load_is_in_balance_at_every_output():
     sine, cosine = np.sin(values["orbit_angle"]), np.cos(values["orbit_angle"])
     along = cosine * values["raceway_force"][..., 1] - sine * values["raceway_force"][..., 0]
     x, y = values["inner_ring_offset"][:, :2].T[..., None]
-    aside = (y * cosine - x * sine) / (0.5 * 28.55e-3)
-    assert along == pytest.approx(-values["normal_load"][..., 0] * aside, rel=1e-5, abs=1e-12)
+    slope = (y * cosine - x * sine) / (0.5 * 28.55e-3)
+    assert along == pytest.approx(-values["normal_load"][..., 0] * slope, rel=1e-5, abs=1e-12)
     assert values["outer_ring_force"][:, 1] == pytest.approx(-1000.0 - weight - (cosine * along).sum(axis=1), rel=1e-6)
 
 
@@ -110,7 +112,7 @@ def test_the_rig_under_load_is_in_balance_at_every_output():
 )
 def test_forces_and_torques_that_add_up_to_nothing_are_nothing(scene, overrides):
     """No 1e-16 N m in a channel, and so in no table, log or page of what is made of it."""
-    report, values = whole(scene, *overrides)
+    report, values = run_all(scene, *overrides)
     assert report.stepper == "quasi_static"
     load, pitch = values["normal_load"].sum(axis=(1, 2)).max(), 0.1
     sums = {"inner_ring_force": 1.0, "inner_ring_torque": pitch, "outer_ring_force": 1.0, "outer_ring_torque": pitch}
@@ -123,17 +125,17 @@ def test_forces_and_torques_that_add_up_to_nothing_are_nothing(scene, overrides)
 def test_figures_of_the_ring_are_those_of_its_channels():
     """Tilted by a moment, so that each kind of number is there; means and ranges over the second half."""
     load = ("rings.inner.load=[50,-300,100]", "rings.inner.moment=[0.4,-0.2]")
-    report, values = whole("bearing_6203", *load, "run.duration=0.4")
+    report, values = run_all("bearing_6203", *load, "run.duration=0.4")
     assert report.stepper == "quasi_static"
-    late = slice(200, None)  # blocks of 100 outputs
+    second_half = slice(200, None)  # blocks of 100 outputs
     for key, name, width in (
         ("ring_displacement_m", "inner_ring_offset", 3),
         ("misalignment_rad", "inner_ring_tilt", 2),
         ("ring_force_n", "inner_ring_force", 3),
         ("ring_moment_nm", "inner_ring_torque", 2),
     ):
-        assert report.figures[key] == pytest.approx(values[name][late, :width].mean(axis=0), rel=1e-9), key
-    spread = np.ptp(values["inner_ring_force"][late], axis=0)
+        assert report.figures[key] == pytest.approx(values[name][second_half, :width].mean(axis=0), rel=1e-9), key
+    spread = np.ptp(values["inner_ring_force"][second_half], axis=0)
     assert report.figures["ring_force_range_n"] == pytest.approx(spread, rel=1e-9)
     assert report.figures["ring_moment_nm"] == pytest.approx([-0.4, 0.2], rel=1e-6)
     assert np.abs(values["inner_ring_tilt"]).min() > 1e-6
@@ -143,15 +145,15 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
     """Held at -21.853 micrometres, no gravity: 975.5 to 1000.1 N, 988.2 N on average, 12.7 N at the ball pass."""
     held = ("rings.inner.load=[0,0,0]", "rings.inner.free=none", QUASI_STATIC, NO_GRAVITY,
             "drive.offset=[0,-21.853e-6,0]", "run.duration=0.4", "run.output_rate=4000")  # fmt: skip
-    _, values = whole("bearing_6203_rig_1000N", *held)
+    _, values = run_all("bearing_6203_rig_1000N", *held)
     force = values["inner_ring_force"][:, 1]
     assert force.mean() == pytest.approx(988.2, rel=1e-3)
     assert force.min() == pytest.approx(975.5, rel=1e-3)
     assert force.max() == pytest.approx(1000.1, rel=1.2e-3)  # 1 N of it goes back where the circle is moved sideways
-    turns = values["orbit_angle"][:, 0]
-    whole_passes = turns < 2.0 * np.pi / 8.0 * 30.0
-    swing = force - force[whole_passes].mean()
-    amplitude = 2.0 * abs(np.mean((swing * np.exp(8j * turns))[whole_passes]))
+    azimuth = values["orbit_angle"][:, 0]
+    passes = azimuth < 2.0 * np.pi / 8.0 * 30.0
+    swing = force - force[passes].mean()
+    amplitude = 2.0 * abs(np.mean((swing * np.exp(8j * azimuth))[passes]))
     assert amplitude == pytest.approx(12.7, rel=0.03)
 
 
@@ -159,18 +161,20 @@ def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(asked):
     """Against balls that move, whose spin axes have settled; the command flags what the run reports."""
     keys = NO_GRAVITY, "cage.kind=even", "drive.offset=[0,-3e-6,2e-5]", "drive.speed=1500", OUTSIDE
     times = "run.duration=0.5", "run.output_rate=100", "solver.check=none"
-    report, still = whole("bearing_6203", *keys, *times, QUASI_STATIC)
-    _, moving = whole("bearing_6203", *keys, *times, "model.dimension=prescribed")
-    found, exact = (np.sort(one["normal_load"][-1], axis=0) for one in (still, moving))
+    report, equilibria = run_all("bearing_6203", *keys, *times, QUASI_STATIC)
+    _, moving = run_all("bearing_6203", *keys, *times, "model.dimension=prescribed")
+    loads, exact = (np.sort(values["normal_load"][-1], axis=0) for values in (equilibria, moving))
     reported = report.errors["wanted_errors"]["loads"]["model_errors"]["left_out"]
-    assert 0.1 * reported < np.abs(found - exact).max() / exact.max() < reported < 1.0
-    words = [word for key in keys for word in ("--set", key)]
-    (flag,) = [one for one in asked("bearing", "bearing_6203", *words)["flags"] if "of the greatest" in one]
+    assert 0.1 * reported < np.abs(loads - exact).max() / exact.max() < reported < 1.0
+    arguments = [argument for key in keys for argument in ("--set", key)]
+    (flag,) = [
+        values for values in asked("bearing", "bearing_6203", *arguments)["flags"] if "of the greatest" in values
+    ]
     assert f"{100.0 * reported:.2g} %" in flag
 
 
 def test_a_run_does_not_depend_on_how_it_is_cut():
-    first, second = still_motion(scene="bearing_6203_rig_400N"), still_motion(scene="bearing_6203_rig_400N")
+    first, second = equilibrium_motion(scene="bearing_6203_rig_400N"), equilibrium_motion(scene="bearing_6203_rig_400N")
     for moving in (first, second):
         moving.goal_speed = 300.0
     times = 1e-3 * np.arange(1, 21)
@@ -182,14 +186,8 @@ def test_a_run_does_not_depend_on_how_it_is_cut():
 
 
 def test_the_drive_is_followed():
-    change = (
-        "drive.change.time=0.01",
-        "drive.change.speed=100.0",
-        "drive.change.offset=[0,0,2e-6]",
-        QUASI_STATIC,
-        OUTSIDE,
-    )
-    _, values = whole("bearing_6203", *change, "run.duration=0.1")
+    change = "drive.change={time: 0.01, speed: 100.0, offset: [0, 0, 2e-6]}"
+    _, values = run_all("bearing_6203", change, QUASI_STATIC, OUTSIDE, "run.duration=0.1")
     speed, offset = values["inner_ring_speed"], values["inner_ring_offset"][:, 2]
     assert speed[:11] == pytest.approx(183.26)
     assert speed[15] == pytest.approx(183.26 + 2000.0 * 0.005)
@@ -207,17 +205,15 @@ def test_auto_is_quasi_static_where_the_ring_is_loaded_free_or_tilted():
         return choose(load_scene("bearing_6203", overrides)).stepper
 
     assert stepper() == "rodas4"
-    assert stepper("rings.inner.load=[0,-10,0]") == "quasi_static"
-    assert stepper("rings.inner.free=axial") == "quasi_static"
-    assert stepper("drive.tilt=[1e-4,0]") == "quasi_static"
-    assert stepper(QUASI_STATIC) == "quasi_static"
+    for key in ("rings.inner.load=[0,-10,0]", "rings.inner.free=axial", "drive.tilt=[1e-4,0]", QUASI_STATIC):
+        assert stepper(key) == "quasi_static", key
 
 
 def test_equilibria_say_what_they_do_not_give():
     resting = choose(load_scene("bearing_6203", [QUASI_STATIC, "solver.stepper=rk4"]))
     assert "solver.stepper does nothing in a run from equilibria, which has no steps" in resting.warnings
     assert not choose(load_scene("bearing_6203_rig_400N", [QUASI_STATIC])).warnings
-    report, _ = whole("bearing_6203_rig_400N", QUASI_STATIC, "run.duration=0.02")
+    report, _ = run_all("bearing_6203_rig_400N", QUASI_STATIC, "run.duration=0.02")
     assert "friction" in report.errors["errors_unknown"]["left_out"]
     assert not {"friction_torque_nm", "drive_torque_nm", "dissipated_j", "cage_slip"} & set(report.figures)
     quantity = KINDS["bearing"].quantities_of()["drive_torque"]
@@ -235,12 +231,12 @@ def test_balls_that_leave_a_raceway_are_said_to_need_a_cage():
         ("bearing_6203", ("drive.change={time: 0.1, offset: [0, 5e-6, 0]}", "drive.offset=[0,0,0]"), True),
     ):
         assert bool(cage_needed(load_scene(scene, (bare, *overrides)).parameters)) is needed, (scene, overrides)
-    assert any("cage.kind: even" in one for one in choose(load_scene("bearing_6203_loose", [bare])).warnings)
+    assert any("cage.kind: even" in warning for warning in choose(load_scene("bearing_6203_loose", [bare])).warnings)
 
 
 def test_a_ring_that_is_held_where_it_touches_no_ball_is_named():
     """A 6001 has 10.5 micrometres of clearance: 5.25 to each side."""
-    for overrides, named in (
+    for overrides, is_named in (
         ((), True),
         (("cage.kind=even",), True),
         (("drive.offset=[0,-5.2e-6,0]",), True),
@@ -249,11 +245,11 @@ def test_a_ring_that_is_held_where_it_touches_no_ball_is_named():
         (("drive.tilt=[2e-3,0]",), False),
     ):
         warnings = choose(load_scene("6001", overrides)).warnings
-        assert any("it touches no ball" in one for one in warnings) is named, overrides
+        assert any("it touches no ball" in warning for warning in warnings) is is_named, overrides
 
 
 @pytest.mark.parametrize(
-    ("overrides", "words"),
+    ("overrides", "message"),
     [
         (["rings.inner.load=[0,-10,0]", "model.dimension=prescribed"], "use model.dimension: free"),
         (
@@ -269,8 +265,8 @@ def test_a_ring_that_is_held_where_it_touches_no_ball_is_named():
         (["cage.kind=pockets", "cage.pocket_clearance=6e-3"], "reaches into the next pocket; at most 0.005596 m"),
     ],
 )
-def test_contradictions_are_refused(overrides, words):
-    with pytest.raises(SceneError, match=words):
+def test_contradictions_are_refused(overrides, message):
+    with pytest.raises(SceneError, match=message):
         load_scene("bearing_6203", overrides)
 
 
@@ -289,8 +285,8 @@ def test_a_commanded_speed_is_followed():
     block = simulation.advance(100)
     assert block.values["inner_ring_speed"][0] > 158.0  # from the next output on
     assert block.values["inner_ring_speed"][-1] == 250.0
-    gone, turned = np.diff(block.values["orbit_angle"][:, 0]), np.diff(block.values["inner_ring_angle"])
-    assert gone == pytest.approx(0.5 * (1.0 - 6.75 / 28.55) * turned, rel=1e-6)
+    orbited, turned = np.diff(block.values["orbit_angle"][:, 0]), np.diff(block.values["inner_ring_angle"])
+    assert orbited == pytest.approx(0.5 * (1.0 - 6.75 / 28.55) * turned, rel=1e-6)
     assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0 + 0.5 * 9.80665, rel=1e-9)
     simulation.reset()
     assert simulation.advance(1).values["inner_ring_speed"][0] == 157.0796
@@ -307,7 +303,7 @@ def test_a_change_that_comes_while_the_ring_brakes_is_added_to_its_goal():
 
 
 def test_balls_turn_as_fast_as_they_say():
-    moving = still_motion("drive.offset=[0,0,3e-5]")
+    moving = equilibrium_motion("drive.offset=[0,0,3e-5]")
     moving.first_outputs()
     out = moving.advance(1e-6 * np.arange(1, 3), 2e-6)
     before, after = out.orientation[:, 3] * [[-1.0, -1.0, -1.0, 1.0], [1.0] * 4]  # the first one's conjugate
@@ -328,24 +324,23 @@ def test_each_raceway_is_as_stiff_as_its_own_ring_makes_it():
         return np.array([load / sample["approach"][0, 0] ** 1.5, (pressure / np.cbrt(load)) ** 1.5])
 
     steel, ceramic = (MATERIALS[name] for name in ("steel", "silicon_nitride"))
-    gained = effective_modulus(steel, ceramic) / effective_modulus(steel, steel)
-    for ring, expected in (("inner_ring", [gained, 1.0]), ("outer_ring", [1.0, gained])):
-        found = stiffness(f"materials.{ring}=silicon_nitride") / stiffness()
-        assert found == pytest.approx(np.array([expected] * 2), rel=3e-4)
+    factor = effective_modulus(steel, ceramic) / effective_modulus(steel, steel)
+    for ring, expected in (("inner_ring", [factor, 1.0]), ("outer_ring", [1.0, factor])):
+        ratio = stiffness(f"materials.{ring}=silicon_nitride") / stiffness()
+        assert ratio == pytest.approx(np.array([expected] * 2), rel=3e-4)
 
 
 def test_the_greatest_contact_angle_is_the_same_for_a_thrust_the_other_way():
     """At speed the inner raceway's is the greater one, whatever its sign."""
-    found = []
+    angles = []
     for thrust in (17800.0, -17800.0):
-        report, _ = whole(
-            "bearing_218_thrust", f"rings.inner.load=[0,0,{thrust}]", "run.duration=0.002", "gravity=[0,0,0]"
-        )
+        load = f"rings.inner.load=[0,0,{thrust}]"
+        report, _ = run_all("bearing_218_thrust", load, "run.duration=0.002", NO_GRAVITY)
         inner, outer = (abs(report.figures[f"contact_angle_{ring}_rad"][0]) for ring in ("inner", "outer"))
-        found.append(KINDS["bearing"].quantities_of()["greatest_contact_angle"].figure(report.figures))
-        assert found[-1] == pytest.approx(inner, rel=1e-9)
+        angles.append(KINDS["bearing"].quantities_of()["greatest_contact_angle"].figure(report.figures))
+        assert angles[-1] == pytest.approx(inner, rel=1e-9)
         assert inner > 1.1 * outer
-    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    assert angles[0] == pytest.approx(angles[1], rel=1e-6)
 
 
 def test_a_change_lasts_and_a_reset_takes_it_back():
@@ -372,7 +367,7 @@ def test_equilibria_that_a_command_takes_back_are_not_counted():
 
 
 def test_spin_and_slip_of_equilibria_are_those_of_balls_against_their_raceways():
-    _, values = whole("bearing_218_thrust", "run.duration=0.002")
+    _, values = run_all("bearing_218_thrust", "run.duration=0.002")
     along_z = values["inner_ring_speed"][:, None, None] * np.array([0.0, 0.0, 1.0])
     for side, turning in ((0, along_z), (1, 0.0 * along_z)):
         normal, point = values["normal"][:, :, side], values["point"][:, :, side]

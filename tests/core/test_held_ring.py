@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bearings import asking, motion
+from bearings import law_keys, motion
 from ring_systems import system_jacobian, system_rates
 
 from bearing_twin.kinds.bearing import COLUMNS, MOTION, RingDrive
@@ -16,7 +16,7 @@ SIZES = np.array([1e-6, 1e-2, 1e-6, 1e-2, 0.7, 1e-2, 1.0, 1.0, 1.0])
 
 def moving_ball(law, friction, tilt=(0.0, 0.0)):
     """A ball that slides and spins in both contacts, its state (COLUMNS,) with the orbit rate; and its system."""
-    keys = "drive.speed=300", f"contact.friction={friction}", *asking(law)
+    keys = "drive.speed=300", f"contact.friction={friction}", *law_keys(law)
     moving = motion(*keys, scene="bearing_6203_fast", law=law)
     state = moving.state[1].copy()
     state[4] /= state[0]
