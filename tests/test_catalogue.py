@@ -74,7 +74,7 @@ def test_every_bore_of_the_three_series_is_there_with_the_dimensions_of_iso_15()
         assert 1e3 * entry.bore == pytest.approx(BORES.get(code, 5 * int(code)))
     for series, sizes in OUTSIDE.items():
         for bore, size in sizes.items():
-            code = next((code for code, other in BORES.items() if other == bore), f"{bore // 5:02d}")
+            code = next((code for code, small_bore in BORES.items() if small_bore == bore), f"{bore // 5:02d}")
             entry = ENTRIES[f"{series}{code}"]
             assert (1e3 * entry.outside_diameter, 1e3 * entry.width) == pytest.approx(size)
     for lower, higher in itertools.pairwise(codes):
@@ -87,9 +87,9 @@ def test_ratings_lie_within_the_scatter_of_those_published():
     for name, entry in ENTRIES.items():
         if entry.found in ("literature", "published"):  # today's 7218 holds larger balls; SKF rates by its own factor
             continue
-        found = catalogue_sheet(parameters(name))
+        sheet = catalogue_sheet(parameters(name))
         for kind in ("dynamic", "static"):
-            value, (low, high) = found[f"basic_{kind}_rating_n"], getattr(entry, kind)
+            value, (low, high) = sheet[f"basic_{kind}_rating_n"], getattr(entry, kind)
             scatter = SCATTER if not entry.contact_angle else 0.02
             assert (1.0 - scatter) * low <= value <= (1.0 + scatter) * high, (name, kind, value, low, high)
             misses.append(value / (0.5 * (low + high)) - 1.0)
@@ -123,23 +123,23 @@ def test_sets_meet_factor_and_ratings_of_makers_that_stand_in_no_row():
 
 def test_published_sets_give_published_frequencies_and_the_ratings_of_skf():
     """Case Western Reserve University, Bearing Data Center: BPFI, BPFO, FTF in turns of the shaft."""
-    for name, wanted in {"6205SKF": (5.4152, 3.5848, 0.39828), "6203SKF": (4.9469, 3.0530, 0.3817)}.items():
-        found = catalogue_sheet(load_scene(name, [f"drive.speed={2.0 * math.pi!r}"]).parameters)
-        for word, value in zip(("bpfi", "bpfo", "ftf"), wanted, strict=True):
-            error = found["fault_frequencies_hz_error"][word]
-            assert abs(found["fault_frequencies_hz"][word] - value) < error + 5e-5, (name, word)
+    for name, published in {"6205SKF": (5.4152, 3.5848, 0.39828), "6203SKF": (4.9469, 3.0530, 0.3817)}.items():
+        sheet = catalogue_sheet(load_scene(name, [f"drive.speed={2.0 * math.pi!r}"]).parameters)
+        for line, value in zip(("bpfi", "bpfo", "ftf"), published, strict=True):
+            error = sheet["fault_frequencies_hz_error"][line]
+            assert abs(sheet["fault_frequencies_hz"][line] - value) < error + 5e-5, (name, line)
             assert error < 4e-4 * value
-        assert 1.04 < found["published_dynamic_rating_n"][0] / found["basic_dynamic_rating_n"] < 1.06
-        assert found["published_static_rating_n"][0] == pytest.approx(found["basic_static_rating_n"], rel=0.01)
+        assert 1.04 < sheet["published_dynamic_rating_n"][0] / sheet["basic_dynamic_rating_n"] < 1.06
+        assert sheet["published_static_rating_n"][0] == pytest.approx(sheet["basic_static_rating_n"], rel=0.01)
 
 
 def test_ball_sets_give_the_frequency_coefficients_of_their_maker():
     assert {name for name, entry in ENTRIES.items() if entry.found == "frequencies"} == set(COEFFICIENTS)
     for name, (cage, spin, outer) in COEFFICIENTS.items():
-        found = rolling_frequencies(parameters(name).geometry, 2.0 * math.pi)
-        assert found["ftf"] == pytest.approx(cage, abs=1.1e-3), name
-        assert found["ball_spin"] == pytest.approx(spin, rel=5e-3), name
-        assert found["bpfo"] == pytest.approx(outer, abs=5e-3), name
+        frequencies = rolling_frequencies(parameters(name).geometry, 2.0 * math.pi)
+        assert frequencies["ftf"] == pytest.approx(cage, abs=1.1e-3), name
+        assert frequencies["ball_spin"] == pytest.approx(spin, rel=5e-3), name
+        assert frequencies["bpfo"] == pytest.approx(outer, abs=5e-3), name
         assert ENTRIES[name].balls == round(outer / cage)
 
 
@@ -165,12 +165,8 @@ def test_a_designation_fills_in_the_geometry_and_other_keys_override_it():
     assert (tight.radial_clearance, tight.balls) == (-5e-6, 8)
     angular = parameters("7205B").geometry
     assert math.degrees(angular.contact_angle) == pytest.approx(40.0)
-    assert (
-        parse_scene(
-            "kind: bearing\ngeometry: {designation: 7205B, radial_clearance: 1e-4}", "a scene"
-        ).parameters.geometry.contact_angle
-        == 0.0
-    )
+    text = "kind: bearing\ngeometry: {designation: 7205B, radial_clearance: 1e-4}"
+    assert parse_scene(text, "a scene").parameters.geometry.contact_angle == 0.0
 
 
 def test_a_designation_as_override_takes_the_place_of_the_whole_geometry():
@@ -178,14 +174,13 @@ def test_a_designation_as_override_takes_the_place_of_the_whole_geometry():
     assert (swapped.geometry.ball_diameter, swapped.geometry.balls) == (15.081e-3, 7)
     assert swapped.drive == parameters("bearing_6203").drive
     scene = load_scene("6308")  # a resolved scene needs no catalogue
-    logged = read_logged_scene(
-        scene.text.replace("designation: '6308'", "designation: NOWHERE1"), "a log"
-    ).parameters.geometry
+    text = scene.text.replace("designation: '6308'", "designation: NOWHERE1")
+    logged = read_logged_scene(text, "a log").parameters.geometry
     assert (logged.designation, logged.ball_diameter) == ("NOWHERE1", scene.parameters.geometry.ball_diameter)
 
 
 @pytest.mark.parametrize(
-    ("word", "near"),
+    ("designation", "near"),
     [
         ("6380", "did you mean 6308?"),
         ("63o8", "did you mean 6308 or 6318?"),
@@ -194,13 +189,15 @@ def test_a_designation_as_override_takes_the_place_of_the_whole_geometry():
         ("9999", ""),
     ],
 )
-def test_an_unknown_designation_is_a_bearing_and_no_scene_and_names_its_neighbours(word, near):
+def test_an_unknown_designation_is_a_bearing_and_no_scene_and_names_its_neighbours(designation, near):
     with pytest.raises(SceneError) as refused:
-        load_scene(word)
+        load_scene(designation)
     hint = f"{near} ".lstrip()
-    assert str(refused.value).startswith(f"there is no bearing or scene '{word}'; {hint}`bearing_twin bearing --list`")
-    with pytest.raises(SceneError, match=f"geometry.designation = '{word}' is not in the catalogue") as refused:
-        parse_scene(f"kind: bearing\ngeometry: {{designation: {word}}}", "a scene")
+    assert str(refused.value).startswith(
+        f"there is no bearing or scene '{designation}'; {hint}`bearing_twin bearing --list`"
+    )
+    with pytest.raises(SceneError, match=f"geometry.designation = '{designation}' is not in the catalogue") as refused:
+        parse_scene(f"kind: bearing\ngeometry: {{designation: {designation}}}", "a scene")
     assert near in str(refused.value)
 
 
@@ -214,21 +211,19 @@ def own_rows():
 def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatch, own_rows, asked):
     folder = tmp_path / "bearing_twin" / "bearings"
     folder.mkdir(parents=True)
-    row = (
-        "{bore: 20e-3, outside_diameter: 47e-3, balls: 7, ball_diameter: 8.5e-3, source: measured, dynamic: [9e3, 9e3]}"
-    )
+    row = "{bore: 20e-3, outside_diameter: 47e-3, balls: 7, ball_diameter: 8.5e-3, source: measured}"
     (folder / "mine.yaml").write_text(f"MINE1: {row}\n", encoding="utf-8")
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))
     entries.cache_clear()
     assert parameters("MINE1").geometry.balls == 7
     assert row_of("MINE1")["source"] == "measured"
-    other = tmp_path / "other.yaml"
-    other.write_text("6308: {bore: 40e-3, outside_diameter: 90e-3}\n", encoding="utf-8")
-    found = asked("bearing", "6308", "--catalogue", other)
-    assert found["found"] == "rule"
-    assert (found["balls"], found["balls_doubt"]) == (8, 2)
-    assert found["ball_diameter_m"] == pytest.approx(0.29 * 50e-3)
-    assert found["published_dynamic_rating_n"] is None
+    path = tmp_path / "other.yaml"
+    path.write_text("6308: {bore: 40e-3, outside_diameter: 90e-3}\n", encoding="utf-8")
+    answer = asked("bearing", "6308", "--catalogue", path)
+    assert answer["found"] == "rule"
+    assert (answer["balls"], answer["balls_doubt"]) == (8, 2)
+    assert answer["ball_diameter_m"] == pytest.approx(0.29 * 50e-3)
+    assert answer["published_dynamic_rating_n"] is None
 
 
 @pytest.mark.parametrize(
@@ -253,10 +248,10 @@ def test_the_command_answers_by_designation(asked):
     row = asked("bearing", "6308")
     assert (row["bore_m"], row["outside_diameter_m"], row["width_m"], row["balls"]) == (0.04, 0.09, 0.023, 8)
     assert row["basic_dynamic_rating_n"] == pytest.approx(40.8e3, rel=0.01)
-    found = asked("bearing", "6308", "--load", "0,-3000,0")
-    assert found["catalogue"]["found"] == "factors"
-    assert found["basic_life_mrev"] == pytest.approx((row["basic_dynamic_rating_n"] / 3000.0) ** 3, rel=1e-9)
-    assert found["ring_force_n"][1] == pytest.approx(3000.0)
+    answer = asked("bearing", "6308", "--load", "0,-3000,0")
+    assert answer["catalogue"]["found"] == "factors"
+    assert answer["basic_life_mrev"] == pytest.approx((row["basic_dynamic_rating_n"] / 3000.0) ** 3, rel=1e-9)
+    assert answer["ring_force_n"][1] == pytest.approx(3000.0)
     listed = asked("bearing", "--list")
     assert len(listed["bearings"]) == len(ENTRIES)
     assert listed["own_folder"].endswith(os.path.join("bearing_twin", "bearings"))
@@ -274,7 +269,7 @@ def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
 
 
 @pytest.mark.parametrize(
-    ("word", "name", "clearance"),
+    ("designation", "name", "clearance"),
     [
         ("6205/C3", "6205", (13e-6, 28e-6)),
         ("6205-2RSH/C4", "6205", (23e-6, 41e-6)),
@@ -285,36 +280,39 @@ def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
         ("6205-2Z/CN", "6205", (5e-6, 20e-6)),
     ],
 )
-def test_suffixes_are_read_and_groups_of_clearance_are_those_of_iso_5753(word, name, clearance):
-    geometry, plain = load_scene(word).parameters.geometry, load_scene(name).parameters.geometry
+def test_suffixes_are_read_and_groups_of_clearance_are_those_of_iso_5753(designation, name, clearance):
+    geometry, plain = load_scene(designation).parameters.geometry, load_scene(name).parameters.geometry
     assert geometry.radial_clearance == pytest.approx(0.5 * sum(clearance), rel=1e-12)
     assert (geometry.balls, geometry.ball_diameter, geometry.designation) == (plain.balls, plain.ball_diameter, name)
-    written = parse_scene(f"kind: bearing\ngeometry: {{designation: {word}}}", "a scene").parameters.geometry
+    written = parse_scene(f"kind: bearing\ngeometry: {{designation: {designation}}}", "a scene").parameters.geometry
     assert written == geometry
 
 
 @pytest.mark.parametrize(
-    ("word", "kind"),
+    ("designation", "kind"),
     [("22210", "spherical roller"), ("NU205", "cylindrical roller"), ("51105", "thrust ball"), ("HK1612", "needle"),
      ("30205", "tapered"), ("1205", "self-aligning"), ("NU2205ECP", "cylindrical")],
 )  # fmt: skip
-def test_bearings_of_other_types_are_refused_as_what_they_are(word, kind):
+def test_bearings_of_other_types_are_refused_as_what_they_are(designation, kind):
     with pytest.raises(SceneError, match=f"{kind}.*no deep-groove or angular-contact ball bearing"):
-        load_scene(word)
+        load_scene(designation)
 
 
 def test_fault_frequencies_have_the_error_of_pitch_circle_and_balls():
     """The set of the bearing of a known data set, 9 balls of 7.94 mm on 39.04 mm, lies within it."""
-    found = catalogue_sheet(load_scene("6205", ["drive.speed=6.283185307179586"]).parameters)
+    sheet = catalogue_sheet(load_scene("6205", ["drive.speed=6.283185307179586"]).parameters)
     ratio = 7.94 / 39.04
-    wanted = {"bpfo": 4.5 * (1.0 - ratio), "bpfi": 4.5 * (1.0 + ratio), "ftf": 0.5 * (1.0 - ratio)}
-    for name, value in wanted.items():
-        off, reported = abs(found["fault_frequencies_hz"][name] - value), found["fault_frequencies_hz_error"][name]
-        assert off < reported < 0.02 * value
+    expected = {"bpfo": 4.5 * (1.0 - ratio), "bpfi": 4.5 * (1.0 + ratio), "ftf": 0.5 * (1.0 - ratio)}
+    for name, value in expected.items():
+        deviation, reported = (
+            abs(sheet["fault_frequencies_hz"][name] - value),
+            sheet["fault_frequencies_hz_error"][name],
+        )
+        assert deviation < reported < 0.02 * value
     many, counted = (catalogue_sheet(load_scene("7208B", given).parameters) for given in ([], ["geometry.balls=12"]))
-    off = many["fault_frequencies_hz"]["bpfo"] - counted["fault_frequencies_hz"]["bpfo"]
-    assert 0.0 < off < many["fault_frequencies_hz_error"]["bpfo"]  # 14 balls, give or take 2
+    deviation = many["fault_frequencies_hz"]["bpfo"] - counted["fault_frequencies_hz"]["bpfo"]
+    assert 0.0 < deviation < many["fault_frequencies_hz_error"]["bpfo"]  # 14 balls, give or take 2
     assert (counted["balls"], counted["balls_doubt"], counted["source"]) == (12, 0, "given by the scene: balls")
-    assert counted["fault_frequencies_hz_error"]["bpfo"] < 0.2 * off
+    assert counted["fault_frequencies_hz_error"]["bpfo"] < 0.2 * deviation
     tilted = catalogue_sheet(load_scene("6308", ["geometry.contact_angle=15deg"]).parameters)
     assert tilted["radial_clearance_m"] is None

@@ -2,7 +2,6 @@
 
 import dataclasses
 import itertools
-import json
 import math
 
 import numpy as np
@@ -53,11 +52,11 @@ def published(load, speed, radius_along, radius_across):
     u, g, w = VISCOSITY * speed / (E * radius_along), PRESSURE_COEFFICIENT * E, load / (E * radius_along**2)
     v = 2.0 * u
     thickness = 2.69 * radius_along * u**0.67 * g**0.53 * w**-0.067 * (1.0 - 0.61 * math.exp(-0.73 / k))
-    little = 1.544 * E * radius_along**2 * beta ** (1 / 3) * k**-0.577 * v**0.656 * w**0.466 * g**0.022
+    starved = 1.544 * E * radius_along**2 * beta ** (1 / 3) * k**-0.577 * v**0.656 * w**0.466 * g**0.022
     share = 1.0 + beta**0.25 * k * w * v**-0.75 / 6.6
     elastic = 1.8 * beta**-0.25
     rigid = 0.77 * beta ** (-1 / 3) * k**0.12 * v ** (-1 / 12)
-    return thickness, little, 2.0 * a * E * radius_along * ((rigid - elastic) / share + elastic) * v**0.75
+    return thickness, starved, 2.0 * a * E * radius_along * ((rigid - elastic) / share + elastic) * v**0.75
 
 
 def test_films_and_rolling_resistance_are_those_of_print():
@@ -66,16 +65,16 @@ def test_films_and_rolling_resistance_are_those_of_print():
         along = BALL * (1.0 + side * 6.746 / 28.5)
         for load, speed in ((217.4, 1.234), (10.0, 0.141), (600.0, 10.0)):
             expected = published(load, speed, along, across)
-            for kind, place in ((GREASE, 1), (OIL, 2)):
+            for kind, column in ((GREASE, 1), (OIL, 2)):
                 lubricant = np.array([kind, VISCOSITY, PRESSURE_COEFFICIENT, math.log(1e-7), 0.12, 0.05, 0.0, 0.0])
                 numbers = film_numbers(lubricant, [0.5 / across], [0.5 / along], 0.5 * E, BALL)
-                found = films(lubricant, numbers, [load], [speed])[0]
-                assert found[0] == pytest.approx(expected[0], rel=1e-6)
-                assert found[2] == pytest.approx(expected[place], rel=1e-6)
-                share = 1.0 - math.exp(-1.8 * found[1] ** 1.2)
-                assert found[5] == pytest.approx(0.05 * share + 0.12 * (1.0 - share), rel=1e-9)
+                results = films(lubricant, numbers, [load], [speed])[0]
+                assert results[0] == pytest.approx(expected[0], rel=1e-6)
+                assert results[2] == pytest.approx(expected[column], rel=1e-6)
+                share = 1.0 - math.exp(-1.8 * results[1] ** 1.2)
+                assert results[5] == pytest.approx(0.05 * share + 0.12 * (1.0 - share), rel=1e-9)
                 rolled = 7.48e-7 * BALL**0.33 * load**1.33 * (1.0 - 3.519e-3 * (across / along - 1.0) ** 0.8063)
-                assert found[3] == pytest.approx(rolled, rel=1e-9)
+                assert results[3] == pytest.approx(rolled, rel=1e-9)
 
 
 def test_differential_slip_is_that_of_a_curved_patch():
@@ -94,8 +93,8 @@ def test_differential_slip_is_that_of_a_curved_patch():
 
 
 def answered(asked, load, rpm, *changes):
-    words = ["bearing", "6203", "--load", f"0,{-load},0", "--speed", f"{rpm}rpm"]
-    return asked(*words, *(word for one in changes for word in ("--set", one)))
+    arguments = ["bearing", "6203", "--load", f"0,{-load},0", "--speed", f"{rpm}rpm"]
+    return asked(*arguments, *(argument for change in changes for argument in ("--set", change)))
 
 
 def test_the_table_of_a_6203(asked):
@@ -107,21 +106,21 @@ def test_the_table_of_a_6203(asked):
         (400, 200, (0.931, 0.797), (0.9989, 0.9943), 1.113, 1.019, 0.0335, 4.567, (2.26, 3.06)),
     )
     for load, rpm, film, (heated, starved), hysteresis, slip, thickness, skf, palmgren in rows:
-        for place, kind in enumerate(("grease", "oil")):
+        for column, kind in enumerate(("grease", "oil")):
             set_kind = f"lubricant.kind={kind}"
-            found = answered(asked, load, rpm, *TABLE_SCENE, set_kind, "lubricant.boundary_friction=0.05")
-            parts = {name: 1e3 * one for name, one in found["friction_torque_nm"].items()}
+            answer = answered(asked, load, rpm, *TABLE_SCENE, set_kind, "lubricant.boundary_friction=0.05")
+            parts = {name: 1e3 * value for name, value in answer["friction_torque_nm"].items()}
             expected = {
-                "film": film[place] * heated * (starved if kind == "grease" else 1.0),
+                "film": film[column] * heated * (starved if kind == "grease" else 1.0),
                 "hysteresis": hysteresis,
                 "slip": slip,
             }
-            assert parts["palmgren"] == pytest.approx(palmgren[place], rel=5e-3)
+            assert parts["palmgren"] == pytest.approx(palmgren[column], rel=5e-3)
             assert {name: parts[name] for name in expected} == pytest.approx(expected, rel=1e-2)
             assert parts["total"] == pytest.approx(parts["film"] + parts["hysteresis"] + parts["slip"], rel=1e-12)
-            assert found["friction_loss_w"] == pytest.approx(1e-3 * parts["total"] * found["speed_rad_s"], rel=1e-12)
-            assert 1e6 * found["film_m"] == pytest.approx(thickness, rel=1e-2)
-            assert found["lambda"] == pytest.approx(1e7 * found["film_m"], rel=1e-9)
+            assert answer["friction_loss_w"] == pytest.approx(1e-3 * parts["total"] * answer["speed_rad_s"], rel=1e-12)
+            assert 1e6 * answer["film_m"] == pytest.approx(thickness, rel=1e-2)
+            assert answer["lambda"] == pytest.approx(1e7 * answer["film_m"], rel=1e-9)
         mixed = answered(asked, load, rpm, *TABLE_SCENE, "lubricant.kind=grease")["friction_torque_nm"]
         assert 1e3 * mixed["skf"] == pytest.approx(skf, rel=1e-3)
     assert 1e3 * mixed["slip"] == pytest.approx(1.831, rel=1e-2)  # at 200 1/min films carry a part of the load
@@ -138,29 +137,30 @@ def test_greased_bearings_come_near_to_the_formula_of_skf():
             load, speed = share * static, rpm * math.pi / 30.0
             if 1e3 * scene.geometry.pitch_diameter * rpm > 500_000:
                 continue
-            words = f"rings.inner.load=[0, {-load}, 0]", f"drive.speed={speed!r}"
-            parameters = load_scene(name, (*greased, *words)).parameters
+            keys = f"rings.inner.load=[0, {-load}, 0]", f"drive.speed={speed!r}"
+            parameters = load_scene(name, (*greased, *keys)).parameters
             support = support_of(parameters)
             solver = solver_of(parameters, "hertz", load_line(support))
             contacts = controlled_equilibrium(parameters, solver, support).contacts
             for viscosity in (15e-6, 32e-6, 100e-6):
                 oil = dataclasses.replace(parameters.lubricant, viscosity_40=viscosity)
-                one = dataclasses.replace(parameters, lubricant=oil)
-                found = contact_torque(one, contacts)
-                ratios.append((found.film + found.hysteresis + found.slip) / skf_torque(one, static, (0.0, load, 0.0)))
+                oiled = dataclasses.replace(parameters, lubricant=oil)
+                torque = contact_torque(oiled, contacts)
+                ratios.append(
+                    (torque.film + torque.hysteresis + torque.slip) / skf_torque(oiled, static, (0.0, load, 0.0))
+                )
     assert len(ratios) > 60
     assert 0.8 < min(ratios) < 0.95 < np.median(ratios) < 1.1 < max(ratios) < 1.4
 
 
-def test_spin_of_an_angular_contact_and_of_its_mirror_image_adds_to_slip(typed):
-    scene = ("bearing", "7205B", "--speed", "1750rpm", "--json", "--set", "lubricant.kind=grease")
-    found = []
-    for axial in (500, -500):
-        found.append(json.loads(typed(*scene, "--load", f"0,0,{axial}").out)["friction_torque_nm"])
-    assert found[0] == pytest.approx(found[1], rel=1e-6)
-    assert 0.5 < found[0]["total"] / found[0]["skf"] < 2.0
-    radial = json.loads(typed("bearing", "7205B", *scene[2:], "--load", "0,-500,0").out)["friction_torque_nm"]
-    assert found[0]["slip"] / found[0]["hysteresis"] > 1.5 * radial["slip"] / radial["hysteresis"]
+def test_spin_of_an_angular_contact_and_of_its_mirror_image_adds_to_slip(asked):
+    scene = ("bearing", "7205B", "--speed", "1750rpm", "--set", "lubricant.kind=grease", "--load")
+    thrust, mirrored, radial = (
+        asked(*scene, load)["friction_torque_nm"] for load in ("0,0,500", "0,0,-500", "0,-500,0")
+    )
+    assert thrust == pytest.approx(mirrored, rel=1e-6)
+    assert 0.5 < thrust["total"] / thrust["skf"] < 2.0
+    assert thrust["slip"] / thrust["hysteresis"] > 1.5 * radial["slip"] / radial["hysteresis"]
 
 
 def test_viscosities_of_grades_and_between_two_temperatures():
@@ -175,7 +175,7 @@ def test_viscosities_of_grades_and_between_two_temperatures():
 
 
 @pytest.mark.parametrize(
-    ("changes", "word"),
+    ("changes", "phrase"),
     [
         (["lubricant.kind=grease", "temperature=150°C"], "outside the oil's"),
         (["lubricant.name=VG32"], "lubricant.kind"),
@@ -187,9 +187,9 @@ def test_viscosities_of_grades_and_between_two_temperatures():
         (["lubricant.kind=honey"], "grease"),
     ],
 )
-def test_bad_lubricants_get_a_sentence(changes, word, refused):
-    words = [word for one in changes for word in ("--set", one)]
-    assert word in refused("bearing", "6203", "--load", "0,-400,0", *words)
+def test_bad_lubricants_get_a_sentence(changes, phrase, refused):
+    arguments = [phrase for change in changes for phrase in ("--set", change)]
+    assert phrase in refused("bearing", "6203", "--load", "0,-400,0", *arguments)
 
 
 def last_of(run):
@@ -207,36 +207,25 @@ def test_one_contact_drags_ball_and_ring_as_published():
     """Friction switched off, the ball is dragged by -F at either contact and pushed by 2 F R_x/r at its centre."""
     gamma, u = 6.746 / 28.5, 0.25 * 183.26 * 28.5e-3 * (1.0 - (6.746 / 28.5) ** 2)
     across = 2.0 * CONFORMITY * BALL / (2.0 * CONFORMITY - 1.0)
-    for kind, place in (("grease", 1), ("oil", 2)):
-        scene = load_scene(
-            "bearing_6203",
-            (
-                *TABLE_SCENE[1:],
-                f"lubricant.kind={kind}",
-                "lubricant.boundary_friction=1e-9",
-                "lubricant.film_friction=0",
-                "geometry.radial_clearance=-6e-6",
-                "drive.offset=[0, 0, 0]",
-                "gravity=[0, 0, 0]",
-                "run={duration: 1e-3, output_rate: 1000}",
-                "solver.check=none",
-            ),
-        )
-        first = next(iter(simulate(scene).blocks()))
+    for kind, column in (("grease", 1), ("oil", 2)):
+        oil = f"lubricant.kind={kind}", "lubricant.boundary_friction=1e-9", "lubricant.film_friction=0"
+        rest = "geometry.radial_clearance=-6e-6", "drive.offset=[0, 0, 0]", "gravity=[0, 0, 0]", "solver.check=none"
+        run = "run={duration: 1e-3, output_rate: 1000}"
+        first = next(iter(simulate(load_scene("bearing_6203", (*TABLE_SCENE[1:], *oil, *rest, run))).blocks()))
         values = {name: first.values[name][0] for name in first.values}
         drag, load = np.linalg.norm(values["friction_force"], axis=-1), values["normal_load"]
         radial = values["position"] * [1.0, 1.0, 0.0]
         along = np.cross([0.0, 0.0, 1.0], radial / np.linalg.norm(radial, axis=-1)[:, None])
         inlet = 0.9829 * (0.9515 if kind == "grease" else 1.0)
         for side, sign in ((0, -1.0), (1, 1.0)):
-            resistance = inlet * published(load[0, side], u, BALL * (1.0 + sign * gamma), across)[place]
+            resistance = inlet * published(load[0, side], u, BALL * (1.0 + sign * gamma), across)[column]
             curved = across / (BALL * (1.0 + sign * gamma)) - 1.0
             steel = 7.48e-7 * BALL**0.33 * load[0, side] ** 1.33 * (1.0 - 3.519e-3 * curved**0.8063)
             assert drag[:, side] == pytest.approx(resistance + 0.5 * steel / BALL, rel=8e-3)
             assert np.sum(values["friction_force"][:, side] * along, axis=-1) == pytest.approx(sign * drag[:, side])
-        pushed = np.sum(values["raceway_force"] * along, axis=-1)
+        driven = np.sum(values["raceway_force"] * along, axis=-1)
         expected = drag[:, 0] * (1.0 - 2.0 * gamma) - drag[:, 1] * (1.0 + 2.0 * gamma)
-        assert pushed == pytest.approx(expected, rel=5e-3)
+        assert driven == pytest.approx(expected, rel=5e-3)
         # the ring is dragged by F alone: what pushes it goes through its centre
         on_ring = -drag[:, 0] * np.linalg.norm((values["point"] * [1.0, 1.0, 0.0])[:, 0], axis=-1)
         assert values["inner_ring_torque"][2] == pytest.approx(on_ring.sum(), rel=1e-6)
@@ -257,30 +246,30 @@ MOVING = {
 @pytest.mark.parametrize("kind", ["grease", "oil"])
 def test_power_closes_with_every_part(kind):
     for name, (scene, changes) in MOVING.items():
-        found = report_of(scene, *changes, f"lubricant.kind={kind}")
-        assert abs(found["energy_closure"]) < 1e-5, name
+        figures = report_of(scene, *changes, f"lubricant.kind={kind}")
+        assert abs(figures["energy_closure"]) < 1e-5, name
 
 
-def test_moving_balls_take_the_torque_of_equilibria(typed):
+def test_moving_balls_take_the_torque_of_equilibria(asked):
     """Within 3 %; of a bearing that a load pushes to one side of equilibria with balls anywhere."""
     for scene, angles in (("bearing_6203", (0.0,)), ("bearing_6203_rig_400N", np.arange(0.0, 45.0, 5.0) - 90.0)):
-        still = []
-        for angle in angles:
-            words = "--set", "lubricant.kind=grease", "--json", "--ball-angle", f"{angle}"
-            still.append(json.loads(typed("bearing", scene, *words).out)["friction_torque_nm"]["total"])
-        given = scene, "lubricant.kind=grease", "run.duration=0.2"
-        moving = [report_of(*given, f"wanted.tolerance={one}")["drive_torque_nm"] for one in ("1e-3", "1e-5")]
-        assert moving[0] == pytest.approx(np.mean(still), rel=0.03)
+        command = "bearing", scene, "--set", "lubricant.kind=grease", "--ball-angle"
+        equilibria = [asked(*command, f"{angle}")["friction_torque_nm"]["total"] for angle in angles]
+        scene_keys = scene, "lubricant.kind=grease", "run.duration=0.2"
+        moving = [
+            report_of(*scene_keys, f"wanted.tolerance={tolerance}")["drive_torque_nm"] for tolerance in ("1e-3", "1e-5")
+        ]
+        assert moving[0] == pytest.approx(np.mean(equilibria), rel=0.03)
         assert moving[0] == pytest.approx(moving[1], rel=1e-3)
 
 
 def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(asked):
     """Equilibria add up slip by rolling and by spin, which is an upper bound; friction at a point has no spin."""
     combined = ("rings.inner.load=[0, -400, 300]", "run.duration=0.05", "solver.check=none")
-    torque = [report_of("bearing_6203_greased", *combined, *more) for more in ((), ("contact.friction=point",))]
-    whole, rolling = (one["drive_torque_nm"] for one in torque)
-    most = asked("bearing", "bearing_6203_greased", "--set", combined[0])["friction_torque_nm"]["total"]
-    assert 1.1 * rolling < whole < most
+    torque = [report_of("bearing_6203_greased", *combined, *changes) for changes in ((), ("contact.friction=point",))]
+    combined_torque, rolling = (figures["drive_torque_nm"] for figures in torque)
+    upper_bound = asked("bearing", "bearing_6203_greased", "--set", combined[0])["friction_torque_nm"]["total"]
+    assert 1.1 * rolling < combined_torque < upper_bound
     for load, friction in (("[0, -400, 0]", "point"), ("[0, -400, 1]", "spot")):
         scene = load_scene("bearing_6203_greased", [f"rings.inner.load={load}"])
         assert choose(scene).friction == friction
@@ -306,29 +295,27 @@ def test_films_of_moving_contacts_are_those_of_their_loads_at_the_speed_of_rolli
     ratio = geometry.ball_diameter / geometry.pitch_diameter
     rolling = 0.25 * float(values["inner_ring_speed"]) * geometry.pitch_diameter * (1.0 - ratio**2)
     assert not values["film_thickness"][values["normal_load"] == 0.0].any()
-    held = values["normal_load"] > 1.0  # N; a load sets in over 1e-6 N
-    small, large, load = (values[name][held] for name in ("curvature_small", "curvature_large", "normal_load"))
+    loaded = values["normal_load"] > 1.0  # N; a load sets in over 1e-6 N
+    small, large, load = (values[name][loaded] for name in ("curvature_small", "curvature_large", "normal_load"))
     modulus = 0.5 * ball.young_modulus / (1.0 - ball.poisson_ratio**2)
     numbers = film_numbers(lubricant, small, large, modulus, 0.5 * geometry.ball_diameter)
     expected = films(lubricant, numbers, load, np.full(len(load), rolling))
-    assert values["film_thickness"][held] == pytest.approx(expected[:, 0], rel=1e-2)
-    assert values["film_ratio"][held] == pytest.approx(expected[:, 1], rel=1e-2)
+    assert values["film_thickness"][loaded] == pytest.approx(expected[:, 0], rel=1e-2)
+    assert values["film_ratio"][loaded] == pytest.approx(expected[:, 1], rel=1e-2)
 
 
-def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(typed):
+def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(asked):
     """At one place of the balls those of `bearing`, over many those of moving balls within 3 %; all work is lost."""
     greased = ("lubricant.kind=grease", "contact.normal=hertz", "solver.check=none")
-    scene = load_scene(
-        "bearing_6203_rig_400N", (*greased, "gravity=[0, 0, 0]", "model.dimension=quasi_static", "run.duration=0.2")
-    )
-    run = simulate(scene)
+    keys = "gravity=[0, 0, 0]", "model.dimension=quasi_static", "run.duration=0.2"
+    run = simulate(load_scene("bearing_6203_rig_400N", (*greased, *keys)))
     blocks = list(run.blocks())
     first, last = (
-        {name: one.values[name][at] for name in one.values} for one, at in ((blocks[0], 0), (blocks[-1], -1))
+        {name: block.values[name][row] for name in block.values} for block, row in ((blocks[0], 0), (blocks[-1], -1))
     )
     angle = f"{math.degrees(first['orbit_angle'][0])}"
-    words = ("bearing", "bearing_6203_rig_400N", "--ball-angle", angle, "--json")
-    answer = json.loads(typed(*words, "--set", greased[0], "--set", greased[1]).out)
+    command = "bearing", "bearing_6203_rig_400N", "--ball-angle", angle
+    answer = asked(*command, "--set", greased[0], "--set", greased[1])
     assert first["drive_torque"] == pytest.approx(answer["friction_torque_nm"]["total"], rel=1e-6)
     films_of_loads = first["film_thickness"][first["film_thickness"] > 0.0]
     assert films_of_loads.min() == pytest.approx(answer["film_m"], rel=1e-6)

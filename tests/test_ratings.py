@@ -12,8 +12,10 @@ from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.bearing import (
     Geometry,
     Ratings,
+    Support,
     basic_dynamic_rating,
     basic_static_rating,
+    bearing_of,
     clearance_parts,
     equivalent_load,
     limiting_speeds,
@@ -22,6 +24,7 @@ from bearing_twin.kinds.bearing import (
     operating_geometry,
     ratings_of,
     reference_life,
+    solver_of,
     static_load,
 )
 from bearing_twin.run.scene import load_scene
@@ -43,13 +46,13 @@ def test_the_factor_of_the_dynamic_rating_is_that_of_the_standard():
     table = {0.05: 46.7, 0.10: 55.5, 0.14: 58.8, 0.20: 59.9, 0.26: 58.2, 0.30: 56.0, 0.36: 51.7, 0.40: 48.4}
     for ratio, factor in table.items():
         geometry = Geometry(balls=8, ball_diameter=10e-3, pitch_diameter=10e-3 / ratio)
-        found = basic_dynamic_rating(geometry) / (1.3 * 8.0 ** (2.0 / 3.0) * 10.0**1.8)
-        assert found == pytest.approx(factor, abs=0.06), ratio
+        rating_factor = basic_dynamic_rating(geometry) / (1.3 * 8.0 ** (2.0 / 3.0) * 10.0**1.8)
+        assert rating_factor == pytest.approx(factor, abs=0.06), ratio
 
 
 def test_ratings_that_are_given_replace_those_of_the_geometry():
-    given = parameters("ratings.dynamic=9950", "ratings.static=4750")
-    assert ratings_of(given) == (9950.0, 4750.0)
+    scene = parameters("ratings.dynamic=9950", "ratings.static=4750")
+    assert ratings_of(scene) == (9950.0, 4750.0)
     assert ratings_of(parameters("ratings.static=4750")).dynamic == pytest.approx(9547.0, rel=1e-3)
 
 
@@ -61,9 +64,9 @@ def test_larger_balls_rate_less_beyond_an_inch():
 
 
 def test_a_radial_load_gives_the_life_of_iso_281():
-    given = parameters()
-    found = Ratings(9547.0, 4810.0)
-    lives = lives_of(given, found, (600.0, -800.0, 0.0), np.ones(8), np.ones(8))
+    scene = parameters()
+    ratings = Ratings(9547.0, 4810.0)
+    lives = lives_of(scene, ratings, (600.0, -800.0, 0.0), np.ones(8), np.ones(8))
     assert lives.basic == pytest.approx(9.547**3, rel=1e-12)
     assert lives.static_safety == pytest.approx(4.81, rel=1e-12)
 
@@ -75,21 +78,19 @@ def test_reference_life_of_even_loads_by_the_formula_written_out():
     x = 1.044 * ((1.0 - gamma) / (1.0 + gamma)) ** 1.72
     rated_inner = 9547.0 / (0.407 * 8.0) * (1.0 + x ** (10.0 / 3.0)) ** 0.3
     rated_outer = 9547.0 / (0.389 * 8.0) * (1.0 + x ** (-10.0 / 3.0)) ** 0.3
-    wanted = ((rated_inner / 300.0) ** (-10.0 / 3.0) + (rated_outer / 310.0) ** (-10.0 / 3.0)) ** -0.9
-    found = reference_life(geometry, 9547.0, np.full(8, 300.0), np.full(8, 310.0))
-    assert found == pytest.approx(wanted, rel=1e-12)
+    expected = ((rated_inner / 300.0) ** (-10.0 / 3.0) + (rated_outer / 310.0) ** (-10.0 / 3.0)) ** -0.9
+    life = reference_life(geometry, 9547.0, np.full(8, 300.0), np.full(8, 310.0))
+    assert life == pytest.approx(expected, rel=1e-12)
 
 
 def test_the_reference_life_under_the_load_distribution_of_the_standard_is_the_basic_life():
     """ISO/TS 16281 is built so: half the balls loaded (no clearance, epsilon 0.5) gives about (C/P)^3."""
-    from bearing_twin.kinds.bearing import Support, solver_of
-
-    given = parameters("geometry.radial_clearance=0.0", "drive.speed=0.0", "geometry.balls=9",
+    scene = parameters("geometry.radial_clearance=0.0", "drive.speed=0.0", "geometry.balls=9",
                        "geometry.ball_diameter=6e-3")  # fmt: skip
     free = (True, True, True, False, False)
-    solver = solver_of(given, "hertz", -0.5 * math.pi)
-    found = solver.solve(Support(free, (0.0, -500.0, 0.0, 0.0, 0.0), (0.0,) * 5))
-    lives = lives_of(given, ratings_of(given), (0.0, -500.0, 0.0), *found.contacts.load.T)
+    solver = solver_of(scene, "hertz", -0.5 * math.pi)
+    equilibrium = solver.solve(Support(free, (0.0, -500.0, 0.0, 0.0, 0.0), (0.0,) * 5))
+    lives = lives_of(scene, ratings_of(scene), (0.0, -500.0, 0.0), *equilibrium.contacts.load.T)
     assert lives.reference == pytest.approx(lives.basic, rel=0.12)
 
 
@@ -133,12 +134,12 @@ def test_the_static_rating_presses_the_raceway_that_reaches_it_first_with_4200_m
 # Clearance
 
 
-@pytest.mark.parametrize(("balls", "taken"), [(0.0, 3.28e-6), (303.15, 4.05e-6)])
-def test_a_warmer_inner_ring_takes_clearance(balls, taken):
+@pytest.mark.parametrize(("balls", "loss"), [(0.0, 3.28e-6), (303.15, 4.05e-6)])
+def test_a_warmer_inner_ring_takes_clearance(balls, loss):
     """10 K between the rings: balls at the mean of the rings, or as hot as the inner one."""
-    found = clearance_parts(parameters("temperatures.inner_ring=303.15", f"temperatures.balls={balls}"))
-    assert -found.temperature == pytest.approx(taken, rel=2e-3)
-    assert found.operating == pytest.approx(found.initial - taken, abs=1e-8)
+    clearance = clearance_parts(parameters("temperatures.inner_ring=303.15", f"temperatures.balls={balls}"))
+    assert -clearance.temperature == pytest.approx(loss, rel=2e-3)
+    assert clearance.operating == pytest.approx(clearance.initial - loss, abs=1e-8)
 
 
 def pressed(inner, outer, bore, seat, outside, interference):
@@ -153,8 +154,8 @@ def pressed(inner, outer, bore, seat, outside, interference):
     rows[0, :2], rows[1, 2:] = stress(inner, bore), stress(outer, outside)
     rows[2, :2], rows[2, 2:] = stress(inner, seat), -stress(outer, seat)
     rows[3], right[3] = [-seat, -1.0 / seat, seat, 1.0 / seat], 0.5 * interference
-    found = np.linalg.solve(rows / np.abs(rows).max(axis=1, keepdims=True), right / np.abs(rows).max(axis=1))
-    return found[:2] @ [bore, 1.0 / bore], found[2:] @ [outside, 1.0 / outside]
+    constants = np.linalg.solve(rows / np.abs(rows).max(axis=1, keepdims=True), right / np.abs(rows).max(axis=1))
+    return constants[:2] @ [bore, 1.0 / bore], constants[2:] @ [outside, 1.0 / outside]
 
 
 @pytest.mark.parametrize(
@@ -166,27 +167,29 @@ def test_shafts_and_housings_press_as_elastic_rings_do(hollow, thick, shaft, hou
     seats = [f"fits.{part}.interference=10e-6" for part in ("shaft", "housing")]
     seats += ["fits.shaft.diameter=17e-3", f"fits.shaft.other_diameter={hollow}", f"fits.shaft.material={shaft}"]
     seats += ["fits.housing.diameter=40e-3", f"fits.housing.other_diameter={thick}", f"fits.housing.material={housing}"]
-    given = parameters(*seats)
-    found, geometry, fits, rings = clearance_parts(given), given.geometry, given.fits, given.materials
+    scene = parameters(*seats)
+    clearance, geometry, fits, rings = clearance_parts(scene), scene.geometry, scene.fits, scene.materials
     inner, outer = (0.5 * (geometry.pitch_diameter + sign * geometry.ball_diameter) for sign in (-1.0, 1.0))
     _, grows = pressed(fits.shaft.material, rings.inner_ring, 0.5 * hollow or 1e-7, 8.5e-3, inner, 10e-6)
     shrinks, _ = pressed(rings.outer_ring, fits.housing.material, outer, 20e-3, 0.5 * thick or 1e3, 10e-6)
-    assert found.shaft_fit == pytest.approx(-2.0 * grows, rel=1e-8)
-    assert found.housing_fit == pytest.approx(2.0 * shrinks, rel=1e-8)
-    assert found.operating == operating_geometry(given).radial_clearance == pytest.approx(sum(found[:4]), rel=1e-12)
+    assert clearance.shaft_fit == pytest.approx(-2.0 * grows, rel=1e-8)
+    assert clearance.housing_fit == pytest.approx(2.0 * shrinks, rel=1e-8)
+    assert (
+        clearance.operating
+        == operating_geometry(scene).radial_clearance
+        == pytest.approx(sum(clearance[:4]), rel=1e-12)
+    )
 
 
 def test_a_run_has_the_operating_clearance():
-    from bearing_twin.kinds.bearing import bearing_of
-
     warm, plain = parameters("temperatures.inner_ring=303.15"), parameters()
-    taken = clearance_parts(warm).temperature
-    same = dataclasses.replace(plain, geometry=dataclasses.replace(plain.geometry, radial_clearance=-6e-6 + taken))
+    change = clearance_parts(warm).temperature
+    same = dataclasses.replace(plain, geometry=dataclasses.replace(plain.geometry, radial_clearance=-6e-6 + change))
     assert bearing_of(warm, "hertz") == bearing_of(same, "hertz")
 
 
 @pytest.mark.parametrize(
-    ("overrides", "words"),
+    ("overrides", "message"),
     [
         (["fits.shaft.interference=1e-5"], "fits.shaft.diameter = 0 m must lie between .* give the ring's bore"),
         (["fits.shaft.interference=1e-5", "fits.shaft.diameter=22e-3"], "the inner raceway's 0.021754 m"),
@@ -195,14 +198,14 @@ def test_a_run_has_the_operating_clearance():
         (["temperatures.inner_ring=900"], "geometry.radial_clearance = .* must be between"),
     ],
 )
-def test_impossible_fits_are_refused(overrides, words):
-    with pytest.raises(SceneError, match=words):
+def test_impossible_fits_are_refused(overrides, message):
+    with pytest.raises(SceneError, match=message):
         parameters(*overrides)
 
 
 def test_limiting_speeds_meet_those_of_a_catalogue():
     for (series, lubricant), rows in LIMITING_SPEEDS.items():
-        for place, published in enumerate(rows):
-            found = limiting_speeds(parameters(scene=f"{series}{place:02d}").geometry)[lubricant]
-            assert found * 30.0 / math.pi == pytest.approx(published, rel=0.14), (series, place)
+        for bore_code, published in enumerate(rows):
+            limit = limiting_speeds(parameters(scene=f"{series}{bore_code:02d}").geometry)[lubricant]
+            assert limit * 30.0 / math.pi == pytest.approx(published, rel=0.14), (series, bore_code)
     assert limiting_speeds(parameters(scene="7205B").geometry) is None

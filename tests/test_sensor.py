@@ -21,16 +21,18 @@ OK, WARN, STALE = 0, 1, 3
 LINE_IS_THERE = 10.0  # dB over the noise, docs/vibration.md
 
 
-def samples_of(stream) -> np.ndarray:
+def samples_of(source) -> np.ndarray:
     """Time [s] and acceleration [m/s^2] of each sample of a run or a log."""
-    return np.concatenate([one.records["acceleration"] for one in stream.blocks() if "acceleration" in one.records])
+    return np.concatenate(
+        [block.records["acceleration"] for block in source.blocks() if "acceleration" in block.records]
+    )
 
 
 def health(log) -> list[tuple[int, int]]:
     """Level and time [s] of each message of the topic `health` in a log."""
     messages = LogReader(log).messages({"/bearing/health"})
-    found = [cdr.deserialise(one.topic.ros_type, one.data) for one in messages]
-    return [(one.status[0].level, one.header.stamp.sec) for one in found]
+    statuses = [cdr.deserialise(message.topic.ros_type, message.data) for message in messages]
+    return [(message.status[0].level, message.header.stamp.sec) for message in statuses]
 
 
 HELD = ("model.dimension=prescribed", "rings.inner.load=0,0,0", "drive.offset=0,-2e-5,0")
@@ -39,39 +41,34 @@ HELD = ("model.dimension=prescribed", "rings.inner.load=0,0,0", "drive.offset=0,
 @pytest.mark.parametrize("ring", [(), HELD], ids=["moving rings", "held rings"])
 def test_the_housing_follows_its_equation_of_motion(ring):
     """In the pass band of the sensor's filter, up to 0.4 of the rate."""
-    changes = [
-        "run.duration=0.2",
-        "run.output_rate=100000",
-        "sensor.noise=0",
-        "sensor.direction=0,2,0",
-        "housing.damping=2e4",
-        "solver.check=none",
-        *ring,
-    ]
-    scene = load_scene("bearing_6205_spall_outer", changes)
+    run = "run.duration=0.2", "run.output_rate=100000", "solver.check=none"
+    sensor = "sensor.noise=0", "sensor.direction=0,2,0", "housing.damping=2e4"
+    scene = load_scene("bearing_6205_spall_outer", [*run, *sensor, *ring])
     blocks = list(simulate(scene).blocks())
-    found = np.concatenate([one.records["acceleration"] for one in blocks if "acceleration" in one.records])[:-1]
-    times = 1e-9 * np.concatenate([one.time_ns for one in blocks])[:-1]
-    force = np.concatenate([one.values["outer_ring_force"] for one in blocks])[:-1, 1]
+    samples = np.concatenate([block.records["acceleration"] for block in blocks if "acceleration" in block.records])[
+        :-1
+    ]
+    times = 1e-9 * np.concatenate([block.time_ns for block in blocks])[:-1]
+    force = np.concatenate([block.values["outer_ring_force"] for block in blocks])[:-1, 1]
     housing = scene.parameters.housing
     system = lti([1.0, 0.0, 0.0], [housing.mass, housing.damping, housing.stiffness])
     _, true, _ = lsim(system, force - force[0], times)  # from rest under the first force
-    expected, heard = (
+    expected, measured = (
         np.abs(np.fft.rfft(values * np.hanning(len(values)))[:960]) / (0.5 * len(values))
-        for values in (true, found[:, 1])
+        for values in (true, samples[:, 1])
     )
     band = (np.arange(960) > 20) & (expected > 0.01 * expected.max())  # every 5 Hz
     assert expected.max() > 1.0
     assert np.count_nonzero(band) > 100
-    assert heard[band] == pytest.approx(expected[band], rel=0.02, abs=2e-3 * expected.max())
+    assert measured[band] == pytest.approx(expected[band], rel=0.02, abs=2e-3 * expected.max())
 
 
 def offsets(*changes) -> np.ndarray:
     """Displacement [m] of the inner ring along y, and the energy made by the numbers over the work."""
     run = simulate(load_scene("bearing_6205_spall_outer", ["solver.check=none", *changes]))
-    found = np.concatenate([one.values["inner_ring_offset"][:, 1] for one in run.blocks()])
+    displacements = np.concatenate([block.values["inner_ring_offset"][:, 1] for block in run.blocks()])
     assert abs(run.report.figures["energy_closure"]) < 5e-5
-    return found
+    return displacements
 
 
 def test_the_outer_ring_moves_with_its_housing_as_a_held_one_where_that_is_heavy():
@@ -95,42 +92,42 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     keys = ("--set", "sensor.rate=12300", "--set", "solver.check=none")
     scene = ("simulate", "bearing_6205_spall_outer", *keys)
     assert cli.main([*scene, "--duration", "0.2", "--out", str(log)]) == 0
-    found = samples_of(read_log(log))
-    assert len(found) == 2461
-    assert found[:, 0] == pytest.approx(np.arange(2461) / 12300.0, abs=1e-12)
+    samples = samples_of(read_log(log))
+    assert len(samples) == 2461
+    assert samples[:, 0] == pytest.approx(np.arange(2461) / 12300.0, abs=1e-12)
     assert not any(asked("verify", log)["deviations"].values())
-    waves = [
-        cdr.deserialise(cdr.WAVEFORM, one.data) for one in LogReader(log).messages({"/bearing/records/acceleration"})
-    ]
-    assert np.array_equal(np.concatenate([one.samples for one in waves]), found[:, 1])
-    assert {(one.samples.dtype.str, one.rate, one.unit) for one in waves} == {("<f4", 12300.0, "m/s^2")}
-    firsts, lengths = zip(*((one.first_sequence, len(one.samples)) for one in waves), strict=True)
+    messages = LogReader(log).messages({"/bearing/records/acceleration"})
+    waveforms = [cdr.deserialise(cdr.WAVEFORM, message.data) for message in messages]
+    assert np.array_equal(np.concatenate([message.samples for message in waveforms]), samples[:, 1])
+    assert {(message.samples.dtype.str, message.rate, message.unit) for message in waveforms} == {
+        ("<f4", 12300.0, "m/s^2")
+    }
+    firsts, lengths = zip(*((message.first_sequence, len(message.samples)) for message in waveforms), strict=True)
     assert list(firsts) == [0, *np.cumsum(lengths)[:-1]]
-    assert all(1230 - 13 <= one <= 1230 + 13 for one in lengths[1:-1])
-    stamps = [one.header.stamp.sec + 1e-9 * one.header.stamp.nanosec for one in waves]
+    assert all(1230 - 13 <= message <= 1230 + 13 for message in lengths[1:-1])
+    stamps = [message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec for message in waveforms]
     assert stamps == pytest.approx(np.array(firsts) / 12300.0, abs=1e-9)
-    coarse = load_scene(
-        "bearing_6205_spall_outer", [*keys[1::2], "run.duration=0.2", "run.output_rate=200", "run.publish_rate=50"]
-    )
-    assert samples_of(simulate(coarse)) == pytest.approx(found, abs=1e-3 * np.abs(found[:, 1]).max())
+    rates = "run.duration=0.2", "run.output_rate=200", "run.publish_rate=50"
+    coarse = load_scene("bearing_6205_spall_outer", [*keys[1::2], *rates])
+    assert samples_of(simulate(coarse)) == pytest.approx(samples, abs=1e-3 * np.abs(samples[:, 1]).max())
     assert cli.main([*scene, "--duration", "0.3", "--out", str(longer)]) == 0
-    more = tmp_path / "more.mcap"
-    assert cli.main(["simulate", str(log), "--continue", "0.1", "--out", str(more)]) == 0
-    whole, rest = samples_of(read_log(longer)), samples_of(read_log(more))
-    assert np.array_equal(rest, whole[-len(rest) :])
-    assert 1230 <= len(rest) < 6000
+    continued = tmp_path / "more.mcap"
+    assert cli.main(["simulate", str(log), "--continue", "0.1", "--out", str(continued)]) == 0
+    all_samples, later_samples = samples_of(read_log(longer)), samples_of(read_log(continued))
+    assert np.array_equal(later_samples, all_samples[-len(later_samples) :])
+    assert 1230 <= len(later_samples) < 6000
 
 
 def test_samples_go_on_from_a_snapshot_to_the_bit_and_afresh_from_one_of_an_older_version():
     scene = load_scene("bearing_6205_spall_outer", ["solver.check=none"])
-    one, same, other = (KINDS[scene.kind].motion(scene.parameters, choose(scene)) for _ in range(3))
-    one.advance(np.array([0.0]), 2.1e-5)  # between two samples
-    one.take_records()
-    kept = json.loads(json.dumps(one.snapshot()))
-    same.resume(kept)
-    other.resume(kept | {"heard": kept["heard"][:3], "border": kept["border"][:18]})
+    first, same, from_old = (KINDS[scene.kind].motion(scene.parameters, choose(scene)) for _ in range(3))
+    first.advance(np.array([0.0]), 2.1e-5)  # between two samples
+    first.take_records()
+    snapshot = json.loads(json.dumps(first.snapshot()))
+    same.resume(snapshot)
+    from_old.resume(snapshot | {"heard": snapshot["heard"][:3], "border": snapshot["border"][:18]})
     samples = []
-    for motion in (one, same, other):
+    for motion in (first, same, from_old):
         motion.advance(np.array([1e-2]), 1e-2)
         samples.append(motion.take_records()["acceleration"])
     assert np.array_equal(samples[0], samples[1])
@@ -143,8 +140,8 @@ def test_a_waveform_is_no_longer_than_is_read(tmp_path, monkeypatch):
     run = simulate(load_scene("bearing_6205_spall_outer", ["solver.check=none", "run.duration=0.05"]))
     monkeypatch.setattr(stream, "MOST_SAMPLES", 100)
     write_log(run, tmp_path / "run.mcap")
-    found = LogReader(tmp_path / "run.mcap").messages({"/bearing/records/acceleration"})
-    assert max(len(cdr.deserialise(cdr.WAVEFORM, one.data).samples) for one in found) == 100
+    messages = LogReader(tmp_path / "run.mcap").messages({"/bearing/records/acceleration"})
+    assert max(len(cdr.deserialise(cdr.WAVEFORM, message.data).samples) for message in messages) == 100
     assert np.array_equal(samples_of(read_log(tmp_path / "run.mcap")), samples_of(run))
 
 
@@ -159,36 +156,36 @@ def test_a_log_has_a_record_of_its_sensor_alone(tmp_path, refused):
 @pytest.fixture(scope="module")
 def played(tmp_path_factory):
     """Logs of a spall on the outer and on the inner raceway and of none, with what `simulate --json` printed."""
-    folder, found = tmp_path_factory.mktemp("played"), {}
+    folder, runs = tmp_path_factory.mktemp("played"), {}
     for name, seconds, scene in (
         ("outer", "2", ("bearing_6205_spall_outer",)),
         ("inner", "1", ("bearing_6205_spall_inner",)),
         ("sound", "1", ("bearing_6205_spall_outer", "--set", "defects=[]")),
     ):
-        log, said = folder / f"{name}.mcap", io.StringIO()
-        words = ("--set", "solver.check=none", "--duration", seconds, "--out", str(log), "--json")
-        with contextlib.redirect_stdout(said):
-            assert cli.main(["simulate", *scene, *words]) == 0
-        found[name] = log, json.loads(said.getvalue())
-    return found
+        log, printed = folder / f"{name}.mcap", io.StringIO()
+        options = ("--set", "solver.check=none", "--duration", seconds, "--out", str(log), "--json")
+        with contextlib.redirect_stdout(printed):
+            assert cli.main(["simulate", *scene, *options]) == 0
+        runs[name] = log, json.loads(printed.getvalue())
+    return runs
 
 
 def test_spectrum_names_the_spalls_that_scenes_have(played, asked):
-    for on, family in SPALLS.items():
-        log, run = played[on]
-        found = asked("spectrum", log)
-        lines = {one["name"]: one for one in found["lines"]}
-        assert found["verdict"] == on
+    for ring, family in SPALLS.items():
+        log, run = played[ring]
+        spectrum = asked("spectrum", log)
+        lines = {line["name"]: line for line in spectrum["lines"]}
+        assert spectrum["verdict"] == ring
         assert lines[family]["off"] == pytest.approx(0.0, abs=3e-3)
-        assert found["shaft_hz"] == pytest.approx(183.26 / (2 * np.pi))
+        assert spectrum["shaft_hz"] == pytest.approx(183.26 / (2 * np.pi))
         sides = [lines[f"{family}{sign}fs"]["over_noise_db"] for sign in "+-"]
-        assert (min(sides) > 15.0) == (on == "inner")
-        assert health(log) == [(STALE, 0), (WARN, 1), (WARN, 2)][: 2 + (on == "outer")]
+        assert (min(sides) > 15.0) == (ring == "inner")
+        assert health(log) == [(STALE, 0), (WARN, 1), (WARN, 2)][: 2 + (ring == "outer")]
         logged = asked("report", log)
         for figure, name in (("bpfo", "BPFO"), ("bpfi", "BPFI"), ("bsf", "2BSF")):
             assert run[f"{figure}_over_noise_db"] == logged[f"{figure}_over_noise_db"]
             assert run[f"{figure}_over_noise_db"] == pytest.approx(lines[name]["over_noise_db"], abs=1e-3)
-        assert run["acceleration_rms_m_s2"] == pytest.approx(found["rms"], rel=1e-6)
+        assert run["acceleration_rms_m_s2"] == pytest.approx(spectrum["rms"], rel=1e-6)
     assert lines["BPFI"]["over_noise_db"] > 20.0
     sound, _ = played["sound"]
     assert asked("spectrum", sound)["verdict"] == "nothing stands out"
@@ -201,29 +198,24 @@ def test_no_harmonics_are_folded_down(played):
     samples, scene = samples_of(log)[:, 1], log.scene.parameters
     rate = scene.sensor.rate
     for band in ((1425.0, 2850.0), (2850.0, 5700.0)):
-        found = spectrum_of(samples, rate, scene.geometry, scene.drive.speed, band)
-        bpfo = next(line for line in found.lines if line.name == "BPFO")
+        spectrum = spectrum_of(samples, rate, scene.geometry, scene.drive.speed, band)
+        bpfo = next(line for line in spectrum.lines if line.name == "BPFO")
         assert bpfo.over_noise_db > 40.0
-        for folded in (
-            rate % bpfo.found_hz,
-            -rate % bpfo.found_hz,
-            4 * rate % bpfo.found_hz,
-            -4 * rate % bpfo.found_hz,
-        ):
-            near = np.abs(found.orders * found.shaft_hz - folded) < 1.0  # Hz
-            assert found.level[near].max() < LINE_IS_THERE
+        for multiple in (1, -1, 4, -4):
+            folded = multiple * rate % bpfo.found_hz
+            nearby = np.abs(spectrum.orders * spectrum.shaft_hz - folded) < 1.0  # Hz
+            assert spectrum.level[nearby].max() < LINE_IS_THERE
 
 
 def test_a_record_without_noise_has_the_speed_of_its_shaft_among_folded_lines():
     """At 25 kHz impacts leave multiples of 9.5 Hz, the third of which lies 2 % below the shaft's speed."""
-    scene = load_scene(
-        "bearing_6205_spall_outer", ["sensor.noise=0", "sensor.rate=25000", "solver.check=none", "run.duration=1"]
-    )
+    keys = "sensor.noise=0", "sensor.rate=25000", "solver.check=none", "run.duration=1"
+    scene = load_scene("bearing_6205_spall_outer", keys)
     samples, speed = samples_of(simulate(scene))[:, 1], scene.parameters.drive.speed
-    found = spectrum_of(samples, scene.parameters.sensor.rate, scene.parameters.geometry, speed)
-    bpfo = next(line for line in found.lines if line.name == "BPFO")
-    assert found.verdict == "outer"
-    assert found.shaft_hz == pytest.approx(speed / (2 * np.pi), rel=1e-4)
+    spectrum = spectrum_of(samples, scene.parameters.sensor.rate, scene.parameters.geometry, speed)
+    bpfo = next(line for line in spectrum.lines if line.name == "BPFO")
+    assert spectrum.verdict == "outer"
+    assert spectrum.shaft_hz == pytest.approx(speed / (2 * np.pi), rel=1e-4)
     assert bpfo.off == pytest.approx(0.0, abs=2e-3)
 
 
@@ -256,7 +248,7 @@ def test_numbers_in_the_list_of_defects_are_reached_by_their_place():
 
 
 @pytest.mark.parametrize(
-    ("change", "word"),
+    ("change", "message"),
     [
         ("sensor.rate=2000", "at least"),
         ("sensor.rate=60000", "at most"),
@@ -265,6 +257,6 @@ def test_numbers_in_the_list_of_defects_are_reached_by_their_place():
         ("housing.mass=0", "above 0"),
     ],
 )
-def test_a_sensor_that_cannot_hear_is_refused(change, word):
-    with pytest.raises(SceneError, match=word):
+def test_a_sensor_that_cannot_hear_is_refused(change, message):
+    with pytest.raises(SceneError, match=message):
         load_scene("bearing_6205_spall_outer", [change])
