@@ -314,8 +314,10 @@ def test_a_ring_free_to_tilt_settles_where_load_and_moment_balance():
     passing = 2.0 * math.pi / 8.0 / ROLLING
     out = advanced(moving, 2.0 * passing / count, count)
     parameters = load_scene(RIG, keys).parameters
-    coordinates = [solver_of(parameters, "hertz", float(angle)).solve(support_of(parameters)).coordinates
-          for angle in out.orbit_angle[:, 0]]  # fmt: skip
+    coordinates = [
+        solver_of(parameters, "hertz", float(angle)).solve(support_of(parameters)).coordinates
+        for angle in out.orbit_angle[:, 0]
+    ]
     mean = np.mean(coordinates, axis=0)
     assert np.abs(mean[3:]).min() > 1e-5
     assert out.inner_ring_tilt.mean(axis=0) == pytest.approx(mean[3:], rel=1e-3)
