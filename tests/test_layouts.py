@@ -77,10 +77,10 @@ def names_in(program, content):
 @pytest.mark.parametrize("kind", SHIPPED)
 def test_programs_are_told_of_all_panels_and_of_nothing_else(kind):
     shown = panels(shipped(kind), "/left", "left/")
-    dotted = {f"{curve.topic}{curve.dotted()}" for plot in shown.plots for curve in plot.curves}
+    dotted = {curve.full_path(".") for plot in shown.plots for curve in plot.curves}
     assert names_in("rviz", rviz(shown)) == ({"/left/markers", "/left/robot_description"}, set())
     assert names_in("foxglove", LAYOUTS["foxglove"].made(shown)) == ({"/left/markers"}, dotted)
-    slashed = {re.sub(r"\.", "/", path) for path in dotted}
+    slashed = {curve.full_path("/") for plot in shown.plots for curve in plot.curves}
     assert names_in("plotjuggler", LAYOUTS["plotjuggler"].made(shown)) == (set(), slashed)
 
 

@@ -5,6 +5,7 @@ import io
 import json
 import os
 import struct
+import threading
 from types import SimpleNamespace
 
 import numpy as np
@@ -380,6 +381,16 @@ def test_ctrl_c_while_a_log_is_begun_leaves_nothing(name, tmp_path, monkeypatch)
     monkeypatch.setattr("bearing_twin.log.cdr.schema_text", interrupted)
     with pytest.raises(KeyboardInterrupt):
         LogWriter(tmp_path / name, SCENE)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_log_without_a_message_leaves_neither_a_file_nor_a_thread(tmp_path):
+    with pytest.raises(KeyError), RawLogWriter(tmp_path / "run.mcap", safety=Safety(max_loss=0.01)):
+        raise KeyError
+    for thread in threading.enumerate():
+        if thread.name == "log flush":
+            thread.join(30.0)
+            assert not thread.is_alive()
     assert list(tmp_path.iterdir()) == []
 
 

@@ -99,6 +99,11 @@ def offered_qos(text: str) -> Qos:
     )
 
 
+def topic_qos(topic: StoredTopic) -> Qos:
+    """The quality of service with which a topic was recorded."""
+    return offered_qos(topic.metadata.get("offered_qos_profiles", ""))
+
+
 def as_yaml(value) -> str:
     """YAML in the order given, in block style."""
     return yaml.dump(value, Dumper=_PlainDumper, sort_keys=False, default_flow_style=False)
@@ -135,7 +140,7 @@ def _described(topic: StoredTopic) -> dict:
         "name": topic.name,
         "type": topic.ros_type,
         "serialization_format": topic.message_encoding,
-        "offered_qos_profiles": qos_profiles((offered_qos(topic.metadata.get("offered_qos_profiles", "")),)),
+        "offered_qos_profiles": qos_profiles((topic_qos(topic),)),
         "type_description_hash": topic.metadata.get("topic_type_hash", ""),
     }
 

@@ -28,9 +28,10 @@ class Curve(NamedTuple):
     path: tuple[str | int, ...]
     label: str
 
-    def dotted(self) -> str:
-        """The path as `.force.x` or `.normal_load[0]`."""
-        return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in self.path)
+    def full_path(self, separator: str) -> str:
+        """Topic and path, as `/ball_0/wrench.force.x` or `/contacts.normal_load[0]`."""
+        parts = (f"[{part}]" if isinstance(part, int) else f"{separator}{part}" for part in self.path)
+        return self.topic + "".join(parts)
 
 
 class Plot(NamedTuple):
@@ -209,7 +210,7 @@ def _foxglove_view(panels: Panels) -> dict:
 
 def _foxglove_plot(plot: Plot) -> dict:
     paths = [
-        {"value": f"{curve.topic}{curve.dotted()}", "label": curve.label, "enabled": True, "color": color}
+        {"value": curve.full_path("."), "label": curve.label, "enabled": True, "color": color}
         | {"timestampMethod": "receiveTime", "showLine": True}
         for curve, color in _colored(plot)
     ]
@@ -258,7 +259,7 @@ def _plotjuggler_column(plots: Sequence[Plot]) -> str:
 
 def _plotjuggler_plot(plot: Plot) -> str:
     curves = "".join(
-        f'        <curve name={quoteattr(_slashed(curve))} color="{color}" />\n' for curve, color in _colored(plot)
+        f'        <curve name={quoteattr(curve.full_path("/"))} color="{color}" />\n' for curve, color in _colored(plot)
     )
     return f"""\
       <DockArea name={quoteattr(plot.title)}>
@@ -268,10 +269,6 @@ def _plotjuggler_plot(plot: Plot) -> str:
        </plot>
       </DockArea>
 """
-
-
-def _slashed(curve: Curve) -> str:
-    return curve.topic + "".join(f"[{part}]" if isinstance(part, int) else f"/{part}" for part in curve.path)
 
 
 def _equal(count: int) -> str:

@@ -101,8 +101,6 @@ class McapWriter:
         self._fsync, self._patient = fsync, patient
         try:
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
-        except FileExistsError as error:
-            raise LogError(f"{path} exists and is not overwritten; give another name or remove it first") from error
         except OSError as error:
             raise refused(
                 f"{path} cannot be written ({error.strerror}); give another place for the log", error

@@ -138,8 +138,7 @@ class RawLogWriter:
             except OSError as error:
                 reason = f"{path} cannot be made ({error.strerror}); give another place for the log"
                 raise refused(reason, error) from error
-        self._lock, self._unbroken, self._ended = threading.Lock(), DeferredSignals(), threading.Event()
-        self._closed = False
+        self._lock, self._unbroken, self._closed = threading.Lock(), DeferredSignals(), threading.Event()
         self._unlisted = False  # whether the description of the bag lacks topics
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
         self._number, self._began = 0, None  # of the file; time of its first message [ns]
@@ -150,14 +149,9 @@ class RawLogWriter:
         self._latched: dict[int, tuple[int, bytes]] = {}  # last messages of latched topics, which each file repeats
         self._done: list[tuple[Span, dict[int, int]]] = []  # files that are complete and still there, messages by topic
         self._dropped = 0
+        self._writer: McapWriter | None = None
         try:
             self._writer = self._open(0)
-        except BaseException:
-            if self._folder is not None:
-                with suppress(OSError):
-                    self._folder.rmdir()
-            raise
-        try:
             self._write_bag_file()
             self._unbroken.watch()
         except BaseException:  # Ctrl-C
@@ -272,7 +266,7 @@ class RawLogWriter:
     def flush(self) -> None:
         """Puts everything so far on disk."""
         with self._unbroken, self._lock, self._patience():
-            if not self._closed:
+            if not self._closed.is_set():
                 self._writer.flush()
                 if self._unlisted:
                     self._write_bag_file()
@@ -298,14 +292,13 @@ class RawLogWriter:
         """Completes the log; raises LogError if its index cannot be written."""
         try:
             with self._unbroken, self._lock:
-                if not self._closed:
+                if not self._closed.is_set():
                     self._complete()
         finally:
             self._unbroken.release()
 
     def _complete(self) -> None:
-        self._closed = True
-        self._ended.set()
+        self._closed.set()
         try:
             with suppress(LogError):  # messages that cannot be written are tried again with the index
                 self._finish()
@@ -376,11 +369,11 @@ class RawLogWriter:
         return [*(span for span, _ in self._done), self._span()]
 
     def _patience(self):
-        return suppress(LogError) if self._safety.patient and not self._closed else nullcontext()
+        return suppress(LogError) if self._safety.patient and not self._closed.is_set() else nullcontext()
 
     def _flush_often(self) -> None:
         """Flushes in its own thread, as messages may be rare and their sender busy."""
-        while not self._ended.wait(max(RETRY if self.problem else 0.0, self._safety.max_loss)):
+        while not self._closed.wait(max(RETRY if self.problem else 0.0, self._safety.max_loss)):
             with suppress(LogError):  # the next to write gets it
                 self.flush()
 
@@ -401,9 +394,10 @@ class RawLogWriter:
 
     def _discard(self) -> None:
         """Removes a log that never got a message."""
-        self._closed = True
+        self._closed.set()
         self._unbroken.release()
-        self._writer.discard()
+        if self._writer is not None:
+            self._writer.discard()
         if self._folder is not None:
             with suppress(OSError):
                 (self._folder / "metadata.yaml").unlink(missing_ok=True)

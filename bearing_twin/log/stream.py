@@ -260,7 +260,8 @@ def kind_rows(kind: str) -> list[TopicRow]:
     Topics that differ only in a number, as of several balls, are one row.
     """
     table: dict[str, TopicRow] = {}
-    for scene in (Scene(kind, kind, "", KINDS[kind].parameters()), *_shipped().get(kind, ())):
+    shipped = [scene for scene in _shipped_scenes() if scene.kind == kind]
+    for scene in (Scene(kind, kind, "", KINDS[kind].parameters()), *shipped):
         for topic in topics(scene):
             row = TopicRow(*map(_numberless, _row(topic, topic.name, RATES)))
             table.setdefault(row.topic, row)
@@ -268,13 +269,8 @@ def kind_rows(kind: str) -> list[TopicRow]:
 
 
 @functools.cache
-def _shipped() -> dict[str, list[Scene]]:
-    """The shipped scenes of each kind."""
-    scenes: dict[str, list[Scene]] = {}
-    for name in scene_names():
-        scene = load_scene(name)
-        scenes.setdefault(scene.kind, []).append(scene)
-    return scenes
+def _shipped_scenes() -> list[Scene]:
+    return list(map(load_scene, scene_names()))
 
 
 def _row(topic: Topic, name: str, rates: dict[str, str]) -> TopicRow:

@@ -1,18 +1,17 @@
 """replay_node: publishes the messages of a log again, byte for byte, at a multiple of the pace they were logged at."""
 
 import time
-from collections.abc import Callable, Collection, Container, Iterator
+from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
 from itertools import islice
-from typing import NamedTuple
 
 from std_srvs.srv import SetBool
 
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import LogReader, Qos, offered_qos, raw_messages
-from bearing_twin.log.mcap_read import LoggedMessage, StoredTopic
+from bearing_twin.log.bag import LogReader, topic_qos
+from bearing_twin.log.mcap_read import StoredTopic
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     BaseNode,
@@ -56,26 +55,18 @@ def renamed_topics(names: Collection[str], namespace: str = "") -> dict[str, str
     }
 
 
-class ReplayTopic(NamedTuple):
-    """A topic of a log."""
-
-    ros_type: str
-    qos: Qos
-
-
-def logged_topics(path) -> tuple[dict[str, ReplayTopic], list[str]]:
+def playable_topics(path, reader: LogReader) -> tuple[dict[str, StoredTopic], list[str]]:
     """The topics of a log that can be played, by name, and notes on the log and on those that cannot.
 
     Subscribers could not read the bytes of a type that has changed its fields, nor those of a second type under a name.
-    Raises LogError where nothing is left.
+    Raises LogError if there is none.
     """
-    reader = LogReader(path, unfinished=True)
-    topics: dict[str, ReplayTopic] = {}
-    notes, omitted = reader.notes, []
-    for channel in reader.topics:
-        name, ros_type, metadata = channel.name, channel.ros_type, channel.metadata
-        logged_hash = metadata.get("topic_type_hash", "")
-        if channel.foreign or (name in topics and topics[name].ros_type == ros_type):
+    topics: dict[str, StoredTopic] = {}
+    omitted: list[str] = []
+    for topic in reader.topics:
+        name, ros_type = topic.name, topic.ros_type
+        logged_hash = topic.metadata.get("topic_type_hash", "")
+        if topic.foreign or (name in topics and topics[name].ros_type == ros_type):
             continue
         if name in topics:
             omitted.append(
@@ -87,19 +78,11 @@ def logged_topics(path) -> tuple[dict[str, ReplayTopic], list[str]]:
                 "version of bearing_twin that wrote it"
             )
         else:
-            topics[name] = ReplayTopic(ros_type, offered_qos(metadata.get("offered_qos_profiles", "")))
-    if not topics and omitted:
-        raise LogError(omitted[-1])
+            topics[name] = topic
     if not topics:
-        raise LogError(f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`")
-    return topics, [*notes, *dict.fromkeys(omitted)]
-
-
-def latest_messages(path, start_ns: int, topics: Container[str]) -> list[LoggedMessage]:
-    """The last message of each of these topics before `start_ns` nanoseconds after the log's first; raises LogError."""
-    reader = LogReader(path, unfinished=True)
-    latest = {message.topic.name: message for message in reader.messages(topics, until_ns=reader.first_ns + start_ns)}
-    return sorted(latest.values(), key=lambda message: message.log_time)
+        none = f"{path} holds no ROS topics: give a log written by bearing_twin or `ros2 bag record -s mcap`"
+        raise LogError(omitted[-1] if omitted else none)
+    return topics, [*reader.notes, *dict.fromkeys(omitted)]
 
 
 class ReplayLoop(PacedStream):
@@ -121,7 +104,8 @@ class ReplayLoop(PacedStream):
         namespace: str = "",
     ):
         super().__init__(deliver, rate)
-        self._played, self.notes = logged_topics(path)
+        self._reader = LogReader(path, unfinished=True)
+        self._played, self.notes = playable_topics(path, self._reader)
         self._names = renamed_topics(self._played, namespace)
         self.topics = {self._names[name]: topic for name, topic in self._played.items()}
         self.rounds = 0
@@ -137,18 +121,17 @@ class ReplayLoop(PacedStream):
         return super().turn(now) if now else now
 
     def _read(self) -> Iterator[Timed]:
-        latched = [name for name, topic in self._played.items() if topic.qos.durability == "transient_local"]
-        before = latest_messages(self._path, self._start_ns, latched) if self._start_ns else []
-        for topic, log_time, _, data in raw_messages(self._path, self._start_ns, unfinished=True):
-            for message in before:
-                yield from self._renamed(message.topic, log_time, message.data)
-            before = ()
-            yield from self._renamed(topic, log_time, data)
-
-    def _renamed(self, topic: StoredTopic, time_ns: int, data: bytes) -> Iterator[Timed]:
-        """A message as it goes out, if it does."""
-        if not topic.foreign and topic.name in self._played and topic.ros_type == self._played[topic.name].ros_type:
-            yield Timed(time_ns, self._names[topic.name], data)
+        start_ns, before = 0, []
+        if self._start_ns:
+            start_ns = self._reader.first_ns + self._start_ns
+            latched = [name for name, topic in self._played.items() if topic_qos(topic).durability == "transient_local"]
+            latest = {message.topic.name: message for message in self._reader.messages(latched, until_ns=start_ns)}
+            before = sorted(latest.values(), key=lambda message: message.log_time)
+        for message in self._reader.messages(self._played, start_ns):
+            for played in (*before, message):
+                if played.topic.ros_type == self._played[played.topic.name].ros_type:
+                    yield Timed(message.log_time, self._names[played.topic.name], played.data)
+            before = []
 
     def next_batch(self) -> list[Timed] | None:
         """The next messages of the log, None at its end."""
@@ -189,7 +172,7 @@ class ReplayNode(BaseNode):
         self.loop = loop = ReplayLoop(values["log"], deliver, values["rate"], start_ns, values["loop"], prefix)
         for sentence in loop.notes:
             self.get_logger().warning(sentence)
-        topics = ((name, topic.ros_type, topic.qos) for name, topic in loop.topics.items())
+        topics = ((name, topic.ros_type, topic_qos(topic)) for name, topic in loop.topics.items())
         self._outlet = outlet = Outlet(self, topics, values["publish_clock"])
         loop.paused, loop.tick = values["start_paused"], outlet.tick
         self.create_service(SetBool, "~/pause", self._on_pause, qos_profile=SERVICE)
