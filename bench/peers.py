@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin import load_scene, simulate
-from bearing_twin.charts.scenes import last_values
+from bearing_twin.charts.scenes import last_overrides
 
 HERE = Path(__file__).resolve().parent
 FOLDER, PEER = HERE.parent / "build" / "peers", "exudyn==1.13.6"
@@ -65,7 +65,7 @@ def environment():
 def scene_of(problem, *overrides):
     """The scene as both run it."""
     outputs = f"run.output_rate={problem.rate:g}", f"run.duration={problem.duration:g}"
-    return load_scene(problem.scene, last_values((*SAME, *problem.overrides, *outputs, *overrides)))
+    return load_scene(problem.scene, last_overrides((*SAME, *problem.overrides, *outputs, *overrides)))
 
 
 def ours(problem, *overrides):

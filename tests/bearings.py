@@ -3,7 +3,7 @@
 import numpy as np
 from runs import a_choice
 
-from bearing_twin.charts.scenes import last_values
+from bearing_twin.charts.scenes import last_overrides
 from bearing_twin.kinds.bearing import BearingMotion
 from bearing_twin.run.scene import load_scene
 
@@ -16,7 +16,7 @@ FREE = ("model.dimension=free", "rings.inner.mass=0.5", "rings.inner.free=all", 
 
 def motion(*overrides, scene="bearing_6203", law="hertz", stepper="rodas4"):
     """The motion of a scene with overrides, of those of one key the last."""
-    return BearingMotion(load_scene(scene, last_values(overrides)).parameters, a_choice(law, stepper))
+    return BearingMotion(load_scene(scene, last_overrides(overrides)).parameters, a_choice(law, stepper))
 
 
 def law_keys(law):

@@ -147,7 +147,7 @@ def _speeds(steppers: tuple[str, ...] = ()) -> str:
     steppers = steppers or tuple(dict.fromkeys(row.method for row in rows))
     lines = []
     for problem, title in chart.problems.items():
-        best = (cheapest(rows, problem, stepper, chart.wanted) for stepper in steppers)
+        best = (cheapest(rows, problem, stepper, chart.requested_error) for stepper in steppers)
         lines.append((title, *(two_digits(1.0 / row.seconds) if row else "never" for row in best)))
     return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), lines)
 

@@ -84,7 +84,7 @@ def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, request, caplog
         assert any(row.status == DONE for row in rows)
         assert all(row.reason for row in rows if row.status != DONE)
         for row in rows:
-            shares = (value for key, value in row.more.items() if "quantile" in key or key in ("mean", "deviation"))
+            shares = (value for key, value in row.extra.items() if "quantile" in key or key in ("mean", "deviation"))
             assert all(0.0 <= value <= 1.0 for value in shares)
 
 
@@ -221,7 +221,7 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
     assert [row.status for row in rows] == [REFUSED, FAILED, FAILED, DONE]
     assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
     assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
-    assert rows[3].more == {"of my own": 2.0}
+    assert rows[3].extra == {"of my own": 2.0}
     ((panel,),) = contest(judge).sheet(rows).rows
     (lost,) = [part for part in panel.parts if part.name == "m, no result"]
     assert len(lost.x) == 3
@@ -240,9 +240,9 @@ def test_a_method_has_one_colour_in_all_charts(made):
     colours = {}
     for name in ("steppers", "newcomers", "bodies"):
         rows = made(name).rows
-        for method, look in engine.looks_of(rows, chart_of(name).labels).items():
+        for method, look in engine.method_styles(rows, chart_of(name).labels).items():
             colours.setdefault(method, set()).add(look.colour)
-        assert len(set(engine.looks_of(rows, chart_of(name).labels).values())) == len({row.method for row in rows})
+        assert len(set(engine.method_styles(rows, chart_of(name).labels).values())) == len({row.method for row in rows})
     assert {method: len(found) for method, found in colours.items()} == dict.fromkeys(colours, 1)
 
 

@@ -7,7 +7,7 @@ import pytest
 from bearings import errors, motion
 
 from bearing_twin import load_scene
-from bearing_twin.charts.scenes import last_values
+from bearing_twin.charts.scenes import last_overrides
 from bearing_twin.kinds.bearing import cage_speed, choose, mend_of_method
 
 RIG = "bearing_6203_rig_1000N"
@@ -82,7 +82,7 @@ def test_slow_balls_that_do_not_fall_keep_their_tolerance():
     ],
 )
 def test_a_run_so_slow_that_loose_balls_fall_says_so(overrides, falls):
-    parameters = load_scene(RIG, last_values(("drive.speed=50", *overrides))).parameters
+    parameters = load_scene(RIG, last_overrides(("drive.speed=50", *overrides))).parameters
     choice = choose(parameters)
     reported = [one for one in choice.warnings if "fall off the outer raceway" in one]
     assert bool(reported) is falls

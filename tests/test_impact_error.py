@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from runs import reported
 
-from bearing_twin.charts.scenes import last_values
+from bearing_twin.charts.scenes import last_overrides
 from bearing_twin.kinds.beam.figures import FIGURES
 from bearing_twin.kinds.soft_discs.figures import second_divisions
 from bearing_twin.run.scene import load_scene
@@ -176,7 +176,7 @@ def test_the_force_of_eulers_beam_after_a_second_touch_is_told_as_far_off_as_tim
     keys = ("wanted.tolerance=0.1", "run.duration=1e-3")
     loads = []
     for more in ((), ("wanted.tolerance=1e-5", "beam.theory=timoshenko")):
-        run = simulate(load_scene(DROP, last_values((*keys, *more))))
+        run = simulate(load_scene(DROP, last_overrides((*keys, *more))))
         loads.append(np.concatenate([block.values["normal_load"] for block in run.blocks()]))
     off = np.abs(loads[0] - loads[1]).max() / loads[1].max()
     report = reported(DROP, *keys)

@@ -10,7 +10,7 @@ from runs import reported
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.paths import restrict_reading
-from bearing_twin.charts.scenes import last_values
+from bearing_twin.charts.scenes import last_overrides
 from bearing_twin.kinds.bearing import (
     CAGE,
     CAGE_X,
@@ -423,4 +423,4 @@ def test_wrenches_on_balls_and_rings_add_up_to_what_the_cage_does_to_its_land(gu
 )
 def test_guidance_that_cannot_be_is_refused(overrides, message):
     with pytest.raises(SceneError, match=message):
-        load_scene(RIG, last_values(("cage.kind=pockets", *overrides)))
+        load_scene(RIG, last_overrides(("cage.kind=pockets", *overrides)))

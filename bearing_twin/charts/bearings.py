@@ -21,27 +21,38 @@ from scipy.integrate import solve_ivp
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Choice
 from bearing_twin.charts.bodies import OUTSIDE, beam_impact, disc
-from bearing_twin.charts.contest import DONE, REFUSED, best_of, of_methods, of_problem, over
+from bearing_twin.charts.contest import DONE, REFUSED, by_method, cost_comparison, panels_over, rows_of
 from bearing_twin.charts.panels import Axis, Line, Map, Panel, in_rows
-from bearing_twin.charts.scenes import Found, Method, Problem, contest_of, load_and_friction, spread, steps, tolerances
+from bearing_twin.charts.scenes import (
+    Method,
+    Problem,
+    RunData,
+    contest_of,
+    load_and_friction,
+    log_spaced,
+    steps,
+    tolerances,
+)
 from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.kinds.bearing import BearingMotion, rates
 from bearing_twin.methods import STEPPER_FACTS
 
 LOADS = ("normal_load", "friction_force")
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
-LADDER, FINER, SCIPYS = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6), (1e-1, 1e-3, 1e-5), (1e-3,)
+TOLERANCES, FEW_TOLERANCES, SCIPY_TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6), (1e-1, 1e-3, 1e-5), (1e-3,)
 STEPS = (4e-6, 2e-6, 1e-6, 5e-7, 2.5e-7)
 
 
 def methods() -> dict:
     """Every stepper with its ladder of tolerances or steps."""
-    found = {}
+    by_name = {}
     for name, facts in STEPPER_FACTS.items():
-        keys = (f"solver.stepper={name}",)
-        ladder = LADDER if name in ROSENBROCK else SCIPYS if "SciPy" in facts.source else FINER
-        found[name] = tolerances(*ladder, keys=keys) if facts.adaptive else steps(*STEPS, keys=keys)
-    return found
+        settings = TOLERANCES if name in ROSENBROCK else FEW_TOLERANCES
+        if "SciPy" in facts.source:
+            settings = SCIPY_TOLERANCES
+        ladder = functools.partial(tolerances, *settings) if facts.adaptive else functools.partial(steps, *STEPS)
+        by_name[name] = ladder(overrides=(f"solver.stepper={name}",))
+    return by_name
 
 
 def moving(title: str, scene: str, period: float, count: int, *keys: str) -> Problem:
@@ -50,12 +61,12 @@ def moving(title: str, scene: str, period: float, count: int, *keys: str) -> Pro
     return Problem(
         title=title,
         scene=scene,
-        keys=(*keys, *rates),
+        overrides=(*keys, *rates),
         reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
         methods=methods(),
         norm=load_and_friction,
         channels=LOADS,
-        a_second=True,
+        per_second=True,
     )
 
 
@@ -72,18 +83,18 @@ MOVING = {
     ),
 }
 
-SPEEDS = spread(50.0, 2000.0, 7)  # rad/s of the inner ring
-LATE = 0.5  # s: friction has turned the axes of the balls' spin by then
+SPEEDS = log_spaced(50.0, 2000.0, 7)  # rad/s of the inner ring
+SPIN_SETTLED = 0.5  # s: friction has turned the axes of the balls' spin by then
 EQUILIBRIUM = "equilibrium"
-MOVED = {name: f"moving balls, {name}" for name in ("rodas4", "rodas3")}
+MOVING_BALLS = {name: f"moving balls, {name}" for name in ("rodas4", "rodas3")}
 
 
-def loads_and_angles(found, exact) -> dict[str, float]:
+def loads_and_angles(result, exact) -> dict[str, float]:
     """Norm: greatest differences of loads and of contact angles at the end, each over the greatest, ball by ball."""
     errors = {}
     for name in ("normal_load", "contact_angle"):
-        one, other = (np.sort(np.abs(run.values[name][-1]), axis=0) for run in (found, exact))
-        errors[f"{name}_error"] = float(np.abs(one - other).max() / other.max())
+        values, true_values = (np.sort(np.abs(run.values[name][-1]), axis=0) for run in (result, exact))
+        errors[f"{name}_error"] = float(np.abs(values - true_values).max() / true_values.max())
     return {"error": max(errors.values()), **errors}
 
 
@@ -92,51 +103,51 @@ def held(title: str, *keys: str) -> Problem:
     return Problem(
         title=title,
         scene="bearing_6203",
-        keys=("gravity=[0,0,0]", "cage.kind=even", f"run.duration={LATE}", "run.output_rate=1000", *keys),
+        overrides=("gravity=[0,0,0]", "cage.kind=even", f"run.duration={SPIN_SETTLED}", "run.output_rate=1000", *keys),
         reference=("model.dimension=prescribed", "solver.stepper=rodas4", "wanted.tolerance=1e-6"),
         methods={
-            EQUILIBRIUM: tolerances(1e-3, keys=("model.dimension=quasi_static",)),
+            EQUILIBRIUM: tolerances(1e-3, overrides=("model.dimension=quasi_static",)),
             **{
-                name: tolerances(1e-3, keys=("model.dimension=prescribed", f"solver.stepper={stepper}"))
-                for stepper, name in MOVED.items()
+                name: tolerances(1e-3, overrides=("model.dimension=prescribed", f"solver.stepper={stepper}"))
+                for stepper, name in MOVING_BALLS.items()
             },
         },
         norm=loads_and_angles,
         channels=("normal_load", "contact_angle"),
         across=lambda speed: (f"drive.speed={speed:.9g}",),
         values=SPEEDS,
-        a_second=True,
+        per_second=True,
     )
 
 
-HELD = {
+HELD_RINGS = {
     "light thrust": held("light thrust, 5 µm axial", "drive.offset=[0,0,5e-6]"),
     "thrust": held("thrust, 20 µm axial", "drive.offset=[0,0,2e-5]"),
     "combined": held("thrust and radial load, 20 and 3 µm", "drive.offset=[0,-3e-6,2e-5]"),
 }
 
 
-def _dimension_panels(contest, rows, looks):
+def _dimension_panels(contest, rows, styles):
     columns = {
         "normal_load_error": Axis("error of ball loads", log=True),
         "contact_angle_error": Axis("error of contact angles", log=True),
         "seconds": Axis(contest.cost, "s", log=True),
     }
-    return over(contest, rows, looks, Axis("speed of the inner ring", "rad/s", log=True), columns)
+    return panels_over(contest, rows, styles, Axis("speed of the inner ring", "rad/s", log=True), columns)
 
 
 def _dimension_reading(contest, rows):
     """Differences between equilibria and moving balls at the ends of the speeds, and costs."""
     for name, title in contest.problems.items():
-        words = (
-            f"{row.more['normal_load_error']:.1g} in loads and {row.more['contact_angle_error']:.1g} in angles at "
+        differences = (
+            f"{row.extra['normal_load_error']:.1g} in loads and {row.extra['contact_angle_error']:.1g} in angles at "
             f"{row.across:g} rad/s"
-            for row in of_problem(rows, name, DONE)
+            for row in rows_of(rows, name, DONE)
             if row.method == EQUILIBRIUM and row.across in (SPEEDS[0], SPEEDS[-1])
         )
-        if words := ", by ".join(words):
-            yield f"{title}: equilibria differ from balls that move by {words}."
-    yield from best_of(contest, rows)
+        if differences := ", by ".join(differences):
+            yield f"{title}: equilibria differ from balls that move by {differences}."
+    yield from cost_comparison(contest, rows)
 
 
 COARSE, DEFAULT = 1e-4, 1e-3  # s, the step that is often tried first; SciPy's default tolerance
@@ -166,13 +177,13 @@ def naive(motion: BearingMotion, times: np.ndarray, method: str, setting: float)
                     raise IntegrationError("not finite", "not finite", float(time), "")
             states.append(state)
         return np.array(states), count
-    found = solve_ivp(right_hand_side, (0.0, times[-1]), state, method, times, rtol=setting, atol=1e-3 * setting)
-    if not found.success:
-        raise IntegrationError(found.message, "failed", float(found.t[-1]), "")
-    return found.y.T, count
+    solution = solve_ivp(right_hand_side, (0.0, times[-1]), state, method, times, rtol=setting, atol=1e-3 * setting)
+    if not solution.success:
+        raise IntegrationError(solution.message, "failed", float(solution.t[-1]), "")
+    return solution.y.T, count
 
 
-def solved(method: str, exact: Found, setting: float) -> tuple[Callable, Callable]:
+def solve_naively(method: str, exact: RunData, setting: float) -> tuple[Callable, Callable]:
     """A run by `naive` as work, and what turns its states into outputs."""
     motion = BearingMotion(exact.scene.parameters, Choice("hertz", "rodas4", 0.0, "", ()))
     first = motion.state.copy()
@@ -181,46 +192,49 @@ def solved(method: str, exact: Found, setting: float) -> tuple[Callable, Callabl
         motion.state[:] = first
         return naive(motion, exact.time, method, setting)
 
-    def found_of(ended) -> Found:
+    def run_data(states_and_count) -> RunData:
         rows = []
-        for state in ended[0]:
+        for state in states_and_count[0]:
             motion.state[:] = state.reshape(first.shape)
             rows.append(motion.first_outputs())
         values = {channel: np.concatenate([row[channel] for row in rows]) for channel in LOADS}
-        return Found(exact.time, values, {}, float(ended[1]), exact.scene)
+        return RunData(exact.time, values, {}, float(states_and_count[1]), exact.scene)
 
-    return work, found_of
+    return work, run_data
 
 
-TRIED_METHODS = {
-    "rodas4": tolerances(DEFAULT, 1e-1, 1e-2, 1e-4, 1e-5, 1e-6, keys=("solver.stepper=rodas4",)),
-    "rk4": steps(COARSE, 1e-6, 1e-5, 3e-7, keys=("solver.stepper=rk4",)),
-    "explicit Euler": Method(ladder=(COARSE, 1e-6, 1e-5, 1e-7), solved=functools.partial(solved, "Euler")),
-    "solve_ivp RK45": Method(ladder=(DEFAULT, 1e-6, 1e-9), solved=functools.partial(solved, "RK45")),
-    "solve_ivp LSODA": Method(ladder=(DEFAULT, 1e-6, 1e-9), solved=functools.partial(solved, "LSODA")),
+FIRST_ATTEMPTS = {
+    "rodas4": tolerances(DEFAULT, 1e-1, 1e-2, 1e-4, 1e-5, 1e-6, overrides=("solver.stepper=rodas4",)),
+    "rk4": steps(COARSE, 1e-6, 1e-5, 3e-7, overrides=("solver.stepper=rk4",)),
+    "explicit Euler": Method(settings=(COARSE, 1e-6, 1e-5, 1e-7), solve=functools.partial(solve_naively, "Euler")),
+    "solve_ivp RK45": Method(settings=(DEFAULT, 1e-6, 1e-9), solve=functools.partial(solve_naively, "RK45")),
+    "solve_ivp LSODA": Method(settings=(DEFAULT, 1e-6, 1e-9), solve=functools.partial(solve_naively, "LSODA")),
 }  # each setting that is tried first at the head
-TRIED = {name: dataclasses.replace(MOVING[name], methods=TRIED_METHODS) for name in ("settled", "sliding", "lift-off")}
+NEWCOMERS = {
+    name: dataclasses.replace(MOVING[name], methods=FIRST_ATTEMPTS) for name in ("settled", "sliding", "lift-off")
+}
 
 
-def _tried_reading(contest, rows):
+def _newcomer_reading(contest, rows):
     """Error of each method as it is first tried, and the cost of the requested error."""
     known = {row.problem for row in rows}
     titles = (title for name, title in contest.problems.items() if name in known)
-    words = []
-    for method, tried in TRIED_METHODS.items():
-        mine = (row for row in rows if (row.method, row.setting) == (method, tried.ladder[0]))
-        errors = dict.fromkeys(f"{row.error:.1g}" if row.status == DONE else row.status for row in mine)
-        words.append(f"{method} at {tried.ladder[0]:g}: {', '.join(errors)}")
-    yield f"Errors of first attempts ({'; '.join(titles)}): {'; '.join(words)}."
-    yield from best_of(contest, rows)
+    attempts = []
+    for method, attempt in FIRST_ATTEMPTS.items():
+        first = attempt.settings[0]
+        runs = (row for row in rows if (row.method, row.setting) == (method, first))
+        errors = dict.fromkeys(f"{row.error:.1g}" if row.status == DONE else row.status for row in runs)
+        attempts.append(f"{method} at {first:g}: {', '.join(errors)}")
+    yield f"Errors of first attempts ({'; '.join(titles)}): {'; '.join(attempts)}."
+    yield from cost_comparison(contest, rows)
 
 
 FAILS, COLUMNS = 0.1, 3  # error of a run that fails; maps side by side
 ONE_BALL = ("geometry.balls=1", "run.duration=2e-3", "run.output_rate=10000", "run.publish_rate=1000")
 BODIES = ("ball", "inner_ring", "outer_ring")
-FIXED = {name: steps(*spread(1e-7, 2e-5, 12), keys=(f"solver.stepper={name}",)) for name in ("rk4", "imex")}
+FIXED = {name: steps(*log_spaced(1e-7, 2e-5, 12), overrides=(f"solver.stepper={name}",)) for name in ("rk4", "imex")}
 ADAPTIVE = {
-    name: tolerances(*spread(1e-1, 1e-6, 6), keys=(f"solver.stepper={name}",))
+    name: tolerances(*log_spaced(1e-1, 1e-6, 6), overrides=(f"solver.stepper={name}",))
     for name in ("rodas4", "rodas3", "dopri5")
 }
 
@@ -230,14 +244,14 @@ def _ball(title: str, across, values, *keys: str, methods=None) -> Problem:
     return Problem(
         title=title,
         scene="bearing_6203",
-        keys=(*ONE_BALL, *keys),
+        overrides=(*ONE_BALL, *keys),
         reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
         methods=FIXED if methods is None else methods,
         norm=load_and_friction,
         channels=("normal_load", "friction_force"),
         across=across,
         values=values,
-        a_second=True,
+        per_second=True,
     )
 
 
@@ -257,17 +271,21 @@ LOCKING = {
 }
 MODES = Method(("solver.stepper=modes", "wanted.tolerance=1e-3"), "solver.steps", (8.0, 12, 16, 24, 48, 96, 192))
 MAPS = {
-    "stiffness": _ball("one ball that rolls: Young's modulus [Pa]", _moduli, spread(2e10, 2e12, 9)),
-    "friction": _ball("one ball that rolls: friction regularisation [m/s]", _slip, spread(1e-3, 1e-1, 9)),
-    "sliding": _ball("one ball from rest: friction regularisation [m/s]", _slip, spread(1e-3, 1e-1, 9), *FROM_REST),
+    "stiffness": _ball("one ball that rolls: Young's modulus [Pa]", _moduli, log_spaced(2e10, 2e12, 9)),
+    "friction": _ball("one ball that rolls: friction regularisation [m/s]", _slip, log_spaced(1e-3, 1e-1, 9)),
+    "sliding": _ball("one ball from rest: friction regularisation [m/s]", _slip, log_spaced(1e-3, 1e-1, 9), *FROM_REST),
     "damping": _ball(
         "one ball that rolls: relaxation time [s]",
         lambda value: (f"contact.relaxation_time={value:g}",),
-        spread(1e-7, 1e-5, 9),
+        log_spaced(1e-7, 1e-5, 9),
         "contact.friction_coefficient=0.01",
     ),
     "tolerance": _ball(
-        "one ball from rest: friction regularisation [m/s]", _slip, spread(1e-4, 1e-1, 7), *FROM_REST, methods=ADAPTIVE
+        "one ball from rest: friction regularisation [m/s]",
+        _slip,
+        log_spaced(1e-4, 1e-1, 7),
+        *FROM_REST,
+        methods=ADAPTIVE,
     ),
     "modes": dataclasses.replace(
         beam_impact("sphere on a beam: modes", "sphere_on_beam_drop_600mm", "run.duration=3e-4"),
@@ -281,7 +299,7 @@ MAPS = {
         values=(0.002, 0.01, 0.04, 0.1, 0.4),
     ),
 }
-UP = {
+SETTING_AXES = {
     "wanted.tolerance": Axis("tolerance", log=True),
     "solver.step": Axis("step", "s", log=True),
     "solver.steps": Axis("steps a contact", log=True),
@@ -292,40 +310,43 @@ UP = {
 MARK = {"linestyle": "", "markersize": 8, "markeredgewidth": 2}
 
 
-def _bad(row) -> bool:
+def _has_failed(row) -> bool:
     return row.status not in (DONE, REFUSED) or FAILS < row.error < math.inf
 
 
-def _map_panels(contest, rows, looks) -> list[list[Panel]]:
+def _map_panels(contest, rows, styles) -> list[list[Panel]]:
     """A map a problem and method; crosses where a run fails, dots where the software refuses."""
-    found = []
+    panels = []
     for name, problem in MAPS.items():
-        for method, mine in of_methods(of_problem(rows, name)).items():
-            across, settings = sorted({row.across for row in mine}), sorted({row.setting for row in mine})
+        for method, runs in by_method(rows_of(rows, name)).items():
+            across, settings = sorted({row.across for row in runs}), sorted({row.setting for row in runs})
             z = np.full((len(settings), len(across)), math.nan)
-            for row in mine:
+            for row in runs:
                 if row.status == DONE:
                     z[settings.index(row.setting), across.index(row.across)] = row.error
             title, _, unit = problem.title.partition(" [")
             body, _, number = title.partition(": ")
+            failed = [row for row in runs if _has_failed(row)]
             parts: list = [Map("error", "1", across, settings, z, "viridis_r", (1e-8, 1.0), 0.0)]
-            for label, look, marked in (
-                (f"error above {FAILS:g}, or no result", {"marker": "x", "color": "#D55E00"}, filter(_bad, mine)),
-                ("refused by the software", {"marker": "s", "color": "#5f6f7a"}, of_problem(mine, name, REFUSED)),
+            for label, style, marked in (
+                (f"error above {FAILS:g}, or no result", {"marker": "x", "color": "#D55E00"}, failed),
+                ("refused by the software", {"marker": "s", "color": "#5f6f7a"}, rows_of(runs, name, REFUSED)),
             ):
-                places = [(row.across, row.setting) for row in marked]
-                parts.append(Line(label, [one[0] for one in places], [one[1] for one in places], {**MARK, **look}))
-            x, up = Axis(number, unit.rstrip("]") or "1", log=True), UP[problem.methods[method].key]
-            found.append(Panel(f"{body}, {method}", x, up, parts, None))
-    return in_rows(found, COLUMNS)
+                points = [(row.across, row.setting) for row in marked]
+                parts.append(Line(label, *np.reshape(points, (-1, 2)).T, {**MARK, **style}))
+            x, up = Axis(number, unit.rstrip("]") or "1", log=True), SETTING_AXES[problem.methods[method].tuned_key]
+            panels.append(Panel(f"{body}, {method}", x, up, parts, None))
+    return in_rows(panels, COLUMNS)
 
 
 def _map_reading(contest, rows):
     """Numbers of cells that are refused and that fail, and the greatest error of the others, by method."""
-    for method, mine in of_methods(rows).items():
-        refused, bad = sum(row.status == REFUSED for row in mine), sum(map(_bad, mine))
-        worst = max((row.error for row in mine if row.status == DONE and not _bad(row)), default=math.nan)
-        yield f"{method}: of {len(mine)} cells {refused} refused, {bad} failed; errors of the others up to {worst:.1g}."
+    for method, runs in by_method(rows).items():
+        refused = sum(row.status == REFUSED for row in runs)
+        failed = sum(map(_has_failed, runs))
+        worst = max((row.error for row in runs if row.status == DONE and not _has_failed(row)), default=math.nan)
+        counts = f"of {len(runs)} cells {refused} refused, {failed} failed"
+        yield f"{method}: {counts}; errors of the others up to {worst:.1g}."
 
 
 CHARTS = {
@@ -334,24 +355,24 @@ CHARTS = {
         title="Integration methods on a 6203: error against cost, one core",
         error="greatest error of load or friction",
         cost="CPU time of a simulated second",
-        own=tuple(ROSENBROCK),
+        reference_methods=tuple(ROSENBROCK),
     ),
     "dimensions": contest_of(
-        HELD,
+        HELD_RINGS,
         title="A preloaded 6203 over speed: equilibria against balls that move",
         cost="CPU time of a simulated second",
-        wanted=1e-2,
+        requested_error=1e-2,
         panels=_dimension_panels,
         read=_dimension_reading,
-        labels={MOVED.get(name, name): MOVED.get(name, name) for name in STEPPER_FACTS},
+        labels={MOVING_BALLS.get(name, name): MOVING_BALLS.get(name, name) for name in STEPPER_FACTS},
     ),
     "newcomers": contest_of(
-        TRIED,
+        NEWCOMERS,
         title="What one tries first, against the product's rodas4",
-        read=_tried_reading,
+        read=_newcomer_reading,
         error="greatest error of load or friction",
         cost="CPU time of a simulated second",
-        own=("rodas4",),
+        reference_methods=("rodas4",),
     ),
     "stability": contest_of(
         MAPS,

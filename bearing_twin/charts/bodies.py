@@ -4,7 +4,7 @@ from bearing_twin.charts.scenes import (
     Method,
     Problem,
     contest_of,
-    greatest,
+    greatest_difference,
     root_mean_square,
     steps,
     tolerances,
@@ -16,18 +16,18 @@ ONCE = Method(("solver.stepper=closed_form",))
 
 def pair(title: str, scene: str, contact: float, *keys: str, closed: bool = False, fixed=("rk4", "symplectic_euler")):
     """A contact of about `contact` seconds by adaptive and fixed steps, and where it exists in closed form."""
-    ladder = [contact / count for count in (8, 16, 32, 64, 128, 512)]
-    found = {"dop853": tolerances(*LADDER, keys=("solver.stepper=dop853",))}
-    found |= {name: steps(*ladder, keys=(f"solver.stepper={name}",)) for name in fixed}
+    settings_of_steps = [contact / count for count in (8, 16, 32, 64, 128, 512)]
+    methods = {"dop853": tolerances(*LADDER, overrides=("solver.stepper=dop853",))}
+    methods |= {name: steps(*settings_of_steps, overrides=(f"solver.stepper={name}",)) for name in fixed}
     rate = 360.0 / contact
     span = (f"run.duration={1.23 * contact:.3g}", f"run.output_rate={rate:.3g}", f"run.publish_rate={rate:.3g}")
     return Problem(
         title=title,
         scene=scene,
-        keys=(*keys, *span),
+        overrides=(*keys, *span),
         reference=("solver.stepper=dop853", "wanted.tolerance=1e-12"),
-        methods=({"closed form": ONCE} if closed else {}) | found,
-        norm=greatest("normal_load"),
+        methods=({"closed form": ONCE} if closed else {}) | methods,
+        norm=greatest_difference("normal_load"),
     )
 
 
@@ -42,17 +42,17 @@ BODIES = {
     "groove": Problem(
         title="a ball in a groove: opposing points",
         scene="two_bodies_groove",
-        keys=("run.duration=0.02",),
+        overrides=("run.duration=0.02",),
         reference=("contact.tracking=closed", "wanted.tolerance=1e-11"),
         methods={
-            words: tolerances(*LADDER, keys=(f"contact.tracking={name}",))
-            for name, words in {
+            label: tolerances(*LADDER, overrides=(f"contact.tracking={name}",))
+            for name, label in {
                 "closed": "points in closed form",
                 "algebraic": "points by Newton",
                 "differential": "points by their differential equation",
             }.items()
         },
-        norm=greatest("normal_load"),
+        norm=greatest_difference("normal_load"),
     ),
 }  # fmt: skip
 
@@ -61,22 +61,22 @@ def beam_impact(title: str, scene: str, *keys: str) -> Problem:
     """A sphere on Euler's beam."""
     counts = (12, 24, 48, 96, 192, 384)
 
-    def by(stepper: str, modes: int, ladder: tuple) -> Method:
-        return Method((f"solver.stepper={stepper}", f"solver.modes={modes}"), "solver.steps", ladder)
+    def with_modes(stepper: str, modes: int, settings: tuple) -> Method:
+        return Method((f"solver.stepper={stepper}", f"solver.modes={modes}"), "solver.steps", settings)
 
     return Problem(
         title=title,
         scene=scene,
-        keys=("beam.theory=euler", "run.output_rate=1e6", "run.publish_rate=1e6", *keys),
+        overrides=("beam.theory=euler", "run.output_rate=1e6", "run.publish_rate=1e6", *keys),
         reference=("wanted.tolerance=1e-9",),
         methods={
             "automatic, by tolerance": tolerances(1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8),
-            "9 modes": by("modes", 9, counts),
-            "41 modes": by("modes", 41, counts),
-            "Volterra's equation, 301 modes": by("volterra", 301, (8, 16, 30, 60, 120, 250, 500)),
+            "9 modes": with_modes("modes", 9, counts),
+            "41 modes": with_modes("modes", 41, counts),
+            "Volterra's equation, 301 modes": with_modes("volterra", 301, (8, 16, 30, 60, 120, 250, 500)),
             "sinusoidal force": Method(("solver.stepper=sinusoidal",)),
         },
-        norm=greatest("normal_load"),
+        norm=greatest_difference("normal_load"),
     )
 
 
@@ -92,7 +92,7 @@ def disc(title: str, methods: dict[str, Method], *keys: str, finer: str = "mesh.
     return Problem(
         title=title,
         scene="soft_discs_mean",
-        keys=(*rates, *keys),
+        overrides=(*rates, *keys),
         reference=(finer, "mesh.order=4", "solver.step_share=0.9"),
         methods=methods,
         norm=root_mean_square("normal_load"),
@@ -135,18 +135,18 @@ CHARTS = {
         BODIES,
         title="Two bodies meet: closed forms, adaptive and fixed steps, opposing points",
         error="greatest error of the force, over the greatest",
-        own=("dop853", "points in closed form"),
+        reference_methods=("dop853", "points in closed form"),
     ),
     "beams": contest_of(
         BEAMS,
         title="A sphere on a beam: modes, Volterra's equation, a sinusoidal force",
         error="greatest error of the force, over the greatest",
-        own=("automatic, by tolerance", "9 modes", "41 modes"),
+        reference_methods=("automatic, by tolerance", "9 modes", "41 modes"),
     ),
     "discs": contest_of(
         DISCS,
         title="A soft disc on a wall: error of the force against cost",
         error="root mean square error of the force",
-        wanted=5e-3,
+        requested_error=5e-3,
     ),
 }

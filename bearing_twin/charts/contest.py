@@ -31,16 +31,27 @@ from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
 from bearing_twin.base.parameters import echo, legal_hint
 from bearing_twin.base.paths import draft_file
 from bearing_twin.base.units import prefixed_unit, two_digits
-from bearing_twin.charts.panels import NO_RESULT, Axis, Line, Panel, Sheet, curve, curves_of, draw, in_rows, labels
+from bearing_twin.charts.panels import (
+    WITHOUT_RESULT,
+    Axis,
+    Line,
+    Panel,
+    Sheet,
+    curve,
+    curves_of,
+    draw,
+    in_rows,
+    legend_entries,
+)
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.pictures import STYLE
 
 LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
-ENOUGH, REPEATS, LONG = 0.05, 3, 3.0  # CPU seconds and number of repeats of a timing; what takes LONG is done once
-LEAST, GREATEST = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
-MOST = 10  # entries of a common legend
-DECADE = math.sqrt(10.0)
-WANTED_LOOK = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
+LEAST_TIMED, REPEATS, LONG = 0.05, 3, 3.0  # CPU seconds and number of repeats of a timing; what takes LONG is done once
+LEAST_ERROR, GREATEST_ERROR = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
+MOST_ENTRIES = 10  # entries of a common legend
+HALF_DECADE = math.sqrt(10.0)
+REQUESTED_STYLE = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
 DONE, REFUSED, FAILED, STOPPED = "done", "refused", "failed", "stopped"
 MADE = "made"  # the last column: software with its commit, libraries, processor, day
 LIBRARIES = "numpy", "scipy"
@@ -55,7 +66,7 @@ class Row:
     `setting` is the number a method is tuned by (a tolerance, a step, a size), `across` a number that the problem is
     varied by; NaN where there is none. `error` is relative, infinite without a result. `seconds` are CPU seconds,
     `spread` the range of the middle half of their repeats over the median. `command` repeats the run.
-    `more` holds further columns of the chart, by name with unit.
+    `extra` holds further columns of the chart, by name with unit.
     """
 
     problem: str
@@ -69,25 +80,25 @@ class Row:
     status: str = FAILED
     reason: str = ""
     command: str = ""
-    more: dict[str, Any] = dataclasses.field(default_factory=dict)
+    extra: dict[str, Any] = dataclasses.field(default_factory=dict)
 
     def value(self, column: str) -> float:
         """A column of the table, also one of the chart's own."""
-        return getattr(self, column) if column in COLUMNS else self.more[column]
+        return getattr(self, column) if column in COLUMNS else self.extra[column]
 
 
-COLUMNS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "more")
-WORDS = ("problem", "method", "status", "reason", "command")
+COLUMNS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "extra")
+TEXT_COLUMNS = ("problem", "method", "status", "reason", "command")
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:
     """Writes rows as comma-separated values; raises BearingTwinError where that is impossible."""
-    further = list(dict.fromkeys(name for row in rows for name in row.more))
+    further = list(dict.fromkeys(name for row in rows for name in row.extra))
     header = [*COLUMNS, *further]
     write_rows(
         path,
         header,
-        ([_word(({**vars(row), **row.more}).get(name, "")) for name in header] for row in rows),
+        ([_cell(({**vars(row), **row.extra}).get(name, "")) for name in header] for row in rows),
     )
 
 
@@ -100,8 +111,10 @@ def read_table(path: Path) -> list[Row]:
     rows = []
     for line in lines:
         cells = dict(zip(header, line, strict=True))
-        own = {name: cells[name] if name in WORDS else float(cells[name]) for name in COLUMNS}
-        rows.append(Row(**own, more={name: _number(cells[name]) for name in header[len(COLUMNS) : -1] if cells[name]}))
+        columns = {name: cells[name] if name in TEXT_COLUMNS else float(cells[name]) for name in COLUMNS}
+        rows.append(
+            Row(**columns, extra={name: _cell_value(cells[name]) for name in header[len(COLUMNS) : -1] if cells[name]})
+        )
     return rows
 
 
@@ -111,20 +124,20 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Iterable]) -> N
         with draft_file(path) as draft, draft.open("w", newline="", encoding="utf-8") as stream:
             table = csv.writer(stream)
             table.writerow([*header, MADE])
-            table.writerows([*row, made_with()] for row in rows)
+            table.writerows([*row, provenance()] for row in rows)
     except OSError as error:
         raise BearingTwinError(f"{path} cannot be written ({error.strerror}); give another folder") from error
 
 
-def _word(value: Any) -> Any:
+def _cell(value: Any) -> Any:
     return f"{value:.9g}" if isinstance(value, float) else value
 
 
-def _number(word: str) -> float | str:
+def _cell_value(text: str) -> float | str:
     try:
-        return float(word)
+        return float(text)
     except ValueError:
-        return word
+        return text
 
 
 def processor() -> str:
@@ -135,13 +148,13 @@ def processor() -> str:
 
 
 @functools.cache
-def made_with() -> str:
+def provenance() -> str:
     """Software with its commit (a + where files differ from it), libraries, processor, and day."""
     root, commit = Path(__file__).parents[2], ""
     if (root / ".git").exists():
-        words = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--exclude=*"]
+        git = ["git", "-C", str(root), "describe", "--always", "--dirty=+", "--exclude=*"]
         try:
-            commit = " " + subprocess.run(words, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
+            commit = " " + subprocess.run(git, capture_output=True, text=True, timeout=10, check=True).stdout.strip()
         except (OSError, subprocess.SubprocessError):
             commit = ""
     libraries = (f"{name} {importlib.metadata.version(name)}" for name in LIBRARIES)
@@ -158,7 +171,7 @@ class Options(NamedTuple):
     quick: bool = False
 
 
-class Made(NamedTuple):
+class ChartFiles(NamedTuple):
     """A chart as files, the sentences that read it, and its rows."""
 
     reading: list[str]
@@ -167,12 +180,12 @@ class Made(NamedTuple):
     rows: list[Row]
 
 
-def wanted_of(words: Iterable[str], known: Iterable[str]) -> list[str]:
+def selected_names(requested: Iterable[str], known: Iterable[str]) -> list[str]:
     """The requested names, in their order, all for none; raises BearingTwinError for one that is not known."""
-    words, known = set(words), list(known)
-    for word in words - set(known):
-        raise BearingTwinError(f"{echo(word)} is not a part of this chart; {legal_hint(word, known)}")
-    return [name for name in known if not words or name in words]
+    requested, known = set(requested), list(known)
+    for name in requested - set(known):
+        raise BearingTwinError(f"{echo(name)} is not a part of this chart; {legal_hint(name, known)}")
+    return [name for name in known if not requested or name in requested]
 
 
 class Stopped(BaseException):
@@ -215,163 +228,172 @@ def timed(work: Callable[[], Any], times: float = 1.0) -> tuple[Any, dict[str, f
     The first run may import, so that it counts only where it takes long.
     """
     start = time.process_time()
-    found = work()
+    result = work()
     first = time.process_time() - start
     if first > LONG:
-        return found, {"seconds": first / times, "spread": math.nan}
+        return result, {"seconds": first / times, "spread": math.nan}
     timer = timeit.Timer(work, timer=time.process_time)
     number = 1
     # Doubled, for with a limit set the clock may tick more coarsely than one run takes.
-    while timer.timeit(number) < ENOUGH:
+    while timer.timeit(number) < LEAST_TIMED:
         number *= 2
     low, middle, high = np.quantile(timer.repeat(REPEATS, number), (0.25, 0.5, 0.75)).tolist()
-    return found, {"seconds": middle / number / times, "spread": (high - low) / middle if middle > 0.0 else math.nan}
+    return result, {"seconds": middle / number / times, "spread": (high - low) / middle if middle > 0.0 else math.nan}
 
 
-def of_methods(rows: Iterable[Row]) -> dict[str, list[Row]]:
+def by_method(rows: Iterable[Row]) -> dict[str, list[Row]]:
     """Rows by method."""
-    found: dict[str, list[Row]] = {}
+    rows_by_method: dict[str, list[Row]] = {}
     for row in rows:
-        found.setdefault(row.method, []).append(row)
-    return found
+        rows_by_method.setdefault(row.method, []).append(row)
+    return rows_by_method
 
 
-def of_problem(rows: Iterable[Row], problem: str, *status: str) -> list[Row]:
+def rows_of(rows: Iterable[Row], problem: str, *status: str) -> list[Row]:
     """The rows of a problem, of those with this status only where it is given."""
     return [row for row in rows if row.problem == problem and (not status or row.status in status)]
 
 
-def cheapest(rows: Iterable[Row], problem: str, method: str, wanted: float) -> Row | None:
+def cheapest(rows: Iterable[Row], problem: str, method: str, requested_error: float) -> Row | None:
     """The cheapest run of a method within the requested error; None if there is none."""
-    good = (row for row in of_problem(rows, problem, DONE) if row.method == method and row.error <= wanted)
+    good = (row for row in rows_of(rows, problem, DONE) if row.method == method and row.error <= requested_error)
     return min(good, key=lambda row: row.seconds, default=None)
 
 
-class Look(NamedTuple):
+class MethodStyle(NamedTuple):
     """Label of a method, and the number of its colour."""
 
     label: str
     colour: int
 
 
-def looks_of(rows: Iterable[Row], labels: Mapping[str, str]) -> dict[str, Look]:
-    """The look of each method: one with a label has the colour of its place among them, others have the free ones."""
-    fixed = {method: Look(label, place) for place, (method, label) in enumerate(labels.items())}
-    methods = of_methods(rows)
-    used = {look.colour for method, look in fixed.items() if method in methods}
-    free = (place for place in itertools.count() if place not in used)
-    return {method: fixed.get(method) or Look(method, next(free)) for method in methods}
+def method_styles(rows: Iterable[Row], labels: Mapping[str, str]) -> dict[str, MethodStyle]:
+    """The style of each method: one with a label has the colour of its place among them, others have the free ones."""
+    fixed = {method: MethodStyle(label, index) for index, (method, label) in enumerate(labels.items())}
+    methods = by_method(rows)
+    used = {style.colour for method, style in fixed.items() if method in methods}
+    free = (index for index in itertools.count() if index not in used)
+    return {method: fixed.get(method) or MethodStyle(method, next(free)) for method in methods}
 
 
-def curves(rows: Iterable[Row], looks: Mapping[str, Look], x, y, lost=None) -> list[Line]:
+def curves(rows: Iterable[Row], styles: Mapping[str, MethodStyle], x, y, cross=None) -> list[Line]:
     """A curve a method through (x(row), y(row)) of its results, a cross at `lost(row)`, if given, for the others.
 
-    Results whose y is NaN are left out, smaller ones than LEAST raised.
+    Results whose y is NaN are left out, smaller ones than LEAST_ERROR raised.
     """
     parts = []
-    for method, mine in of_methods(rows).items():
-        good = sorted((x(row), max(y(row), LEAST)) for row in mine if row.status == DONE and not math.isnan(y(row)))
-        crosses = [lost(row) for row in mine if row.status != DONE] if lost else []
-        parts += curve(*looks[method], good, crosses)
+    for method, runs in by_method(rows).items():
+        good = sorted(
+            (x(row), max(y(row), LEAST_ERROR)) for row in runs if row.status == DONE and not math.isnan(y(row))
+        )
+        crosses = [cross(row) for row in runs if row.status != DONE] if cross else []
+        parts += curve(*styles[method], good, crosses)
     return parts
 
 
-def error_against_cost(contest: "Contest", rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
+def error_against_cost(contest: "Contest", rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
     """A panel a problem: error across, CPU time up, crosses at the right edge where there is no result."""
     known = [row.error for row in rows if row.status == DONE and row.error > 0.0]
-    least = max(LEAST, min(known, default=LEAST) / 3.0)
+    least = max(LEAST_ERROR, min(known, default=LEAST_ERROR) / 3.0)
     beyond = 10.0 if any(row.status != DONE for row in rows) else 1.0
-    edge = max(min(beyond * max(known, default=1.0), GREATEST), contest.wanted)
+    edge = max(min(beyond * max(known, default=1.0), GREATEST_ERROR), contest.requested_error)
     across = Axis(contest.error, log=True, limits=(0.5 * least, 2.0 * edge))
-    places = {method: place for place, method in enumerate(looks)}
+    indices = {method: index for index, method in enumerate(styles)}
 
-    def panel(title: str, here: list[Row]) -> Panel:
-        costs = [row.seconds for row in here if row.seconds > 0.0] or [1.0]
+    def panel(title: str, runs: list[Row]) -> Panel:
+        costs = [row.seconds for row in runs if row.seconds > 0.0] or [1.0]
         middle = math.sqrt(min(costs) * max(costs))  # a decade at least, lest noise look like a difference
-        ends = min(0.8 * min(costs), middle / DECADE), max(1.25 * max(costs), middle * DECADE)
+        ends = min(0.8 * min(costs), middle / HALF_DECADE), max(1.25 * max(costs), middle * HALF_DECADE)
         parts = curves(
-            here,
-            looks,
+            runs,
+            styles,
             lambda row: max(row.error, least),
             lambda row: row.seconds,
-            lambda row: (edge, row.seconds if row.seconds > 0.0 else min(costs) * 1.3 ** places[row.method]),
+            lambda row: (edge, row.seconds if row.seconds > 0.0 else min(costs) * 1.3 ** indices[row.method]),
         )
-        limit = Line(f"error of {contest.wanted:g}", [contest.wanted] * 2, ends, WANTED_LOOK)
+        limit = Line(f"error of {contest.requested_error:g}", [contest.requested_error] * 2, ends, REQUESTED_STYLE)
         return Panel(title, across, Axis(contest.cost, "s", log=True, limits=ends), [limit, *parts])
 
-    pairs = ((title, of_problem(rows, name)) for name, title in contest.problems.items())
-    panels = [panel(title, here) for title, here in pairs if here]
+    pairs = ((title, rows_of(rows, name)) for name, title in contest.problems.items())
+    panels = [panel(title, runs) for title, runs in pairs if runs]
     return in_rows(panels, 2 if len(panels) in (2, 4) else 3)
 
 
-def over(
-    contest: "Contest", rows: list[Row], looks: Mapping[str, Look], across: Axis, columns: Mapping[str, Axis]
+def panels_over(
+    contest: "Contest", rows: list[Row], styles: Mapping[str, MethodStyle], across: Axis, columns: Mapping[str, Axis]
 ) -> list[list[Panel]]:
     """A row of panels a problem: columns of the rows, by name with their axis, over `across`."""
 
-    def panel(title: str, mine: list[Row], column: str, up: Axis) -> Panel:
-        lost = None if column == "seconds" else lambda row: (row.across, 1.0)
+    def panel(title: str, runs: list[Row], column: str, up: Axis) -> Panel:
+        cross = None if column == "seconds" else lambda row: (row.across, 1.0)
         return Panel(
-            title, across, up, curves(mine, looks, lambda row: row.across, lambda row: row.value(column), lost)
+            title, across, up, curves(runs, styles, lambda row: row.across, lambda row: row.value(column), cross)
         )
 
-    pairs = ((title, of_problem(rows, name)) for name, title in contest.problems.items())
-    return [[panel(title, mine, *column) for column in columns.items()] for title, mine in pairs if mine]
+    pairs = ((title, rows_of(rows, name)) for name, title in contest.problems.items())
+    return [[panel(title, runs, *column) for column in columns.items()] for title, runs in pairs if runs]
 
 
-def best_of(contest: "Contest", rows: list[Row]) -> list[str]:
+def cost_comparison(contest: "Contest", rows: list[Row]) -> list[str]:
     """Which methods have the requested error, their CPU time over the least of each problem, and these least times."""
     shares: dict[str, list[float]] = {}
     never: dict[str, list[str]] = {}
     least = []
     for name, title in contest.problems.items():
-        found = {one: cheapest(rows, name, one, contest.wanted) for one in of_methods(of_problem(rows, name))}
-        costs = {method: row.seconds for method, row in found.items() if row}
+        cheapest_rows = {
+            method: cheapest(rows, name, method, contest.requested_error) for method in by_method(rows_of(rows, name))
+        }
+        costs = {method: row.seconds for method, row in cheapest_rows.items() if row}
         if costs:
-            least.append(f"{title} {seconds(min(costs.values()))}")
-        for method in found:
+            least.append(f"{title} {time_text(min(costs.values()))}")
+        for method in cheapest_rows:
             if method in costs:
                 shares.setdefault(method, []).append(costs[method] / min(costs.values()))
             else:
                 never.setdefault(method, []).append(title)
-    at = f" for errors up to {contest.wanted:g}" if math.isfinite(contest.wanted) else ""
-    words = (f"{method} {span(mine)}" for method, mine in sorted(shares.items(), key=lambda pair: max(pair[1])))
-    sentences = [f"{contest.cost}{at}, relative to the least of each problem: {'; '.join(words)}."] if shares else []
+    condition = f" for errors up to {contest.requested_error:g}" if math.isfinite(contest.requested_error) else ""
+    ratios = (
+        f"{method} {range_text(method_shares)}"
+        for method, method_shares in sorted(shares.items(), key=lambda pair: max(pair[1]))
+    )
+    sentences = (
+        [f"{contest.cost}{condition}, relative to the least of each problem: {'; '.join(ratios)}."] if shares else []
+    )
     sentences += [f"The least: {'; '.join(least)}."] if least else []
-    return sentences + ([f"Not accurate enough at any setting: {where(never)}."] if never else [])
+    return sentences + ([f"Not accurate enough at any setting: {with_problems(never)}."] if never else [])
 
 
-def seconds(value: float) -> str:
+def time_text(value: float) -> str:
     """A time in words, two digits."""
     factor, unit = prefixed_unit(value, "s")
     return f"{two_digits(factor * value)} {unit}"
 
 
-def span(values: Sequence[float]) -> str:
+def range_text(values: Sequence[float]) -> str:
     """The least and the greatest of some numbers in words, two digits."""
     return " to ".join(dict.fromkeys((two_digits(min(values)), two_digits(max(values)))))
 
 
-def where(titles: Mapping[str, Sequence[str]]) -> str:
+def with_problems(titles: Mapping[str, Sequence[str]]) -> str:
     """Methods in words, each with the problems that it stands with."""
-    return "; ".join(f"{method} ({'; '.join(mine)})" for method, mine in titles.items())
+    return "; ".join(f"{method} ({'; '.join(titles_of_method)})" for method, titles_of_method in titles.items())
 
 
-def confirmed(rows: Iterable[Row], own: Iterable[str]) -> list[str]:
+def confirmation(rows: Iterable[Row], reference_methods: Iterable[str]) -> list[str]:
     """A sentence on how near methods other than the reference's `own` come to it."""
     nearest: dict[str, float] = {}
-    for row in rows if own else ():
-        if row.method not in own and row.status == DONE:
+    for row in rows if reference_methods else ():
+        if row.method not in reference_methods and row.status == DONE:
             nearest[row.problem] = min(row.error, nearest.get(row.problem, math.inf))
     worst = max(nearest.values(), default=0.0)
     return [f"Methods of other families confirm the references within {worst:.1g}."] if nearest else []
 
 
-def failures(problems: Mapping[str, str], rows: Iterable[Row]) -> list[str]:
+def failure_sentences(problems: Mapping[str, str], rows: Iterable[Row]) -> list[str]:
     """A sentence on the runs that failed or were stopped; what is refused is in the picture alone."""
-    lost = of_methods(row for row in rows if row.status in (FAILED, STOPPED))
-    found = {method: [*dict.fromkeys(problems[row.problem] for row in mine)] for method, mine in lost.items()}
-    return [f"Failed or stopped at some settings: {where(found)}."] if found else []
+    lost = by_method(row for row in rows if row.status in (FAILED, STOPPED))
+    titles = {method: [*dict.fromkeys(problems[row.problem] for row in runs)] for method, runs in lost.items()}
+    return [f"Failed or stopped at some settings: {with_problems(titles)}."] if titles else []
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -380,9 +402,9 @@ class Contest:
 
     `problems`: title by name. `entries(problem, quick)` gives methods with setting and across. `judge(problem, method,
     setting, across)` gives error, seconds, ... and further columns by name; it raises BearingTwinError where there is
-    no result. `panels(contest, rows, looks)` draws the rows, `read(contest, rows)` says what they show. `labels` are
-    words for methods in the picture, and their order is that of the colours. `wanted` is the error at which costs are
-    compared, `own` are methods of the reference's own family.
+    no result. `panels(contest, rows, styles)` draws the rows, `read(contest, rows)` says what they show. `labels` are
+    names of methods in the picture, and their order is that of the colours. Costs are compared at `requested_error`;
+    `reference_methods` are those of the reference's own family.
     """
 
     title: str
@@ -390,20 +412,20 @@ class Contest:
     entries: Callable[[str, bool], Iterable[tuple[str, float, float]]]
     judge: Callable[[str, str, float, float], dict[str, Any]]
     command: Callable[[str, str, float, float], str] = lambda *entry: ""
-    panels: Callable[["Contest", list[Row], Mapping[str, Look]], list[list[Panel]]] = error_against_cost
-    read: Callable[["Contest", list[Row]], Iterable[str]] = best_of
+    panels: Callable[["Contest", list[Row], Mapping[str, MethodStyle]], list[list[Panel]]] = error_against_cost
+    read: Callable[["Contest", list[Row]], Iterable[str]] = cost_comparison
     labels: Mapping[str, str] = dataclasses.field(default_factory=lambda: {name: name for name in STEPPER_FACTS})
     error: str = "relative error"
     cost: str = "CPU time of a run"
-    wanted: float = 1e-3
-    own: tuple[str, ...] = ()
+    requested_error: float = 1e-3
+    reference_methods: tuple[str, ...] = ()
 
     def run(self, entry: Entry, limit: float = 0.0) -> Row:
         """One run as a row, whatever comes of it; raises CoreError where nothing can run."""
         row = Row(*entry, command=self.command(*entry))
         try:
             with limited(limit), np.errstate(all="ignore"):
-                found = self.judge(*entry)
+                measured = self.judge(*entry)
         except CoreError:
             raise
         except SceneError as error:
@@ -413,15 +435,15 @@ class Contest:
             return dataclasses.replace(row, status=STOPPED, seconds=limit, reason=reason)
         except (BearingTwinError, ArithmeticError, ValueError) as error:
             return dataclasses.replace(row, status=FAILED, reason=str(error) or type(error).__name__)
-        own = {name: found.pop(name) for name in COLUMNS if name in found}
-        if not math.isfinite(own["error"]):
-            own |= {"error": math.inf, "status": FAILED, "reason": own.get("reason", "not finite")}
-        return dataclasses.replace(row, **{"status": DONE, **own}, more=found)
+        columns = {name: measured.pop(name) for name in COLUMNS if name in measured}
+        if not math.isfinite(columns["error"]):
+            columns |= {"error": math.inf, "status": FAILED, "reason": columns.get("reason", "not finite")}
+        return dataclasses.replace(row, **{"status": DONE, **columns}, extra=measured)
 
     def measure(self, options: Options) -> list[Row]:
         """All runs, problem by problem and method by method."""
-        names = wanted_of(options.problems, self.problems)
-        tasks = [(problem, *one) for problem in names for one in self.entries(problem, options.quick)]
+        names = selected_names(options.problems, self.problems)
+        tasks = [(problem, *entry) for problem in names for entry in self.entries(problem, options.quick)]
         rows = []
         for task in tasks:
             rows.append(self.run(task, options.limit))
@@ -430,27 +452,31 @@ class Contest:
 
     def sheet(self, rows: list[Row]) -> Sheet:
         """The picture of rows."""
-        panels = self.panels(self, rows, looks_of(rows, self.labels))
-        crosses = any(part.name.endswith(NO_RESULT) for line in panels for panel in line for part in panel.parts)
+        panels = self.panels(self, rows, method_styles(rows, self.labels))
+        crosses = any(part.name.endswith(WITHOUT_RESULT) for line in panels for panel in line for part in panel.parts)
         sheet = Sheet(self.title, panels, "crosses: no result" if crosses else "", [])
-        sheet.key = len(labels(sheet)) <= MOST
+        sheet.shared_legend = len(legend_entries(sheet)) <= MOST_ENTRIES
         return sheet
 
     def reading(self, rows: list[Row]) -> list[str]:
         """Sentences that read the rows."""
-        return [*self.read(self, rows), *confirmed(rows, self.own), *failures(self.problems, rows)]
+        return [
+            *self.read(self, rows),
+            *confirmation(rows, self.reference_methods),
+            *failure_sentences(self.problems, rows),
+        ]
 
     def files(self, folder: Path, name: str, options: Options) -> list[Path]:
         """Picture and table."""
         return [folder / f"{name}.png", folder / f"{name}.csv"]
 
-    def make(self, folder: Path, name: str, options: Options) -> Made:
+    def make(self, folder: Path, name: str, options: Options) -> ChartFiles:
         """Runs the chart and writes picture and table."""
         rows = self.measure(options)
         picture, table = self.files(folder, name, options)
         write_table(rows, table)
-        draw(self.sheet(rows), picture, made_with())
-        return Made(self.reading(rows), [str(picture)], [str(table)], rows)
+        draw(self.sheet(rows), picture, provenance())
+        return ChartFiles(self.reading(rows), [str(picture)], [str(table)], rows)
 
 
 def write_curves(sheet: Sheet, path: Path) -> None:
@@ -485,25 +511,27 @@ class Paper:
         numbers = {str(figure): name for name, row in self.sheets.items() for figure in row.figures}
         return {name: name for name in self.sheets} | numbers
 
-    def wanted(self, options: Options) -> list[str]:
+    def selected(self, options: Options) -> list[str]:
         """The requested sheets; raises BearingTwinError for a word that is none of them."""
-        return [*dict.fromkeys(self.problems[one] for one in wanted_of(options.problems, self.problems))]
+        return [*dict.fromkeys(self.problems[name] for name in selected_names(options.problems, self.problems))]
 
     def files(self, folder: Path, name: str, options: Options) -> list[Path]:
         """Picture, table of curves and sentences of each requested sheet."""
-        return [folder / f"{name}_{part}.{ending}" for part in self.wanted(options) for ending in ("png", "csv", "txt")]
+        return [
+            folder / f"{name}_{part}.{ending}" for part in self.selected(options) for ending in ("png", "csv", "txt")
+        ]
 
-    def make(self, folder: Path, name: str, options: Options) -> Made:
+    def make(self, folder: Path, name: str, options: Options) -> ChartFiles:
         """Draws the requested sheets: picture, table of curves and sentences of each."""
-        made, wanted = Made([], [], [], []), self.wanted(options)
+        made, parts = ChartFiles([], [], [], []), self.selected(options)
         paths = iter(self.files(folder, name, options))
-        for place, part in enumerate(wanted, start=1):
-            sheet = self.sheets[part].make(options.quick)
+        for index, name_of_sheet in enumerate(parts, start=1):
+            sheet = self.sheets[name_of_sheet].make(options.quick)
             picture, table, reading = next(paths), next(paths), next(paths)
             write_curves(sheet, table)
-            reading.write_text("".join(f"{one}\n" for one in sheet.reading), encoding="utf-8")
-            made.pictures.append(str(draw(sheet, picture, made_with())))
+            reading.write_text("".join(f"{sentence}\n" for sentence in sheet.reading), encoding="utf-8")
+            made.pictures.append(str(draw(sheet, picture, provenance())))
             made.tables.append(str(table))
             made.reading.extend(sheet.reading)
-            options.update(place / len(wanted))
+            options.update(index / len(parts))
         return made

@@ -15,26 +15,26 @@ from scipy.special import elliprd, elliprf
 
 from bearing_twin.charts.contest import (
     DONE,
-    LEAST,
+    LEAST_ERROR,
     Contest,
-    best_of,
+    by_method,
+    cost_comparison,
     error_against_cost,
-    of_methods,
-    of_problem,
-    over,
-    seconds,
+    panels_over,
+    rows_of,
+    time_text,
     timed,
 )
 from bearing_twin.charts.panels import Axis
 from bearing_twin.charts.reference import patch_friction_exact
-from bearing_twin.charts.scenes import Problem, contest_of, load_and_friction, spread, tolerances
+from bearing_twin.charts.scenes import Problem, contest_of, load_and_friction, log_spaced, tolerances
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.elasticity import carried_course, coefficient_of, curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, patch_by
 from bearing_twin.contact.laws import LAWS
 
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
-SHAPES = {"ellipse": spread(1e-3, 1.0, 25), "raceway": spread(*BEARING, 5)}  # b/a
+SHAPES = {"ellipse": log_spaced(1e-3, 1.0, 25), "raceway": log_spaced(*BEARING, 5)}  # b/a
 FROZEN_AT = 0.1  # b/a at which `constant` is exact
 SCIPY = "SciPy"
 LAW_LABELS = {
@@ -56,17 +56,17 @@ FRICTION_LABELS = {
     "pade2": "closed form of second degree",
 }
 TURNS, STEPS = 200, 16  # of the swing of the shape over which laws with states are carried to be timed
-MANY = 20_000  # evaluations of a timing
+EVALUATIONS = 20_000  # evaluations of a timing
 
 
 @functools.cache
 def law_cost(name: str) -> dict[str, float]:
     """CPU seconds of one evaluation of a law on balls in raceways."""
-    large = curvature_ratio(np.geomspace(*BEARING, MANY))
+    large = curvature_ratio(np.geomspace(*BEARING, EVALUATIONS))
     if name == SCIPY:
-        return timed(lambda: [by_scipy(1.0, one, 1.0) for one in large[::200]], MANY / 200)[1]
+        return timed(lambda: [by_scipy(1.0, curvature, 1.0) for curvature in large[::200]], EVALUATIONS / 200)[1]
     if not LAWS[name].carries:
-        return timed(lambda: coefficient_of(name, 1.0, large, 1.0, 1.0), MANY)[1]
+        return timed(lambda: coefficient_of(name, 1.0, large, 1.0, 1.0), EVALUATIONS)[1]
     phase = 2.0 * math.pi / STEPS * np.arange(TURNS * STEPS + 1)
     course = np.exp(math.log(1.0 / curvature_ratio(0.1)) + 0.5 * np.sin(phase))
     return timed(lambda: carried_course(name, course), TURNS * STEPS)[1]
@@ -75,13 +75,13 @@ def law_cost(name: str) -> dict[str, float]:
 def by_scipy(small: float, large: float, modulus: float) -> float:
     """Exact Hertz's coefficient [N/m^1.5] of a gap P x^2 + Q y^2 [1/m] and a modulus [Pa], by SciPy alone."""
 
-    def off(logarithm):
+    def mismatch(logarithm):
         square = math.exp(2.0 * logarithm)
         return math.log(elliprd(0.0, 1.0, square) / elliprd(0.0, square, 1.0) * small / large)
 
-    square = math.exp(2.0 * brentq(off, -16.0, 1e-9, xtol=1e-15, rtol=1e-14))
-    whole, across = elliprf(0.0, square, 1.0), elliprd(0.0, square, 1.0) / 3.0
-    return 2.0 * math.pi / 3.0 * modulus * math.sqrt(across / (small * whole)) / whole
+    square = math.exp(2.0 * brentq(mismatch, -16.0, 1e-9, xtol=1e-15, rtol=1e-14))
+    first_integral, second_integral = elliprf(0.0, square, 1.0), elliprd(0.0, square, 1.0) / 3.0
+    return 2.0 * math.pi / 3.0 * modulus * math.sqrt(second_integral / (small * first_integral)) / first_integral
 
 
 def judge_law(problem: str, law: str, setting: float, ratio: float) -> dict:
@@ -101,12 +101,12 @@ def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: st
     return Problem(
         title=title,
         scene="bearing_6203",
-        keys=("run.duration=0.1", "run.output_rate=2000", *keys),
+        overrides=("run.duration=0.1", "run.output_rate=2000", *keys),
         reference=(f"{key}={true}", "wanted.tolerance=1e-8"),
-        methods={name: tolerances(1e-3, 1e-6, keys=(f"{key}={name}",)) for name in names},
+        methods={name: tolerances(1e-3, 1e-6, overrides=(f"{key}={name}",)) for name in names},
         norm=load_and_friction,
         channels=("normal_load", "friction_force"),
-        a_second=True,
+        per_second=True,
     )
 
 
@@ -141,26 +141,31 @@ def _law_entries(problem, quick):
     return ((law, math.nan, ratio) for law in (*COMPARED, SCIPY) for ratio in shapes)
 
 
-def _law_panels(contest, rows, looks):
+def _law_panels(contest, rows, styles):
     """Error over the shape; error against cost on a ball in a raceway, and in a run."""
     axes = Axis("b/a of the ellipse", log=True), {"error": Axis("error of the load against exact Hertz", log=True)}
-    others = [row for row in rows if row.problem != "ellipse"]
-    return [*over(contest, of_problem(rows, "ellipse"), looks, *axes), *error_against_cost(contest, others, looks)]
+    with_cost = [row for row in rows if row.problem != "ellipse"]
+    return [
+        *panels_over(contest, rows_of(rows, "ellipse"), styles, *axes),
+        *error_against_cost(contest, with_cost, styles),
+    ]
 
 
 def _reading(contest, rows):
     """Cost of an evaluation and greatest errors of each row of the table of laws or of frictions; then the runs."""
     alone = (row for row in rows if row.status == DONE and row.problem not in RUNS.problems)
-    for name, mine in of_methods(alone).items():
-        worst = {row.problem: max(row.error, LEAST) for row in sorted(mine, key=lambda row: row.error)}
-        words = ", ".join(f"{worst[one]:.1g} for {title}" for one, title in contest.problems.items() if one in worst)
-        called = f"{name} ({contest.labels[name]})" if name in contest.labels else name
-        yield f"{called}: {seconds(mine[0].seconds)} an evaluation; greatest error {words}."
-    yield from best_of(contest, [row for row in rows if row.problem in RUNS.problems])
+    for name, runs in by_method(alone).items():
+        worst = {row.problem: max(row.error, LEAST_ERROR) for row in sorted(runs, key=lambda row: row.error)}
+        errors_text = ", ".join(
+            f"{worst[problem]:.1g} for {title}" for problem, title in contest.problems.items() if problem in worst
+        )
+        title_of_method = f"{name} ({contest.labels[name]})" if name in contest.labels else name
+        yield f"{title_of_method}: {time_text(runs[0].seconds)} an evaluation; greatest error {errors_text}."
+    yield from cost_comparison(contest, [row for row in rows if row.problem in RUNS.problems])
 
 
 PATCHES = {"b/a = 1": 1.0, "b/a = 0.3": 0.3, "b/a = 0.1": 0.1}
-SPINS = spread(0.01, 100.0, 25)  # spin times major semi-axis over slip
+SPINS = log_spaced(0.01, 100.0, 25)  # spin times major semi-axis over slip
 DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 5)
 POLES = (0.03, 1.1), (0.0, 0.5 * math.pi)
 """Distance and angle of the poles of motions among which the greatest error is searched; the patch is a circle."""
@@ -183,9 +188,9 @@ def errors(model: str, shape: float, motions) -> np.ndarray:
     """Errors (n, 2) of force, over mu N, and torque, over pure spin's, at motions (slip along both axes, spin)."""
     pure = abs(_exact(shape, 0.0, 0.0, 1.0).torque)
     exact = [_exact(shape, *motion) for motion in motions]
-    found = patch_by(model, 1.0).friction(1.0, 1.0, shape, *np.array(motions).T, 1e-12)
-    off = np.stack(found, axis=1) - exact
-    return np.stack([np.hypot(off[:, 0], off[:, 1]), np.abs(off[:, 2]) / pure], axis=1)
+    result = patch_by(model, 1.0).friction(1.0, 1.0, shape, *np.array(motions).T, 1e-12)
+    difference = np.stack(result, axis=1) - exact
+    return np.stack([np.hypot(difference[:, 0], difference[:, 1]), np.abs(difference[:, 2]) / pure], axis=1)
 
 
 def _of_pole(shape: float, distance: float, angle: float) -> tuple[float, float, float]:
@@ -196,15 +201,15 @@ def _of_pole(shape: float, distance: float, angle: float) -> tuple[float, float,
 
 def hardest(model: str, shape: float, grid: int = 24) -> list[tuple[tuple[float, float, float], float]]:
     """The motions with the greatest errors of force and of torque, and these errors: from a grid of poles downhill."""
-    found = []
+    motions = []
     for part in (0, 1):
 
         def miss(pole, part=part):
             return -errors(model, shape, [_of_pole(shape, *pole)])[0, part]
 
         pole, error, *_ = brute(miss, POLES, Ns=grid, full_output=True)
-        found.append((_of_pole(shape, *pole), -float(error)))
-    return found
+        motions.append((_of_pole(shape, *pole), -float(error)))
+    return motions
 
 
 def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict:
@@ -213,11 +218,11 @@ def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict
         return RUNS.judge(problem, name, setting, spin)
     shape = PATCHES[problem]
     if math.isnan(spin):
-        off, cost = np.array([[error for _, error in hardest(name, shape)]]), _friction_cost(name)
+        errors_of_motions, cost = np.array([[error for _, error in hardest(name, shape)]]), _friction_cost(name)
     else:
         motions = [(math.cos(angle), math.sin(angle), spin) for angle in DIRECTIONS]
-        off, cost = errors(name, shape, motions), _friction_cost(name)
-    force, torque = map(float, off.max(axis=0))
+        errors_of_motions, cost = errors(name, shape, motions), _friction_cost(name)
+    force, torque = map(float, errors_of_motions.max(axis=0))
     return {"error": max(force, torque), **cost, "force_error": force, "torque_error": torque}
 
 
@@ -228,7 +233,7 @@ def _friction_entries(problem, quick):
     return [(name, math.nan, spin) for name in MODELS for spin in spins]
 
 
-def _friction_panels(contest, rows, looks):
+def _friction_panels(contest, rows, styles):
     """Errors of force and torque over spin, and a run."""
     columns = {
         "force_error": Axis("error of the force, over that of sliding", log=True, limits=(1e-6, 2.0)),
@@ -237,7 +242,7 @@ def _friction_panels(contest, rows, looks):
     over_spin = [row for row in rows if row.problem in PATCHES and not math.isnan(row.across)]
     runs = [row for row in rows if row.problem in RUNS.problems]
     across = Axis("spin x major semi-axis / slip", log=True)
-    return [*over(contest, over_spin, looks, across, columns), *error_against_cost(contest, runs, looks)]
+    return [*panels_over(contest, over_spin, styles, across, columns), *error_against_cost(contest, runs, styles)]
 
 
 CHARTS = {

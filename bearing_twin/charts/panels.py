@@ -15,20 +15,21 @@ from bearing_twin.base.units import axis_label, inverse_unit
 from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_style, heading, readable_scale, save, style_axes
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
-WRITTEN_OUT = 1e-2, 1e4  # numbers beside a wider axis that are no powers
-FEW_DECADES = 100.0  # of an axis that spans less, 2 and 5 are labelled too
-KEY_WIDTH = 170  # letters of a line of the legend below all panels
+PLAIN_RANGE = 1e-2, 1e4  # numbers beside a wider axis that are no powers
+WIDE_RANGE = 100.0  # of an axis that spans less, 2 and 5 are labelled too
+LEGEND_WIDTH = 170  # letters of a line of the legend below all panels
 MOST_TICKS = 6  # intervals of a linear axis, so that numbers of six digits stand apart
-MANY = 6  # entries of a legend that stands inside its panel
-BESIDE = "beside"  # the place of a legend for which no corner of its panel is free
-NO_RESULT = ", no result"  # behind the name of a method
+MOST_INSIDE = 6  # entries of a legend that stands inside its panel
+OUTSIDE = "beside"  # the place of a legend for which no corner of its panel is free
+WITHOUT_RESULT = ", no result"  # behind the name of a method
 CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 
 
 class Axis(NamedTuple):
     """Quantity and SI unit of an axis.
 
-    `shown` is the (unit, factor into it) that its numbers have, if not a prefix; `whole` numbers alone are ticks.
+    `shown` is the (unit, factor into it) that its numbers have, if not a prefix; ticks are whole numbers where it
+    `is_integer`.
     """
 
     name: str
@@ -36,21 +37,21 @@ class Axis(NamedTuple):
     log: bool = False
     limits: tuple | None = None  # in SI
     shown: tuple[str, float] | None = None
-    whole: bool = False
+    is_integer: bool = False
 
 
 class Line(NamedTuple):
-    """A curve (n,) over x (n,); `look` as matplotlib's plot takes it."""
+    """A curve (n,) over x (n,); `style` as matplotlib's plot takes it."""
 
     name: str
     x: Any
     y: Any
-    look: dict
+    style: dict
     label: bool = True
 
     def draw(self, axis, **named) -> None:
         """Draws it."""
-        axis.plot(self.x, self.y, **named, **self.look)
+        axis.plot(self.x, self.y, **named, **self.style)
 
 
 class Band(NamedTuple):
@@ -60,12 +61,12 @@ class Band(NamedTuple):
     x: Any
     low: Any
     high: Any
-    look: dict
+    style: dict
     label: bool = True
 
     def draw(self, axis, **named) -> None:
         """Draws it."""
-        axis.fill_between(self.x, self.low, self.high, linewidth=0, **named, **self.look)
+        axis.fill_between(self.x, self.low, self.high, linewidth=0, **named, **self.style)
 
 
 class Map(NamedTuple):
@@ -101,9 +102,9 @@ def curves_of(part: Line | Band | Map) -> list[tuple]:
 
 def _edges(centres, log: bool) -> np.ndarray:
     """Edges of cells around centres, halfway between them on the axis."""
-    places = np.log(centres) if log else np.asarray(centres, float)
-    middle = 0.5 * (places[1:] + places[:-1])
-    edges = np.concatenate([[2.0 * places[0] - middle[0]], middle, [2.0 * places[-1] - middle[-1]]])
+    positions = np.log(centres) if log else np.asarray(centres, float)
+    middle = 0.5 * (positions[1:] + positions[:-1])
+    edges = np.concatenate([[2.0 * positions[0] - middle[0]], middle, [2.0 * positions[-1] - middle[-1]]])
     return np.exp(edges) if log else edges
 
 
@@ -116,7 +117,7 @@ class Panel:
     y: Axis
     parts: list
     legend: str | None = "best"
-    to_scale: bool = False  # of a drawing: a length is as long on both axes
+    equal_aspect: bool = False  # of a drawing: a length is as long on both axes
     names: tuple[str, ...] = ()  # of the values 0, 1, 2 ... up the axis, where these are no numbers
 
 
@@ -128,35 +129,35 @@ class Sheet:
     rows: list[list[Panel]]
     footer: str
     reading: list[str]
-    key: bool = False
+    shared_legend: bool = False
 
 
-def colour(place: int) -> dict:
-    """The look of the line number `place`."""
-    return {**ball_style(place), "linewidth": 2.0}
+def line_style(index: int) -> dict:
+    """The style of line number `index`."""
+    return {**ball_style(index), "linewidth": 2.0}
 
 
-def curve(name: str, number: int, points, lost=()) -> list[Line]:
+def curve(name: str, index: int, points, failed_points=()) -> list[Line]:
     """A method in the colour of that number: a line through points (x, y), crosses at those without a result."""
-    look = colour(number)
-    parts = [Line(name, *(np.reshape(points, (-1, 2)).T), look | {"marker": "o", "markersize": 5})]
-    if lost:
-        cross = {**CROSS, "color": look["color"]}
-        parts.append(Line(name + NO_RESULT, *np.transpose(lost), cross, False))
+    style = line_style(index)
+    parts = [Line(name, *(np.reshape(points, (-1, 2)).T), style | {"marker": "o", "markersize": 5})]
+    if failed_points:
+        cross = {**CROSS, "color": style["color"]}
+        parts.append(Line(name + WITHOUT_RESULT, *np.transpose(failed_points), cross, False))
     return parts
 
 
-def dashed() -> dict:
-    """The look of what is compared with."""
+def reference_style() -> dict:
+    """The style of a reference."""
     return {"color": STYLE["ink"], "linewidth": 2.0, "linestyle": "--"}
 
 
-def shade(place: int = 0) -> dict:
-    """The look of a band."""
-    return {"color": BALL_COLOURS[place], "alpha": 0.22}
+def band_style(index: int = 0) -> dict:
+    """The style of a band."""
+    return {"color": BALL_COLOURS[index], "alpha": 0.22}
 
 
-def labels(sheet: Sheet) -> set[str]:
+def legend_entries(sheet: Sheet) -> set[str]:
     """The entries of the legends of a sheet."""
     return {part.name for row in sheet.rows for panel in row for part in panel.parts if part.label and part.name}
 
@@ -173,8 +174,8 @@ def draw(sheet: Sheet, path: Path, made: str) -> Path:
 
 def figure_of(sheet: Sheet, made: str = "") -> Figure:
     """The picture."""
-    names = labels(sheet) if sheet.key else ()
-    columns = max(1, min(len(names), int(KEY_WIDTH / (7 + max(map(len, names), default=0)))))
+    names = legend_entries(sheet) if sheet.shared_legend else ()
+    columns = max(1, min(len(names), int(LEGEND_WIDTH / (7 + max(map(len, names), default=0)))))
     tall = ROW * len(sheet.rows) + 0.9 + 0.3 * -(-len(names) // columns)
     figure = Figure(figsize=(WIDTH, tall), dpi=100, facecolor="white", layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
@@ -185,13 +186,13 @@ def figure_of(sheet: Sheet, made: str = "") -> Figure:
         for column, panel in enumerate(row, start=1):
             axis = box.add_subplot(1, len(row), column)
             _draw_panel(box, axis, panel)
-            handles, words = axis.get_legend_handles_labels()
-            keys |= dict(zip(words, handles, strict=True))
-            if panel.legend and not sheet.key and words:
-                aside = len(words) > MANY or panel.legend == BESIDE
-                beside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9}
-                axis.legend(frameon=False, **(beside if aside else {"loc": panel.legend, "fontsize": 10.5}))
-    keys = keys if sheet.key else {}
+            handles, drawn_names = axis.get_legend_handles_labels()
+            keys |= dict(zip(drawn_names, handles, strict=True))
+            if panel.legend and not sheet.shared_legend and drawn_names:
+                is_outside = len(drawn_names) > MOST_INSIDE or panel.legend == OUTSIDE
+                outside = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.0), "fontsize": 9}
+                axis.legend(frameon=False, **(outside if is_outside else {"loc": panel.legend, "fontsize": 10.5}))
+    keys = keys if sheet.shared_legend else {}
     footer = "; ".join(filter(None, (sheet.footer, made)))
     key = figure.legend(
         keys.values(), keys, loc="outside lower left", ncols=columns, title=footer, alignment="left", frameon=False,
@@ -208,23 +209,25 @@ def _draw_panel(figure, axis, panel: Panel) -> None:
     for part in panel.parts:
         part.draw(axis, **({"label": part.name} if part.label else {}))
     limits = {"xlim": panel.x.limits, "ylim": panel.y.limits}
-    axis.set(**{name: one for name, one in limits.items() if one})  # None would fix those that are
-    if panel.to_scale:
+    axis.set(**{name: limit for name, limit in limits.items() if limit})  # None would fix those that are
+    if panel.equal_aspect:
         axis.set_aspect("equal", adjustable="datalim")
-    across, unit = _label(axis.xaxis, panel.x)
-    density = (1.0 / across, inverse_unit(unit)) if panel.y.unit == f"1/{panel.x.unit}" else None
-    up, unit = _label(axis.yaxis, panel.y, density)
+    x_factor, unit = _label(axis.xaxis, panel.x)
+    density = (1.0 / x_factor, inverse_unit(unit)) if panel.y.unit == f"1/{panel.x.unit}" else None
+    y_factor, unit = _label(axis.yaxis, panel.y, density)
     if panel.names:
         axis.set_yticks(range(len(panel.names)), panel.names)
-    for part, drawn in zip((one for one in panel.parts if isinstance(one, Map)), axis.collections, strict=False):
-        per, of = (1.0 / up, inverse_unit(unit)) if part.unit == f"1/{panel.y.unit}" else (1.0, part.unit)
+    for part, drawn in zip((part for part in panel.parts if isinstance(part, Map)), axis.collections, strict=False):
+        colour_factor, colour_unit = (
+            (1.0 / y_factor, inverse_unit(unit)) if part.unit == f"1/{panel.y.unit}" else (1.0, part.unit)
+        )
         beyond = np.nanmax(part.z, initial=part.limits[0]) > part.limits[1]
         bar = figure.colorbar(drawn, ax=axis, pad=0.02, extend="max" if beyond else "neither")
         bar.outline.set_visible(False)
-        bar.set_label(axis_label(part.name, of), fontsize=11, color=STYLE["ink"])
+        bar.set_label(axis_label(part.name, colour_unit), fontsize=11, color=STYLE["ink"])
         bar.ax.tick_params(length=0, labelsize=10, labelcolor=STYLE["ink"])
-        if per != 1.0:
-            bar.ax.yaxis.set_major_formatter(_plain(per))
+        if colour_factor != 1.0:
+            bar.ax.yaxis.set_major_formatter(_plain(colour_factor))
 
 
 def _label(along, axis: Axis, density: tuple[float, str] | None = None) -> tuple[float, str]:
@@ -233,15 +236,15 @@ def _label(along, axis: Axis, density: tuple[float, str] | None = None) -> tuple
     shown = axis.shown[::-1] if axis.shown else density
     factor, unit = shown or readable_scale([low, high], axis.unit)
     along.set_label_text(axis_label(axis.name, unit))
-    wide = axis.log and high > FEW_DECADES * low
+    wide = axis.log and high > WIDE_RANGE * low
     if axis.log:
         along.set_major_locator(LogLocator(subs=(1.0,) if wide else (1.0, 2.0, 5.0)))
         along.set_minor_locator(NullLocator())
     else:  # round in the unit that is shown
-        locator = MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10], integer=axis.whole, min_n_ticks=1)
+        locator = MaxNLocator(MOST_TICKS, steps=[1, 2, 2.5, 5, 10], integer=axis.is_integer, min_n_ticks=1)
         ticks = locator.tick_values(factor * low, factor * high) / factor
         along.set_ticks(ticks[(low <= ticks) & (ticks <= high)])
-    written_out = not wide or (factor * low > WRITTEN_OUT[0] and factor * high < WRITTEN_OUT[1])
+    written_out = not wide or (factor * low > PLAIN_RANGE[0] and factor * high < PLAIN_RANGE[1])
     along.set_major_formatter(_plain(factor) if written_out else _powers(factor))
     return factor, unit
 

@@ -13,8 +13,8 @@ import numpy as np
 from bearing_twin.charts import reference
 from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.laws import LAW_LABELS
-from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, colour
-from bearing_twin.charts.scenes import run
+from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, line_style
+from bearing_twin.charts.scenes import run_scene
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.laws import steady_damping, steady_ratio
 from bearing_twin.kinds.bodies.derived import mass_of
@@ -32,48 +32,48 @@ ARROW = 0.012  # m
 AROUND = np.linspace(0.0, 2.0 * math.pi, 181)
 
 
-def _place(law: str) -> int:
+def _law_index(law: str) -> int:
     """The number of a law's colour, as in the chart of laws."""
     return [*LAW_LABELS].index(law)
 
 
-def _outline(body, name: str, place: int) -> Line:
+def _outline(body, name: str, index: int) -> Line:
     """The section y = 0 of an ellipsoid that is turned about y."""
     x, z = body.semi_axes[0] * np.cos(AROUND), body.semi_axes[2] * np.sin(AROUND)
     c, s = math.cos(body.turn[1]), math.sin(body.turn[1])
-    return Line(name, body.position[0] + c * x + s * z, body.position[2] - s * x + c * z, colour(place))
+    return Line(name, body.position[0] + c * x + s * z, body.position[2] - s * x + c * z, line_style(index))
 
 
 def contact_frame(quick: bool) -> Sheet:
     """Figures 1 and 2: opposing points of two bodies, and the frame of their contact."""
     panels, reading = [], []
     for figure, position in POSITIONS.items():
-        keys = (*TWO, f"first.position={position}")
-        found = run("two_bodies_ellipsoid", keys, ("contact_point", "normal", "approach"))
-        point, normal = (found.values[name][0][[0, 2]] for name in ("contact_point", "normal"))
-        approach, parameters, parts = float(found.values["approach"][0]), found.scene.parameters, []
+        overrides = (*TWO, f"first.position={position}")
+        run_data = run_scene("two_bodies_ellipsoid", overrides, ("contact_point", "normal", "approach"))
+        point, normal = (run_data.values[name][0][[0, 2]] for name in ("contact_point", "normal"))
+        approach, parameters, parts = float(run_data.values["approach"][0]), run_data.scene.parameters, []
         ends = [point + 0.5 * approach * sign * normal for sign in (1.0, -1.0)]
-        for place, (letter, body) in enumerate({"A": parameters.first, "B": parameters.second}.items()):
-            parts.append(_outline(body, f"body {letter}", 5 * place))
-            dot = {"color": BALL_COLOURS[5 * place], "marker": "o", "markersize": 9, "linestyle": ""}
-            parts.append(Line(f"opposing point P_{letter}", [ends[place][0]], [ends[place][1]], dot))
+        for index, (letter, body) in enumerate({"A": parameters.first, "B": parameters.second}.items()):
+            parts.append(_outline(body, f"body {letter}", 5 * index))
+            dot = {"color": BALL_COLOURS[5 * index], "marker": "o", "markersize": 9, "linestyle": ""}
+            parts.append(Line(f"opposing point P_{letter}", [ends[index][0]], [ends[index][1]], dot))
         tangent = np.array([normal[1], -normal[0]])
-        for name, one, place in (("γ (normal)", normal, 2), ("α (in the tangent plane)", tangent, 3)):
-            tip = ends[0] + ARROW * one
-            look = {"color": BALL_COLOURS[place], "linewidth": 2.5}
-            parts.append(Line(name, [ends[0][0], tip[0]], [ends[0][1], tip[1]], look))
+        for name, direction, index in (("γ (normal)", normal, 2), ("α (in the tangent plane)", tangent, 3)):
+            tip = ends[0] + ARROW * direction
+            style = {"color": BALL_COLOURS[index], "linewidth": 2.5}
+            parts.append(Line(name, [ends[0][0], tip[0]], [ends[0][1], tip[1]], style))
         separated = approach < 0.0
-        what = "opposing points of separated bodies" if separated else "frame of a contact, depth enlarged"
+        subject = "opposing points of separated bodies" if separated else "frame of a contact, depth enlarged"
         across, up = Axis("x", "m"), Axis("z", "m")
-        panels.append(Panel(f"Figure {figure}: {what}", across, up, parts, "lower left", to_scale=True))
-        words = f"a gap of {-1e3 * approach:.3g} mm" if separated else f"an approach of {1e3 * approach:.3g} mm"
-        reading.append(f"Figure {figure}: the opposing points lie on one normal of both surfaces, with {words}.")
+        panels.append(Panel(f"Figure {figure}: {subject}", across, up, parts, "lower left", equal_aspect=True))
+        distance = f"a gap of {-1e3 * approach:.3g} mm" if separated else f"an approach of {1e3 * approach:.3g} mm"
+        reading.append(f"Figure {figure}: the opposing points lie on one normal of both surfaces, with {distance}.")
     title = "Paper 1: opposing points of two ellipsoids, and the frame of their contact"
     return Sheet(title, [panels], "two_bodies_ellipsoid, section y = 0", reading)
 
 
 BALL, DURATION, RESTITUTION = "ellipsoid_on_plane", 3.2, 0.8
-PAIR, LAST = ("hertz", "volumetric"), 4
+PAIR, LAST_IMPACTS = ("hertz", "volumetric"), 4
 CASES = {"no loss": 0, "restitution 0.8 for both": 1, "one d(h) for both (paper 1)": 2}
 
 
@@ -85,19 +85,19 @@ def _ball(law: str) -> tuple[float, float]:
     return float(coefficient_of(law, curvature, curvature, parameters.modulus)), float(mass_of(parameters.body))
 
 
-def _bounce_keys(case: int, law: str, *more: str) -> tuple[str, ...]:
+def _bounce_keys(case: int, law: str, *further: str) -> tuple[str, ...]:
     loss = (
         (),
         (f"contact.restitution={RESTITUTION}",),
         (f"contact.viscosity={steady_damping(RESTITUTION, *_ball('hertz'))!r}",),
     )
-    keys = ("contact.restitution=1.0", f"run.duration={DURATION}", "wanted.tolerance=1e-11")
-    return (*keys, f"contact.normal={law}", *loss[case], *more)
+    overrides = ("contact.restitution=1.0", f"run.duration={DURATION}", "wanted.tolerance=1e-11")
+    return (*overrides, f"contact.normal={law}", *loss[case], *further)
 
 
 def delays(case: int) -> tuple[np.ndarray, np.ndarray]:
     """Delay [s] of Hertz's impacts after those of the volumetric law, found and in closed form."""
-    contacts = [run(BALL, _bounce_keys(case, law)).figures["contacts"] for law in PAIR]
+    contacts = [run_scene(BALL, _bounce_keys(case, law)).figures["contacts"] for law in PAIR]
     count = min(map(len, contacts))
     parameters = load_scene(BALL).parameters
     (hertz, mass), (soft, _) = map(_ball, PAIR)
@@ -107,51 +107,51 @@ def delays(case: int) -> tuple[np.ndarray, np.ndarray]:
         reference.impact_instants(count, parameters.start.height, -parameters.gravity[2], c, mass, z)
         for c, z in zip((hertz, soft), ratios, strict=True)
     ]
-    found = [np.array([one["start_s"] for one in each[:count]]) for each in contacts]
-    return found[0] - found[1], exact[0] - exact[1]
+    instants = [np.array([contact["start_s"] for contact in contacts_of_law[:count]]) for contacts_of_law in contacts]
+    return instants[0] - instants[1], exact[0] - exact[1]
 
 
 def bounces(quick: bool) -> Sheet:
     """Figures 3 and 4: altitude over time, one impact enlarged, and Hertz's delay impact by impact."""
-    looks = {
-        "hertz": {**colour(_place("hertz")), "linewidth": 3.4},
-        "volumetric": {**colour(_place("volumetric")), "linewidth": 1.8, "linestyle": "--"},
+    styles = {
+        "hertz": {**line_style(_law_index("hertz")), "linewidth": 3.4},
+        "volumetric": {**line_style(_law_index("volumetric")), "linewidth": 1.8, "linestyle": "--"},
     }
 
     def altitude(law: str, *keys: str):
-        found = run(BALL, _bounce_keys(2, law, *keys), ("position",))
-        return found.time, found.values["position"][:, 2], found.figures["contacts"]
+        run_data = run_scene(BALL, _bounce_keys(2, law, *keys), ("position",))
+        return run_data.time, run_data.values["position"][:, 2], run_data.figures["contacts"]
 
-    whole, near, parts, reading, instants = [], [], [], [], []
-    for law, look in looks.items():
+    altitudes, enlarged, parts, reading, instants = [], [], [], [], []
+    for law, style in styles.items():
         time, height, contacts = altitude(law, f"run.output_rate={1000 if quick else 5000}")
-        whole.append(Line(LAW_LABELS[law], time, height, look))
+        altitudes.append(Line(LAW_LABELS[law], time, height, style))
         instants.append(contacts[-2]["start_s"])
     middle, reach = 0.5 * sum(instants), abs(instants[0] - instants[1]) + 1e-3
-    for law, look in looks.items():
+    for law, style in styles.items():
         fine = (f"run.output_rate={2e4 if quick else 1e5:g}", f"run.duration={middle + reach:.9g}")
         time, height, _ = altitude(law, *fine)
         inside = time >= middle - reach
-        near.append(Line(LAW_LABELS[law], time[inside] - middle, height[inside], look))
+        enlarged.append(Line(LAW_LABELS[law], time[inside] - middle, height[inside], style))
     for name, case in CASES.items():
-        found, exact = (one[1:] for one in delays(case))
-        impacts = np.arange(2, len(found) + 2)
-        late = "Hertz" if found[-1] > 0.0 else "the volumetric law"
-        look = {**colour(case), "linestyle": "", "marker": "o", "markersize": 8}
-        parts.append(Line(f"{name}: {late} late", impacts, np.abs(found), look))
-        parts.append(Line("closed form", impacts, np.abs(exact), colour(case), False))
-        words = ", ".join(f"{1e6 * abs(one):.4g}" for one in found[-LAST:])
-        error = 100.0 * np.abs(found / exact - 1.0)[-LAST:].max()
+        measured, exact = (values[1:] for values in delays(case))
+        impacts = np.arange(2, len(measured) + 2)
+        later_law = "Hertz" if measured[-1] > 0.0 else "the volumetric law"
+        style = {**line_style(case), "linestyle": "", "marker": "o", "markersize": 8}
+        parts.append(Line(f"{name}: {later_law} late", impacts, np.abs(measured), style))
+        parts.append(Line("closed form", impacts, np.abs(exact), line_style(case), False))
+        last_delays = ", ".join(f"{1e6 * abs(delay):.4g}" for delay in measured[-LAST_IMPACTS:])
+        error = 100.0 * np.abs(measured / exact - 1.0)[-LAST_IMPACTS:].max()
         reading.append(
-            f"{name}: {late} comes late, by {words} µs in the last impacts; the closed form is within {error:.1g} % of "
-            "it."
+            f"{name}: {later_law} comes late, by {last_delays} µs in the last impacts; the closed form is within "
+            f"{error:.1g} % of it."
         )
     up, after = Axis("altitude of the centre", "m"), Axis(f"time after {middle:.6g} s", "s")
     impact, delay = Axis("impact, counted from the first"), Axis("delay", "s", log=True)
     rows = [
-        [Panel("Figure 3: altitude of the centre, one d(h) for both laws", TIME, up, whole, "upper right")],
+        [Panel("Figure 3: altitude of the centre, one d(h) for both laws", TIME, up, altitudes, "upper right")],
         [
-            Panel("Figure 4: the second impact from the right", after, up, near),
+            Panel("Figure 4: the second impact from the right", after, up, enlarged),
             Panel("Delay of the impacts; lines: closed forms", impact, delay, parts),
         ],
     ]
@@ -166,22 +166,22 @@ FOLLOWED, OUTER, SPAN = 0, 1, 0.1  # ball, raceway, s of the curves
 def bearing(quick: bool) -> Sheet:
     """Figure 5: contact point and normal of a ball, and how far those by other laws are from exact Hertz."""
     span = 0.02 if quick else SPAN
-    keys, names = (f"run.duration={span}", "run.output_rate=4000"), ("point", "normal", "normal_load")
-    found = {law: run(SCENE, (*keys, f"contact.normal={law}"), names) for law in (EXACT, *LAWS)}
-    time, exact, scene = found[EXACT].time, found[EXACT].values, found[EXACT].scene
+    overrides, channels = (f"run.duration={span}", "run.output_rate=4000"), ("point", "normal", "normal_load")
+    runs = {law: run_scene(SCENE, (*overrides, f"contact.normal={law}"), channels) for law in (EXACT, *LAWS)}
+    time, exact, scene = runs[EXACT].time, runs[EXACT].values, runs[EXACT].scene
     point, normal, load = (exact[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
     distances, reading = [], []
     for law in LAWS:
-        p, n, f = (found[law].values[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
+        p, n, f = (runs[law].values[name][:, FOLLOWED, OUTER] for name in ("point", "normal", "normal_load"))
         away, turned = np.linalg.norm(p - point, axis=1), np.linalg.norm(n - normal, axis=1).max()
-        distances.append(Line(LAW_LABELS[law], time, np.maximum(away, 1e-18), colour(_place(law))))
+        distances.append(Line(LAW_LABELS[law], time, np.maximum(away, 1e-18), line_style(_law_index(law))))
         reading.append(
             f"{law} against exact Hertz over {span:g} s: r_P within {away.max():.2g} m, n_A within {turned:.2g} rad, "
             f"load within {np.abs(f / load - 1.0).max():.2g}."
         )
 
     def curves(values, letter):
-        return [Line(rf"${letter}_{axis}$", time, values[:, k], colour(k)) for k, axis in enumerate("xyz")]
+        return [Line(rf"${letter}_{axis}$", time, values[:, k], line_style(k)) for k, axis in enumerate("xyz")]
 
     rows = [
         [

@@ -14,16 +14,16 @@ import numpy as np
 from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.panels import Axis, Line, Panel, Sheet
 from bearing_twin.charts.reference import strike
-from bearing_twin.charts.scenes import Found, run
+from bearing_twin.charts.scenes import RunData, run_scene
 from bearing_twin.kinds.beam.motion import beam_of
 from bearing_twin.pictures import BALL_COLOURS
 from bearing_twin.run.scene import load_scene
 
 HEIGHTS = {50: (2, 4), 600: (3, 5)}  # mm: the paper's figures of bodies and of curves
-LOOKS = {"euler": "--", "timoshenko": "-"}
+LINE_STYLES = {"euler": "--", "timoshenko": "-"}
 TIME = Axis("time", "s")
 LENGTH = Axis("along the beam", "m")
-SHOWN, TOUCH = 1.5e-3, 1.2e-4  # s of the curves, of the forces at the first contact
+CURVE_DURATION, TOUCH_DURATION = 1.5e-3, 1.2e-4  # s of the curves, of the forces at the first contact
 CELLS, QUARTER = 800, 1  # of the beam under a rigid contact; the place of a quarter of the span among the channels
 DAMPING, PERIODS = 0.005, 8  # of every mode; periods of the first mode after the last contact
 FOOTER = "steel sphere, radius 10 mm, on a steel beam of 10 x 10 x 153.5 mm"
@@ -31,29 +31,31 @@ CHANNELS = ("normal_load", "deflection", "bending_stress", "shape")
 
 
 @functools.lru_cache(maxsize=16)
-def fall(height: int, theory: str, damping: float = 0.0, duration: float = SHOWN) -> Found:
+def fall(height: int, theory: str, damping: float = 0.0, duration: float = CURVE_DURATION) -> RunData:
     """The fall from `height` [mm]."""
-    keys = f"beam.theory={theory}", f"beam.damping_ratio={damping!r}", f"run.duration={duration!r}"
-    return run(f"sphere_on_beam_drop_{height}mm", (*keys, "run.output_rate=1e6", "run.publish_rate=1e6"), CHANNELS)
+    overrides = f"beam.theory={theory}", f"beam.damping_ratio={damping!r}", f"run.duration={duration!r}"
+    return run_scene(
+        f"sphere_on_beam_drop_{height}mm", (*overrides, "run.output_rate=1e6", "run.publish_rate=1e6"), CHANNELS
+    )
 
 
 def drops(quick: bool) -> Sheet:
     """Figures 1, 2 and 3: the beam at the touch and at its greatest deflection."""
     panels, reading = [], []
     for height, (figure, _) in HEIGHTS.items():
-        lines, seen = [], []
-        for theory, dashes in LOOKS.items():
-            found = fall(height, theory)
-            time, shapes, span = found.time, found.values["shape"], found.scene.parameters.beam.span
+        lines, greatest = [], []
+        for theory, dashes in LINE_STYLES.items():
+            data = fall(height, theory)
+            time, shapes, span = data.time, data.values["shape"], data.scene.parameters.beam.span
             last = int(shapes.max(axis=1).argmax())
-            for name, row, place in (("touch", 0, 2), ("greatest deflection", last, 5)):
-                words = f"{name}, {theory.capitalize()}, {1e6 * time[row]:.0f} µs"
-                look = {"color": BALL_COLOURS[place], "linewidth": 2.4, "linestyle": dashes}
-                lines.append(Line(words, np.linspace(0.0, span, shapes.shape[1]), -shapes[row], look))
-            seen.append(f"{1e6 * shapes.max():.1f} µm at {1e6 * time[last]:.0f} µs by {theory.capitalize()}")
+            for name, row, colour_index in (("touch", 0, 2), ("greatest deflection", last, 5)):
+                label = f"{name}, {theory.capitalize()}, {1e6 * time[row]:.0f} µs"
+                style = {"color": BALL_COLOURS[colour_index], "linewidth": 2.4, "linestyle": dashes}
+                lines.append(Line(label, np.linspace(0.0, span, shapes.shape[1]), -shapes[row], style))
+            greatest.append(f"{1e6 * shapes.max():.1f} µm at {1e6 * time[last]:.0f} µs by {theory.capitalize()}")
         up = Axis("height above rest", "m", limits=(-1.15 * shapes.max(), 0.6 * shapes.max()))
         panels.append(Panel(f"Figure {figure}: fall from {height} mm", LENGTH, up, lines, "upper right"))
-        reading.append(f"The beam is bent most, by the fall from {height} mm, by {' and '.join(seen)}.")
+        reading.append(f"The beam is bent most, by the fall from {height} mm, by {' and '.join(greatest)}.")
     return Sheet("Paper 2: a sphere falls on a beam", [panels], FOOTER, reading)
 
 
@@ -64,30 +66,30 @@ def histories(quick: bool) -> Sheet:
     for height, (_, figure) in HEIGHTS.items():
         for row, letter, name, unit in ((0, "a", "deflection", "m"), (1, "b", "bending_stress", "Pa")):
             parts, title = [], name.replace("_", " ")
-            for theory, dashes in LOOKS.items():
-                found = fall(height, theory)
-                for column, colour, where in ((0, 0, "point of impact"), (QUARTER, 5, "1/4 of the span")):
-                    look = {"color": BALL_COLOURS[colour], "linestyle": dashes, "linewidth": 1.7}
-                    words = f"{where}, {theory.capitalize()}"
-                    parts.append(Line(words, found.time, found.values[name][:, column], look))
+            for theory, dashes in LINE_STYLES.items():
+                data = fall(height, theory)
+                for column, colour_index, location in ((0, 0, "point of impact"), (QUARTER, 5, "1/4 of the span")):
+                    style = {"color": BALL_COLOURS[colour_index], "linestyle": dashes, "linewidth": 1.7}
+                    label = f"{location}, {theory.capitalize()}"
+                    parts.append(Line(label, data.time, data.values[name][:, column], style))
             heading = f"Figure {figure}{letter}: {title}, fall from {height} mm"
             rows[row].append(Panel(heading, TIME, Axis(title, unit), parts))
-        words = []
-        for theory in LOOKS:
+        falls = []
+        for theory in LINE_STYLES:
             figures = fall(height, theory, 0.0, 3e-3).figures
-            peaks = ", ".join(f"{one['peak_force_n']:.1f}" for one in figures["contacts"])
-            words.append(f"by {theory.capitalize()} {peaks} N and a restitution of {figures['restitution']:.4f}")
-        reading.append(f"The contacts of the fall from {height} mm reach {'; '.join(words)}.")
-    return Sheet("Paper 2: deflection and stress of the beam", rows, f"{FOOTER}; undamped", reading, key=True)
+            peaks = ", ".join(f"{contact['peak_force_n']:.1f}" for contact in figures["contacts"])
+            falls.append(f"by {theory.capitalize()} {peaks} N and a restitution of {figures['restitution']:.4f}")
+        reading.append(f"The contacts of the fall from {height} mm reach {'; '.join(falls)}.")
+    return Sheet("Paper 2: deflection and stress of the beam", rows, f"{FOOTER}; undamped", reading, shared_legend=True)
 
 
 def rigid(height: int):
     """The first contact of a rigid sphere on Timoshenko's beam, and its peak force [N] at the touch."""
-    found = fall(height, "timoshenko")
-    parameters, speed = found.scene.parameters, found.figures["impact_speed_m_s"]
+    data = fall(height, "timoshenko")
+    parameters, speed = data.scene.parameters, data.figures["impact_speed_m_s"]
     beam, sphere = beam_of(parameters, "timoshenko"), parameters.sphere
     mass = sphere.mass or 4.0 / 3.0 * math.pi * sphere.radius**3 * sphere.material.density
-    contact = strike(beam, mass, math.inf, speed, parameters.blow.point, TOUCH, CELLS)
+    contact = strike(beam, mass, math.inf, speed, parameters.blow.point, TOUCH_DURATION, CELLS)
     return contact, 2.0 * speed * math.sqrt(beam.shear_rigidity * beam.mass / beam.span)
 
 
@@ -97,10 +99,10 @@ def stress_after(height: int, theory: str, damping: float):
     beam = load_scene(f"sphere_on_beam_drop_{height}mm").parameters.beam
     stiffness = math.sqrt(beam.material.young_modulus / (12.0 * beam.material.density)) * beam.height
     period = 2.0 * math.pi / ((math.pi / beam.span) ** 2 * stiffness)
-    found = fall(height, theory, damping, 1e-3 + PERIODS * period)
-    last = max(one["start_s"] + one["duration_s"] for one in found.figures["contacts"])
-    stress, place = found.values["bending_stress"][:, 0], np.floor((found.time - last) / period)
-    sizes = np.array([math.sqrt(np.mean(stress[place == part] ** 2)) for part in range(PERIODS)])
+    data = fall(height, theory, damping, 1e-3 + PERIODS * period)
+    last = max(contact["start_s"] + contact["duration_s"] for contact in data.figures["contacts"])
+    stress, period_index = data.values["bending_stress"][:, 0], np.floor((data.time - last) / period)
+    sizes = np.array([math.sqrt(np.mean(stress[period_index == part] ** 2)) for part in range(PERIODS)])
     return sizes / sizes[0], sizes[0] / np.abs(stress).max()
 
 
@@ -109,12 +111,12 @@ def claims(quick: bool) -> Sheet:
     rows: list = [[], []]
     reading, faster = [], True
     for height in HEIGHTS:
-        found, (hard, peak) = fall(height, "timoshenko"), rigid(height)
-        soft, near = found.figures["contacts"][0], found.time <= TOUCH
-        load = found.values["normal_load"][near]
+        data, (hard, peak) = fall(height, "timoshenko"), rigid(height)
+        soft, touching = data.figures["contacts"][0], data.time <= TOUCH_DURATION
+        load = data.values["normal_load"][touching]
         lines = [
             Line("rigid contact", hard.time, hard.force, {"color": BALL_COLOURS[5], "linewidth": 1.4}),
-            Line("with Hertz's local deformation", found.time[near], load, {"color": BALL_COLOURS[0]}),
+            Line("with Hertz's local deformation", data.time[touching], load, {"color": BALL_COLOURS[0]}),
         ]
         title = f"Contact force on Timoshenko's beam, fall from {height} mm"
         rows[0].append(Panel(title, TIME, Axis("force", "N"), lines))
@@ -129,24 +131,24 @@ def claims(quick: bool) -> Sheet:
     across = Axis("periods of the first mode after the last contact")
     up = Axis("r.m.s. stress, first period = 1", limits=(0.0, 1.2))
     for damping in (0.0, DAMPING):
-        parts, words = [], []
-        for theory, dashes in LOOKS.items():
-            both = []
-            for place, height in enumerate(HEIGHTS):
+        parts, shares_text = [], []
+        for theory, dashes in LINE_STYLES.items():
+            percentages = []
+            for index, height in enumerate(HEIGHTS):
                 shares, first = stress_after(height, theory, damping)
-                look = {"color": BALL_COLOURS[5 * place], "linestyle": dashes, "marker": "o"}
-                parts.append(Line(f"{height} mm, {theory.capitalize()}", np.arange(PERIODS), shares, look))
-                both.append(100.0 * (shares[-1] if damping else first))
-            faster = faster and (not damping or both[0] < both[1])
-            words.append(f"{both[0]:.0f} and {both[1]:.0f} % by {theory.capitalize()}")
+                style = {"color": BALL_COLOURS[5 * index], "linestyle": dashes, "marker": "o"}
+                parts.append(Line(f"{height} mm, {theory.capitalize()}", np.arange(PERIODS), shares, style))
+                percentages.append(100.0 * (shares[-1] if damping else first))
+            faster = faster and (not damping or percentages[0] < percentages[1])
+            shares_text.append(f"{percentages[0]:.0f} and {percentages[1]:.0f} % by {theory.capitalize()}")
         how = f"{100.0 * damping:g} % of critical damping" if damping else "undamped"
         rows[1].append(Panel(f"Stress at the point of impact, {how}", across, up, parts, "lower left"))
         reading.append(
-            f"With {how} the stress is, {PERIODS - 1} periods on, for 50 and 600 mm at {' and '.join(words)} of what "
-            f"it was: the paper's 'faster when the height is smaller' {'holds' if faster else 'does not hold'}."
+            f"With {how} the stress is, {PERIODS - 1} periods on, for 50 and 600 mm at {' and '.join(shares_text)} of "
+            f"what it was: the paper's 'faster when the height is smaller' {'holds' if faster else 'does not hold'}."
             if damping
             else "Without damping the stress does not die down after the last contact; that leaves of the greatest "
-            f"stress (r.m.s.), for 50 and 600 mm, {' and '.join(words)}."
+            f"stress (r.m.s.), for 50 and 600 mm, {' and '.join(shares_text)}."
         )
     footer = f"{FOOTER}; the rigid contact, by {CELLS} cells, overshoots at its first step"
     return Sheet("Paper 2: two of its conclusions", rows, footer, reading)

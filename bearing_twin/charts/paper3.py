@@ -12,8 +12,19 @@ from scipy import stats
 from scipy.interpolate import CubicSpline
 
 from bearing_twin.charts.contest import Figures, Paper
-from bearing_twin.charts.panels import BESIDE, Axis, Band, Line, Map, Panel, Sheet, colour, dashed, shade
-from bearing_twin.charts.scenes import run
+from bearing_twin.charts.panels import (
+    OUTSIDE,
+    Axis,
+    Band,
+    Line,
+    Map,
+    Panel,
+    Sheet,
+    band_style,
+    line_style,
+    reference_style,
+)
+from bearing_twin.charts.scenes import run_scene
 from bearing_twin.pictures import STYLE
 from bearing_twin.uq.distributions import DISTRIBUTIONS, greatest_entropy
 from bearing_twin.uq.propagation import Derived
@@ -28,7 +39,7 @@ CONTACT_TIME, MODULUS = Axis("contact time", "s"), Axis("Young's modulus", "Pa")
 TIME, FORCE = Axis("time since first touch", "s"), Axis("contact force", "N")
 BOUNDS = (0.05, 0.5, 0.95)
 THIN = {"color": STYLE["edge"], "linewidth": 0.8, "alpha": 0.9}
-SOLID, FILLED = {**dashed(), "linestyle": "-"}, {"step": "post", "color": "#b9c6d2"}
+SOLID, FILLED = {**reference_style(), "linestyle": "-"}, {"step": "post", "color": "#b9c6d2"}
 QUICK, FEW = 200, 60  # samples of a quick study, of one by finite elasticity
 
 
@@ -38,9 +49,9 @@ def gamma(mean: float, deviation: float):
     return stats.gamma(shape, scale=mean / shape)
 
 
-def entropy(one) -> float:
+def entropy(distribution) -> float:
     """The entropy of a distribution [nat], the mean of -ln of its density, over evenly spaced quantiles."""
-    return -float(np.mean(np.log(one.pdf(one.ppf((np.arange(20_000) + 0.5) / 20_000)))))
+    return -float(np.mean(np.log(distribution.pdf(distribution.ppf((np.arange(20_000) + 0.5) / 20_000)))))
 
 
 def contact_time(deviation: float, speed: float = 20.0):
@@ -58,32 +69,32 @@ def study(name: str, samples: int, *overrides: str):
 @functools.cache
 def discs_in_line_contact(speed: float, law: str) -> Derived:
     """The distribution of the contact time [s] of the discs of paper 3, by a law, at a relative speed [m/s]."""
-    keys = f"motion.first_velocity={speed:g}", f"contact.normal={law}", "quantities=[contact_duration]"
-    found = load_study("discs_small_10", keys)
-    return exact_distributions(found, task_of(found), "change_of_variable")["contact_duration"]
+    overrides = f"motion.first_velocity={speed:g}", f"contact.normal={law}", "quantities=[contact_duration]"
+    discs = load_study("discs_small_10", overrides)
+    return exact_distributions(discs, task_of(discs), "change_of_variable")["contact_duration"]
 
 
-def bars(sample: np.ndarray, look: dict | None = None) -> Band | Line:
+def bars(sample: np.ndarray, style: dict | None = None) -> Band | Line:
     """The histogram of a sample, by the rule of Freedman and Diaconis: filled, or its outline in a look."""
     sample = sample[np.isfinite(sample)]
     heights, edges = np.histogram(sample, "fd", density=True)
     name, up = f"{len(sample)} samples", np.append(heights, 0.0)
-    return Line(name, edges, up, look, False) if look else Band(name, edges, np.zeros_like(up), up, FILLED)
+    return Line(name, edges, up, style, False) if style else Band(name, edges, np.zeros_like(up), up, FILLED)
 
 
-def density(name: str, one, look: dict) -> Line:
+def density(name: str, distribution, style: dict) -> Line:
     """The density of a distribution over all but a negligible part of it."""
-    quantile = one.quantile if isinstance(one, Derived) else one.ppf
+    quantile = distribution.quantile if isinstance(distribution, Derived) else distribution.ppf
     x = np.linspace(quantile(1e-6), quantile(1.0 - 5e-4), 301)
-    return Line(name, x, one.pdf(x), look)
+    return Line(name, x, distribution.pdf(x), style)
 
 
-def smoothed(name: str, sample: np.ndarray, look: dict) -> Line:
+def smoothed(name: str, sample: np.ndarray, style: dict) -> Line:
     """The kernel density of a sample."""
-    return Line(name, *kernel_density(sample), look)
+    return Line(name, *kernel_density(sample), style)
 
 
-def of_density(title: str, axis: Axis, *parts) -> Panel:
+def density_panel(title: str, axis: Axis, *parts) -> Panel:
     """A panel of densities and histograms."""
     return Panel(title, axis, Axis("density", f"1/{axis.unit}", limits=(0.0, None)), [*parts])
 
@@ -91,38 +102,40 @@ def of_density(title: str, axis: Axis, *parts) -> Panel:
 def densities(quick: bool) -> Sheet:
     """Figures 1, 2, 10 and 11."""
     rows: list = [[], []]
-    names = [f"spheres_alpha_{1e5 * one:.0f}e-5" for one in DEVIATIONS]
-    found = [study(one, QUICK if quick else 0, "histories=[]", "quantities=[contact_duration]") for one in names]
-    exact = [contact_time(one) for one in DEVIATIONS]
-    alphas = [one.values[:, 0] for one in found], [gamma(MEAN_ALPHA, one) for one in DEVIATIONS]
-    times = [one.sample("contact_duration") for one in found], exact
+    names = [f"spheres_alpha_{1e5 * deviation:.0f}e-5" for deviation in DEVIATIONS]
+    overrides = "histories=[]", "quantities=[contact_duration]"
+    results = [study(name, QUICK if quick else 0, *overrides) for name in names]
+    exact = [contact_time(deviation) for deviation in DEVIATIONS]
+    alphas = [result.values[:, 0] for result in results], [gamma(MEAN_ALPHA, deviation) for deviation in DEVIATIONS]
+    times = [result.sample("contact_duration") for result in results], exact
     for title, axis, (samples, truths) in (
         ("Figure 1: alpha", ALPHA, alphas),
         ("Figure 2: contact time at 20 m/s", CONTACT_TIME, times),
     ):
         lines = (
-            density(f"deviation of alpha {d:g}", *one) for d, *one in zip(DEVIATIONS, truths, COLOURS, strict=True)
+            density(f"deviation of alpha {deviation:g}", truth, style)
+            for deviation, truth, style in zip(DEVIATIONS, truths, COLOURS, strict=True)
         )
-        rows[0].append(of_density(title, axis, *map(bars, samples, PALE), *lines))
-        again = smoothed("reconstructed from the samples", samples[-1], {**colour(5), "linestyle": "--"})
-        both = bars(samples[-1]), density("closed form", truths[-1], SOLID)
-        rows[1].append(of_density(f"Figures 10 and 11: {axis.name}, deviation 6e-5", axis, *both, again))
+        rows[0].append(density_panel(title, axis, *map(bars, samples, PALE), *lines))
+        again = smoothed("reconstructed from the samples", samples[-1], {**line_style(5), "linestyle": "--"})
+        compared = bars(samples[-1]), density("closed form", truths[-1], SOLID)
+        rows[1].append(density_panel(f"Figures 10 and 11: {axis.name}, deviation 6e-5", axis, *compared, again))
     known = {"positive": True, "mean": MEAN_ALPHA, "std": DEVIATIONS[-1]}
     name, numbers = greatest_entropy(known)
     widest, drawn = DISTRIBUTIONS[name].build(**numbers), gamma(MEAN_ALPHA, DEVIATIONS[-1])
     words = name.replace("_", " ")
-    rows[1][0].parts.append(density(f"maximum entropy: {words}", widest, {**colour(1), "linestyle": ":"}))
-    spreads = ", ".join(f"{one.std():.3e}" for one in exact)
+    rows[1][0].parts.append(density(f"maximum entropy: {words}", widest, {**line_style(1), "linestyle": ":"}))
+    spreads = ", ".join(f"{distribution.std():.3e}" for distribution in exact)
     reading = [
         f"All three keep the mean contact time of {exact[0].mean():.4e} s; its deviation is {spreads} s.",
         f"With mean and deviation of alpha known, the distribution of maximum entropy is the {words}, with "
         f"{entropy(widest) - entropy(drawn):.3f} nat more than gamma at a deviation of {DEVIATIONS[-1]:g}.",
     ]
-    return Sheet("Two steel spheres: alpha and contact time", rows, f"{len(found[0].values)} samples each", reading)
+    return Sheet("Two steel spheres: alpha and contact time", rows, f"{len(results[0].values)} samples each", reading)
 
 
-COLOURS = [colour(place) for place in range(len(DEVIATIONS))]
-PALE = [one | {"linewidth": 1.0, "alpha": 0.75, "drawstyle": "steps-post"} for one in COLOURS]
+COLOURS = [line_style(index) for index in range(len(DEVIATIONS))]
+PALE = [style | {"linewidth": 1.0, "alpha": 0.75, "drawstyle": "steps-post"} for style in COLOURS]
 
 
 def speeds(quick: bool) -> Sheet:
@@ -132,23 +145,23 @@ def speeds(quick: bool) -> Sheet:
     heights = contact_time(DEVIATIONS[0], speed).pdf(times[:, None])
     cloud = Map("density", "1/s", speed, times, heights, "cividis", (0.0, float(np.quantile(heights, 0.995))))
     cuts = (
-        density(f"{cut} m/s", contact_time(DEVIATIONS[0], cut), colour(place))
-        for place, cut in enumerate((2, 5, 20, 100))
+        density(f"{cut} m/s", contact_time(DEVIATIONS[0], cut), line_style(index))
+        for index, cut in enumerate((2, 5, 20, 100))
     )
     rows = [
         [
             Panel("Figure 3: density over speed and contact time", axis, CONTACT_TIME, [cloud]),
-            of_density("Figure 4: the same, cut at four speeds", CONTACT_TIME, *cuts),
+            density_panel("Figure 4: the same, cut at four speeds", CONTACT_TIME, *cuts),
         ],
         [],
     ]
     for figure, deviation in enumerate(DEVIATIONS, start=5):
-        one = contact_time(deviation, speed)
-        low, middle, high = map(one.ppf, BOUNDS)
+        distribution = contact_time(deviation, speed)
+        low, middle, high = map(distribution.ppf, BOUNDS)
         parts = [
-            Band("5 to 95 %", speed, low, high, shade()),
-            Line("median", speed, middle, colour(0)),
-            Line("mean", speed, one.mean(), {**colour(5), "linestyle": "--"}),
+            Band("5 to 95 %", speed, low, high, band_style()),
+            Line("median", speed, middle, line_style(0)),
+            Line("mean", speed, distribution.mean(), {**line_style(5), "linestyle": "--"}),
         ]
         up = CONTACT_TIME._replace(limits=(0.0, 2.4e-4))
         rows[1].append(Panel(f"Figure {figure}: deviation of alpha {deviation:g}", axis, up, parts, "upper right"))
@@ -164,36 +177,37 @@ def force_panels(result, figures: tuple[str, str, str]) -> list[list[Panel]]:
 
     All but the density are statistics of the study.
     """
-    found, runs = result.summary["histories"]["normal_load"], result.history("normal_load")
-    kept, t = runs[np.isfinite(runs).all(axis=1)], np.array(found["time_s"])
-    mean, std = np.array(found["mean"]), np.array(found["std"])
+    statistics, histories = result.summary["histories"]["normal_load"], result.history("normal_load")
+    complete, t = histories[np.isfinite(histories).all(axis=1)], np.array(statistics["time_s"])
+    mean, std = np.array(statistics["mean"]), np.array(statistics["std"])
     band = [
-        Band("mean ± deviation", t, mean - std, mean + std, shade()),
-        *(Line(f"run {place}", t, run, THIN, False) for place, run in enumerate(kept[:10])),
-        Line("mean of the runs", t, mean, colour(5)),
-        Line("run at the mean inputs", t, found["at_mean_inputs"], dashed()),
+        Band("mean ± deviation", t, mean - std, mean + std, band_style()),
+        *(Line(f"run {index}", t, history, THIN, False) for index, history in enumerate(complete[:10])),
+        Line("mean of the runs", t, mean, line_style(5)),
+        Line("run at the mean inputs", t, statistics["at_mean_inputs"], reference_style()),
     ]
-    edges = np.linspace(0.0, float(np.quantile(kept, 0.99, axis=0).max()), 121)
-    heights = np.array([np.histogram(column, edges)[0] for column in kept.T]).T / len(kept) / np.diff(edges)[:, None]
+    edges = np.linspace(0.0, float(np.quantile(complete, 0.99, axis=0).max()), 121)
+    counts = np.array([np.histogram(column, edges)[0] for column in complete.T]).T
+    heights = counts / len(complete) / np.diff(edges)[:, None]
     limit = float(np.quantile(heights[6:], 0.99))  # towards no force the density is that of runs out of contact
     cloud = Map("density", "1/N", t, 0.5 * (edges[1:] + edges[:-1]), heights, "cividis", (0.0, limit), 0.5)
-    at, matrix = found["autocorrelation_time_s"], np.array(found["autocorrelation"])
-    square = Map("correlation of F(t) and F(t')", "1", at, at, matrix, "RdBu_r", (-1.0, 1.0))
+    instants, matrix = statistics["autocorrelation_time_s"], np.array(statistics["autocorrelation"])
+    square = Map("correlation of F(t) and F(t')", "1", instants, instants, matrix, "RdBu_r", (-1.0, 1.0))
     lines = [
         Line(
-            f"with {one.key.rpartition('.')[2].replace('_', ' ')}",
+            f"with {source.key.rpartition('.')[2].replace('_', ' ')}",
             t,
-            found[f"correlation with {one.key}"],
-            colour(n),
+            statistics[f"correlation with {source.key}"],
+            line_style(n),
         )
-        for n, one in enumerate(result.study.inputs)
+        for n, source in enumerate(result.study.inputs)
     ]
-    lines.append(Line("deviation / its greatest", t, std / std.max(), {**colour(5), "linestyle": "--"}))
+    lines.append(Line("deviation / its greatest", t, std / std.max(), {**line_style(5), "linestyle": "--"}))
     correlation = Axis("correlation of the force", limits=(-1.0, 1.0))
     return [
         [
             Panel(f"{figures[0]}10 runs, mean ± deviation", TIME, FORCE, band),
-            Panel("Correlation of the force with the inputs", TIME, correlation, lines, BESIDE),
+            Panel("Correlation of the force with the inputs", TIME, correlation, lines, OUTSIDE),
         ],
         [
             Panel(f"{figures[1]}density of the force", TIME, FORCE, [cloud]),
@@ -204,46 +218,46 @@ def force_panels(result, figures: tuple[str, str, str]) -> list[list[Panel]]:
 
 def force_of(scene: str, *keys: str) -> tuple[np.ndarray, np.ndarray]:
     """Time [s] and force [N] of a run."""
-    found = run(scene, keys, ("normal_load",))
-    return found.time, found.values["normal_load"]
+    data = run_scene(scene, keys, ("normal_load",))
+    return data.time, data.values["normal_load"]
 
 
 def forces(quick: bool) -> Sheet:
     """Figure 8, and of the spheres what figures 17 to 24 show of discs."""
     result = study("spheres_alpha_4e-5", QUICK if quick else 0)
     rows, measured = force_panels(result, ("", "As figure 19: ", "As figure 20: ")), "contact.normal=measured"
-    span = measured, "run.duration=1e-4", "run.output_rate=2e7"
+    overrides = measured, "run.duration=1e-4", "run.output_rate=2e7"
     values = [float(gamma(MEAN_ALPHA, 4e-5).ppf(p)) for p in BOUNDS]
     parts = [
         Line(
             f"{100 * p:g} % of contact time",
-            *force_of("two_spheres", *span, f"contact.measured_alpha={one!r}"),
-            colour(place),
+            *force_of("two_spheres", *overrides, f"contact.measured_alpha={alpha!r}"),
+            line_style(index),
         )
-        for place, (p, one) in enumerate(zip(BOUNDS, values, strict=True))
+        for index, (p, alpha) in enumerate(zip(BOUNDS, values, strict=True))
     ]
-    found = result.summary["histories"]["normal_load"]
-    parts.append(Line("mean alpha", found["time_s"], found["at_mean_inputs"], dashed()))
+    statistics = result.summary["histories"]["normal_load"]
+    parts.append(Line("mean alpha", statistics["time_s"], statistics["at_mean_inputs"], reference_style()))
     rows[1].insert(0, Panel("Figure 8: runs at bounds of contact time", TIME, FORCE, parts))
     reading = [
-        f"The mean of the runs peaks at {max(found['mean']):.4g} N, the run at the mean alpha at "
-        f"{max(found['at_mean_inputs']):.4g} N: they are not the same, and mean - deviation would pull, which no "
+        f"The mean of the runs peaks at {max(statistics['mean']):.4g} N, the run at the mean alpha at "
+        f"{max(statistics['at_mean_inputs']):.4g} N: they are not the same, and mean - deviation would pull, which no "
         "contact does."
     ]
     title = "Two steel spheres at 20 m/s, deviation of alpha 4e-5: the force over time"
-    return Sheet(title, rows, f"{found['realisations']} samples", reading)
+    return Sheet(title, rows, f"{statistics['realisations']} samples", reading)
 
 
-SEEDS, MOST, CALLED = 200, 2000, 700  # studies, samples of each, the paper's number of realisations
-COUNTS = np.arange(1, MOST + 1)
+SEEDS, SAMPLES, PAPER_SAMPLES = 200, 2000, 700  # studies, samples of each, samples of the paper
+COUNTS = np.arange(1, SAMPLES + 1)
 
 
-def paths(title: str, found: np.ndarray, band: np.ndarray, shown: int = 0, *more: Line) -> Panel:
+def paths(title: str, errors: np.ndarray, band: np.ndarray, marked: int = 0, *further: Line) -> Panel:
     """Relative errors (n, MOST) of studies over their realisations in their 95 % band, one of them marked."""
     part = slice(20, None, 20)
-    parts = [Band("95 % band", COUNTS[part], -band[part], band[part], shade())]
-    parts += [Line(f"seed {place}", COUNTS[part], one[part], THIN, False) for place, one in enumerate(found[1:25])]
-    parts += [Line("one study", COUNTS[part], found[shown][part], colour(5)), *more]
+    parts = [Band("95 % band", COUNTS[part], -band[part], band[part], band_style())]
+    parts += [Line(f"seed {index}", COUNTS[part], path[part], THIN, False) for index, path in enumerate(errors[1:25])]
+    parts += [Line("one study", COUNTS[part], errors[marked][part], line_style(5)), *further]
     return Panel(title, Axis("realisations"), Axis("relative error", limits=(-0.3, 0.3)), parts, "upper right")
 
 
@@ -256,17 +270,18 @@ def deviations(sample: np.ndarray) -> np.ndarray:
 
 def convergence(quick: bool) -> Sheet:
     """Figure 9: a path that settles early is luck."""
-    one = contact_time(6e-5)
-    sample = one.rvs(size=(SEEDS, MOST), random_state=np.random.default_rng(1))
-    std = deviations(sample) / one.std() - 1.0
-    of_std = 1.96 * np.sqrt(0.25 * (float(one.stats("k")) + 2.0) / COUNTS)
-    lucky = int(np.argmin(np.abs(std[:, CALLED - 20 : CALLED + 20]).max(axis=1)))
-    at = Line(f"{CALLED} realisations", [CALLED] * 2, [-0.3, 0.3], {**dashed(), "linewidth": 1.2})
-    panels = [paths("Figure 9: the deviation", std, of_std, lucky, at)]
-    near = np.abs(std[:, CALLED - 1 :]) < 0.01
+    distribution = contact_time(6e-5)
+    sample = distribution.rvs(size=(SEEDS, SAMPLES), random_state=np.random.default_rng(1))
+    std = deviations(sample) / distribution.std() - 1.0
+    of_std = 1.96 * np.sqrt(0.25 * (float(distribution.stats("k")) + 2.0) / COUNTS)
+    lucky = int(np.argmin(np.abs(std[:, PAPER_SAMPLES - 20 : PAPER_SAMPLES + 20]).max(axis=1)))
+    style = {**reference_style(), "linewidth": 1.2}
+    marker = Line(f"{PAPER_SAMPLES} realisations", [PAPER_SAMPLES] * 2, [-0.3, 0.3], style)
+    panels = [paths("Figure 9: the deviation", std, of_std, lucky, marker)]
+    near = np.abs(std[:, PAPER_SAMPLES - 1 :]) < 0.01
     reading = [
-        f"{near[:, 0].sum()} of {SEEDS} studies are within 1 % at {CALLED}, {near.all(axis=1).sum()} of them stay "
-        f"there up to {MOST}: a path that matches from about {CALLED} on, like the paper's, is luck.",
+        f"{near[:, 0].sum()} of {SEEDS} studies are within 1 % at {PAPER_SAMPLES}, {near.all(axis=1).sum()} of them "
+        f"stay there up to {SAMPLES}: a path that matches from about {PAPER_SAMPLES} on, like the paper's, is luck.",
     ]
     title = "Two steel spheres, deviation of alpha 6e-5: convergence of Monte Carlo sampling"
     return Sheet(title, [panels], f"{SEEDS} seeds", reading)
@@ -278,23 +293,24 @@ PRINTED = {10.0: 1.52e-7, 100.0: 1.94e-7}  # s: the paper's deviations of the co
 def discs(quick: bool) -> Sheet:
     """Figures 13 and 14 at both speeds."""
     modulus = gamma(5e9, 1e9)
-    sample = modulus.rvs(size=MOST, random_state=np.random.default_rng(1))
-    rows = [[of_density("Figure 13: Young's modulus", MODULUS, bars(sample), density("gamma", modulus, SOLID))], []]
+    sample = modulus.rvs(size=SAMPLES, random_state=np.random.default_rng(1))
+    drawn = bars(sample), density("gamma", modulus, SOLID)
+    rows = [[density_panel("Figure 13: Young's modulus", MODULUS, *drawn)], []]
     reading = []
     for speed, printed in PRINTED.items():
-        one = discs_in_line_contact(speed, "line")
-        times = one.function(sample)
-        parts = bars(times), density("change of variable", one, SOLID)
-        rows[0].append(of_density(f"Figure 13: contact time at {speed:g} m/s", CONTACT_TIME, *parts))
-        std = deviations(times[None]) / one.std - 1.0
+        distribution = discs_in_line_contact(speed, "line")
+        times = distribution.function(sample)
+        parts = bars(times), density("change of variable", distribution, SOLID)
+        rows[0].append(density_panel(f"Figure 13: contact time at {speed:g} m/s", CONTACT_TIME, *parts))
+        std = deviations(times[None]) / distribution.std - 1.0
         rows[1].append(paths(f"Figure 14: deviation at {speed:g} m/s", std, 1.96 * np.sqrt(0.5 / COUNTS)))
         reading.append(
-            f"At {speed:g} m/s eq. (14) gives a mean contact time of {one.mean:.4e} s with a deviation of "
-            f"{one.std:.3e} s; the printed {printed:g} s is {printed / one.std:.2g} of it, or "
-            f"{printed**0.5 / one.std:.2g} if read as a variance."
+            f"At {speed:g} m/s eq. (14) gives a mean contact time of {distribution.mean:.4e} s with a deviation of "
+            f"{distribution.std:.3e} s; the printed {printed:g} s is {printed / distribution.std:.2g} of it, or "
+            f"{printed**0.5 / distribution.std:.2g} if read as a variance."
         )
     title = "Two rubber discs by line contact: modulus gamma, mean 5e9 and deviation 1e9 Pa"
-    return Sheet(title, rows, f"{MOST} samples", reading)
+    return Sheet(title, rows, f"{SAMPLES} samples", reading)
 
 
 def reversed_share(*keys: str) -> float:
@@ -306,24 +322,24 @@ def reversed_share(*keys: str) -> float:
 
 def soft_run(quick: bool) -> Sheet:
     """Figure 12: the disc on the wall, and how far its force is from the same backwards."""
-    found = run("soft_discs_mean", ("run.output_rate=4000",), ("normal_load", "shape"))
-    force, shape = found.values.values()
-    radius, outlines = found.scene.parameters.disc.radius, []
+    data = run_scene("soft_discs_mean", ("run.output_rate=4000",), ("normal_load", "shape"))
+    force, shape = data.values.values()
+    radius, outlines = data.scene.parameters.disc.radius, []
     on_rim = np.hypot(shape[0][:, 0], shape[0][:, 1] - radius) > (1.0 - 1e-6) * radius  # at the touch
-    for place, row in enumerate((0, int(force.argmax()), int(np.flatnonzero(force)[-1]))):
-        both = np.concatenate([shape[row][on_rim], shape[row][on_rim] * (-1.0, 1.0)])
-        both = both[np.argsort(np.arctan2(both[:, 1] - both[:, 1].mean(), both[:, 0]))]
-        outlines.append(Line(f"at {row / 4.0:.1f} ms", *np.concatenate([both, both[:1]]).T, colour(place)))
+    for index, row in enumerate((0, int(force.argmax()), int(np.flatnonzero(force)[-1]))):
+        rim = np.concatenate([shape[row][on_rim], shape[row][on_rim] * (-1.0, 1.0)])
+        rim = rim[np.argsort(np.arctan2(rim[:, 1] - rim[:, 1].mean(), rim[:, 0]))]
+        outlines.append(Line(f"at {row / 4.0:.1f} ms", *np.concatenate([rim, rim[:1]]).T, line_style(index)))
     outlines.append(Line("rigid wall", [-0.13, 0.13], [0.0, 0.0], {"color": STYLE["ink"], "linewidth": 3.0}))
     always = "solver.allow_invalid=on"
     across, up = Axis("along the wall", "m"), Axis("above the wall", "m")
     panel = Panel("Figure 12: a soft disc meets a rigid wall", across, up, outlines, "center", True)
-    here, linear, slow = (
-        reversed_share("run.output_rate=2e5", always, *more)
-        for more in ((), ("formulation=linear",), ("motion.first_velocity=0.01",))
+    finite, linear, slow = (
+        reversed_share("run.output_rate=2e5", always, *overrides)
+        for overrides in ((), ("formulation=linear",), ("motion.first_velocity=0.01",))
     )
     reading = [
-        f"The force is not symmetrical under time reversal: backwards it differs by {here:.1%} of the impulse. Waves "
+        f"The force is not symmetrical under time reversal: backwards it differs by {finite:.1%} of the impulse. Waves "
         f"in the disc do that, not large strains: by small strains it is {linear:.1%}, at 0.01 m/s {slow:.1%}.",
     ]
     return Sheet("A soft disc on a rigid wall at 1 m/s", [[panel]], "soft_discs_mean", reading)
@@ -345,16 +361,16 @@ def least_spread(t: np.ndarray, mean: np.ndarray, std: np.ndarray) -> tuple[floa
 def soft_case(name: str, figure: int, title: str, quick: bool) -> Sheet:
     """Four figures of a case of soft discs."""
     result = study(name, FEW if quick else 0)
-    runs, found = result.history("normal_load"), result.summary["histories"]["normal_load"]
-    kept, t = runs[np.isfinite(runs).all(axis=1)], np.array(found["time_s"])
-    rows = force_panels(result, tuple(f"Figure {figure + more}: " for more in (0, 2, 3)))
-    failed = f"{len(runs) - len(kept)} of {len(runs)} realisations collapsed and are left out of all statistics."
-    if (least := least_spread(t, np.array(found["mean"]), np.array(found["std"]))) is None:
+    runs, statistics = result.history("normal_load"), result.summary["histories"]["normal_load"]
+    complete, t = runs[np.isfinite(runs).all(axis=1)], np.array(statistics["time_s"])
+    rows = force_panels(result, tuple(f"Figure {figure + number}: " for number in (0, 2, 3)))
+    failed = f"{len(runs) - len(complete)} of {len(runs)} realisations collapsed and are left out of all statistics."
+    if (least := least_spread(t, np.array(statistics["mean"]), np.array(statistics["std"]))) is None:
         return Sheet(title, rows, f"{len(runs)} samples", ["The histories have no least deviation.", failed])
     instant, near = least
-    values = kept[:, int(np.argmin(np.abs(t - instant)))]
-    at_least = f"Figure {figure + 1}: force at {1e3 * instant:.1f} ms"
-    rows[0].insert(1, of_density(at_least, FORCE, bars(values), smoothed("smoothed", values, colour(0))))
+    values = complete[:, int(np.argmin(np.abs(t - instant)))]
+    title_of_density = f"Figure {figure + 1}: force at {1e3 * instant:.1f} ms"
+    rows[0].insert(1, density_panel(title_of_density, FORCE, bars(values), smoothed("smoothed", values, line_style(0))))
     duration = result.summary["quantities"]["contact_duration"]["mean"]
     reading = [
         f"The force scatters least at {1e3 * instant:.2f} ms, {instant / duration:.3f} of the mean contact time of "
@@ -362,7 +378,7 @@ def soft_case(name: str, figure: int, title: str, quick: bool) -> Sheet:
         f"That the force has one mode at most at that instant has a p-value of {modality(values, 1).p_value:.2g}.",
         failed,
     ]
-    correlation = np.array(found["correlation with disc.material.young_modulus"])
+    correlation = np.array(statistics["correlation with disc.material.young_modulus"])
     changes = CubicSpline(t[near], correlation[near]).roots(extrapolate=False) - instant
     if len(changes):
         later = changes[np.argmin(np.abs(changes))]
@@ -379,22 +395,22 @@ def soft_fast(quick: bool) -> Sheet:
     times, moduli = result.sample("contact_duration"), result.values[:, 0]
     times = times[np.isfinite(times)]
     slow, small, johnson = (
-        discs_in_line_contact(*one) for one in ((10.0, "line"), (100.0, "line"), (100.0, "johnson"))
+        discs_in_line_contact(*speed_and_law) for speed_and_law in ((10.0, "line"), (100.0, "line"), (100.0, "johnson"))
     )
-    three = (
-        density("eq. (14), small deformation", small, colour(0)),
-        density("Johnson, small deformation", johnson, colour(1)),
-        smoothed("finite elasticity", times, {**colour(5), "linestyle": "--"}),
+    compared = (
+        density("eq. (14), small deformation", small, line_style(0)),
+        density("Johnson, small deformation", johnson, line_style(1)),
+        smoothed("finite elasticity", times, {**line_style(5), "linestyle": "--"}),
     )
-    by_line, by_gamma = density("change of variable", slow, colour(0)), density("gamma", gamma(5e9, 1e9), SOLID)
+    by_line, by_gamma = density("change of variable", slow, line_style(0)), density("gamma", gamma(5e9, 1e9), SOLID)
     rows = [
         [
-            of_density("Figure 15: Young's modulus", MODULUS, bars(moduli), by_gamma),
-            of_density("Figure 15: 10 m/s by eq. (14)", CONTACT_TIME, by_line),
+            density_panel("Figure 15: Young's modulus", MODULUS, bars(moduli), by_gamma),
+            density_panel("Figure 15: 10 m/s by eq. (14)", CONTACT_TIME, by_line),
         ],
         [
-            of_density("Figure 15: 100 m/s by finite elasticity", CONTACT_TIME, bars(times)),
-            of_density("Figure 16: contact time at 100 m/s", CONTACT_TIME, *three),
+            density_panel("Figure 15: 100 m/s by finite elasticity", CONTACT_TIME, bars(times)),
+            density_panel("Figure 16: contact time at 100 m/s", CONTACT_TIME, *compared),
         ],
     ]
     reading = [

@@ -56,9 +56,9 @@ def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, 
     end = brentq(pull, 0.5 * math.pi / damped, math.pi / damped, xtol=1e-15)
     # Half a period of the oscillator, cut where it would begin to pull.
     e = math.exp(-ratio * end)
-    rest = depth(end) ** 0.8
-    fallen = gravity * in_time(lambda theta: response(end - theta)) + gravity * rest / (e * speed)
-    return in_time(lambda theta: 1.0) + rest / (e * speed), e - fallen / speed
+    remaining_depth = depth(end) ** 0.8
+    fallen = gravity * in_time(lambda theta: response(end - theta)) + gravity * remaining_depth / (e * speed)
+    return in_time(lambda theta: 1.0) + remaining_depth / (e * speed), e - fallen / speed
 
 
 def impact_instants(count: int, fall: float, gravity: float, coefficient: float, mass: float, ratio: float):
@@ -201,12 +201,12 @@ def _contacts(time, gap, force):
     rows = []
     for first, last in zip(starts, ends, strict=True):
         edges = [
-            time[one] if not 0 < one < len(time) or gap[one] == gap[one - 1]
-            else time[one] - (time[one] - time[one - 1]) * gap[one] / (gap[one] - gap[one - 1])
-            for one in (first, min(last, len(time) - 1))
+            time[row] if not 0 < row < len(time) or gap[row] == gap[row - 1]
+            else time[row] - (time[row] - time[row - 1]) * gap[row] / (gap[row] - gap[row - 1])
+            for row in (first, min(last, len(time) - 1))
         ]  # fmt: skip
         top = min(max(first + int(np.argmax(force[first:last])), 1), len(force) - 2)
-        before, here, after = force[top - 1 : top + 2]
-        bend = before - 2.0 * here + after
-        rows.append((*edges, here if bend >= 0.0 else here - 0.125 * (after - before) ** 2 / bend))
+        before, middle, after = force[top - 1 : top + 2]
+        bend = before - 2.0 * middle + after
+        rows.append((*edges, middle if bend >= 0.0 else middle - 0.125 * (after - before) ** 2 / bend))
     return np.array(rows).reshape(-1, 3)

@@ -17,16 +17,16 @@ from pathlib import Path
 import numpy as np
 
 from bearing_twin.base.yaml_files import SCENES
-from bearing_twin.charts.contest import DONE, Contest, Look, Row, curves, of_methods, of_problem, timed
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, colour, dashed, in_rows
+from bearing_twin.charts.contest import DONE, Contest, MethodStyle, Row, by_method, curves, rows_of, timed
+from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, in_rows, line_style, reference_style
 from bearing_twin.charts.scenes import (
     WITHOUT_CHECK,
     Method,
     Problem,
-    contacts,
     contest_of,
-    greatest,
+    greatest_difference,
     load_and_friction,
+    peak_loads,
     root_mean_square,
     tolerances,
 )
@@ -41,12 +41,12 @@ TOLERANCES, MESHES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5), (1e-1, 3e-2, 1e-2)  # of so
 LONGEST = {"bearing": 0.1, "shaft": 0.05, "ellipsoid_on_plane": 0.5, "two_bodies": 0.05}  # s of a run
 CHAOTIC = {"bearing_6203_guided_cage": 0.005}  # s: later no two settings agree
 FLOOR = 1e-9  # smaller errors are drawn here
-ON_PLANES = (contacts, ())
+IMPACT_NORM = (peak_loads, ())
 NORMS = {  # by kind: the norm that a tolerance means there, and the channels it needs
     "bearing": (load_and_friction, ("normal_load", "friction_force")),
-    "shaft": (greatest("left_normal_load", "right_normal_load"), ("left_normal_load", "right_normal_load")),
-    "ellipsoid_on_plane": ON_PLANES,
-    "two_bodies": ON_PLANES,
+    "shaft": (greatest_difference("left_normal_load", "right_normal_load"), ("left_normal_load", "right_normal_load")),
+    "ellipsoid_on_plane": IMPACT_NORM,
+    "two_bodies": IMPACT_NORM,
     "soft_discs": (root_mean_square("normal_load"), ("normal_load",)),
 }
 EXACT = {"soft_discs": "mesh.divisions=96", "bearing": "wanted.tolerance=1e-8", "shaft": "wanted.tolerance=1e-8"}
@@ -55,10 +55,10 @@ EXACT = {"soft_discs": "mesh.divisions=96", "bearing": "wanted.tolerance=1e-8", 
 @functools.cache
 def scenes() -> dict[str, str]:
     """Every shipped scene that is integrated to a tolerance, with its kind."""
-    found = {name: load_scene(name) for name in scene_names()}
+    scenes_by_name = {name: load_scene(name) for name in scene_names()}
     return {
         name: scene.kind
-        for name, scene in found.items()
+        for name, scene in scenes_by_name.items()
         if hasattr(scene.parameters, "wanted")
         and getattr(getattr(scene.parameters, "model", None), "dimension", "") != "quasi_static"
     }
@@ -68,23 +68,23 @@ def _problem(name: str, methods: dict[str, Method], tolerance: float | None = No
     """A scene with these methods, at one tolerance if it is given."""
     kind, run = scenes()[name], load_scene(name).parameters.run
     longest = CHAOTIC.get(name, LONGEST.get(kind, math.inf))
-    keys = (f"run.duration={longest:g}",) if run.duration > longest else ()
-    keys += () if tolerance is None else (f"wanted.tolerance={tolerance:g}",)
-    parameters, exact = load_scene(name, keys).parameters, [EXACT.get(kind, "wanted.tolerance=1e-10")]
+    overrides = (f"run.duration={longest:g}",) if run.duration > longest else ()
+    overrides += () if tolerance is None else (f"wanted.tolerance={tolerance:g}",)
+    parameters, exact = load_scene(name, overrides).parameters, [EXACT.get(kind, "wanted.tolerance=1e-10")]
     if kind == rules.BEAM:
         exact.append(f"beam.theory={rules.pick(kind, 'beam.theory', parameters, parameters.beam.theory).value}")
     if kind in (rules.BEARING, rules.SHAFT) and parameters.contact.normal == "auto":
         exact.append("contact.normal=hertz_exact")
-    norm, channels = NORMS.get(kind, (greatest("normal_load"), ("normal_load",)))
+    norm, channels = NORMS.get(kind, (greatest_difference("normal_load"), ("normal_load",)))
     return Problem(
         title=name,
         scene=name,
-        keys=keys,
+        overrides=overrides,
         reference=tuple(exact),
         methods=methods,
         norm=norm,
         channels=channels,
-        more={} if tolerance is None else {"tolerance": tolerance},
+        extra={} if tolerance is None else {"tolerance": tolerance},
     )
 
 
@@ -97,44 +97,44 @@ def _by_kind(rows: list[Row]) -> Iterator[tuple[str, list[Row]]]:
     """Rows of each kind of scenes that has some."""
     kinds = {head["name"]: head["kind"] for head in SCENES.headers()}
     for kind in SHIPPED:
-        if mine := [row for row in rows if kinds.get(row.problem) == kind]:
-            yield kind.replace("_", " "), mine
+        if runs := [row for row in rows if kinds.get(row.problem) == kind]:
+            yield kind.replace("_", " "), runs
 
 
-def _tolerance_panels(contest: Contest, rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
+def _tolerance_panels(contest: Contest, rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
     """A panel a kind: tolerance across, error up, a line a scene; on the dashed line they are equal."""
-    found, ends = [], [min(TOLERANCES), max(TOLERANCES)]
+    panels, ends = [], [min(TOLERANCES), max(TOLERANCES)]
     across, up = Axis("tolerance requested", log=True), Axis("error found", log=True, limits=(0.3 * FLOOR, 2.0))
-    for kind, mine in _by_kind(rows):
+    for kind, runs in _by_kind(rows):
         lines = curves(
-            mine, looks, lambda row: row.setting, lambda row: max(row.error, FLOOR), lambda row: (row.setting, 1.0)
+            runs, styles, lambda row: row.setting, lambda row: max(row.error, FLOOR), lambda row: (row.setting, 1.0)
         )
-        found.append(Panel(kind, across, up, [Line("error = tolerance", ends, ends, dashed()), *lines]))
-    return in_rows(found, 2)
+        panels.append(Panel(kind, across, up, [Line("error = tolerance", ends, ends, reference_style()), *lines]))
+    return in_rows(panels, 2)
 
 
 def _tolerance_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
     """Number of runs that meet their tolerance, those that do not, and median errors by kind."""
     ended = [row for row in rows if row.status == DONE]
     missed = [f"{row.method} at {row.setting:g}" for row in ended if row.error > row.setting]
-    words = f"; not met: {', '.join(missed)}" if missed else ""
-    yield f"{len(ended) - len(missed)} of {len(ended)} runs meet the tolerance requested{words}."
-    medians = (f"{kind} {np.median([row.error / row.setting for row in mine]):.1g}" for kind, mine in _by_kind(ended))
+    missed_text = f"; not met: {', '.join(missed)}" if missed else ""
+    yield f"{len(ended) - len(missed)} of {len(ended)} runs meet the tolerance requested{missed_text}."
+    medians = (f"{kind} {np.median([row.error / row.setting for row in runs]):.1g}" for kind, runs in _by_kind(ended))
     yield f"Median error over the tolerance: {', '.join(medians)}."
 
 
-CHOICE, LOOSE, LESS = "choice", 0.05, 0.5
+CHOICE, LOOSE, CHEAPER_SHARE = "choice", 0.05, 0.5
 SHARES = (100.0, 30.0, 10.0, 3.0, 1.0 / 3.0, 0.1)  # of the chosen setting
 LAWS = {"contact.normal": ("hertz_exact", "volumetric", "constant")}
 CLOSED = {"solver.stepper": ("closed_form", "dop853")}
-OTHERS = {  # by kind: keys that rules answer, and what else they may be
+ALTERNATIVES = {  # by kind: keys that rules answer, and what else they may be
     **dict.fromkeys((rules.BEARING, rules.SHAFT, rules.ELLIPSOID), LAWS),
     **dict.fromkeys((rules.SPHERES, rules.DISCS), CLOSED),
     rules.BODIES: {"contact.tracking": ("closed", "algebraic", "differential")},
     rules.BEAM: {"beam.theory": ("euler", "timoshenko")},
 }
 DIVISIONS = ((1, 8), (1, 12), (1, 16), (1, 24), (2, 8), (2, 12), (3, 6), (3, 12), (3, 18), (3, 24), (3, 36))
-LOOKS = {
+GROUP_STYLES = {
     "choice": {"color": BALL_COLOURS[0], "marker": "o", "markersize": 9, "linestyle": ""},
     "others that meet the tolerance": {"color": BALL_COLOURS[2], "marker": "d", "markersize": 5, "linestyle": ""},
     "others that miss the tolerance": {**CROSS, "color": STYLE["soft"], "markersize": 5, "markeredgewidth": 1.2},
@@ -144,40 +144,43 @@ LOOKS = {
 @functools.cache
 def at_tolerances() -> dict[str, tuple[str, float]]:
     """Scene and tolerance by the name of a problem."""
-    own = {name: float(load_scene(name).parameters.wanted.tolerance) for name in scenes()}
-    return {f"{name} at {100.0 * one:g} %": (name, one) for name in own for one in dict.fromkeys((own[name], LOOSE))}
+    tolerances = {name: float(load_scene(name).parameters.wanted.tolerance) for name in scenes()}
+    pairs = dict.fromkeys((name, tolerance) for name in scenes() for tolerance in (tolerances[name], LOOSE))
+    return {f"{name} at {100.0 * tolerance:g} %": (name, tolerance) for name, tolerance in pairs}
 
 
 def _chosen(problem: str) -> Problem:
     """A scene at one tolerance: the choice, and all other models that it may have."""
     name, tolerance = at_tolerances()[problem]
     bare = _problem(name, {}, tolerance)
-    scene = load_scene(name, bare.keys)
+    scene = load_scene(name, bare.overrides)
     kind, answered = scene.kind, answers(scene.kind, scene.parameters)
-    free = {key for key, one in answered.items() if one.rule is not None}
-    found: dict[str, tuple[str, ...]] = {CHOICE: ()}
+    free = {key for key, answer in answered.items() if answer.rule is not None}
+    models: dict[str, tuple[str, ...]] = {CHOICE: ()}  # overrides by name
     moves = kind == rules.BEARING and answered["model.dimension"].value != "quasi_static"
     if moves and {SETTING, "solver.stepper"} <= free:
         setting = answered[SETTING].value
         for share in SHARES:
             if 1e-9 <= share * setting <= 0.1:
-                found[f"steps at {share:.2g} of the setting"] = _steps("rodas4", share * setting)
-        found |= {f"rodas3 at {share:g} of the setting": _steps("rodas3", share * setting) for share in (1.0, 0.1)}
+                models[f"steps at {share:.2g} of the setting"] = _steps("rodas4", share * setting)
+        for share in (1.0, 0.1):
+            models[f"rodas3 at {share:g} of the setting"] = _steps("rodas3", share * setting)
         if scene.parameters.cage.kind == "none":
-            found["rodas4_landing"] = _steps("rodas4_landing", setting)
+            models["rodas4_landing"] = _steps("rodas4_landing", setting)
     elif kind in (rules.SHAFT, rules.ELLIPSOID, rules.BODIES):
         for share in (100.0, 10.0, 0.1):
-            found[f"tolerance {share:g} times"] = (f"wanted.tolerance={min(share * tolerance, 0.1):g}",)
-    for key, others in OTHERS.get(kind, {}).items():
-        found |= {one: (f"{key}={one}",) for one in others if key in free}
+            models[f"tolerance {share:g} times"] = (f"wanted.tolerance={min(share * tolerance, 0.1):g}",)
+    for key, values in ALTERNATIVES.get(kind, {}).items():
+        models |= {value: (f"{key}={value}",) for value in values if key in free}
     if kind == rules.BEAM:
         for share in (0.5, 0.7, 1.5):
-            few = {key: max(2, round(share * answered[key].value)) for key in ("solver.modes", "solver.steps")}
-            found[f"{share:g} of modes and steps"] = tuple(f"{key}={one}" for key, one in few.items())
+            models[f"{share:g} of modes and steps"] = tuple(
+                f"{key}={max(2, round(share * answered[key].value))}" for key in ("solver.modes", "solver.steps")
+            )
     if kind == rules.SOFT:
         for order, divisions in DIVISIONS:
-            found[f"{divisions} divisions of order {order}"] = (f"mesh.order={order}", f"mesh.divisions={divisions}")
-    return _problem(name, {method: Method(keys) for method, keys in found.items()}, tolerance)
+            models[f"{divisions} divisions of order {order}"] = f"mesh.order={order}", f"mesh.divisions={divisions}"
+    return _problem(name, {model: Method(overrides) for model, overrides in models.items()}, tolerance)
 
 
 def _steps(stepper: str, setting: float) -> tuple[str, ...]:
@@ -186,48 +189,51 @@ def _steps(stepper: str, setting: float) -> tuple[str, ...]:
 
 def met(row: Row) -> bool:
     """True for a run that meets the tolerance requested."""
-    return row.status == DONE and row.error <= float(row.more["tolerance"])
+    return row.status == DONE and row.error <= float(row.extra["tolerance"])
 
 
 def cheaper(rows: list[Row], choice: Row) -> list[Row]:
     """Models that meet the tolerance at less than half of the CPU time of the choice, cheapest first."""
-    mine = (row for row in of_problem(rows, choice.problem, DONE) if met(row))
-    return sorted((row for row in mine if row.seconds < LESS * choice.seconds), key=lambda row: row.seconds)
+    runs = (row for row in rows_of(rows, choice.problem, DONE) if met(row))
+    return sorted((row for row in runs if row.seconds < CHEAPER_SHARE * choice.seconds), key=lambda row: row.seconds)
 
 
 def _choice_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
     """Numbers of choices that meet the tolerance, and that have no model of half their cost; the exceptions."""
-    choices = of_methods(rows)[CHOICE]
-    wrong = [row for row in choices if not met(row)]
-    dear = [(row, found[0]) for row in choices if (found := cheaper(rows, row))]
+    choices = by_method(rows)[CHOICE]
+    missed = [row for row in choices if not met(row)]
+    dearer = [(row, models[0]) for row in choices if (models := cheaper(rows, row))]
     yield (
-        f"{len(choices) - len(wrong)} of {len(choices)} choices meet the tolerance; in {len(choices) - len(dear)} of "
-        f"{len(choices)} no model that meets it takes less than half of the CPU time of the choice."
+        f"{len(choices) - len(missed)} of {len(choices)} choices meet the tolerance; in {len(choices) - len(dearer)} "
+        f"of {len(choices)} no model that meets it takes less than half of the CPU time of the choice."
     )
-    for row in wrong:
+    for row in missed:
         yield f"{row.problem}: the error of the choice is {row.error:.2g}."
-    for row, best in dear:
+    for row, best in dearer:
         share = best.seconds / row.seconds
         yield f"{row.problem}: {best.method} takes {share:.2g} of the time, with an error of {best.error:.2g}."
 
 
-def _choice_panels(contest: Contest, rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
+def _choice_panels(contest: Contest, rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
     """Error over the tolerance and CPU time over that of the choice: better models are left of and below both lines."""
-    seconds = {row.problem: row.seconds for row in of_methods(rows)[CHOICE] if row.status == DONE}
+    seconds = {row.problem: row.seconds for row in by_method(rows)[CHOICE] if row.status == DONE}
     rows = [row for row in rows if row.status == DONE and row.problem in seconds]
     across, up = Axis("error over the tolerance", log=True), Axis("CPU time over that of the choice", log=True)
     edge, panels = {"color": STYLE["ink"], "linewidth": 1.2, "linestyle": ":"}, []
     for title, loose in (("at their own tolerance", False), ("at 5 %", True)):
-        if not (mine := [row for row in rows if row.problem.endswith(" 5 %") == loose]):
+        if not (runs := [row for row in rows if row.problem.endswith(" 5 %") == loose]):
             continue
-        groups = np.array([0 if row.method == CHOICE else 2 - met(row) for row in mine])
+        groups = np.array([0 if row.method == CHOICE else 2 - met(row) for row in runs])
         points = np.array(
-            [(max(row.error / float(row.more["tolerance"]), FLOOR), row.seconds / seconds[row.problem]) for row in mine]
+            [
+                (max(row.error / float(row.extra["tolerance"]), FLOOR), row.seconds / seconds[row.problem])
+                for row in runs
+            ]
         )
-        x, y = ((one.min(), one.max()) for one in points.T)
-        parts = [Line("", [1.0, 1.0], y, edge, False), Line("", x, [LESS, LESS], edge, False)]
-        for place, (group, look) in reversed([*enumerate(LOOKS.items())]):
-            parts.append(Line(group, *points[groups == place].T, look))
+        x, y = ((coordinates.min(), coordinates.max()) for coordinates in points.T)
+        parts = [Line("", [1.0, 1.0], y, edge, False), Line("", x, [CHEAPER_SHARE, CHEAPER_SHARE], edge, False)]
+        for group_index, (group, style) in reversed([*enumerate(GROUP_STYLES.items())]):
+            parts.append(Line(group, *points[groups == group_index].T, style))
         panels.append(Panel(f"shipped scenes {title}", across, up, parts))
     return [panels]
 
@@ -265,14 +271,14 @@ def _judge_cost(problem: str, stage: str, *_) -> dict:
     return {"error": 0.0, **timed(lambda: work(run), span)[1]}
 
 
-def _cost_panels(contest: Contest, rows: list[Row], looks: Mapping[str, Look]) -> list[list[Panel]]:
+def _cost_panels(contest: Contest, rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
     """A panel a run: a bar a stage, from 0."""
     axis, up = Axis(contest.cost, "s", limits=(0.0, None)), Axis("", limits=(-0.6, len(STAGES) - 0.4))
-    bar, panels = {"color": colour(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}, []
+    bar, panels = {"color": line_style(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}, []
     for name, title in contest.problems.items():
-        if mine := of_problem(rows, name):
-            bars = [Line(row.method, [0.0, row.seconds], [place] * 2, bar, False) for place, row in enumerate(mine)]
-            panels.append(Panel(title, axis, up, bars, None, names=tuple(row.method for row in mine)))
+        if runs := rows_of(rows, name):
+            bars = [Line(row.method, [0.0, row.seconds], [index] * 2, bar, False) for index, row in enumerate(runs)]
+            panels.append(Panel(title, axis, up, bars, None, names=tuple(row.method for row in runs)))
     return [panels]
 
 
@@ -297,6 +303,6 @@ CHARTS = {
         judge=_judge_cost,
         panels=_cost_panels,
         cost="CPU time of a simulated second",
-        wanted=math.inf,
+        requested_error=math.inf,
     ),
 }

@@ -12,7 +12,7 @@ import math
 import numpy as np
 from scipy import stats
 
-from bearing_twin.charts.contest import DONE, Contest, error_against_cost, of_methods, of_problem, over, timed
+from bearing_twin.charts.contest import DONE, Contest, by_method, error_against_cost, panels_over, rows_of, timed
 from bearing_twin.charts.panels import Axis, Band, Line, Panel, curve
 from bearing_twin.pictures import STYLE
 from bearing_twin.uq.run import run_study
@@ -48,7 +48,7 @@ def truth_of(problem: str):
         return stats.lognorm(spread, scale=ALPHA * math.exp(-0.5 * spread**2) * SPEED**-0.2)
     variances = {key: math.log1p(share**2) for key, (_, share, _, _) in POWERS.items()}
     spread = math.sqrt(sum(row[0] ** 2 * variances[key] for key, row in POWERS.items()))
-    at_means = found(study_of("four", "random", 2.0), 1)["at_mean_inputs"]
+    at_means = contact_time_summary(study_of("four", "random", 2.0), 1)["at_mean_inputs"]
     medians = math.exp(sum(-0.5 * row[0] * variances[key] for key, row in POWERS.items()))
     return stats.lognorm(spread, scale=at_means * medians)
 
@@ -64,14 +64,14 @@ def study_of(problem: str, method: str, samples: float) -> Study:
             key: {"distribution": "lognormal", "mean": mean, "std": share * mean, "also": also}
             for key, (_, share, mean, also) in POWERS.items()
         }
-    by = {"method": method}
+    sampling = {"method": method}
     if method in SAMPLERS:
-        by = {"method": "ensemble", "sampler": method, "samples": int(samples)}
-    words = {"quantities": ["contact_duration"], "modality": "no", "checks": 0, "workers": 1}
-    return parse_study({"scene": "two_spheres", "inputs": inputs, **words, **by}, "chart")
+        sampling = {"method": "ensemble", "sampler": method, "samples": int(samples)}
+    common = {"quantities": ["contact_duration"], "modality": "no", "checks": 0, "workers": 1}
+    return parse_study({"scene": "two_spheres", "inputs": inputs, **common, **sampling}, "chart")
 
 
-def found(study: Study, seed: int) -> dict:
+def contact_time_summary(study: Study, seed: int) -> dict:
     """The summary of the contact time of a study with this seed."""
     seeded = dataclasses.replace(study, settings=dataclasses.replace(study.settings, seed=seed))
     return run_study(seeded).summary["quantities"]["contact_duration"]
@@ -85,9 +85,9 @@ def judge_sampler(problem: str, method: str, _: float, size: float) -> dict:
     """A method at one size, by several seeds: medians of the errors of mean and deviation."""
     truth, seeds = truth_of(problem), range(1, SEEDS + 1) if method in SAMPLERS else (1,)
     study = study_of(problem, method, size)
-    runs, cost = [found(study, seed) for seed in seeds], timed(lambda: found(study, 1))[1]
+    runs, cost = [contact_time_summary(study, seed) for seed in seeds], timed(lambda: contact_time_summary(study, 1))[1]
     mean, deviation = (
-        float(np.median([abs(one[key] / true - 1.0) for one in runs]))
+        float(np.median([abs(summary[key] / true - 1.0) for summary in runs]))
         for key, true in (("mean", truth.mean()), ("std", truth.std()))
     )
     return {"error": mean, **cost, "deviation_error": deviation}
@@ -101,16 +101,16 @@ def sampler_entries(problem, quick):
         yield EXACT, math.nan, math.nan
 
 
-def sampler_panels(contest, rows, looks):
+def sampler_panels(contest, rows, styles):
     """Errors of mean and deviation over realisations, and of the mean against CPU time; a row a problem."""
     columns = {
         "error": Axis("relative error of the mean", log=True),
         "deviation_error": Axis("relative error of the deviation", log=True),
     }
     sampled = [row for row in rows if row.method in SAMPLERS]
-    left = over(contest, sampled, looks, Axis("realisations", log=True), columns)
-    (right,) = error_against_cost(contest, rows, looks)
-    return [[*pair, cost] for pair, cost in zip(left, right, strict=True)]
+    error_panels = panels_over(contest, sampled, styles, Axis("realisations", log=True), columns)
+    (cost_panels,) = error_against_cost(contest, rows, styles)
+    return [[*pair, cost] for pair, cost in zip(error_panels, cost_panels, strict=True)]
 
 
 STATISTICS = {"mean": "mean", "deviation": "std", **{f"quantile {p}": p for p in ("0.05", "0.50", "0.95")}}
@@ -125,50 +125,51 @@ def judge_coverage(problem: str, method: str, samples: float, studies: float) ->
     """In how many of so many studies the interval of each statistic holds the true value, and is marked unsafe."""
     truth, study = truth_of(problem), study_of(problem, method, samples)
     exact = {"mean": truth.mean(), "std": truth.std(), **{p: truth.ppf(float(p)) for p in ("0.05", "0.50", "0.95")}}
-    held, unsafe = dict.fromkeys(STATISTICS, 0.0), dict.fromkeys(STATISTICS, 0.0)
+    covered, unsafe = dict.fromkeys(STATISTICS, 0.0), dict.fromkeys(STATISTICS, 0.0)
     for seed in range(int(studies)):
-        one = found(study, seed)
+        summary = contact_time_summary(study, seed)
         for name, key in STATISTICS.items():
-            low, high = one.get(f"{key}_interval") or [one["quantiles"][key][end] for end in ("low", "high")]
-            held[name] += (low is None or low <= exact[key]) and (high is None or exact[key] <= high)
-            unsafe[name] += key in one["unsafe"]
-    shares = {name: count / studies for name, count in held.items()}
+            low, high = summary.get(f"{key}_interval") or [summary["quantiles"][key][end] for end in ("low", "high")]
+            covered[name] += (low is None or low <= exact[key]) and (high is None or exact[key] <= high)
+            unsafe[name] += key in summary["unsafe"]
+    shares = {name: count / studies for name, count in covered.items()}
     marked = {f"{name} marked unsafe": count / studies for name, count in unsafe.items() if count}
     return {"error": abs(min(shares.values()) - 0.95), **shares, **marked}
 
 
-def coverage_panels(contest, rows, looks):
+def coverage_panels(contest, rows, styles):
     """A row a problem, a panel a statistic: coverage over the number of samples, a line a sampler."""
     across = Axis("samples", log=True, limits=(0.7 * COUNTS[0], 1.4 * COUNTS[-1]))
     up = Axis("share of studies", "%", limits=(90.0, 100.0))
 
-    def panel(statistic: str, title: str, mine: list) -> Panel:
+    def panel(statistic: str, title: str, runs: list) -> Panel:
         parts = [Band("93 to 97 %", COUNTS, 100.0 * CLOSE, 100.0 * WIDE, {"color": STYLE["soft"], "alpha": 0.25})]
-        for method, ours in of_methods(mine).items():
-            points = [(row.setting, 100.0 * row.more[statistic]) for row in ours]
-            parts += curve(*looks[method], points)
-            marks = [float(row.more.get(f"{statistic} marked unsafe") or 0.0) >= MARKED for row in ours]
-            parts.append(Line("interval marked unsafe in nearly all studies", *np.array(points)[marks].T, RING))
+        for method, runs_of_method in by_method(runs).items():
+            points = [(row.setting, 100.0 * row.extra[statistic]) for row in runs_of_method]
+            parts += curve(*styles[method], points)
+            is_marked = [float(row.extra.get(f"{statistic} marked unsafe") or 0.0) >= MARKED for row in runs_of_method]
+            parts.append(Line("interval marked unsafe in nearly all studies", *np.array(points)[is_marked].T, RING))
         return Panel(f"{statistic}, {title}", across, up, parts)
 
     known = {row.problem for row in rows}
-    pairs = [(title, of_problem(rows, name, DONE)) for name, title in contest.problems.items() if name in known]
+    pairs = [(title, rows_of(rows, name, DONE)) for name, title in contest.problems.items() if name in known]
     return [[panel(statistic, *pair) for statistic in STATISTICS] for pair in pairs]
 
 
 def coverage_reading(contest, rows):
     """Coverage by problem, and the cells that hold less or more than they say."""
     for problem, title in contest.problems.items():
-        mine = of_problem(rows, problem, DONE)
+        runs = rows_of(rows, problem, DONE)
         cells = {
-            f"{name} of {one.setting:.0f} by {LABELS[one.method]}": 100.0 * one.more[name]
-            for one in mine
+            f"{name} of {run.setting:.0f} by {LABELS[run.method]}": 100.0 * run.extra[name]
+            for run in runs
             for name in STATISTICS
         }
         wide = (f"{cell} {share:.1f} %" for cell, share in cells.items() if not CLOSE <= 0.01 * share <= WIDE)
         if cells:
-            words = f"{min(cells.values()):.1f} to {max(cells.values()):.1f} % of the intervals contain the true value"
-            yield f"{title}: {words}; outside 93 to 97 %: {', '.join(wide) or 'none'}."
+            extremes = f"{min(cells.values()):.1f} to {max(cells.values()):.1f} %"
+            outside = ", ".join(wide) or "none"
+            yield f"{title}: {extremes} of the intervals contain the true value; outside 93 to 97 %: {outside}."
 
 
 CHARTS = {
@@ -180,7 +181,7 @@ CHARTS = {
         panels=sampler_panels,
         labels=LABELS,
         error="relative error of the mean",
-        wanted=1e-4,
+        requested_error=1e-4,
     ),
     "coverage": Contest(
         title="Share of studies whose 95 % interval contains the true value",

@@ -9,7 +9,18 @@ import numpy as np
 
 from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.units import readable_unit, with_unit
-from bearing_twin.charts.panels import Axis, Band, Line, Panel, Sheet, colour, dashed, figure_of, in_rows, shade
+from bearing_twin.charts.panels import (
+    Axis,
+    Band,
+    Line,
+    Panel,
+    Sheet,
+    band_style,
+    figure_of,
+    in_rows,
+    line_style,
+    reference_style,
+)
 from bearing_twin.pictures import BALL_COLOURS, STYLE, save
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
@@ -26,7 +37,7 @@ ROOM = 0.25  # of the intervals that are known, for those that are open
 WIDE = 20.0  # the greatest of what is drawn along an axis over the least, from which on it is logarithmic
 OPEN_END = "open to the edge: too few samples"
 ACRONYMS = ("bpfo", "bpfi", "bsf", "rms")
-BLUE, RED = colour(0), colour(5)
+BLUE, RED = line_style(0), line_style(5)
 BARS = {"step": "post", "color": "#b9c6d2"}
 HATCHED = {"facecolor": "none", "edgecolor": BALL_COLOURS[5], "alpha": 0.45, "hatch": "///"}
 ENDS = {"color": STYLE["ink"], "linewidth": 2.0, "marker": "|", "markersize": 10, "markeredgewidth": 2.0}
@@ -45,7 +56,7 @@ def plot_study(result: StudyResult, png_path) -> Path:
 def sheet_of(result: StudyResult, names: Iterable[str], channels: Iterable[str]) -> Sheet:
     """The panels of these quantities and histories."""
     panels = list(_panels(result, names, channels))
-    return Sheet("", in_rows(panels, 2 if len(panels) <= 4 else 3), "", [], key=True)
+    return Sheet("", in_rows(panels, 2 if len(panels) <= 4 else 3), "", [], shared_legend=True)
 
 
 def _panels(result, names, channels) -> Iterator[Panel]:
@@ -111,7 +122,7 @@ def _distribution(result, name, exact) -> Panel:
     if exact is not None:
         low, high = exact.quantile(FAR), exact.quantile(1.0 - FAR)
         x = np.linspace(low, high, POINTS)
-        parts.append(Line("change of variable", x, np.nan_to_num(exact.pdf(x)), dashed()))
+        parts.append(Line("change of variable", x, np.nan_to_num(exact.pdf(x)), reference_style()))
     margin = 0.08 * (high - low) or 1.0
     ends = low - margin, high + margin
     top = 1.05 * max((float(np.max(part.y if isinstance(part, Line) else part.high)) for part in parts), default=1.0)
@@ -128,7 +139,7 @@ def _quantiles(quantiles, ends, top: float) -> Iterator[Line | Band]:
     for place, one in enumerate(quantiles):
         known = [edge if one[key] is None else one[key] for key, edge in zip(("low", "high"), ends, strict=True)]
         yield Line("5, 50, 95 % with intervals", [one["value"]] * 2, [0.0, top], RED | {"linewidth": 1.3}, place == 0)
-        yield Band("interval", known, [0.0] * 2, [top] * 2, shade(5), False)
+        yield Band("interval", known, [0.0] * 2, [top] * 2, band_style(5), False)
         if None in (one["low"], one["high"]):
             yield Band(OPEN_END, known, [0.0] * 2, [top] * 2, HATCHED)
 
@@ -152,7 +163,7 @@ def _convergence(summary, exact) -> Panel:
     with contextlib.suppress(StatisticError):
         if name in exact and statistic != "quantile":
             level = np.full(len(samples), getattr(exact[name], statistic))
-            parts.append(Line("change of variable", samples, level, dashed()))
+            parts.append(Line("change of variable", samples, level, reference_style()))
     if np.isnan([low, high]).any():
         known = np.concatenate([low, high, *(part.y for part in parts)])
         least, greatest = np.nanmin(known), np.nanmax(known)
@@ -162,13 +173,13 @@ def _convergence(summary, exact) -> Panel:
         high = np.where(np.isnan(high), greatest + 2.0 * room, high)
     up = Axis(words, summary["quantities"][name]["unit"], limits=limits, shown=unit_of(summary["quantities"][name]))
     title = f"Convergence of {name.replace('_', ' ')}"
-    return Panel(title, Axis("samples", whole=True), up, [_band(label, samples, low, high), *parts])
+    return Panel(title, Axis("samples", is_integer=True), up, [_band(label, samples, low, high), *parts])
 
 
 def _band(label: str, x, low, high) -> Line | Band:
     """Intervals from `low` to `high`; of one place a band has no width and is a bar."""
     if len(x) > 1:
-        return Band(label, x, low, high, shade())
+        return Band(label, x, low, high, band_style())
     return Line(label, [x[0]] * 2, [low[0], high[0]], BLUE | {"marker": "_", "markersize": 10})
 
 
@@ -182,7 +193,7 @@ def _history(result, channel) -> Panel:
     for name, label, look in (
         ("0.50", "median", BLUE),
         ("mean", "mean", RED),
-        ("at_mean_inputs", "run at the mean inputs", dashed()),
+        ("at_mean_inputs", "run at the mean inputs", reference_style()),
     ):
         if name in found:
             parts.append(Line(label, time, found[name], look))
@@ -205,7 +216,7 @@ def _swept(found, name, sweep) -> Panel:
     ]
     drawn = np.array([low, median, high, mean])
     if (place := sweep.get("at")) is not None:
-        look = dashed() | {"linewidth": 1.3, "linestyle": ":"}
+        look = reference_style() | {"linewidth": 1.3, "linestyle": ":"}
         parts.append(Line("value of the other panels", [place] * 2, [np.nanmin(drawn), np.nanmax(drawn)], look))
     words, unit = SweepDescription(sweep), sweep.get("unit", "1")
     swept = words_of(words.key.rpartition(".")[2])
