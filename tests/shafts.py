@@ -20,8 +20,8 @@ def outputs_of(motion, duration, count):
     """The outputs at even times up to `duration` [s], with the first."""
     first = {name: np.array(values) for name, values in motion.first_outputs().items()}
     times = duration * np.arange(1, count + 1) / count
-    found = motion.advance(times, duration)
-    return np.append(0.0, times), {name: np.concatenate([first[name], found[name]]) for name in first}
+    later = motion.advance(times, duration)
+    return np.append(0.0, times), {name: np.concatenate([first[name], later[name]]) for name in first}
 
 
 def energy(out):

@@ -13,17 +13,17 @@ BALLS, RIG = 8, "bearing_6203_rig_1000N"
 
 def test_loads_are_balanced_and_the_stiffness_is_their_slope():
     loads = np.random.default_rng(1).normal(scale=[300.0, 300.0, 300.0, 1.0, 1.0], size=(40, 5))
-    found = equilibrium(RIG, loads, drive__speed=0.0)
-    assert found.converged.all()
-    azimuth = found.ball_azimuth
-    across, along = (part(found.contact_angle[..., 1]) * found.ball_load[..., 1] for part in (np.cos, np.sin))
+    equilibria = equilibrium(RIG, loads, drive__speed=0.0)
+    assert equilibria.converged.all()
+    azimuth = equilibria.ball_azimuth
+    across, along = (part(equilibria.contact_angle[..., 1]) * equilibria.ball_load[..., 1] for part in (np.cos, np.sin))
     # the outer ring is pushed as the inner one is, but for how far that stands beside a ball, over the pitch radius
     sums = [(across * np.cos(azimuth)).sum(1), (across * np.sin(azimuth)).sum(1), along.sum(1)]
     assert np.stack(sums, axis=1) == pytest.approx(loads[:, :3], abs=0.5)
     step = 1e-4 * np.array([300.0, 300.0, 300.0, 1.0, 1.0])
-    first = found.ball_azimuth[:, 0]
+    first = equilibria.ball_azimuth[:, 0]
     ends = [equilibrium(RIG, loads + sign * step, ball_angle=first, drive__speed=0.0).displacement for sign in (1, -1)]
-    slope = np.einsum("kij,kj->ki", found.stiffness, ends[0] - ends[1])
+    slope = np.einsum("kij,kj->ki", equilibria.stiffness, ends[0] - ends[1])
     assert slope == pytest.approx(np.tile(2.0 * step, (40, 1)), rel=1e-3, abs=1e-7)
 
 
@@ -31,19 +31,19 @@ def test_it_is_what_the_command_and_the_run_of_the_scene_find(asked):
     """Cases of one array are each as if alone."""
     clearance, speed = np.array([[5e-6], [2e-5]]), np.array([0.0, 1500.0])
     load = [100.0, -700.0, 200.0, 0.5, -1.0]
-    found = equilibrium(RIG, load, geometry__radial_clearance=clearance, drive__speed=speed)
-    assert found.displacement.shape == (2, 2, 5)
-    assert found.ball_load.shape == (2, 2, BALLS, 2)
+    equilibria = equilibrium(RIG, load, geometry__radial_clearance=clearance, drive__speed=speed)
+    assert equilibria.displacement.shape == (2, 2, 5)
+    assert equilibria.ball_load.shape == (2, 2, BALLS, 2)
     for i, j in np.ndindex(2, 2):
-        words = "--load", "100,-700,200", "--moment", "0.5,-1", "--clearance", repr(clearance[i, 0].item())
-        reported = asked("bearing", RIG, *words, "--speed", speed[j])
-        assert found.displacement[i, j, :3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
-        assert found.ball_load[i, j, :, 0] == pytest.approx(reported["normal_load_inner_n"], rel=1e-9)
-        assert found.stiffness[i, j] == pytest.approx(np.array(reported["stiffness"]), rel=1e-9, abs=1e-3)
+        options = "--load", "100,-700,200", "--moment", "0.5,-1", "--clearance", repr(clearance[i, 0].item())
+        reported = asked("bearing", RIG, *options, "--speed", speed[j])
+        assert equilibria.displacement[i, j, :3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
+        assert equilibria.ball_load[i, j, :, 0] == pytest.approx(reported["normal_load_inner_n"], rel=1e-9)
+        assert equilibria.stiffness[i, j] == pytest.approx(np.array(reported["stiffness"]), rel=1e-9, abs=1e-3)
     pit = ["defects=[{on: outer, spall: {place: -1.5708, length: 1e-3, depth: 5e-6}}]"]
     reported = asked("bearing", RIG, "--load", "0,-700,0", "--set", *pit)
-    found = equilibrium(load_scene(RIG, pit), [0.0, -700.0, 0.0])
-    assert found.displacement[:3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
+    equilibria = equilibrium(load_scene(RIG, pit), [0.0, -700.0, 0.0])
+    assert equilibria.displacement[:3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
     changed = ["gravity=[0,0,0]", "model.dimension=quasi_static", "rings.inner.load=[0,-700,200]", "run.duration=1e-3"]
     scene = load_scene(RIG, changed)
     sample = next(iter(simulate(scene).blocks())).values
@@ -61,17 +61,17 @@ def test_balls_that_lie_on_the_inner_raceway_alone_are_balanced_too():
 
 def test_what_has_no_equilibrium_says_why_and_leaves_the_others():
     loads = [[0.0, -500.0, 0.0], [0.0, 0.0, 0.0], [0.0, -3e5, 0.0], [0.0, 0.0, 1e5]]
-    found = equilibrium(RIG, loads, geometry__radial_clearance=[[1e-5], [2.5e-4]])
-    assert found.converged.tolist() == [[True, False, False, False]] * 2
-    assert [bool(one) for one in found.reason.ravel()] == [False, True, True, True] * 2
-    assert "no ball touches both rings" in found.reason[0, 1]
-    for values in (found.displacement, found.ball_load, found.contact_angle, found.stiffness):
-        assert np.isnan(values[~found.converged]).all()
-        assert np.isfinite(values[found.converged]).all()
+    equilibria = equilibrium(RIG, loads, geometry__radial_clearance=[[1e-5], [2.5e-4]])
+    assert equilibria.converged.tolist() == [[True, False, False, False]] * 2
+    assert [bool(reason) for reason in equilibria.reason.ravel()] == [False, True, True, True] * 2
+    assert "no ball touches both rings" in equilibria.reason[0, 1]
+    for values in (equilibria.displacement, equilibria.ball_load, equilibria.contact_angle, equilibria.stiffness):
+        assert np.isnan(values[~equilibria.converged]).all()
+        assert np.isfinite(values[equilibria.converged]).all()
 
 
 @pytest.mark.parametrize(
-    ("scene", "loads", "changes", "words"),
+    ("scene", "loads", "changes", "message"),
     [
         (RIG, [1.0, 2.0], {}, r"\(\.\.\., 3\)"),
         (RIG, [0.0, math.nan, 0.0], {}, "finite"),
@@ -86,14 +86,14 @@ def test_what_has_no_equilibrium_says_why_and_leaves_the_others():
         ("two_spheres", [0.0, 1.0, 0.0], {}, "no bearing"),
     ],
 )
-def test_what_is_not_possible_is_refused_in_a_sentence(scene, loads, changes, words):
-    with pytest.raises(SceneError, match=words):
+def test_what_is_not_possible_is_refused_in_a_sentence(scene, loads, changes, message):
+    with pytest.raises(SceneError, match=message):
         equilibrium(scene, loads, **changes)
 
 
 def test_no_load_gives_arrays_of_no_case():
-    found = equilibrium(RIG, np.zeros((0, 3)), drive__speed=np.zeros(0))
+    equilibria = equilibrium(RIG, np.zeros((0, 3)), drive__speed=np.zeros(0))
     balls = equilibrium(RIG, [0.0, -500.0, 0.0]).ball_azimuth.size
-    assert found.ball_load.shape == (0, balls, 2)
-    assert found.stiffness.shape == (0, 5, 5)
-    assert "0 equilibria" in repr(found)
+    assert equilibria.ball_load.shape == (0, balls, 2)
+    assert equilibria.stiffness.shape == (0, 5, 5)
+    assert "0 equilibria" in repr(equilibria)

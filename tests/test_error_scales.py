@@ -24,8 +24,8 @@ def test_lift_off_keeps_its_tolerance(along):
     """Balls that leave the load zone ring on one raceway for good: their friction is within the tolerance, too."""
     shifted = "cage.kind=none", f"drive.offset=[0,-9e-6,{along}]"
     _, exact = _outputs(1e-7, *shifted, scene="bearing_6203_loose")
-    moving, found = _outputs(1e-3, *shifted, scene="bearing_6203_loose")
-    load, friction = errors(moving, found, exact)
+    moving, outputs = _outputs(1e-3, *shifted, scene="bearing_6203_loose")
+    load, friction = errors(moving, outputs, exact)
     assert load < 1e-3
     # Rounding decides at which step a contact ends: tolerances within 1e-4 of each other give 0.65e-3 to 1.32e-3.
     assert friction < 1.4e-3
@@ -47,8 +47,8 @@ TOGETHER = {
 def test_balls_with_steps_in_common_keep_their_tolerance(case):
     scene, *overrides = case
     _, exact = _outputs(1e-6, *overrides, scene=scene)
-    moving, found = _outputs(1e-3, *overrides, scene=scene)
-    load, friction = errors(moving, found, exact)
+    moving, outputs = _outputs(1e-3, *overrides, scene=scene)
+    load, friction = errors(moving, outputs, exact)
     assert load < 1e-3
     assert friction < 1.2e-3  # by where steps fall: unbalance 0.75 to 1.1 of it at tolerances a tenth to either side
 
@@ -58,8 +58,8 @@ def test_a_ring_that_rings_keeps_its_tolerance():
     times = 5e-5 * np.arange(1, 601)
     exact = motion(*ringing, "wanted.tolerance=1e-9", scene=scene).advance(times, times[-1])
     for tolerance in (1e-3, 1e-5):
-        found = motion(*ringing, f"wanted.tolerance={tolerance}", scene=scene).advance(times, times[-1])
-        assert np.abs(found.normal_load - exact.normal_load).max() < tolerance * exact.normal_load.max()
+        outputs = motion(*ringing, f"wanted.tolerance={tolerance}", scene=scene).advance(times, times[-1])
+        assert np.abs(outputs.normal_load - exact.normal_load).max() < tolerance * exact.normal_load.max()
 
 
 def test_slow_balls_that_do_not_fall_keep_their_tolerance():
@@ -67,8 +67,8 @@ def test_slow_balls_that_do_not_fall_keep_their_tolerance():
     slow = "drive.speed=50", "gravity=[0,0,0]"
     _, exact = _outputs(1e-6, *slow, scene=RIG)
     for tolerance in (1e-3, 1e-4):
-        moving, found = _outputs(tolerance, *slow, scene=RIG)
-        assert max(errors(moving, found, exact)) < tolerance
+        moving, outputs = _outputs(tolerance, *slow, scene=RIG)
+        assert max(errors(moving, outputs, exact)) < tolerance
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ def test_slow_balls_that_do_not_fall_keep_their_tolerance():
 def test_a_run_so_slow_that_loose_balls_fall_says_so(overrides, falls):
     parameters = load_scene(RIG, last_overrides(("drive.speed=50", *overrides))).parameters
     choice = choose(parameters)
-    reported = [one for one in choice.warnings if "fall off the outer raceway" in one]
+    reported = [warning for warning in choice.warnings if "fall off the outer raceway" in warning]
     assert bool(reported) is falls
     if reported:  # below the speed at which a ball that rolls needs its weight to stay on its way round
         geometry, limit = parameters.geometry, float(re.match(r"below (\S+) rad/s", reported[0])[1])
@@ -123,7 +123,7 @@ def test_errors_fall_with_the_tolerance_landings_included(scene, span):
         return moving, moving.advance(times, times[-1])
 
     _, exact = outputs(1e-8)
-    found = np.array([errors(*outputs(tolerance), exact) for tolerance in (1e-3, 1e-4, 1e-5, 1e-6)])
-    for one in found.T:
-        seen = one[one > LEAST_SEEN]
+    by_tolerance = np.array([errors(*outputs(tolerance), exact) for tolerance in (1e-3, 1e-4, 1e-5, 1e-6)])
+    for error in by_tolerance.T:
+        seen = error[error > LEAST_SEEN]
         assert (seen[0] / seen[-1]) ** (1.0 / (len(seen) - 1)) > 4.0

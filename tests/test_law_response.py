@@ -29,20 +29,20 @@ def balanced(name, support, parts=(), factor=1.0):
     ids=["loose", "thrust at 10 000 rpm", "partly held"],
 )
 def test_the_response_is_the_derivative_of_equilibria_by_the_moduli(name, support, parts):
-    solver, found = balanced(name, support)
-    less, more = (balanced(name, support, parts, 1.0 + sign * SMALL)[1] for sign in (-1.0, 1.0))
-    shares = np.ones((len(found.azimuths), 2))
+    solver, equilibrium = balanced(name, support)
+    softer, stiffer = (balanced(name, support, parts, 1.0 + sign * SMALL)[1] for sign in (-1.0, 1.0))
+    shares = np.ones((len(equilibrium.azimuths), 2))
     if parts is INNER:  # half of a contact's compliance is the ring's, as all are of one steel
         shares *= (0.5, 0.0)
-    response = response_of(solver, support, found, shares)
-    touching = found.contacts.load > 0.0
+    response = response_of(solver, support, equilibrium, shares)
+    touching = equilibrium.contacts.load > 0.0
     for changed, reported in (
-        (lambda one: one.contacts.load, response.loads),
-        (lambda one: np.where(touching, one.contacts.angle, 0.0), response.angles),
-        (lambda one: one.coordinates, response.coordinates),
-        (lambda one: one.loads, response.ring_loads),
+        (lambda state: state.contacts.load, response.loads),
+        (lambda state: np.where(touching, state.contacts.angle, 0.0), response.angles),
+        (lambda state: state.coordinates, response.coordinates),
+        (lambda state: state.loads, response.ring_loads),
     ):
-        slope = (changed(more) - changed(less)) / (2.0 * SMALL)
+        slope = (changed(stiffer) - changed(softer)) / (2.0 * SMALL)
         assert np.abs(reported - slope).max() <= 0.02 * np.abs(slope).max() + 1e-4
 
 
@@ -64,23 +64,26 @@ def test_given_loads_stay_and_what_all_contacts_share_moves_the_ring(asked):
 
 
 def test_what_a_law_is_off_by_is_told_as_the_other_law_finds_it(asked):
-    words = ("bearing_6203", "--displacement", "0,-12e-6,0")
-    exact, rough = asked("bearing", *words), asked("bearing", *words, "--set", "contact.normal=volumetric")
-    off = abs(rough["ring_force_n"][1] - exact["ring_force_n"][1])
-    assert off > 1.0
-    assert rough["model_errors"]["law"]["ring_force_n"][1] == pytest.approx(off, rel=0.2)
+    arguments = ("bearing_6203", "--displacement", "0,-12e-6,0")
+    exact, approximate = (
+        asked("bearing", *arguments),
+        asked("bearing", *arguments, "--set", "contact.normal=volumetric"),
+    )
+    error = abs(approximate["ring_force_n"][1] - exact["ring_force_n"][1])
+    assert error > 1.0
+    assert approximate["model_errors"]["law"]["ring_force_n"][1] == pytest.approx(error, rel=0.2)
 
 
 def half_space_errors(scene, *overrides):
     """Figures and azimuths of a run, its errors by half-spaces, and their shares of loads at the same approach."""
     run = simulate(load_scene(scene, (*overrides, "solver.check=none")))
-    places, *_ = [np.array(block.values["position"][0]) for block in run.blocks()]
+    positions, *_ = [np.array(block.values["position"][0]) for block in run.blocks()]
     figures, errors = run.report.figures, run.report.errors["errors_by_source"]
     geometry = run.scene.parameters.geometry
     radius, groove = 0.5 * geometry.ball_diameter, geometry.inner_conformity * geometry.ball_diameter
     shares = FELT * gap_error(np.array(figures["semi_major_inner_m"]), radius, groove)
-    found = {key: np.array(errors[key]["left_out"]) for key in ("normal_load_inner_n", "ring_force_n")}
-    return figures, np.arctan2(places[:, 1], places[:, 0]), found, shares
+    by_figure = {key: np.array(errors[key]["left_out"]) for key in ("normal_load_inner_n", "ring_force_n")}
+    return figures, np.arctan2(positions[:, 1], positions[:, 0]), by_figure, shares
 
 
 def test_runs_tell_what_contacts_keep_of_their_errors_and_what_a_held_ring_bears():
@@ -89,9 +92,9 @@ def test_runs_tell_what_contacts_keep_of_their_errors_and_what_a_held_ring_bears
     figures, azimuths, errors, shares = half_space_errors("bearing_6203", *offset)
     loads = np.array(figures["normal_load_inner_n"])
     assert errors["normal_load_inner_n"] == pytest.approx(shares * loads, rel=1e-9)
-    off = abs((shares * loads) @ np.sin(azimuths))
-    assert off > 1.1 * shares.max() * figures["ring_force_n"][1]  # more than any contact's share of the whole
-    assert off < errors["ring_force_n"][1] < 5.0 * off
+    resultant = abs((shares * loads) @ np.sin(azimuths))
+    assert resultant > 1.1 * shares.max() * figures["ring_force_n"][1]  # more than any contact's share of the whole
+    assert resultant < errors["ring_force_n"][1] < 5.0 * resultant
     figures, _, errors, shares = half_space_errors("bearing_6203_rig_400N", "run.duration=0.005")
     loads = np.array(figures["normal_load_inner_n"])
     assert np.all(errors["normal_load_inner_n"] <= 0.3 * shares * loads)

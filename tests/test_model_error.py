@@ -31,15 +31,15 @@ SPHERES = {
 }
 
 
-def of(name, **more):
-    return run_study(parse_study({**SPHERES, **more}, "study of spheres")).as_dict()["quantities"][name]
+def quantity_of(name, **settings):
+    return run_study(parse_study({**SPHERES, **settings}, "study of spheres")).as_dict()["quantities"][name]
 
 
 def test_errors_go_through_what_a_quantity_makes_of_figures():
     length = Quantity(("at",))
     figures = {"at": [3.0, -4.0], "else": 1.0}
-    found = errors_of(length, figures, {"at": {"method": [0.3, 0.4], "law": 0.0}, "else": {"left_out": 9.0}})
-    assert found == pytest.approx({"method": 0.5, "law": 0.0})
+    errors_of_length = errors_of(length, figures, {"at": {"method": [0.3, 0.4], "law": 0.0}, "else": {"left_out": 9.0}})
+    assert errors_of_length == pytest.approx({"method": 0.5, "law": 0.0})
     assert errors_of(length, figures, {"else": {"method": 1.0}}) == {}
     greatest = quantities_of("bearing")["greatest_ball_load"]
     loads = {"greatest_normal_load_inner_n": [5.0, 9.0], "greatest_normal_load_outer_n": [6.0, 8.0]}
@@ -69,18 +69,18 @@ LOOSE = {
 
 def test_a_realisation_has_no_second_run_unless_it_is_checked():
     task = task_of(parse_study(LOOSE, "study"))
-    asked = [simulated_scene(one)["solver"]["check"] for one in (task, task._replace(checked=True))]
+    asked = [simulated_scene(candidate)["solver"]["check"] for candidate in (task, task._replace(checked=True))]
     assert asked == ["none", "second_run"]
 
 
 def test_warnings_of_checked_realisations_alone_have_their_number():
     study = parse_study(LOOSE, "study")
     errors = RealisationErrors({name: {} for name in study.quantities}, {})
-    found = empty(task_of(study), 3)._replace(
+    realisations = empty(task_of(study), 3)._replace(
         doubts={0: ("loads wrong by 0.2", "pressure 5 GPa"), 2: ("loads wrong by 0.3",)},
         errors=dict.fromkeys(range(3), errors),
     )
-    notes = model_errors_of_checked(study, found, ["pressure 6 GPa"]).notes
+    notes = model_errors_of_checked(study, realisations, ["pressure 6 GPa"]).notes
     assert notes == ["2 of 3 checked realisations: loads wrong by 0.2"]
 
 
@@ -88,27 +88,29 @@ def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_
     study = parse_study(SPHERES, "study")
     each = [{METHOD: 3.0, LAW: 0.1}, {METHOD: 1.0, LAW: 0.4}, {METHOD: 2.0, LAW: 0.3}]
     of_rows = {row: RealisationErrors(dict.fromkeys(study.quantities, errors), {}) for row, errors in enumerate(each)}
-    found = empty(task_of(study), len(each))._replace(errors=of_rows)
-    of, checks, _ = model_errors_of_checked(study, found)
+    realisations = empty(task_of(study), len(each))._replace(errors=of_rows)
+    by_quantity, checks, _ = model_errors_of_checked(study, realisations)
     assert checks["realisations"] == 3
-    for one in of.values():
-        assert one == {"error": pytest.approx(3.4), "errors_by_source": {METHOD: 3.0, LAW: 0.4}}
+    for reported in by_quantity.values():
+        assert reported == {"error": pytest.approx(3.4), "errors_by_source": {METHOD: 3.0, LAW: 0.4}}
 
 
 def test_the_error_of_a_law_is_what_another_law_gives():
-    exact, other = of("peak_force", set=[]), of("peak_force", set=["contact.normal=volumetric"])
-    error = other["errors_by_source"]["law"]
+    exact, approximate = quantity_of("peak_force", set=[]), quantity_of("peak_force", set=["contact.normal=volumetric"])
+    error = approximate["errors_by_source"]["law"]
     # The greatest realisation is off most: the greatest of the sample bounds the mean.
-    assert 1.0 < error / abs(other["mean"] - exact["mean"]) < 3.0
+    assert 1.0 < error / abs(approximate["mean"] - exact["mean"]) < 3.0
     assert exact["errors_by_source"]["law"] < 1e-12 * exact["mean"]
-    assert other["error"] == pytest.approx(sum(other["errors_by_source"].values()))
+    assert approximate["error"] == pytest.approx(sum(approximate["errors_by_source"].values()))
 
 
 def test_a_checked_realisation_is_the_one_of_the_sample():
     study = parse_study({**LOOSE, "quantities": ["greatest_ball_load"]}, "study of a bearing")
-    task, at = task_of(study), study.joint.values(np.full((1, 1), 0.5))
+    task, values = task_of(study), study.joint.values(np.full((1, 1), 0.5))
     with Ensemble(task, 1, "processes", lambda: False) as ensemble:
-        alone, checked = (ensemble.evaluate(at, task=task._replace(checked=one)) for one in (False, True))
+        alone, checked = (
+            ensemble.evaluate(values, task=task._replace(checked=is_checked)) for is_checked in (False, True)
+        )
     assert alone.quantities.tobytes() == checked.quantities.tobytes()
     assert checked.errors[0].by_quantity["greatest_ball_load"]["method"] > 0.0
 
@@ -120,7 +122,7 @@ def test_without_checks_the_errors_are_not_known_and_that_is_said():
         parse_study({**SPHERES, "companions": 0, "checks": 2}, "study")
     assert result.summary["quantities"]["peak_force"]["error"] is None
     assert "checks: 0" in result.summary["companions"]["errors_unknown"]["method"]
-    assert not [one for one in model_error_sentences(result.summary) if "\u00b1" in one]
+    assert not [sentence for sentence in model_error_sentences(result.summary) if "\u00b1" in sentence]
 
 
 def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
@@ -143,8 +145,10 @@ def test_an_error_is_over_a_tenth_of_nothing_where_realisations_failed():
         inputs = {key: {"distribution": "uniform", "low": 1.0, "high": 2.0}}
         study = parse_study({"scene": scene, "inputs": inputs, "quantities": [name]}, "study")
         errors = {0: RealisationErrors({name: {"left_out": 2.0}}, {})}
-        found = empty(task_of(study), len(quantities))._replace(quantities=np.array(quantities)[:, None], errors=errors)
-        return model_errors_of_checked(study, found).notes
+        realisations = empty(task_of(study), len(quantities))._replace(
+            quantities=np.array(quantities)[:, None], errors=errors
+        )
+        return model_errors_of_checked(study, realisations).notes
 
     (note,) = notes("shaft_two_6203", "shaft.load[1]", "left_reference_life", [10.0])
     assert "the error of the model is 2 Mrev, over 10 % of it" in note
@@ -165,9 +169,9 @@ def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():
         "workers": 1,
     }
     result = run_study(parse_study(torque, "study of the torque"))
-    assert [one for one in result.doubts if one.startswith("drive_torque: the error of the model is")]
-    assert not [one for one in result.doubts if one.startswith("greatest_ball_load:")]
-    (reported,) = (one for one in result.doubts if one.startswith("drive_torque:"))
+    assert [doubt for doubt in result.doubts if doubt.startswith("drive_torque: the error of the model is")]
+    assert not [doubt for doubt in result.doubts if doubt.startswith("greatest_ball_load:")]
+    (reported,) = (doubt for doubt in result.doubts if doubt.startswith("drive_torque:"))
     assert "mostly friction model: no sampling" in reported
     parts = result.summary["quantities"]["drive_torque"]["errors_by_source"]
     assert parts["friction_model"] > 100.0 * parts["method"] > 0.0

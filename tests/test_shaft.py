@@ -25,7 +25,7 @@ from bearing_twin.run.simulation import Simulation, simulate
 
 TORQUE = ("drive.kind=torque", "drive.inertia=1.0e-5")
 FROM_REST = (*TORQUE, "drive.torque=0.01", "drive.speed=0", "initial.motion=rest")
-STILL = ("gravity=[0,0,0]",)
+NO_GRAVITY = ("gravity=[0,0,0]",)
 RIG = "bearing_6203_rig_400N"
 CAGES = (("cage.kind=none",), ("cage.kind=even",), ("cage.kind=pockets",))
 
@@ -43,19 +43,19 @@ def joined(name, first, out):
 
 def closure(first, out):
     """Energy made by the numbers over the work moved."""
-    made = stored_energy(out)[-1] - stored_energy(first)[0] + out.dissipated[-1] - out.drive_work[-1]
-    return made / out.gross_work[-1]
+    numerical = stored_energy(out)[-1] - stored_energy(first)[0] + out.dissipated[-1] - out.drive_work[-1]
+    return numerical / out.gross_work[-1]
 
 
 @pytest.mark.parametrize("damping", [0.0, 1e-3])
 def test_without_friction_the_torque_and_its_drag_alone_make_the_speed(damping):
     """w = T t / J, and w = T / c (1 - exp(-c t / J)); the drag is lost, and none of it is the balls'."""
-    moving = motion(*FROM_REST, *STILL, "contact.friction_coefficient=0", f"drive.damping={damping}")
+    moving = motion(*FROM_REST, *NO_GRAVITY, "contact.friction_coefficient=0", f"drive.damping={damping}")
     first, out = advanced(moving, 1e-4, 200)
     time = 1e-4 * np.arange(1, 201)
-    wanted = 1e3 * time if damping == 0.0 else 0.01 / damping * -np.expm1(-damping * time / 1e-5)
-    assert out.inner_ring_speed == pytest.approx(wanted, rel=1e-5)
-    assert out.kinetic_energy == pytest.approx(0.5 * 1e-5 * wanted**2, rel=3e-5, abs=1e-9)
+    expected = 1e3 * time if damping == 0.0 else 0.01 / damping * -np.expm1(-damping * time / 1e-5)
+    assert out.inner_ring_speed == pytest.approx(expected, rel=1e-5)
+    assert out.kinetic_energy == pytest.approx(0.5 * 1e-5 * expected**2, rel=3e-5, abs=1e-9)
     assert out.drive_work[-1] == pytest.approx(0.01 * out.inner_ring_angle[-1], rel=1e-9)
     assert abs(closure(first, out)) < 1e-6
 
@@ -63,7 +63,7 @@ def test_without_friction_the_torque_and_its_drag_alone_make_the_speed(damping):
 def test_balls_that_roll_add_their_share_of_inertia():
     """Z (m (w_c d_m / 2)^2 + I (w_c - w_r)^2) / w^2, by rolling at contact angle 0; a cage adds J_c (w_c / w)^2."""
     for cage in CAGES[:2]:
-        moving = motion(*FROM_REST, *STILL, *cage, "contact.friction_regularisation=1e-3")
+        moving = motion(*FROM_REST, *NO_GRAVITY, *cage, "contact.friction_regularisation=1e-3")
         geometry, bearing = moving.parameters.geometry, moving.bearing
         size = geometry.ball_diameter, geometry.pitch_diameter
         orbit, roll = cage_speed(1.0, *size), roll_rate(1.0, *size)
@@ -77,7 +77,7 @@ def test_balls_that_roll_add_their_share_of_inertia():
 def test_angular_momentum_of_all_that_turns_is_what_torque_and_outer_ring_give():
     """J w + sum (m r v_t + I s_z) about the axis, with friction over the spots, drag and a torque that changes."""
     moving = motion(
-        *TORQUE, *STILL, "drive.speed=50", "initial.motion=rest", "contact.friction=spot", "drive.damping=1e-5",
+        *TORQUE, *NO_GRAVITY, "drive.speed=50", "initial.motion=rest", "contact.friction=spot", "drive.damping=1e-5",
         "drive.torque_table=[[0,0.02],[0.001,-0.01],[0.0015,0.03]]",
     )  # fmt: skip
     moving.advance(np.array([]), 4e-4)  # slip begins within nanoseconds
@@ -86,16 +86,16 @@ def test_angular_momentum_of_all_that_turns_is_what_torque_and_outer_ring_give()
     orbital = moving.bearing.ball_mass * (position[..., 0] * velocity[..., 1] - position[..., 1] * velocity[..., 0])
     spin = moving.bearing.ball_inertia * joined("angular_velocity", first, out)[..., 2]
     speed = joined("inner_ring_speed", first, out)
-    held = (orbital + spin).sum(axis=1) + 1e-5 * speed
-    given = joined("drive_torque", first, out) - 1e-5 * speed - joined("outer_ring_torque", first, out)[:, 2]
-    gained = np.concatenate([[0.0], np.cumsum(0.5 * (given[1:] + given[:-1])) * 2e-6])
-    assert np.ptp(held) > 1e-5
-    assert held - held[0] == pytest.approx(gained, abs=2e-4 * np.ptp(held))
+    momentum = (orbital + spin).sum(axis=1) + 1e-5 * speed
+    moment = joined("drive_torque", first, out) - 1e-5 * speed - joined("outer_ring_torque", first, out)[:, 2]
+    impulse = np.concatenate([[0.0], np.cumsum(0.5 * (moment[1:] + moment[:-1])) * 2e-6])
+    assert np.ptp(momentum) > 1e-5
+    assert momentum - momentum[0] == pytest.approx(impulse, abs=2e-4 * np.ptp(momentum))
     balls = joined("inner_ring_torque", first, out)[:, 2]
     slope = np.gradient(1e-5 * speed, 2e-6)
-    there = slice(50, 250)
-    assert slope[there] == pytest.approx(
-        (given + joined("outer_ring_torque", first, out)[:, 2] + balls)[there], abs=1e-4
+    part = slice(50, 250)
+    assert slope[part] == pytest.approx(
+        (moment + joined("outer_ring_torque", first, out)[:, 2] + balls)[part], abs=1e-4
     )
 
 
@@ -111,16 +111,16 @@ def by_scipy(moving, torque, damping, duration):
         moment = torque(time) - damping * speed
         for ball in state:
             centre = about_z(np.cos(ball[ORBIT_ANGLE]), -np.sin(ball[ORBIT_ANGLE]), bearing.offset)
-            place = ball[AXIS_DISTANCE], 0.0, ball[HEIGHT]
+            position = ball[AXIS_DISTANCE], 0.0, ball[HEIGHT]
             motion_of = tuple(ball[VELOCITY : VELOCITY + 3]), tuple(ball[SPIN : SPIN + 3])
-            found = single_contact(bearing, bearing.inner, centre, speed, place, *motion_of)
-            at = np.subtract(place, centre) + found.arm
-            moment -= np.cross(at, found.force)[2]
+            solution = single_contact(bearing, bearing.inner, centre, speed, position, *motion_of)
+            arm = np.subtract(position, centre) + solution.arm
+            moment -= np.cross(arm, solution.force)[2]
         return np.append(slopes.ravel(), moment / inertia)
 
     start = np.append(moving.state.ravel(), moving.body_state[SHAFT_SPEED])
-    found = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-9, atol=1e-13, first_step=1e-7)
-    return found.y[:-1, -1].reshape(count, columns), found.y[-1, -1]
+    solution = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-9, atol=1e-13, first_step=1e-7)
+    return solution.y[:-1, -1].reshape(count, columns), solution.y[-1, -1]
 
 
 SMOOTH = (
@@ -147,19 +147,21 @@ def test_a_run_is_that_of_scipy_and_halved_steps_are_of_order_four():
             moving.steps[:] = 1.0 if steps else 1e-7
             moving.advance(np.array([]), span / (steps or 1))
         assert moving.costs()["ball_rejections"] == rejected or not steps
-        off = np.abs(moving.state - exact)[:, :MOTION].max(axis=0) / np.abs(exact[:, :MOTION]).max(axis=0)
-        errors.append((abs(moving.body_state[SHAFT_SPEED] - exact_speed) / exact_speed, off[TANGENTIAL_VELOCITY]))
-    whole, *halved = np.array(errors)
-    assert np.all(whole < 1e-7), errors
+        errors_of_balls = np.abs(moving.state - exact)[:, :MOTION].max(axis=0) / np.abs(exact[:, :MOTION]).max(axis=0)
+        errors.append(
+            (abs(moving.body_state[SHAFT_SPEED] - exact_speed) / exact_speed, errors_of_balls[TANGENTIAL_VELOCITY])
+        )
+    adaptive, *halved = np.array(errors)
+    assert np.all(adaptive < 1e-7), errors
     assert np.all(np.log2(halved[1] / halved[2]) > 3.5), errors
 
 
 @pytest.mark.parametrize("cage", CAGES, ids=lambda keys: keys[0])
-@pytest.mark.parametrize("more", [(), ("rings.inner.unbalance=1e-4",), ("rings.inner.free=all",)], ids=str)
-def test_energy_closes_with_the_work_of_the_torque(cage, more):
+@pytest.mark.parametrize("ring", [(), ("rings.inner.unbalance=1e-4",), ("rings.inner.free=all",)], ids=str)
+def test_energy_closes_with_the_work_of_the_torque(cage, ring):
     """A ring with mass under a load, gravity and a torque: its gyroscopic moment and unbalance at the speed that is."""
     table = "drive.torque_table=[[0,0.1],[0.01,0.05],[0.02,-0.1]]"
-    moving = motion("drive.kind=torque", "drive.damping=1e-4", table, *cage, *more, scene=RIG)
+    moving = motion("drive.kind=torque", "drive.damping=1e-4", table, *cage, *ring, scene=RIG)
     first, out = advanced(moving, 1e-4, 300)
     assert abs(closure(first, out)) < 1e-5
     speed, torque = joined("inner_ring_speed", first, out), joined("drive_torque", first, out)
@@ -175,9 +177,9 @@ def test_a_cage_on_the_land_of_the_inner_ring_turns_its_shaft():
     first, out = advanced(moving, 2e-7, 20000)
     assert abs(closure(first, out)) < 1e-5
     moment, speed = joined("inner_ring_torque", first, out)[:, 2], joined("inner_ring_speed", first, out)
-    gained = np.sum(0.5 * (moment[1:] + moment[:-1])) * 2e-7
-    assert abs(gained) > 1e-8
-    assert 1e-4 * (speed[-1] - speed[0]) == pytest.approx(gained, abs=5e-9)
+    impulse = np.sum(0.5 * (moment[1:] + moment[:-1])) * 2e-7
+    assert abs(impulse) > 1e-8
+    assert 1e-4 * (speed[-1] - speed[0]) == pytest.approx(impulse, abs=5e-9)
 
 
 def test_a_torque_is_commanded_where_it_turns_the_shaft_and_a_speed_where_it_is_prescribed():
@@ -199,7 +201,7 @@ def test_a_torque_is_commanded_where_it_turns_the_shaft_and_a_speed_where_it_is_
 
 
 @pytest.mark.parametrize(
-    ("keys", "words"),
+    ("keys", "message"),
     [
         (("drive.kind=torque",), "wants an inertia about the axis; give drive.inertia"),
         ((*TORQUE, "drive.torque_table=[[0,1],[0,2]]"), "time must grow from row to row"),
@@ -213,8 +215,8 @@ def test_a_torque_is_commanded_where_it_turns_the_shaft_and_a_speed_where_it_is_
         ((*TORQUE, "drive.torque_table=[[0,0],[1,9900]]"), "between two outputs"),
     ],
 )
-def test_what_contradicts_itself_is_refused(keys, words):
-    with pytest.raises(SceneError, match=words):
+def test_what_contradicts_itself_is_refused(keys, message):
+    with pytest.raises(SceneError, match=message):
         load_scene("bearing_6203", keys)
 
 
@@ -229,9 +231,9 @@ def test_a_shaft_that_runs_away_ends_the_run_at_the_first_output_beyond_the_limi
 def test_the_figures_tell_speed_torque_and_time_to_it():
     """With drag the change of speed is made to 99 % at ln(100) J / c; the torque is given."""
     keys = ("drive.damping=4.2e-3", "contact.friction_coefficient=0", "run.duration=0.03", "run.output_rate=5000")
-    done = simulate(load_scene("bearing_6203", (*FROM_REST, *STILL, *keys)))
-    assert sum(map(len, done.blocks())) == 151
-    figures = done.report.figures
+    run = simulate(load_scene("bearing_6203", (*FROM_REST, *NO_GRAVITY, *keys)))
+    assert sum(map(len, run.blocks())) == 151
+    figures = run.report.figures
     assert figures["run_up_time_s"] == pytest.approx(np.log(100.0) * 1e-5 / 4.2e-3, rel=5e-3)
     assert figures["inner_ring_speed_at_end_rad_s"] == pytest.approx(0.01 / 4.2e-3, rel=1e-4)
     assert figures["drive_torque_nm"] == pytest.approx(0.01, rel=1e-9)

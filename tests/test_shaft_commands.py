@@ -21,42 +21,42 @@ DAMPED = "contact.relaxation_time=2e-5"  # what rings dies out within some milli
 QUICK = (DAMPED, "run.output_rate=1000", "run.publish_rate=100", "solver.check=none")
 
 
-def shaft(overrides=QUICK, **more):
-    return obeying("shaft_two_6203", overrides, **more)
+def shaft(overrides=QUICK, **options):
+    return obeying("shaft_two_6203", overrides, **options)
 
 
 def loaded(force=(), torque=()):
     return wrench(force, torque, frame="shaft_link")
 
 
-def turning(speed, **more):
-    return twist(angular=(0.0, 0.0, speed), frame="shaft_link", **more)
+def turning(speed, **options):
+    return twist(angular=(0.0, 0.0, speed), frame="shaft_link", **options)
 
 
 def test_a_load_acts_from_the_next_output_on_as_a_change_in_the_scene_does():
     """At its place, with constant loads and the scene's unbalance; it is held until the next."""
     keys = (*QUICK, "shaft.load_place=0.02", "shaft.loads=[[0, 10, 0, 0, 0, 0]]", "wanted.tolerance=1e-5")
-    it = shaft(keys)
-    it.run(0.015)
-    it.tell("command/load", loaded((0.0, -300.0, 50.0), (0.5, 0.0, 0.0)))
-    it.run(0.03)
-    it.tell("command/load", loaded((0.0, -100.0, 0.0)))
-    it.run(0.01)
+    running = shaft(keys)
+    running.run(0.015)
+    running.tell("command/load", loaded((0.0, -300.0, 50.0), (0.5, 0.0, 0.0)))
+    running.run(0.03)
+    running.tell("command/load", loaded((0.0, -100.0, 0.0)))
+    running.run(0.01)
     unbalance = 2.0e-5 * 314.159**2
-    load = it.channel("load") - [10.0, 0.0, 0.0]
+    load = running.channel("load") - [10.0, 0.0, 0.0]
     assert np.hypot(*load[:16, :2].T) == pytest.approx(unbalance, rel=1e-9)
     assert load[16:46, 1] == pytest.approx(-300.0, abs=1.001 * unbalance)
     assert load[16:46, 2] == pytest.approx(50.0)
     assert load[46:, 1] == pytest.approx(-100.0, abs=1.001 * unbalance)
-    assert it.channel("load_moment")[20, 0] == pytest.approx(0.5 + 0.02 * 300.0, abs=0.01 * unbalance * 1.001)
-    written = "shaft.change={time: 0.015, load: [0, -300, 50], moment: [0.5, 0]}"
-    scene = motion_of(*keys, written)
+    assert running.channel("load_moment")[20, 0] == pytest.approx(0.5 + 0.02 * 300.0, abs=0.01 * unbalance * 1.001)
+    change = "shaft.change={time: 0.015, load: [0, -300, 50], moment: [0.5, 0]}"
+    scene = motion_of(*keys, change)
     times = 1e-3 * np.arange(1, 46)
     out = scene.advance(times, times[-1])
     assert np.array_equal(out["load"][15:, 2], load[16:46, 2])
     for name in ("position", "tilt", "left_normal_load", "left_contact_angle", "load_work"):
-        off = np.abs(it.channel(name)[1:46] - out[name]).max()
-        assert off < 1e-4 * np.abs(out[name]).max(), name
+        error = np.abs(running.channel(name)[1:46] - out[name]).max()
+        assert error < 1e-4 * np.abs(out[name]).max(), name
 
 
 REFUSED = {
@@ -71,25 +71,25 @@ REFUSED = {
 
 
 @pytest.fixture(scope="module")
-def left_alone():
+def undisturbed():
     it = shaft()
     it.run(0.03)
     return it
 
 
 @pytest.mark.parametrize("case", REFUSED)
-def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case, left_alone):
-    name, message, words = REFUSED[case]
-    it = shaft()
-    it.run(0.013)
-    with pytest.raises(BearingTwinError, match=f"command/{name} refused: .*" + words) as caught:
-        it.tell(f"command/{name}", message)
+def test_what_cannot_be_obeyed_is_refused_counted_said_and_changes_nothing(case, undisturbed):
+    name, message, sentence = REFUSED[case]
+    running = shaft()
+    running.run(0.013)
+    with pytest.raises(BearingTwinError, match=f"command/{name} refused: .*" + sentence) as caught:
+        running.tell(f"command/{name}", message)
     assert "\n" not in str(caught.value)
-    it.run(0.017)
+    running.run(0.017)
     for channel in ("position", "shaft_speed", "left_normal_load"):
-        assert np.array_equal(it.channel(channel), left_alone.channel(channel)), channel
-    assert (it.loop.commands.counts["taken"], it.loop.commands.counts["refused"]) == (0, 1)
-    assert it.loop.commands.warning().startswith(f"1 refused, the last: command/{name} refused")
+        assert np.array_equal(running.channel(channel), undisturbed.channel(channel)), channel
+    assert (running.loop.commands.counts["taken"], running.loop.commands.counts["refused"]) == (0, 1)
+    assert running.loop.commands.warning().startswith(f"1 refused, the last: command/{name} refused")
 
 
 def test_a_shaft_refuses_a_torque_and_a_speed_at_which_nothing_carries_its_load():
@@ -111,39 +111,42 @@ def test_the_operating_point_bears_the_loads_and_its_stiffness_is_their_change_w
     assert point.speed == scene.drive.speed
     assert np.abs(point.loads - acting).max() < 1e-5 * np.abs(acting).max()
     small = np.array([0.3, 0.2, 0.1, 0.002, -0.001])
-    moved = []
+    coordinates = []
     for sign in (1.0, -1.0):
         force = np.array(scene.shaft.load) + sign * small[:3]
         moment = np.array(scene.shaft.moment) + sign * small[3:]
-        words = (f"shaft.load={force.tolist()}", f"shaft.moment={moment.tolist()}", "shaft.load_place=0")
-        _, other = Simulation(load_scene("shaft_two_6203", (*steady, *words))).operating_point()
-        moved.append(other.coordinates)
-    assert np.linalg.solve(point.stiffness, small) == pytest.approx(0.5 * (moved[0] - moved[1]), rel=2e-3, abs=1e-12)
+        keys = (f"shaft.load={force.tolist()}", f"shaft.moment={moment.tolist()}", "shaft.load_place=0")
+        _, shifted = Simulation(load_scene("shaft_two_6203", (*steady, *keys))).operating_point()
+        coordinates.append(shifted.coordinates)
+    assert np.linalg.solve(point.stiffness, small) == pytest.approx(
+        0.5 * (coordinates[0] - coordinates[1]), rel=2e-3, abs=1e-12
+    )
 
 
 def test_a_commanded_speed_is_approached_evenly_and_a_change_of_the_scene_is_added_to_it():
-    it = shaft((*QUICK, "drive.change={time: 0.04, speed: 10.0}"))
-    it.run(0.0105)
-    it.tell("command/speed_stamped", turning(330.0))
-    it.run(0.05)
-    speed, angle = it.channel("shaft_speed"), it.channel("shaft_angle")
+    running = shaft((*QUICK, "drive.change={time: 0.04, speed: 10.0}"))
+    running.run(0.0105)
+    running.tell("command/speed_stamped", turning(330.0))
+    running.run(0.05)
+    speed, angle = running.channel("shaft_speed"), running.channel("shaft_angle")
     since = np.maximum(np.arange(len(speed)) - 11, 0.0)
     ramp = np.minimum(314.159 + 2.0 * since, 330.0) + np.clip(2.0 * (np.arange(len(speed)) - 40), 0.0, 10.0)
     assert speed == pytest.approx(ramp, rel=1e-12)
     assert np.diff(angle) == pytest.approx(1e-3 * 0.5 * (speed[1:] + speed[:-1]), rel=3e-4)
-    assert it.loop.simulation.report().figures["shaft_speed_at_end_rad_s"] == 340.0
+    assert running.loop.simulation.report().figures["shaft_speed_at_end_rad_s"] == 340.0
 
 
 def test_pose_and_frames_follow_the_shaft():
-    it = shaft()
-    it.tell("command/load", loaded((0.0, -500.0, 0.0), (2.0, 0.0, 0.0)))
-    simulation = it.loop.simulation
+    running = shaft()
+    running.tell("command/load", loaded((0.0, -500.0, 0.0), (2.0, 0.0, 0.0)))
+    simulation = running.loop.simulation
     sample = simulation.advance(60)[59]
     output = Output(simulation.scene.parameters, "hertz", sample)
     by_name = {topic.name: topic for topic in topics(simulation.scene.parameters)}
     pose = by_name["shaft/pose"].fields(output)["pose"]
     frames = {
-        one["child_frame_id"]: one["transform"]["translation"] for one in by_name["/tf"].fields(output)["transforms"]
+        frame["child_frame_id"]: frame["transform"]["translation"]
+        for frame in by_name["/tf"].fields(output)["transforms"]
     }
     assert pose["position"][1] == frames["shaft"][1] == sample["position"][1] < -1e-6
     tilt = sample["tilt"]
@@ -159,26 +162,26 @@ def test_a_motion_goes_on_from_a_snapshot_to_the_bit():
     """With a commanded load and speed, and a change still to come; by way of JSON, as in the file of a failure."""
     change = "shaft.change={time: 0.001, load: [0, -30, 0]}", "drive.change={time: 0.02, speed: 5.0}"
     scene = load_scene("shaft_two_6203", change)
-    one, other = (ShaftMotion(scene.parameters, choose(scene.parameters)) for _ in range(2))
+    first, second = (ShaftMotion(scene.parameters, choose(scene.parameters)) for _ in range(2))
     times = 5e-4 * np.arange(1, 20)
-    for it in (one, other):
+    for it in (first, second):
         it.first_outputs()
-    one.advance(times, times[-1])
-    one.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
-    one.goal_speed = 340.0
-    one.advance(times, times[-1])
-    kept = json.loads(json.dumps(one.snapshot(), allow_nan=False))
+    first.advance(times, times[-1])
+    first.set_load((0.0, -100.0, 5.0), (0.1, 0.0))
+    first.goal_speed = 340.0
+    first.advance(times, times[-1])
+    saved = json.loads(json.dumps(first.snapshot(), allow_nan=False))
     for of_nobody in ({"commanded_at": -1.0}, {"now": -1.0}, {"goal": math.inf}):
         with pytest.raises(ValueError, match="clock"):
-            other.resume(kept | of_nobody)
-    earlier = {"told" if name == "commanded_at" else name: value for name, value in kept.items()}  # of version 0
-    expected = one.advance(times, times[-1])
-    for snapshot in (kept, earlier):
-        other.resume(snapshot)
-        assert other.goal_speed == 340.0
-        found = other.advance(times, times[-1])
+            second.resume(saved | of_nobody)
+    earlier = {"told" if name == "commanded_at" else name: value for name, value in saved.items()}  # of version 0
+    expected = first.advance(times, times[-1])
+    for snapshot in (saved, earlier):
+        second.resume(snapshot)
+        assert second.goal_speed == 340.0
+        outputs = second.advance(times, times[-1])
         for name, values in expected.items():
-            assert np.array_equal(values, found[name]), name
+            assert np.array_equal(values, outputs[name]), name
 
 
 def failed(simulation):

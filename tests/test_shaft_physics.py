@@ -38,7 +38,7 @@ from bearing_twin.kinds.shaft.parameters import SIDES, bearing_scene, middle_of
 from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
-STILL = ("gravity=[0,0,0]", "shaft.unbalances=[]")
+FREE_OF_LOADS = ("gravity=[0,0,0]", "shaft.unbalances=[]")
 LOOSE = (  # two 6203 with clearance, one facing each way, so that the shaft is loaded alike along its axis
     *(f"{side}.{key}" for side in SIDES for key in ("geometry.radial_clearance=8e-6", "offset=0.0")),
     "left.place=-0.05",
@@ -66,34 +66,30 @@ def middles(parameters):
 
 def loads_alone(parameters, side, ring):
     """(loads (5,), stiffness (5, 5)) of one bearing by itself, its ring held at `ring` (5,)."""
-    found = alone(parameters, side).solve(Support((False,) * 5, (0.0,) * 5, tuple(map(float, ring))))
-    return found.loads, found.stiffness
+    equilibrium = alone(parameters, side).solve(Support((False,) * 5, (0.0,) * 5, tuple(map(float, ring))))
+    return equilibrium.loads, equilibrium.stiffness
 
 
-def bearing_stiffness(asked, parameters, side, ring, *more):
+def bearing_stiffness(asked, parameters, side, ring, *options):
     """The 5 x 5 stiffness that `bearing_twin bearing` gives for one bearing with its ring held there."""
     geometry = getattr(parameters, side).geometry
-    words = [f"geometry.{key}={getattr(geometry, key)}" for key in ("radial_clearance", "inner_conformity")]
+    keys = [f"geometry.{key}={getattr(geometry, key)}" for key in ("radial_clearance", "inner_conformity")]
     angle = math.degrees(getattr(parameters, side).ball_angle)
-    command = ["bearing", geometry.designation, *(word for one in words for word in ("--set", one))]
-    held = [
-        "--displacement",
-        ",".join(f"{one:.17g}" for one in ring[:3]),
-        "--misalignment",
-        ",".join(f"{one:.17g}" for one in ring[3:]),
-    ]
+    command = ["bearing", geometry.designation, *(argument for value in keys for argument in ("--set", value))]
+    displacement, misalignment = (",".join(f"{value:.17g}" for value in part) for part in (ring[:3], ring[3:]))
+    held = "--displacement", displacement, "--misalignment", misalignment
     speed = ["--set", f"drive.speed={parameters.drive.speed}", "--ball-angle", angle]
-    return np.array(asked(*command, *held, *speed, *more)["stiffness"])
+    return np.array(asked(*command, *held, *speed, *options)["stiffness"])
 
 
-def stiffness_of_both(asked, parameters, *more):
+def stiffness_of_both(asked, parameters, *options):
     """The stiffness of the shaft on both bearings where it is in balance, by that of each; and the balance."""
-    found, whole = balance_of(parameters, "hertz", parameters.drive.speed), np.zeros((5, 5))
+    balance, stiffness = balance_of(parameters, "hertz", parameters.drive.speed), np.zeros((5, 5))
     for side in SIDES:
-        across = coupling(parameters, side)
-        ring = across @ found.coordinates + middles(parameters)[side]
-        whole += across.T @ bearing_stiffness(asked, parameters, side, ring, *more) @ across
-    return whole, found
+        transform = coupling(parameters, side)
+        ring = transform @ balance.coordinates + middles(parameters)[side]
+        stiffness += transform.T @ bearing_stiffness(asked, parameters, side, ring, *options) @ transform
+    return stiffness, balance
 
 
 def test_natural_frequencies_are_those_of_the_bearings_stiffness(asked):
@@ -107,12 +103,12 @@ def test_natural_frequencies_are_those_of_the_bearings_stiffness(asked):
 
 def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(asked):
     """At 2000 rad/s outer raceway control would make a 6203 5 % softer."""
-    parameters = parameters_of("drive.speed=2000", *STILL)
-    (shared, found), (outer, _) = (
-        stiffness_of_both(asked, parameters, "--control", one) for one in ("shared", "outer")
+    parameters = parameters_of("drive.speed=2000", *FREE_OF_LOADS)
+    (shared, balance), (outer, _) = (
+        stiffness_of_both(asked, parameters, "--control", control) for control in ("shared", "outer")
     )
-    assert np.diag(found.stiffness) == pytest.approx(np.diag(shared), rel=1e-6)
-    assert found.stiffness[0, 0] > 1.04 * outer[0, 0]
+    assert np.diag(balance.stiffness) == pytest.approx(np.diag(shared), rel=1e-6)
+    assert balance.stiffness[0, 0] > 1.04 * outer[0, 0]
 
 
 @pytest.mark.parametrize("speed", [100.0, 900.0])
@@ -121,25 +117,25 @@ def test_a_small_unbalance_answers_as_linear_theory_says(speed):
     changes = ("gravity=[0,0,0]", f"drive.speed={speed}", "wanted.tolerance=1e-6")
     size = 1e-7 * (900.0 / speed) ** 2
     motion = motion_of(*changes, f"shaft.unbalances=[[0.02,{size},0.7]]")
-    rotor, found = motion.rotor, balance_of(motion.parameters, "hertz", speed)
-    matrices = matrices_of(rotor, found.stiffness)
+    rotor, balance = motion.rotor, balance_of(motion.parameters, "hertz", speed)
+    matrices = matrices_of(rotor, balance.stiffness)
     times, out = outputs_of(motion, 4.0 * math.pi / speed, 64)
-    motion_now = np.concatenate([out["position"], out["tilt"]], axis=1) - found.coordinates
-    inertia, k = np.diag(matrices.inertia), found.stiffness
+    motion_now = np.concatenate([out["position"], out["tilt"]], axis=1) - balance.coordinates
+    inertia, k = np.diag(matrices.inertia), balance.stiffness
     push = size * speed**2 * np.exp(0.7j) * np.array([1.0, -1.0j, 0.0, 0.02j, 0.02])
-    answer = np.linalg.solve(
+    response = np.linalg.solve(
         k + 1j * speed * (rotor.relaxation_time * k + speed * matrices.gyroscopic) - speed**2 * inertia, push
     )
-    assert unbalance_response(rotor, matrices, speed) == pytest.approx(answer, rel=1e-9)
-    expected = (answer * np.exp(1j * speed * times)[:, None]).real
+    assert unbalance_response(rotor, matrices, speed) == pytest.approx(response, rel=1e-9)
+    expected = (response * np.exp(1j * speed * times)[:, None]).real
     for part in (slice(0, 2), slice(3, 5)):
-        assert np.abs((motion_now - expected)[:, part]).max() < 1e-3 * np.abs(answer[part]).max()
+        assert np.abs((motion_now - expected)[:, part]).max() < 1e-3 * np.abs(response[part]).max()
 
 
 @pytest.mark.parametrize("scene", ["shaft_two_6203", "shaft_angular_pair"])
-@pytest.mark.parametrize("more", [(), ("drive.change={time: 0.01, speed: 100.0}",)])
-def test_the_books_of_the_shaft_balance(scene, more):
-    _, out = outputs_of(motion_of(*more, "wanted.tolerance=1e-6", scene=scene), 0.05, 100)
+@pytest.mark.parametrize("changes", [(), ("drive.change={time: 0.01, speed: 100.0}",)])
+def test_the_books_of_the_shaft_balance(scene, changes):
+    _, out = outputs_of(motion_of(*changes, "wanted.tolerance=1e-6", scene=scene), 0.05, 100)
     books, gross = energy(out)
     assert gross > 1e-7
     assert abs(books[-1] - books[0]) < 1e-6 * gross
@@ -151,52 +147,49 @@ def tilt_stiffness(parameters):
 
 def test_an_o_arrangement_is_stiffer_against_tilt_than_x():
     """Of angular contacts at the same places and preload, by the distance of the contact lines' ends on the axis."""
-    still = (*STILL, "drive.speed=0", "shaft.loads=[]")
-    o = parameters_of(*still, scene="shaft_angular_pair")
-    x = parameters_of(
-        *still, "left.facing=-1", "right.facing=1", "left.offset=4e-6", "right.offset=-4e-6", scene="shaft_angular_pair"
-    )
-    for each in (o, x):
-        forces = [one.load[:, 0].mean() for one in balance_of(each, "hertz", 0.0).contacts]
+    at_rest = (*FREE_OF_LOADS, "drive.speed=0", "shaft.loads=[]")
+    o = parameters_of(*at_rest, scene="shaft_angular_pair")
+    turned = "left.facing=-1", "right.facing=1", "left.offset=4e-6", "right.offset=-4e-6"
+    x = parameters_of(*at_rest, *turned, scene="shaft_angular_pair")
+    for arrangement in (o, x):
+        forces = [contacts.load[:, 0].mean() for contacts in balance_of(arrangement, "hertz", 0.0).contacts]
         assert forces == pytest.approx([forces[0]] * 2, rel=1e-9)
     # by the stiffness of one bearing: its springs act where its contact lines meet the axis, outside or inside
     ring = coupling(o, "left") @ balance_of(o, "hertz", 0.0).coordinates + middles(o)["left"]
     k = loads_alone(o, "left", ring)[1]
-    for each, sign in ((o, 1.0), (x, -1.0)):
+    for arrangement, sign in ((o, 1.0), (x, -1.0)):
         expected = 2.0 * (k[3, 3] + 0.015**2 * k[1, 1] + sign * 0.015 * abs(k[1, 3] + k[3, 1]))
-        assert tilt_stiffness(each) == pytest.approx(expected, rel=1e-6)
+        assert tilt_stiffness(arrangement) == pytest.approx(expected, rel=1e-6)
     assert tilt_stiffness(o) > 100.0 * tilt_stiffness(x)
 
 
 def test_a_mirrored_scene_has_mirrored_answers():
     """Across the plane z = 0: what lies along z and tilts change their sign, the bearings their places."""
     loads = "shaft.loads=[[0.03,20,-300,{},{},0.4]]"
-    one = motion_of(loads.format(40, 0.2), f"gravity=[0,-9.8,{2}]", scene="shaft_angular_pair")
+    motion = motion_of(loads.format(40, 0.2), f"gravity=[0,-9.8,{2}]", scene="shaft_angular_pair")
     swapped = ["shaft.loads=[[-0.03,20,-300,-40,-0.2,-0.4]]", "gravity=[0,-9.8,-2]", "shaft.unbalances=[[0.05,1e-5,0]]"]
-    other = motion_of(*swapped, scene="shaft_angular_pair")
-    (_, a), (_, b) = outputs_of(one, 0.01, 50), outputs_of(other, 0.01, 50)
+    mirrored = motion_of(*swapped, scene="shaft_angular_pair")
+    (_, a), (_, b) = outputs_of(motion, 0.01, 50), outputs_of(mirrored, 0.01, 50)
     # a ball's balance is left at 1e-12 of its loads, of which stiffness keeps the root
     for name, signs in (("position", (1, 1, -1)), ("tilt", (-1, -1))):
         assert np.abs(a[name] - b[name] * signs).max() < 1e-8 * np.abs(a[name]).max()
     assert np.abs(a["left_normal_load"] - b["right_normal_load"]).max() < 1e-8 * a["left_normal_load"].max()
-    assert (
-        np.abs(a["bearing_force"] - b["bearing_force"][:, ::-1] * (1, 1, -1)).max()
-        < 1e-8 * np.abs(a["bearing_force"]).max()
-    )
+    force, mirrored_force = a["bearing_force"], b["bearing_force"][:, ::-1] * (1, 1, -1)
+    assert np.abs(force - mirrored_force).max() < 1e-8 * np.abs(force).max()
 
 
 def ball_loads(setting, azimuths, ring):
     """Loads (5,) of the ring on its balls by an own balance: Hertz contacts of two springs in line, SciPy's root."""
     total = np.zeros(5)
-    reach_i, reach_o = (one.groove_radius - setting.ball_radius for one in (setting.inner, setting.outer))
-    stiff_i, stiff_o = (one.law.given for one in (setting.inner, setting.outer))
+    reach_i, reach_o = (groove.groove_radius - setting.ball_radius for groove in (setting.inner, setting.outer))
+    stiff_i, stiff_o = (groove.law.given for groove in (setting.inner, setting.outer))
     for azimuth in azimuths:
         cosine, sine = math.cos(azimuth), math.sin(azimuth)
-        aside, leans = ring[1] * cosine - ring[0] * sine, ring[3] * cosine + ring[4] * sine
+        lateral, lean = ring[1] * cosine - ring[0] * sine, ring[3] * cosine + ring[4] * sine
         opening = np.array([
             setting.inner.locus_radius - setting.outer.locus_radius + ring[0] * cosine + ring[1] * sine
-            - aside**2 / setting.pitch_diameter,
-            ring[2] + setting.arm * (ring[3] * sine - ring[4] * cosine) - aside * leans,
+            - lateral**2 / setting.pitch_diameter,
+            ring[2] + setting.arm * (ring[3] * sine - ring[4] * cosine) - lateral * lean,
         ])  # fmt: skip
         length = np.linalg.norm(opening)
         squeeze = length - reach_i - reach_o
@@ -205,9 +198,9 @@ def ball_loads(setting, azimuths, ring):
         # linear springs in line without a load on the ball: it rests on the line of both centres
         load = squeeze / (1.0 / stiff_i + 1.0 / stiff_o)
         radial, axial = load * opening / length
-        moment, ahead = setting.arm * axial, -2.0 * aside / setting.pitch_diameter * radial - leans * axial
+        moment, ahead = setting.arm * axial, -2.0 * lateral / setting.pitch_diameter * radial - lean * axial
         total += [cosine * radial - sine * ahead, sine * radial + cosine * ahead, axial, 0.0, 0.0]
-        total[3:] += [sine * moment - cosine * aside * axial, -cosine * moment - sine * aside * axial]
+        total[3:] += [sine * moment - cosine * lateral * axial, -cosine * moment - sine * lateral * axial]
     return total
 
 
@@ -225,7 +218,7 @@ def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
     motion.reset()
     parameters = motion.parameters
     inertia = np.array([parameters.shaft.mass] * 3 + [parameters.shaft.inertia[0]] * 2)
-    stays = middles(parameters)
+    offsets = middles(parameters)
     speed = parameters.drive.speed
 
     def turned(t):
@@ -238,14 +231,14 @@ def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
         q, v = y[:5], y[5:]
         force = np.array([0.0, -300.0, 50.0, 0.02 * 300.0, 0.0])
         force[:3] += parameters.shaft.mass * np.array(parameters.gravity)
-        for place, size, azimuth in parameters.shaft.unbalances:
+        for position, size, azimuth in parameters.shaft.unbalances:
             turn = size * np.exp(1j * (angle + azimuth)) * (now**2 - 1j * rising)
-            force += [turn.real, turn.imag, 0.0, -place * turn.imag, place * turn.real]
+            force += [turn.real, turn.imag, 0.0, -position * turn.imag, position * turn.real]
         for side, seat in zip(SIDES, motion.rotor.seats, strict=True):
-            across = coupling(parameters, side)
-            ring = across @ (q + 2e-6 * v) + stays[side]
+            transform = coupling(parameters, side)
+            ring = transform @ (q + 2e-6 * v) + offsets[side]
             azimuths = seat.ratio * angle + 2.0 * math.pi * np.arange(8) / 8.0
-            force -= across.T @ ball_loads(seat.setting, azimuths, ring)
+            force -= transform.T @ ball_loads(seat.setting, azimuths, ring)
         polar = parameters.shaft.inertia[1] * now
         force[3] -= polar * v[4]
         force[4] += polar * v[3]
@@ -254,24 +247,24 @@ def test_the_motion_is_that_of_scipy_with_an_own_balance_of_balls():
     times = np.array([0.001, 0.002, 0.003, 0.004, 0.006])
     first = motion.first_outputs()
     begin = np.concatenate([first[name][0] for name in ("position", "tilt", "velocity", "tilt_rate")])
-    pieces, at = [], 0.0
+    pieces, begin_time = [], 0.0
     for end in times:  # the speed's change bends the rates: pieces end there
-        step = solve_ivp(slopes, (at, end - 1e-15), begin, "DOP853", rtol=1e-8, atol=1e-12)
-        begin, at = step.y[:, -1], end
+        step = solve_ivp(slopes, (begin_time, end - 1e-15), begin, "DOP853", rtol=1e-8, atol=1e-12)
+        begin, begin_time = step.y[:, -1], end
         pieces.append(begin)
     out = motion.advance(times, times[-1])
-    found = np.concatenate([out["position"], out["tilt"]], axis=1)
+    actual = np.concatenate([out["position"], out["tilt"]], axis=1)
     expected = np.array(pieces)[:, :5]
-    assert np.abs(found - expected).max(axis=0) == pytest.approx(0.0, abs=1e-10)
-    assert np.abs(found - expected).max() < 1e-5 * np.ptp(expected[:, 1])
+    assert np.abs(actual - expected).max(axis=0) == pytest.approx(0.0, abs=1e-10)
+    assert np.abs(actual - expected).max() < 1e-5 * np.ptp(expected[:, 1])
 
 
 def test_a_critical_speed_is_where_a_forward_whirl_meets_the_shaft():
     parameters = parameters_of("contact.relaxation_time=0")
     matrices = matrices_of(rotor_of(parameters, "hertz"), balance_of(parameters, "hertz", 314.159).stiffness)
-    found = critical_speeds(matrices)
-    assert found
-    for speed in found:
+    speeds = critical_speeds(matrices)
+    assert speeds
+    for speed in speeds:
         modes = modes_at(matrices, speed)
         nearest = np.abs(modes.frequencies * 2.0 * math.pi / speed - 1.0).argmin()
         assert modes.frequencies[nearest] * 2.0 * math.pi == pytest.approx(speed, rel=1e-6)
@@ -279,14 +272,14 @@ def test_a_critical_speed_is_where_a_forward_whirl_meets_the_shaft():
 
 
 def test_the_wrench_of_both_bearings_about_the_centre_of_mass_holds_weight_and_loads():
-    place, *load = loads = [0.02, 30.0, -80.0, 10.0, 1.0, -0.5]
+    position, *load = loads = [0.02, 30.0, -80.0, 10.0, 1.0, -0.5]
     scene = load_scene("shaft_two_6203", ("shaft.unbalances=[]", f"shaft.loads=[{loads}]"))
     sample = Simulation(scene).advance(1)[0]
-    whole = wrenches(scene.parameters, sample)[0]
+    wrench = wrenches(scene.parameters, sample)[0]
     weight = np.array([0.0, -9.80665 * scene.parameters.shaft.mass, 0.0])
-    assert whole.force == pytest.approx(-weight - np.array(load[:3]), rel=1e-6, abs=1e-6)
-    moment = np.cross([0.0, 0.0, place], load[:3]) + np.array([*load[3:], 0.0])
-    assert whole.torque == pytest.approx(-moment, rel=1e-6, abs=1e-8)
+    assert wrench.force == pytest.approx(-weight - np.array(load[:3]), rel=1e-6, abs=1e-6)
+    moment = np.cross([0.0, 0.0, position], load[:3]) + np.array([*load[3:], 0.0])
+    assert wrench.torque == pytest.approx(-moment, rel=1e-6, abs=1e-8)
 
 
 def test_a_disc_whirls_forward_at_no_speed_where_its_polar_inertia_is_greater():
@@ -311,31 +304,31 @@ def angular_run():
 
 def test_the_peak_pressure_is_that_of_hertz_at_the_greatest_load_of_either_raceway(angular_run):
     """Curvatures by the pitch diameter: a ball curves towards the inner raceway and away from the outer one."""
-    run, whole = angular_run
+    run, block = angular_run
     for side in SIDES:
-        mounted, load = getattr(run.scene.parameters, side), whole.values[f"{side}_normal_load"]
-        geometry, angle = mounted.geometry, whole.values[f"{side}_contact_angle"]
+        mounted, load = getattr(run.scene.parameters, side), block.values[f"{side}_normal_load"]
+        geometry, angle = mounted.geometry, block.values[f"{side}_contact_angle"]
         ball, moduli, pressures = geometry.ball_diameter, [], []
         for race, (ring, sign) in enumerate(
             ((mounted.materials.inner_ring, 1.0), (mounted.materials.outer_ring, -1.0))
         ):
             moduli.append(effective_modulus(mounted.materials.ball, ring))
-            at = np.unravel_index(load[..., race].argmax(), load.shape[:2])
-            across = ball * math.cos(angle[(*at, race)])
+            row = np.unravel_index(load[..., race].argmax(), load.shape[:2])
+            across = ball * math.cos(angle[(*row, race)])
             along = 1.0 / ball + sign * across / ball / (geometry.pitch_diameter - sign * across)
             groove = 1.0 / ball - 0.5 / (geometry.inner_conformity * ball)
-            pressures.append(ellipse(groove, along, moduli[-1], load[(*at, race)]).peak_pressure)
+            pressures.append(ellipse(groove, along, moduli[-1], load[(*row, race)]).peak_pressure)
         assert abs(pressures[0] / pressures[1] - 1.0) > 0.05
         assert run.report.figures[f"{side}_peak_pressure_pa"] == pytest.approx(max(pressures), rel=1e-3)
 
 
 def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run):
-    run, whole = angular_run
-    late, figures = whole.time_ns >= 0.01e9, run.report.figures
-    assert 0 < np.count_nonzero(~late) < np.count_nonzero(late)
-    for place, side in enumerate(SIDES):
-        scene, loads = bearing_scene(run.scene.parameters, side), whole.values[f"{side}_normal_load"][late]
-        rated, force = ratings_of(scene), whole.values["bearing_force"][late, place]
+    run, block = angular_run
+    second_half, figures = block.time_ns >= 0.01e9, run.report.figures
+    assert 0 < np.count_nonzero(~second_half) < np.count_nonzero(second_half)
+    for index, side in enumerate(SIDES):
+        scene, loads = bearing_scene(run.scene.parameters, side), block.values[f"{side}_normal_load"][second_half]
+        rated, force = ratings_of(scene), block.values["bearing_force"][second_half, index]
         life = reference_life(scene.geometry, rated.dynamic, loads[..., 0], loads[..., 1])
         assert figures[f"{side}_reference_life_mrev"] == pytest.approx(life, rel=1e-12)
         radial, axial = np.hypot(force[:, 0], force[:, 1]).mean(), np.abs(force[:, 2]).mean()
@@ -348,7 +341,7 @@ def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run)
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         (("right.place=-0.04",), "left.place = -0.04 m and right.place = -0.04 m leave no distance"),
         (("left.facing=0",), "left.facing = 0 must be 1 or -1"),
@@ -363,7 +356,7 @@ def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run)
             ("shaft.loads=[[0,0,0,1e6,0,0]]",),
             "a load of .* pushes the shaft through|tilts the contacts out of the grooves",
         ),
-        ((*STILL, *LOOSE), "no ball touches both rings, so that nothing holds the shaft along"),
+        ((*FREE_OF_LOADS, *LOOSE), "no ball touches both rings, so that nothing holds the shaft along"),
         (
             ("drive.speed=60000",),
             "at 60000 rad/s the balls are thrown outwards so far that nothing holds the shaft along x",
@@ -371,11 +364,11 @@ def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run)
         (("drive={acceleration: 1e6, change: {time: 0.1, speed: 6e4}}",), "at 60183.3 rad/s the balls are thrown"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_sentence(changes, words, typed):
-    command = ["simulate", "shaft_two_6203", *(word for change in changes for word in ("--set", change))]
+def test_what_cannot_be_is_refused_in_one_sentence(changes, message, typed):
+    command = ["simulate", "shaft_two_6203", *(argument for change in changes for argument in ("--set", change))]
     error = typed(*command, code=BAD_INPUT).err.strip().splitlines()
     assert len(error) == 1
-    with pytest.raises(SceneError, match=words):
+    with pytest.raises(SceneError, match=message):
         choose(load_scene("shaft_two_6203", changes))
 
 
@@ -391,9 +384,9 @@ def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_i
     motion = motion_of(*AT_REST, step, "contact.relaxation_time=1e-4", "shaft.load_place=0.02")
     before, after = (balance_of(motion.parameters, "hertz", 0.0, time).coordinates for time in (0.0, 1.0))
     _, out = outputs_of(motion, 0.3, 300)
-    place = coordinates(out)
-    assert np.abs(place[9] - before).max() < 1e-9 * np.abs(before).max()
-    assert place[-1] == pytest.approx(after, rel=1e-6)
+    path = coordinates(out)
+    assert np.abs(path[9] - before).max() < 1e-9 * np.abs(before).max()
+    assert path[-1] == pytest.approx(after, rel=1e-6)
     push = np.array([30.0, -200.0, 40.0, 0.5 + 0.02 * 200.0, -1.0 + 0.02 * 30.0])
     assert np.concatenate([out["load"][11], out["load_moment"][11]]) == pytest.approx(push)
     assert not out["load"][10].any()  # that of the part which ends there
@@ -404,8 +397,10 @@ def test_after_a_step_the_shaft_rests_in_balance_and_the_load_has_worked_along_i
 
 def test_a_load_in_between_that_nothing_carries_ends_the_run_with_time_load_and_limit():
     motion = motion_of("shaft.table=[[0,0,0,0,0,0],[0.011,0,0,0,0,0],[0.0111,0,-1e9,0,0,0],[0.012,0,0,0,0,0]]")
-    words = r"^at 0.0110\d* s a load of \(.*, -.*, 0\) N.* pushes the shaft through.*the greatest in this direction is"
-    with pytest.raises(IntegrationError, match=words) as caught:
+    message = (
+        r"^at 0.0110\d* s a load of \(.*, -.*, 0\) N.* pushes the shaft through.*the greatest in this direction is"
+    )
+    with pytest.raises(IntegrationError, match=message) as caught:
         motion.advance(np.arange(1, 30) * 1e-3, 0.029)
     assert (caught.value.reason, caught.value.body) == ("overload", "shaft")
 
@@ -426,15 +421,17 @@ def drawn():
 def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
     scene, block = drawn
     parameters, sample = scene.parameters, block[59]
-    [row] = [one for one in topics(parameters) if one.name == "markers"]
-    markers = {(one["ns"], one["id"]): one for one in row.fields(Output(parameters, "hertz", sample))["markers"]}
+    [row] = [topic for topic in topics(parameters) if topic.name == "markers"]
+    markers = {
+        (topic["ns"], topic["id"]): topic for topic in row.fields(Output(parameters, "hertz", sample))["markers"]
+    }
     centres, force = ring_centres(parameters, sample), sample["bearing_force"]
     body = markers["shaft", 0]["pose"]
     axis = Rotation.from_quat(body["orientation"]).apply([0.0, 0.0, 1.0])
     assert np.abs(sample["tilt"]).min() > 1e-5
-    for there in (body["position"], *centres):  # to first order in the tilt
-        off = there - sample["position"]
-        assert np.abs(np.cross(off, axis)).max() < 1e-3 * np.abs(sample["tilt"]).min() * abs(off[2])
+    for point in (body["position"], *centres):  # to first order in the tilt
+        arm = point - sample["position"]
+        assert np.abs(np.cross(arm, axis)).max() < 1e-3 * np.abs(sample["tilt"]).min() * abs(arm[2])
     begins, ends = np.moveaxis(np.reshape(markers["forces", 0]["points"], (2, 2, 3)), 1, 0)
     assert ends == pytest.approx(centres, abs=1e-12)
     longest = np.linalg.norm(force, axis=1).max()
@@ -447,12 +444,11 @@ def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
 
 
 def test_figures_are_those_of_the_second_half():
-    run = simulate(
-        load_scene("shaft_two_6203", ("shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"))
-    )
-    whole = join_blocks(list(run.blocks()))
-    late, figures = whole.time_ns >= 10_000_000, run.report.figures
-    position, force = whole.values["position"][late], whole.values["bearing_force"][late]
+    keys = "shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"
+    run = simulate(load_scene("shaft_two_6203", keys))
+    block = join_blocks(list(run.blocks()))
+    second_half, figures = block.time_ns >= 10_000_000, run.report.figures
+    position, force = block.values["position"][second_half], block.values["bearing_force"][second_half]
     assert figures["displacement_m"] == pytest.approx(position.mean(axis=0).tolist(), rel=1e-9, abs=1e-18)
     assert figures["displacement_range_m"] == pytest.approx(np.ptp(position, axis=0).tolist(), rel=1e-9, abs=1e-18)
     assert figures["left_force_n"] == pytest.approx(force[:, 0].mean(axis=0).tolist(), rel=1e-9, abs=1e-9)

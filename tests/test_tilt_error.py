@@ -25,7 +25,12 @@ def turned_opening(setting, ring, azimuth):
         return np.array(ring[:3]) + setting.inner.locus_radius * turn @ (math.cos(angle), math.sin(angle), 0.0)
 
     cosine, sine = math.cos(azimuth), math.sin(azimuth)
-    angle = brentq(lambda one: float(point(one)[:2] @ (-sine, cosine)), azimuth - 0.3, azimuth + 0.3, xtol=1e-15)
+    angle = brentq(
+        lambda angle_of_point: float(point(angle_of_point)[:2] @ (-sine, cosine)),
+        azimuth - 0.3,
+        azimuth + 0.3,
+        xtol=1e-15,
+    )
     x, y, z = point(angle)
     return x * cosine + y * sine - setting.outer.locus_radius, z
 
@@ -33,17 +38,17 @@ def turned_opening(setting, ring, azimuth):
 def true_balance(geometry, setting, azimuths, ring, stiffness):
     """Loads of balls at rest (N,) [N] between true circles, and what holds the ring (5,) [N, N m], by its forces."""
     free = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * geometry.ball_diameter
-    loads, holds = [], np.zeros(5)
+    loads, ring_loads = [], np.zeros(5)
     for azimuth in azimuths:
         radial, axial = turned_opening(setting, ring, azimuth)
-        apart, outwards = math.hypot(radial, axial), setting.outer.locus_radius + radial
-        load = stiffness * max(apart - free, 0.0) ** 1.5
+        distance, outwards = math.hypot(radial, axial), setting.outer.locus_radius + radial
+        load = stiffness * max(distance - free, 0.0) ** 1.5
         plane = np.array([math.cos(azimuth), math.sin(azimuth), 0.0])
-        force = load * (radial * plane + (0.0, 0.0, axial)) / apart
+        force = load * (radial * plane + (0.0, 0.0, axial)) / distance
         arm = outwards * plane + (0.0, 0.0, axial) - ring[:3]
-        holds += (*force, *np.cross(arm, force)[:2])
+        ring_loads += (*force, *np.cross(arm, force)[:2])
         loads.append(load)
-    return np.array(loads), holds
+    return np.array(loads), ring_loads
 
 
 CASES = [
@@ -55,37 +60,39 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize(("words", "free", "loads", "tilt"), CASES)
-def test_equilibria_know_what_a_ring_turned_as_a_whole_changes(words, free, loads, tilt):
+@pytest.mark.parametrize(("keys", "free", "loads", "tilt"), CASES)
+def test_equilibria_know_what_a_ring_turned_as_a_whole_changes(keys, free, loads, tilt):
     """Newton's method on true circles, contacts as stiff: changes with their signs, and errors that hold them."""
-    parameters = load_scene("bearing_6203", ("gravity=[0,0,0]", "drive.speed=0", *words)).parameters
+    parameters = load_scene("bearing_6203", ("gravity=[0,0,0]", "drive.speed=0", *keys)).parameters
     setting, azimuths = setting_of(parameters, "hertz", 0.0), azimuths_of(parameters.geometry.balls, 0.1)
     solver, support = EquilibriumSolver(setting, azimuths), Support(free, loads, (0.0, 0.0, 0.0, *tilt))
-    found = solver.solve(support)
-    contacts, begin, moves = found.contacts, found.coordinates, np.array(free)
+    equilibrium = solver.solve(support)
+    contacts, begin, moves = equilibrium.contacts, equilibrium.coordinates, np.array(free)
     stiffness = float((contacts.load.mean(axis=1) / contacts.approach.sum(axis=1) ** 1.5).mean())
     sizes, scales = np.array([1e-6] * 3 + [1e-4] * 2), np.array([100.0] * 3 + [1.0] * 2)
 
-    def placed(free_places):
+    def ring_at(free_places):
         ring = begin.copy()
         ring[moves] += free_places * sizes[moves]
         return ring
 
-    def left(free_places):
-        holds = true_balance(parameters.geometry, setting, azimuths, placed(free_places), stiffness)[1]
+    def residual(free_places):
+        holds = true_balance(parameters.geometry, setting, azimuths, ring_at(free_places), stiffness)[1]
         return ((holds - loads) / scales)[moves]
 
-    assert np.abs(left(np.zeros(moves.sum()))).max() > 1e-3  # as first order has it, the true ring is not in balance
-    true = placed(least_squares(left, np.zeros(moves.sum()), xtol=1e-15, ftol=1e-15, gtol=1e-15).x)
-    carried, held = true_balance(parameters.geometry, setting, azimuths, true, stiffness)
-    reported = response_to_tilt(solver, support, found)
-    more, moved = carried - contacts.load[:, 1], true - begin
-    assert reported.loads[:, 1] == pytest.approx(more, abs=0.06 * np.abs(more).max())
-    assert reported.coordinates[:3] == pytest.approx(moved[:3], abs=0.06 * np.abs(moved[:3]).max())
-    assert reported.coordinates[3:] == pytest.approx(moved[3:], rel=0.03, abs=1e-9)
-    forces = np.where(moves, 0.0, held - found.loads)
+    assert (
+        np.abs(residual(np.zeros(moves.sum()))).max() > 1e-3
+    )  # as first order has it, the true ring is not in balance
+    true = ring_at(least_squares(residual, np.zeros(moves.sum()), xtol=1e-15, ftol=1e-15, gtol=1e-15).x)
+    carried, ring_loads = true_balance(parameters.geometry, setting, azimuths, true, stiffness)
+    reported = response_to_tilt(solver, support, equilibrium)
+    load_changes, shift = carried - contacts.load[:, 1], true - begin
+    assert reported.loads[:, 1] == pytest.approx(load_changes, abs=0.06 * np.abs(load_changes).max())
+    assert reported.coordinates[:3] == pytest.approx(shift[:3], abs=0.06 * np.abs(shift[:3]).max())
+    assert reported.coordinates[3:] == pytest.approx(shift[3:], rel=0.03, abs=1e-9)
+    forces = np.where(moves, 0.0, ring_loads - equilibrium.loads)
     assert reported.ring_loads == pytest.approx(forces, rel=0.03, abs=1e-5)
-    answer = answer_of(parameters, "hertz", solver, support, found)["model_errors"]["first_order_tilt"]
+    answer = answer_of(parameters, "hertz", solver, support, equilibrium)["model_errors"]["first_order_tilt"]
     assert answer["misalignment_rad"] == pytest.approx(np.abs(reported.coordinates[3:]).tolist(), abs=1e-12)
     assert answer["normal_load_n"] == pytest.approx(np.abs(reported.loads).max(), rel=1e-12)
 
