@@ -46,7 +46,7 @@ def _draw_ellipse(figure, axis, result):
     axis.set_xlim(-1.08 * a, 1.08 * a)
     axis.set_ylim(-max(1.15 * b, 0.45 * a), max(1.15 * b, 0.45 * a))
     axis.set_xlabel("along the major axis [µm]")
-    axis.set_ylabel("[µm]")
+    axis.set_ylabel("minor axis [µm]")
     heading(axis, f"Contact ellipse, {2.0 * a:.4g} × {2.0 * b:.4g} µm, same scale both ways")
 
 
