@@ -65,7 +65,10 @@ class Housing:
     """The housing along the sensor's direction, outer ring included."""
 
     mass: float = quantity(
-        5.0, "kg", "of the housing that moves with the outer ring; by itself where the inner ring is held", above=0.0
+        5.0,
+        "kg",
+        "of the housing that moves with the outer ring under a sensor; by itself where the inner ring is held",
+        above=0.0,
     )
     stiffness: float = quantity(1.8e9, "N/m", "of what holds it", at_least=0.0)
     damping: float = quantity(3.8e3, "N s/m", "of what holds it", at_least=0.0)
