@@ -11,7 +11,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.log import cdr
-from bearing_twin.log.cdr import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encode
 
 COMMON_HASHES = {  # from the type descriptions in the Jazzy packages
     cdr.WRENCH: "RIHS01_8dc3deaf06b2ab281f9f9a742a8961c328ca7cec16e3fd6586d3a5c83fa78f77",
@@ -32,12 +32,12 @@ needs_ros = pytest.mark.skipif(
 def test_bytes_of_a_wrench(frame):
     """Aligned, and filled up to whole words of four bytes, as the middleware hands them over."""
     fields = {"wrench": {"force": (1.5, 2.0, 3.0), "torque": (4.0, 5.0, 6.0)}}
-    data = encoded(cdr.WRENCH, fields, 3_000_000_007, frame)
+    data = encode(cdr.WRENCH, fields, 3_000_000_007, frame)
     head = b"\x03\0\0\0\x07\0\0\0" + np.uint32(len(frame) + 1).tobytes() + frame.encode() + b"\0"
     numbers = np.array([1.5, 2, 3, 4, 5, 6], dtype="<f8").tobytes()
     assert data == b"\x00\x01\x00\x00" + head + bytes(-len(head) % 8) + numbers
     assert cdr.deserialise(cdr.WRENCH, data).wrench.torque.z == 6.0
-    data = encoded("std_msgs/msg/Header", {"stamp": (3, 7), "frame_id": frame}, 0, "")
+    data = encode("std_msgs/msg/Header", {"stamp": (3, 7), "frame_id": frame}, 0, "")
     assert data == b"\x00\x01\x00\x00" + head + bytes(-len(head) % 4)
 
 
@@ -45,8 +45,8 @@ def test_bytes_of_a_wrench(frame):
 def test_stamps_are_whole_seconds_and_the_nanoseconds_above(stamp_ns):
     """Also where the quotient of doubles is the next second."""
     for data in (
-        encoded(cdr.JOINT_STATE, {}, stamp_ns, ""),
-        *Encoder(cdr.JOINT_STATE, "").encoded({"position": np.zeros((1, 2))}, np.array([stamp_ns])),
+        encode(cdr.JOINT_STATE, {}, stamp_ns, ""),
+        *Encoder(cdr.JOINT_STATE, "").encode({"position": np.zeros((1, 2))}, np.array([stamp_ns])),
     ):
         stamp = cdr.deserialise(cdr.JOINT_STATE, data).header.stamp
         assert (stamp.sec, stamp.nanosec) == divmod(stamp_ns, 10**9)
@@ -128,7 +128,7 @@ def test_what_is_left_out_is_zero_or_empty():
         {"ns": "a", "id": -3, "points": np.arange(6.0).reshape(2, 3), "text": "b"},
         {"points": [{"x": 1.0}, (1, 2, 3)], "colors": [(0, 1, 0.5, 1)], "scale": {"y": 2.0}, "frame_locked": True},
     ):
-        data = encoded("visualization_msgs/msg/Marker", fields, 3_000_000_007, "bearing_link")
+        data = encode("visualization_msgs/msg/Marker", fields, 3_000_000_007, "bearing_link")
         again = cdr.deserialise("visualization_msgs/msg/Marker", data)
         assert serialise("visualization_msgs/msg/Marker", again) == data
         assert (again.header.stamp.sec, again.header.stamp.nanosec) == (3, 7)
@@ -138,14 +138,14 @@ def test_what_is_left_out_is_zero_or_empty():
     assert [(p.x, p.y, p.z) for p in again.points] == [(1.0, 0.0, 0.0), (1.0, 2.0, 3.0)]
     assert (again.scale.x, again.scale.y, again.colors[0].b, again.frame_locked) == (0.0, 2.0, 0.5, True)
     with pytest.raises(LogError, match=r"has no field 'colour'; it has"):
-        encoded("visualization_msgs/msg/Marker", {"colour": 1}, 0, "")
+        encode("visualization_msgs/msg/Marker", {"colour": 1}, 0, "")
 
 
 def test_texts_of_many_messages_keep_their_lengths():
     texts = ["0 N", "12.5 N", "1.8 N", "7 N"]
     marker = {"text": np.array([text.encode() for text in texts]), "scale": np.arange(12.0).reshape(4, 3)}
     fields = {"markers": [marker]}
-    several = Encoder("visualization_msgs/msg/MarkerArray", "link").encoded(fields, np.arange(4))
+    several = Encoder("visualization_msgs/msg/MarkerArray", "link").encode(fields, np.arange(4))
     messages = [cdr.deserialise("visualization_msgs/msg/MarkerArray", text).markers[0] for text in several]
     assert [text.text for text in messages] == texts
     assert [text.scale.x for text in messages] == [0.0, 3.0, 6.0, 9.0]
@@ -154,9 +154,9 @@ def test_texts_of_many_messages_keep_their_lengths():
 def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
     encoder, stamps = Encoder(cdr.JOINT_STATE, "bearing_link"), np.arange(3) * 10**9
     with pytest.raises(LogError, match="has 2 rows for 3 messages"):
-        encoder.encoded({"position": np.zeros((2, 4))}, stamps)
+        encoder.encode({"position": np.zeros((2, 4))}, stamps)
     for size in (4, 0, 2):
-        data = encoder.encoded({"name": ["a", "bcd"], "position": np.arange(3.0 * size).reshape(3, size)}, stamps)
+        data = encoder.encode({"name": ["a", "bcd"], "position": np.arange(3.0 * size).reshape(3, size)}, stamps)
         messages = [cdr.deserialise(cdr.JOINT_STATE, row) for row in data]
         assert [row.position.tolist() for row in messages] == np.arange(3.0 * size).reshape(3, size).tolist()
         headers = [message.header for message in messages]

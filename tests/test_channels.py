@@ -11,7 +11,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing import contact_details, origins, wrenches
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output
 from bearing_twin.log import cdr
-from bearing_twin.log.cdr import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encode
 from bearing_twin.log.stream import MessageStream, block_of, topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
@@ -214,11 +214,11 @@ def test_many_messages_at_once_are_those_one_by_one(name):
         ones = (Output(scene.parameters, "hertz", block.sample_rows(range(row, row + 1))) for row in rows)
         stamps = 5 + several.sample.time_ns
         alone = [
-            encoded(topic.ros_type, without_rows(topic.fields(one)), int(stamp), topic.frame)
+            encode(topic.ros_type, without_rows(topic.fields(one)), int(stamp), topic.frame)
             for one, stamp in zip(ones, stamps, strict=True)
         ]
         for _ in range(2):  # laid out, then by the layout kept
-            assert encoder.encoded(topic.fields(several), stamps) == alone
+            assert encoder.encode(topic.fields(several), stamps) == alone
 
 
 @pytest.mark.parametrize("dimension", ["prescribed", "quasi_static"])

@@ -11,7 +11,7 @@ from foreign_writers import by_mcap, by_rosbags
 from rosbags.rosbag2 import StoragePlugin
 
 from bearing_twin.log import cdr
-from bearing_twin.log.cdr import encoded
+from bearing_twin.log.cdr import encode
 from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
@@ -69,7 +69,7 @@ def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law
             content = json.loads(cdr.deserialise(cdr.STRING, data).data)
             del content["law"]
             content |= {} if law is None else {"law": law}
-            data = encoded(cdr.STRING, {"data": json.dumps(content)}, 0, "")
+            data = encode(cdr.STRING, {"data": json.dumps(content)}, 0, "")
         return topic, ros_type, time_ns, data
 
     path = tmp_path / "run.mcap"

@@ -79,9 +79,9 @@ def test_programs_are_told_of_all_panels_and_of_nothing_else(kind):
     shown = panels(shipped(kind), "/left", "left/")
     dotted = {curve.full_path(".") for plot in shown.plots for curve in plot.curves}
     assert names_in("rviz", rviz(shown)) == ({"/left/markers", "/left/robot_description"}, set())
-    assert names_in("foxglove", LAYOUTS["foxglove"].made(shown)) == ({"/left/markers"}, dotted)
+    assert names_in("foxglove", LAYOUTS["foxglove"].render(shown)) == ({"/left/markers"}, dotted)
     slashed = {curve.full_path("/") for plot in shown.plots for curve in plot.curves}
-    assert names_in("plotjuggler", LAYOUTS["plotjuggler"].made(shown)) == (set(), slashed)
+    assert names_in("plotjuggler", LAYOUTS["plotjuggler"].render(shown)) == (set(), slashed)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_the_camera_stands_where_all_of_the_scene_is_seen(scene, overrides, midd
     shown = panels(load_scene(scene, overrides))
     assert shown.middle == pytest.approx(middle, abs=1e-3)
     assert shown.radius == pytest.approx(radius, rel=0.01)
-    camera = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]["3D!scene"]["cameraState"]
+    camera = json.loads(LAYOUTS["foxglove"].render(shown))["configById"]["3D!scene"]["cameraState"]
     assert camera["targetOffset"] == list(shown.middle)
     assert radius < camera["distance"] * math.sin(math.radians(camera["fovy"] / 2.0)) < 1.5 * radius
     assert camera["near"] < camera["distance"] - radius < camera["distance"] + radius < camera["far"]
@@ -122,7 +122,7 @@ def test_the_eye_goes_with_a_body_that_travels_along_a_plane(scene, body):
     """By the source of Lichtblick 1.28: the eye goes with the frame of `followTf`, and grids lie in it by default."""
     shown = panels(load_scene(scene), "/left", "left/")
     frame = f"left/{body}" if body else shown.frame
-    view = json.loads(LAYOUTS["foxglove"].made(shown))["configById"]["3D!scene"]
+    view = json.loads(LAYOUTS["foxglove"].render(shown))["configById"]["3D!scene"]
     assert (view["followTf"], view["followMode"]) == (frame, "follow-position" if body else "follow-none")
     assert view["layers"]["grid"]["frameId"] == shown.frame
     manager = yaml.safe_load(rviz(shown))["Visualization Manager"]
@@ -149,11 +149,11 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, asked):
     [path] = map(Path, reported["files"].values())
     assert path.name == "run.plotjuggler.xml"
     assert reported["open_with"] == {"plotjuggler": f"plotjuggler --datafile {log} --layout {path}"}
-    assert path.read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
+    assert path.read_bytes() == LAYOUTS["plotjuggler"].render(panels(scene))
     assert "is not overwritten" in refused(*arguments)
     path.write_text("another")
     asked(*arguments, "--force")
-    assert path.read_bytes() == LAYOUTS["plotjuggler"].made(panels(scene))
+    assert path.read_bytes() == LAYOUTS["plotjuggler"].render(panels(scene))
 
 
 def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path):

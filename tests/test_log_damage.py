@@ -18,7 +18,7 @@ from bearing_twin.base.sample import Channel
 from bearing_twin.command.cli import main
 from bearing_twin.log import cdr, run_log
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.log.cdr import encoded
+from bearing_twin.log.cdr import encode
 from bearing_twin.log.raw_log import RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import samples_message
@@ -64,7 +64,7 @@ def block(*widths, count=3, names="abc", topic="samples"):
 
 def wave(**changes):
     fields = {"first_sequence": 0, "rate": 1000.0, "unit": "m/s^2", "samples": np.ones(3)} | changes
-    return "records/acceleration", cdr.WAVEFORM, encoded(cdr.WAVEFORM, fields, 0, "")
+    return "records/acceleration", cdr.WAVEFORM, encode(cdr.WAVEFORM, fields, 0, "")
 
 
 EVENT = {"names": "x", "topic": "records/event"}

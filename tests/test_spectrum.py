@@ -5,7 +5,7 @@ import pytest
 import scipy.io
 
 from bearing_twin.command import cli
-from bearing_twin.log.cdr import encoded
+from bearing_twin.log.cdr import encode
 from bearing_twin.log.raw_log import RawLogWriter
 
 BALLS, BALL, PITCH = 9, 7.94, 39.04  # mm, 6205 of a public test rig (its maker's numbers)
@@ -157,7 +157,7 @@ def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
             log.add_topic(name, ros_type)
         topic = log.add_topic("/shaken", imu)
         for time, value in zip(np.rint(1e9 * times).astype(int).tolist(), samples.tolist(), strict=True):
-            log.write(topic, time, time, encoded(imu, {"linear_acceleration": {"z": value}}, time, "sensor"))
+            log.write(topic, time, time, encode(imu, {"linear_acceleration": {"z": value}}, time, "sensor"))
     options = {
         "a.csv": (),
         "b.csv": ("--rate", "12kHz"),

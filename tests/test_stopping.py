@@ -83,7 +83,7 @@ def test_a_signal_ends_the_command_in_the_middle_of_a_chunk(tmp_path, number, co
     assert path.exists() is False or len(list(read_log(path))) <= 1
 
 
-@pytest.mark.parametrize("within", ["_append", "_sealed", "_tail"])
+@pytest.mark.parametrize("within", ["_append", "_build_chunk", "_build_summary"])
 def test_a_signal_splits_nothing_that_is_written(within, monkeypatch, tmp_path):
     """It comes within an append, at any of its parts; its handler runs after, and is the old one in the end."""
     signals = []

@@ -76,18 +76,18 @@ def test_a_thinned_log_is_small_and_verified_where_it_has_outputs(tmp_path, type
 def test_a_block_of_an_impact_is_kept_whole(period, count, kept):
     times = np.arange(count) * period
     data = samples_message(SCENE.channels, 0, times, np.zeros((count, BLOCK.matrix().shape[1])))
-    message = cdr.deserialise(cdr.SAMPLE_BLOCK, Thinning(cdr.SAMPLE_BLOCK, KEPT_RATE).thinned(0, data))
+    message = cdr.deserialise(cdr.SAMPLE_BLOCK, Thinning(cdr.SAMPLE_BLOCK, KEPT_RATE).thin(0, data))
     assert message.count == kept
 
 
 def test_a_block_whose_stamp_would_not_fit_is_kept_whole():
     """A peer may stamp as it likes: that ends no recorder."""
     thinning, row = Thinning(cdr.SAMPLE_BLOCK, KEPT_RATE), np.zeros((2, BLOCK.matrix().shape[1]))
-    assert thinning.thinned(0, samples_message(SCENE.channels, 0, np.array([0, 19 * 10**7]), row)) is not None
+    assert thinning.thin(0, samples_message(SCENE.channels, 0, np.array([0, 19 * 10**7]), row)) is not None
     latest = cdr.deserialise(cdr.SAMPLE_BLOCK, samples_message(SCENE.channels, 0, np.array([0, 4 * 10**18]), row))
     latest.header.stamp.sec = 2**31 - 1
-    data = cdr.serialised(cdr.SAMPLE_BLOCK, latest)
-    assert thinning.thinned(0, data) == data
+    data = cdr.serialise(cdr.SAMPLE_BLOCK, latest)
+    assert thinning.thin(0, data) == data
 
 
 def test_topics_of_several_publishers_latched_ones_and_records_are_kept_whole(tmp_path):

@@ -210,8 +210,8 @@ def _layouts(arguments) -> Outcome:
     files, opened = {}, {}
     for program in arguments.programs or LAYOUTS:
         layout = LAYOUTS[program]
-        path = write_atomic(new_file(folder / f"{name}{layout.suffix}"), layout.made(panels))
-        opened[program] = layout.opening(path, source if is_log else None)
+        path = write_atomic(new_file(folder / f"{name}{layout.suffix}"), layout.render(panels))
+        opened[program] = layout.open_command(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])
 

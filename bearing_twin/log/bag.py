@@ -121,21 +121,21 @@ def bag_information(counts: list[tuple[StoredTopic, int]], spans: list[Span]) ->
     information = {
         "version": 9,
         "storage_identifier": "mcap",
-        **_when(total),
+        **_times(total),
         "topics_with_message_count": [
-            {"topic_metadata": _described(topic), "message_count": count} for topic, count in counts
+            {"topic_metadata": _topic_entry(topic), "message_count": count} for topic, count in counts
         ],
         "compression_format": "",
         "compression_mode": "",
         "relative_file_paths": [span.path for span in named],
-        "files": [{"path": span.path, **_when(span)} for span in named],
+        "files": [{"path": span.path, **_times(span)} for span in named],
         "custom_data": None,
         "ros_distro": "jazzy",
     }
     return as_yaml(information)
 
 
-def _described(topic: StoredTopic) -> dict:
+def _topic_entry(topic: StoredTopic) -> dict:
     return {
         "name": topic.name,
         "type": topic.ros_type,
@@ -145,7 +145,7 @@ def _described(topic: StoredTopic) -> dict:
     }
 
 
-def _when(span: Span) -> dict:
+def _times(span: Span) -> dict:
     empty = span.first_ns is None
     return {
         "duration": {"nanoseconds": 0 if empty else span.last_ns - span.first_ns},
@@ -161,7 +161,7 @@ class _PlainDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):
         return True
 
 
-def some_of(names: Sequence[str]) -> str:
+def list_some(names: Sequence[str]) -> str:
     """The first MOST_NAMED of these names, and the number of the others: a log may have thousands of channels."""
     remainder = f" and {len(names) - MOST_NAMED} others" if len(names) > MOST_NAMED else ""
     return ", ".join(names[:MOST_NAMED]) + remainder
@@ -213,7 +213,7 @@ class LogReader:
         notes = list(self.ends)
         if foreign := self.foreign:
             reason = "messages are passed over, for they have no schema or are not in CDR"
-            notes.append(f"{sum(foreign.values())} {reason}: on {some_of(sorted(foreign))}")
+            notes.append(f"{sum(foreign.values())} {reason}: on {list_some(sorted(foreign))}")
         return notes
 
     def messages(
@@ -328,17 +328,18 @@ def log_files(path) -> list[Path]:
         if not path.is_file():
             raise LogError(f"{path} is a pipe or a device, no log; give the path of an .mcap file or of a bag folder")
         if path.suffix == ".bag":
-            raise _to_convert(path, "a bag of ROS 1")
+            raise _conversion_error(path, "a bag of ROS 1")
         if path.suffix == ".zstd":
-            raise _to_convert(path, "a file of a compressed bag", path.absolute().parent)
+            raise _conversion_error(path, "a file of a compressed bag", path.absolute().parent)
         return [path]
-    information = _information(path / "metadata.yaml")
+    information = _read_metadata(path / "metadata.yaml")
     storage = information.get("storage_identifier") or "mcap"
     mode = str(information.get("compression_mode") or "none").lower()
     if mode != "none":
-        raise _to_convert(path, f"a bag by {storage}, compressed by {information.get('compression_format')} ({mode})")
+        compression = f"compressed by {information.get('compression_format')} ({mode})"
+        raise _conversion_error(path, f"a bag by {storage}, {compression}")
     if storage not in STORAGES:
-        raise _to_convert(path, f"a bag by {storage}")
+        raise _conversion_error(path, f"a bag by {storage}")
     files = (
         [path / name for name in information.get("files", ())]
         or sorted(path.glob(f"*{SUFFIX}"))
@@ -362,12 +363,12 @@ def path_of(path, content: str = "a log") -> Path:
         raise LogError(f"{echo(path)} is no path of {content}; give one as text or as a pathlib.Path") from None
 
 
-def _to_convert(path: Path, description: str, bag: Path | None = None) -> LogError:
+def _conversion_error(path: Path, description: str, bag: Path | None = None) -> LogError:
     command = f"rosbags-convert --src {bag or path} --dst NEW_BAG --dst-storage mcap"
     return LogError(f"{path} is {description}, which is not read; convert it by `{command}` and give NEW_BAG")
 
 
-def _information(path: Path) -> dict:
+def _read_metadata(path: Path) -> dict:
     """The description of a bag in `metadata.yaml`, empty without that file; raises LogError for another file."""
     try:
         if path.stat().st_size > LARGEST_BAG_FILE:

@@ -65,7 +65,7 @@ def deserialise(ros_type: str, cdr: bytes):
         ) from error
 
 
-def serialised(ros_type: str, message) -> bytes:
+def serialise(ros_type: str, message) -> bytes:
     """The bytes of a message as `deserialise` gives it."""
     return bytes(_typestore().serialize_cdr(message, ros_type))
 
@@ -153,14 +153,14 @@ _REPRESENTATION = b"\x00\x01\x00\x00"  # plain CDR, little-endian: four bytes in
 SECOND = 1_000_000_000  # ns
 
 
-def encoded(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str) -> bytes:
+def encode(ros_type: str, values: Mapping[str, Any], stamp_ns: int, frame: str) -> bytes:
     """A message of that type with these fields; a header that is not given has `stamp_ns` and `frame`.
 
     A nested message may be a mapping or the sequence of its fields; of one with a header, the key `frame_id` names
     another frame. Sequences of messages may be arrays with a row for each. Raises LogError for an unknown field.
     It is padded to whole words of four bytes, as by the middleware.
     """
-    return bytes(laid_out(ros_type, values, Draft(stamp_ns, frame)).data)
+    return bytes(write_message(ros_type, values, Draft(stamp_ns, frame)).data)
 
 
 class Draft:
@@ -214,7 +214,7 @@ class Draft:
         self.text(frame)
 
 
-def laid_out(ros_type: str, values, draft: Draft) -> Draft:
+def write_message(ros_type: str, values, draft: Draft) -> Draft:
     """The draft with a complete message of that type."""
     _writer(ros_type)(values, draft)
     draft.data += bytes(-len(draft.data) % 4)
@@ -224,7 +224,7 @@ def laid_out(ros_type: str, values, draft: Draft) -> Draft:
 @functools.cache
 def _writer(ros_type: str) -> Callable:
     """The function (values, draft) that writes a message of a type."""
-    fields = {name: (_field(description), _default(description)) for name, description in fields_of(ros_type)}
+    fields = {name: (_field_writer(description), _default(description)) for name, description in fields_of(ros_type)}
 
     def write(values, draft):
         if not isinstance(values, dict):
@@ -241,11 +241,14 @@ def _writer(ros_type: str) -> Callable:
 
 
 @functools.cache
-def _flat(ros_type: str) -> tuple[str, int] | None:
+def _uniform_numbers(ros_type: str) -> tuple[str, int] | None:
     """Type and count of the numbers of a message with numbers of one type only, as a vector; None for any other."""
     kinds, count = set(), 0
     for _, (node, detail) in fields_of(ros_type):
-        inner = _flat(detail) if node == NAME else (detail[0], 1) if node == BASE and detail[0] not in _TEXTS else None
+        if node == NAME:
+            inner = _uniform_numbers(detail)
+        else:
+            inner = (detail[0], 1) if node == BASE and detail[0] not in _TEXTS else None
         if inner is None:
             return None
         kinds.add(inner[0])
@@ -253,11 +256,11 @@ def _flat(ros_type: str) -> tuple[str, int] | None:
     return (kinds.pop(), count) if len(kinds) == 1 else None
 
 
-def _field(description) -> Callable:
+def _field_writer(description) -> Callable:
     """The function (value, draft) that writes a field."""
     node, detail = description
     if node == NAME:
-        return _nested(detail)
+        return _message_writer(detail)
     if node == BASE:
         if detail[0] in _TEXTS:
             return lambda value, draft: draft.text(value)
@@ -268,23 +271,24 @@ def _field(description) -> Callable:
     if inner == BASE and inner_detail[0] not in _TEXTS:
         kind = _DTYPES[inner_detail[0]]
         return lambda value, draft: draft.numbers(value, kind, 1 if counted else None)
-    return _listed(_field((inner, inner_detail)), counted, _flat(inner_detail) if inner == NAME else None)
+    uniform = _uniform_numbers(inner_detail) if inner == NAME else None
+    return _sequence_writer(_field_writer((inner, inner_detail)), counted, uniform)
 
 
-def _nested(ros_type: str) -> Callable:
-    write, flat = _writer(ros_type), _flat(ros_type)
-    if flat is None:
+def _message_writer(ros_type: str) -> Callable:
+    write, uniform = _writer(ros_type), _uniform_numbers(ros_type)
+    if uniform is None:
         return write
-    kind = _DTYPES[flat[0]]
+    kind = _DTYPES[uniform[0]]
     return lambda value, draft: write(value, draft) if isinstance(value, dict) else draft.numbers(value, kind)
 
 
-def _listed(put: Callable, counted: bool, flat: tuple[str, int] | None) -> Callable:
+def _sequence_writer(put: Callable, counted: bool, uniform: tuple[str, int] | None) -> Callable:
     """The function that writes texts or messages one by one; an array of messages of equal numbers in one piece."""
 
     def write(values, draft):
-        if flat is not None and isinstance(values, np.ndarray):
-            draft.numbers(values, _DTYPES[flat[0]], flat[1] if counted else None)
+        if uniform is not None and isinstance(values, np.ndarray):
+            draft.numbers(values, _DTYPES[uniform[0]], uniform[1] if counted else None)
             return
         if counted:
             draft.align(4)
@@ -322,27 +326,27 @@ class Encoder:
         self._type, self._frame = ros_type, frame
         self._layouts: dict[tuple, _Layout] = {}
 
-    def encoded(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
+    def encode(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
         """A message for each stamp [ns], in order."""
         texts = [array for array in _arrays(values) if array.dtype.kind == "S"]
         if not texts:
-            return self._of_one_size(values, stamps_ns)
+            return self._encode_equal(values, stamps_ns)
         messages = [b""] * len(stamps_ns)
         sizes = np.stack([np.char.str_len(array) for array in texts], axis=-1)
         for size in np.unique(sizes, axis=0):
             rows = np.flatnonzero((sizes == size).all(axis=-1))
-            for row, data in zip(rows, self._of_one_size(_rows_of(values, rows), stamps_ns[rows]), strict=True):
+            for row, data in zip(rows, self._encode_equal(_rows_of(values, rows), stamps_ns[rows]), strict=True):
                 messages[row] = data
         return messages
 
-    def _of_one_size(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
+    def _encode_equal(self, values: Mapping, stamps_ns: np.ndarray) -> list[bytes]:
         arrays = list(_arrays(values))
         sizes = tuple((array.shape[1:], array.itemsize) for array in arrays)
         layout = self._layouts.get(sizes)
         if layout is None:
             if len(self._layouts) >= MOST_LAYOUTS:
                 self._layouts.clear()
-            layout = self._layouts[sizes] = self._laid_out(values, stamps_ns, arrays)
+            layout = self._layouts[sizes] = self._make_layout(values, stamps_ns, arrays)
         size = layout.record.itemsize
         records = np.empty(len(stamps_ns), layout.record)
         records.view((np.uint8, size))[...] = layout.template
@@ -351,11 +355,11 @@ class Encoder:
         data = records.tobytes()
         return [data[low : low + size] for low in range(0, len(data), size)]
 
-    def _laid_out(self, values, stamps_ns, arrays) -> "_Layout":
+    def _make_layout(self, values, stamps_ns, arrays) -> "_Layout":
         for array in arrays:
             if len(array) != len(stamps_ns):
                 raise LogError(f"a field of {self._type} has {len(array)} rows for {len(stamps_ns)} messages")
-        draft = laid_out(self._type, values, Draft(stamps_ns, self._frame, many=True))
+        draft = write_message(self._type, values, Draft(stamps_ns, self._frame, many=True))
         offsets, formats, varying = zip(*draft.varying, strict=True) if draft.varying else ((), (), ())
         numbers = {id(array): number for number, array in enumerate(arrays)}
         record = {

@@ -143,13 +143,13 @@ class ViewerLayout(NamedTuple):
     """One program: suffix of the file, function that returns its bytes, how to open it, and `data`, a log with it."""
 
     suffix: str
-    made: Callable[[Panels], bytes]
-    opened: str
+    render: Callable[[Panels], bytes]
+    command: str
     data: str = ""
 
-    def opening(self, path: Path, log: Path | None) -> str:
+    def open_command(self, path: Path, log: Path | None) -> str:
         """The command that opens the layout at `path`, with the log from which it was made, if any."""
-        return self.opened.format(file=path, data=self.data.format(log=log) if log else "")
+        return self.command.format(file=path, data=self.data.format(log=log) if log else "")
 
 
 def rviz(panels: Panels, *further: Panels) -> bytes:
@@ -191,7 +191,7 @@ def _rviz_displays(panels: Panels) -> str:
 def foxglove(panels: Panels) -> bytes:
     """A 3-D panel next to plots."""
     plots = {f"Plot!{number}": _foxglove_plot(plot) for number, plot in enumerate(panels.plots)}
-    split = {"first": "3D!scene", "second": _halved([*plots]), "direction": "row", "splitPercentage": 45}
+    split = {"first": "3D!scene", "second": _nest([*plots]), "direction": "row", "splitPercentage": 45}
     layout = {"globalVariables": {}, "userNodes": {}, "playbackConfig": {"speed": 1}, "layout": split}
     return json.dumps({"configById": {"3D!scene": _foxglove_view(panels)} | plots, **layout}, indent=1).encode() + b"\n"
 
@@ -212,20 +212,20 @@ def _foxglove_plot(plot: Plot) -> dict:
     paths = [
         {"value": curve.full_path("."), "label": curve.label, "enabled": True, "color": color}
         | {"timestampMethod": "receiveTime", "showLine": True}
-        for curve, color in _colored(plot)
+        for curve, color in _with_colors(plot)
     ]
     shown = {"showXAxisLabels": True, "showYAxisLabels": True, "showLegend": len(plot.curves) > 1}
     shown |= {"legendDisplay": "left", "sidebarDimension": LEGEND_PIXELS, "isSynced": True, "xAxisVal": "timestamp"}
     return dict.fromkeys(TITLES, plot.title) | {"paths": paths} | shown
 
 
-def _halved(names: Sequence[str], direction: str = "column"):
+def _nest(names: Sequence[str], direction: str = "column"):
     """Panels one below the other, as Foxglove nests them: in halves."""
     if len(names) == 1:
         return names[0]
     middle = len(names) // 2
     inner_direction = "row" if direction == "column" and len(names) <= 2 * PLOTS_IN_A_ROW else direction
-    first, second = _halved(names[:middle], inner_direction), _halved(names[middle:], inner_direction)
+    first, second = _nest(names[:middle], inner_direction), _nest(names[middle:], inner_direction)
     return {"first": first, "second": second, "direction": direction, "splitPercentage": 50}
 
 
@@ -239,7 +239,7 @@ def plotjuggler(panels: Panels) -> bytes:
  <tabbed_widget parent="main_window" name="Main Window">
   <Tab containers="1" tab_name={quoteattr(panels.name)}>
    <Container>
-    <DockSplitter orientation="|" {_equal(shares)}>
+    <DockSplitter orientation="|" {_equal_sizes(shares)}>
 {"".join(map(_plotjuggler_column, columns))}\
     </DockSplitter>
    </Container>
@@ -254,13 +254,12 @@ def plotjuggler(panels: Panels) -> bytes:
 
 def _plotjuggler_column(plots: Sequence[Plot]) -> str:
     areas = "".join(map(_plotjuggler_plot, plots))
-    return f'     <DockSplitter orientation="-" {_equal(len(plots))}>\n{areas}     </DockSplitter>\n'
+    return f'     <DockSplitter orientation="-" {_equal_sizes(len(plots))}>\n{areas}     </DockSplitter>\n'
 
 
 def _plotjuggler_plot(plot: Plot) -> str:
-    curves = "".join(
-        f'        <curve name={quoteattr(curve.full_path("/"))} color="{color}" />\n' for curve, color in _colored(plot)
-    )
+    names = ((quoteattr(curve.full_path("/")), color) for curve, color in _with_colors(plot))
+    curves = "".join(f'        <curve name={name} color="{color}" />\n' for name, color in names)
     return f"""\
       <DockArea name={quoteattr(plot.title)}>
        <plot mode="TimeSeries" style="Lines" flip_x="false" flip_y="false">
@@ -271,11 +270,11 @@ def _plotjuggler_plot(plot: Plot) -> str:
 """
 
 
-def _equal(count: int) -> str:
+def _equal_sizes(count: int) -> str:
     return f'count="{count}" sizes="{";".join([f"{1 / max(count, 1):.6g}"] * count)}"'
 
 
-def _colored(plot: Plot):
+def _with_colors(plot: Plot):
     return [(curve, COLORS[number % len(COLORS)]) for number, curve in enumerate(plot.curves)]
 
 

@@ -158,7 +158,7 @@ class McapReader:
     def contents(self) -> Contents:
         """Contents of the file; raises DamagedLog and LogLimit where they cannot be read."""
         if self._contents is None:
-            self._contents = self._scanned()
+            self._contents = self._scan()
         return self._contents
 
     def require_end(self) -> None:
@@ -182,13 +182,13 @@ class McapReader:
                     elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
                         yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
                     else:
-                        self._store(offset, opcode, content)
+                        self._store_description(offset, opcode, content)
                 return
             except UnreadableLog as error:
                 if damage is None:
                     raise
                 damage.append((error.offset, error.reason))
-                begin = self._record_after(max(error.offset, begin))
+                begin = self._next_record(max(error.offset, begin))
 
     def messages(
         self,
@@ -211,13 +211,13 @@ class McapReader:
             if row.last_ns >= from_ns and row.first_ns < until_ns and not row.channels.isdisjoint(topics)
         ]
         if by_time:
-            messages = self._merged(sorted(rows), topics)
+            messages = self._merge(sorted(rows), topics)
         else:
             chunks = ((row.offset, self._records_at(row.offset)) for row in rows)
             messages = itertools.chain.from_iterable(self._messages(*chunk, topics.get) for chunk in chunks)
         yield from (message for message in messages if from_ns <= message.log_time < until_ns)
 
-    def _record_after(self, offset: int) -> int | None:
+    def _next_record(self, offset: int) -> int | None:
         """Offset of the record that follows that at `offset` by its length, or of the next chunk of the index."""
         head = self._bytes_at(offset, _HEAD.size)
         offsets = self._chunk_offsets[bisect.bisect_right(self._chunk_offsets, offset) :][:1]
@@ -232,32 +232,33 @@ class McapReader:
         if not len(MAGIC) < start < self._footer:
             return
         self._stream.seek(start)
-        if crc and crc != self._continued_crc(self._footer + _FOOTER.size - 4 - start, 0):
+        if crc and crc != self._update_crc(self._footer + _FOOTER.size - 4 - start, 0):
             return
         described = Opcode.SCHEMA, Opcode.CHANNEL
         with contextlib.suppress(DamagedLog, LogLimit, struct.error):
             for offset, opcode, content in self._records(start, (Opcode.CHUNK_INDEX, Opcode.STATISTICS, *described)):
                 if opcode in described:
-                    self._store(offset, opcode, content)
+                    self._store_description(offset, opcode, content)
                 elif opcode == Opcode.CHUNK_INDEX:
                     self._chunk_offsets += struct.unpack_from("<Q", content, 16)
                 else:
                     self._indexed_count = self._parse(offset, Statistics, content).message_count
         self._chunk_offsets.sort()
 
-    def _continued_crc(self, size: int, crc: int) -> int:
+    def _update_crc(self, size: int, crc: int) -> int:
         """The checksum `crc` continued over the next `size` bytes of the file."""
         while size > 0 and (piece := self._stream.read(min(size, _PIECE))):
             crc, size = crc32(piece, crc), size - len(piece)
         return crc
 
-    def _scanned(self) -> Contents:
+    def _scan(self) -> Contents:
         """The contents, from reading the whole file."""
         counts, metadata, stretches, known = Counter(), [], [], {}
         for offset, opcode, content in self._records(len(MAGIC)):
             if opcode in _DATA:
                 first, last, channels = LAST_NS, 0, set()
-                for log_time, _, _, number, _ in self._positions(offset, self._records_of(offset, opcode, content)):
+                records = self._records_of(offset, opcode, content)
+                for log_time, _, _, number, _ in self._message_positions(offset, records):
                     counts[number] += 1
                     channels.add(number)
                     first, last = min(first, log_time), max(last, log_time)
@@ -267,7 +268,7 @@ class McapReader:
             elif opcode == Opcode.METADATA:
                 metadata.append(self._parse(offset, Metadata, content))
             else:
-                self._store(offset, opcode, content)
+                self._store_description(offset, opcode, content)
         if self._indexed_count not in (None, counts.total()):
             reason = f"its index counts {self._indexed_count} messages, and it holds {counts.total()}"
             raise DamagedLog(self.path, self._position, reason)
@@ -283,7 +284,7 @@ class McapReader:
         silent = itertools.islice((number for number in self._channels if number not in counts), MOST_SILENT)
         return {number: self._topic(number) for number in (*counts, *silent)}
 
-    def _merged(self, rows: list[Stretch], topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
+    def _merge(self, rows: list[Stretch], topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
         """The messages of stretches sorted by time; `rows` are sorted by their first times."""
         pending: list[tuple[int, int, int, LoggedMessage]] = []
         held = 0
@@ -339,7 +340,7 @@ class McapReader:
                 crc = None if crc is None else crc32(content, crc32(head, crc))
                 yield position, opcode, content
             elif crc is not None:
-                crc = self._continued_crc(length, crc32(head, crc))
+                crc = self._update_crc(length, crc32(head, crc))
             position = end
         self._position = position
 
@@ -349,7 +350,7 @@ class McapReader:
         except _PARSE_ERRORS as error:
             raise DamagedLog(self.path, offset, f"a {kind.__name__} record cannot be read ({error})") from error
 
-    def _store(self, offset: int, opcode: int, content: bytes) -> None:
+    def _store_description(self, offset: int, opcode: int, content: bytes) -> None:
         """Stores the record of a schema or channel, which is parsed when a message needs it."""
         if len(content) < 4:
             raise DamagedLog(self.path, offset, "the description of a channel is too short")
@@ -362,10 +363,10 @@ class McapReader:
     def _topic(self, number: int) -> StoredTopic:
         """The channel of that number, from `_topics` once it was parsed."""
         if number not in self._topics:
-            self._topics[number] = self._parsed_topic(number)
+            self._topics[number] = self._parse_topic(number)
         return self._topics[number]
 
-    def _parsed_topic(self, number: int) -> StoredTopic:
+    def _parse_topic(self, number: int) -> StoredTopic:
         """The channel of that number; without a record in UTF-8 that describes it, it has no type and no encoding."""
         try:
             channel = _read(Channel, self._channels[number])
@@ -389,7 +390,7 @@ class McapReader:
     def _records_of(self, offset: int, opcode: int, content: bytes) -> bytes:
         """The records in a chunk, or the record of a message outside chunks."""
         if opcode == Opcode.CHUNK:
-            return self._unpacked_chunk(offset, content)
+            return self._unpack(offset, content)
         sequence = int.from_bytes(content[2:6], "little")
         if self._packed and sequence == len(content) - 6 and not sequence % 16:  # as in an index after a chunk
             raise DamagedLog(self.path, offset, "the index of messages of a chunk has the kind of a message")
@@ -397,12 +398,12 @@ class McapReader:
 
     def _messages(self, offset: int, data: bytes, topic_of: Callable, by_time: bool = False) -> Iterator[LoggedMessage]:
         """The messages among records whose channel `topic_of` returns by its number, in their order or by time."""
-        messages = self._positions(offset, data)
+        messages = self._message_positions(offset, data)
         for log_time, begin, end, number, publish_time in sorted(messages) if by_time else messages:
             if (topic := topic_of(number)) is not None:
                 yield LoggedMessage(topic, log_time, publish_time, bytes(data[begin:end]))
 
-    def _positions(self, offset: int, data: bytes) -> Iterator[tuple[int, int, int, int, int]]:
+    def _message_positions(self, offset: int, data: bytes) -> Iterator[tuple[int, int, int, int, int]]:
         """Log time, begin and end of the data, channel and publish time of each message; stores descriptions."""
         position, size, limit = 0, len(data), FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._record_count
         for count in itertools.count(1):
@@ -424,9 +425,9 @@ class McapReader:
                 number, _, log_time, publish_time = _FIELDS.unpack_from(data, begin)
                 yield log_time, begin + _FIELDS.size, position, number, publish_time
             elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._store(offset, opcode, data[begin:position])
+                self._store_description(offset, opcode, data[begin:position])
 
-    def _unpacked_chunk(self, offset: int, content: bytes) -> bytes:
+    def _unpack(self, offset: int, content: bytes) -> bytes:
         chunk = self._parse(offset, Chunk, content)
         size = chunk.uncompressed_size
         packed, unpacked = self._packed + len(chunk.data), self._unpacked + size

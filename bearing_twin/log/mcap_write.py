@@ -84,7 +84,7 @@ class FullDisk(LogError):
     """There is no room for a log, or for more of it; where it is written and how is not to blame."""
 
 
-def refused(sentence: str, error: BaseException) -> LogError:
+def log_error(sentence: str, error: BaseException) -> LogError:
     """The LogError for an error of the system; FullDisk where the disk is full."""
     return (FullDisk if getattr(error, "errno", None) in NO_ROOM else LogError)(sentence)
 
@@ -102,7 +102,7 @@ class McapWriter:
         try:
             self._file = os.open(self.path, os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o666)
         except OSError as error:
-            raise refused(
+            raise log_error(
                 f"{path} cannot be written ({error.strerror}); give another place for the log", error
             ) from error
         self.bytes = 0  # of the file, up to which it is complete
@@ -128,7 +128,7 @@ class McapWriter:
         except LogError as error:
             self.discard()
             cause = error.__cause__
-            raise refused(
+            raise log_error(
                 f"{path} cannot be written ({cause.strerror}); give another place for the log", cause
             ) from error
 
@@ -163,7 +163,7 @@ class McapWriter:
         for channel, log_time, publish_time, data in messages:
             room = self._room
             if self.problem or self._closed:
-                self._refuse(len(room) + len(data))
+                self._check_room(len(room) + len(data))
             index[channel].append((log_time, len(room)))
             room += pack(Opcode.MESSAGE, FIELDS + len(data), channel, 0, log_time, publish_time)
             room += data
@@ -172,7 +172,7 @@ class McapWriter:
 
     def add(self, record: Metadata | Attachment) -> None:
         """Adds a metadata record or an attachment; it ends the chunk in progress."""
-        self._check()
+        self._check_open()
         self.end_chunk()
         content, offset = _record(record), self.bytes
         self._append((content,))
@@ -189,7 +189,7 @@ class McapWriter:
             return
         times = [log_time for entries in self._chunk_index.values() for log_time, _ in entries]
         first, last = min(times), max(times)
-        parts, index = self._sealed(first, last)
+        parts, index = self._build_chunk(first, last)
         self._append(parts)
         self._index += index
         self._chunks += 1
@@ -205,7 +205,7 @@ class McapWriter:
     def flush(self) -> None:
         """Writes every message so far to disk, also those that waited for room; raises LogError if it is full."""
         if self._closed or not self._patient:
-            self._check()
+            self._check_open()
         self.end_chunk()
         self.problem = ""  # not before: other threads read `problem`
         if self._fsync:
@@ -225,7 +225,7 @@ class McapWriter:
                     self.end_chunk()
             finally:
                 self.problem = ""
-                self._append(self._tail())
+                self._append(self._build_summary())
                 with contextlib.suppress(OSError):
                     os.ftruncate(self._file, self.bytes)  # bytes that another program appended
                     os.fsync(self._file)
@@ -243,15 +243,15 @@ class McapWriter:
         """True once a message has been written."""
         return bool(self._chunk_index) or self.first_ns is not None
 
-    def _refuse(self, used: int) -> None:
+    def _check_room(self, used: int) -> None:
         """Raises LogError where a message cannot be taken that would fill the chunk in progress up to `used` bytes."""
         if not self._patient:
-            self._check()
+            self._check_open()
         elif self.problem and used > HELD_BYTES:
             self.dropped += 1
-            self._check()
+            self._check_open()
 
-    def _check(self) -> None:
+    def _check_open(self) -> None:
         if self.problem:
             raise LogError(self.problem)
         if self._closed:
@@ -261,7 +261,7 @@ class McapWriter:
         self._room += _record(record)
         self._waiting.append(record)
 
-    def _sealed(self, first: int, last: int) -> tuple[list[bytes], bytes]:
+    def _build_chunk(self, first: int, last: int) -> tuple[list[bytes], bytes]:
         """The chunk in progress with its message index, for the end of the file; and its chunk index record.
 
         `first` and `last` are its least and greatest log time.
@@ -290,7 +290,7 @@ class McapWriter:
         )
         return [parts[0], b"".join(parts[1:])], _record(index)  # the system writes at most 1024 parts together
 
-    def _tail(self) -> list[bytes]:
+    def _build_summary(self) -> list[bytes]:
         """End of the data section, summary with the index of the chunks on disk, and footer."""
         data_end = _record(DataEnd(self._crc))
         start = self.bytes + len(data_end)
@@ -336,7 +336,7 @@ class McapWriter:
                 f"{self.path} cannot grow ({error.strerror}): {'no message is' if self.first_ns is None else count} in "
                 f"it; make room{'' if self._patient else ' and write to a new log'}"
             )
-            raise refused(self.problem, error) from error
+            raise log_error(self.problem, error) from error
         self.bytes += size
         for part in parts:
             self._crc = crc32(part, self._crc)

@@ -28,7 +28,7 @@ from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage
-from bearing_twin.log.mcap_write import McapWriter, StoredTopic, refused
+from bearing_twin.log.mcap_write import McapWriter, StoredTopic, log_error
 from bearing_twin.log.stream import SLOW_RATE, checked_block
 
 KEPT_RATE = 5.0  # 1/s: an hour of a bearing with eight balls takes 0.3 GB then, and 15 GB in full
@@ -60,11 +60,11 @@ class Thinning:
     """
 
     def __init__(self, ros_type: str, rate: float):
-        self._period, self._outputs, self._last = round(1e9 / rate), ros_type == cdr.SAMPLE_BLOCK, -1
+        self._period, self._count_outputs, self._last = round(1e9 / rate), ros_type == cdr.SAMPLE_BLOCK, -1
 
-    def thinned(self, log_time_ns: int, data: bytes) -> bytes | None:
+    def thin(self, log_time_ns: int, data: bytes) -> bytes | None:
         """The bytes to log of a message, None for nothing; a malformed SampleBlock is logged unchanged, for readers."""
-        if self._outputs:
+        if self._count_outputs:
             try:
                 return self._first_output(data)
             except (LogError, struct.error):  # struct.error: a number of the output does not fit
@@ -85,7 +85,7 @@ class Thinning:
         stamp.sec, stamp.nanosec = divmod(stamp.sec * 10**9 + stamp.nanosec + int(times[row] - times[0]), 10**9)
         block.values, block.time_ns = block.values.reshape(block.count, -1)[row], times[row : row + 1]
         block.first_sequence, block.count = block.first_sequence + row, 1
-        return cdr.serialised(cdr.SAMPLE_BLOCK, block)
+        return cdr.serialise(cdr.SAMPLE_BLOCK, block)
 
 
 class Safety(NamedTuple):
@@ -137,7 +137,7 @@ class RawLogWriter:
                 self._folder.mkdir()
             except OSError as error:
                 reason = f"{path} cannot be made ({error.strerror}); give another place for the log"
-                raise refused(reason, error) from error
+                raise log_error(reason, error) from error
         self._lock, self._unbroken, self._closed = threading.Lock(), DeferredSignals(), threading.Event()
         self._unlisted = False  # whether the description of the bag lacks topics
         self._run = {"date": _now(), "host": platform.node()} if run_record else None
@@ -235,7 +235,7 @@ class RawLogWriter:
     def write_all(self, messages: Iterable[tuple[int, int, int, bytes]]) -> None:
         """`write` for many: (topic, log time, publish time, CDR) each."""
         with self._unbroken, self._lock:
-            pending = self._selected(messages) if self._thinned else iter(messages)
+            pending = self._thin(messages) if self._thinned else iter(messages)
             while True:  # while the disk is full the writer stops at each message, which it has taken or dropped
                 with self._patience():
                     if not self._splits:
@@ -244,17 +244,17 @@ class RawLogWriter:
                         self._put_split(*message)
                     return
 
-    def _selected(self, messages) -> Iterator[tuple[int, int, int, bytes]]:
+    def _thin(self, messages) -> Iterator[tuple[int, int, int, bytes]]:
         """The messages that a thinned log holds, as it holds them."""
         for topic, log_time, publish_time, data in messages:
             if topic in self._thinned and topic not in self._whole:
-                data = self._thinned[topic].thinned(log_time, data)
+                data = self._thinned[topic].thin(log_time, data)
             if data is not None:
                 yield topic, log_time, publish_time, data
 
     def _put_split(self, topic: int, log_time: int, publish_time: int, data: bytes) -> None:
         """Writes a message to the file in progress, or to a new one where that is due."""
-        began = self._due(log_time) and self._next(log_time)
+        began = self._is_split_due(log_time) and self._begin_file(log_time)
         if self._began is None:
             self._began = log_time
         if "transient_local" in self._topics[topic].metadata.get("offered_qos_profiles", ""):
@@ -316,21 +316,21 @@ class RawLogWriter:
     def _finish(self) -> None:
         """Ends the data of a file with the description that rosbag2 reads."""
         self._writer.flush()
-        information = self._described(self._writer.counts, [self._span()._replace(path="")])
+        information = self._bag_information(self._writer.counts, [self._span()._replace(path="")])
         self._writer.add(Metadata(BAG_RECORD, {"serialized_metadata": information}))
 
     def _open(self, number: int) -> McapWriter:
         path = self._folder / f"{self._folder.name}_{number}{SUFFIX}" if self._folder else self.path
         return McapWriter(path, f"bearing_twin {bearing_twin.__version__}", self._safety.fsync, self._safety.patient)
 
-    def _due(self, log_time: int) -> bool:
+    def _is_split_due(self, log_time: int) -> bool:
         limit, seconds = self._safety.split_bytes, self._safety.split_seconds
         if self._began is None or self._writer.problem:
             return False
         self._began = min(self._began, log_time)  # where the clock was put back
         return bool((limit and self._writer.bytes >= limit) or (seconds and log_time >= self._began + seconds * 1e9))
 
-    def _next(self, log_time: int) -> bool:
+    def _begin_file(self, log_time: int) -> bool:
         """Completes the file and begins the next, with all descriptions that are needed to read it alone.
 
         False where the disk has no room for that: the file goes on.
@@ -358,7 +358,7 @@ class RawLogWriter:
             self._folder.joinpath(oldest.path).unlink(missing_ok=True)
         return True
 
-    def _described(self, counts: Mapping[int, int], spans: list[Span]) -> str:
+    def _bag_information(self, counts: Mapping[int, int], spans: list[Span]) -> str:
         return bag_information([(topic, counts[number]) for number, topic in self._topics.items()], spans)
 
     def _span(self) -> Span:
@@ -384,13 +384,13 @@ class RawLogWriter:
         counts = Counter(self._writer.counts)
         for _, complete in self._done:
             counts.update(complete)
-        information = self._described(counts, self._spans())
+        information = self._bag_information(counts, self._spans())
         target = self._folder / "metadata.yaml"
         try:
             replace_file(target, f"rosbag2_bagfile_information:\n{indent(information, '  ')}".encode())
         except OSError as error:
             reason = f"{target} cannot be written ({error.strerror}); the messages are in {self._writer.path}"
-            raise refused(reason, error) from error
+            raise log_error(reason, error) from error
 
     def _discard(self) -> None:
         """Removes a log that never got a message."""
@@ -474,7 +474,7 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
                 unknown[item.topic.name] += 1
             else:
                 messages += 1
-                samples += _outputs(item)
+                samples += _count_outputs(item)
                 if (key := item.topic.identity) not in numbers:
                     numbers[key] = log.copy_topic(item.topic)
                 log.write(numbers[key], item.log_time, item.publish_time, item.data)
@@ -504,7 +504,7 @@ def _readable(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage 
         problems += dict.fromkeys(f"{file.name} at byte {offset}: {reason}" for offset, reason in damage)
 
 
-def _outputs(message: LoggedMessage) -> int:
+def _count_outputs(message: LoggedMessage) -> int:
     if message.topic.ros_type != cdr.SAMPLE_BLOCK or "/records/" in message.topic.name:
         return 0
     try:

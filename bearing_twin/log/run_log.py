@@ -167,7 +167,7 @@ class LogStream:
             if channel.name.startswith(f"{self.namespace}/records/"):
                 self._tables.setdefault(channel.name, set()).add(channel.ros_type)
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
-        self._runs = self._found_runs()
+        self._runs = self._find_runs()
         self.runs = len(self._runs)
         if run is not None and run != -1 and run not in range(1, self.runs + 1):
             several = f"{self.runs} runs: give one from 1 to {self.runs}" if self.runs > 1 else "one run"
@@ -177,7 +177,7 @@ class LogStream:
         self._read = self._runs if self.run is None else self._runs[self.run - 1 : self.run]
         self.end = self._read[-1].end
         described = self.metadata.get(SCENE_RECORD, {})
-        described = described if described.get("scene") else self._described() or described
+        described = described if described.get("scene") else self._topic_scene() or described
         text = described.get("scene")
         try:
             self.scene: Scene | None = read_logged_scene(text, f"the scene in {self.path.name}") if text else None
@@ -186,7 +186,7 @@ class LogStream:
         self.choice = known_choice(choice_in(described), self.scene)
         if self.scene is not None:
             self.choice = self.choice._replace(outside=self.scene.outside)
-        first = next(self._decoded(self._stored(self.topic)), None)
+        first = next(self._decode(self._messages_read(self.topic)), None)
         if first is None:
             self._refuse_unfinished()
         self.channels: tuple[Channel, ...] = () if first is None else channels_of(self.scene, first)
@@ -314,24 +314,24 @@ class LogStream:
         expected = None
         names = [channel.name for channel in self.channels]
         widths = [channel.width for channel in self.channels]
-        stored = {name: self._stored(name) for name in (self.topic, *self._tables)}
+        stored = {name: self._messages_read(name) for name in (self.topic, *self._tables)}
         for run in self._read:
             counts = run.stop - run.start
             parts = {name: itertools.islice(messages, counts[name]) for name, messages in stored.items()}
             held, records = None, self._records(run, parts)
-            for message in self._decoded(parts[self.topic]):
+            for message in self._decode(parts[self.topic]):
                 if message.channel_name != names or message.channel_width.tolist() != widths:
                     raise LogError(
                         f"{self.path} changes its channels at output {message.first_sequence}; record it again"
                     )
                 if expected is not None and message.first_sequence != expected:
-                    self._gap(expected, message.first_sequence)
+                    self._check_sequence(expected, message.first_sequence)
                 expected = self._reached = message.first_sequence + message.count
                 if held is not None:
-                    yield _with_records(held, records, int(held.time_ns[-1]))
+                    yield _add_records(held, records, int(held.time_ns[-1]))
                 held = block_of(self.channels, message)
             if held is not None:
-                yield _with_records(held, records, np.inf)
+                yield _add_records(held, records, np.inf)
 
     def _records(self, run: "_Run", parts: Mapping[str, Iterator[LoggedMessage]]) -> dict[str, "_Records"]:
         """The records of a run by the name of their table, from its messages by topic."""
@@ -342,7 +342,7 @@ class LogStream:
             if run.stop[name] > run.start[name]
         }
 
-    def _described(self) -> dict[str, str]:
+    def _topic_scene(self) -> dict[str, str]:
         """The content of the topic `scene` of a recording, as texts; empty without a message.
 
         It is that of the last run that is read: a node that was started again may have another scene.
@@ -351,13 +351,13 @@ class LogStream:
         count = self._read[-1].stop[topic]
         if not count:
             return {}
-        (last,) = itertools.islice(self._in_order(topic), count - 1, count)
+        (last,) = itertools.islice(self._messages_of(topic), count - 1, count)
         try:
             return scene_record(cdr.deserialise(cdr.STRING, last.data).data)
         except (ValueError, AttributeError) as error:
             raise LogError(f"the scene in {self.path.name} cannot be read ({error}); record it again") from error
 
-    def _gap(self, expected: int, first: int) -> None:
+    def _check_sequence(self, expected: int, first: int) -> None:
         if self.kept_rate and first > expected:
             return
         lost = max(first - expected, 0)
@@ -375,7 +375,7 @@ class LogStream:
             "recording; read the rest with allow_gaps=True"
         )
 
-    def _found_runs(self) -> list["_Run"]:
+    def _find_runs(self) -> list["_Run"]:
         """The runs in the log, at least one; records after the last samples of a run belong to the next one.
 
         Messages are in the order of time, except for a recording by the clock of a simulation that began again: its
@@ -389,7 +389,7 @@ class LogStream:
             elif message.topic.ros_type == cdr.SAMPLE_BLOCK:
                 rows.append((message.log_time, sample_range(message.data), name))
         by_time = sorted(rows, key=lambda row: row[0])
-        self._by_time = _breaks(by_time) < _breaks(rows)
+        self._by_time = _count_breaks(by_time) < _count_breaks(rows)
         runs, seen = [_Run()], Counter[str]()
         for _, (first, count), name in by_time if self._by_time else rows:
             if count and first < runs[-1].end:
@@ -400,21 +400,21 @@ class LogStream:
         runs[-1].stop = seen
         return runs
 
-    def _in_order(self, topic: str) -> Iterator[LoggedMessage]:
+    def _messages_of(self, topic: str) -> Iterator[LoggedMessage]:
         """The messages of a topic as the runs count them."""
         messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({topic})
         return (message for message in messages if topic != self.topic or message.topic.ros_type == cdr.SAMPLE_BLOCK)
 
-    def _stored(self, topic: str) -> Iterator[LoggedMessage]:
+    def _messages_read(self, topic: str) -> Iterator[LoggedMessage]:
         """The messages of a topic in the runs that are read."""
-        return itertools.islice(self._in_order(topic), self._read[0].start[topic], self._read[-1].stop[topic])
+        return itertools.islice(self._messages_of(topic), self._read[0].start[topic], self._read[-1].stop[topic])
 
-    def _decoded(self, messages: Iterable[LoggedMessage]) -> Iterator[Any]:
+    def _decode(self, messages: Iterable[LoggedMessage]) -> Iterator[Any]:
         """The SampleBlocks in messages, checked."""
         return (checked_block(self.path, message.data) for message in messages)
 
 
-def _with_records(block: Block, records: Mapping[str, "_Records"], time_ns: float) -> Block:
+def _add_records(block: Block, records: Mapping[str, "_Records"], time_ns: float) -> Block:
     """The block with the records up to a time."""
     return dataclasses.replace(block, records={name: rows.until(time_ns) for name, rows in records.items()})
 
@@ -448,7 +448,7 @@ class _Records:
         for part in parts:
             held.append(part)
             size += part.size
-            self._refuse_many(size)
+            self._check_size(size)
             if part.shape[1] != held[0].shape[1]:
                 raise LogError(
                     f"{self._path}: records on {self._topic} have {part.shape[1]} columns, not {held[0].shape[1]} as "
@@ -460,7 +460,7 @@ class _Records:
             rows[:, 1:] = rows[:, 1:].astype(np.float32)
         return rows
 
-    def _refuse_many(self, size: int) -> None:
+    def _check_size(self, size: int) -> None:
         if size > MOST_HELD:
             reason = f"more numbers on {self._topic} than are held at once, {MOST_HELD}"
             raise LogError(f"{self._path} has {reason}; its outputs are too far apart, or its records too many")
@@ -471,7 +471,7 @@ class _Records:
         while len(taken[-1]) == len(self._remaining) and (following := next(self._parts, None)) is not None:
             self._remaining = following
             taken.append(records_between(following, -np.inf, time_ns))
-            self._refuse_many(sum(part.size for part in taken))
+            self._check_size(sum(part.size for part in taken))
         self._remaining = self._remaining[len(taken[-1]) :]
         return np.concatenate(taken)
 
@@ -488,7 +488,7 @@ class _Run:
     end: int = 0
 
 
-def _breaks(rows: list[tuple]) -> int:
+def _count_breaks(rows: list[tuple]) -> int:
     """Number of SampleBlocks that do not follow the one before them, from rows (time, (first number, count), topic)."""
     ranges = [(first, count) for _, (first, count), _ in rows if count]
     return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(ranges))

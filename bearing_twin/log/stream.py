@@ -27,7 +27,7 @@ from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import DEEPEST, Qos
-from bearing_twin.log.cdr import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encode
 from bearing_twin.run.scene import Scene, choose, load_scene, parse_scene, scene_names
 
 SLOW_RATE = 20.0  # Hz, of sample blocks and markers
@@ -129,13 +129,13 @@ class MessageStream:
         messages: list = []
         if not self._started:
             self._started = True
-            messages += self._latched(block)
+            messages += self._latched_messages(block)
         if block.first_sequence != self._next:
             messages += self._pending_outputs(names)
             self._first = block.first_sequence
             self._gathered = {topic: topic.fields(self._scene.parameters) for topic in self._gathered}
         self._next = block.first_sequence + len(block)
-        due, done = self._instants(block, names), 0
+        due, done = self._due_messages(block, names), 0
         for row in self._rows_due(block.first_sequence, len(block)):
             if row in due or names is None:
                 messages += due.get(row, ())
@@ -153,14 +153,14 @@ class MessageStream:
         """The records and the SampleBlock of the outputs collected so far, if any: call it when the run ends."""
         return list(self._pending_outputs(None))
 
-    def _latched(self, block: Block) -> Iterator[tuple[Topic, int, bytes]]:
+    def _latched_messages(self, block: Block) -> Iterator[tuple[Topic, int, bytes]]:
         """The messages that are sent once: the scene, and the kind's own."""
         output, stamp_ns = self._output(block[0]), self.start_time_ns + int(block.time_ns[0])
         scene = {"data": scene_text(self._scene, self._choice)}
         for topic in self.topics:
             if topic.rate == ONCE:
                 fields = scene if topic.fields is None else topic.fields(output)
-                yield topic, stamp_ns, encoded(topic.ros_type, fields, stamp_ns, "")
+                yield topic, stamp_ns, encode(topic.ros_type, fields, stamp_ns, "")
 
     def _pending_outputs(self, names: Container[str] | None) -> Iterator[tuple[Topic, int, bytes]]:
         """The records and the SampleBlock of the pending outputs."""
@@ -196,7 +196,7 @@ class MessageStream:
         due.update(range((-first - 1) % self.block_outputs, count, self.block_outputs))
         return sorted(due)
 
-    def _instants(self, block: Block, names: Container[str] | None) -> dict[int, list]:
+    def _due_messages(self, block: Block, names: Container[str] | None) -> dict[int, list]:
         """The messages due at each row of `block` that has any; topics of one rate are encoded for all rows at once."""
         messages: dict[int, list] = {}
         rows = {rate: range(-block.first_sequence % every, len(block), every) for rate, every in self._every.items()}
@@ -208,7 +208,7 @@ class MessageStream:
                 sample = block.sample_rows(rows[topic.rate])
                 outputs[topic.rate] = self._output(sample), self.start_time_ns + sample.time_ns
             output, stamps_ns = outputs[topic.rate]
-            data = self._encoders[topic.name].encoded(topic.fields(output), stamps_ns)
+            data = self._encoders[topic.name].encode(topic.fields(output), stamps_ns)
             for row, stamp_ns, message in zip(rows[topic.rate], stamps_ns.tolist(), data, strict=True):
                 messages.setdefault(row, []).append((topic, stamp_ns, message))
         for topic, gathered in self._gathered.items():
@@ -218,7 +218,7 @@ class MessageStream:
                 done = row + 1
                 if names is None or topic.name in names:
                     stamp_ns = self.start_time_ns + int(block.time_ns[row])
-                    message = encoded(topic.ros_type, gathered.fields(), stamp_ns, "")
+                    message = encode(topic.ros_type, gathered.fields(), stamp_ns, "")
                     messages.setdefault(row, []).append((topic, stamp_ns, message))
             gathered.add(block.part(done, len(block)))
         return messages
@@ -263,7 +263,7 @@ def kind_rows(kind: str) -> list[TopicRow]:
     shipped = [scene for scene in _shipped_scenes() if scene.kind == kind]
     for scene in (Scene(kind, kind, "", KINDS[kind].parameters()), *shipped):
         for topic in topics(scene):
-            row = TopicRow(*map(_numberless, _row(topic, topic.name, RATES)))
+            row = TopicRow(*map(_without_numbers, _row(topic, topic.name, RATES)))
             table.setdefault(row.topic, row)
     return list(table.values())
 
@@ -276,15 +276,15 @@ def _shipped_scenes() -> list[Scene]:
 def _row(topic: Topic, name: str, rates: dict[str, str]) -> TopicRow:
     frame = topic.frame or "-"
     return TopicRow(
-        name, topic.ros_type.replace("/msg/", "/"), rates[topic.rate], _words(topic.qos), frame, topic.meaning
+        name, topic.ros_type.replace("/msg/", "/"), rates[topic.rate], _qos_text(topic.qos), frame, topic.meaning
     )
 
 
-def _numberless(text: str) -> str:
+def _without_numbers(text: str) -> str:
     return re.sub(r"\bball \d+", "ball k", re.sub(r"\bball_\d+", "ball_<k>", text))
 
 
-def _words(qos: Qos) -> str:
+def _qos_text(qos: Qos) -> str:
     return f"{qos.reliability.replace('_', ' ')}, {qos.durability.replace('_', ' ')}, depth {qos.depth}"
 
 
@@ -310,7 +310,7 @@ def samples_message(
         "time_ns": time_ns,
         "values": values,
     }
-    return encoded(cdr.SAMPLE_BLOCK, fields, start_time_ns + int(time_ns[0]), frame)
+    return encode(cdr.SAMPLE_BLOCK, fields, start_time_ns + int(time_ns[0]), frame)
 
 
 def sample_range(data: bytes) -> tuple[int, int]:
@@ -339,7 +339,7 @@ def waveform_message(unit: str, rate: float, rows: np.ndarray, frame: str, start
     """bearing_twin_msgs/Waveform of the records (n, 2), time [s] and value, of a signal sampled at `rate` [Hz]."""
     first = int(np.rint(rate * rows[0, 0]))
     fields = {"first_sequence": first, "rate": rate, "unit": unit, "samples": rows[:, 1].astype(np.float32)}
-    return encoded(cdr.WAVEFORM, fields, start_time_ns + round(1e9 * first / rate), frame)
+    return encode(cdr.WAVEFORM, fields, start_time_ns + round(1e9 * first / rate), frame)
 
 
 def checked_waveform(source, data: bytes):

@@ -24,7 +24,7 @@ from bearing_twin.base.report import parse_json
 from bearing_twin.base.sample import Channel
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, Qos
-from bearing_twin.log.cdr import Encoder, encoded
+from bearing_twin.log.cdr import Encoder, encode
 from bearing_twin.log.raw_log import RUN_RECORD, RawLogWriter, Safety
 from bearing_twin.log.stream import LARGEST_BLOCK, checked_block, samples_message
 from bearing_twin.run.scene import upgrade_scene
@@ -106,7 +106,7 @@ class StudyLog:
             "unit": [channel.unit for channel in shown],
             "value": np.ascontiguousarray(part[:, : len(shown)]),
         }
-        for moment, message in zip(arrival.tolist(), self._encoder.encoded(fields, arrival), strict=True):
+        for moment, message in zip(arrival.tolist(), self._encoder.encode(fields, arrival), strict=True):
             self._log.write(self._topics[REALISATIONS_TOPIC], moment, moment, message)
 
     def finish(self, result: StudyResult) -> None:
@@ -117,7 +117,7 @@ class StudyLog:
         self._describe(result.reasons, result.doubts_met, samples=len(result.status))
         summary = result.as_dict()
         work = {"seconds": summary.pop("seconds"), **self._work}
-        text = encoded(cdr.STRING, {"data": json.dumps(summary)}, 0, "")
+        text = encode(cdr.STRING, {"data": json.dumps(summary)}, 0, "")
         now = self._now()
         self._log.write(self._topics[SUMMARY_TOPIC], now, now, text)
         self._log.note_run(work=json.dumps(work))

@@ -70,7 +70,7 @@ def two_bearings() -> LaunchDescription:
             started += [_node("sim_node", bearing), _static_transform(_panels(bearing).frame, height)]
         return started + _viewers(arguments, lambda: [_panels(bearing)._replace(frame="world") for bearing in bearings])
 
-    return _launched(SIDES, actions)
+    return _launch_description(SIDES, actions)
 
 
 def stay_on_this_host() -> None:
@@ -85,10 +85,10 @@ def _launch_of_node(name: str, panels_of: Callable[[dict], Panels]) -> LaunchDes
         node = _node(name, arguments, on_exit=[Shutdown()])
         return [*_recorder(arguments), node, *_viewers(arguments, lambda: [panels_of(arguments)])]
 
-    return _launched(TABLES[name], actions)
+    return _launch_description(TABLES[name], actions)
 
 
-def _launched(table: Sequence[NodeParameter], actions: Callable[[dict], list]) -> LaunchDescription:
+def _launch_description(table: Sequence[NodeParameter], actions: Callable[[dict], list]) -> LaunchDescription:
     """The shared arguments and those of `table`, empty where they are left to the node and its parameter file.
 
     `actions` takes the values of the shared ones, and of the others those that are given.
@@ -149,7 +149,7 @@ def _node(name: str, arguments: Mapping, on_exit: Sequence | None = None, **para
 
 def _static_transform(frame: str, height: float):
     options = {"--z": height, "--frame-id": "world", "--child-frame-id": frame}
-    return _if_installed(
+    return _optional_program(
         f"place of {frame} in world",
         "tf2_ros",
         executable="static_transform_publisher",
@@ -163,11 +163,11 @@ def _viewers(arguments: Mapping, scenes: Callable[[], list[Panels]]) -> list:
     viewers = []
     if arguments["rviz"]:
         layout = _layout_file("bearing_twin.rviz", rviz(*scenes()))
-        viewers.append(_if_installed("rviz:=true", "rviz2", arguments=["-d", layout]))
+        viewers.append(_optional_program("rviz:=true", "rviz2", arguments=["-d", layout]))
     if arguments["foxglove"]:
         layout = _layout_file("bearing_twin.foxglove.json", foxglove(scenes()[0]))
         bridge = {"address": "127.0.0.1", "port": BRIDGE_PORT}
-        viewers.append(_if_installed("foxglove:=true", "foxglove_bridge", parameters=[bridge]))
+        viewers.append(_optional_program("foxglove:=true", "foxglove_bridge", parameters=[bridge]))
         if isinstance(viewers[-1], Node):
             viewers.append(LogInfo(msg=f"in Foxglove open ws://localhost:{BRIDGE_PORT} and import the layout {layout}"))
     return viewers
@@ -179,7 +179,7 @@ def _layout_file(name: str, content: bytes) -> str:
     return str(path)
 
 
-def _if_installed(argument: str, package: str, executable: str = "", **options):
+def _optional_program(argument: str, package: str, executable: str = "", **options):
     """A program of a package, by default the one named as it; or a message that it is not installed."""
     try:
         get_package_prefix(package)

@@ -184,7 +184,7 @@ class ReplayNode(BaseNode):
         log_info = self.get_logger().info
         wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], log_info, stopping)
         clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
-        self.worker = Worker(self._turn, wait, self._ended, clock)
+        self.worker = Worker(self._turn, wait, self._on_end, clock)
         self.worker.start()
 
     def close(self) -> None:
@@ -201,7 +201,7 @@ class ReplayNode(BaseNode):
             self.done.set()
         return wake_at
 
-    def _ended(self, error: Exception | None) -> None:
+    def _on_end(self, error: Exception | None) -> None:
         if error is not None:
             self.report(ERROR, str(error), {})
             self.fail(error)

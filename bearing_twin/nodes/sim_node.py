@@ -193,7 +193,7 @@ class SimNode(BaseNode):
         self._duration_ns = math.ceil(values["duration"] * 1e9) or own_end_ns
         for sentence in unreached_keys(scene, 1e-9 * self._duration_ns or float("inf")):
             self.get_logger().warning(sentence)
-        self.worker = Worker(self._turn, self._prepare, self._ended)
+        self.worker = Worker(self._turn, self._prepare, self._on_end)
         self.worker.start()
 
     def _serve(self, kind: Kind) -> None:
@@ -280,7 +280,7 @@ class SimNode(BaseNode):
             self.get_logger().warning(self._commands.speed_warning, once=True)
         if self.loop.failure is not None and self.loop.failure is not self._logged_failure:
             self._logged_failure = self.loop.failure
-            self.get_logger().error(f"{self._explained(self.loop.failure)}; the node waits for ~/reset")
+            self.get_logger().error(f"{self._failure_message(self.loop.failure)}; the node waits for ~/reset")
         if self.loop.over and not self.done.is_set():
             wait_for_acknowledgement(self._outlet.publishers)
             self._report()
@@ -288,16 +288,16 @@ class SimNode(BaseNode):
             self.done.set()
         return wake_at
 
-    def _ended(self, error: Exception | None) -> None:
+    def _on_end(self, error: Exception | None) -> None:
         if error is None or isinstance(error, Stopped):
             return
         if isinstance(error, IntegrationError):
-            error = BearingTwinError(self._explained(error))
+            error = BearingTwinError(self._failure_message(error))
         with suppress(InvalidHandle):  # of a node closed before its first output, which its worker outlives
             self._publish_status(ERROR, str(error), {})
         self.fail(error)
 
-    def _explained(self, error: IntegrationError) -> str:
+    def _failure_message(self, error: IntegrationError) -> str:
         """The sentence of a failed run; it leaves a file, but not after more runs than there may be logs."""
         few = self.loop is None or self.loop.run <= MOST_LOGS
         return failure_sentence(error, Path(self._values["log"]).parent) if few else str(error)

@@ -157,7 +157,7 @@ def refuse_unwritable(folder: Path) -> None:
         ) from error
 
 
-def without_log(error: LogError | OSError) -> str:
+def log_problem(error: LogError | OSError) -> str:
     """The sentence about a study whose log could not be made or written."""
     system = isinstance(error, OSError)
     reason = f"{error.filename or 'its file'} cannot be written ({error.strerror})" if system else error
@@ -248,7 +248,7 @@ class Studies:
             if result is None or not isinstance(error, (LogError, OSError)):
                 _drop_empty(log, path)
                 return aborted(error)
-            path, no_log = "", without_log(error)
+            path, no_log = "", log_problem(error)
         finally:
             self._running = ""
         summary = result.as_dict()
@@ -308,7 +308,7 @@ class Studies:
             path = free_path(folder, study.name, time.strftime("%Y%m%d_%H%M%S"))
             return self._open_log(study, path), str(path), ""
         except (BearingTwinError, OSError) as error:
-            return None, "", without_log(error)
+            return None, "", log_problem(error)
 
 
 def _drop_empty(log: StudyLog | None, path: str) -> str:

@@ -15,7 +15,7 @@ from bearing_twin.base.report import Report
 from bearing_twin.base.units import readable_sentence
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.views import View, plain_view
-from bearing_twin.log.bag import LogReader, some_of
+from bearing_twin.log.bag import LogReader, list_some
 from bearing_twin.log.mcap_read import DamagedLog
 from bearing_twin.log.raw_log import recover
 from bearing_twin.log.run_log import read_log
@@ -180,7 +180,7 @@ def _document(
     if STUDY_RECORD in stream.metadata:
         with reading_study(path):
             return document_of_study(read_study(path))
-    omitted = some_of(_omitted(path, stream))
+    omitted = list_some(_omitted(path, stream))
     said = [f"Left out, because no kind of scene has such topics: {omitted}."] if omitted else []
     said += [f"{note[:1].upper()}{note[1:]}." for note in (*stream.notes, stream.run_note) if note]
     if stream.kept_rate:
