@@ -25,8 +25,8 @@ SPEED_ERROR = 0.02  # of a given speed, within which the shaft's line is looked 
 LEAST_SAMPLES = 16
 LEAST_TURNS = 20  # of the shaft in a record
 LENGTH = 256  # turns in a stretch of which a spectrum is made  # tuned: fine lines against slip, which smears them
-OUTSTANDING = 16.0  # dB, mean of three harmonics over the median around them  # tuned: noise alone reaches 9
-APART = 6.0  # dB, of the verdict's family over the next  # tuned: a family's harmonics come near another's
+LEAST_VERDICT_LEVEL = 16.0  # dB, mean of three harmonics over the median around them  # tuned: noise alone reaches 9
+LEAST_LEAD = 6.0  # dB, of the verdict's family over the next  # tuned: a family's harmonics come near another's
 LEAST_LINE = 10.0  # dB, of a line that is there  # tuned: above the greatest of some fifty bins of noise
 LEAST_NOISE = 1e-4  # of a record's RMS: lines of less are aliases that its filter lets through
 LARGEST_CLIPPED = 2e-4  # share of samples at a limit of the converter
@@ -80,9 +80,9 @@ class Spectrum:
     def as_dict(self) -> dict:
         """The result as plain data."""
         plain = ("verdict", "shaft_hz", "by_order", "band_hz", "level_db", "rms", "kurtosis", "seconds")
-        found = {name: getattr(self, name) for name in plain}
-        found["shaft_rpm"] = 60.0 * self.shaft_hz
-        return found | {"lines": [line._asdict() for line in self.lines]}
+        data = {name: getattr(self, name) for name in plain}
+        data["shaft_rpm"] = 60.0 * self.shaft_hz
+        return data | {"lines": [line._asdict() for line in self.lines]}
 
 
 NOTHING = "nothing stands out"
@@ -121,9 +121,9 @@ def checked(samples, rate: float) -> tuple[np.ndarray, tuple[str, ...]]:
         raise BearingTwinError("the record is constant: the sensor was not connected, or this is another channel")
     clipped = 0
     for limit, near in ((least, samples < least + 0.01 * reach), (greatest, samples > greatest - 0.01 * reach)):
-        at = np.count_nonzero(samples == limit)
-        if at >= 10 and at > 2 * (np.count_nonzero(near) - at):  # as many as nowhere else
-            clipped += at
+        at_limit = np.count_nonzero(samples == limit)
+        if at_limit >= 10 and at_limit > 2 * (np.count_nonzero(near) - at_limit):  # as many as nowhere else
+            clipped += at_limit
     if clipped > LARGEST_CLIPPED * len(samples):
         raise BearingTwinError(
             f"the record is clipped: {clipped} samples stand at its limits of {float(least):.4g} and "
@@ -148,16 +148,16 @@ class _Bands:
         inside = np.zeros(count, self.transform.dtype)
         inside[: last - first] = self.transform[first:last]
         rate = count * self.step
-        found = fft.ifft(inside, overwrite_x=True)[: int(self.seconds * rate)]
-        return np.abs(found) * np.float32(2.0 * count / self.length), rate
+        signal = fft.ifft(inside, overwrite_x=True)[: int(self.seconds * rate)]
+        return np.abs(signal) * np.float32(2.0 * count / self.length), rate
 
     def below(self, high: float) -> tuple[np.ndarray, float]:
         """The record itself below `high` [Hz], and the lower rate at which it is then sampled."""
         last = min(round(high / self.step), len(self.transform) - 1)
         count = fft.next_fast_len(2 * last, real=True)
-        found = fft.irfft(self.transform[:last], count)
+        signal = fft.irfft(self.transform[:last], count)
         rate = count * self.step
-        return found[: int(self.seconds * rate)] * np.float32(count / self.length), rate
+        return signal[: int(self.seconds * rate)] * np.float32(count / self.length), rate
 
 
 def kurtosis_of(values: np.ndarray) -> float:
@@ -166,23 +166,25 @@ def kurtosis_of(values: np.ndarray) -> float:
     return float(np.mean(np.square(square), dtype=float) / np.mean(square, dtype=float) ** 2)
 
 
-def _usual_bands(bands: _Bands, least: float) -> list[tuple[float, float]]:
+def _default_bands(bands: _Bands, least: float) -> list[tuple[float, float]]:
     """Bands to look into: of four octaves below the Nyquist frequency that of most kurtosis, then the upper two.
 
     Octaves less than `least` [Hz] wide do not count.
     """
-    high, found = TOP * 0.5 * bands.rate, []
+    high, candidates = TOP * 0.5 * bands.rate, []
     for octave in range(OCTAVES):
         ends = high / 2 ** (octave + 1), high / 2**octave
         if ends[1] - ends[0] >= least:
             square = np.square(bands.envelope(*ends)[0])
-            found.append((float(np.mean(np.square(square), dtype=float) / np.mean(square, dtype=float) ** 2), ends))
-    if not found:
+            candidates.append(
+                (float(np.mean(np.square(square), dtype=float) / np.mean(square, dtype=float) ** 2), ends)
+            )
+    if not candidates:
         raise BearingTwinError(
             f"the sampling rate of {bands.rate:g} Hz is too low for this bearing at this speed; sample with at least "
             f"{math.ceil(4.0 * least / TOP):d} Hz"
         )
-    return [max(found)[1], (0.25 * high, high)]
+    return [max(candidates)[1], (0.25 * high, high)]
 
 
 class _Lines:
@@ -206,16 +208,18 @@ class _Lines:
         around = ndimage.median_filter(self.amplitude, max(3, round(1.0 / self.step) | 1), mode="reflect")
         self.level = 20.0 * np.log10(np.maximum(self.amplitude, 1e-300) / np.maximum(around, noise))
         self.width = 2.0 * rate / length  # to the first zero of a line
-        self.apart = self.level.copy()  # without the shaft's own lines
-        self.apart[np.abs(self.orders - np.rint(self.orders)) < self.width] = 0.0
+        self.without_shaft = self.level.copy()  # without the shaft's own lines
+        self.without_shaft[np.abs(self.orders - np.rint(self.orders)) < self.width] = 0.0
         around = ndimage.maximum_filter1d(self.level, 2 * round(0.5 * self.width / self.step) + 1)
-        self.tops = np.where(self.level == around, self.level, 0.0)  # no flanks, on which a line is off its place
+        self.tops = np.where(
+            self.level == around, self.level, 0.0
+        )  # no flanks, on which a line is at a wrong frequency
 
-    def comb(self, orders: np.ndarray, harmonics=HARMONICS, apart: bool = True) -> np.ndarray:
+    def comb(self, orders: np.ndarray, harmonics=HARMONICS, exclude_shaft: bool = True) -> np.ndarray:
         """Levels [dB] (harmonic, order) of the harmonics of these orders."""
-        level = ndimage.maximum_filter1d(self.apart if apart else self.tops, 3)
-        place = np.rint(np.outer(harmonics, orders) / self.step).astype(int)
-        return level[np.minimum(place, self.count - 1)]
+        level = ndimage.maximum_filter1d(self.without_shaft if exclude_shaft else self.tops, 3)
+        bins = np.rint(np.outer(harmonics, orders) / self.step).astype(int)
+        return level[np.minimum(bins, self.count - 1)]
 
     def peak(self, order: float) -> tuple[float, float, float]:
         """Order, amplitude and level of the top next to `order`, between bins by a parabola."""
@@ -228,40 +232,47 @@ class _Lines:
         return (top + shift) * self.step, float(self.amplitude[top]), float(self.level[top])
 
 
-def _best(lines: _Lines, order: float, slower: float, faster: float, harmonics=HARMONICS, apart: bool = True):
+def _strongest_order(
+    lines: _Lines, order: float, slower: float, faster: float, harmonics=HARMONICS, exclude_shaft: bool = True
+):
     """The order near `order` whose harmonics stand out most, with their levels [dB]."""
     reach = order * (slower + faster)
-    tried = np.linspace(
+    candidates = np.linspace(
         order * (1.0 - slower), order * (1.0 + faster), 2 + int(4 * max(harmonics) * reach / lines.step)
     )
-    levels = lines.comb(tried, harmonics, apart)
+    levels = lines.comb(candidates, harmonics, exclude_shaft)
     mean = np.mean(np.maximum(levels, 0.0), axis=0)
     flat = np.flatnonzero(mean > mean.max() - 1e-9)
     best = flat[len(flat) // 2]
-    return float(tried[best]), levels[:, best], float(mean[best])
+    return float(candidates[best]), levels[:, best], float(mean[best])
 
 
 SHAFT_HARMONICS = (1, 2, 3, 4)
 
 
-def _of_shaft(levels) -> bool:
+def _shaft_order(lines: _Lines, reach: float):
+    """The order of the shaft, at most `reach` from 1, with the levels [dB] of its harmonics and their mean."""
+    return _strongest_order(lines, 1.0, reach, reach, SHAFT_HARMONICS, exclude_shaft=False)
+
+
+def _are_of_shaft(levels) -> bool:
     """True if lines at these levels [dB] are the shaft's: the first and another; near 3 and 4 orders are raceways'."""
     return bool(levels[0] > LEAST_LINE and np.sum(levels > LEAST_LINE) >= 2)
 
 
 def _refined(signals, shaft: float, noise: float) -> float:
     """Speed of the shaft [Hz] by its lines in the record or in its envelope; as given where there are none."""
-    found = []
+    estimates = []
     for values, rate in signals:
         lines = _Lines(values, rate / shaft, 4.5, noise, turns=4 * LENGTH)
-        order, levels, mean = _best(lines, 1.0, SPEED_ERROR, SPEED_ERROR, SHAFT_HARMONICS, apart=False)
-        if _of_shaft(levels) and mean > LEAST_LINE:
-            by_each = [lines.peak(k * order)[0] / k for k in SHAFT_HARMONICS if levels[k - 1] > LEAST_LINE]
-            found.append((mean, [one for one in by_each if abs(one - by_each[0]) < 0.7 * lines.step][-1]))
-    return shaft * max(found, default=(0.0, 1.0))[1]
+        order, levels, mean = _shaft_order(lines, SPEED_ERROR)
+        if _are_of_shaft(levels) and mean > LEAST_LINE:
+            orders = np.array([lines.peak(k * order)[0] / k for k in SHAFT_HARMONICS if levels[k - 1] > LEAST_LINE])
+            estimates.append((mean, float(orders[np.abs(orders - orders[0]) < 0.7 * lines.step][-1])))
+    return shaft * max(estimates, default=(0.0, 1.0))[1]
 
 
-WINDOW, FURTHEST = 24, 0.1  # turns of a window in which speed is measured; change of speed that is followed
+WINDOW, GREATEST_CHANGE = 24, 0.1  # turns of a window in which speed is measured; change of speed that is followed
 
 
 def _tracked(signals, shaft: float, seconds: float, noise: float) -> tuple[np.ndarray, np.ndarray] | None:
@@ -274,26 +285,26 @@ def _tracked(signals, shaft: float, seconds: float, noise: float) -> tuple[np.nd
         for values, rate in signals:
             part = values[int((time - 0.5 * length) * rate) : int((time + 0.5 * length) * rate)]
             lines = _Lines(np.pad(part - part.mean(), (0, 3 * len(part))), rate / shaft, 4.5, noise, turns=4 * WINDOW)
-            order, _, mean = _best(lines, 1.0, FURTHEST, FURTHEST, SHAFT_HARMONICS, apart=False)
+            order, _, mean = _shaft_order(lines, GREATEST_CHANGE)
             best = max(best, (mean, order))
         speeds.append(best[1] * shaft)
     if len(times) < 5 or not np.all(np.isfinite(speeds)):
         return None
     smooth = ndimage.median_filter(np.array(speeds), 5, mode="nearest")
-    off = np.abs(np.array(speeds) / smooth - 1.0)
-    if np.mean(off < 0.01) < 0.8:
+    deviation = np.abs(np.array(speeds) / smooth - 1.0)
+    if np.mean(deviation < 0.01) < 0.8:
         return None
     return times, ndimage.gaussian_filter1d(smooth, 1.0, mode="nearest")
 
 
-def _by_angle(values: np.ndarray, rate: float, times, speeds) -> tuple[np.ndarray, float]:
+def _resampled_by_angle(values: np.ndarray, rate: float, times, speeds) -> tuple[np.ndarray, float]:
     """Values at equal angles of the shaft, and how many there are a turn; speeds [Hz] are linear between `times`."""
-    at = np.arange(len(values)) / rate
-    turned = np.cumsum(np.interp(at, times, speeds)) / rate
-    turned -= turned[0]
+    instants = np.arange(len(values)) / rate
+    turns = np.cumsum(np.interp(instants, times, speeds)) / rate
+    turns -= turns[0]
     per_turn = math.ceil(rate / np.min(speeds))
-    even = np.arange(int(turned[-1] * per_turn)) / per_turn
-    return np.interp(even, turned, values).astype(np.float32), float(per_turn)
+    even = np.arange(int(turns[-1] * per_turn)) / per_turn
+    return np.interp(even, turns, values).astype(np.float32), float(per_turn)
 
 
 def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float] | None = None) -> Spectrum:
@@ -340,29 +351,29 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
     noise = LEAST_NOISE * rms
     fastest = shaft if course is None else float(np.max(course[1]))
     if band is None:
-        tried = _usual_bands(bands, highest * fastest)
+        candidates = _default_bands(bands, highest * fastest)
     elif not (0.0 <= band[0] < band[1] <= 0.5 * rate and band[1] - band[0] >= highest * fastest):
         raise BearingTwinError(
             f"the band from {band[0]:g} to {band[1]:g} Hz must lie below {0.5 * rate:g} Hz and be at least "
             f"{highest * fastest:.0f} Hz wide for this bearing at this speed"
         )
     else:
-        tried = [band]
-    found = None
-    for band in tried:
+        candidates = [band]
+    chosen = None
+    for band in candidates:
         envelope, envelope_rate = bands.envelope(*band)
-        if np.isscalar(speed) and found is None:
+        if np.isscalar(speed) and chosen is None:
             shaft, course = _speed(bands, (envelope, envelope_rate), shaft, noise)
         values, per_turn = envelope, envelope_rate / shaft
         if course is not None:
-            values, per_turn = _by_angle(envelope, envelope_rate, *course)
+            values, per_turn = _resampled_by_angle(envelope, envelope_rate, *course)
         lines = _Lines(values, per_turn, highest, noise)
-        judged = _judged(lines, families, shaft)
-        if found is None or judged[0] != NOTHING:
-            found = band, lines, *judged
+        judged = _verdict(lines, families, shaft)
+        if chosen is None or judged[0] != NOTHING:
+            chosen = band, lines, *judged
         if judged[0] != NOTHING:
             break
-    band, lines, verdict, scores, shown = found
+    band, lines, verdict, scores, shown = chosen
     return Spectrum(
         verdict=verdict,
         shaft_hz=shaft,
@@ -390,44 +401,47 @@ def _speed(bands: _Bands, envelope, shaft: float, noise: float):
 
     def sharpest(resampled):
         lines = (_Lines(values, rate, 4.5, noise) for values, rate in resampled)
-        found = (_best(one, 1.0, SPEED_ERROR, SPEED_ERROR, SHAFT_HARMONICS, apart=False) for one in lines)
-        return max(found, key=lambda best: best[2])
+        return max((_shaft_order(row, SPEED_ERROR) for row in lines), key=lambda strongest: strongest[2])
 
     steady = sharpest((values, rate / refined) for values, rate in signals)
-    followed = sharpest(_by_angle(values, rate, *course) for values, rate in signals)
-    if not _of_shaft(followed[1]) or followed[2] < steady[2] + 3.0:
+    followed = sharpest(_resampled_by_angle(values, rate, *course) for values, rate in signals)
+    if not _are_of_shaft(followed[1]) or followed[2] < steady[2] + 3.0:
         return refined, None
-    at = np.linspace(0.0, bands.seconds, 1000)
-    return float(np.mean(np.interp(at, *course))), course
+    instants = np.linspace(0.0, bands.seconds, 1000)
+    return float(np.mean(np.interp(instants, *course))), course
 
 
-def _judged(lines: _Lines, families, shaft: float) -> tuple[str, dict[str, float], tuple[Line, ...]]:
+def _verdict(lines: _Lines, families, shaft: float) -> tuple[str, dict[str, float], tuple[Line, ...]]:
     """Verdict, the mean level [dB] of each family's harmonics, and all lines."""
-    shown, scores, there = [], {}, {}
+    lines_found, scores, has_lines = [], {}, {}
     for family in families:
-        order, levels, scores[family.name] = _best(lines, family.order, family.slower, family.faster)
-        there[family.name] = np.sum(levels > LEAST_LINE) >= 2
+        order, levels, scores[family.name] = _strongest_order(lines, family.order, family.slower, family.faster)
+        has_lines[family.name] = np.sum(levels > LEAST_LINE) >= 2
         sides = []
         for harmonic in HARMONICS:
-            places = [(harmonic, 0)]
-            places += [(harmonic, side) for side in (-1, 1)] if family.sideband else []
-            for multiple, side in places:
+            multiples = [(harmonic, 0)]
+            multiples += [(harmonic, side) for side in (-1, 1)] if family.sideband else []
+            for multiple, side in multiples:
                 name = (f"{multiple}x" if multiple > 1 else "") + family.name
                 name += f"{'-+'[side > 0]}{family.sideband}" if side else ""
                 expected = multiple * family.order + side * family.sideband_order
-                at, amplitude, level = lines.peak(multiple * order + side * family.sideband_order)
-                shown.append(Line(name, expected * shaft, at * shaft, at / expected - 1.0, amplitude, level))
+                found_order, amplitude, level = lines.peak(multiple * order + side * family.sideband_order)
+                lines_found.append(
+                    Line(name, expected * shaft, found_order * shaft, found_order / expected - 1.0, amplitude, level)
+                )
                 sides += [level] if side and multiple == 1 else []
         if family.part == "ball":  # its lines come with those of the cage, which carries it through the load
-            there[family.name] &= bool(np.mean(sides) > LEAST_LINE)
+            has_lines[family.name] &= bool(np.mean(sides) > LEAST_LINE)
     parts = {family.name: family.part for family in families}
     first = max((name for name in parts if parts[name] != "cage"), key=scores.get)
     rivals = [name for name in parts if name != first and not (parts[first] == "ball" and parts[name] == "cage")]
-    stands_out = scores[first] >= max(OUTSTANDING, *(scores[name] + APART for name in rivals)) and there[first]
-    return (parts[first] if stands_out else NOTHING), scores, tuple(shown)
+    stands_out = (
+        scores[first] >= max(LEAST_VERDICT_LEVEL, *(scores[name] + LEAST_LEAD for name in rivals)) and has_lines[first]
+    )
+    return (parts[first] if stands_out else NOTHING), scores, tuple(lines_found)
 
 
-def draw_spectrum(found: Spectrum, name: str, path):
+def draw_spectrum(spectrum: Spectrum, name: str, path):
     """Draws amplitude and level over frequency, the harmonics of each family dashed where they were found."""
     from matplotlib.figure import Figure
 
@@ -437,14 +451,14 @@ def draw_spectrum(found: Spectrum, name: str, path):
     figure = Figure(figsize=(15.0, 9.0), dpi=100, facecolor="white")
     grid = figure.add_gridspec(2, 1, left=0.07, right=0.975, top=0.86, bottom=0.1, hspace=0.34)
     rows = (
-        (found.amplitude, "Amplitude of the envelope", "amplitude [m/s²]"),
-        (found.level, "Level over the median around each frequency", "level [dB]"),
+        (spectrum.amplitude, "Amplitude of the envelope", "amplitude [m/s²]"),
+        (spectrum.level, "Level over the median around each frequency", "level [dB]"),
     )
-    shown = found.orders > 0.3
-    hertz = found.shaft_hz * found.orders[shown]
-    lines = {line.name: line for line in found.lines}
-    for place, (values, words, label) in enumerate(rows):
-        panel = figure.add_subplot(grid[place])
+    shown = spectrum.orders > 0.3
+    hertz = spectrum.shaft_hz * spectrum.orders[shown]
+    lines = {line.name: line for line in spectrum.lines}
+    for row, (values, title, label) in enumerate(rows):
+        panel = figure.add_subplot(grid[row])
         style_axes(panel)
         panel.plot(hertz, values[shown], lw=0.8, color=STYLE["ink"])
         for family, colour in colours.items():
@@ -454,10 +468,10 @@ def draw_spectrum(found: Spectrum, name: str, path):
                 panel.axvline(line.found_hz, color=colour, ls="--", lw=1.4, alpha=0.8, zorder=1.5, label=key)
         panel.set_xlim(0.0, hertz[-1])
         panel.set_ylim(0.0, 1.05 * float(np.max(values[shown])))
-        heading(panel, words, "frequency [Hz]", label)
-        if place == 0:
+        heading(panel, title, "frequency [Hz]", label)
+        if row == 0:
             panel.legend(frameon=False, fontsize=11, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=4)
-    low, high = (round(one) for one in found.band_hz)
-    words = f"shaft {found.shaft_hz:.4g} Hz   ·   band {low} to {high} Hz   ·   {found.seconds:.4g} s"
-    title = DAMAGE.get(found.verdict, found.verdict)
-    return finish_picture(figure, f"{name}: {title}", f"{words}   ·   bearing_twin {__version__}", path)
+    low, high = (round(edge) for edge in spectrum.band_hz)
+    subtitle = f"shaft {spectrum.shaft_hz:.4g} Hz   ·   band {low} to {high} Hz   ·   {spectrum.seconds:.4g} s"
+    verdict = DAMAGE.get(spectrum.verdict, spectrum.verdict)
+    return finish_picture(figure, f"{name}: {verdict}", f"{subtitle}   ·   bearing_twin {__version__}", path)
