@@ -20,7 +20,7 @@ def channel(samples, name):
 
 
 @pytest.mark.parametrize(
-    ("load", "tilt", "speed", "place", "loads", "life"),
+    ("load", "tilt", "speed", "displacement", "loads", "life"),
     [
         ((0, -1000, 0), (2e-3, 1e-3), 157.0796, (0.209320, -21.713802, 24.53101),
          (585.822, 293.283, 0, 0, 0, 0, 0.003, 293.603), 804.0042),
@@ -30,15 +30,15 @@ def channel(samples, name):
          (273.092, 241.617, 100.931, 0, 0, 0, 1.449, 101.674), 5516.7278),
     ],
 )  # fmt: skip
-def test_loads_and_reference_life_of_a_tilted_bearing(load, tilt, speed, place, loads, life):
+def test_loads_and_reference_life_of_a_tilted_bearing(load, tilt, speed, displacement, loads, life):
     """By another program: true circles, exact Hertz, two unknowns a ball, SciPy's root for both; µm, N, 10⁶ turns."""
     scene = load_scene("bearing_6203_rig_1000N", [f"drive.speed={speed}"])
     solver = solver_of(scene.parameters, "hertz", -0.5 * math.pi)
     free = (True, True, True, False, False)
-    found = solver.solve(Support(free, (*map(float, load), 0.0, 0.0), (0.0, 0.0, 0.0, *tilt)))
-    assert found.coordinates[:3] * 1e6 == pytest.approx(place, rel=1e-5)
-    assert found.contacts.load[:, 0] == pytest.approx(loads, abs=1.5e-3)
-    lives = lives_of(scene.parameters, ratings_of(scene.parameters), load, *found.contacts.load.T)
+    equilibrium = solver.solve(Support(free, (*map(float, load), 0.0, 0.0), (0.0, 0.0, 0.0, *tilt)))
+    assert equilibrium.coordinates[:3] * 1e6 == pytest.approx(displacement, rel=1e-5)
+    assert equilibrium.contacts.load[:, 0] == pytest.approx(loads, abs=1.5e-3)
+    lives = lives_of(scene.parameters, ratings_of(scene.parameters), load, *equilibrium.contacts.load.T)
     assert lives.reference == pytest.approx(life, rel=2e-6)
 
 
@@ -49,9 +49,9 @@ def test_the_torque_of_balls_that_drill_under_thrust(smoothing, torque):
         "contact.friction=spot_fine", f"contact.friction_regularisation={smoothing}", "drive.offset=[0,0,4e-5]",
         "gravity=[0,0,0]", "run.duration=0.3", "run.output_rate=100", "run.publish_rate=100",
     ]  # fmt: skip
-    *_, last = simulate(load_scene("bearing_6203", overrides))
-    assert last["drive_torque"] == pytest.approx(torque, rel=1e-5)
-    assert last["drilling_torque"][:, 0] == pytest.approx(last["drilling_torque"][:, 1], rel=1e-3)
+    *_, sample = simulate(load_scene("bearing_6203", overrides))
+    assert sample["drive_torque"] == pytest.approx(torque, rel=1e-5)
+    assert sample["drilling_torque"][:, 0] == pytest.approx(sample["drilling_torque"][:, 1], rel=1e-3)
 
 
 @pytest.mark.parametrize("speed", [600.0, 1150.0])
@@ -71,18 +71,18 @@ def test_a_shaft_out_of_balance_whirls_as_its_receptance_says(speed):
     stiffness = solver.solve(support).stiffness
     gyroscopic = np.zeros((5, 5))
     gyroscopic[3, 4], gyroscopic[4, 3] = inertia * speed, -inertia * speed
-    seen = speed - float(samples[-1]["cage_speed"])  # of the whirl, in the frame of the balls
-    dynamic = stiffness * (1.0 + 1j * seen * relaxation) + 1j * speed * gyroscopic
+    relative_speed = speed - float(samples[-1]["cage_speed"])  # of the whirl, in the frame of the balls
+    dynamic = stiffness * (1.0 + 1j * relative_speed * relaxation) + 1j * speed * gyroscopic
     dynamic -= speed**2 * np.diag([mass, mass, mass, inertia, inertia])
-    wanted = np.linalg.solve(dynamic, unbalance * speed**2 * np.array([1.0, -1j, 0.0, 0.0, 0.0]))
+    expected = np.linalg.solve(dynamic, unbalance * speed**2 * np.array([1.0, -1j, 0.0, 0.0, 0.0]))
     turns = int(0.2 * speed / (2.0 * math.pi))  # of the end, where what the start left has died down
-    late = slice(-round(turns * 2.0 * math.pi / speed * 20000), None)
-    moved = np.hstack([channel(samples, "inner_ring_offset"), channel(samples, "inner_ring_tilt")])[late]
-    turned = np.exp(-1j * channel(samples, "inner_ring_angle")[late])
-    found = 2.0 * (moved * turned[:, None]).mean(axis=0)
-    assert np.abs(found[:2]) == pytest.approx(np.abs(wanted[:2]), rel=3e-3)
-    assert np.abs(found[3:]) == pytest.approx(np.abs(wanted[3:]), rel=3.5e-3)  # 0.0031 at 1e-4, 1e-5 and 1e-6
-    assert np.angle(found[0] / wanted[0]) == pytest.approx(0.0, abs=5e-3)  # 0.018 of it
+    last_turns = slice(-round(turns * 2.0 * math.pi / speed * 20000), None)
+    motion = np.hstack([channel(samples, "inner_ring_offset"), channel(samples, "inner_ring_tilt")])[last_turns]
+    turned = np.exp(-1j * channel(samples, "inner_ring_angle")[last_turns])
+    amplitudes = 2.0 * (motion * turned[:, None]).mean(axis=0)
+    assert np.abs(amplitudes[:2]) == pytest.approx(np.abs(expected[:2]), rel=3e-3)
+    assert np.abs(amplitudes[3:]) == pytest.approx(np.abs(expected[3:]), rel=3.5e-3)  # 0.0031 at 1e-4, 1e-5 and 1e-6
+    assert np.angle(amplitudes[0] / expected[0]) == pytest.approx(0.0, abs=5e-3)  # 0.018 of it
 
 
 @pytest.mark.parametrize(
@@ -103,8 +103,8 @@ def test_an_ellipsoid_that_strikes_off_its_centre_leaves_as_a_rigid_body_does(tu
     turned = Rotation.from_quat(before["orientation"]).as_matrix()
     inertia = turned @ np.diag(mass / 5.0 * (np.square(axes).sum() - axes**2)) @ turned.T
     normal = np.array([0.0, 0.0, 1.0])
-    own = turned.T @ normal
-    arm = -turned @ (axes**2 * own) / math.sqrt((axes**2 * own**2).sum())
+    body_normal = turned.T @ normal
+    arm = -turned @ (axes**2 * body_normal) / math.sqrt((axes**2 * body_normal**2).sum())
     spun = np.linalg.solve(inertia, np.cross(arm, normal))
     approach = before["velocity"][2] + np.cross(before["angular_velocity"], arm)[2]
     impulse = -(1.0 + restitution) * approach / (1.0 / mass + np.cross(spun, arm)[2])
@@ -124,13 +124,13 @@ def test_shares_of_the_variance_of_a_product_of_lognormals(tmp_path):
         "  first.mass: {distribution: lognormal, mean_log: -1.49, std_log: 0.3, also: [second.mass]}\n"
         "quantities: [contact_duration]\nsamples: 512\nsampler: sobol\nsensitivity: 4096\nchecks: 0\n"
     )
-    found = run_study(load_study(tmp_path / "study.yaml")).as_dict()["quantities"]["contact_duration"]["sobol"]
+    indices = run_study(load_study(tmp_path / "study.yaml")).as_dict()["quantities"]["contact_duration"]["sobol"]
     spreads = {"first.radius": 0.2 * 0.3, "motion.first_velocity": 0.2 * 0.5, "first.mass": 0.4 * 0.3}
-    whole = sum(one**2 for one in spreads.values())
+    variance = sum(deviation**2 for deviation in spreads.values())
     for name, spread in spreads.items():
-        first = math.expm1(spread**2) / math.expm1(whole)
-        total = 1.0 - math.expm1(whole - spread**2) / math.expm1(whole)
+        first = math.expm1(spread**2) / math.expm1(variance)
+        total = 1.0 - math.expm1(variance - spread**2) / math.expm1(variance)
         for kind, exact in (("first", first), ("total", total)):
-            reported = found[name][kind]
+            reported = indices[name][kind]
             assert reported["low"] - 0.003 <= exact <= reported["high"] + 0.003
             assert reported["value"] == pytest.approx(exact, abs=0.01)

@@ -35,11 +35,11 @@ ONE_EACH = (
 def blocks_of(name) -> tuple:
     """(scene, choice, all outputs as one block) of a short run."""
     run = simulate(load_scene(name, [f"run.duration={SHORTER[name]}"] if name in SHORTER else []))
-    whole = join_blocks(list(run.blocks()))
-    return run.scene, run.choice, whole
+    block = join_blocks(list(run.blocks()))
+    return run.scene, run.choice, block
 
 
-def gathered(scene, choice, blocks):
+def report_builder(scene, choice, blocks):
     """What is made of these blocks."""
     kind, made_of = KINDS[scene.kind], (scene.parameters, choice)
     gathering = ReportBuilder(kind.figures_of(*made_of), choice, kind.model_errors(*made_of))
@@ -50,25 +50,25 @@ def gathered(scene, choice, blocks):
 
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_how_a_stream_is_cut_changes_no_figure(name):
-    scene, choice, whole = blocks_of(name)
-    expected = gathered(scene, choice, [whole]).report(scene.name)
+    scene, choice, block = blocks_of(name)
+    expected = report_builder(scene, choice, [block]).report(scene.name)
     random = np.random.default_rng(7)
     for cuts in (1, 60):
-        edges = [0, *sorted(random.choice(np.arange(1, len(whole)), cuts, replace=False)), len(whole)]
-        found = gathered(scene, choice, [whole.part(*pair) for pair in pairwise(edges)])
-        assert found.missing == 0
-        assert repr(found.report(scene.name)) == repr(expected)
+        edges = [0, *sorted(random.choice(np.arange(1, len(block)), cuts, replace=False)), len(block)]
+        builder = report_builder(scene, choice, [block.part(*pair) for pair in pairwise(edges)])
+        assert builder.missing == 0
+        assert repr(builder.report(scene.name)) == repr(expected)
 
 
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_every_figure_says_what_it_is(name):
-    scene, choice, whole = blocks_of(name)
+    scene, choice, block = blocks_of(name)
     meanings = KINDS[scene.kind].meanings_of()
-    found = list(gathered(scene, choice, [whole]).report(scene.name).figures)
+    keys = list(report_builder(scene, choice, [block]).report(scene.name).figures)
     absent = missing(scene.parameters, choice.stepper == "quasi_static") if scene.kind == "bearing" else ()
-    assert found == [key for key in meanings if key not in absent]
-    for key, words in meanings.items():
-        assert len(words) > 10, key
+    assert keys == [key for key in meanings if key not in absent]
+    for key, meaning in meanings.items():
+        assert len(meaning) > 10, key
 
 
 def test_the_figures_of_every_kind_are_listed_with_units(asked, typed):
@@ -85,11 +85,11 @@ def test_the_figures_of_every_kind_are_listed_with_units(asked, typed):
 
 def test_missing_outputs_are_counted(tmp_path, typed):
     scene = made_up_scene(balls=2)
-    whole = made_up_block(scene, 400)
-    parts = [whole.part(0, 130), whole.part(137, 300), whole.part(301, 400)]
-    found = gathered(scene, a_choice(), parts)
-    assert found.missing == 8
-    assert found.report(scene.name).samples == 392
+    block = made_up_block(scene, 400)
+    parts = [block.part(0, 130), block.part(137, 300), block.part(301, 400)]
+    builder = report_builder(scene, a_choice(), parts)
+    assert builder.missing == 8
+    assert builder.report(scene.name).samples == 392
     log = tmp_path / "gaps.mcap"
     write_log(made_up_run(scene, parts), log)
     out, err = typed("report", log, "--strict", "--json", code=DOUBTFUL)
@@ -98,26 +98,26 @@ def test_missing_outputs_are_counted(tmp_path, typed):
     assert "8 outputs are missing" in err
 
 
-@pytest.mark.parametrize(("outputs", "kept"), [(400, 256), (32, 256), (4096, 8)])
-def test_means_are_over_the_second_half(outputs, kept, monkeypatch):
+@pytest.mark.parametrize(("outputs", "stretches"), [(400, 256), (32, 256), (4096, 8)])
+def test_means_are_over_the_second_half(outputs, stretches, monkeypatch):
     """Outputs 1 ms apart, the middle between two of them, of which sums over so many stretches are kept.
 
     Sums over 50 outputs took all of a short run; of a long one the first sum came to hold nearly all.
     """
-    monkeypatch.setattr("bearing_twin.kinds.bearing.figures.MOST_STRETCHES", kept)
+    monkeypatch.setattr("bearing_twin.kinds.bearing.figures.MOST_STRETCHES", stretches)
     scene = made_up_scene(balls=2)
     block = made_up_block(scene, outputs)
-    late, values = np.arange(outputs) >= outputs // 2, block.values
-    load, torque = np.where(late, 30.0, 10.0), np.where(late, 0.3, 0.1)
+    is_late, values = np.arange(outputs) >= outputs // 2, block.values
+    load, torque = np.where(is_late, 30.0, 10.0), np.where(is_late, 0.3, 0.1)
     load[outputs // 4] = 100.0
     values["normal_load"][:] = load[:, None, None] * np.array([1.0, 2.0])[:, None]
-    values["raceway_torque"][:] = np.where(late, 1.0, 9.0)[:, None, None] * np.array([3.0, 0.0, -4.0])
-    values["roll_rate"][:] = np.where(late, -7.0, -5.0)[:, None]
-    values["orbit_angle"][:] = np.cumsum(np.where(late, 0.07, 0.05))[:, None]
+    values["raceway_torque"][:] = np.where(is_late, 1.0, 9.0)[:, None, None] * np.array([3.0, 0.0, -4.0])
+    values["roll_rate"][:] = np.where(is_late, -7.0, -5.0)[:, None]
+    values["orbit_angle"][:] = np.cumsum(np.where(is_late, 0.07, 0.05))[:, None]
     values["inner_ring_angle"][:] = np.cumsum(np.full(outputs, 0.18))
     values["inner_ring_load_work"][:] = np.cumsum(np.full(outputs, -5.0))
     values["drive_work"][:] = np.cumsum(0.18 * torque - 5.0)
-    figures = gathered(scene, a_choice(), [block]).report(scene.name).figures
+    figures = report_builder(scene, a_choice(), [block]).report(scene.name).figures
     assert figures["normal_load_inner_n"] == pytest.approx([30.0, 60.0], rel=1e-12)
     assert figures["greatest_normal_load_inner_n"] == [100.0, 200.0]
     assert figures["drive_torque_nm"] == pytest.approx(0.3, rel=1e-12)
@@ -129,7 +129,7 @@ def test_means_are_over_the_second_half(outputs, kept, monkeypatch):
 def test_shapes_are_those_at_the_greatest_load():
     scene = made_up_scene(balls=2)
     block = made_up_block(scene, 50, seed=6)
-    figures = gathered(scene, a_choice(), [block.part(0, 20), block.part(20, 50)]).report(scene.name).figures
+    figures = report_builder(scene, a_choice(), [block.part(0, 20), block.part(20, 50)]).report(scene.name).figures
     names = ("normal_load", "contact_angle", "curvature_small", "curvature_large")
     for ball, side in np.ndindex(2, 2):
         ring = ("inner", "outer")[side]
@@ -137,8 +137,8 @@ def test_shapes_are_those_at_the_greatest_load():
         row = int(load.argmax())
         assert figures[f"contact_angle_{ring}_rad"][ball] == angle[row]
         spot = ellipse(small[row], large[row], 1.0, load[row])
-        found = figures[f"semi_minor_{ring}_m"][ball] / figures[f"semi_major_{ring}_m"][ball]
-        assert found == pytest.approx(spot.semi_minor / spot.semi_major, rel=1e-9)
+        ratio = figures[f"semi_minor_{ring}_m"][ball] / figures[f"semi_major_{ring}_m"][ball]
+        assert ratio == pytest.approx(spot.semi_minor / spot.semi_major, rel=1e-9)
 
 
 def with_energy(block: Block, kind: str, share: float) -> Block:
@@ -153,7 +153,7 @@ def with_energy(block: Block, kind: str, share: float) -> Block:
     elif kind == "sphere_on_beam":
         records["extremes"][:, 3] += share * values["kinetic_energy"][0]
     elif kind == "soft_discs":
-        records["impact"][:, [one.name for one in IMPACT.columns].index("energy_gained")] += (
+        records["impact"][:, [column.name for column in IMPACT.columns].index("energy_gained")] += (
             share * values["kinetic_energy"][0]
         )
     else:
@@ -164,8 +164,8 @@ def with_energy(block: Block, kind: str, share: float) -> Block:
 @pytest.mark.parametrize("share", [0.02, -0.008])
 @pytest.mark.parametrize("name", ONE_EACH)
 def test_a_hundredth_of_the_energy_made_or_lost_is_a_failure_in_every_kind(name, share):
-    scene, choice, whole = blocks_of(name)
-    report = gathered(scene, choice, [with_energy(whole, scene.kind, share)]).report(scene.name)
+    scene, choice, block = blocks_of(name)
+    report = report_builder(scene, choice, [with_energy(block, scene.kind, share)]).report(scene.name)
     assert report.figures["energy_closure"] == pytest.approx(share, rel=0.05, abs=1e-4)
     assert (report.status == "failed: energy") == report.status.startswith("failed") == (abs(share) > 0.01)
 
@@ -180,26 +180,31 @@ def test_where_nothing_does_work_energy_is_a_share_of_what_is_stored(tolerance):
     assert abs(run.report.figures["energy_closure"]) < 0.01
     energies = [block.values[name] for name in ("kinetic_energy", "elastic_energy", "potential_energy")]
     for share in (0.02, -0.02, 0.005, -0.005):
-        made = share * max(tolerance, 1e-5) * sum(abs(float(one[-1])) for one in energies)
+        made = share * max(tolerance, 1e-5) * sum(abs(float(energy[-1])) for energy in energies)
         kinetic = energies[0] + made * np.linspace(0.0, 1.0, len(block))
         changed = dataclasses.replace(block, values=dict(block.values) | {"kinetic_energy": kinetic})
-        report = gathered(run.scene, run.choice, [changed]).report("changed")
+        report = report_builder(run.scene, run.choice, [changed]).report("changed")
         assert (report.status == "failed: energy") == (abs(share) > 0.01)
 
 
 @pytest.mark.parametrize("name", ["cage_offset", "land_force", "inner_ring_load_work", "inner_ring_tilt"])
 def test_a_channel_that_logs_of_earlier_versions_have_not_changes_no_other_figure(name):
-    scene, found = made_up_scene(balls=2), []
+    scene, results = made_up_scene(balls=2), []
     block = made_up_block(scene, 10)
-    for one in (block, without(block, name)):
+    for outputs in (block, without(block, name)):
         figures = BearingFigures(scene.parameters, a_choice())
-        figures.add(one)
-        found.append(figures.figures())
-    apart = {key for key in found[0] if repr(found[0][key]) != repr(found[1].get(key))}
-    assert apart <= ({"drive_torque_nm"} if name == "inner_ring_load_work" else set())
+        figures.add(outputs)
+        results.append(figures.figures())
+    changed = {key for key in results[0] if repr(results[0][key]) != repr(results[1].get(key))}
+    assert changed <= ({"drive_torque_nm"} if name == "inner_ring_load_work" else set())
 
 
 def without(block, name):
     """A block that lacks a channel."""
-    kept = tuple(channel for channel in block.channels if channel.name != name)
-    return Block(kept, block.first_sequence, block.time_ns, {one.name: block.values[one.name] for one in kept})
+    channels = tuple(channel for channel in block.channels if channel.name != name)
+    return Block(
+        channels,
+        block.first_sequence,
+        block.time_ns,
+        {channel.name: block.values[channel.name] for channel in channels},
+    )

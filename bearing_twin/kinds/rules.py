@@ -128,20 +128,20 @@ RULES = (
     Rule(
         (BEARING,), "model.dimension", "free", "a torque turns the shaft and the inner ring follows loads",
         "because a torque turns the ring under a load: it moves with its mass, in one step with all balls",
-        lazy_import(f"{FACTS}:turned_under_load"), example=("bearing_6203_run_up", "model.dimension=auto"),
+        lazy_import(f"{FACTS}:is_torque_driven_under_load"), example=("bearing_6203_run_up", "model.dimension=auto"),
     ),
     Rule(
         (BEARING,), "model.dimension", "free",
         "the ring follows loads, has mass and a cage, and loads alone are wanted",
         "because equilibria of a ring with mass have errors of load up to 1.4 % at an instant: it moves with its mass",
-        lazy_import(f"{FACTS}:moves_for_loads"),
+        lazy_import(f"{FACTS}:moves_for_loads_alone"),
         example=("bearing_6203_rig_400N", "model.dimension=auto", "wanted.outputs=loads"),
     ),
     Rule(
         (BEARING,), "model.dimension", "quasi_static", "the inner ring follows loads or is tilted",
         "because the inner ring is loaded or tilted: every output is an equilibrium with evenly spaced balls; friction "
         "torque, skidding and ringing are not in it",
-        lazy_import(f"{FACTS}:in_equilibrium"), example=("bearing_218_thrust",),
+        lazy_import(f"{FACTS}:is_in_equilibrium"), example=("bearing_218_thrust",),
     ),
     Rule(
         (BEARING,), "model.dimension", "prescribed", "",
@@ -152,25 +152,25 @@ RULES = (
         (BEARING,), "cage.kind", "none", f"a cage is wanted, and solver.stepper is another than {' or '.join(COUPLED)}",
         "because solver.stepper moves balls without a cage, although they have clearance; "
         f"{' or '.join(COUPLED)} moves one",
-        lazy_import(f"{FACTS}:moves_no_cage"), example=("bearing_6203_loose", "solver.stepper=imex"),
+        lazy_import(f"{FACTS}:cannot_move_cage"), example=("bearing_6203_loose", "solver.stepper=imex"),
     ),
     Rule(
         (BEARING,), "cage.kind", "even", "balls that move leave a raceway on their way round, or the ring has mass",
         "because balls with clearance bunch up without a cage, and orbit up to 9 % slower than rolling",
-        lazy_import(f"{FACTS}:wants_cage"), example=("bearing_6203_loose",),
+        lazy_import(f"{FACTS}:needs_cage"), example=("bearing_6203_loose",),
     ),
     Rule((BEARING,), "cage.kind", "none", "", "because every ball carries load all its way", example=("bearing_6203",)),
     # Friction of a bearing
     Rule(
         (BEARING,), "contact.friction", "point", "no friction is computed or wanted",
         "because no friction is computed (equilibria, a coefficient of 0) or wanted (loads alone)",
-        lazy_import(f"{FACTS}:without_friction"),
+        lazy_import(f"{FACTS}:is_without_friction"),
         example=("bearing_6203", "contact.friction=auto", "wanted.outputs=loads"),
     ),
     Rule(
         (BEARING,), "contact.friction", "point", "the narrowest contact has b/a below 0.03",
         "because the error of friction over narrower contact patches is not known",
-        lazy_import(f"{FACTS}:too_narrow"),
+        lazy_import(f"{FACTS}:is_too_narrow"),
         example=("bearing_6203", "contact.friction=auto", "geometry.inner_conformity=0.502"),
     ),
     Rule(
@@ -230,19 +230,19 @@ RULES = (
     Rule(
         (BEARING,), SETTING, "wanted.tolerance", "balls collide with the pockets of a cage",
         "because an error grows with every impact on a pocket, so that a smaller one is met for hardly longer",
-        lazy_import(f"{FACTS}:collides"), _times(1.0), ("bearing_6203_guided_cage",),
+        lazy_import(f"{FACTS}:balls_hit_pockets"), _times(1.0), ("bearing_6203_guided_cage",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 500", "a torque turns the shaft, so that it may be slow",
         "because balls that carry nothing hop between the raceways while the shaft is slow, and where they land "
         "depends on every step before",
-        lazy_import(f"{FACTS}:hops"), _times(0.002), ("bearing_6203_run_up",),
+        lazy_import(f"{FACTS}:balls_may_hop"), _times(0.002), ("bearing_6203_run_up",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 5",
         "contacts ring: a sudden change, unbalance, defects, or little damping",
         "because contacts ring after a sudden change, and little stops them, so that the errors of many steps add up",
-        lazy_import(f"{FACTS}:rings"), _times(0.2), ("bearing_6203_sudden",),
+        lazy_import(f"{FACTS}:contacts_vibrate"), _times(0.2), ("bearing_6203_sudden",),
     ),
     Rule(
         (BEARING,), SETTING, "20 wanted.tolerance", "every ball rolls from the start under a steady load",

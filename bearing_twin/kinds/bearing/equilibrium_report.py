@@ -21,7 +21,7 @@ from bearing_twin.kinds.bearing.equilibrium_motion import NEGLIGIBLE
 from bearing_twin.kinds.bearing.friction_torque import catalogue_torque, torque_answer
 from bearing_twin.kinds.bearing.geometry import clearance_parts
 from bearing_twin.kinds.bearing.model_error import SIDES, model_errors
-from bearing_twin.kinds.bearing.models import contact_flags, of_temperatures
+from bearing_twin.kinds.bearing.models import contact_flags, temperature_warnings
 from bearing_twin.kinds.bearing.ratings import (
     equivalent_loads,
     limiting_speeds,
@@ -144,7 +144,7 @@ def flags_of(parameters, contacts, loose: list[str], pressure: float, safety: fl
     slips = np.any((np.abs(contacts.friction) > friction * contacts.load) & (contacts.load > 0.0))
     return gathered(
         speed_warning(parameters.geometry, parameters.drive.speed),
-        *of_temperatures(parameters),
+        *temperature_warnings(parameters),
         f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
         f"a ball carries {greatest:.3g} N, where the load alone would press it with about {usual:.2g} N: the rings "

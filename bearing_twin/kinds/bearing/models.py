@@ -75,22 +75,22 @@ def centrifugal_share(parameters) -> float:
     return centrifugal_ratio(scene_equilibrium(parameters, "hertz" if law == "auto" else law).contacts, least=0.1)
 
 
-def turned_under_load(parameters) -> bool:
+def is_torque_driven_under_load(parameters) -> bool:
     """True if a torque turns an inner ring that follows loads."""
     return parameters.drive.kind == TORQUE and dimension_of(parameters) == FREE_RING
 
 
-def moves_for_loads(parameters) -> bool:
+def moves_for_loads_alone(parameters) -> bool:
     """True if the inner ring moves with its mass although only loads are requested."""
     return dimension_of(parameters) == FREE_RING
 
 
-def in_equilibrium(parameters) -> bool:
+def is_in_equilibrium(parameters) -> bool:
     """True if outputs are equilibria."""
     return dimension_of(parameters) == QUASI_STATIC
 
 
-def wants_cage(parameters) -> bool:
+def needs_cage(parameters) -> bool:
     """True if balls in motion have clearance somewhere along their orbit."""
     if parameters.geometry.balls == 1:
         return False
@@ -98,18 +98,18 @@ def wants_cage(parameters) -> bool:
     return dimension == FREE_RING or (dimension == PRESCRIBED and leaves_raceway(parameters))
 
 
-def moves_no_cage(parameters) -> bool:
+def cannot_move_cage(parameters) -> bool:
     """True if balls need a cage that the scene's stepper cannot move."""
-    return parameters.solver.stepper not in COMMON_STEPS and wants_cage(parameters)
+    return parameters.solver.stepper not in COMMON_STEPS and needs_cage(parameters)
 
 
-def without_friction(parameters) -> bool:
+def is_without_friction(parameters) -> bool:
     """True if no friction is computed, or none is requested."""
     idle = parameters.wanted.outputs == LOADS or not parameters.contact.friction_coefficient
-    return idle or in_equilibrium(parameters)
+    return idle or is_in_equilibrium(parameters)
 
 
-def too_narrow(parameters) -> bool:
+def is_too_narrow(parameters) -> bool:
     """True if the narrowest contact is beyond the range of friction over contact patches."""
     return axis_ratio(parameters) < least_of("contact.friction", "axis_ratio")
 
@@ -149,17 +149,17 @@ def spins_slowly(parameters) -> bool:
     return rim_speed(parameters) < parameters.contact.friction_regularisation
 
 
-def collides(parameters) -> bool:
+def balls_hit_pockets(parameters) -> bool:
     """True if balls collide with the pockets of a cage."""
     return parameters.cage.kind == POCKETS
 
 
-def hops(parameters) -> bool:
+def balls_may_hop(parameters) -> bool:
     """True if balls without load may hop between the raceways, as a torque turns the shaft and it may be slow."""
     return parameters.drive.kind == TORQUE
 
 
-def rings(parameters) -> bool:
+def contacts_vibrate(parameters) -> bool:
     """True if contacts vibrate: after a sudden change, by unbalance or defects, or with hardly any damping."""
     drive, ring, damping = parameters.drive, parameters.rings.inner, parameters.contact.relaxation_time
     sudden = ring_shift(parameters) > 0.0 or relative_acceleration(parameters) > FASTEST_CHANGE
@@ -178,7 +178,7 @@ def rolls_steadily(parameters) -> bool:
 COLD = 173.15  # K, below all but cryogenic bearings
 
 
-def of_temperatures(parameters) -> list[str]:
+def temperature_warnings(parameters) -> list[str]:
     """Warnings of temperatures at which steel bearings hardly run: they may have been meant in °C."""
     temperatures = {
         name: getattr(parameters.temperatures, name) for name in ("reference", "inner_ring", "outer_ring", "balls")
@@ -190,7 +190,7 @@ def of_temperatures(parameters) -> list[str]:
     ]
 
 
-def of_held_ring(parameters) -> list[str]:
+def held_ring_warnings(parameters) -> list[str]:
     """Warnings of a held ring that touches no ball, or leaves some along their orbit."""
     if not touches_at_rest(parameters):
         return [
@@ -205,7 +205,7 @@ def touches_at_rest(parameters) -> bool:
     return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in squeezes(parameters))
 
 
-def of_falling_balls(parameters, law: str) -> list[str]:
+def falling_ball_warnings(parameters, law: str) -> list[str]:
     """Warnings of a ring so slow that balls without load at the start fall off the outer raceway.
 
     That is at the top of their orbit, if their weight exceeds their centrifugal load at the speed of rolling.
@@ -226,7 +226,7 @@ def of_falling_balls(parameters, law: str) -> list[str]:
 
 def mend_of_method(parameters, choice) -> str:
     """Advice that reduces the error of the integration method."""
-    if of_falling_balls(parameters, choice.law):
+    if falling_ball_warnings(parameters, choice.law):
         return "no tolerance mends what hopping balls do at one instant: take means, or turn the ring faster"
     if choice.stepper == QUASI_STATIC:
         return f"set model.dimension: {'free' if any(free_coordinates(parameters)) else 'prescribed'}, whose balls move"
@@ -293,7 +293,7 @@ def rule_error(contact, ratio: float, rim: float) -> float:
 
 def _coarse_points(parameters, friction: str) -> list[str]:
     """Warning of a scene's rule of points over the contact patch that is too coarse for its spin."""
-    if parameters.contact.friction == AUTO or not FRICTIONS[friction].over_patch or without_friction(parameters):
+    if parameters.contact.friction == AUTO or not FRICTIONS[friction].over_patch or is_without_friction(parameters):
         return []
     error = rule_error(parameters.contact, axis_ratio(parameters), rim_speed(parameters))
     if error <= parameters.wanted.tolerance:
@@ -315,7 +315,7 @@ def choose(parameters) -> Choice:
             f"the law {law} differs by {100 * error:.2g} % from exact Hertz here, more than the tolerance of "
             f"{100 * tolerance:.2g} %; contact.normal: hertz costs no more"
         )
-    warnings += [*drift(law), *of_temperatures(parameters)]
+    warnings += [*drift(law), *temperature_warnings(parameters)]
     if dimension == QUASI_STATIC:
         for key in ("cage.kind", "contact.friction", "solver.stepper", SETTING):
             choices.pop(key)
@@ -326,9 +326,9 @@ def choose(parameters) -> Choice:
         return Choice(law, QUASI_STATIC, error, sentences(choices), tuple(warnings))
     stepper, friction = choices["solver.stepper"].value, choices["contact.friction"].value
     if dimension == PRESCRIBED:
-        warnings += of_held_ring(parameters)
+        warnings += held_ring_warnings(parameters)
     warnings += [*idle_step(parameters.solver.step, stepper, FIXED_STEP), *roughness(FRICTIONS[friction])]
-    warnings += [*_coarse_points(parameters, friction), *of_falling_balls(parameters, law)]
+    warnings += [*_coarse_points(parameters, friction), *falling_ball_warnings(parameters, law)]
     friction_name = friction if parameters.contact.friction == AUTO else ""
     setting = choices[SETTING].value if parameters.solver.stepper == AUTO else math.nan
     if parameters.solver.stepper != AUTO:
