@@ -26,7 +26,7 @@ from bearing_twin.kinds.bearing import (
 )
 from bearing_twin.run.report import figure_errors
 from bearing_twin.run.scene import choose
-from bearing_twin.view.tables import figures_for_people
+from bearing_twin.view.tables import readable_figures
 
 GREASE, OIL = 1, 2
 E, VISCOSITY, PRESSURE_COEFFICIENT, BALL, CONFORMITY = 227.5e9, 0.02784, 1.8e-8, 3.373e-3, 0.52  # E is E' [Pa]
@@ -281,7 +281,7 @@ def test_pictures_and_pages_name_no_dry_contacts_of_a_lubricated_run():
     run = simulate(load_scene("bearing_6203_greased", ("run.duration=0.002",)))
     list(run)
     drawn = [label.partition(":")[0] for label, _ in figure_errors(run.report)]
-    tabled = [figure.words for figure in figures_for_people(run.report.figures, run.report.as_dict())]
+    tabled = [figure.words for figure in readable_figures(run.report.figures, run.report.as_dict())]
     for labels in (drawn, tabled):
         assert "drive torque" in labels
         assert not any("dry" in label for label in labels)

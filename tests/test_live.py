@@ -14,7 +14,7 @@ from bearing_twin.log import cdr
 from bearing_twin.log.stream import samples_message, scene_text
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
-from bearing_twin.view.live_page import MOST_ROWS, PERIOD, ROWS, Again, LiveRun, live_page
+from bearing_twin.view.live_page import MOST_ROWS, PERIOD, ROWS, LiveRun, RunRestarted, live_page
 from bearing_twin.view.page import STEPS
 
 SCENE = made_up_scene()
@@ -71,11 +71,11 @@ def test_events_come_no_faster_than_their_period():
 def test_a_run_that_begins_again_is_told_and_goes_on():
     run = LiveRun(said())
     run.frames(samples(0, 100), 0.0)
-    with pytest.raises(Again):
+    with pytest.raises(RunRestarted):
         run.frames(samples(0, 50), 1.0)
     assert run.frames(samples(0, 50), 2.0)
     changed = made_up_scene(balls=5)
-    with pytest.raises(Again):
+    with pytest.raises(RunRestarted):
         run.frames(samples(0, 10, made_up_block(changed, 10, first=900)), 3.0)
 
 
@@ -138,7 +138,7 @@ def test_the_controls_of_a_shaft_begin_with_its_speed_and_the_load_that_a_comman
 def test_a_page_of_a_run_that_begins_again_at_this_moment_is_none_yet():
     run = LiveRun(said())
     run.frames(samples(0, 10), 0.0)
-    with pytest.raises(Again):
+    with pytest.raises(RunRestarted):
         run.frames(samples(0, 10), 1.0)
-    with pytest.raises(Again, match="the page comes with its first outputs"):
+    with pytest.raises(RunRestarted, match="the page comes with its first outputs"):
         live_page(run, "/node")

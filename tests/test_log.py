@@ -32,7 +32,7 @@ from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.run.verify import verify
-from bearing_twin.view.run_page import document_of_log
+from bearing_twin.view.run_page import log_document
 
 SCENE = made_up_scene()
 BLOCK = made_up_block(SCENE, 230)
@@ -453,10 +453,10 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, type
             assert json.loads(reported.out)["samples"] == outputs
             assert "holds 3 runs" not in reported.err  # it is the run that was asked for
         assert json.loads(reported.out)["greatest_deviation"] == 0.0
-        assert document_of_log(path, run=number)["facts"][3] == ("outputs", str(outputs))
+        assert log_document(path, run=number)["facts"][3] == ("outputs", str(outputs))
     assert "run 3 of 3" in typed("report", path, "--json").err
     assert read_log(path, last_run=True).run == 3
-    (note,) = document_of_log(path)["notes"]  # a command has a topic that the kind knows
+    (note,) = log_document(path)["notes"]  # a command has a topic that the kind knows
     assert "run 3 of 3" in note
     with pytest.raises(LogError, match=r"holds 3 runs.* output 0 follows 40.*run=1 to 3.*last_run=True"):
         list(read_log(path))

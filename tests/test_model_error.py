@@ -17,7 +17,7 @@ from bearing_twin.uq.result import model_error_sentences
 from bearing_twin.uq.run import checked_rows, model_errors_of_checked
 from bearing_twin.uq.study import parse_study
 from bearing_twin.uq.workers import Ensemble
-from bearing_twin.view.study_page import document_of_study
+from bearing_twin.view.study_page import study_document
 
 pytestmark = pytest.mark.usefixtures("quick_workers")
 
@@ -183,7 +183,7 @@ def test_log_and_page_tell_the_same(tmp_path):
     path = write_study(result, tmp_path / "study.mcap")
     assert json.loads(json.dumps(read_study(path).summary)) == json.loads(json.dumps(result.summary))
     reported = list(model_error_sentences(result.summary))
-    page = document_of_study(result)
+    page = study_document(result)
     assert set(reported) <= set(page["errors"])
     rows = {row["words"]: row for row in page["statistics"][0]["rows"]}
     assert float(rows["mean"]["error"]) > 0.0

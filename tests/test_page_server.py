@@ -17,15 +17,15 @@ PATIENCE = 300.0  # s: what does not come about at all fails, slowness does not
 
 def a_site():
     """A page, its feed, and what was commanded."""
-    obeyed = []
+    executed = []
 
-    def obey(command):
+    def execute(command):
         if command.get("do") == "fail":
             raise BearingTwinError("it cannot be done")
-        obeyed.append(command)
+        executed.append(command)
         return "done"
 
-    return SimpleNamespace(feed=Feed(), obeyed=obeyed, page=lambda: b"<p>page</p>", obey=obey)
+    return SimpleNamespace(feed=Feed(), executed=executed, page=lambda: b"<p>page</p>", execute=execute)
 
 
 @pytest.fixture
@@ -66,11 +66,11 @@ def test_the_page_is_served_with_headers_that_keep_it_to_itself(server):
     assert (status, text, headers["Refresh"]) == (503, "it comes soon\n", str(page_server.ASK_AGAIN))
 
 
-def test_a_command_with_the_token_of_this_page_is_obeyed(server):
+def test_a_command_with_the_token_of_this_page_is_executed(server):
     host = f"127.0.0.1:{server.server_port}"
     for headers in ({}, {"Origin": f"http://{host}", "Sec_Fetch_Site": "same-origin"}):
         assert command(server, **headers)[:2] == (200, "done\n")
-    assert server.site.obeyed == [{"do": "reset"}] * 2
+    assert server.site.executed == [{"do": "reset"}] * 2
     assert command(server, '{"do": "fail"}')[:2] == (409, "it cannot be done\n")
     assert server.url == f"http://{host}/#{server.token}"  # behind the hash no server or log sees it
     other = PageServer(a_site(), "127.0.0.1", 0)
@@ -81,13 +81,13 @@ def test_a_command_with_the_token_of_this_page_is_obeyed(server):
     other.server_close()
 
 
-def test_without_the_token_nothing_is_obeyed(server):
+def test_without_the_token_nothing_is_executed(server):
     for token in ("", "x", "é", None):
         headers = {} if token is None else {"X_Token": token.encode()}
         status, text, _ = ask(server, "POST", "/command", '{"do": "reset"}', **headers)
         assert status == 403
         assert "commands need the token" in text
-    assert server.site.obeyed == []
+    assert server.site.executed == []
 
 
 def test_other_pages_are_refused_even_with_the_token_and_names_that_lead_here_from_elsewhere(server):
@@ -95,7 +95,7 @@ def test_other_pages_are_refused_even_with_the_token_and_names_that_lead_here_fr
     for name, value in (*(("Origin", one) for one in origins), *(("Sec_Fetch_Site", one) for one in sites)):
         assert command(server, **{name: value})[:2] == (403, "requests of other pages are refused\n")
         assert ask(server, path="/events", **{name: value})[0] == 403
-    assert server.site.obeyed == []
+    assert server.site.executed == []
     for host, status in {"localhost:80": 200, "[::1]:1": 200, "evil.example": 403, "10.0.0.1": 403, " ": 403}.items():
         assert ask(server, host=host)[0] == status
     server._host = "0.0.0.0"  # one that listens for others answers to its addresses
@@ -108,7 +108,7 @@ def test_what_is_no_command_or_no_request_is_answered_with_one_sentence_or_ends_
         found, text, _ = command(server, body)
         assert found == status
         assert len(text.splitlines()) == 1
-    assert server.site.obeyed == []
+    assert server.site.executed == []
     assert ask(server, path="/../../etc/passwd")[0] == 404
     assert ask(server, "POST", "/")[0] == 404
     with socket.create_connection(("127.0.0.1", server.server_port), timeout=PATIENCE) as raw:

@@ -21,8 +21,8 @@ from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import load_study, parse_study, study_names
 from bearing_twin.view import study_picture
-from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.study_picture import OPEN_END, path_of, plot_study, sheet_of
+from bearing_twin.view.study_page import study_document
+from bearing_twin.view.study_picture import OPEN_END, convergence_path, plot_study, study_sheet
 
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 
@@ -146,7 +146,7 @@ def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_pa
 
 def panels_of(result):
     """The panels of the picture of a result by their titles."""
-    sheet = sheet_of(result, result.study.quantities, result.study.histories)
+    sheet = study_sheet(result, result.study.quantities, result.study.histories)
     return {panel.title: panel for row in sheet.rows for panel in row}
 
 
@@ -175,7 +175,7 @@ def test_the_interval_of_the_convergence_is_that_of_the_table():
         assert (list(drawn.y) if count == 200 else [drawn.low[-1], drawn.high[-1]]) == pytest.approx(ends, rel=1e-9)
     path = result.summary["convergence"]
     half = [path.pop(key) and path["half_width"][-1] for key in ("low", "high")]  # as an earlier version wrote it
-    *_, (low, high) = zip(*path_of(result.summary)[2:], strict=True)
+    *_, (low, high) = zip(*convergence_path(result.summary)[2:], strict=True)
     assert (path["estimate"][-1] - low, high - path["estimate"][-1]) == pytest.approx(half, rel=1e-9)
 
 
@@ -190,7 +190,7 @@ def test_the_open_end_of_an_interval_of_the_convergence_lies_beyond_the_panel():
 
 def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and_view(quick_workers, capsys):
     result = run_study(load_study("bearing_6203_tolerances", ["samples=12", "workers=1", "run.duration=0.01"]))
-    panels, document = panels_of(result), document_of_study(result)
+    panels, document = panels_of(result), study_document(result)
     study_command.show(result.as_dict())
     table = capsys.readouterr().out
     viewed = {one["title"]: {row["unit"] for row in one["rows"]} for one in document["statistics"]}
@@ -251,7 +251,7 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it():
     assert mean.y.tolist() == [one["quantities"]["peak_force"]["mean"] for one in studies]
     assert here.x == [20.0, 20.0]
     assert (panel.x.log, panel.y.log, panels["Contact duration over the sweep"].y.log) == (True, True, False)
-    assert document_of_study(result)["badges"][0]["text"] == "motion.first_velocity = 20 m/s"
+    assert study_document(result)["badges"][0]["text"] == "motion.first_velocity = 20 m/s"
 
 
 def test_a_sweep_reads_in_the_units_of_people_and_says_what_it_lacks():

@@ -24,11 +24,11 @@ from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 from bearing_twin.view import page as pages
-from bearing_twin.view.page import SCRIPTS, STEPS, Frames, html, packed
-from bearing_twin.view.run_page import described_view, document_of_log, document_of_run
-from bearing_twin.view.study_page import document_of_study
-from bearing_twin.view.study_picture import sheet_of
-from bearing_twin.view.tables import tables_of_page
+from bearing_twin.view.page import SCRIPTS, STEPS, Frames, html, pack_series
+from bearing_twin.view.run_page import log_document, run_document, view_data
+from bearing_twin.view.study_page import study_document
+from bearing_twin.view.study_picture import study_sheet
+from bearing_twin.view.tables import page_tables
 
 SHORT = {  # a short run of each kind
     "bearing": ("bearing_6203_loose", "run.duration=0.02"),
@@ -75,7 +75,7 @@ def test_numbers_come_back_within_a_step():
     values["some"][17, 1] = np.nan
     values["some"][:, 4] = np.nan
     described = [{"name": one.name, "shape": one.shape} for one in series]
-    text = packed(np.arange(300) * 1e-3, values, series)
+    text = pack_series(np.arange(300) * 1e-3, values, series)
     time, found = unpacked({"frames": 300, "series": described, "data": text})
     assert (time == np.arange(300) * 1e-3).all()
     for one in series:
@@ -133,7 +133,7 @@ def shown(request):
     """(kind, scene, document) of a short run of each kind."""
     source, *overrides = SHORT[request.param]
     scene = load_scene(source, overrides) if isinstance(source, str) else parse_scene(source, "a test")
-    return request.param, scene, document_of_run(simulate(scene)).document
+    return request.param, scene, run_document(simulate(scene)).document
 
 
 def test_every_kind_has_a_view_whose_names_are_its_series(shown):
@@ -162,7 +162,7 @@ def test_every_shipped_scene_has_a_picture_in_space(name):
     scene = load_scene(name)
     view = KINDS[scene.kind].view(scene.parameters, scene.channels)
     assert view.solids or view.marks
-    found = json.loads(json_text(described_view(view)))
+    found = json.loads(json_text(view_data(view)))
     numbers = [one for solid in found["solids"] for one in re.findall(r"-?\d[\d.e-]*", json.dumps(solid["shape"]))]
     assert all(math.isfinite(float(one)) for one in numbers)
     assert "null" not in json.dumps([found["solids"], found["marks"], found["look"]])  # what JSON makes of NaN
@@ -186,7 +186,7 @@ def test_a_page_shows_the_numbers_of_the_run(shown):
 def test_what_happened_one_after_the_other_is_a_table():
     contacts = [{"start_s": 1e-3 * k, "peak_force_n": 2.0 * k, "restitution": None} for k in range(300)]
     figures = {"contacts": contacts, "peak_force_n": 600.0}
-    shown = tables_of_page(figures, {}, {"contacts": "one by one"})
+    shown = page_tables(figures, {}, {"contacts": "one by one"})
     assert [row["words"] for row in shown["figures"]] == ["peak force"]
     (table,) = shown["tables"]
     assert [column[:2] for column in table["header"]] == [("start", "ms"), ("peak force", "N"), ("restitution", "")]
@@ -205,13 +205,13 @@ def log_path(tmp_path, monkeypatch):
 
 
 def test_a_damaged_log_shows_what_can_be_saved(log_path):
-    whole = unpacked(document_of_log(log_path)["packed"])[0]
+    whole = unpacked(log_document(log_path)["packed"])[0]
     data = bytearray(log_path.read_bytes())
     for cut, said in ((True, "has no end"), (False, "bearing_twin recover run.mcap")):
         damaged = data[: len(data) // 2] if cut else data
         damaged[len(damaged) // 2] ^= not cut
         log_path.write_bytes(damaged)
-        document = document_of_log(log_path)
+        document = log_document(log_path)
         time, _ = unpacked(document["packed"])
         assert 50 < len(time) < 390
         assert set(time) < set(whole)
@@ -220,7 +220,7 @@ def test_a_damaged_log_shows_what_can_be_saved(log_path):
         assert cut or f"the {len(time)} outputs that can be saved" in document["notes"][0]
     log_path.write_bytes(data[:20])
     with pytest.raises(LogError):
-        document_of_log(log_path)
+        log_document(log_path)
 
 
 def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
@@ -231,7 +231,7 @@ def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
         number = log.add_topic("/camera/label", "std_msgs/msg/String", text, "", ())
         log.write(number, 0, 0, b"\0\1\0\0\2\0\0\0a\0")
         log.write_messages(MessageStream(scene, choice=a_choice()).messages(block))
-    notes = document_of_log(path)["notes"]
+    notes = log_document(path)["notes"]
     assert any("/camera/label (std_msgs/msg/String)" in note for note in notes)
     assert not any("samples" in note for note in notes)
 
@@ -248,7 +248,7 @@ def study():
 
 
 def test_a_study_shows_densities_with_their_quantiles(study):
-    panels = [panel for row in sheet_of(study, study.study.quantities, ()).rows for panel in row]
+    panels = [panel for row in study_sheet(study, study.study.quantities, ()).rows for panel in row]
     panel = next(one for one in panels if one.title == "Contact duration")
     bars, smoothed, *rest = panel.parts
     assert np.isclose(bars.high[:-1] @ np.diff(bars.x), 1.0)
@@ -257,7 +257,7 @@ def test_a_study_shows_densities_with_their_quantiles(study):
     intervals = [one.x for one in rest if hasattr(one, "low")]
     assert len(quantiles) == len(intervals) == 3
     assert all(low <= one <= high for one, (low, high) in zip(quantiles, intervals, strict=True))
-    document = document_of_study(study)
+    document = study_document(study)
     rows = {row["words"]: row for row in document["statistics"][0]["rows"]}
     assert np.isclose(float(rows["50 % quantile"]["value"]), 1e6 * quantiles[1], rtol=1e-3)
     assert rows["mean"]["interval"]

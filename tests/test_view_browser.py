@@ -21,8 +21,8 @@ from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 from bearing_twin.view.page import DRAWN, write_page
-from bearing_twin.view.run_page import document_of_log, document_of_run
-from bearing_twin.view.study_page import document_of_study
+from bearing_twin.view.run_page import log_document, run_document
+from bearing_twin.view.study_page import study_document
 
 pytestmark = pytest.mark.environment
 
@@ -97,7 +97,7 @@ def go_to(page, share):
 def of_kind(request):
     source, *overrides = SHORT[request.param]
     scene = load_scene(source, overrides) if isinstance(source, str) else parse_scene(source, "a test")
-    return request.param, document_of_run(simulate(scene)).document
+    return request.param, run_document(simulate(scene)).document
 
 
 def test_slider_and_play_move_the_picture_of_every_kind(of_kind, opened):
@@ -124,7 +124,7 @@ def test_slider_and_play_move_the_picture_of_every_kind(of_kind, opened):
 
 
 def test_curves_show_the_value_under_the_pointer_zoom_and_lead_the_time(opened):
-    page = opened(document_of_run(simulate(load_scene("two_spheres"))).document)
+    page = opened(run_document(simulate(load_scene("two_spheres"))).document)
     curve = page.locator(".chart .u-over").first
     box = curve.bounding_box()
     middle = box["x"] + 0.4 * box["width"], box["y"] + 0.5 * box["height"]
@@ -146,7 +146,7 @@ def test_curves_show_the_value_under_the_pointer_zoom_and_lead_the_time(opened):
 
 def test_outputs_that_come_later_are_shown(opened):
     """What a page of a running node does: it takes outputs as they come."""
-    document = document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document
+    document = run_document(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document
     page = opened(document)
     count = page.evaluate(
         "() => { const store = bearingView.store, values = {}, last = store.count - 1;"
@@ -167,7 +167,7 @@ def test_outputs_that_come_later_are_shown(opened):
 
 
 def test_keys_move_the_time_but_not_those_of_the_browser_or_of_a_control(opened):
-    page = opened(document_of_run(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document)
+    page = opened(run_document(simulate(load_scene("bearing_6203_loose", ["run.duration=0.02"]))).document)
     now = "bearingView.player.time"
     page.keyboard.press("ArrowRight")
     moved = page.evaluate(now)
@@ -182,12 +182,12 @@ def test_keys_move_the_time_but_not_those_of_the_browser_or_of_a_control(opened)
 
 
 def test_forces_that_no_output_has_are_said_to_be_none(opened):
-    page = opened(document_of_run(simulate(load_scene("ellipsoid_tumbling", ["run.duration=0.05"]))).document)
+    page = opened(run_document(simulate(load_scene("ellipsoid_tumbling", ["run.duration=0.05"]))).document)
     assert page.locator("#legend").inner_text().count("none at any output") == 2
 
 
 def test_the_time_of_a_single_output_is_in_seconds(opened):
-    page = opened(document_of_run(simulate(load_scene("bearing_6203", ["run.duration=1e-9"]))).document)
+    page = opened(run_document(simulate(load_scene("bearing_6203", ["run.duration=1e-9"]))).document)
     assert page.evaluate("[bearingView.store.count, bearingView.timeUnit]") == [1, "s"]
 
 
@@ -196,7 +196,7 @@ WIDER = "document.documentElement.scrollWidth > innerWidth"
 
 def test_a_study_is_drawn(opened):
     overrides = ["samples=600", "sensitivity=64", "workers=1"]
-    document = document_of_study(run_study(load_study("discs_small_10", overrides)))
+    document = study_document(run_study(load_study("discs_small_10", overrides)))
     assert not opened(document, PHONE).evaluate(WIDER)  # wide parts scroll by themselves
     page = opened(document)
     kept(page, "study")
@@ -208,7 +208,7 @@ def test_a_study_is_drawn(opened):
 def test_a_hostile_log_is_shown_as_text(opened, tmp_path):
     scene = parse_scene({"kind": "two_spheres", "name": "quiet", "description": HOSTILE}, "a test")
     write_log(simulate(scene), tmp_path / "run.mcap")
-    page = opened(document_of_log(tmp_path / "run.mcap"))
+    page = opened(log_document(tmp_path / "run.mcap"))
     assert page.locator("#subtitle").inner_text() == HOSTILE
     assert page.locator("img").count() == 0
 

@@ -19,7 +19,7 @@ from bearing_twin.run.simulation import Simulation, simulate
 from bearing_twin.view import page as pages
 from bearing_twin.view.live_page import PERIOD, LiveRun, live_page
 from bearing_twin.view.page_server import Feed, PageServer
-from bearing_twin.view.run_page import document_of_run
+from bearing_twin.view.run_page import run_document
 
 pytestmark = pytest.mark.environment
 
@@ -32,7 +32,7 @@ def served():
     simulation, clock = Simulation(load_scene("bearing_6203_loose")), [0.0]
     obeyed, runs = [], []
     site = SimpleNamespace(feed=Feed(), page=lambda: live_page(runs[0], "/bearing/sim_node"))
-    site.obey = lambda command: obeyed.append(command) or "done"
+    site.execute = lambda command: obeyed.append(command) or "done"
 
     def go_on(lost=0):
         for _ in range(lost):
@@ -193,7 +193,7 @@ def test_an_animation_of_a_page_moves(tmp_path, monkeypatch):
     with browser_page(400, 300):
         pass  # skips where there is no browser
     monkeypatch.setattr(pages, "SECONDS", 1.0)
-    page = pages.write_page(document_of_run(simulate(load_scene("two_spheres"))).document, tmp_path / "run.html")
+    page = pages.write_page(run_document(simulate(load_scene("two_spheres"))).document, tmp_path / "run.html")
     with Image.open(pages.write_gif(page, tmp_path / "run.gif")) as film:
         assert film.n_frames > 10
         first = np.asarray(film.convert("RGB"), float)

@@ -16,11 +16,11 @@ from bearing_twin.command.terminal import (
 from bearing_twin.run.report import model_error_lines
 from bearing_twin.view.tables import (
     Figure,
-    errors_in_words,
-    events_for_people,
-    figures_for_people,
+    error_texts,
     is_events,
     lists_by_length,
+    readable_events,
+    readable_figures,
 )
 
 ERROR_SUFFIX = "_error"  # behind a figure's key: what is not known of it
@@ -54,7 +54,7 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     _show_events(events)
     show_text()
     rows = [("status", report.status)]
-    rows += [(f"error of {output.replace('_', ' ')}", text) for output, text in errors_in_words(result)[0].items()]
+    rows += [(f"error of {output.replace('_', ' ')}", text) for output, text in error_texts(result)[0].items()]
     if report.compute_seconds > 0.0:
         computed = in_shown_units(f"{report.compute_seconds:.3g} s")
         rows.append(("computed in", f"{computed}, {report.real_time_factor:.2g} times real time"))
@@ -74,7 +74,7 @@ def show_result(result: Mapping) -> None:
 def _readable_tables(shown: Mapping, result: Mapping) -> tuple[list[Figure], dict[str, list[Mapping]]]:
     """The figures and the lists of events among what is shown of a result."""
     flat = dict(_flat(shown))
-    return figures_for_people(flat, result, _readable_key), {
+    return readable_figures(flat, result, _readable_key), {
         key: value for key, value in flat.items() if is_events(value)
     }
 
@@ -94,7 +94,7 @@ def _show_single(figures: list[Figure]) -> None:
 def _show_events(events: Mapping[str, list[Mapping]]) -> None:
     """Print a table for each list of events."""
     for key, rows in events.items():
-        header, cells = events_for_people([dict(_flat(row)) for row in rows], _readable_key)
+        header, cells = readable_events([dict(_flat(row)) for row in rows], _readable_key)
         show_text(f"\n{label_and_unit(key)[0]}")
         show_rows([f"{label} [{unit}]" if unit else label for label, unit in header], cells)
 
@@ -118,7 +118,7 @@ def _show_columns(figures: list[Figure], everything: bool = True) -> bool:
 
 def show_quantities(result: Mapping) -> None:
     """Print single values of a result as a table of quantity, value and unit; lists of numbers side by side."""
-    figures = figures_for_people(result, {}, _readable_key)
+    figures = readable_figures(result, {}, _readable_key)
     show_rows(
         ("quantity", "value", "unit"), ((figure.words, "  ".join(figure.texts), figure.unit) for figure in figures)
     )
@@ -135,7 +135,7 @@ def _with_errors(result: Mapping) -> dict:
     hidden = errors | {"errors_by_source", "large_errors", "wanted_errors", "errors_unknown"}
     hidden |= {"flags"} if "status" in result else set()  # printed as warnings
     hidden |= set() if result.get("warnings") else {"warnings"}
-    known, notes = errors_in_words(result)
+    known, notes = error_texts(result)
     shown = {f"error of {output.replace('_', ' ')}": text for output, text in known.items()}
     if "errors_by_source" in result:  # of a run
         hidden |= {"model_errors"}

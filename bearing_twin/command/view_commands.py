@@ -94,10 +94,10 @@ def _source_kind(arguments) -> str:
 
 
 def _log_document(arguments) -> tuple[dict[str, Any], str]:
-    from bearing_twin.view.run_page import document_of_log
+    from bearing_twin.view.run_page import log_document
 
     with progress(f"reading {arguments.source}"):
-        return document_of_log(arguments.source, arguments.topic, arguments.run), ""
+        return log_document(arguments.source, arguments.topic, arguments.run), ""
 
 
 def _run_document(arguments) -> tuple[dict[str, Any], str]:
@@ -111,7 +111,7 @@ def _run_document(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.run.failure import failure_sentence
     from bearing_twin.run.scene import unreached_keys
     from bearing_twin.run.simulation import simulate
-    from bearing_twin.view.run_page import document_of_run
+    from bearing_twin.view.run_page import run_document
 
     if duration > LONGEST_RUN and not has_override(overrides, "run.duration"):
         say(
@@ -125,7 +125,7 @@ def _run_document(arguments) -> tuple[dict[str, Any], str]:
     with progress(f"simulating {scene.name}") as update:
         run = simulate(scene, update)
         try:
-            document = document_of_run(run).document
+            document = run_document(run).document
         except IntegrationError as error:
             raise BearingTwinError(failure_sentence(error, Path())) from error
     return document, failure_sentence(run.failure, Path()) if run.failure else ""
@@ -134,14 +134,14 @@ def _run_document(arguments) -> tuple[dict[str, Any], str]:
 def _study_document(arguments) -> tuple[dict[str, Any], str]:
     from bearing_twin.uq.run import run_study
     from bearing_twin.uq.study import load_study
-    from bearing_twin.view.study_page import document_of_study
+    from bearing_twin.view.study_page import study_document
 
     if arguments.duration is not None:
         raise BearingTwinError("a study has no --duration; give --set run.duration=... for that of its scene")
     study = load_study(arguments.source, overrides_of(arguments))
     with progress(f"study {study.name}") as update:
         result = run_study(study, lambda state: update(state.done / state.total))
-    return document_of_study(result), ""
+    return study_document(result), ""
 
 
 VIEW = Subcommand(

@@ -30,7 +30,7 @@ from bearing_twin.nodes.messages import rclpy
 from bearing_twin.run.report import plot
 from bearing_twin.run.scene import Scene, load_scene
 from bearing_twin.view.page import write_page
-from bearing_twin.view.run_page import document_of_log
+from bearing_twin.view.run_page import log_document
 
 REPLAY_RATE = 2.0
 DISCOVERY = 600.0  # s at most; it ends when the recorder subscribes to every topic
@@ -145,7 +145,7 @@ def _show_results(scene: Scene, duration: float, recording: Path, replayed: Path
     lost = {"recorded": expected - sum(map(len, blocks)), "replayed": expected - sum(map(len, again.blocks()))}
     counts = Counter(message.topic.name for message in raw_messages(recording))
     picture = plot(log, recording.with_name("ball_loads.png"))
-    page = write_page(document_of_log(recording), recording.with_name("view.html"))
+    page = write_page(log_document(recording), recording.with_name("view.html"))
     greatest = np.max([block.values["normal_load"].max(axis=0) for block in blocks], axis=0)
     table = Table(title=f"{scene.name}: {duration:g} s, {expected} solver outputs", padding=0)
     for heading in ("ball", "greatest load\n\\[N]\ninner  outer", "wrenches", "samples\nlost"):

@@ -31,8 +31,8 @@ from bearing_twin.nodes.graph import full_name, quiet_time
 from bearing_twin.nodes.messages import interface, qos_profile
 from bearing_twin.nodes.node_parameters import NodeParameter
 from bearing_twin.nodes.simulation_loop import check_speed
-from bearing_twin.view.live_page import Again, LiveRun, live_page
-from bearing_twin.view.page_server import Feed, PageServer, Refused
+from bearing_twin.view.live_page import LiveRun, RunRestarted, live_page
+from bearing_twin.view.page_server import Feed, PageServer, RequestRefused
 
 
 def number_of(command: Mapping[str, Any], key: str, called: str = "") -> float:
@@ -136,7 +136,7 @@ class WatchNode(BaseNode):
     @guarded
     def _on_scene(self, message):
         before = self._run
-        if before is None or message.data != before.said:
+        if before is None or message.data != before.scene_text:
             self._run = LiveRun(message.data)
             self._described.set()
             if before is not None:
@@ -166,7 +166,7 @@ class WatchNode(BaseNode):
             return
         try:
             event = self._run.frames(data, time.monotonic())
-        except Again:
+        except RunRestarted:
             self._begin_again()
             return
         if event:
@@ -204,23 +204,23 @@ class WatchNode(BaseNode):
             if self._shown.wait(COMING):
                 return live_page(self._run, self._watched)
             reason = "publishes no samples: it may be paused, preparing or at its end; this page reloads until it does"
-        raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} {reason}")
+        raise RequestRefused(HTTPStatus.SERVICE_UNAVAILABLE, f"{self._watched} {reason}")
 
-    def obey(self, command: Mapping[str, Any]) -> str:
+    def execute(self, command: Mapping[str, Any]) -> str:
         """Carries out {"do": "speed" | "load" | "pace" | "pause" | "reset", ...}."""
         action, legal = command.get("do"), ("speed", "load", "pace", "pause", "reset")
         if action not in legal:
             raise BearingTwinError(f"{echo(action)} is no command; {legal_hint(str(action), legal)}")
-        return getattr(self, f"_obey_{action}")(command)
+        return getattr(self, f"_execute_{action}")(command)
 
-    def _obey_speed(self, command) -> str:
+    def _execute_speed(self, command) -> str:
         speed = number_of(command, "value", "speed")
         check_speed(speed)
         self._send(self._speed, Float64(data=speed))
         unit, factor = readable_unit("rad/s", abs(speed))
         return f"speed {factor * speed:.6g} {unit} sent"
 
-    def _obey_load(self, command) -> str:
+    def _execute_load(self, command) -> str:
         message = WrenchStamped()
         force, torque = message.wrench.force, message.wrench.torque
         force.x, force.y, force.z = vector_of(command, "force")
@@ -228,7 +228,7 @@ class WatchNode(BaseNode):
         self._send(self._load, message)
         return f"load {force.x:g}, {force.y:g}, {force.z:g} N sent"
 
-    def _obey_pace(self, command) -> str:
+    def _execute_pace(self, command) -> str:
         pace = number_of(command, "value", "pace")
         for name in PACES:
             request = SetParameters.Request(parameters=[Parameter(name, value=pace).to_parameter_msg()])
@@ -239,13 +239,13 @@ class WatchNode(BaseNode):
             raise BearingTwinError(result.reason or f"{self._watched} has no pace parameter")
         return f"{pace:g} times real time"
 
-    def _obey_pause(self, command) -> str:
+    def _execute_pause(self, command) -> str:
         paused = command.get("on")
         if not isinstance(paused, bool):
             raise BearingTwinError('pause needs "on", true or false')
         return self._outcome(self._call(self._pause, SetBool.Request(data=paused)))
 
-    def _obey_reset(self, command) -> str:
+    def _execute_reset(self, command) -> str:
         return self._outcome(self._call(self._reset, Trigger.Request()))
 
     def _send(self, publisher, message) -> None:

@@ -13,8 +13,9 @@ from bearing_twin.kinds.views import View
 from bearing_twin.log.run_log import choice_in, scene_record
 from bearing_twin.log.stream import block_of, channels_of, checked_block
 from bearing_twin.run.scene import Scene, read_logged_scene
-from bearing_twin.view.page import POLICY, file_text, html, packed
-from bearing_twin.view.run_page import badges, described_view, packed_outputs, run_view
+from bearing_twin.view.page import POLICY, file_text, html, pack_series
+from bearing_twin.view.run_page import badges, pack_outputs, view_data, view_of
+from bearing_twin.view.tables import badge
 
 LARGEST_SCENE = 1 << 20  # characters
 LARGEST_BLOCK = 1 << 24  # B
@@ -29,9 +30,9 @@ class LiveRun:
     `latest` are times [s] and the series of the last event. Raises BearingTwinError for a text that is no scene.
     """
 
-    def __init__(self, said: str):
-        self.said = said
-        self.scene, self.choice = _read(said)
+    def __init__(self, scene_text: str):
+        self.scene_text = scene_text
+        self.scene, self.choice = _read(scene_text)
         self.channels: tuple[Channel, ...] = ()
         self.view: View | None = None
         self.latest: tuple[np.ndarray, dict[str, np.ndarray]] = np.empty(0), {}
@@ -51,13 +52,13 @@ class LiveRun:
         channels = channels_of(self.scene, message)
         if self.view is None:
             self.channels = channels
-            self.view = run_view(self)
-        first, following = int(message.first_sequence), self._next
+            self.view = view_of(self)
+        first, expected = int(message.first_sequence), self._next
         passed = PERIOD + (0.0 if self._next is None else now - self._due)
         self._next, self._due = first + int(message.count), now + PERIOD
-        if channels != self.channels or (following is not None and first < following):
+        if channels != self.channels or (expected is not None and first < expected):
             self.view = self._next = None
-            raise Again("the run has begun again")
+            raise RunRestarted("the run has begun again")
         block = block_of(channels, message)
         step = -(-len(block) // int(min(MOST_ROWS, ROWS * passed / PERIOD)))
         rows = range((len(block) - 1) % step, len(block), step)
@@ -65,26 +66,23 @@ class LiveRun:
 
     def _encoded(self, sample: Sample) -> str:
         self.latest = 1e-9 * np.asarray(sample.time_ns), self.view.rows(sample)
-        return packed(*self.latest, self.view.series)
+        return pack_series(*self.latest, self.view.series)
 
 
-class Again(LogError):
+class RunRestarted(LogError):
     """The run has begun again, or another one: what a page shows so far is over."""
 
 
-def _read(said: str) -> tuple[Scene, Choice]:
+def _read(topic_text: str) -> tuple[Scene, Choice]:
     """Scene and model in the text of the topic `scene`."""
-    if len(said) > LARGEST_SCENE:
-        raise SceneError(f"a scene of {len(said)} characters is none; restart the node that publishes it")
+    if len(topic_text) > LARGEST_SCENE:
+        raise SceneError(f"a scene of {len(topic_text)} characters is none; restart the node that publishes it")
     try:
-        record = scene_record(said)
+        record = scene_record(topic_text)
         text = record["scene"]
     except (ValueError, TypeError, KeyError, AttributeError) as error:
         raise SceneError("what the topic scene says is no scene of a bearing_twin; look at the node's name") from error
     return read_logged_scene(text, "the topic scene"), choice_in(record)
-
-
-LIVE = {"sort": "good", "name": "", "text": "live"}
 
 
 def live_page(run: LiveRun, node: str) -> bytes:
@@ -94,7 +92,7 @@ def live_page(run: LiveRun, node: str) -> bytes:
     """
     (time, values), view = run.latest, run.view
     if view is None:
-        raise Again("the run has just begun again; the page comes with its first outputs")
+        raise RunRestarted("the run has just begun again; the page comes with its first outputs")
     document = {
         "kind": "run",
         "title": run.scene.name,
@@ -103,7 +101,7 @@ def live_page(run: LiveRun, node: str) -> bytes:
             "Of the outputs that come, some are shown, and the last few thousand kept: peaks between them are missing "
             "from the curves. A log has all of them."
         ],
-        "badges": [LIVE, *badges("", run.choice.law, run.choice.stepper, 0)[1:]],
+        "badges": [badge("live", sort="good"), *badges("", run.choice.law, run.choice.stepper, 0)[1:]],
         "facts": [
             ("elastic law", run.choice.law or "-"),
             ("method", run.choice.stepper or "-"),
@@ -114,20 +112,20 @@ def live_page(run: LiveRun, node: str) -> bytes:
         "status": "live",
         **{key: [] for key in ("warnings", "flags", "figures", "tables", "errors")},
         "live": {
-            "commands": [one.name for one in KINDS[run.scene.kind].commands()],
-            "speed": _acting(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
-            "load": _acting(values, ("ring_load", "varying_load"), 3),
+            "commands": [command.name for command in KINDS[run.scene.kind].commands()],
+            "speed": _last_row(values, ("inner_ring_speed", "shaft_speed"), 1)[0],
+            "load": _last_row(values, ("ring_load", "varying_load"), 3),
         },
-        "view": described_view(view),
-        "packed": packed_outputs(time, values, view),
+        "view": view_data(view),
+        "packed": pack_outputs(time, values, view),
     }
     page = html(document).replace(POLICY, f"{POLICY}; connect-src 'self'", 1)
-    head, _, rest = page.partition("</head>")
-    body, _, end = rest.rpartition("</body>")
+    head, _, remainder = page.partition("</head>")
+    body, _, end = remainder.rpartition("</body>")
     style, script = f"<style>\n{file_text('live.css')}\n</style>\n", f"<script>\n{file_text('live.js')}\n</script>\n"
     return "".join((head, style, "</head>", body, script, "</body>", end)).encode()
 
 
-def _acting(values, series: tuple[str, ...], width: int) -> list[float]:
+def _last_row(values, series: tuple[str, ...], width: int) -> list[float]:
     """The last row of the first of these series that is there, to begin the controls with; else `width` zeros."""
-    return next((np.ravel(values[one][-1]).tolist() for one in series if one in values), [0.0] * width)
+    return next((np.ravel(values[name][-1]).tolist() for name in series if name in values), [0.0] * width)

@@ -86,12 +86,12 @@ DRAWN = "() => new Promise((done) => requestAnimationFrame(() => requestAnimatio
 def browser_page(width: int, height: int) -> Iterator:
     """A page of playwright in a Chromium without a window; raises BearingTwinError where one is missing."""
     playwright_api = import_optional("playwright.sync_api", "view")
-    found = next(filter(None, map(shutil.which, BROWSERS)), None)
+    executable = next(filter(None, map(shutil.which, BROWSERS)), None)
     # Chromium refuses its sandbox to the superuser, as whom programs run in containers; the page is our own file.
     sandbox = ("--no-sandbox",) if hasattr(os, "geteuid") and os.geteuid() == 0 else ()
     with playwright_api.sync_playwright() as playwright:
         try:
-            browser = playwright.chromium.launch(executable_path=found, args=[SOFTWARE, *sandbox])
+            browser = playwright.chromium.launch(executable_path=executable, args=[SOFTWARE, *sandbox])
         except playwright_api.Error as error:
             raise BearingTwinError(
                 "an animation needs a Chromium on this machine; install one (Debian: apt install chromium; else: "
@@ -122,17 +122,17 @@ def write_gif(page_path: Path, path: Path, progress: Callable[[float], None] = l
         page.evaluate("() => document.getElementById('home').remove()")
         first, last, pace = page.evaluate("[bearingView.store.first, bearingView.store.last, bearingView.player.speed]")
         # a little more than fits is shown a little faster, so that the animation of an impact has its end
-        shown = last - first if last - first < 2.0 * SECONDS * pace else SECONDS * pace
-        count = max(2, math.ceil(min(SECONDS, shown / pace) * RATE))
+        span = last - first if last - first < 2.0 * SECONDS * pace else SECONDS * pace
+        count = max(2, math.ceil(min(SECONDS, span / pace) * RATE))
         for number in range(count):
-            page.evaluate("([time]) => bearingView.seek(time)", [first + shown * number / (count - 1)])
+            page.evaluate("([time]) => bearingView.seek(time)", [first + span * number / (count - 1)])
             page.evaluate(DRAWN)
             image = Image.open(io.BytesIO(page.locator("#stage").screenshot())).convert("RGB")
             images.append(image.quantize(256, dither=Image.Dither.NONE))
             progress((number + 1) / count)
     drawn = io.BytesIO()
-    more = {"save_all": True, "append_images": images[1:], "duration": round(1000 / RATE), "loop": 0}
-    images[0].save(drawn, format="gif", optimize=True, **more)
+    options = {"save_all": True, "append_images": images[1:], "duration": round(1000 / RATE), "loop": 0}
+    images[0].save(drawn, format="gif", optimize=True, **options)
     return write_atomic(path, drawn.getvalue())
 
 
@@ -149,8 +149,10 @@ class Frames(ThinnedOutputs):
         self._view = view
 
     def _series(self, sample: Sample) -> dict[str, np.ndarray]:
-        found, count = self._view.rows(sample), len(sample.time_ns)
-        return {one.name: np.asarray(found[one.name], np.float32).reshape(count, -1) for one in self._view.series}
+        rows, count = self._view.rows(sample), len(sample.time_ns)
+        return {
+            channel.name: np.asarray(rows[channel.name], np.float32).reshape(count, -1) for channel in self._view.series
+        }
 
     def note(self) -> str:
         """A note on outputs that are not on the page; empty where it holds all."""
@@ -162,7 +164,7 @@ class Frames(ThinnedOutputs):
         )
 
 
-def passed_on(blocks: Iterable[Block], frames: Frames) -> Iterator[Block]:
+def collect_frames(blocks: Iterable[Block], frames: Frames) -> Iterator[Block]:
     """The same blocks, each shown to `frames` on its way."""
     for block in blocks:
         frames.add(block)
@@ -173,7 +175,7 @@ STEPS = 65534  # between the least and the greatest value; 65535 stands for no n
 MISSING = 65535
 
 
-def packed(time: np.ndarray, values: Mapping[str, np.ndarray], series: Sequence[Channel]) -> str:
+def pack_series(time: np.ndarray, values: Mapping[str, np.ndarray], series: Sequence[Channel]) -> str:
     """Times [s] (frames,) and series (frames, ...) as one text."""
     parts = [np.array([len(time)], float), np.asarray(time, float)]
     for channel in series:
@@ -182,25 +184,25 @@ def packed(time: np.ndarray, values: Mapping[str, np.ndarray], series: Sequence[
         finite[:, np.isnan(finite).all(axis=0)] = 0.0
         low, high = np.nanmin(finite, axis=0), np.nanmax(finite, axis=0)
         parts += [low, high, _coded(array, low, high)]
-    content = b"".join(one.astype(one.dtype.newbyteorder("<")).tobytes() for one in parts)
+    content = b"".join(part.astype(part.dtype.newbyteorder("<")).tobytes() for part in parts)
     return base64.b64encode(zlib.compress(content, 6)).decode("ascii")
 
 
-def described_series(channel: Channel) -> dict[str, Any]:
+def series_data(channel: Channel) -> dict[str, Any]:
     """Description of a series for a page: name, unit, prefixes it may take, shape."""
-    return {"name": channel.name, "shape": list(channel.shape), **described_unit(channel.unit)}
+    return {"name": channel.name, "shape": list(channel.shape), **unit_data(channel.unit)}
 
 
-def described_unit(unit: str) -> dict[str, Any]:
+def unit_data(unit: str) -> dict[str, Any]:
     """A unit as it is shown, and the prefixes (prefix, factor) that it may take, the greatest first."""
-    known = UNITS.get(unit) or UNITS.get(unit.partition("/")[0])
-    found = [(one, scale) for one, scale in PREFIXES.items() if not one or (known and one in known.prefixes)]
-    return {"unit": "" if unit == "1" else UNITS[unit].shown if unit in UNITS else unit, "prefixes": found}
+    row = UNITS.get(unit) or UNITS.get(unit.partition("/")[0])
+    prefixes = [(prefix, scale) for prefix, scale in PREFIXES.items() if not prefix or (row and prefix in row.prefixes)]
+    return {"unit": "" if unit == "1" else UNITS[unit].shown if unit in UNITS else unit, "prefixes": prefixes}
 
 
 def _coded(array: np.ndarray, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     span = np.where(high > low, high - low, 1.0)
     scaled = np.rint((array - low) / span * STEPS)
-    whole = np.where(np.isfinite(scaled), scaled, MISSING).astype(np.uint16).T
-    steps = np.diff(whole, axis=1, prepend=np.zeros((len(whole), 1), np.uint16))
+    codes = np.where(np.isfinite(scaled), scaled, MISSING).astype(np.uint16).T
+    steps = np.diff(codes, axis=1, prepend=np.zeros((len(codes), 1), np.uint16))
     return np.ascontiguousarray(steps.astype("<u2")).view(np.uint8).reshape(-1, 2).T

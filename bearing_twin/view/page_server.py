@@ -37,7 +37,7 @@ SAFE_HEADERS = {
 }
 
 
-class Refused(BearingTwinError):
+class RequestRefused(BearingTwinError):
     """A request that is answered with `status` and one sentence."""
 
     def __init__(self, status: HTTPStatus, sentence: str):
@@ -50,32 +50,34 @@ class Feed:
 
     def __init__(self):
         self._lock = threading.Lock()
-        self._waiting: set[queue.Queue] = set()
+        self._viewers: set[queue.Queue] = set()
 
     @property
     def viewers(self) -> int:
         """Number of viewers."""
-        return len(self._waiting)
+        return len(self._viewers)
 
     def join(self) -> queue.Queue:
         """A new viewer's events; raises Refused where there are MOST_VIEWERS."""
         with self._lock:
-            if len(self._waiting) >= MOST_VIEWERS:
-                raise Refused(HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} viewers are the most there may be")
-            waiting: queue.Queue = queue.Queue(WAITING)
-            self._waiting.add(waiting)
-            return waiting
+            if len(self._viewers) >= MOST_VIEWERS:
+                raise RequestRefused(
+                    HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_VIEWERS} viewers are the most there may be"
+                )
+            events: queue.Queue = queue.Queue(WAITING)
+            self._viewers.add(events)
+            return events
 
-    def leave(self, waiting: queue.Queue) -> None:
+    def leave(self, events: queue.Queue) -> None:
         """The viewer has gone."""
         with self._lock:
-            self._waiting.discard(waiting)
+            self._viewers.discard(events)
 
     def send(self, name: str, data: str) -> None:
         """One event of one line to all viewers."""
         event = f"event: {name}\ndata: {data}\n\n".encode()
         with self._lock:
-            for waiting in self._waiting:
+            for waiting in self._viewers:
                 if waiting.full():
                     waiting.get_nowait()
                 waiting.put_nowait(event)
@@ -84,7 +86,7 @@ class Feed:
 class PageServer(ThreadingHTTPServer):
     """Serves a `site` on `host` and `port` (0: any that is free); raises BearingTwinError where it cannot listen.
 
-    A site has a `feed`, `page()`, which gives HTML, and `obey(command)`, which gives one sentence; both may raise
+    A site has a `feed`, `page()`, which gives HTML, and `execute(command)`, which gives one sentence; both may raise
     BearingTwinError.
     """
 
@@ -94,7 +96,7 @@ class PageServer(ThreadingHTTPServer):
     def __init__(self, site, host: str, port: int):
         self.site, self.token = site, secrets.token_urlsafe(24)
         self._host = host
-        self._places = threading.BoundedSemaphore(MOST_CONNECTIONS)
+        self._connections = threading.BoundedSemaphore(MOST_CONNECTIONS)
         self.stopping = threading.Event()
         if ":" in host:
             self.address_family = socket.AF_INET6
@@ -120,7 +122,7 @@ class PageServer(ThreadingHTTPServer):
         self.shutdown()
         self.server_close()
 
-    def known(self, host: str) -> bool:
+    def is_served_host(self, host: str) -> bool:
         """True if a browser may use this host name: a page elsewhere could resolve its own name to this server."""
         name = urlsplit(f"//{host}").hostname or ""
         if name in ("localhost", self._host.lower()):
@@ -132,7 +134,7 @@ class PageServer(ThreadingHTTPServer):
 
     def process_request(self, request, client_address):
         """A thread for each connection, up to MOST_CONNECTIONS of them."""
-        if not self._places.acquire(blocking=False):
+        if not self._connections.acquire(blocking=False):
             self.shutdown_request(request)
             return
         super().process_request(request, client_address)
@@ -142,7 +144,7 @@ class PageServer(ThreadingHTTPServer):
         try:
             super().process_request_thread(request, client_address)
         finally:
-            self._places.release()
+            self._connections.release()
 
     def handle_error(self, request, client_address):
         """Nothing: connections may break."""
@@ -179,20 +181,22 @@ class _Handler(BaseHTTPRequestHandler):
         """A command."""
         self._answer({"/command": self._command})
 
-    def _answer(self, places: Mapping[str, Callable[[], None]]) -> None:
+    def _answer(self, routes: Mapping[str, Callable[[], None]]) -> None:
         if self.command == "GET":
             self._limit.cancel()
         try:
-            if not self.server.known(self.headers.get("Host", "")):
-                raise Refused(HTTPStatus.FORBIDDEN, "this host name is not served: use the address that was printed")
-            place = places.get(urlsplit(self.path).path)
-            if place is None:
-                raise Refused(HTTPStatus.NOT_FOUND, "there is nothing here: the page is at /")
-            place()
-        except Refused as error:
-            self._say(error.status, str(error))
+            if not self.server.is_served_host(self.headers.get("Host", "")):
+                raise RequestRefused(
+                    HTTPStatus.FORBIDDEN, "this host name is not served: use the address that was printed"
+                )
+            respond = routes.get(urlsplit(self.path).path)
+            if respond is None:
+                raise RequestRefused(HTTPStatus.NOT_FOUND, "there is nothing here: the page is at /")
+            respond()
+        except RequestRefused as error:
+            self._send_sentence(error.status, str(error))
         except BearingTwinError as error:
-            self._say(HTTPStatus.CONFLICT, str(error))
+            self._send_sentence(HTTPStatus.CONFLICT, str(error))
         except (OSError, ValueError):  # the connection broke, or what came over it was no request
             self.close_connection = True
 
@@ -200,7 +204,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             self._send(HTTPStatus.OK, "text/html; charset=utf-8", self.server.site.page())
         except BearingTwinError as error:  # it may be there soon
-            status = error.status if isinstance(error, Refused) else HTTPStatus.SERVICE_UNAVAILABLE
+            status = error.status if isinstance(error, RequestRefused) else HTTPStatus.SERVICE_UNAVAILABLE
             self._send(status, "text/plain; charset=utf-8", f"{error}\n".encode(), Refresh=str(ASK_AGAIN))
 
     def _events(self) -> None:
@@ -221,29 +225,29 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _command(self) -> None:
         self._check_origin()
-        given = self.headers.get("X-Token", "")
-        if not hmac.compare_digest(given.encode(), self.server.token.encode()):
-            raise Refused(HTTPStatus.FORBIDDEN, "commands need the token that the printed address ends with")
+        token = self.headers.get("X-Token", "")
+        if not hmac.compare_digest(token.encode(), self.server.token.encode()):
+            raise RequestRefused(HTTPStatus.FORBIDDEN, "commands need the token that the printed address ends with")
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or int(length) > LARGEST_COMMAND:
-            raise Refused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a command has at most {LARGEST_COMMAND} bytes")
+            raise RequestRefused(HTTPStatus.REQUEST_ENTITY_TOO_LARGE, f"a command has at most {LARGEST_COMMAND} bytes")
         try:
             command = parse_json(self.rfile.read(int(length)))
         except ValueError:
-            raise Refused(HTTPStatus.BAD_REQUEST, "a command is one JSON object") from None
+            raise RequestRefused(HTTPStatus.BAD_REQUEST, "a command is one JSON object") from None
         if not isinstance(command, dict):
-            raise Refused(HTTPStatus.BAD_REQUEST, "a command is one JSON object")
-        self._say(HTTPStatus.OK, self.server.site.obey(command))
+            raise RequestRefused(HTTPStatus.BAD_REQUEST, "a command is one JSON object")
+        self._send_sentence(HTTPStatus.OK, self.server.site.execute(command))
 
     def _check_origin(self) -> None:
         """Refuses requests of pages of another origin than this one, which is the host name of the request."""
         origin = self.headers.get("Origin")
         if origin is not None and origin != f"http://{self.headers.get('Host', '')}":
-            raise Refused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")
+            raise RequestRefused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")
         if self.headers.get("Sec-Fetch-Site", "same-origin") not in ("same-origin", "none"):
-            raise Refused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")
+            raise RequestRefused(HTTPStatus.FORBIDDEN, "requests of other pages are refused")
 
-    def _say(self, status: HTTPStatus, sentence: str) -> None:
+    def _send_sentence(self, status: HTTPStatus, sentence: str) -> None:
         self._send(status, "text/plain; charset=utf-8", f"{sentence}\n".encode())
 
     def _head(self, status: HTTPStatus, kind: str, **headers: str) -> None:

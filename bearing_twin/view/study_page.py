@@ -14,34 +14,30 @@ from bearing_twin.uq.result import (
     refusals,
     sweep_of,
 )
-from bearing_twin.view.study_picture import IN_WORDS, sheet_of, title_of, unit_of
-from bearing_twin.view.tables import DIGITS, error_notes
+from bearing_twin.view.study_picture import STATISTIC_NAMES, study_sheet, title_of, unit_of
+from bearing_twin.view.tables import DIGITS, badge, error_notes, warning_badges
 
 MOST_QUANTITIES = 12
 STATISTICS = ("mean", "std", "skewness")
 
 
-def document_of_study(result: StudyResult) -> dict[str, Any]:
+def study_document(result: StudyResult) -> dict[str, Any]:
     """The page of a study that has run."""
     study, summary = result.study, result.as_dict()
     names = study.quantities[:MOST_QUANTITIES]
     failed, sweep = sum(summary["failed"].values()), sweep_of(result)
-    words = SweepDescription(sweep) if sweep else None
+    description = SweepDescription(sweep) if sweep else None
     inputs = ((key, text.removeprefix(f"{key}: ")) for key, text in summary["inputs"].items())  # which begin with it
     badges = [
-        *([{"sort": "", "name": "at", "text": words.in_scene}] if words and words.in_scene else []),
-        {"sort": "", "name": "samples", "text": str(summary["samples"])},
-        {"sort": "", "name": "sampler", "text": summary["sampler"].replace("_", " ")},
-        *([{"sort": "bad", "name": "", "text": f"{failed} failed"}] if failed else []),
-        *(
-            [{"sort": "doubt", "name": "", "text": f"{len(result.doubts)} warning{'s' * (len(result.doubts) > 1)}"}]
-            if result.doubts
-            else []
-        ),
+        *([badge(description.in_scene, "at")] if description and description.in_scene else []),
+        badge(str(summary["samples"]), "samples"),
+        badge(summary["sampler"].replace("_", " "), "sampler"),
+        *([badge(f"{failed} failed", sort="bad")] if failed else []),
+        *warning_badges(len(result.doubts)),
     ]
-    ended = [words.incomplete] if words and words.incomplete else []
+    incomplete = [description.incomplete] if description and description.incomplete else []
     drawn = io.BytesIO()
-    figure_of(sheet_of(result, names, study.histories)).savefig(drawn, format="svg", metadata={"Date": None})
+    figure_of(study_sheet(result, names, study.histories)).savefig(drawn, format="svg", metadata={"Date": None})
     return {
         "kind": "study",
         "title": study.name,
@@ -49,7 +45,7 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
         "badges": badges,
         "picture": f"data:image/svg+xml;base64,{base64.b64encode(drawn.getvalue()).decode('ascii')}",
         "statistics": [{"title": title_of(name), "rows": _statistics(summary["quantities"][name])} for name in names],
-        "flags": [readable_sentence(one) for one in (*result.doubts, *_refused(names, summary), *ended)],
+        "flags": [readable_sentence(sentence) for sentence in (*result.doubts, *_refused(names, summary), *incomplete)],
         "warnings": [],
         "reason": f"Sampling ended because {summary['stopped_because']}.",
         "facts": [("scene", summary["scene"]), ("seed", str(summary["seed"])), *inputs],
@@ -58,25 +54,28 @@ def document_of_study(result: StudyResult) -> dict[str, Any]:
     }
 
 
-def _statistics(found) -> list[dict[str, str]]:
-    rows, own = [], unit_of(found)
-    error = found.get("error")  # a log of an earlier version has none
+def _statistics(quantity) -> list[dict[str, str]]:
+    rows, quantity_unit = [], unit_of(quantity)
+    error = quantity.get("error")  # a log of an earlier version has none
     for key in STATISTICS:
-        words = IN_WORDS.get(key, key)
-        ends = tuple(found[f"{key}_interval"] or (None, None))
-        unit = ("", 1.0) if key == "skewness" else own
-        rows.append(_row(words, found[key], ends, unit, error if key == "mean" else None))
-    for p, one in found["quantiles"].items():
-        rows.append(_row(f"{100.0 * float(p):g} % quantile", one["value"], (one["low"], one["high"]), own, error))
+        label = STATISTIC_NAMES.get(key, key)
+        ends = tuple(quantity[f"{key}_interval"] or (None, None))
+        unit = ("", 1.0) if key == "skewness" else quantity_unit
+        rows.append(_row(label, quantity[key], ends, unit, error if key == "mean" else None))
+    for p, quantile in quantity["quantiles"].items():
+        label, ends = f"{100.0 * float(p):g} % quantile", (quantile["low"], quantile["high"])
+        rows.append(_row(label, quantile["value"], ends, quantity_unit, error))
     return rows
 
 
-def _row(words, value, ends, shown, error=None) -> dict[str, str]:
-    unit, factor = shown
-    known = max((abs(one - value) * factor for one in ends if None not in (one, value)), default=0.0)
-    text = ["–" if one is None else rounded_to_error(one * factor, known, DIGITS) for one in (value, *ends)]
+def _row(label, value, ends, readable, error=None) -> dict[str, str]:
+    unit, factor = readable
+    uncertainty = max((abs(number - value) * factor for number in ends if None not in (number, value)), default=0.0)
+    text = [
+        "–" if number is None else rounded_to_error(number * factor, uncertainty, DIGITS) for number in (value, *ends)
+    ]
     return {
-        "words": words,
+        "words": label,
         "value": text[0],
         "unit": unit,
         "error": "" if error is None else two_digits(error * factor),
@@ -87,8 +86,8 @@ def _row(words, value, ends, shown, error=None) -> dict[str, str]:
 
 def _refused(names, summary) -> list[str]:
     return [
-        f"{', '.join(map(title_of, sharing))}: {sentence}"
-        for sentence, sharing in names_by_sentence(
+        f"{', '.join(map(title_of, quantities))}: {sentence}"
+        for sentence, quantities in names_by_sentence(
             {name: refusals(summary["quantities"][name]) for name in names}
         ).items()
     ]

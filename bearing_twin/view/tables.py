@@ -1,4 +1,4 @@
-"""Figures of a report for people, on pages and in the terminal: words, numbers in the units they read, errors."""
+"""Figures of a report as texts for pages and the terminal: labels, numbers in engineering units, errors."""
 
 import math
 from collections.abc import Callable, Iterable, Mapping
@@ -27,7 +27,7 @@ Readable = Callable[[str, float], tuple[str, str, float]]  # words, unit and fac
 
 
 class Figure(NamedTuple):
-    """A figure for people: its key, words and unit, its values as texts, and its error as a text, "" for none.
+    """A figure as texts: its key, label and unit, its values, and its error, "" for none.
 
     `doubtful` is True for a number whose error is large; `length` of a list of more numbers than a vector has, else 0.
     """
@@ -41,62 +41,65 @@ class Figure(NamedTuple):
     length: int
 
 
-def figures_for_people(
+def readable_figures(
     figures: Mapping[str, Any], result: Mapping[str, Any], unit_of: Readable = readable_label
 ) -> list[Figure]:
     """The figures but lists of events and nested mappings; `result` holds their errors, as the result of `--json`."""
-    found = []
-    figures = {key: one for key, one in figures.items() if not isinstance(one, Mapping) and not is_events(one)}
+    rows = []
+    figures = {key: value for key, value in figures.items() if not isinstance(value, Mapping) and not is_events(value)}
     units = {unit: NOISE * size for unit, size in unit_sizes(figures).items() if unit}
     rounding = {key: units.get(label_and_unit(key)[1], 0.0) for key in figures}
-    figures = {key: _without_rounding(one, rounding[key]) for key, one in figures.items()}
+    figures = {key: _without_rounding(value, rounding[key]) for key, value in figures.items()}
     errors = {
-        key: _without_rounding(displayed_errors(result, key, _size(one)), rounding[key]) for key, one in figures.items()
+        key: _without_rounding(displayed_errors(result, key, _size(value)), rounding[key])
+        for key, value in figures.items()
     }
     sizes = {key: max(_size(value), errors[key][1] or 0.0) for key, value in figures.items()}
     long = {key: unit_suffix(key) for key, value in figures.items() if _is_long(value)}
-    for key, suffix in long.items():  # those of one unit in one
-        sizes[key] = max(_size(figures[other]) for other, one in long.items() if one == suffix)
+    for key, suffix in long.items():  # lists of one unit have one prefix
+        sizes[key] = max(_size(figures[name]) for name, other_suffix in long.items() if other_suffix == suffix)
     for key, size in unit_choice_sizes(sizes).items():
-        value, (most, own), digits = figures[key], errors[key], digits_of(key)
-        several = value if isinstance(value, (list, tuple)) else [value]
-        words, unit, factor = unit_of(key, size)
-        words = label_in_result(words, result.get("errors_unknown", {}))
-        unit = unit if any(map(_is_number, several)) else ""
-        error = two_digits(factor * own) if own and _in_digits(own, _size(value), digits) else ""
-        if 1 < len(several) <= AXES and all(map(_is_number, several)) and _size(several):  # a vector: parts of one size
-            places = digits - 1 - math.floor(math.log10(factor * _size(several)))
-            several = [round(factor * one, places) / factor for one in several]
-            most = most and max(most, 10.0 ** (1 - places) / factor)
-        texts = [_residual(one) if key in RESIDUALS else value_text(one, factor, most, digits) for one in several]
+        value, (limit, method_error), digits = figures[key], errors[key], digits_of(key)
+        items = value if isinstance(value, (list, tuple)) else [value]
+        label, unit, factor = unit_of(key, size)
+        label = label_in_result(label, result.get("errors_unknown", {}))
+        unit = unit if any(map(_is_number, items)) else ""
+        has_error = bool(method_error) and _in_digits(method_error, _size(value), digits)
+        error = two_digits(factor * method_error) if has_error else ""
+        if 1 < len(items) <= AXES and all(map(_is_number, items)) and _size(items):  # a vector: parts of one size
+            decimals = digits - 1 - math.floor(math.log10(factor * _size(items)))
+            items = [round(factor * item, decimals) / factor for item in items]
+            limit = limit and max(limit, 10.0 ** (1 - decimals) / factor)
+        texts = [_residual(item) if key in RESIDUALS else value_text(item, factor, limit, digits) for item in items]
         doubtful = key in result.get("large_errors", ())
-        found.append(Figure(key, words, unit, texts, error, doubtful, len(several) if _is_long(value) else 0))
-    return found
+        rows.append(Figure(key, label, unit, texts, error, doubtful, len(items) if _is_long(value) else 0))
+    return rows
 
 
 def lists_by_length(figures: Iterable[Figure]) -> dict[int, list[Figure]]:
     """The long lists among figures, those of one length together."""
-    found: dict[int, list[Figure]] = {}
-    for one in figures:
-        if one.length:
-            found.setdefault(one.length, []).append(one)
-    return found
+    groups: dict[int, list[Figure]] = {}
+    for figure in figures:
+        if figure.length:
+            groups.setdefault(figure.length, []).append(figure)
+    return groups
 
 
-def events_for_people(
-    rows: list[Mapping[str, Any]], unit_of: Readable = readable_label
-) -> tuple[list, list[list[str]]]:
+def readable_events(rows: list[Mapping[str, Any]], unit_of: Readable = readable_label) -> tuple[list, list[list[str]]]:
     """Words and unit of each column of a list of mappings with the same keys, and the rows as texts."""
     columns = {key: [row.get(key) for row in rows] for key in rows[0]}
     shown = [unit_of(key, _size(values)) for key, values in columns.items()]
-    texts = [[value_text(one, factor) for one in of] for of, (*_, factor) in zip(columns.values(), shown, strict=True)]
-    return [(words, unit) for words, unit, _ in shown], [list(row) for row in zip(*texts, strict=True)]
+    texts = [
+        [value_text(value, factor) for value in column]
+        for column, (*_, factor) in zip(columns.values(), shown, strict=True)
+    ]
+    return [(label, unit) for label, unit, _ in shown], [list(row) for row in zip(*texts, strict=True)]
 
 
-def errors_in_words(result: Mapping[str, Any]) -> tuple[dict[str, str], list[str]]:
+def error_texts(result: Mapping[str, Any]) -> tuple[dict[str, str], list[str]]:
     """The errors of the requested outputs by their names, and sentences about errors that are not known."""
-    wanted = result.get("wanted_errors", {}).items()
-    known = {output: output_error_text(one) for output, one in wanted if one["error"] is not None}
+    rows = result.get("wanted_errors", {}).items()
+    known = {output: output_error_text(row) for output, row in rows if row["error"] is not None}
     return known, [f"{name}: {text}" for name, text in result.get("errors_unknown", {}).items()]
 
 
@@ -111,11 +114,11 @@ def value_text(value, factor: float = 1.0, error=None, digits: int = DIGITS) -> 
     return rounded_to_error(value * factor, None if error is None else factor * greatest_error(error), digits)
 
 
-def _without_rounding(value, least: float):
+def _without_rounding(value, limit: float):
     """A value or a list with 0 in the place of numbers up to `least`."""
     if isinstance(value, (list, tuple)):
-        return [_without_rounding(one, least) for one in value]
-    return 0.0 if isinstance(value, float) and abs(value) <= least else value
+        return [_without_rounding(item, limit) for item in value]
+    return 0.0 if isinstance(value, float) and abs(value) <= limit else value
 
 
 def _residual(value: float | None) -> str:
@@ -125,7 +128,7 @@ def _residual(value: float | None) -> str:
 
 def is_events(value) -> bool:
     """True for a list of mappings, with the same keys."""
-    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(one, Mapping) for one in value)
+    return isinstance(value, (list, tuple)) and bool(value) and all(isinstance(item, Mapping) for item in value)
 
 
 def _is_long(value) -> bool:
@@ -135,8 +138,8 @@ def _is_long(value) -> bool:
 
 def _size(value) -> float:
     """The greatest magnitude of a value or of the numbers in a list; 0 where there is none."""
-    several = value if isinstance(value, (list, tuple)) else [value]
-    return float(max((abs(one) for one in several if _is_number(one)), default=0.0))
+    items = value if isinstance(value, (list, tuple)) else [value]
+    return float(max((abs(number) for number in items if _is_number(number)), default=0.0))
 
 
 def _is_number(value) -> bool:
@@ -148,41 +151,51 @@ def _in_digits(error: float, size: float, digits: int) -> bool:
     return not size or error >= 10.0 ** (math.floor(math.log10(size)) + 1 - digits)
 
 
-def tables_of_page(
+def badge(text: str, name: str = "", sort: str = "") -> dict[str, str]:
+    """A badge beside the title of a page."""
+    return {"sort": sort, "name": name, "text": text}
+
+
+def warning_badges(count: int) -> list[dict[str, str]]:
+    """The badge with the number of warnings; none without warnings."""
+    return [badge(f"{count} warning{'s' * (count > 1)}", sort="doubt")] if count else []
+
+
+def page_tables(
     figures: Mapping[str, Any], errors: Mapping[str, Any], meanings: Mapping[str, str]
 ) -> dict[str, list[dict[str, Any]]]:
     """The tables of a page: `figures` (a row each), `tables` (long lists side by side, then events), `errors`."""
-    shown = figures_for_people(figures, errors)
+    shown = readable_figures(figures, errors)
     rows = [
         {
-            "words": one.words,
-            "value": ("; " if not one.unit else ", ").join(one.texts) or "none",
-            "unit": one.unit,
-            "error": one.error,
-            "meaning": meanings.get(one.key, ""),
+            "words": figure.words,
+            "value": ("; " if not figure.unit else ", ").join(figure.texts) or "none",
+            "unit": figure.unit,
+            "error": figure.error,
+            "meaning": meanings.get(figure.key, ""),
         }
-        for one in shown
-        if not one.length
+        for figure in shown
+        if not figure.length
     ]
     tables: list[dict[str, Any]] = []
     for columns in lists_by_length(shown).values():
-        header = [(one.words, one.unit, meanings.get(one.key, "")) for one in columns]
-        cells = [list(row) for row in zip(*(one.texts for one in columns), strict=True)]
-        greatest = [one.error for one in columns]
-        tables.append({"header": header, "rows": cells, "errors": greatest if any(greatest) else []})
+        header = [(figure.words, figure.unit, meanings.get(figure.key, "")) for figure in columns]
+        cells = [list(row) for row in zip(*(figure.texts for figure in columns), strict=True)]
+        list_errors = [figure.error for figure in columns]
+        tables.append({"header": header, "rows": cells, "errors": list_errors if any(list_errors) else []})
     for key, events in figures.items():
         if is_events(events):
-            header, cells = events_for_people(events[:MOST_ROWS])
-            more = f"; the first {MOST_ROWS} of {len(events)}" if len(events) > MOST_ROWS else ""
-            named = {"title": meanings.get(key, "") + more, "noun": key.replace("_", " ")}
-            tables.append(named | {"header": [(*one, "") for one in header], "rows": cells, "errors": []})
+            header, cells = readable_events(events[:MOST_ROWS])
+            title_end = f"; the first {MOST_ROWS} of {len(events)}" if len(events) > MOST_ROWS else ""
+            heading = {"title": meanings.get(key, "") + title_end, "noun": key.replace("_", " ")}
+            tables.append(heading | {"header": [(*figure, "") for figure in header], "rows": cells, "errors": []})
     return {"figures": rows, "tables": tables, "errors": error_notes(errors)}
 
 
 def error_notes(errors: Mapping[str, Any]) -> list[str]:
     """Errors of the outputs requested to a tolerance, and those that are not known."""
-    known, unknown = errors_in_words(errors)
+    known, unknown = error_texts(errors)
     notes = [f"{output}: error {text}" for output, text in known.items()] + [
-        f"Not in these errors: {one}" for one in unknown
+        f"Not in these errors: {sentence}" for sentence in unknown
     ]
-    return [readable_sentence(one) for one in notes]
+    return [readable_sentence(sentence) for sentence in notes]
