@@ -1,7 +1,7 @@
 """Builds the compiled core: `python core/build.py`; the standard library and a C++ compiler are enough.
 
 Every `.cpp` below this folder is a unit of its own. A unit is compiled again where its text, that of a header it
-includes or its flags have changed. What is linked takes its name in the end, so that no half library is ever loaded.
+includes or its flags have changed. A linked library is renamed at the end, so that no incomplete one is loaded.
 """
 
 import functools
@@ -37,7 +37,7 @@ class BuildError(Exception):
 
 
 def sources() -> list[Path]:
-    """All that the library is made of, sorted: units, headers, and this file with the flags."""
+    """All sources of the library, sorted: units, headers, and this file with the flags."""
     return sorted(path for path in SOURCES.rglob("*") if path.suffix in (".cpp", ".hpp", ".py"))
 
 
@@ -51,11 +51,11 @@ def build_id() -> str:
 
 
 def compiler() -> list[str] | None:
-    """The words that call the compiler: `$CXX`, or the first of COMPILERS that is there; None where there is none."""
-    words = shlex.split(os.environ.get("CXX", ""))
-    for first, *others in filter(None, (words, *([name] for name in COMPILERS))):
-        if found := shutil.which(first):
-            return [found, *others]
+    """Arguments that call the compiler: `$CXX`, or the first of COMPILERS that is installed; None without one."""
+    requested = shlex.split(os.environ.get("CXX", ""))
+    for program, *arguments in filter(None, (requested, *([name] for name in COMPILERS))):
+        if path := shutil.which(program):
+            return [path, *arguments]
     return None
 
 
@@ -67,35 +67,35 @@ def build(target: Path = PACKAGE, march: Sequence[str] = ("native",), extra: Seq
     target : Path
         Folder of the libraries, each a NAME; it is made.
     march : sequence of str
-        What `-march` takes: "native" for the processor at hand, "x86-64-v3", "armv8-a"; ["all"] for ALL, as in wheels.
+        Values of `-march`: "native" for the processor at hand, "x86-64-v3", "armv8-a"; ["all"] for ALL, as in wheels.
     extra : sequence of str
         Further flags, after FLAGS.
 
     Raises
     ------
     BuildError
-        There is no compiler, or it refuses a unit.
+        There is no compiler, or it fails.
     """
-    if not (words := compiler()):
-        raise BuildError("no C++ compiler is found (Debian: apt install g++); set CXX to the one to take")
+    if not (command := compiler()):
+        raise BuildError("no C++ compiler is found (Debian: apt install g++)")
     target.mkdir(parents=True, exist_ok=True)
-    made = [_library(target, words, one, tuple(extra)) for one in (ALL if list(march) == ["all"] else march)]
+    made = [_library(target, command, level, tuple(extra)) for level in (ALL if list(march) == ["all"] else march)]
     for path in target.glob(NAME.format("*")):
         if path not in made:
             path.unlink()
     return made
 
 
-def _library(target: Path, words: list[str], march: str, extra: tuple[str, ...]) -> Path:
-    from concurrent.futures import ThreadPoolExecutor  # late: who only asks for the id need not wait for it
+def _library(target: Path, command: list[str], march: str, extra: tuple[str, ...]) -> Path:
+    from concurrent.futures import ThreadPoolExecutor  # imported here, as build_id needs none of it
 
-    call = [*words, *FLAGS, f"-march={march}", *extra]
+    call = [*command, *FLAGS, f"-march={march}", *extra]
     macros = _run([*call, "-dM", "-E", "-x", "c++", os.devnull])
     name = march
     if march == "native":
         name += next((level for macro, level in _LEVELS if f" {macro} " in macros), "")
-    says = re.search(r' __VERSION__ "(.*)"', macros)
-    text = f"{Path(words[0]).name} {says[1] if says else ''}, {' '.join((name, *extra))}"
+    compiler_version = re.search(r' __VERSION__ "(.*)"', macros)
+    text = f"{Path(command[0]).name} {compiler_version[1] if compiler_version else ''}, {' '.join((name, *extra))}"
     version = (
         'extern "C" [[gnu::visibility("default")]] const char *core_version();\n'
         f'const char *core_version() {{ return "build {build_id()}, {text}"; }}\n'
@@ -111,22 +111,22 @@ def _library(target: Path, words: list[str], march: str, extra: tuple[str, ...])
             path.unlink()
     library = target / NAME.format(name)
     static = () if march == "native" else ("-static-libstdc++", "-static-libgcc")  # for machines with other compilers
-    _whole(library, [*call, "-shared", "-Wl,--no-undefined", *static, *map(str, compiled)])
+    _write_complete(library, [*call, "-shared", "-Wl,--no-undefined", *static, *map(str, compiled)])
     return library
 
 
 def _object(folder: Path, call: list[str], macros: str, unit: Path) -> Path:
-    """The object file of a unit, whose name tells what it was compiled from."""
+    """The object file of a unit, whose name has a digest of its sources and flags."""
     if unit.stem in OFTEN:
         call = [*call]
         call[call.index("-O2")] = "-O3"
     digest = hashlib.sha256(f"{call}{macros}".encode())
-    for path, content in sorted(_texts(unit, {}).items()):
-        digest.update(f"{path} {len(content)} ".encode() + content)
-    found = folder / f"{unit.stem}-{digest.hexdigest()[:16]}.o"
-    if not found.exists():
-        _whole(found, [*call, "-c", str(unit)])
-    return found
+    for source, content in sorted(_texts(unit, {}).items()):
+        digest.update(f"{source} {len(content)} ".encode() + content)
+    path = folder / f"{unit.stem}-{digest.hexdigest()[:16]}.o"
+    if not path.exists():
+        _write_complete(path, [*call, "-c", str(unit)])
+    return path
 
 
 def _texts(path: Path, known: dict[Path, bytes]) -> dict[Path, bytes]:
@@ -135,14 +135,14 @@ def _texts(path: Path, known: dict[Path, bytes]) -> dict[Path, bytes]:
         known[path] = path.read_bytes()
         for name in _INCLUDED.findall(known[path]):
             for folder in (path.parent, SOURCES):
-                if (found := (folder / name.decode()).resolve()).is_file():
-                    _texts(found, known)
+                if (included := (folder / name.decode()).resolve()).is_file():
+                    _texts(included, known)
                     break
     return known
 
 
-def _whole(path: Path, call: list[str]) -> None:
-    """Run a command that writes a file by `-o`, which has its name only when it is whole."""
+def _write_complete(path: Path, call: list[str]) -> None:
+    """Run a command that writes a file by `-o`, which is renamed when it is complete."""
     draft = path.with_name(f".{path.name}.{os.getpid()}")
     try:
         _run([*call, "-o", str(draft)])
@@ -169,9 +169,9 @@ def main() -> int:
     parser.add_argument("--march", nargs="+", default=["native"], help="instruction sets (default: native), or all")
     parser.add_argument("--into", type=Path, default=PACKAGE, metavar="FOLDER", help=f"default: {PACKAGE}")
     parser.add_argument("--flags", default="", help='further flags, as --flags="-g -fsanitize=undefined"')
-    words = parser.parse_args()
+    arguments = parser.parse_args()
     try:
-        print(*build(words.into, words.march, shlex.split(words.flags)), sep="\n")
+        print(*build(arguments.into, arguments.march, shlex.split(arguments.flags)), sep="\n")
     except BuildError as error:
         print(error, file=sys.stderr)
         return 2

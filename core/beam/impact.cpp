@@ -15,13 +15,13 @@ namespace core::beam {
 
 // Coefficients of powers of u of the cubic that is 1 at one of the POINTS and 0 at the others.
 constexpr Force lagrange_cubic(int point) {
-  Force found{1.0};
-  for (int other = 0, degree = 0; other < TERMS; other++) {
-    if (other == point) continue;
-    double scale = 1.0 / (POINTS[point] - POINTS[other]);
-    for (int k = ++degree; k >= 0; k--) found[k] = scale * ((k ? found[k - 1] : 0.0) - POINTS[other] * found[k]);
+  Force coefficients{1.0};
+  for (int node = 0, degree = 0; node < TERMS; node++) {
+    if (node == point) continue;
+    double scale = 1.0 / (POINTS[point] - POINTS[node]);
+    for (int k = ++degree; k >= 0; k--) coefficients[k] = scale * ((k ? coefficients[k - 1] : 0.0) - POINTS[node] * coefficients[k]);
   }
-  return found;
+  return coefficients;
 }
 constexpr Force CUBIC[TERMS] = {lagrange_cubic(0), lagrange_cubic(1), lagrange_cubic(2), lagrange_cubic(3)};
 
@@ -33,11 +33,11 @@ class Collocation {
   // One contact from piece `first`, whose start, states and motion are set: how it ended, and `first` as the next piece.
   Status contact(int &first) {
     int &piece = first;
-    double begun = impact.start[piece], alpha = 0.0, alpha_rate = impact.approach_rate(piece);
+    double contact_start = impact.start[piece], alpha = 0.0, alpha_rate = impact.approach_rate(piece);
     force[0] = 0.0;
     for (; piece + 1 < impact.capacity; piece++) {
       if (*impact.stop) return STOPPED;
-      double span = std::min(longest, std::max(shortest, impact.start[piece] - begun)), left = impact.until - impact.start[piece];
+      double span = std::min(longest, std::max(shortest, impact.start[piece] - contact_start)), left = impact.end_time - impact.start[piece];
       if (alpha_rate < 0.0) span = std::min(span, std::max(shortest, -0.5 * alpha / alpha_rate));
       Status ended = step(piece, std::min(span, left), alpha, alpha_rate);
       if (ended == NOT_FINITE || ended == STALLED) return ended;
@@ -60,29 +60,29 @@ class Collocation {
   const Sphere &sphere;
   double shortest, longest, length = 0.0;
   ModeSteps steps[UNKNOWN];      // to each point
-  double gain[UNKNOWN][TERMS];   // approach by a unit force at each of the POINTS
+  double compliance[UNKNOWN][TERMS];   // approach by a unit force at each of the POINTS
   Values approach;
   std::array<double, TERMS> force;  // at POINTS
 
   Force cubic() const {
-    Force found{};
+    Force force_cubic{};
     for (int j = 0; j < TERMS; j++)
-      for (int k = 0; k < TERMS; k++) found[k] += CUBIC[j][k] * force[j];
-    return found;
+      for (int k = 0; k < TERMS; k++) force_cubic[k] += CUBIC[j][k] * force[j];
+    return force_cubic;
   }
 
-  void set_length(double whole) {
-    if (whole == length) return;
-    length = whole;
+  void set_length(double new_length) {
+    if (new_length == length) return;
+    length = new_length;
     for (int i = 0; i < UNKNOWN; i++) {
       double share = POINTS[i + 1], span = share * length;
       steps[i].set(modes, span);
-      Force answer = steps[i].gain;
-      for (int k = 0; k < TERMS; k++) answer[k] += span * span / ((k + 1) * (k + 2) * sphere.mass);
+      Force response_of_powers = steps[i].compliance_of_powers;
+      for (int k = 0; k < TERMS; k++) response_of_powers[k] += span * span / ((k + 1) * (k + 2) * sphere.mass);
       for (int j = 0; j < TERMS; j++) {
-        Force part = CUBIC[j].beginning(share);
-        gain[i][j] = 0.0;
-        for (int k = 0; k < TERMS; k++) gain[i][j] -= answer[k] * part[k];
+        Force part = CUBIC[j].first_part(share);
+        compliance[i][j] = 0.0;
+        for (int k = 0; k < TERMS; k++) compliance[i][j] -= response_of_powers[k] * part[k];
       }
     }
   }
@@ -93,7 +93,7 @@ class Collocation {
     for (int i = 0; i < UNKNOWN; i++) {
       double span = POINTS[i + 1] * length;
       free[i] = sphere.free_position(impact.motion[piece], span) - steps[i].free_deflection(modes, impact.state(piece));
-      free[i] += gain[i][0] * force[0];
+      free[i] += compliance[i][0] * force[0];
       approach[i] = alpha + alpha_rate * span;
     }
     double change = 0.0, greatest = 0.0;
@@ -107,7 +107,7 @@ class Collocation {
       greatest = change = 0.0;
       for (int i = 0; i < UNKNOWN; i++) {
         b[i] = free[i] - approach[i] - modes.tail * force[i + 1];
-        for (int j = 0; j < UNKNOWN; j++) b[i] += gain[i][j + 1] * force[j + 1], a[i][j] = -gain[i][j + 1] * slope[j];
+        for (int j = 0; j < UNKNOWN; j++) b[i] += compliance[i][j + 1] * force[j + 1], a[i][j] = -compliance[i][j + 1] * slope[j];
         a[i][i] += 1.0 + modes.tail * slope[i];
         greatest = std::max(greatest, std::fabs(approach[i]));
       }
@@ -144,14 +144,14 @@ class Collocation {
       if (solved && gap == UNKNOWN) return OK;
       if (span > shortest) continue;
       if (!solved) return STALLED;
-      separate(piece, alpha, alpha_rate, POINTS[gap + 1] * span);
+      find_separation(piece, alpha, alpha_rate, POINTS[gap + 1] * span);
       force[TERMS - 1] = 0.0;
       return SEPARATED;
     }
   }
 
   // Makes the step, of at most `span`, at whose end the approach is zero.
-  void separate(int piece, double alpha, double alpha_rate, double span) {
+  void find_separation(int piece, double alpha, double alpha_rate, double span) {
     double before = alpha > 0.0 ? alpha : std::fabs(alpha_rate) * span, after = 0.0;
     auto make = [&](double tried) {
       if (*impact.stop) return void(after = 0.0);
@@ -184,7 +184,7 @@ class Volterra {
     double low = 0.0;
     for (; piece + 1 < impact.capacity; piece++) {
       if (*impact.stop) return STOPPED;
-      double left = impact.until - impact.start[piece];
+      double left = impact.end_time - impact.start[piece];
       steps.set(impact.modes, std::min(length, left));
       double high = load(free_approach(piece, steps, low), response(steps, 0.0, 1.0) + impact.modes.tail);
       if (!std::isfinite(high)) return NOT_FINITE;
@@ -217,7 +217,7 @@ class Volterra {
   // Approach [m] lost at the end of a step by a force that goes from `low` to `high` in it.
   double response(const ModeSteps &step, double low, double high) const {
     Force force = line(low, high);
-    return drop(impact.sphere.mass, step.span, force) + force[0] * step.gain[0] + force[1] * step.gain[1];
+    return drop(impact.sphere.mass, step.span, force) + force[0] * step.compliance_of_powers[0] + force[1] * step.compliance_of_powers[1];
   }
 
   // Approach [m] at the end of a step over which the force falls from `low` to zero.
@@ -298,9 +298,9 @@ CORE_EXPORT void core_beam_response(IMPACT_ARGUMENTS, std::int64_t instants, con
   for (int i = 0; i < instants && !*stop; i++, moved += count, sphere += 3) {
     while (piece + 1 < capacity && times[i] >= impact.start[piece + 1]) piece++;
     double span = times[i] - impact.start[piece], share = span / impact.length[piece];
-    Force given = impact.force[piece], begun = given.beginning(share);
+    Force given = impact.force[piece], begun = given.first_part(share);
     propagate(impact.modes, span, begun, impact.state(piece), moved);
     SphereMotion now = impact.sphere.moved(impact.motion[piece], span, begun);
-    sphere[0] = given.at(share), sphere[1] = now.position, sphere[2] = now.velocity;
+    sphere[0] = given.value_at(share), sphere[1] = now.position, sphere[2] = now.velocity;
   }
 }

@@ -30,7 +30,7 @@ inline Complex exponential(Complex z) {
 // A force [N] by powers of the share u = 0 .. 1 of a span of time.
 struct Force : std::array<double, TERMS> {
   bool is_zero() const { return (*this)[0] == 0.0 && (*this)[1] == 0.0 && (*this)[2] == 0.0 && (*this)[3] == 0.0; }
-  double at(double share) const {
+  double value_at(double share) const {
     const Force &f = *this;
     return f[0] + share * (f[1] + share * (f[2] + share * f[3]));
   }
@@ -39,11 +39,11 @@ struct Force : std::array<double, TERMS> {
     return f[1] + share * (2.0 * f[2] + share * 3.0 * f[3]);
   }
   // The same force over the first `share` of the span.
-  Force beginning(double share) const {
-    Force found = *this;
+  Force first_part(double share) const {
+    Force scaled = *this;
     double power = 1.0;
-    for (double &one : found) one *= power, power *= share;
-    return found;
+    for (double &coefficient : scaled) coefficient *= power, power *= share;
+    return scaled;
   }
 };
 
@@ -111,26 +111,26 @@ inline void propagate(const Modes &modes, double span, const Force &force, const
 // The steps of all modes over one span [s], made again when it changes.
 struct ModeSteps {
   double span = 0.0;
-  std::vector<ModeStep> of;
-  Force gain{};  // deflection [m] at the point of impact, at the end of the span, by each power of a unit force
+  std::vector<ModeStep> mode;
+  Force compliance_of_powers{};  // deflection [m] at the point of impact, at the end of the span, by each power of a unit force
 
   void set(const Modes &modes, double length) {
     if (length == span) return;
-    span = length, gain = {};
-    of.resize(modes.count);
+    span = length, compliance_of_powers = {};
+    mode.resize(modes.count);
     for (int n = 0; n < modes.count; n++) {
-      of[n] = mode_step(span * modes.rate[n]);
-      for (int k = 0; k < TERMS; k++) gain[k] += modes.compliance[n] * modes.push[n] * span * of[n].moment[k].im;
+      mode[n] = mode_step(span * modes.rate[n]);
+      for (int k = 0; k < TERMS; k++) compliance_of_powers[k] += modes.compliance[n] * modes.push[n] * span * mode[n].moment[k].im;
     }
   }
   void move(const Modes &modes, const Force &force, const Complex *start, Complex *end) const {
     for (int n = 0; n < modes.count; n++)
-      end[n] = of[n].turn * start[n] + modes.push[n] * span * of[n].pushed(force);
+      end[n] = mode[n].turn * start[n] + modes.push[n] * span * mode[n].pushed(force);
   }
   // Deflection [m] at the point of impact after the span without a force.
   double free_deflection(const Modes &modes, const Complex *start) const {
     double sum = 0.0;
-    for (int n = 0; n < modes.count; n++) sum += modes.compliance[n] * (of[n].turn * start[n]).im;
+    for (int n = 0; n < modes.count; n++) sum += modes.compliance[n] * (mode[n].turn * start[n]).im;
     return sum;
   }
 };
@@ -174,7 +174,7 @@ struct Sphere {
 struct Impact {
   Modes modes;
   Sphere sphere;
-  double until;                       // [s]
+  double end_time;                       // [s]
   const volatile std::uint8_t *stop;  // not 0 once somebody wants it to stop
   int capacity;                           // pieces that the arrays hold
   double *start, *length;
@@ -186,22 +186,22 @@ struct Impact {
   Complex *state(int piece) const { return states + std::int64_t(piece) * modes.count; }
 
   // Closes a piece of that length and force, and begins the next.
-  void close(int piece, double span, const Force &given, const ModeSteps &steps) const {
-    length[piece] = span, force[piece] = given;
+  void close(int piece, double span, const Force &piece_force, const ModeSteps &steps) const {
+    length[piece] = span, force[piece] = piece_force;
     start[piece + 1] = start[piece] + span;
-    steps.move(modes, given, state(piece), state(piece + 1));
-    motion[piece + 1] = sphere.moved(motion[piece], span, given);
-    work[piece] = given.is_zero() ? 0.0 : work_of(motion[piece], span, given);
+    steps.move(modes, piece_force, state(piece), state(piece + 1));
+    motion[piece + 1] = sphere.moved(motion[piece], span, piece_force);
+    work[piece] = piece_force.is_zero() ? 0.0 : beam_work(motion[piece], span, piece_force);
   }
   // Work [J] on the beam: [f w] less the integral of f' w, its deflection w being the sphere's travel less the approach.
-  double work_of(SphereMotion begin, double span, const Force &given) const {
+  double beam_work(SphereMotion begin, double span, const Force &piece_force) const {
     double sum = 0.0;
     for (int i = 0; i < TERMS; i++) {
-      double share = POINTS[i], load = given.at(share);
-      double travel = sphere.free_position(begin, share * span) - drop(sphere.mass, share * span, given.beginning(share));
+      double share = POINTS[i], load = piece_force.value_at(share);
+      double travel = sphere.free_position(begin, share * span) - drop(sphere.mass, share * span, piece_force.first_part(share));
       double deflection = travel - sphere.approach(load);
       double edge = i == 0 ? -load : i == TERMS - 1 ? load : 0.0;
-      sum += deflection * (edge - WEIGHTS[i] * given.slope(share));
+      sum += deflection * (edge - WEIGHTS[i] * piece_force.slope(share));
     }
     return sum;
   }
@@ -225,13 +225,13 @@ struct Approach {
 // The approach `time` [s] after the start of a piece of free flight.
 inline Approach approach_after(const Impact &impact, int piece, double time) {
   SphereMotion start = impact.motion[piece];
-  Approach found{impact.sphere.free_position(start, time), start.velocity + impact.sphere.gravity * time};
+  Approach approach{impact.sphere.free_position(start, time), start.velocity + impact.sphere.gravity * time};
   for (int n = 0; n < impact.modes.count; n++) {
     Complex rate = impact.modes.rate[n], z = exponential(time * rate) * impact.state(piece)[n];
-    found.value -= impact.modes.compliance[n] * z.im;
-    found.rate -= impact.modes.shape[n] * (z.re + rate.re * z.im / rate.im);
+    approach.value -= impact.modes.compliance[n] * z.im;
+    approach.rate -= impact.modes.shape[n] * (z.re + rate.re * z.im / rate.im);
   }
-  return found;
+  return approach;
 }
 
 // Time [s] until sphere and freely swinging beam touch again, `limit` if not before, infinite if never.
@@ -242,23 +242,23 @@ inline Approach approach_after(const Impact &impact, int piece, double time) {
 inline double next_touch(const Impact &impact, int piece, double limit, double shortest) {
   const Sphere &sphere = impact.sphere;
   SphereMotion start = impact.motion[piece];
-  double bend = std::fabs(sphere.gravity), reach = 0.0, time = 0.0;
+  double max_acceleration = std::fabs(sphere.gravity), reach = 0.0, time = 0.0;
   for (int n = 0; n < impact.modes.count; n++) {
     Complex rate = impact.modes.rate[n], z = impact.state(piece)[n];
     double size = std::fabs(impact.modes.compliance[n]) * std::hypot(z.re, z.im);
     reach += size;
-    bend += size * (rate.re * rate.re + rate.im * rate.im);
+    max_acceleration += size * (rate.re * rate.re + rate.im * rate.im);
   }
-  for (int look = 0; look < 10'000'000; look++) {
-    Approach found = approach_after(impact, piece, time);
+  for (int i = 0; i < 10'000'000; i++) {
+    Approach approach = approach_after(impact, piece, time);
     bool leaves = sphere.gravity <= 0.0 && start.velocity + sphere.gravity * time <= 0.0;
     if (leaves && sphere.free_position(start, time) < -reach) return std::numeric_limits<double>::infinity();
-    if (time >= limit || !std::isfinite(found.value) || *impact.stop) return limit;
-    if (found.value >= 0.0 && found.rate > 0.0 && time > 0.0) return time;
-    double depth = std::max(-found.value, 0.0), root = std::sqrt(found.rate * found.rate + 2.0 * bend * depth);
+    if (time >= limit || !std::isfinite(approach.value) || *impact.stop) return limit;
+    if (approach.value >= 0.0 && approach.rate > 0.0 && time > 0.0) return time;
+    double depth = std::max(-approach.value, 0.0), root = std::sqrt(approach.rate * approach.rate + 2.0 * max_acceleration * depth);
     // (root - rate) / bend without cancellation for a closing gap
-    double ahead = found.rate > 0.0 ? 2.0 * depth / (root + found.rate) : (root - found.rate) / bend;
-    time += std::max(ahead, shortest);
+    double safe_step = approach.rate > 0.0 ? 2.0 * depth / (root + approach.rate) : (root - approach.rate) / max_acceleration;
+    time += std::max(safe_step, shortest);
   }
   return limit;
 }

@@ -45,8 +45,8 @@ struct RigidBody {
 
   bool held() const { return mass == 0.0; }
   CORE_INLINE Real3 spin(const RigidState &state, const RealMatrix3 &rotation) const {
-    Real3 own = transposed(rotation) * state.momentum;
-    return rotation * Real3{own[0] / inertia[0], own[1] / inertia[1], own[2] / inertia[2]};
+    Real3 body_momentum = transposed(rotation) * state.momentum;
+    return rotation * Real3{body_momentum[0] / inertia[0], body_momentum[1] / inertia[1], body_momentum[2] / inertia[2]};
   }
   // Change of the body's velocity there by a unit impulse along a direction at an arm: 1/m + (r x n) I^-1 (r x n).
   CORE_INLINE double mobility(const RealMatrix3 &rotation, const Real3 &arm, const Real3 &direction) const {
@@ -94,11 +94,11 @@ struct ContactRecord {
 
   // Takes a load if it is the greatest so far.
   template <class Contact>
-  void keep_peak(const Contact &at) {
-    if (!(at.normal_load > peak_load)) return;
-    peak_load = at.normal_load, peak_approach = at.approach, peak_small = at.gap.small, peak_large = at.gap.large;
-    peak_coefficient = at.coefficient, peak_major = at.patch.semi_major, peak_minor = at.patch.semi_minor;
-    peak_pressure = at.patch.peak_pressure;
+  void update_peak(const Contact &contact) {
+    if (!(contact.normal_load > peak_load)) return;
+    peak_load = contact.normal_load, peak_approach = contact.approach, peak_small = contact.gap.small, peak_large = contact.gap.large;
+    peak_coefficient = contact.coefficient, peak_major = contact.patch.semi_major, peak_minor = contact.patch.semi_minor;
+    peak_pressure = contact.patch.peak_pressure;
   }
 };
 

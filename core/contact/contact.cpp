@@ -11,8 +11,8 @@ using namespace core;
 CORE_EXPORT void core_ellipses(std::int64_t count, const double *small, const double *large, const double *modulus,
                                const double *load, double *semi_major, double *semi_minor, double *peak_pressure) {
   for (std::int64_t i = 0; i < count; i++) {
-    Ellipse found = ellipse(small[i], large[i], modulus[i], load[i]);
-    semi_major[i] = found.semi_major, semi_minor[i] = found.semi_minor, peak_pressure[i] = found.peak_pressure;
+    Ellipse result = ellipse(small[i], large[i], modulus[i], load[i]);
+    semi_major[i] = result.semi_major, semi_minor[i] = result.semi_minor, peak_pressure[i] = result.peak_pressure;
   }
 }
 // Semi-axis ratios b/a of contact ellipses.
@@ -34,8 +34,8 @@ Lubricant lubricant_of(const double *n) { return {LubricantKind(int(n[0])), n[1]
 CORE_EXPORT void core_film_numbers(const double *lubricant, std::int64_t count, const double *small, const double *large, double modulus,
                                    double ball_radius, double *out) {
   for (std::int64_t i = 0; i < count; i++) {
-    FilmNumbers found = film_numbers(lubricant_of(lubricant), small[i], large[i], modulus, ball_radius);
-    out = std::copy(found.begin(), found.end(), out);
+    FilmNumbers logarithms = film_numbers(lubricant_of(lubricant), small[i], large[i], modulus, ball_radius);
+    out = std::copy(logarithms.begin(), logarithms.end(), out);
   }
 }
 
@@ -52,7 +52,7 @@ CORE_EXPORT void core_films(const double *lubricant, std::int64_t count, const d
   }
 }
 
-// c [N/m^p] of the law of that number, its states, if any, solved afresh.
+// c [N/m^p] of the law of that number; states, if any, are solved for.
 CORE_EXPORT void core_law_coefficients(std::int64_t law, double given, std::int64_t count, const double *small, const double *large,
                                        const double *modulus, double *coefficient) {
   for (std::int64_t i = 0; i < count; i++)
@@ -62,8 +62,8 @@ CORE_EXPORT void core_law_coefficients(std::int64_t law, double given, std::int6
 CORE_EXPORT void core_elastic(double power, std::int64_t count, const double *coefficient, const double *approach, double *load,
                               double *stiffness, double *energy) {
   for (std::int64_t i = 0; i < count; i++) {
-    auto found = elastic(coefficient[i], power, approach[i]);
-    load[i] = found.load, stiffness[i] = found.stiffness, energy[i] = found.energy;
+    auto result = elastic(coefficient[i], power, approach[i]);
+    load[i] = result.load, stiffness[i] = result.stiffness, energy[i] = result.energy;
   }
 }
 // The states m, K and E (count, 3) of a law carried from step to step along C = P/Q (count,). c (count,) for Q = 1/m, E* = 1 Pa.
@@ -88,10 +88,10 @@ CORE_EXPORT void core_lambert_lower(std::int64_t count, const double *x, double 
 // Friction (count, 3) by a model: force on the slipping body along the patch's axes [N], and about the normal [N m].
 // `motion` (count, 6): normal load [N], semi-axes [m], slip along them [m/s], spin [rad/s].
 CORE_EXPORT void core_friction(const double *friction, const double *points, std::int64_t count, const double *motion, double regularisation,
-                               double *found) {
+                               double *out) {
   PatchFriction patch = patch_friction_of(friction, points);
   for (std::int64_t i = 0; i < count; i++, motion += 6) {
     auto [major, minor, torque] = contact_friction(patch, regularisation, motion[0], motion[1], motion[2], motion[3], motion[4], motion[5]);
-    *found++ = major, *found++ = minor, *found++ = torque;
+    *out++ = major, *out++ = minor, *out++ = torque;
   }
 }

@@ -33,8 +33,8 @@ inline auto elliptic_b_d(const X &complementary) {
 // From the curvatures of the gap to the ellipse of a Hertz contact, without cancellation near the circle. The gap of the
 // undeformed bodies is z = P x^2 + Q y^2 with P = `small` <= Q = `large` [1/m] (paper 1, eq. 6).
 
-constexpr int MOST_RATIO_STEPS = 60;
-constexpr double SURE_STEP = 1e-8;  // of ln(b/a): after a Newton step that is no longer, less than rounding is left
+constexpr int MAX_RATIO_STEPS = 60;
+constexpr double CONVERGED_STEP = 1e-8;  // of ln(b/a): the error after a smaller Newton step is below rounding
 
 // Semi-axis ratio b/a in (0, 1] of contact ellipses, the root of paper 1, eq. (8). ln(Q/P) is a smooth, monotone, nearly
 // straight function of x = ln(b/a), so that Newton's method converges from b/a = (P/Q)^0.64 in a few steps. With k = b/a
@@ -43,14 +43,14 @@ inline double axis_ratio(double small, double large) {
   if (!(small > 0.0 && large >= small)) return NAN;
   double target = std::log(large / small), x = -0.64 * target;
   if (target < 1e-13) return 1.0;
-  for (int i = 0; i < MOST_RATIO_STEPS; i++) {
+  for (int i = 0; i < MAX_RATIO_STEPS; i++) {
     double k = std::exp(x);
     auto [b, d] = elliptic_b_d(k);
-    double off = std::log(b / (k * k * d)) - target, m = (1.0 - k) * (1.0 + k);
-    // Near a circle the difference has no digits left; there it is what it tends to, within m.
+    double residual = std::log(b / (k * k * d)) - target, m = (1.0 - k) * (1.0 + k);
+    // Near a circle the difference cancels; its limit holds within m.
     double t = m > 1e-6 ? (k * k * d - b) / m : -3.0 * M_PI / 16.0;
-    double next = std::min(std::max(x + off / (3.0 + t * (1.0 / b + 1.0 / d)), -target), 0.0);
-    bool last = std::fabs(next - x) <= SURE_STEP;
+    double next = std::min(std::max(x + residual / (3.0 + t * (1.0 / b + 1.0 / d)), -target), 0.0);
+    bool last = std::fabs(next - x) <= CONVERGED_STEP;
     x = next;
     if (last) break;
   }
@@ -75,10 +75,10 @@ inline Ellipse ellipse(double small, double large, double modulus, double load) 
 }
 
 // Hertz's law whose elliptic integrals are carried along as states (paper 1, section 3). While the curvatures of a contact
-// change smoothly, K(m), E(m) and the root m = 1 - (b/a)^2 of equation (8) can be integrated instead of computed afresh. The
-// integration is only neutrally stable, so errors grow; `projected` puts them right with one Newton step on (8).
+// change smoothly, K(m), E(m) and the root m = 1 - (b/a)^2 of equation (8) can be integrated instead of solved for. The
+// integration is only neutrally stable, so errors grow; `projected` corrects them by one Newton step on (8).
 
-enum class CarriedLaw { none, projected, left };  // left: as they are, errors and all
+enum class CarriedLaw { none, projected, unprojected };
 
 struct EllipseShape { double parameter, first_kind, second_kind; };  // m, K(m), E(m)
 
@@ -87,7 +87,7 @@ namespace carried {
 constexpr double SERIES_BELOW = 0.05;  // m: the differential equations of K and E are 0/0 at the circle
 constexpr int SERIES_TERMS = 16;
 constexpr double GREATEST_PARAMETER = 1.0 - 1e-15;
-constexpr double FRESH = 0.98;  // C = P/Q above which states are solved afresh: C turns back at 1 with a kink
+constexpr double SOLVE_ABOVE = 0.98;  // C = P/Q above which states are solved for: C has a kink at 1
 
 inline EllipseShape shape_at(double ratio) {
   double k = axis_ratio(ratio, 1.0);
@@ -99,13 +99,13 @@ inline EllipseShape shape_at(double ratio) {
 inline std::pair<double, double> first_kind_slopes(const EllipseShape &shape) {
   double m = shape.parameter;
   if (m >= SERIES_BELOW) {
-    double rest = m * (1.0 - m), first = (shape.second_kind - (1.0 - m) * shape.first_kind) / (2.0 * rest);
-    return {first, (0.25 * shape.first_kind - (1.0 - 2.0 * m) * first) / rest};
+    double product = m * (1.0 - m), first = (shape.second_kind - (1.0 - m) * shape.first_kind) / (2.0 * product);
+    return {first, (0.25 * shape.first_kind - (1.0 - 2.0 * m) * first) / product};
   }
-  double first = 0.0, second = 0.0, factor = 0.5 * M_PI, power = 1.0, one_less = 0.0, two_less = 0.0;
+  double first = 0.0, second = 0.0, factor = 0.5 * M_PI, power = 1.0, previous = 0.0, before_previous = 0.0;
   for (int n = 0; n < SERIES_TERMS; n++) {
-    first += n * factor * one_less, second += n * (n - 1) * factor * two_less;
-    two_less = one_less, one_less = power, power *= m;
+    first += n * factor * previous, second += n * (n - 1) * factor * before_previous;
+    before_previous = previous, previous = power, power *= m;
     double next = (2.0 * n + 1.0) / (2.0 * n + 2.0);
     factor *= next * next;
   }
@@ -134,18 +134,18 @@ inline EllipseShape moved(const EllipseShape &shape, double change) {
   return plus(plus(plus(plus(shape, sixth, k1), 2.0 * sixth, k2), 2.0 * sixth, k3), sixth, k4);
 }
 
-// One Newton step on equation (8), K/(2K') - (1-m) = C, from the parameter carried; K and E anew at its end.
+// One Newton step on equation (8), K/(2K') - (1-m) = C, from the carried parameter; K and E are evaluated at its end.
 inline EllipseShape projected(const EllipseShape &shape, double ratio) {
-  struct Found { EllipseShape shape; double b, d; };
-  auto at = [](double parameter) -> Found {
+  struct Evaluation { EllipseShape shape; double b, d; };
+  auto evaluate = [](double parameter) -> Evaluation {
     double m = std::fmin(std::fmax(parameter, 0.0), GREATEST_PARAMETER);
     std::pair<double, double> bd = elliptic_b_d(std::sqrt(1.0 - m));
     return {{m, bd.first + bd.second, bd.first + (1.0 - m) * bd.second}, bd.first, bd.second};
   };
-  auto [here, b, d] = at(shape.parameter);
-  auto [first, second] = first_kind_slopes(here);
-  double slope = 1.5 - 0.5 * here.first_kind * second / (first * first), m = here.parameter;
-  return at(m - ((1.0 - m) * d / b - ratio) / slope).shape;
+  auto [current, b, d] = evaluate(shape.parameter);
+  auto [first, second] = first_kind_slopes(current);
+  double slope = 1.5 - 0.5 * current.first_kind * second / (first * first), m = current.parameter;
+  return evaluate(m - ((1.0 - m) * d / b - ratio) / slope).shape;
 }
 
 // D = (K - E)/m.
@@ -157,24 +157,24 @@ inline double d_of(const EllipseShape &shape) {
 
 }  // namespace carried
 
-// States carried at a contact: C = P/Q where the step began, 0 for none yet, and the states there.
+// Carried states of a contact: C = P/Q at the start of the step, 0 for none yet, and the states there.
 struct CarriedContact {
   double ratio;
   EllipseShape shape;
 
-  EllipseShape at(double there) const { return ratio == 0.0 ? carried::shape_at(there) : carried::moved(shape, there - ratio); }
+  EllipseShape shape_for(double new_ratio) const { return ratio == 0.0 ? carried::shape_at(new_ratio) : carried::moved(shape, new_ratio - ratio); }
 
-  // Ends a step at this ratio.
-  void advance(CarriedLaw law, double there) {
-    shape = at(there);
-    if (law == CarriedLaw::projected) shape = there > carried::FRESH ? carried::shape_at(there) : carried::projected(shape, there);
-    ratio = there;
+  // Advances to the end of a step at this ratio.
+  void advance(CarriedLaw law, double new_ratio) {
+    shape = shape_for(new_ratio);
+    if (law == CarriedLaw::projected) shape = new_ratio > carried::SOLVE_ABOVE ? carried::shape_at(new_ratio) : carried::projected(shape, new_ratio);
+    ratio = new_ratio;
   }
 };
 
 // c [N/m^1.5] and its derivative by Q at constant P, from d ln(c)/dQ = -(1 - D/K)/(2 Q).
 inline std::pair<double, double> coefficient_and_slope(const CarriedContact &contact, double small, double large, double modulus) {
-  EllipseShape shape = contact.at(small / large);
+  EllipseShape shape = contact.shape_for(small / large);
   double k = shape.first_kind, d = carried::d_of(shape);
   double coefficient = coefficient_of_integrals(k, d, small, modulus);
   return {coefficient, coefficient * (-0.5 * (1.0 - d / k) / large)};

@@ -17,7 +17,7 @@ namespace core {
 enum class FrictionModel { point, quadrature, pade1, pade2 };
 
 // A friction model in use. A quadrature sums `points` (x, y, share of the pressure) on the unit disc; where the rim's
-// speed by spin, squared, over slip^2 + v_s^2 is below `easy`, twelve points are as exact, and up to `hard` both are
+// speed by spin, squared, over slip^2 + v_s^2 is below `easy`, twelve points are as accurate, and up to `hard` both are
 // blended.
 struct PatchFriction {
   FrictionModel model;
@@ -32,7 +32,7 @@ struct PatchMeans { X along, across, moment; };
 namespace patch {
 
 constexpr double ROUND = 1.5;  // weight of the semi-minor axis in the rim's speed
-// Place and share of the pressure of the points on the axes, and of the near and far ones on the diagonals: a rule for
+// Position and weight of the points on the axes, and of the near and far ones on the diagonals: a rule for
 // the pressure times a polynomial of degree 7 (Stroud and Secrest).
 constexpr double ON_AXES[2] = {0.816496580927726, 9.0 / 140.0};
 constexpr double NEAR[2] = {0.29670979404458075, 0.14365634107133865};
@@ -44,10 +44,10 @@ template <class A, class B, class M>
 CORE_INLINE auto opposite(const A &x, const B &y, double share, const M &motion) {
   auto distance = x * x + y * y;
   auto middle = motion.square + motion.spin * motion.spin * distance;
-  auto apart = 2.0 * motion.spin * (motion.slip_minor * x - motion.slip_major * y);
-  auto here = root_and_inverse(maximum(middle + apart, 1e-300)).second;
-  auto there = root_and_inverse(maximum(middle - apart, 1e-300)).second;
-  auto sum = share * (here + there), difference = share * (here - there);
+  auto offset = 2.0 * motion.spin * (motion.slip_minor * x - motion.slip_major * y);
+  auto first = root_and_inverse(maximum(middle + offset, 1e-300)).second;
+  auto second = root_and_inverse(maximum(middle - offset, 1e-300)).second;
+  auto sum = share * (first + second), difference = share * (first - second);
   return std::tuple{sum, x * difference, y * difference, distance * sum};
 }
 
@@ -76,30 +76,30 @@ inline PatchMeans<R> all_points(const PatchFriction &friction, double smooth, co
   R along{}, across{}, moment{};
   for (const double *point = friction.point; point < friction.point + 3 * friction.points; point += 3) {
     auto x = point[0] * major, y = point[1] * minor;
-    auto there_u = u - spin * y, there_v = v + spin * x;
-    auto square = maximum(there_u * there_u + there_v * there_v + smooth, 1e-300);
+    auto slip_u = u - spin * y, slip_v = v + spin * x;
+    auto square = maximum(slip_u * slip_u + slip_v * slip_v + smooth, 1e-300);
     auto factor = point[2] * root_and_inverse(square).second;
-    auto part_u = factor * there_u, part_v = factor * there_v;
+    auto part_u = factor * slip_u, part_v = factor * slip_v;
     along = along + part_u, across = across + part_v, moment = moment + (x * part_v - y * part_u);
   }
   return {along, across, moment};
 }
 
-// Twelve points where these are enough, all of them where not, and a smooth blend in between.
+// Twelve points below `easy`, all points above `hard`, and a smooth blend in between.
 template <class A, class B, class U, class V, class W>
 inline auto by_quadrature(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u,
                           const V &v, const W &spin) {
   auto square = u * u + v * v + smooth;
   auto rim = spin * spin * (major * major + ROUND * (minor * minor));
-  auto place = (rim - friction.easy * square) / ((friction.hard - friction.easy) * maximum(square, 1e-300));
-  place = minimum(maximum(place, 0.0), 1.0);
-  auto part = place * place * (3.0 - 2.0 * place), rest = 1.0 - part;
-  auto few = twelve_points(major, minor, Motion{square, u, v, spin});
-  auto along = rest * few.along, across = rest * few.across, moment = rest * few.moment;
+  auto transition = (rim - friction.easy * square) / ((friction.hard - friction.easy) * maximum(square, 1e-300));
+  transition = minimum(maximum(transition, 0.0), 1.0);
+  auto part = transition * transition * (3.0 - 2.0 * transition), complement = 1.0 - part;
+  auto twelve = twelve_points(major, minor, Motion{square, u, v, spin});
+  auto along = complement * twelve.along, across = complement * twelve.across, moment = complement * twelve.moment;
   using R = decltype(along);
   if (any(value_of(part) > 0.0)) {
-    auto many = all_points<R>(friction, smooth, major, minor, u, v, spin);
-    along = along + part * many.along, across = across + part * many.across, moment = moment + part * many.moment;
+    auto full = all_points<R>(friction, smooth, major, minor, u, v, spin);
+    along = along + part * full.along, across = across + part * full.across, moment = moment + part * full.moment;
   }
   return PatchMeans<R>{along, across, moment};
 }
@@ -133,8 +133,8 @@ inline auto by_closed_form(FrictionModel model, double smooth, const A &major, c
     return all(u / (speed + turning / (1.5 * d)), v / (speed + turning / (1.5 * b)),
                sign * (major * (turning / (turning / pure + speed / width))));
   auto x = speed / maximum(turning, 1e-9 * value_of(speed));
-  auto one = ratio * 0.0 + 1.0;
-  auto along = quotient(x, one, 1.5 * d, one * 0.1), across = quotient(x, one, 1.5 * b, 0.1 * ratio_square);
+  auto unit = ratio * 0.0 + 1.0;
+  auto along = quotient(x, unit, 1.5 * d, unit * 0.1), across = quotient(x, unit, 1.5 * b, 0.1 * ratio_square);
   auto torque = quotient(1.0 / x, pure, width, 0.75 * (share * d + (1.0 - share) * b) / pure);
   return all(along * u / speed, across * v / speed, sign * (major * torque));
 }
@@ -150,7 +150,7 @@ inline auto means_of(const PatchFriction &friction, double smooth, const A &majo
 }  // namespace patch
 
 // The means for semi-axes [m], slip [m/s] and spin [rad/s] of any type, `regularisation` v_s [m/s]. They are
-// differentiated by these five numbers, and then by what the numbers depend on.
+// differentiated by these five numbers, and then by the chain rule.
 template <class A, class B, class U, class V, class W>
 CORE_INLINE auto patch_means(const PatchFriction &friction, double regularisation, const A &major, const B &minor,
                              const U &u, const V &v, const W &spin) {
@@ -158,10 +158,10 @@ CORE_INLINE auto patch_means(const PatchFriction &friction, double regularisatio
   if constexpr ((columns_of<A> | columns_of<B> | columns_of<U> | columns_of<V> | columns_of<W>) == 0)
     return patch::means_of(friction, smooth, major, minor, u, v, spin);
   else {
-    auto found = patch::means_of(friction, smooth, variable<0>(value_of(major)), variable<1>(value_of(minor)),
+    auto means = patch::means_of(friction, smooth, variable<0>(value_of(major)), variable<1>(value_of(minor)),
                                  variable<2>(value_of(u)), variable<3>(value_of(v)), variable<4>(value_of(spin)));
-    auto through = [&](const auto &y) __attribute__((always_inline)) { return composed(y, major, minor, u, v, spin); };
-    return PatchMeans{through(found.along), through(found.across), through(found.moment)};
+    auto chain = [&](const auto &y) __attribute__((always_inline)) { return composed(y, major, minor, u, v, spin); };
+    return PatchMeans{chain(means.along), chain(means.across), chain(means.moment)};
   }
 }
 
@@ -175,7 +175,7 @@ CORE_INLINE auto point_resistance(const L &limit, const S &square, double regula
   return limit * root_and_inverse(smooth).second;
 }
 
-// From its numbers as `contact/friction.py` writes them, and the points of its quadrature (points, 3), x, y and share.
+// From its numbers as `contact/friction.py` writes them, and the points of its quadrature (points, 3), x, y and weight.
 constexpr int FRICTION_NUMBERS = 5;
 inline PatchFriction patch_friction_of(const double *numbers, const double *points) {
   return {FrictionModel(int(numbers[0])), numbers[1], numbers[2], numbers[3], int(numbers[4]), points};
@@ -197,8 +197,8 @@ inline PatchForce contact_friction(const PatchFriction &friction, double regular
   return {limit * along, limit * across, limit * moment};
 }
 
-// The lubricant's film in an elliptic contact that rolls at the speed u [m/s] under the load Q [N], and what else resists
-// rolling there; steady and isothermal. Of equal bodies E' = E/(1 - nu^2), R_x and R_y are the radii of the gap along
+// The lubricant's film in an elliptic contact that rolls at the speed u [m/s] under the load Q [N], and the other rolling
+// resistances; steady and isothermal. Of equal bodies E' = E/(1 - nu^2), R_x and R_y are the radii of the gap along
 // rolling and across, a >= b the semi-axes across and along, k = a/b, 𝓔 Hertz's complete elliptic integral of the second kind, and
 //
 //     U = eta u/(E' R_x),  V = 2 U,  G = alpha E',  W = Q/(E' R_x^2),  beta = (4/pi) 𝓔/(1 + R_x/R_y).
@@ -242,17 +242,17 @@ inline FilmNumbers film_numbers(const Lubricant &lubricant, double small, double
   const double curved = 2.0 / (1.0 / ball_radius + (1.0 / ball_radius - 2.0 * small));  // R_d = 4 f r/(2 f + 1)
   const bool grease = lubricant.kind != LubricantKind::oil;
   const double flooded = std::log(2.0 * major * e * along);
-  FilmNumbers found;
-  found[RESISTANCE] = grease ? std::log(1.544 * e * along * along) + std::log(beta) / 3.0 - 0.577 * std::log(ratio) +
+  FilmNumbers numbers;
+  numbers[RESISTANCE] = grease ? std::log(1.544 * e * along * along) + std::log(beta) / 3.0 - 0.577 * std::log(ratio) +
                                    0.656 * std::log(2.0 * u) + 0.466 * std::log(w) + 0.022 * std::log(g)
                              : flooded + std::log(0.77) - std::log(beta) / 3.0 + 0.12 * std::log(ratio) + 2.0 / 3.0 * std::log(2.0 * u);
-  found[ELASTIC_RESISTANCE] = flooded + std::log(1.8) - 0.25 * std::log(beta) + 0.75 * std::log(2.0 * u);
-  found[ELASTIC_SHARE] = 0.25 * std::log(beta) + std::log(ratio) + std::log(w) - 0.75 * std::log(2.0 * u) - std::log(6.6);
-  found[THICKNESS] = std::log(2.69 * along * (1.0 - 0.61 * std::exp(-0.73 / ratio))) + 0.67 * std::log(u) + 0.53 * std::log(g) -
+  numbers[ELASTIC_RESISTANCE] = flooded + std::log(1.8) - 0.25 * std::log(beta) + 0.75 * std::log(2.0 * u);
+  numbers[ELASTIC_SHARE] = 0.25 * std::log(beta) + std::log(ratio) + std::log(w) - 0.75 * std::log(2.0 * u) - std::log(6.6);
+  numbers[THICKNESS] = std::log(2.69 * along * (1.0 - 0.61 * std::exp(-0.73 / ratio))) + 0.67 * std::log(u) + 0.53 * std::log(g) -
                      0.067 * std::log(w);
-  found[HYSTERESIS] = std::log(7.48e-7 * std::pow(ball_radius, 0.33) * std::max(1.0 - 3.519e-3 * std::pow(std::max(large / small - 1.0, 0.0), 0.8063), 1e-6));
-  found[DIFFERENTIAL_SLIP] = std::log(HEATHCOTE * major * major / curved);
-  return found;
+  numbers[HYSTERESIS] = std::log(7.48e-7 * std::pow(ball_radius, 0.33) * std::max(1.0 - 3.519e-3 * std::pow(std::max(large / small - 1.0, 0.0), 0.8063), 1e-6));
+  numbers[DIFFERENTIAL_SLIP] = std::log(HEATHCOTE * major * major / curved);
+  return numbers;
 }
 
 // At a contact whose numbers may have any type; `load` and `speed` are logarithms, of Q and of `rolling` u, above zero.

@@ -23,7 +23,7 @@ CORE_INLINE auto root_of_depth(const X &depth) {
   });
 }
 [[gnu::noinline]] inline double power_of(double x, double power) { return std::pow(x, power); }
-[[gnu::noinline]] inline Pack power_of(const Pack &x, double power) { return each_lane(x, [=](double one) { return std::pow(one, power); }); }
+[[gnu::noinline]] inline Pack power_of(const Pack &x, double power) { return each_lane(x, [=](double depth) { return std::pow(depth, power); }); }
 
 // h^(p - 1) of a depth h >= 0.
 template <Number X>
@@ -36,7 +36,7 @@ CORE_INLINE auto depth_factor(double power, const X &depth) {
   });
 }
 
-// The answer to an approach, zero for a gap: load [N], stiffness d(load)/dh [N/m] and stored energy [J], the integral of
+// Response to an approach, zero for a gap: load [N], stiffness d(load)/dh [N/m] and stored energy [J], the integral of
 // the load at constant coefficient (paper 1, section 4).
 template <class L, class S, class E>
 struct Elastic { L load; S stiffness; E energy; };
@@ -67,8 +67,8 @@ inline auto hertz_exact(const P &small, const Q &large, double modulus) {
   double k = b + d, coefficient = coefficient_of_integrals(k, d, p, modulus);
   if constexpr ((columns_of<P> | columns_of<Q>) == 0) return coefficient;
   else {
-    Dual<3, double> found{coefficient, {-0.5 * coefficient * (d / k) / p, -0.5 * coefficient * (b / k) / q}};
-    return composed(found, small, large);
+    Dual<3, double> with_slopes{coefficient, {-0.5 * coefficient * (d / k) / p, -0.5 * coefficient * (b / k) / q}};
+    return composed(with_slopes, small, large);
   }
 }
 
@@ -76,9 +76,9 @@ inline auto hertz_exact(const P &small, const Q &large, double modulus) {
 // ln(P/Q), hence a smooth function of u = (P + Q - 2 g)/(P + Q + 2 g), g = sqrt(PQ): 0 for a circle, towards 1 for a line.
 template <Number P, Number Q>
 inline auto hertz(const P &small, const Q &large, double modulus) {
-  constexpr double OVER[8] = {0.9428090415108946, -2.2748176815803363, 0.9378562259855627, 1.6040560661961734,
+  constexpr double NUMERATOR[8] = {0.9428090415108946, -2.2748176815803363, 0.9378562259855627, 1.6040560661961734,
                               -1.5922300284502826, 0.33038099553435757, 0.07054558921003161, -0.018492343366157776};
-  constexpr double UNDER[8] = {1.0, -2.7461418617107927, 1.7064242073744869, 1.5252752099605271,
+  constexpr double DENOMINATOR[8] = {1.0, -2.7461418617107927, 1.7064242073744869, 1.5252752099605271,
                                -2.226158010720357, 0.7560290750065166, 0.01298585635130083, -0.028403177407893734};
   constexpr double LAST = 0.9144848400609057;
   auto g = square_root(small * large), total = small + large;
@@ -89,7 +89,7 @@ inline auto hertz(const P &small, const Q &large, double modulus) {
     for (int i = 5; i >= 0; i--) sum = sum * u + term[i];
     return sum;
   };
-  return modulus * (polynomial(OVER) / (polynomial(UNDER) * square_root(g)));
+  return modulus * (polynomial(NUMERATOR) / (polynomial(DENOMINATOR) * square_root(g)));
 }
 
 // c [N/m^1.5] of the volumetric law, paper 1, eq. (9) with the square root over E(c1) restored:
@@ -108,7 +108,7 @@ struct Elasticity { PointLaw law; double power, modulus, given; };
 
 CORE_INLINE bool follows_curvatures(PointLaw law) { return law != PointLaw::given; }
 CORE_INLINE CarriedLaw carried_law(PointLaw law) {
-  return law == PointLaw::carried ? CarriedLaw::projected : law == PointLaw::carried_left ? CarriedLaw::left : CarriedLaw::none;
+  return law == PointLaw::carried ? CarriedLaw::projected : law == PointLaw::carried_left ? CarriedLaw::unprojected : CarriedLaw::none;
 }
 CORE_INLINE bool carries_states(PointLaw law) { return carried_law(law) != CarriedLaw::none; }
 
@@ -124,14 +124,14 @@ inline auto law_coefficient(const Elasticity &law, const P &small, const Q &larg
     default: {
       double p = value_of(small), q = value_of(large), k = shape.first_kind, d = carried::d_of(shape);
       double coefficient = coefficient_of_integrals(k, d, p, law.modulus);
-      Dual<3, double> found{coefficient, {-0.5 * coefficient * (d / k) / p, -0.5 * coefficient * (1.0 - d / k) / q}};
+      Dual<3, double> with_slopes{coefficient, {-0.5 * coefficient * (d / k) / p, -0.5 * coefficient * (1.0 - d / k) / q}};
       if constexpr (columns_of<X> == 0) return coefficient;
-      else return composed(found, small, large);
+      else return composed(with_slopes, small, large);
     }
   }
 }
 
-// c [N/m^p] of a law, its states, if any, solved afresh.
+// c [N/m^p] of a law; states, if any, are solved for.
 inline double fresh_coefficient(const Elasticity &law, double small, double large) {
   return law_coefficient(law, small, large, carries_states(law.law) ? carried::shape_at(small / large) : EllipseShape{});
 }
@@ -182,8 +182,8 @@ inline double lambert_lower(double x) {
   return w;
 }
 
-// The answer of a line contact to an approach [m]; a load of NaN beyond the greatest approach, scale/(e a), to which one
-// belongs. With y = F V/scale the law reads x a/scale = -y ln(y), whose branch of small loads is y = exp(W(-x a/scale)).
+// Response of a line contact to an approach [m]; a load of NaN beyond the greatest approach, scale/(e a), for which one
+// exists. With y = F V/scale the law reads x a/scale = -y ln(y), whose branch of small loads is y = exp(W(-x a/scale)).
 inline Elastic<double, double, double> line_elastic(const LineContact &line, double approach) {
   if (approach <= 0.0) return {0.0, 0.0, 0.0};
   double ratio = approach * line.half_thickness / line.scale;
@@ -192,10 +192,10 @@ inline Elastic<double, double, double> line_elastic(const LineContact &line, dou
           product * product * (logarithm - 0.5) / (2.0 * line.half_thickness * line.compliance)};
 }
 
-// The viscous part d(h) dh/dt of the normal load, d(h) -> 0 as h -> 0 (paper 1, section 5), and what steps in a contact follow.
+// The viscous part d(h) dh/dt of the normal load, d(h) -> 0 as h -> 0 (paper 1, section 5), and the longest step in a contact.
 
 // Normal load [N] of an elastic one with its stiffness [N/m] and a viscous part in proportion to both; below zero where the
-// bodies would have to pull.
+// bodies would attract each other.
 template <class L, class S, class R>
 CORE_INLINE auto proportional_load(const L &load, const S &stiffness, const R &approach_rate, double damping, double relaxation_time) {
   return load + (damping * load + relaxation_time * stiffness) * approach_rate;
@@ -229,7 +229,7 @@ struct Damping {
     double root = power == 1.5 ? std::sqrt(std::sqrt(depth)) : std::pow(depth, 0.5 * (power - 1.0));
     return elastic_load + factor * root * approach_rate;
   }
-  // The same, zero in a gap and where it would pull: the contact ends there, and the elastic energy that is left is lost.
+  // The same, zero in a gap and where it would be negative: the contact ends there, and the remaining elastic energy is lost.
   double load(double coefficient, double power, double elastic_load, double stiffness, double mass, double approach,
               double approach_rate) const {
     if (approach <= 0.0) return 0.0;
@@ -237,8 +237,8 @@ struct Damping {
   }
 };
 
-// The longest step [s] in a contact that has `lasted` [s]; `rate` [1/s] is sqrt(k/m) at the stiffness ahead. A bounce lasts
-// 4/rate; beyond 20/rate a contact is none, and left to error control.
+// The longest step [s] in a contact of duration `lasted` [s] so far; `rate` [1/s] is sqrt(k/m) at the greatest expected stiffness.
+// A bounce lasts 4/rate; in contacts beyond 20/rate error control determines the step.
 inline double longest_contact_step(double lasted, double rate) { return (lasted * rate < 20.0 ? 1.0 / 6.0 : 2.0) / rate; }
 
 }  // namespace core

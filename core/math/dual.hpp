@@ -31,14 +31,14 @@ CORE_INLINE Pack each_lane(const Pack &x, Function function) {
 }
 
 CORE_INLINE double square_root(double x) { return __builtin_sqrt(x); }
-CORE_INLINE Pack square_root(const Pack &x) { return each_lane(x, [](double one) { return __builtin_sqrt(one); }); }
+CORE_INLINE Pack square_root(const Pack &x) { return each_lane(x, [](double x) { return __builtin_sqrt(x); }); }
 CORE_INLINE double floor_of(double x) { return __builtin_floor(x); }
-CORE_INLINE Pack floor_of(const Pack &x) { return each_lane(x, [](double one) { return __builtin_floor(one); }); }
+CORE_INLINE Pack floor_of(const Pack &x) { return each_lane(x, [](double x) { return __builtin_floor(x); }); }
 CORE_INLINE double absolute(double x) { return __builtin_fabs(x); }
-CORE_INLINE Pack absolute(const Pack &x) { return each_lane(x, [](double one) { return __builtin_fabs(one); }); }
+CORE_INLINE Pack absolute(const Pack &x) { return each_lane(x, [](double x) { return __builtin_fabs(x); }); }
 
-CORE_INLINE double select(bool which, double yes, double no) { return which ? yes : no; }
-CORE_INLINE Pack select(const Mask &which, const Pack &yes, const Pack &no) { return which ? yes : no; }
+CORE_INLINE double select(bool mask, double yes, double no) { return mask ? yes : no; }
+CORE_INLINE Pack select(const Mask &mask, const Pack &yes, const Pack &no) { return mask ? yes : no; }
 
 template <class T>
 CORE_INLINE T broadcast(double x) { return T{} + x; }
@@ -208,15 +208,15 @@ CORE_INLINE auto maximum(const X &x, const L &least) {
   return with_slope(x, maximum(x.value, least), [&] { return select(x.value > least, broadcast<T>(1.0), T{}); });
 }
 template <IsDual X>
-CORE_INLINE auto minimum(const X &x, double most) {
+CORE_INLINE auto minimum(const X &x, double bound) {
   using T = ValueOf<X>;
-  return with_slope(x, minimum(x.value, most), [&] { return select(x.value < most, broadcast<T>(1.0), T{}); });
+  return with_slope(x, minimum(x.value, bound), [&] { return select(x.value < bound, broadcast<T>(1.0), T{}); });
 }
 // Lane by lane one of two numbers with the same columns.
 template <class M, IsDual X>
-CORE_INLINE X select(const M &which, const X &yes, const X &no) {
-  return dual<columns_of<X>>(select(which, yes.value, no.value), [&]<int C>() __attribute__((always_inline)) {
-    return select(which, slope_of<C>(yes), slope_of<C>(no));
+CORE_INLINE X select(const M &mask, const X &yes, const X &no) {
+  return dual<columns_of<X>>(select(mask, yes.value, no.value), [&]<int C>() __attribute__((always_inline)) {
+    return select(mask, slope_of<C>(yes), slope_of<C>(no));
   });
 }
 // The root of a square above zero, and its inverse, which does not wait for the root.
@@ -231,9 +231,9 @@ template <class Y, class... X>
 CORE_INLINE auto composed(const Y &y, const X &...x) {
   if constexpr (!IsDual<Y>) return y;
   else {
-    constexpr unsigned own = columns_of<Y>;
+    constexpr unsigned y_columns = columns_of<Y>;
     return [&]<int... N>(std::integer_sequence<int, N...>) __attribute__((always_inline)) {
-      constexpr unsigned columns = (0u | ... | (own >> N & 1 ? columns_of<X> : 0u));
+      constexpr unsigned columns = (0u | ... | (y_columns >> N & 1 ? columns_of<X> : 0u));
       return dual<columns>(y.value, [&]<int C>() __attribute__((always_inline)) {
         return (Zero{} + ... + (slope_of<N>(y) * slope_of<C>(x)));
       });

@@ -117,18 +117,18 @@ CORE_INLINE auto cosine_sine(const X &angle) {
 // tan(pi/8) and tan(3 pi/8), there a quotient of polynomials (Moshier, Cephes, `atan`).
 template <class T>
 CORE_INLINE T arctangent(const T &x) {
-  T size = absolute(x), one = broadcast<T>(1.0), none{};
+  T size = absolute(x), unit = broadcast<T>(1.0), none{};
   auto steep = size > 2.414213562373095, middle = size > 0.66;
-  T over = select(steep, -one, select(middle, size - 1.0, size));
-  T under = select(steep, size, select(middle, size + 1.0, one));
-  T start = select(steep, 1.5707963267948966 * one, select(middle, 0.7853981633974483 * one, none));
-  T more = select(steep, 6.123233995736766e-17 * one, select(middle, 3.061616997868383e-17 * one, none));
-  T z = over / under, y = z * z;
+  T inverse = select(steep, -unit, select(middle, size - 1.0, size));
+  T under = select(steep, size, select(middle, size + 1.0, unit));
+  T start = select(steep, 1.5707963267948966 * unit, select(middle, 0.7853981633974483 * unit, none));
+  T low_part = select(steep, 6.123233995736766e-17 * unit, select(middle, 3.061616997868383e-17 * unit, none));
+  T z = inverse / under, y = z * z;
   T p = -8.750608600031904e-1 * y - 1.615753718733365e1;
   p = ((p * y - 7.500855792314705e1) * y - 1.228866684490136e2) * y - 6.485021904942025e1;
   T q = (y + 2.485846490142306e1) * y + 1.650270098316989e2;
   q = ((q * y + 4.328810604912903e2) * y + 4.853903996359137e2) * y + 1.945506571482614e2;
-  T angle = start + (z * (y * p / q) + more + z);
+  T angle = start + (z * (y * p / q) + low_part + z);
   return select(x >= 0.0, angle, -angle);
 }
 
@@ -150,8 +150,8 @@ CORE_INLINE Quaternion rotated(const Quaternion &before, const Triple &start, co
   auto [cosine, sine] = cosine_sine_value(Pack(0.5 * angle));
   Pack factor = sine / angle;
   Quaternion after = product({factor * turn[0], factor * turn[1], factor * turn[2], cosine}, before);
-  Pack over = 1.0 / square_root(after[0] * after[0] + after[1] * after[1] + after[2] * after[2] + after[3] * after[3]);
-  for (Pack &part : after) part *= over;
+  Pack inverse = 1.0 / square_root(after[0] * after[0] + after[1] * after[1] + after[2] * after[2] + after[3] * after[3]);
+  for (Pack &part : after) part *= inverse;
   return after;
 }
 
@@ -172,10 +172,10 @@ inline bool factorise_dense(int size, Entry at, int *pivot) {
     regular &= std::fabs(at(pivot[k], k)) > 0.0;
     if (pivot[k] != k)
       for (int j = 0; j < size; j++) std::swap(at(pivot[k], j), at(k, j));
-    double over = 1.0 / at(k, k);
+    double inverse = 1.0 / at(k, k);
     for (int i = k + 1; i < size; i++) {
       if (at(i, k) == 0.0) continue;
-      double share = at(i, k) *= over;
+      double share = at(i, k) *= inverse;
       for (int j = k + 1; j < size; j++) at(i, j) -= share * at(k, j);
     }
   }
@@ -184,24 +184,24 @@ inline bool factorise_dense(int size, Entry at, int *pivot) {
 
 // Solves for a right-hand side, in place, by the factors of `factorise_dense`.
 template <class Entry, class Right>
-inline void substitute_dense(int size, Entry at, const int *pivot, Right &&right) {
+inline void substitute_dense(int size, Entry entry, const int *pivot, Right &&right) {
   for (int k = 0; k < size; k++)
     if (pivot[k] != k) std::swap(right[k], right[pivot[k]]);
   for (int k = 0; k < size; k++)
-    for (int j = 0; j < k; j++) right[k] -= at(k, j) * right[j];
+    for (int j = 0; j < k; j++) right[k] -= entry(k, j) * right[j];
   for (int k = size; k-- > 0;) {
-    for (int j = k + 1; j < size; j++) right[k] -= at(k, j) * right[j];
-    right[k] /= at(k, k);
+    for (int j = k + 1; j < size; j++) right[k] -= entry(k, j) * right[j];
+    right[k] /= entry(k, k);
   }
 }
 
 // Solves matrix x = right in place; false where the matrix is singular or not finite.
 template <std::size_t N>
 bool solve(SquareMatrix<N> &matrix, std::array<double, N> &right) {
-  auto at = [&](int i, int j) -> double & { return matrix[i][j]; };
+  auto entry = [&](int i, int j) -> double & { return matrix[i][j]; };
   int pivot[N];
-  if (!factorise_dense(int(N), at, pivot)) return false;
-  substitute_dense(int(N), at, pivot, right);
+  if (!factorise_dense(int(N), entry, pivot)) return false;
+  substitute_dense(int(N), entry, pivot, right);
   return true;
 }
 
@@ -210,10 +210,10 @@ template <int N, int M>
 [[gnu::noinline]] inline void invert_in_lanes(Pack (&a)[M][M]) {
 #pragma GCC unroll 8
   for (int k = 0; k < N; k++) {
-    Pack over = 1.0 / a[k][k];
+    Pack inverse = 1.0 / a[k][k];
     a[k][k] = broadcast<Pack>(1.0);
 #pragma GCC unroll 8
-    for (int j = 0; j < N; j++) a[k][j] *= over;
+    for (int j = 0; j < N; j++) a[k][j] *= inverse;
 #pragma GCC unroll 8
     for (int i = 0; i < N; i++) {
       if (i == k) continue;

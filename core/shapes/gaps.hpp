@@ -36,9 +36,9 @@ struct Reach {
   Real3 point;
 };
 CORE_INLINE Reach ellipsoid_reach(const Real3 &axes, const Real3 &direction) {
-  Real3 own{axes[0] * direction[0], axes[1] * direction[1], axes[2] * direction[2]};
-  double extent = length_of(own);
-  return {extent, {axes[0] * own[0] / extent, axes[1] * own[1] / extent, axes[2] * own[2] / extent}};
+  Real3 scaled{axes[0] * direction[0], axes[1] * direction[1], axes[2] * direction[2]};
+  double extent = length_of(scaled);
+  return {extent, {axes[0] * scaled[0] / extent, axes[1] * scaled[1] / extent, axes[2] * scaled[2] / extent}};
 }
 
 // The gap z = P x^2 + Q y^2 (paper 1, eq. 6) of the farthest point to a plane: P and Q = 1/(2 r) [1/m] with the principal radii
@@ -47,15 +47,15 @@ CORE_INLINE Reach ellipsoid_reach(const Real3 &axes, const Real3 &direction) {
 struct PlaneGap {
   double small, large, excess;
   TangentAxes axes;        // across the direction
-  double apart, together;  // (r_xx - r_yy)/2 and r_xy along them
+  double diagonal, off_diagonal;  // (r_xx - r_yy)/2 and r_xy along them
 
   // Direction of the greater radius, along which the contact ellipse is longer.
   Real3 major_axis() const {
-    double twice = std::sqrt(apart * apart + together * together), cosine = 1.0, sine = 0.0;  // of half the angle of (apart, together)
+    double twice = std::sqrt(diagonal * diagonal + off_diagonal * off_diagonal), cosine = 1.0, sine = 0.0;  // of half the angle of (apart, together)
     if (twice > 0.0) {
-      double greater = std::sqrt(0.5 + 0.5 * std::fabs(apart) / twice), smaller = 0.5 * std::fabs(together) / (twice * greater);
-      cosine = apart >= 0.0 ? greater : smaller;
-      sine = std::copysign(apart >= 0.0 ? smaller : greater, together);
+      double greater = std::sqrt(0.5 + 0.5 * std::fabs(diagonal) / twice), smaller = 0.5 * std::fabs(off_diagonal) / (twice * greater);
+      cosine = diagonal >= 0.0 ? greater : smaller;
+      sine = std::copysign(diagonal >= 0.0 ? smaller : greater, off_diagonal);
     }
     return cosine * axes.x + sine * axes.y;
   }
@@ -68,11 +68,11 @@ CORE_INLINE PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, co
     double square = axes[i] * axes[i];
     xx += square * first[i] * first[i], xy += square * first[i] * second[i], yy += square * second[i] * second[i];
   }
-  double over = 1.0 / reach.extent;
-  xx = (xx - along * along) * over, xy = (xy - along * across) * over, yy = (yy - across * across) * over;
-  double apart = 0.5 * (xx - yy), half = std::sqrt(apart * apart + xy * xy), great = 0.5 * (xx + yy) + half;
-  double root = axes[0] * axes[1] * axes[2] * over * over;
-  return {0.5 / great, std::max(0.5 * great / (root * root), 0.5 / great), half / root, across_axes, apart, xy};
+  double inverse = 1.0 / reach.extent;
+  xx = (xx - along * along) * inverse, xy = (xy - along * across) * inverse, yy = (yy - across * across) * inverse;
+  double diagonal = 0.5 * (xx - yy), half = std::sqrt(diagonal * diagonal + xy * xy), great = 0.5 * (xx + yy) + half;
+  double root = axes[0] * axes[1] * axes[2] * inverse * inverse;
+  return {0.5 / great, std::max(0.5 * great / (root * root), 0.5 / great), half / root, across_axes, diagonal, xy};
 }
 
 // Change of the gap with the direction, per radian: gradients of -ln(PQ)/4 and of the shape, across the direction. With p the
@@ -80,14 +80,14 @@ CORE_INLINE PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, co
 struct GapSlopes { Real3 size, shape; };
 CORE_INLINE GapSlopes ellipsoid_slopes(const Real3 &axes, const Real3 &direction, const Reach &reach) {
   const Real3 &point = reach.point;
-  double square = dot(point, point), rest = dot(axes, axes) - square, scale = 0.5 / (axes[0] * axes[1] * axes[2]);
-  GapSlopes found;
+  double square = dot(point, point), remainder = dot(axes, axes) - square, scale = 0.5 / (axes[0] * axes[1] * axes[2]);
+  GapSlopes slopes;
   for (int i = 0; i < 3; i++) {
-    found.size[i] = direction[i] - point[i] / reach.extent;
-    found.shape[i] = scale * (rest - 2.0 * (axes[i] * axes[i] - square)) * point[i];
+    slopes.size[i] = direction[i] - point[i] / reach.extent;
+    slopes.shape[i] = scale * (remainder - 2.0 * (axes[i] * axes[i] - square)) * point[i];
   }
-  found.shape = found.shape - dot(found.shape, direction) * direction;
-  return found;
+  slopes.shape = slopes.shape - dot(slopes.shape, direction) * direction;
+  return slopes;
 }
 
 }  // namespace core

@@ -34,29 +34,29 @@ namespace implicit {
 // (s/2) (sum (r_i/a_i)^2 - 1), s the smallest semi-axis.
 inline Level quadric(const Real3 &point, const Real3 &axes) {
   double scale = std::min({axes[0], axes[1], axes[2]});
-  Level found{-0.5 * scale, {}, {}};
+  Level level{-0.5 * scale, {}, {}};
   for (int i = 0; i < 3; i++) {
-    found.hesse[i][i] = scale / (axes[i] * axes[i]);
-    found.gradient[i] = found.hesse[i][i] * point[i];
-    found.value += 0.5 * found.gradient[i] * point[i];
+    level.hesse[i][i] = scale / (axes[i] * axes[i]);
+    level.gradient[i] = level.hesse[i][i] * point[i];
+    level.value += 0.5 * level.gradient[i] * point[i];
   }
-  return found;
+  return level;
 }
 
 // ((rho - R)^2 + z^2 - r^2)/(2 r), rho the distance from the axis: a factor of paper 1's polynomial f_A. Undefined on the axis.
 inline Level torus(const Real3 &point, double locus, double tube) {
-  double rho = std::sqrt(point[0] * point[0] + point[1] * point[1]), off = rho - locus;
+  double rho = std::sqrt(point[0] * point[0] + point[1] * point[1]), offset = rho - locus;
   double unit[2] = {point[0] / rho, point[1] / rho};
-  Level found{0.5 * (off * off + point[2] * point[2] - tube * tube) / tube, {}, {}};
+  Level level{0.5 * (offset * offset + point[2] * point[2] - tube * tube) / tube, {}, {}};
   for (int i = 0; i < 2; i++) {
-    found.gradient[i] = off * unit[i] / tube;
+    level.gradient[i] = offset * unit[i] / tube;
     for (int j = 0; j < 2; j++) {
       double across = (i == j) - unit[i] * unit[j];
-      found.hesse[i][j] = (unit[i] * unit[j] + off / rho * across) / tube;
+      level.hesse[i][j] = (unit[i] * unit[j] + offset / rho * across) / tube;
     }
   }
-  found.gradient[2] = point[2] / tube, found.hesse[2][2] = 1.0 / tube;
-  return found;
+  level.gradient[2] = point[2] / tube, level.hesse[2][2] = 1.0 / tube;
+  return level;
 }
 
 // |x/a|^n and its first two derivatives.
@@ -72,21 +72,21 @@ inline Level superquadric(const Real3 &point, const double (&size)[5]) {
   PowerTerm flat[2] = {power_term(point[0], size[0], n), power_term(point[1], size[1], n)}, up = power_term(point[2], size[2], m);
   double inner = flat[0].value + flat[1].value, safe = std::max(inner, 1e-100);  // on the z axis all terms below vanish
   double least = std::pow(safe, power - 2.0), slope = power * least * safe, bend = power * (power - 1.0) * least;
-  Level found{scale * ((inner >= safe ? least * safe * safe : std::pow(inner, power)) + up.value - 1.0), {}, {}};
+  Level result{scale * ((inner >= safe ? least * safe * safe : std::pow(inner, power)) + up.value - 1.0), {}, {}};
   for (int i = 0; i < 2; i++) {
-    found.gradient[i] = scale * slope * flat[i].first;
-    for (int j = 0; j < 2; j++) found.hesse[i][j] = scale * bend * flat[i].first * flat[j].first;
-    found.hesse[i][i] += scale * slope * flat[i].second;
+    result.gradient[i] = scale * slope * flat[i].first;
+    for (int j = 0; j < 2; j++) result.hesse[i][j] = scale * bend * flat[i].first * flat[j].first;
+    result.hesse[i][i] += scale * slope * flat[i].second;
   }
-  found.gradient[2] = scale * up.first, found.hesse[2][2] = scale * up.second;
-  return found;
+  result.gradient[2] = scale * up.first, result.hesse[2][2] = scale * up.second;
+  return result;
 }
 
 }  // namespace implicit
 
 inline Level level(const Surface &surface, const Real3 &point) {
   const double(&size)[5] = surface.size;
-  Level found = [&]() -> Level {
+  Level result = [&]() -> Level {
     switch (surface.kind) {
       case SurfaceKind::plane: return {point[2], {0.0, 0.0, 1.0}, {}};
       case SurfaceKind::sphere: return implicit::quadric(point, {size[0], size[0], size[0]});
@@ -96,10 +96,10 @@ inline Level level(const Surface &surface, const Real3 &point) {
     }
   }();
   if (surface.side < 0.0) {
-    found.value = -found.value, found.gradient = -1.0 * found.gradient;
-    for (Real3 &row : found.hesse) row = -1.0 * row;
+    result.value = -result.value, result.gradient = -1.0 * result.gradient;
+    for (Real3 &row : result.hesse) row = -1.0 * row;
   }
-  return found;
+  return result;
 }
 
 // A surface in motion: position [m] and the rotation from its own to fixed axes, velocity, angular velocity.
@@ -113,8 +113,8 @@ struct MovingSurface {
   Real3 velocity_at(const Real3 &point) const { return velocity + cross(spin, point - position); }
   // The same as `core::level` at a point, in fixed axes.
   Level level_at(const Real3 &point) const {
-    Level found = level(surface, from_fixed(point - position));
-    return {found.value, rotation * found.gradient, rotation * found.hesse * transposed(rotation)};
+    Level local = level(surface, from_fixed(point - position));
+    return {local.value, rotation * local.gradient, rotation * local.hesse * transposed(rotation)};
   }
 };
 
@@ -123,17 +123,17 @@ struct OpposingPoints {
   double lambda, mu;
 };
 using Unknowns = std::array<double, 8>;  // the same in a row
-inline Unknowns in_a_row(const OpposingPoints &p) { return {p.a[0], p.a[1], p.a[2], p.b[0], p.b[1], p.b[2], p.lambda, p.mu}; }
+inline Unknowns unknowns_of(const OpposingPoints &p) { return {p.a[0], p.a[1], p.a[2], p.b[0], p.b[1], p.b[2], p.lambda, p.mu}; }
 inline OpposingPoints opposing_points(const Unknowns &u) { return {{u[0], u[1], u[2]}, {u[3], u[4], u[5]}, u[6], u[7]}; }
 
-// The equations (1): their residual, its derivative by the unknowns, and what they are made of.
+// The equations (1): their residual, its derivative by the unknowns, and their terms.
 struct OpposingEquations {
   Level a, b;
   Unknowns residual;
   SquareMatrix<8> jacobian;
 
-  OpposingEquations(const MovingSurface &one, const MovingSurface &other, const OpposingPoints &p)
-      : a(one.level_at(p.a)), b(other.level_at(p.b)), jacobian{} {
+  OpposingEquations(const MovingSurface &surface_a, const MovingSurface &surface_b, const OpposingPoints &p)
+      : a(surface_a.level_at(p.a)), b(surface_b.level_at(p.b)), jacobian{} {
     for (int i = 0; i < 3; i++) {
       residual[i] = a.gradient[i] - p.lambda * b.gradient[i];
       residual[3 + i] = p.a[i] - p.b[i] - p.mu * b.gradient[i];
@@ -154,32 +154,32 @@ struct OpposingEquations {
   }
 };
 
-// One Newton step on (1): what a step of the differential form is followed by. False where the equations are singular.
+// One Newton step on (1), the projection after a step of the differential form. False where the equations are singular.
 inline bool project(const MovingSurface &a, const MovingSurface &b, OpposingPoints &points) {
   OpposingEquations equations(a, b, points);
-  Unknowns step = equations.residual, unknowns = in_a_row(points);
+  Unknowns step = equations.residual, unknowns = unknowns_of(points);
   if (!solve(equations.jacobian, step)) return false;
   for (int i = 0; i < 8; i++) unknowns[i] -= step[i];
   points = opposing_points(unknowns);
   return true;
 }
 
-// By damped Newton steps from a point `near` the expected contact; which root it is `kind_of_root` says. False where a surface has
-// no normal at the start, or the steps come to no end.
+// Solves (1) by damped Newton steps from a point `near` the expected contact; `kind_of_root` classifies the root. False where a
+// surface has no normal at the start, or the steps do not converge.
 inline bool find_opposing(const MovingSurface &a, const MovingSurface &b, const Real3 &near, int iterations, OpposingPoints &points) {
-  auto next_to = [&](const MovingSurface &body, Real3 &point, Real3 &gradient) {
+  auto project_onto = [&](const MovingSurface &body, Real3 &point, Real3 &gradient) {
     point = near;
     for (int i = 0; i < 20; i++) {
-      Level at = body.level_at(point);
-      double square = dot(at.gradient, at.gradient);
+      Level level = body.level_at(point);
+      double square = dot(level.gradient, level.gradient);
       if (!(square > 0.0)) return false;
-      point = point - (at.value / square) * at.gradient;
+      point = point - (level.value / square) * level.gradient;
     }
     gradient = body.level_at(point).gradient;
     return true;
   };
   Real3 gradient_a, gradient_b;
-  if (!next_to(a, points.a, gradient_a) || !next_to(b, points.b, gradient_b)) return false;
+  if (!project_onto(a, points.a, gradient_a) || !project_onto(b, points.b, gradient_b)) return false;
   double steep = length_of(gradient_b);
   points.lambda = -length_of(gradient_a) / steep, points.mu = dot(points.a - points.b, gradient_b) / (steep * steep);
   double length = std::max({length_of(points.a - a.position), length_of(points.a - points.b), length_of(points.b - b.position)});
@@ -188,21 +188,21 @@ inline bool find_opposing(const MovingSurface &a, const MovingSurface &b, const 
     for (int i = first; i < end; i++) sum += u[i] * u[i];
     return weight * weight * sum;
   };
-  auto off = [&](const Unknowns &residual) { return std::sqrt(norm(residual, 0, 3, length) + norm(residual, 3, 8, 1.0)); };
+  auto weighted_residual = [&](const Unknowns &residual) { return std::sqrt(norm(residual, 0, 3, length) + norm(residual, 3, 8, 1.0)); };
   double last = HUGE_VAL;
   for (int i = 0; i < iterations; i++) {
     OpposingEquations equations(a, b, points);
-    Unknowns step = equations.residual, from = in_a_row(points), trial;
-    double before = off(equations.residual), share = 1.0;
+    Unknowns step = equations.residual, start = unknowns_of(points), trial;
+    double before = weighted_residual(equations.residual), fraction = 1.0;
     if (!solve(equations.jacobian, step)) return false;
     double size = std::sqrt(norm(step, 0, 6, 1.0));
-    for (;; share *= 0.5) {
-      for (int n = 0; n < 8; n++) trial[n] = from[n] - share * step[n];
-      double after = off(OpposingEquations(a, b, opposing_points(trial)).residual);
-      if (after < before || share < 1e-3) break;
+    for (;; fraction *= 0.5) {
+      for (int n = 0; n < 8; n++) trial[n] = start[n] - fraction * step[n];
+      double after = weighted_residual(OpposingEquations(a, b, opposing_points(trial)).residual);
+      if (after < before || fraction < 1e-3) break;
     }
-    for (double one : trial)
-      if (!std::isfinite(one)) return false;
+    for (double number : trial)
+      if (!std::isfinite(number)) return false;
     points = opposing_points(trial);
     if (size <= 1e-10 * length && (size >= last || size <= 1e-15 * length)) return true;  // down to rounding
     last = size;
@@ -210,14 +210,14 @@ inline bool find_opposing(const MovingSurface &a, const MovingSurface &b, const 
   return false;
 }
 
-// Newton's method on (1) from opposing points nearby; false where it comes to no end.
-inline bool settle(const MovingSurface &a, const MovingSurface &b, OpposingPoints &points) {
-  constexpr int MOST_STEPS = 25;
+// Newton's method on (1) from opposing points nearby; false where it does not converge.
+inline bool solve_opposing(const MovingSurface &a, const MovingSurface &b, OpposingPoints &points) {
+  constexpr int MAX_STEPS = 25;
   double size = 1e-3 + std::fabs(points.a[0]) + std::fabs(points.a[1]) + std::fabs(points.a[2]);
-  for (int i = 0; i < MOST_STEPS; i++) {
-    OpposingPoints before = points;
+  for (int i = 0; i < MAX_STEPS; i++) {
+    OpposingPoints previous = points;
     if (!project(a, b, points)) return false;
-    Real3 moved_a = points.a - before.a, moved_b = points.b - before.b;
+    Real3 moved_a = points.a - previous.a, moved_b = points.b - previous.b;
     double change = std::sqrt(dot(moved_a, moved_a) + dot(moved_b, moved_b));
     if (!std::isfinite(change + points.lambda + points.mu)) return false;
     if (change < 1e-13 * size) return true;
@@ -242,11 +242,11 @@ inline bool opposing_rates(const MovingSurface &a, const MovingSurface &b, const
 // Angular velocity [rad/s] of the contact frame whose third axis is A's normal, Omega = gamma x d(gamma)/dt (paper 1, section 2):
 // it does not turn about its normal. `rate` is that of A's point.
 inline Real3 spin_of_frame(const MovingSurface &a, const OpposingPoints &points, const Real3 &rate) {
-  Level at = a.level_at(points.a);
-  Real3 change = cross(a.spin, at.gradient) + at.hesse * (rate - a.velocity_at(points.a));
-  double over = 1.0 / length_of(at.gradient);
-  Real3 normal = over * at.gradient;
-  return cross(normal, over * (change - dot(normal, change) * normal));
+  Level level = a.level_at(points.a);
+  Real3 change = cross(a.spin, level.gradient) + level.hesse * (rate - a.velocity_at(points.a));
+  double inverse = 1.0 / length_of(level.gradient);
+  Real3 normal = inverse * level.gradient;
+  return cross(normal, inverse * (change - dot(normal, change) * normal));
 }
 
 // A symmetric 2 x 2 tensor in tangent axes.
@@ -256,14 +256,14 @@ inline Tensor2 operator+(const Tensor2 &a, const Tensor2 &b) { return {a.xx + b.
 // Curvature tensor [1/m] of a surface in tangent axes, positive where the body bulges: Hess g/|grad g|. The surface is
 // z = -(k_xx x^2 + 2 k_xy x y + k_yy y^2)/2 along its outward normal (paper 1, eq. 4).
 inline Tensor2 curvature_tensor(const Level &level, const TangentAxes &axes) {
-  double over = 1.0 / length_of(level.gradient);
+  double inverse = 1.0 / length_of(level.gradient);
   Real3 by_x = level.hesse * axes.x, by_y = level.hesse * axes.y;
-  return {over * dot(axes.x, by_x), over * dot(axes.x, by_y), over * dot(axes.y, by_y)};
+  return {inverse * dot(axes.x, by_x), inverse * dot(axes.x, by_y), inverse * dot(axes.y, by_y)};
 }
 
-// A contact in an ellipse, or what is wrong with a root of (1): it lies on a far side, is a saddle of the distance, or is no
-// ellipse (surfaces that conform, cross or are flat).
-enum class RootKind { found, far_side, saddle, no_ellipse };  // as in shapes/tracking.py
+// An elliptic contact, or an invalid root of (1): on a far side, a saddle of the distance, or without an ellipse (surfaces that
+// conform, cross or are flat).
+enum class RootKind { contact, far_side, saddle, no_ellipse };  // as in shapes/tracking.py
 
 // From the curvature tensors, the distance -approach [m] and lambda. A contact's gap has the form (K_A + K_B)/2, eqs. (4)-(5),
 // which must be positive definite. Followed out from touching to `distance`, the root stays the same kind of stationary point
@@ -280,7 +280,7 @@ inline RootKind kind_of_root(const Tensor2 &a, const Tensor2 &b, double distance
   double linear = mixed * distance / determinant, quadratic = square * distance * distance / determinant;
   double root = std::sqrt(std::max(linear * linear - 4.0 * quadratic, 0.0));
   int crossings = (0.5 * (-linear - root) >= 1.0) + (0.5 * (-linear + root) >= 1.0);  // by 1/t of the zeros
-  return crossings == 0 ? RootKind::found : crossings == 1 ? RootKind::saddle : RootKind::far_side;
+  return crossings == 0 ? RootKind::contact : crossings == 1 ? RootKind::saddle : RootKind::far_side;
 }
 
 // The gap z = P x^2 + Q y^2 (eqs. 5 and 6), P <= Q [1/m], 0 at least; turns the first of the axes along P.
@@ -295,7 +295,7 @@ inline GapForm gap_form(const Tensor2 &a, const Tensor2 &b, const Real3 &normal,
   return {std::max(mean - half, 0.0), mean + half};
 }
 
-// Where two surfaces face each other: normal outward of A, approach [m] > 0 in contact, the gap, axes of which the first is
+// Geometry of two opposing surfaces: normal outward of A, approach [m] > 0 in contact, the gap, axes of which the first is
 // along P, and the kind of the root.
 struct Opposition {
   Real3 normal;
@@ -305,15 +305,15 @@ struct Opposition {
   RootKind kind;
 };
 inline Opposition opposition(const MovingSurface &a, const MovingSurface &b, const OpposingPoints &points) {
-  Level at_a = a.level_at(points.a), at_b = b.level_at(points.b);
-  Opposition found;
-  found.normal = (1.0 / length_of(at_a.gradient)) * at_a.gradient;
-  found.approach = -points.mu * length_of(at_b.gradient);
-  found.axes = tangent_axes(found.normal);
-  Tensor2 form_a = curvature_tensor(at_a, found.axes), form_b = curvature_tensor(at_b, found.axes);
-  found.kind = kind_of_root(form_a, form_b, -found.approach, points.lambda);
-  found.gap = gap_form(form_a, form_b, found.normal, found.axes);
-  return found;
+  Level level_a = a.level_at(points.a), level_b = b.level_at(points.b);
+  Opposition result;
+  result.normal = (1.0 / length_of(level_a.gradient)) * level_a.gradient;
+  result.approach = -points.mu * length_of(level_b.gradient);
+  result.axes = tangent_axes(result.normal);
+  Tensor2 form_a = curvature_tensor(level_a, result.axes), form_b = curvature_tensor(level_b, result.axes);
+  result.kind = kind_of_root(form_a, form_b, -result.approach, points.lambda);
+  result.gap = gap_form(form_a, form_b, result.normal, result.axes);
+  return result;
 }
 
 // The same of a sphere or an ellipsoid and a plane, one of which is A, in closed form; their opposing points, and in the axes of the
@@ -334,16 +334,16 @@ CORE_INLINE PlaneOpposition plane_opposition(const MovingSurface &a, const Movin
   Reach reach = ellipsoid_reach(semi_axes, down);
   PlaneGap gap = ellipsoid_gap(semi_axes, down, reach);
   Real3 low = body.position + body.rotation * reach.point;
-  PlaneOpposition found;
-  found.normal = exchanged ? up : -1.0 * up;
-  found.approach = dot(plane.position - low, up);
-  found.gap = {gap.small, gap.large};
-  found.axes.x = body.rotation * (any_axes ? gap.axes.x : gap.major_axis()), found.axes.y = cross(found.normal, found.axes.x);
-  found.kind = RootKind::found;
-  Real3 foot = low + found.approach * up;
-  found.a = exchanged ? foot : low, found.b = exchanged ? low : foot;
-  found.excess = gap.excess, found.slopes = ellipsoid_slopes(semi_axes, down, reach), found.rotation = &body.rotation;
-  return found;
+  PlaneOpposition result;
+  result.normal = exchanged ? up : -1.0 * up;
+  result.approach = dot(plane.position - low, up);
+  result.gap = {gap.small, gap.large};
+  result.axes.x = body.rotation * (any_axes ? gap.axes.x : gap.major_axis()), result.axes.y = cross(result.normal, result.axes.x);
+  result.kind = RootKind::contact;
+  Real3 foot = low + result.approach * up;
+  result.a = exchanged ? foot : low, result.b = exchanged ? low : foot;
+  result.excess = gap.excess, result.slopes = ellipsoid_slopes(semi_axes, down, reach), result.rotation = &body.rotation;
+  return result;
 }
 
 // In closed form: of a plane and a convex body, of a sphere and what has a nearest point.
@@ -353,51 +353,51 @@ CORE_INLINE PlaneOpposition plane_opposition(const MovingSurface &a, const Movin
 inline Real3 support(const Surface &surface, const Real3 &direction) {
   bool round = surface.kind == SurfaceKind::sphere, quadric = surface.kind != SurfaceKind::superquadric;
   Real3 axes{surface.size[0], round ? surface.size[0] : surface.size[1], round ? surface.size[0] : surface.size[2]};
-  Real3 own{axes[0] * direction[0], axes[1] * direction[1], axes[2] * direction[2]};
+  Real3 scaled{axes[0] * direction[0], axes[1] * direction[1], axes[2] * direction[2]};
   if (quadric) {
-    double over = 1.0 / length_of(own);
-    return {axes[0] * own[0] * over, axes[1] * own[1] * over, axes[2] * own[2] * over};
+    double inverse = 1.0 / length_of(scaled);
+    return {axes[0] * scaled[0] * inverse, axes[1] * scaled[1] * inverse, axes[2] * scaled[2] * inverse};
   }
   double n = surface.size[3] / (surface.size[3] - 1.0), m = surface.size[4] / (surface.size[4] - 1.0);
-  double flat = std::pow(std::pow(std::fabs(own[0]), n) + std::pow(std::fabs(own[1]), n), 1.0 / n);
-  double length = std::pow(std::pow(flat, m) + std::pow(std::fabs(own[2]), m), 1.0 / m);
+  double flat = std::pow(std::pow(std::fabs(scaled[0]), n) + std::pow(std::fabs(scaled[1]), n), 1.0 / n);
+  double length = std::pow(std::pow(flat, m) + std::pow(std::fabs(scaled[2]), m), 1.0 / m);
   Real3 point{};
   if (flat > 0.0) {
-    double around = std::pow(flat / length, m - 1.0);
-    for (int i = 0; i < 2; i++) point[i] = axes[i] * std::copysign(std::pow(std::fabs(own[i]) / flat, n - 1.0), own[i]) * around;
+    double factor = std::pow(flat / length, m - 1.0);
+    for (int i = 0; i < 2; i++) point[i] = axes[i] * std::copysign(std::pow(std::fabs(scaled[i]) / flat, n - 1.0), scaled[i]) * factor;
   }
-  point[2] = axes[2] * std::copysign(std::pow(std::fabs(own[2]) / length, m - 1.0), own[2]);
+  point[2] = axes[2] * std::copysign(std::pow(std::fabs(scaled[2]) / length, m - 1.0), scaled[2]);
   return point;
 }
 
 // The point of a plane, a sphere or a torus nearest to another.
 inline Real3 nearest_point(const MovingSurface &body, const Real3 &centre) {
-  Real3 own = body.from_fixed(centre - body.position);
+  Real3 local = body.from_fixed(centre - body.position);
   const double *size = body.surface.size;
-  if (body.surface.kind == SurfaceKind::plane) own[2] = 0.0;
-  else if (body.surface.kind == SurfaceKind::sphere) own = (size[0] / length_of(own)) * own;
+  if (body.surface.kind == SurfaceKind::plane) local[2] = 0.0;
+  else if (body.surface.kind == SurfaceKind::sphere) local = (size[0] / length_of(local)) * local;
   else {
-    double rho = std::hypot(own[0], own[1]), off = rho - size[0], share = size[1] / std::hypot(off, own[2]);
-    double stretch = (size[0] + share * off) / rho;
-    own = {stretch * own[0], stretch * own[1], share * own[2]};
+    double rho = std::hypot(local[0], local[1]), offset = rho - size[0], fraction = size[1] / std::hypot(offset, local[2]);
+    double stretch = (size[0] + fraction * offset) / rho;
+    local = {stretch * local[0], stretch * local[1], fraction * local[2]};
   }
-  return body.position + body.rotation * own;
+  return body.position + body.rotation * local;
 }
 
 // The opposing points of a pair that has a closed form.
 inline OpposingPoints nearest_pair(const MovingSurface &a, const MovingSurface &b) {
   OpposingPoints points{};
   bool exchanged = a.surface.kind == SurfaceKind::plane || a.surface.kind == SurfaceKind::torus;
-  const MovingSurface &one = exchanged ? b : a, &other = exchanged ? a : b;
-  Real3 &on_one = exchanged ? points.b : points.a, &on_other = exchanged ? points.a : points.b;
-  if (other.surface.kind == SurfaceKind::plane) {
-    Real3 down = -1.0 * Real3{other.rotation[0][2], other.rotation[1][2], other.rotation[2][2]};
-    on_one = one.position + one.rotation * support(one.surface, one.from_fixed(down));
-    on_other = nearest_point(other, on_one);
+  const MovingSurface &convex = exchanged ? b : a, &target = exchanged ? a : b;
+  Real3 &on_convex = exchanged ? points.b : points.a, &on_target = exchanged ? points.a : points.b;
+  if (target.surface.kind == SurfaceKind::plane) {
+    Real3 down = -1.0 * Real3{target.rotation[0][2], target.rotation[1][2], target.rotation[2][2]};
+    on_convex = convex.position + convex.rotation * support(convex.surface, convex.from_fixed(down));
+    on_target = nearest_point(target, on_convex);
   } else {
-    on_other = nearest_point(other, one.position);
-    Real3 gradient = other.level_at(on_other).gradient;
-    on_one = one.position - (one.surface.size[0] / length_of(gradient)) * gradient;
+    on_target = nearest_point(target, convex.position);
+    Real3 gradient = target.level_at(on_target).gradient;
+    on_convex = convex.position - (convex.surface.size[0] / length_of(gradient)) * gradient;
   }
   Real3 gradient_a = a.level_at(points.a).gradient, gradient_b = b.level_at(points.b).gradient;
   double square = dot(gradient_b, gradient_b);

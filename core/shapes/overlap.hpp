@@ -17,19 +17,19 @@ namespace core {
 // Energy [J], load [N], volume [m^3], area [m^2], perimeter [m], half-widths [m] and the centre of the volume [m] in the tangent
 // axes; not `found` where there is none.
 struct Overlap {
-  bool found;
+  bool exists;
   double energy, load, volume, area, perimeter, half_width_x, half_width_y, centre_x, centre_y;
 };
 
 namespace overlap {
 
 constexpr double ENERGY_FACTOR = 0.357469 * 8.0 / 15.0;  // times pi^(3/4)
-constexpr double LEAN = 0.3;  // tuned: least cosine between a surface's normal at the outline and the contact's
+constexpr double LEAST_COSINE = 0.3;  // tuned: least cosine between a surface's normal at the outline and the contact's
 constexpr double CLOSE_STEP = 1e-5;  // of the distance: a Newton step below it leaves an error of its square
-constexpr int FEWEST_RAYS = 12, MOST_RAYS = 768;
-constexpr double AGREE = 1e-5;
+constexpr int MIN_RAYS = 12, MAX_RAYS = 768;
+constexpr double RAY_TOLERANCE = 1e-5;
 constexpr int RADIAL = 6;  // points of a ray, by Gauss: shares of its length and their weights
-constexpr double SHARE[RADIAL] = {0.033765242898423975, 0.16939530676686776, 0.3806904069584015,
+constexpr double FRACTION[RADIAL] = {0.033765242898423975, 0.16939530676686776, 0.3806904069584015,
                                   0.6193095930415985,   0.8306046932331322,  0.966234757101576};
 constexpr double WEIGHT[RADIAL] = {0.08566224618958525, 0.1803807865240693, 0.23395696728634552,
                                    0.23395696728634552, 0.1803807865240693, 0.08566224618958525};
@@ -43,14 +43,14 @@ class Side {
 
   double value, slope_x, slope_y, rise;  // of the function at the place looked at last
 
-  void look(double x, double y, double z) {
-    at = level(surface, origin + x * x_axis + y * y_axis + z * z_axis);
-    value = at.value, slope_x = dot(at.gradient, x_axis), slope_y = dot(at.gradient, y_axis), rise = dot(at.gradient, z_axis);
+  void evaluate(double x, double y, double z) {
+    point_level = level(surface, origin + x * x_axis + y * y_axis + z * z_axis);
+    value = point_level.value, slope_x = dot(point_level.gradient, x_axis), slope_y = dot(point_level.gradient, y_axis), rise = dot(point_level.gradient, z_axis);
   }
   // Height of the surface over (x, y), from a near one, where the bodies overlap by `thick`.
   double height(double x, double y, double z, double thick) {
     for (int i = 0; i < 8; i++) {
-      look(x, y, z);
+      evaluate(x, y, z);
       double change = value / rise;
       z -= change;
       if (std::fabs(change) < CLOSE_STEP * thick) break;
@@ -58,31 +58,31 @@ class Side {
     return z;
   }
   // Second derivative of the surface's height along the unit tangent (x, y).
-  double bend(double x, double y) const {
+  double second_derivative(double x, double y) const {
     double slope = -(x * slope_x + y * slope_y) / rise;
     Real3 along = x * x_axis + y * y_axis + slope * z_axis;
-    return -dot(along, at.hesse * along) / rise;
+    return -dot(along, point_level.hesse * along) / rise;
   }
-  bool leans() const { return rise * rise < LEAN * LEAN * dot(at.gradient, at.gradient); }
+  bool leans() const { return rise * rise < LEAST_COSINE * LEAST_COSINE * dot(point_level.gradient, point_level.gradient); }
 
  private:
   const Surface &surface;
   Real3 origin, x_axis, y_axis, z_axis;
-  Level at;
+  Level point_level;
 };
 
 struct Sums {
   double volume = 0.0, area = 0.0, perimeter = 0.0, area_rate = 0.0, perimeter_rate = 0.0, first_x = 0.0, first_y = 0.0;
 
-  void add(double factor, const Sums &more) {
-    volume += factor * more.volume, area += factor * more.area, perimeter += factor * more.perimeter;
-    area_rate += factor * more.area_rate, perimeter_rate += factor * more.perimeter_rate;
-    first_x += factor * more.first_x, first_y += factor * more.first_y;
+  void add(double factor, const Sums &other) {
+    volume += factor * other.volume, area += factor * other.area, perimeter += factor * other.perimeter;
+    area_rate += factor * other.area_rate, perimeter_rate += factor * other.perimeter_rate;
+    first_x += factor * other.first_x, first_y += factor * other.first_y;
   }
 };
 
 // Where the surfaces cross on a ray: as a share of its vector, and the height; none where the share is below zero.
-struct Edge { double share, height; };
+struct Edge { double fraction, height; };
 
 class Outline {
  public:
@@ -94,7 +94,7 @@ class Outline {
   Edge edge_on(double x, double y, Edge edge) {
     auto [t, z] = edge;
     for (int i = 0; i < 60; i++) {
-      a.look(t * x, t * y, z), b.look(t * x, t * y, z);
+      a.evaluate(t * x, t * y, z), b.evaluate(t * x, t * y, z);
       double slope_a = x * a.slope_x + y * a.slope_y, slope_b = x * b.slope_x + y * b.slope_y;
       double determinant = slope_a * b.rise - slope_b * a.rise;
       if (!(determinant < 0.0)) {  // the gap must open outward
@@ -116,7 +116,7 @@ class Outline {
     double cosine = std::cos(angle), sine = std::sin(angle), x = half_x * cosine, y = half_y * sine;
     auto [t, z] = edge_on(x, y, edge);
     if (t <= 0.0) return {t, z};
-    a.look(t * x, t * y, z), b.look(t * x, t * y, z);
+    a.evaluate(t * x, t * y, z), b.evaluate(t * x, t * y, z);
     if (a.leans() || b.leans()) return {-1.0, z};
     double gap_x = a.slope_x / a.rise - b.slope_x / b.rise, gap_y = a.slope_y / a.rise - b.slope_y / b.rise;
     double steep = std::hypot(gap_x, gap_y), over_x = -half_x * sine, over_y = half_y * cosine;  // d(x, y)/d(angle)
@@ -124,13 +124,13 @@ class Outline {
     double arc = std::hypot(t * over_x + change * x, t * over_y + change * y), tangent_x = -gap_y / steep, tangent_y = gap_x / steep;
     double sector = t * t * half_x * half_y;
     sums.perimeter += arc, sums.area += 0.5 * sector, sums.area_rate += arc / steep;
-    sums.perimeter_rate += arc * (b.bend(tangent_x, tangent_y) - a.bend(tangent_x, tangent_y)) / (steep * steep);
+    sums.perimeter_rate += arc * (b.second_derivative(tangent_x, tangent_y) - a.second_derivative(tangent_x, tangent_y)) / (steep * steep);
     for (int k = 0; k < RADIAL; k++) {
-      double share = SHARE[k], square = share * share, thick = approach * (1.0 - square), there_x = share * t * x, there_y = share * t * y;
-      double top = a.height(there_x, there_y, 0.5 * approach + (z - 0.5 * approach) * square, thick);
-      double low = b.height(there_x, there_y, -0.5 * approach + (z + 0.5 * approach) * square, thick);
-      double part = (top - low) * WEIGHT[k] * share * sector;
-      sums.volume += part, sums.first_x += part * there_x, sums.first_y += part * there_y;
+      double fraction = FRACTION[k], square = fraction * fraction, thick = approach * (1.0 - square), point_x = fraction * t * x, point_y = fraction * t * y;
+      double top = a.height(point_x, point_y, 0.5 * approach + (z - 0.5 * approach) * square, thick);
+      double low = b.height(point_x, point_y, -0.5 * approach + (z + 0.5 * approach) * square, thick);
+      double part = (top - low) * WEIGHT[k] * fraction * sector;
+      sums.volume += part, sums.first_x += part * point_x, sums.first_y += part * point_y;
     }
     return {t, z};
   }
@@ -145,30 +145,30 @@ class Outline {
 // The overlap of two bodies that press into each other by `approach` h > 0 [m]. `origin` lies between the opposing points,
 // `normal` is outward of A there, `axes` complete it; `size` [m] is about the bodies' least radius, `modulus` E* [Pa]. Rays are
 // doubled until those in between agree with the others to AGREE: the error of all together is about its square.
-inline Overlap overlap_of(const MovingSurface &one, const MovingSurface &other, const Real3 &origin, const TangentAxes &axes, const Real3 &normal,
+inline Overlap overlap_of(const MovingSurface &body_a, const MovingSurface &body_b, const Real3 &origin, const TangentAxes &axes, const Real3 &normal,
                           double approach, double size, double modulus) {
   using namespace overlap;
-  Outline outline(Side(one, origin, axes, normal), Side(other, origin, axes, normal), approach);
+  Outline outline(Side(body_a, origin, axes, normal), Side(body_b, origin, axes, normal), approach);
   double guess = std::sqrt(approach * size);
-  outline.half_x = outline.edge_on(1.0, 0.0, {guess, 0.0}).share;
+  outline.half_x = outline.edge_on(1.0, 0.0, {guess, 0.0}).fraction;
   Edge first = outline.edge_on(0.0, 1.0, {guess, 0.0});
-  outline.half_y = first.share;
+  outline.half_y = first.fraction;
   if (!(outline.half_x > 0.0 && outline.half_y > 0.0)) return {};
-  auto around = [&](int rays, double offset, Sums &sums) {
+  auto add_rays = [&](int rays, double offset, Sums &sums) {
     Edge edge{1.0, first.height};
     for (int ray = 0; ray < rays; ray++) {
       edge = outline.add_ray(0.5 * M_PI + 2.0 * M_PI / rays * (ray + offset), edge, sums);
-      if (edge.share <= 0.0) return false;
+      if (edge.fraction <= 0.0) return false;
     }
     return true;
   };
   Sums sums;
-  int rays = FEWEST_RAYS;
-  if (!around(rays, 0.0, sums)) return {};
-  for (double off = 1.0; off >= AGREE && rays < MOST_RAYS; rays *= 2) {
+  int rays = MIN_RAYS;
+  if (!add_rays(rays, 0.0, sums)) return {};
+  for (double difference = 1.0; difference >= RAY_TOLERANCE && rays < MAX_RAYS; rays *= 2) {
     Sums between;
-    if (!around(rays, 0.5, between)) return {};
-    off = std::max(std::fabs(sums.area - between.area) / sums.area, std::fabs(sums.perimeter - between.perimeter) / sums.perimeter);
+    if (!add_rays(rays, 0.5, between)) return {};
+    difference = std::max(std::fabs(sums.area - between.area) / sums.area, std::fabs(sums.perimeter - between.perimeter) / sums.perimeter);
     sums.add(1.0, between);
   }
   Sums s;

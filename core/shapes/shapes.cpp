@@ -15,7 +15,7 @@ MovingSurface body_of(const double *n) {
 }
 OpposingPoints points_of(const double *u) { return {real3_of(u), real3_of(u + 3), u[6], u[7]}; }
 void write(const OpposingPoints &points, double *unknowns) {
-  Unknowns row = in_a_row(points);
+  Unknowns row = unknowns_of(points);
   std::copy(row.begin(), row.end(), unknowns);
 }
 double *write(const Real3 &vector, double *out) { return std::copy(vector.begin(), vector.end(), out); }
@@ -24,10 +24,10 @@ double *write(const Real3 &vector, double *out) { return std::copy(vector.begin(
 
 // f [m] of a surface at a point in its own axes, its gradient (3,) and Hesse matrix (3, 3).
 CORE_EXPORT double core_level(const double *surface, const double *point, double *gradient, double *hesse) {
-  Level found = level(surface_of(surface), real3_of(point));
-  write(found.gradient, gradient);
-  for (const Real3 &row : found.hesse) hesse = write(row, hesse);
-  return found.value;
+  Level result = level(surface_of(surface), real3_of(point));
+  write(result.gradient, gradient);
+  for (const Real3 &row : result.hesse) hesse = write(row, hesse);
+  return result.value;
 }
 // The farthest points (count, 3) of a convex body along directions, in its own axes.
 CORE_EXPORT void core_support(const double *surface, std::int64_t count, const double *directions, double *points) {
@@ -43,41 +43,41 @@ CORE_EXPORT void core_opposing_residual(const double *a, const double *b, const 
 }
 CORE_EXPORT std::int64_t core_project(const double *a, const double *b, double *unknowns) {
   OpposingPoints points = points_of(unknowns);
-  bool found = project(body_of(a), body_of(b), points);
+  bool regular = project(body_of(a), body_of(b), points);
   write(points, unknowns);
-  return found;
+  return regular;
 }
 CORE_EXPORT std::int64_t core_find_opposing(const double *a, const double *b, const double *near, std::int64_t iterations, double *unknowns) {
   OpposingPoints points{};
-  bool found = find_opposing(body_of(a), body_of(b), real3_of(near), int(iterations), points);
+  bool converged = find_opposing(body_of(a), body_of(b), real3_of(near), int(iterations), points);
   write(points, unknowns);
-  return found;
+  return converged;
 }
 // Rates (8,) of the unknowns and the angular velocity (3,) of the contact frame; false where the equations are singular.
 CORE_EXPORT std::int64_t core_opposing_rates(const double *a, const double *b, const double *unknowns, double *rates, double *frame_spin) {
-  MovingSurface one = body_of(a);
+  MovingSurface body_a = body_of(a);
   OpposingPoints points = points_of(unknowns);
-  Unknowns found;
-  if (!opposing_rates(one, body_of(b), points, found)) return false;
-  std::copy(found.begin(), found.end(), rates);
-  write(spin_of_frame(one, points, {found[0], found[1], found[2]}), frame_spin);
+  Unknowns unknown_rates;
+  if (!opposing_rates(body_a, body_of(b), points, unknown_rates)) return false;
+  std::copy(unknown_rates.begin(), unknown_rates.end(), rates);
+  write(spin_of_frame(body_a, points, {unknown_rates[0], unknown_rates[1], unknown_rates[2]}), frame_spin);
   return true;
 }
 // Where two bodies face each other (12,): normal outward of A, approach, P, Q, axis along P, axis across, as `Opposition`. Returns
 // the kind of the root.
-CORE_EXPORT std::int64_t core_opposition(const double *a, const double *b, const double *unknowns, double *found) {
-  Opposition at = opposition(body_of(a), body_of(b), points_of(unknowns));
-  found = write(at.normal, found);
-  *found++ = at.approach, *found++ = at.gap.small, *found++ = at.gap.large;
-  write(at.axes.y, write(at.axes.x, found));
-  return std::int64_t(at.kind);
+CORE_EXPORT std::int64_t core_opposition(const double *a, const double *b, const double *unknowns, double *out) {
+  Opposition opposed = opposition(body_of(a), body_of(b), points_of(unknowns));
+  out = write(opposed.normal, out);
+  *out++ = opposed.approach, *out++ = opposed.gap.small, *out++ = opposed.gap.large;
+  write(opposed.axes.y, write(opposed.axes.x, out));
+  return std::int64_t(opposed.kind);
 }
 // The overlap (10,) of two bodies as `Overlap`, from its origin (3,), tangent axes (2, 3) and normal (3,).
 CORE_EXPORT void core_overlap(const double *a, const double *b, const double *origin, const double *axes, const double *normal, double approach,
-                              double size, double modulus, double *found) {
+                              double size, double modulus, double *out) {
   Overlap o = overlap_of(body_of(a), body_of(b), real3_of(origin), {real3_of(axes), real3_of(axes + 3)}, real3_of(normal), approach, size, modulus);
-  for (double one : {double(o.found), o.energy, o.load, o.volume, o.area, o.perimeter, o.half_width_x, o.half_width_y, o.centre_x, o.centre_y})
-    *found++ = one;
+  for (double number : {double(o.exists), o.energy, o.load, o.volume, o.area, o.perimeter, o.half_width_x, o.half_width_y, o.centre_x, o.centre_y})
+    *out++ = number;
 }
 // Curvatures across and along the groove (count,) [1/m] of the gap between a ball and a groove where the contact's normal has these radial parts.
 CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove, std::int64_t count, const double *radial, double *across,
@@ -87,15 +87,15 @@ CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove
 }
 // Where an ellipsoid reaches farthest along directions (count, 3), and its gap there (count, 16): extent, point, P, Q, direction of
 // the longer axis, excess, gradients of size and shape.
-CORE_EXPORT void core_ellipsoid_gaps(const double *semi_axes, std::int64_t count, const double *directions, double *found) {
+CORE_EXPORT void core_ellipsoid_gaps(const double *semi_axes, std::int64_t count, const double *directions, double *out) {
   Real3 axes = real3_of(semi_axes);
   for (std::int64_t i = 0; i < count; i++, directions += 3) {
     Real3 direction = real3_of(directions);
     Reach reach = ellipsoid_reach(axes, direction);
     PlaneGap gap = ellipsoid_gap(axes, direction, reach);
     GapSlopes slopes = ellipsoid_slopes(axes, direction, reach);
-    *found++ = reach.extent, found = write(reach.point, found), *found++ = gap.small, *found++ = gap.large;
-    found = write(gap.major_axis(), found), *found++ = gap.excess;
-    found = write(slopes.shape, write(slopes.size, found));
+    *out++ = reach.extent, out = write(reach.point, out), *out++ = gap.small, *out++ = gap.large;
+    out = write(gap.major_axis(), out), *out++ = gap.excess;
+    out = write(slopes.shape, write(slopes.size, out));
   }
 }
