@@ -122,6 +122,6 @@ def obeying(scene, overrides=(), load_timeout_ns=0, frame_prefix=""):
     return SimpleNamespace(
         loop=loop,
         run=lambda seconds: loop.step(0, seconds),
-        tell=lambda name, message: loop.obey(obeyed[name], message),
+        tell=lambda name, message: loop.execute(obeyed[name], message),
         channel=lambda name: np.concatenate([block.values[name] for block in blocks]),
     )

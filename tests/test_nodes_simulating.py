@@ -195,8 +195,8 @@ def test_a_speed_takes_effect_within_a_chunk_and_an_impossible_one_is_refused():
     loop.drive(50)
     for speed in (math.nan, math.inf, -math.inf, 1.01 * GREATEST_SPEED):
         with pytest.raises(BearingTwinError, match="finite"):
-            loop.obey(SPEED, speed)
-    loop.obey(SPEED, -100.0)
+            loop.execute(SPEED, speed)
+    loop.execute(SPEED, -100.0)
     [(time_ns, speed)] = loop.simulation.speeds
     assert speed == -100.0
     assert time_ns - loop.position_ns <= 10 * MS
@@ -209,7 +209,7 @@ def test_a_flood_of_commands_is_carried_out_once_in_a_period():
     for k in range(2000):  # in 20 ms
         loop.commands.offer(SPEED, math.nan if k % 50 == 0 else float(k))
         wake_at = loop.turn(START + 10_000 * k)
-        assert wake_at in (None, loop.obeys_at)
+        assert wake_at in (None, loop.commands_at)
     loop.turn(START + 30 * MS)
     assert [value for _, value in loop.simulation.speeds] == [999.0, 1999.0]
     assert loop.commands.counts == {"taken": 2, "refused": 2, "superseded": 1996}

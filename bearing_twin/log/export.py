@@ -234,10 +234,10 @@ def _netcdf(stream, target, created, watch) -> Exported:
     else:
         dataset = dataset_of(stream, watch(stream.blocks(), stream))
         rows = dataset.sizes["time"]
-    held = io.BytesIO()
-    with h5netcdf.File(held, "w") as file:
+    buffer = io.BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
         dataset.dump_to_store(xarray.backends.H5NetCDFStore(file))
-    replace_file(target, held.getbuffer())
+    replace_file(target, buffer.getbuffer())
     return Exported((os.fspath(target),), rows)
 
 

@@ -287,10 +287,10 @@ class McapReader:
     def _merge(self, rows: list[Stretch], topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
         """The messages of stretches sorted by time; `rows` are sorted by their first times."""
         pending: list[tuple[int, int, int, LoggedMessage]] = []
-        held = 0
+        size = 0
         for (first, last, offset, _), following in itertools.zip_longest(rows, rows[1:]):
             while pending and pending[0][0] < first:
-                held -= len(pending[0][3].data)
+                size -= len(pending[0][3].data)
                 yield heappop(pending)[3]
             messages = self._messages(offset, self._records_at(offset), topics.get, by_time=True)
             if not pending and (following is None or last < following.first_ns):
@@ -298,8 +298,8 @@ class McapReader:
                 continue
             for number, message in enumerate(messages):
                 heappush(pending, (message.log_time, offset, number, message))
-                held += len(message.data)
-            if held > MOST_PENDING:
+                size += len(message.data)
+            if size > MOST_PENDING:
                 reason = f"its chunks overlap in time by more than {MOST_PENDING >> 20} MB; sort it by `mcap sort`"
                 raise LogLimit(self.path, offset, reason)
         while pending:

@@ -318,7 +318,7 @@ class LogStream:
         for run in self._read:
             counts = run.stop - run.start
             parts = {name: itertools.islice(messages, counts[name]) for name, messages in stored.items()}
-            held, records = None, self._records(run, parts)
+            pending, records = None, self._records(run, parts)
             for message in self._decode(parts[self.topic]):
                 if message.channel_name != names or message.channel_width.tolist() != widths:
                     raise LogError(
@@ -327,11 +327,11 @@ class LogStream:
                 if expected is not None and message.first_sequence != expected:
                     self._check_sequence(expected, message.first_sequence)
                 expected = self._reached = message.first_sequence + message.count
-                if held is not None:
-                    yield _add_records(held, records, int(held.time_ns[-1]))
-                held = block_of(self.channels, message)
-            if held is not None:
-                yield _add_records(held, records, np.inf)
+                if pending is not None:
+                    yield _add_records(pending, records, int(pending.time_ns[-1]))
+                pending = block_of(self.channels, message)
+            if pending is not None:
+                yield _add_records(pending, records, np.inf)
 
     def _records(self, run: "_Run", parts: Mapping[str, Iterator[LoggedMessage]]) -> dict[str, "_Records"]:
         """The records of a run by the name of their table, from its messages by topic."""
@@ -444,17 +444,17 @@ class _Records:
 
     def _sorted(self, parts: Iterator[np.ndarray], sampled: bool) -> np.ndarray:
         """All records sorted by time, those of a signal that is `sampled` in single precision."""
-        held, size = [], 0
+        arrays, size = [], 0
         for part in parts:
-            held.append(part)
+            arrays.append(part)
             size += part.size
             self._check_size(size)
-            if part.shape[1] != held[0].shape[1]:
+            if part.shape[1] != arrays[0].shape[1]:
                 raise LogError(
-                    f"{self._path}: records on {self._topic} have {part.shape[1]} columns, not {held[0].shape[1]} as "
+                    f"{self._path}: records on {self._topic} have {part.shape[1]} columns, not {arrays[0].shape[1]} as "
                     "before; record it again"
                 )
-        rows = np.concatenate(held)
+        rows = np.concatenate(arrays)
         rows = rows[np.argsort(rows[:, 0], kind="stable")]
         if sampled:  # earlier versions wrote samples in double precision
             rows[:, 1:] = rows[:, 1:].astype(np.float32)
@@ -501,8 +501,8 @@ def _selected_topic(path, names: set[str], topic: str | None) -> str:
     if topic is None and len(names) == 1:
         return next(iter(names))
     if topic not in names:
-        held = ", ".join(sorted(names)) + (f", not {topic!r}" if topic else "")
-        raise LogError(f"{path} holds samples on {held}; read one with --topic, or read_log(path, topic=...)")
+        listed = ", ".join(sorted(names)) + (f", not {topic!r}" if topic else "")
+        raise LogError(f"{path} holds samples on {listed}; read one with --topic, or read_log(path, topic=...)")
     return topic
 
 

@@ -100,7 +100,7 @@ class Graph:
         return [
             {"end": end, "node": full_name(info), "type": info.topic_type}
             | {key: getattr(info.qos_profile, key).name.lower() for key in ("reliability", "durability")}
-            for end, info in self._settled(lambda: [(end, info) for end, ask in ends for info in ask(topic)])
+            for end, info in self._settled(lambda: [(end, info) for end, poll in ends for info in poll(topic)])
         ]
 
     def messages(self, topic: str, silent: Callable[[], None], raw: bool = False) -> Iterator[Any]:
@@ -189,8 +189,8 @@ class Graph:
         self._await(client.service_is_ready, "service", service, known)
         return plain_data(self._answer(client.call_async(request), service))
 
-    def run_study(self, action: str, goal: dict[str, Any], tell: Callable[[dict], None]) -> tuple[str, dict[str, Any]]:
-        """Final state of a goal of run_study (succeeded, canceled, aborted) and its result; `tell` gets the feedback.
+    def run_study(self, action: str, goal: dict[str, Any], on_progress: Callable[[dict], None]) -> tuple[str, dict]:
+        """Final state (succeeded, canceled, aborted) and result of a goal; `on_progress` gets the feedback.
 
         Ctrl-C cancels the goal and waits for its end. Raises GraphError if the goal is refused or its node gone.
         """
@@ -208,7 +208,7 @@ class Graph:
         try:
             self._await(client.server_is_ready, "action", action, actions)
             request = message_from(RunStudy.Goal, goal)
-            on_feedback = lambda message: tell(plain_data(message.feedback))  # noqa: E731
+            on_feedback = lambda message: on_progress(plain_data(message.feedback))  # noqa: E731
             handle = self._answer(client.send_goal_async(request, feedback_callback=on_feedback), action)
             if not handle.accepted:
                 raise GraphError(f"{action} refuses the goal: its queue is full; try again later")
@@ -245,9 +245,9 @@ class Graph:
             raise GraphError(f"{topic} has several types: {several}; end all nodes but those of one")
         return first
 
-    def _await(self, ask: Callable[[], T], role: str, name: str, names: Callable[[], Any]) -> T:
-        """The first true value of `ask()`; raises GraphError with near `names` after the wait."""
-        if answer := self._spin(self._wait, ask):
+    def _await(self, poll: Callable[[], T], role: str, name: str, names: Callable[[], Any]) -> T:
+        """The first true value of `poll()`; raises GraphError with near `names` after the wait."""
+        if answer := self._spin(self._wait, poll):
             return answer
         listed = [known for known in names() if NAME.fullmatch(known) and not known.startswith(OWN)]
         if name in listed:
@@ -260,18 +260,18 @@ class Graph:
             raise GraphError(f"{name} did not answer within {self._wait:g} s; wait longer: --wait")
         return future.result()
 
-    def _spin(self, seconds: float, ask: Callable[[], T] = lambda: False) -> T:
-        """Executes callbacks for so long, or until `ask()` is true; returns its value."""
+    def _spin(self, seconds: float, poll: Callable[[], T] = lambda: False) -> T:
+        """Executes callbacks for so long, or until `poll()` is true; returns its value."""
         end = time.monotonic() + seconds
-        while not (answer := ask()) and (remaining := end - time.monotonic()) > 0.0:
+        while not (answer := poll()) and (remaining := end - time.monotonic()) > 0.0:
             self._executor.spin_once(timeout_sec=min(TURN, remaining))
         return answer
 
-    def _settled(self, ask: Callable[[], T]) -> T:
-        """The value of `ask()` once it no longer changes."""
-        last, changed, quiet = ask(), time.monotonic(), quiet_time()
+    def _settled(self, poll: Callable[[], T]) -> T:
+        """The value of `poll()` once it no longer changes."""
+        last, changed, quiet = poll(), time.monotonic(), quiet_time()
         while time.monotonic() < changed + quiet:
             self._spin(TURN)
-            if (current := ask()) != last:
+            if (current := poll()) != last:
                 last, changed = current, time.monotonic()
         return last

@@ -116,28 +116,28 @@ def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = A
 def wait_for_subscribers(
     publishers: Collection[Publisher],
     seconds: float,
-    say: Callable[[str], None],
+    report: Callable[[str], None],
     stopping: Callable[[], bool] = lambda: False,
 ) -> None:
     """Waits until each publisher has a subscriber, at most `seconds`, or until `stopping()`.
 
-    A long wait and its failure are reported to `say`.
+    A long wait and its failure are reported to `report`.
     """
     if not seconds:
         return
-    begin, reported = time.monotonic(), False
+    started_at, reported = time.monotonic(), False
     while not stopping():
         unheard = [publisher.topic_name for publisher in publishers if not publisher.get_subscription_count()]
         if not unheard:
             break
         remainder = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
         state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{remainder}"
-        waited = time.monotonic() - begin
+        waited = time.monotonic() - started_at
         if waited > seconds:
-            say(f"continues after {seconds:g} s, although {state}")
+            report(f"continues after {seconds:g} s, although {state}")
             return
         if waited > DISCOVERY_PATIENCE and not reported:
             reported = True
-            say(f"waiting up to {seconds:g} s for subscribers (discovery); {state}")
+            report(f"waiting up to {seconds:g} s for subscribers (discovery); {state}")
         time.sleep(DISCOVERY_POLL)
     time.sleep(DISCOVERY_GRACE)

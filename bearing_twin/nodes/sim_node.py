@@ -308,7 +308,7 @@ class SimNode(BaseNode):
     def _on_command(self, command, message):
         self._commands.offer(command, message)
         self.worker.wake()
-        if self.loop is not None and time.monotonic_ns() >= self.loop.obeys_at:
+        if self.loop is not None and time.monotonic_ns() >= self.loop.commands_at:
             self._halt.interrupt()
 
     def _execute(self, work: Callable, *arguments, urgent: bool = False) -> Any:

@@ -15,7 +15,7 @@ from bearing_twin.run.simulation import Simulation
 CHUNK_NS = 20_000_000  # of outputs computed together: a command acts within this time
 LONGEST_STEP = 10.0  # s
 SHORTFALL = 0.95  # of the requested pace, below which the loop warns
-JUDGED_NS = 1_000_000_000  # of simulated time between reports of the run's errors
+REPORT_NS = 1_000_000_000  # of simulated time between reports of the run's errors
 GREATEST_SPEED = 10_000.0  # rad/s, beyond what any bearing of these sizes survives
 WAITING = 8  # commands of one topic, of which the last legal one is carried out
 
@@ -49,14 +49,14 @@ class Commands:
             self.counts["superseded"] += len(queue) == WAITING
             queue.append(message)
 
-    def carry_out(self, obey: Callable[[Command, object], None]) -> None:
-        """Carries out the last command of each topic that `obey` does not refuse; earlier ones are superseded."""
+    def carry_out(self, execute: Callable[[Command, object], None]) -> None:
+        """Carries out the last command of each topic that `execute` does not refuse; earlier ones are superseded."""
         with self._lock:
             waiting, self._waiting = self._waiting, {}
         for command, queue in waiting.items():
             while queue:
                 try:
-                    obey(command, queue.pop())
+                    execute(command, queue.pop())
                     break
                 except BearingTwinError as error:
                     self.refusals.append(str(error))
@@ -139,7 +139,7 @@ class SimulationLoop(PacedStream):
     ):
         super().__init__(deliver, factor)
         self.run = 1
-        self.commands, self._command_ns, self.obeys_at = commands or Commands(), command_ns, 0
+        self.commands, self._command_ns, self.commands_at = commands or Commands(), command_ns, 0
         self._duration_ns, self._open_log, self._repeat, self._subscribed = duration_ns, open_log, repeat_ns, subscribed
         self._begin(simulation, open_log(1, simulation))
 
@@ -151,7 +151,7 @@ class SimulationLoop(PacedStream):
         self._done = self._flushed = False
         self.failure: IntegrationError | None = None
         self._began: int | None = None
-        self._judge_at = 0
+        self._report_at = 0
         self._errors: dict[str, float | str] = {}
         self.restart()
 
@@ -162,12 +162,12 @@ class SimulationLoop(PacedStream):
 
     def turn(self, now: int) -> int | None:
         """Delivers what is due at `now`; returns the wall time of the next turn, None if it needs a command."""
-        if now >= self.obeys_at:
-            self._obey_waiting(now)
+        if now >= self.commands_at:
+            self._execute_waiting(now)
         wake_at = self._run_on(now)
         if not self.commands.waiting:
             return wake_at
-        return self.obeys_at if wake_at is None else min(wake_at, self.obeys_at)
+        return self.commands_at if wake_at is None else min(wake_at, self.commands_at)
 
     def _run_on(self, now: int) -> int | None:
         if self._began is None and not self.paused:
@@ -190,10 +190,10 @@ class SimulationLoop(PacedStream):
         self._begin_again(self.simulation, None)
         return now
 
-    def _obey_waiting(self, now: int) -> None:
+    def _execute_waiting(self, now: int) -> None:
         if self.commands.waiting:
-            self.obeys_at = now + self._command_ns
-            self.commands.carry_out(self.obey)
+            self.commands_at = now + self._command_ns
+            self.commands.carry_out(self.execute)
 
     def status(self, now: int = 0) -> tuple[bool, str, dict[str, float | str]]:
         """Failure to keep up, state, and numbers since the last call; from any thread.
@@ -249,7 +249,7 @@ class SimulationLoop(PacedStream):
 
     # Commands; those of a kind name a method of the simulation
 
-    def obey(self, command: Command, message) -> None:
+    def execute(self, command: Command, message) -> None:
         """Carries out a message of the topic `command`; raises BearingTwinError, counted, where it is refused."""
         header, frame = getattr(message, "header", None), f"{self.commands.prefix}{command.frame}"
         try:
@@ -268,7 +268,7 @@ class SimulationLoop(PacedStream):
 
     def operating_point(self, now: int):
         """The last output computed, and the ring's loads and stiffness there; raises BearingTwinError."""
-        self._obey_waiting(now)
+        self._execute_waiting(now)
         return self.simulation.operating_point()
 
     def step(self, now: int, seconds: float) -> str:
@@ -277,7 +277,7 @@ class SimulationLoop(PacedStream):
             raise BearingTwinError(f"duration = {seconds} s must be above 0 and at most {LONGEST_STEP:g} s")
         if not self.paused:
             raise BearingTwinError("the simulation is running: pause it before you step it")
-        self._obey_waiting(now)
+        self._execute_waiting(now)
         period = self.simulation.output_period_ns
         requested = period * math.ceil((self.position_ns + max(1, round(seconds * 1e9))) / period)
         while self.simulation.time_ns < requested and not self._done:
@@ -343,8 +343,8 @@ class SimulationLoop(PacedStream):
             block = run.advance(min(outputs, fresh) if fresh else outputs)
         except Interrupted:  # by a command, which is obeyed between turns
             return []
-        if run.time_ns >= self._judge_at:
-            self._judge_at = run.time_ns + JUDGED_NS
+        if run.time_ns >= self._report_at:
+            self._report_at = run.time_ns + REPORT_NS
             self._errors = errors_of(run.report())
         self._done = self._total is not None and run.sequence + 1 >= self._total
         # A log takes every topic; without one, only topics with subscribers are made.
