@@ -41,6 +41,7 @@ EXAMPLES = (
 )
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
+UNNAMED_SECTIONS = ("geometry", "drive", "materials")  # of a scene: their keys are clear without
 VECTORS = {  # option: names of its numbers, unit, an example
     "load": (("FX", "FY", "FZ"), "N", "0,-3000,0"),
     "moment": (("MX", "MY"), "N m", "5,0"),
@@ -347,7 +348,9 @@ def _unit_of(scene, path: str) -> str:
 def _axis_of(path: str, unit: str, values) -> dict:
     """Label of the axis of a sweep over a key, with its unit, and the factor into that unit."""
     shown, scale = readable_unit(unit or "1", max(map(abs, values)))
-    return {"label": axis_label(path.rpartition(".")[2].replace("_", " "), shown), "scale": scale}
+    section, _, name = path.partition(".")
+    words = (name if section in UNNAMED_SECTIONS else path).replace(".", " ").replace("_", " ")
+    return {"label": axis_label(words, shown), "scale": scale}
 
 
 L10 = "L10 lives: 90 % of bearings survive them, under the assumptions of the standards."
