@@ -139,7 +139,7 @@ def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(typed):
     assert re.search(r"^stiffness +7.8788e\+07, 0, 0, 0, 0$", out, flags=re.MULTILINE)
 
 
-def test_sweeps_are_curves(tmp_path, pictures_once, asked):
+def test_sweeps_are_curves(tmp_path, pictures_once, asked, typed):
     picture = tmp_path / "curves.png"
     loads = asked(*DOWN, "--sweep", "load=100:1000:4", "--plot", str(picture))
     assert loads["values"] == pytest.approx([100.0, 400.0, 700.0, 1000.0])

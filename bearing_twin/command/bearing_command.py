@@ -577,7 +577,7 @@ def show_sweep(result: dict) -> None:
     show_text()
     header = [f"{label}\n[{unit}" if unit else label]
     header += [f"{axis}\n[µm]" for axis in AXES[:3]] + [f"stiffness {axis}\n[N/µm]" for axis in AXES[:3]]
-    rows = []
+    rows, films = [], []
     for k, value in enumerate(result["values"]):
         shown, stiffness = short(result["axis"]["scale"] * value), result["stiffness"][k]
         if stiffness is None:
@@ -587,7 +587,13 @@ def show_sweep(result: dict) -> None:
         cells += [1e-6 * stiffness[i][i] for i in range(3)]
         cells += [result["greatest_normal_load_inner_n"][k], result["reference_life_mrev"][k]]
         rows.append((shown, *map(short, cells)))
+        if "friction_torque_nm" in result and (torque := result["friction_torque_nm"][k]):
+            cells = MOMENT * torque["total"], 1e6 * result["film_m"][k], result["lambda"][k]
+            films.append((shown, *(short(cell, 2) for cell in cells)))
     show_columns((*header, "ball\n[N]", "life\n[1e6]"), rows)
+    if films:
+        show_text()
+        show_columns((header[0], "torque\n[N mm]", "film\n[µm]", "Λ\n"), films)
     show_paragraph(L10)
 
 

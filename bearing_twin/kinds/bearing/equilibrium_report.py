@@ -163,7 +163,7 @@ def flags_of(parameters, contacts, loose: list[str], pressure: float, safety: fl
 
 
 EACH = ("ring_displacement_m", "misalignment_rad", "ring_force_n", "ring_moment_nm", "stiffness")
-OPTIONAL = ("natural_frequencies_hz",)
+OPTIONAL = ("natural_frequencies_hz", "friction_torque_nm", "film_m", "lambda")
 ALONE = ("basic_life_mrev", "reference_life_mrev", "static_safety")
 GREATEST = ("normal_load_inner_n", "normal_load_outer_n", "contact_angle_inner_rad", "peak_pressure_inner_pa")
 
