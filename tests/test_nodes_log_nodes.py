@@ -216,7 +216,8 @@ def test_a_topic_that_ros_does_not_know_is_left_out_of_a_replay_and_told(tmp_pat
     illegal = {"/two words": cdr.STRING, "/1st": cdr.STRING, "/type": "std_msgs/msg/_string"}
     # The node's own; whether it has /rosout is decided by what the process has logged before.
     illegal |= dict.fromkeys(("/diagnostics", "/parameter_events", "/clock"), cdr.STRING)
-    for name, played in (("mixed", {"/good": cdr.STRING} | illegal), ("none", {"/a\x1b[2Jb": cdr.STRING})):
+    many = {f"/{k}": cdr.STRING for k in range(50)}
+    for name, played in (("mixed", {"/good": cdr.STRING} | illegal | many), ("none", {"/a\x1b[2Jb": cdr.STRING})):
         with RawLogWriter(tmp_path / f"{name}.mcap") as log:
             for topic, ros_type in played.items():
                 log.write(log.add_topic(topic, ros_type, "string data", ""), 1, 1, padded(b"\0\1\0\0\1\0\0\0\0"))
@@ -229,6 +230,7 @@ def test_a_topic_that_ros_does_not_know_is_left_out_of_a_replay_and_told(tmp_pat
     stderr = capfd.readouterr().err
     names = ["/type", *(repr(name) for name in illegal if name != "/type")]
     assert all(f"{name} is not published" in stderr for name in names)
+    assert "; and 46 more" in stderr
 
 
 def test_a_time_that_ros_cannot_tell_ends_a_replay_in_a_sentence(tmp_path):

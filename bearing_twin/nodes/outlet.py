@@ -24,6 +24,7 @@ DISCOVERY_POLL = 0.02  # s
 DISCOVERY_PATIENCE = 1.0  # s of waiting for subscribers, after which a node logs what it waits for
 DISCOVERY_GRACE = 0.5  # s in which subscribers discover the publishers that have discovered them
 SOME = 3  # topics that are named of those without a subscriber
+LISTED = 10  # topics that are named of those that cannot be published
 
 
 class Outlet:
@@ -54,7 +55,8 @@ class Outlet:
         if problems and not self._publishers:
             raise BearingTwinError(problems[0])
         if problems:
-            node.get_logger().warning("; ".join(problems))
+            more = [f"and {len(problems) - LISTED} more"] if len(problems) > LISTED else []
+            node.get_logger().warning("; ".join(problems[:LISTED] + more))
         self.published = 0
         self._node, self._spent, self._spent_since = node, Counter(), time.monotonic()
 

@@ -141,7 +141,7 @@ class ReplayLoop(PacedStream):
             return batch
         start = f"{self._path} from {self._start_ns * 1e-9:g} s on"
         if self._first_ns is None:
-            raise LogError(f"{start} holds no messages: lower `start`")
+            raise LogError(f"{start} holds no messages{': lower `start`' if self._start_ns else ''}")
         self.rounds += 1
         if not self._loop:
             return None
