@@ -126,8 +126,8 @@ def test_a_log_says_how_much_an_hour_takes_and_how_long_the_disk_lasts(tmp_path,
     monkeypatch.setattr(base_node.time, "monotonic", iter(range(1000)).__next__)
     with ros_executor() as executor:
         node = base_node.BaseNode("testing", "test", context=executor.context)
-        for size in (5000, 1_005_000, 2_005_000):  # 1 MB/s
-            node.log_status(SimpleNamespace(problem="", dropped=0, bytes=size), tmp_path)
+        for size, problem in ((5000, ""), (505_000, "no room"), (2_005_000, ""), (3_005_000, "")):  # 1 MB/s
+            node.log_status(SimpleNamespace(problem=problem, dropped=0, bytes=size), tmp_path)
     assert capfd.readouterr().err.count("the log takes 3.6 GB an hour; the disk has room for 20 hours") == 1
 
 

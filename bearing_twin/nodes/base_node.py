@@ -171,7 +171,7 @@ class BaseNode(Node):
         shortage = f"the disk of the log has {decimal(free)} left: make room" if free < LITTLE else ""
         now, size = time.monotonic(), log.bytes
         began, at_first = self._log_began = self._log_began or (now, size)
-        if now - began >= SETTLED and size > at_first:
+        if now - began >= SETTLED and size > at_first and not log.problem:
             hourly = 3600.0 * (size - at_first) / (now - began)
             sentence = (
                 f"the log takes {decimal(round(hourly))} an hour; the disk has room for {free / hourly:.3g} hours"
