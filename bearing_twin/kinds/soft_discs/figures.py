@@ -12,7 +12,7 @@ from bearing_twin.kinds.bodies.model_errors import ImpactComparison
 from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import LAW, ModelErrors
 from bearing_twin.kinds.soft_discs import MEANINGS
-from bearing_twin.kinds.soft_discs.derived import GREATEST_RATIO, bodies_of, predicted_error, wall_speed
+from bearing_twin.kinds.soft_discs.derived import FEWEST, GREATEST_RATIO, bodies_of, predicted_error, wall_speed
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene
 
 SOFT = 3.0**-0.5  # stretch at which St. Venant-Kirchhoff has no stiffness left in compression
@@ -105,7 +105,7 @@ def second_divisions(divisions: int, order: int) -> int:
     """Divisions of the second mesh: at most half where elements of that order can have so few, else twice as many."""
     step = 2 * order
     half = divisions // 2 // step * step
-    return half if half >= max(step, 4) else 2 * divisions
+    return half if half >= max(step, FEWEST) else 2 * divisions
 
 
 class SoftDiscComparison(ImpactComparison):
