@@ -32,7 +32,7 @@ ACCELERATION = Table(
 
 
 def tables(parameters) -> tuple[Table, ...]:
-    """The samples of the sensor, where there is one."""
+    """The samples of the sensor; empty without one."""
     return (ACCELERATION._replace(rate=parameters.sensor.rate),) if has_sensor(parameters) else ()
 
 

@@ -19,7 +19,7 @@ from bearing_twin.base.yaml_files import BEARINGS
 
 BALL_SET = "balls", "ball_diameter", "pitch_diameter", "inner_conformity", "outer_conformity"
 RULE = "rule"
-FOUND = {  # how a ball set was found: what that means
+FOUND = {  # sources of ball sets: meanings
     "frequencies": "from the coefficients FTF, BSF and BPFO of Timken (housed unit catalogue, table A-9), on a pitch "
     "circle in the middle; it meets the published ratings",
     "factors": "from the factor f0 of ISO 76 and the static rating by NSK and JTEKT (6305: SKF); it meets their "
@@ -47,7 +47,7 @@ class BallRule(NamedTuple):
 
 
 DEEP_GROOVE, ANGULAR_CONTACT = BallRule(0.29, 0.57, 2, 0.11), BallRule(0.32, 0.90, 1, 0.05)
-PITCH_ERROR = 0.015  # relative; makers place the pitch circle off the middle between bore and outside by up to this
+PITCH_ERROR = 0.015  # relative; greatest offset of the pitch circle from the middle between bore and outside
 MAKER = re.compile(r"(SKF|FAG|INA|NSK|NTN|SNR|KOYO|NACHI|TIMKEN|NKE|FBJ)[ -]+")
 CLEARANCES = "C2", "CN", "C3", "C4", "C5"  # groups of ISO 5753-1; CN is the normal one
 # ISO 5753-1, deep groove bearings: up to this bore [mm], least and greatest radial clearance [um] of each group
@@ -73,7 +73,7 @@ SUFFIX = re.compile(
     r"BEP?|E[PM]?|"
     r"ECB[PMJY]|CB[PMJY]|C[02345]|CN|GJN|WT|C78|VA\d+|HT|MT\d+|JEM"
 )
-OTHER_TYPES = {  # by the beginnings of designations (ISO 15, DIN 623-1): what they are
+OTHER_TYPES = {  # types by the beginnings of designations (ISO 15, DIN 623-1)
     "a spherical roller bearing": r"(213|22[2-3]|23[0-2]|23[8-9]|24[0-1])\d\d",
     "a spherical roller thrust bearing": r"29[2-4]\d\d",
     "a cylindrical roller bearing": r"(N|NU|NJ|NUP|NN|NNU|NCF|NNCF)\d{3,5}",
@@ -214,7 +214,7 @@ def clearance_limits(entry: Entry, group: str = "") -> tuple[float, float]:
 
 
 def geometry_of(entry: Entry, group: str = "") -> dict[str, float]:
-    """The keys of `geometry` of a scene that a row gives; the clearance is the middle of what is made."""
+    """The keys of `geometry` of a scene that a row gives; the clearance is the mean of its limits."""
     angle = {"contact_angle": entry.contact_angle} if entry.contact_angle else {}
     return {
         **{key: getattr(entry, key) for key in BALL_SET},

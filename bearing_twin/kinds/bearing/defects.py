@@ -26,7 +26,7 @@ SURFACES = ("inner", "outer", "ball")
 MOST_DEFECTS = 16  # in one bearing
 LONGEST_SHARE = 1.0 / 6.0  # of a surface's circumference, of a spall
 WIDEST_SPALL = 2.0 * math.sin(math.radians(60.0))  # of the groove's radius: as wide as contacts go
-HIGHEST_WAVE = 0.002  # of the ball's diameter, of a wave: a tenth of what a contact bears
+HIGHEST_WAVE = 0.002  # of the ball's diameter, of a wave: a tenth of the greatest approach
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ def defect_problems(defects: tuple[Defect, ...], geometry) -> list[str]:
 
 
 PIECES = 128  # TABLE_PIECES of the core
-LEAST_LOAD = 1.0  # N: contacts of less are taken as this one, for loads to come
+LEAST_LOAD = 1.0  # N: contacts have at least the size of this load, since loads may grow
 
 _heights = Function("core_surface_heights", None, (REALS, INTEGER, REALS, REAL, REALS_OUT))
 

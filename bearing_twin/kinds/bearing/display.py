@@ -69,10 +69,10 @@ from bearing_twin.kinds.views import (
 )
 
 LONGEST_ARROW = 1.0  # ball diameters
-OUTER_WIDTH = 0.95  # of the inner ring's: faces in one plane flicker where they are drawn
+OUTER_WIDTH = 0.95  # of the inner ring's: coplanar faces flicker
 LETTERS = 0.25  # height of a line of text in ball diameters: the line is no wider than the bearing
 
-CORNERS = 6  # of the circle that stands for a cage, from ball to ball
+CORNERS = 6  # of the polygon that represents a cage, per ball
 
 _SPOKES = ((-1.0, 0.0), (1.0, 0.0), (0.0, -1.0), (0.0, 1.0))
 
@@ -296,11 +296,11 @@ def orbit_rates(sample: Sample) -> np.ndarray:
 REACH = 0.12  # ball radii: how far the greatest deviation is drawn
 ARROW, RING_ARROW = 0.8, 0.55  # longest arrow of a ball's load in ball diameters, of the ring's in radii of its bore
 WIDTH, SHOULDER, WALL = 0.75, 0.2, 0.42  # ball diameters: half width of a ring, depth of a groove, ring behind it
-CYCLE = 6.0  # s of looking in which the balls come round once
+CYCLE = 6.0  # s of viewing per orbit of the balls
 
 
 def view(parameters, channels) -> View:
-    """The view of a bearing scene; everything stands in `bearing_link`."""
+    """The view of a bearing scene; all positions are in `bearing_link`."""
     geometry, n = operating_geometry(parameters), parameters.geometry.balls
     ball, free = geometry.ball_diameter, dimension_of(parameters) == FREE_RING
     drawn = (
@@ -341,7 +341,7 @@ def view(parameters, channels) -> View:
 
 
 def _period(parameters, slenderness: float) -> float:
-    """Simulated seconds that pass in one second of looking, so that balls come round in CYCLE seconds."""
+    """Simulated seconds per second of viewing, so that balls orbit once in CYCLE seconds."""
     speed = max(abs(parameters.drive.speed), abs(parameters.drive.speed + parameters.drive.change.speed))
     return 2.0 * math.pi / (0.5 * (1.0 - slenderness) * speed) / CYCLE if speed else 0.0
 

@@ -44,10 +44,10 @@ from bearing_twin.kinds.contract import OperatingPoint
 
 IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
 FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # statuses of an equilibrium in the core
-BOUNCE = 3.0  # times the centrifugal load: what loads of light balls in motion differ by
+BOUNCE = 3.0  # times the centrifugal load: difference of loads of light balls in motion
 COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
 OF_CONTACTS = 17  # numbers of the `Contacts` of a ball
-SPEED_COLUMN = 32  # where the speed stands among a setting's numbers
+SPEED_COLUMN = 32  # of the speed among a setting's numbers
 
 STOP = ndpointer(np.uint8, shape=(1,))
 _INPUTS = INTEGER, INTEGER, INTEGERS, REALS, REALS, REALS, INTEGERS, REALS, REALS, STOP
@@ -154,10 +154,14 @@ def limit_ratios(ball_radius, load, approach, angle) -> tuple[np.ndarray, np.nda
     return squeeze / (GREATEST_SQUEEZE * 2.0 * ball_radius), greatest_angle / GREATEST_ANGLE
 
 
-SOFT = 1e-9  # of the greatest stiffness: what is softer counts as not held
+SOFT = 1e-9  # of the greatest stiffness: softer directions are loose
 NOISE = 1e-12  # of the greatest component: below it a component of a load is shown as 0
-LONGEST = 0.2  # of the ball diameter: no coordinate of the ring goes further
-COARSE, HALVINGS, UNFOUND = 8.0, 14, 4  # for the greatest load: steps down, halvings, as how many a slow one counts
+LONGEST = 0.2  # of the ball diameter: bound of the ring's coordinates
+COARSE, HALVINGS, UNFOUND = (
+    8.0,
+    14,
+    4,
+)  # of the search of the greatest load: first factor, bisections, cost of one that fails
 CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
 
 
@@ -225,7 +229,7 @@ def support_with_weight(parameters, loads=None) -> Support:
 
 
 def load_line(support: Support) -> float:
-    """Azimuth [rad] of what pushes the ring sideways: load, else displacement, else tilting, else 0."""
+    """Azimuth [rad] of the radial load, else of the displacement, moment or tilt, else 0."""
     across = [0, 1, 3, 4]
     applied = support.loads if np.any(np.take(support.loads, across)) else support.held
     return float(azimuths_on(np.array([applied]))[0])
@@ -237,7 +241,7 @@ def azimuths_of(balls: int, first: float) -> np.ndarray:
 
 
 class EquilibriumSolver:
-    """Equilibria of one bearing with balls at these azimuths [rad] (N,), pulled at by `gravity` [m/s^2] (3,).
+    """Equilibria of one bearing with balls at these azimuths [rad] (N,), under `gravity` [m/s^2] (3,).
 
     `defect_scene` are the parameters of a scene with defects; contacts have the size of those on smooth raceways.
     """
@@ -274,7 +278,7 @@ class EquilibriumSolver:
         return equilibrium.status == FOUND and max(self.limit_ratios(equilibrium.contacts)) <= 1.0
 
     def balance(self, support: Support, share: float = 1.0) -> Equilibrium:
-        """The balance with a `share` of loads and held coordinates, as far as there is one."""
+        """The balance with a `share` of loads and held coordinates, which may not exist (see `status`)."""
         free = np.array(support.free, np.bool_)
         loads, held = share * np.where(free, support.loads, 0.0), share * np.where(free, 0.0, support.held)
         ring = self.seats()[None], self.balls, self.azimuths[None]
@@ -536,7 +540,7 @@ def check_goal(kind: str, key: str, value: float) -> None:
 
 
 class CommandedBearing:
-    """Base of the motions of a bearing: what a command may ask of it, tried with the balls in balance."""
+    """Base of the motions of a bearing: checks of commands with the balls in balance."""
 
     def check_drive(self, key: str, value: float, load: tuple) -> str:
         """A warning of a `value` for the `key`, speed [rad/s] or torque [N m], or ""; see `CommandedMotion`."""

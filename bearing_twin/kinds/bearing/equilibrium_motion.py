@@ -27,7 +27,7 @@ from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.outputs import Rows, empty_outputs
 from bearing_twin.kinds.bearing.parameters import BearingScene
 
-SAME = 1e-9  # relative: instants nearer than this are one
+SAME = 1e-9  # relative: nearer instants are equal
 NEGLIGIBLE = 1e-12  # of the loads, or of their moments: smaller sums of forces are rounding
 INNER = np.array([1.0, 0.0])  # of the contacts of a ball, inner and outer
 

@@ -127,7 +127,7 @@ class Sums:
                 self._halve()
 
     def _halve(self) -> None:
-        """Makes one stretch of every two, all of which are complete."""
+        """Merge stretches in pairs, all of which are complete."""
         pairs = self.stretches // 2
         for name in SUMS:
             first, second = self._rows[name][0::2], self._rows[name][1::2]
@@ -178,7 +178,7 @@ def mean_torque(half: dict, start: dict, known: bool) -> float:
 
 
 RUN_UP_SHARE = 0.99  # of the change of speed over the run
-LEAST_RISE = 1e-3  # relative: changes nearer than this to the one kept last are not kept
+LEAST_RISE = 1e-3  # relative: smaller increases of the change are not stored
 
 
 class RunUp:
@@ -354,14 +354,14 @@ class BearingFigures:
                 "balls touch the inner ring between outputs alone, unseen by its loads: give a greater run.output_rate"
             )
         if not touches_at_rest(self.parameters):
-            return None  # a warning says so before the run
+            return None  # which is warned of before the run
         return (
             f"at {self.last['inner_ring_speed']:g} rad/s centrifugal loads lift the balls off the inner ring: it "
             "carries and drives none: lower drive.speed, which is in rad/s, or press the rings together harder"
         )
 
     def flags(self) -> list[str]:
-        """Warnings of what lies outside the theory's validity, one sentence each."""
+        """Warnings of quantities outside the theory's validity, one sentence each."""
         peaks = self._peaks()
         angles, loads = self.at_greatest["contact_angle"][:, 1], self.greatest_load[:, 0]
         ball, diameter = self.parameters.materials.ball, self.parameters.geometry.ball_diameter
@@ -374,7 +374,7 @@ class BearingFigures:
         )
 
     def status(self) -> str:
-        """Gives "done", or what failed."""
+        """The status "done", or "failed" with its reason."""
         closure = self.energy_closure
         return "done" if closure is None or adds_up(closure, self.parameters) else "failed: energy"
 

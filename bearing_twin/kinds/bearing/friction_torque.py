@@ -1,4 +1,4 @@
-"""Friction torque of a lubricated bearing in equilibrium, contact by contact, and what catalogues estimate of it."""
+"""Friction torque of a lubricated bearing in equilibrium, contact by contact, and estimates of catalogues."""
 
 import math
 from typing import NamedTuple

@@ -10,7 +10,7 @@ from bearing_twin.base.parameters import quantity, section
 from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 
 ROOM_TEMPERATURE = 293.15  # K
-SAME = 1e-9  # relative: a clearance that is already the one of the contact angle
+SAME = 1e-9  # relative: a clearance that is that of the contact angle
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Temperatures:
 
 
 class Clearance(NamedTuple):
-    """Radial internal clearance [m]: as made, what each cause adds (below zero: takes), and their sum."""
+    """Radial internal clearance [m]: as made, its changes by each cause, and their sum."""
 
     initial: float
     shaft_fit: float
@@ -152,7 +152,7 @@ def squeezes(parameters) -> list[tuple[float, float]]:
 
 
 def leaves_raceway(parameters) -> bool:
-    """True if a ball leaves the inner raceway somewhere on its way round, where the ring is held."""
+    """True if a ball leaves the inner raceway somewhere along its orbit, with the ring held."""
     return any(far <= 0.0 for _, far in squeezes(parameters))
 
 

@@ -335,7 +335,7 @@ STRICTEST, LOOSEST = 0.1, 16.0  # of an error of radial velocity, over one of sl
 
 
 def light_approach(bearing: Bearing, approaches: np.ndarray) -> float:
-    """The approach [m] of an outer contact that bears LIGHT of the greatest load of `approaches` (N, 2)."""
+    """The approach [m] of an outer contact that carries LIGHT of the greatest load of `approaches` (N, 2)."""
     return max(float(approaches[:, 1].max()), APPROACH_SCALE) * LIGHT ** (1.0 / bearing.outer.law.power)
 
 

@@ -286,7 +286,7 @@ MISSING_PHYSICS: dict[str, tuple[Callable[[Any], bool], str]] = {
 }
 """Parts of real bearings that are not modelled: the condition, and a sentence on its effect."""
 
-EQUILIBRIA = (  # what is known of a run from them
+EQUILIBRIA = (  # note on their errors
     "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
 )
 LEAST_LOAD = 0.01  # of the greatest load: smaller loads have the friction limit of this one
@@ -295,7 +295,7 @@ TILTING = "ring_moment_nm", "misalignment_rad"
 INTEGRALS = {"drive_work_j": "drive_torque_nm", "dissipated_j": "drive_torque_nm"}  # over the angle that the ring turns
 NO_ROTATION = 1e-12  # rad/s: a slower ring is at rest, and work over its angle is no torque
 THEORY = "cage_speed_theory_rad_s", "roll_rate_theory_rad_s"
-OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0: the motion is a plane one
+OUT_OF_PLANE = "ring_moment_nm", *(f"contact_angle_{side}_rad" for side in SIDES)  # all 0 in plane motion
 
 
 class BearingComparison(Comparison):

@@ -55,12 +55,12 @@ def slip_at_start(parameters) -> float:
 
 
 def ring_shift(parameters) -> float:
-    """Distance [m] by which the ring jumps under way."""
+    """Distance [m] of the jump of the ring during the run."""
     return math.hypot(*parameters.drive.change.offset) if parameters.drive.change.time else 0.0
 
 
 def relative_acceleration(parameters) -> float:
-    """Acceleration of the scene's change of speed over the least speed [1/s]; 0 where none comes."""
+    """Acceleration of the scene's change of speed over the least speed [1/s]; 0 without a change."""
     drive = parameters.drive
     slowest = min(abs(drive.speed), abs(drive.speed + drive.change.speed))
     return drive.acceleration / max(slowest, 1.0) if drive.change.time and drive.change.speed else 0.0
@@ -123,7 +123,7 @@ def no_contact_spins(parameters) -> bool:
 
 
 def rim_speed(parameters) -> float:
-    """Greatest speed [m/s] by spin at the rim of a contact patch, one raceway taking all of the spin.
+    """Greatest speed [m/s] by spin at the rim of a contact patch, one raceway having all of the spin.
 
     Of a ring that is held: its offset gives the contact angle and, by Hertz, the major semi-axis.
     """

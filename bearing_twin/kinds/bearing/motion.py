@@ -87,7 +87,7 @@ FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's a
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before their gaps are checked
 TOGETHER = 0.05  # share of that time, or of the rest of a chunk: balls that may meet sooner are integrated together
-LONGEST = 0.4  # s of one chunk: of balls alone, or round a ring with mass in a cage that keeps them apart
+LONGEST = 0.4  # s of one chunk: of balls alone, or of a ring with mass whose balls a cage separates
 SHORTEST_PART = 1e-9  # share of a chunk: shorter parts are rounding
 TOO_FAST = "too fast"  # reason of an error
 

@@ -18,7 +18,7 @@ from bearing_twin.kinds.bearing.system import numbers_of, numbers_of_bodies
 from bearing_twin.kinds.topics import NUMBERS
 
 IN_PLANE = ("in_plane",)  # axes: x and y
-SAME_ANGLE = 1e-3  # sines of angles by different ways differ by less
+SAME_ANGLE = 1e-3  # greatest difference of sines of equal angles
 BALL_CHANNELS, FILM_CHANNELS = 19, 2  # channels with a ball's own numbers, and those of films that follow them
 
 
@@ -27,7 +27,7 @@ def channels(parameters: BearingScene) -> tuple[Channel, ...]:
     return _channels(parameters.geometry.balls, is_lubricated(parameters))
 
 
-# The tables below know the number of balls alone: to look one up by a scene would hash all of it, for every chunk.
+# Tables by the number of balls: by a scene, all of it would be hashed for every chunk.
 @functools.cache
 def _channels(n: int, films: bool = False) -> tuple[Channel, ...]:
     film = (
@@ -94,7 +94,7 @@ def _channels(n: int, films: bool = False) -> tuple[Channel, ...]:
 
 
 class Rows(Columns):
-    """Outputs side by side in one matrix (count, total width); each channel is also an attribute, made when used.
+    """Outputs side by side in one matrix (count, total width); each channel is also an attribute, computed when used.
 
     Raises AttributeError for what is no channel.
     """

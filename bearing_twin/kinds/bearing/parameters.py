@@ -1,4 +1,4 @@
-"""Every number and choice of a bearing scene: its YAML keys, units, defaults and limits in one place."""
+"""Parameters of a bearing scene: YAML keys, units, defaults and limits."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 import dataclasses
@@ -124,11 +124,11 @@ def sensor_problems(parameters, geometry) -> list[str]:
 
 
 HERE = "bearing_twin.kinds.bearing"
-GIVES = ("curvatures", "frozen", "stiffness", "state")  # what a law may need here
+GIVES = ("curvatures", "frozen", "stiffness", "state")  # that laws may need
 STEADY_REFUSED = {"steady": "is not modelled in bearings; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
-RELAXATION_TIME = 1.0e-6  # s, unless the scene says otherwise; no source, see the key's help
+RELAXATION_TIME = 1.0e-6  # s, default; no source, see the key's help
 ISO_GROOVES = "0.52 is the greatest that ISO 281 rates by its factors"
 
 
@@ -327,7 +327,7 @@ class BearingScene(SceneParameters):
         return min(SMOOTHING, CREEP * rolling or SMOOTHING) if is_lubricated(self) else SMOOTHING
 
     def check(self) -> list[str]:
-        """Contradictions between numbers that are legal alone, one sentence each that names keys, values and limits."""
+        """Contradictions between keys, one sentence each that names keys, values and limits."""
         if problems := clearance_problems(self):
             return problems
         geometry, run, drive = operating_geometry(self), self.run, self.drive

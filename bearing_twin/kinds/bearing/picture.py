@@ -29,7 +29,7 @@ from bearing_twin.pictures import (
     style_axes,
 )
 
-GREATEST_TURNS = 8  # of the balls round the bearing: more waves than this become a solid block
+GREATEST_TURNS = 8  # of the balls: more waves become a solid block
 BALL_PANELS = {  # over the azimuth: title, axis, factor into its unit
     "contact_angle": ("Contact angle of each ball", "angle [°]", np.degrees(1.0)),
     "peak_pressure": ("Greatest Hertz pressure of each ball", "pressure [MPa]", 1e-6),
@@ -40,7 +40,7 @@ RING, ARROW = 0.55, 2.0  # thickness of a drawn ring, length of the longest arro
 
 
 class BearingPicture(RunPicture):
-    """Loads over time and what moves by itself; the bearing with angles and pressures at the last output."""
+    """Loads and free coordinates over time; the bearing with angles and pressures at the last output."""
 
     view, named = staticmethod(view), ("normal_load",)
 

@@ -1,4 +1,4 @@
-"""The figures of a bearing run by name: what each is, which a scene lacks, and which a study may ask for."""
+"""The figures of a bearing run by name: meanings, missing ones, quantities of studies."""
 
 from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.parameters import has_sensor
@@ -62,7 +62,7 @@ MEANINGS = {
 
 
 def missing(parameters, in_equilibrium: bool = False) -> dict[str, str]:
-    """Why a scene has none of some figures, by their keys; a run is one of equilibria or not.
+    """Reasons for missing figures, by their keys, of a run of equilibria or of motion.
 
     A ring that is held has its place and tilt from the scene; equilibria lose nothing, and their cage is no body.
     """

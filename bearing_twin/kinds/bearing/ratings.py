@@ -202,7 +202,7 @@ def limiting_speeds(geometry) -> dict[str, float] | None:
 
 
 def command_warning(parameters, speed: float) -> str:
-    """A sentence on a commanded speed [rad/s] above the limiting speed, as of one meant in rpm; "" for others.
+    """A sentence on a commanded speed [rad/s] above the limiting speed, which may be meant in rpm; "" for others.
 
     `parameters` are those of a bearing or of a shaft on two. The limit is that with oil, of angular contact bearings
     that of spindles.
@@ -237,7 +237,7 @@ GREASE, OIL_BATH, OIL_JET = 1.0, 2.0, 4.0
 BASE_VISCOSITY = 32e-6
 """Kinematic viscosity [m^2/s] of the base oil at running temperature that `palmgren_torque` takes by default."""
 TORQUE_SCATTER = 0.5
-"""Relative: what a measured friction torque may differ from `palmgren_torque`; fresh grease and seals differ more."""
+"""Relative scatter of measured friction torques about `palmgren_torque`; that of fresh grease and seals is larger."""
 # Harris, Rolling Bearing Analysis: contact angle [degrees], z and y of f_1 = z (P_0/C_0)^y
 LOAD_TORQUE = np.array([(0.0, 0.0005, 0.55), (15.0, 0.0007, 0.44), (30.0, 0.001, 0.33), (40.0, 0.0013, 0.33)])
 

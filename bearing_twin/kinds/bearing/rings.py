@@ -1,4 +1,4 @@
-"""Rings and cage of a scene: what turns, loads and holds the inner ring, what spaces the balls, and what moves."""
+"""Rings and cage of a scene: drive, loads, support, spacing of the balls, and dimension of the model."""
 # ruff: noqa: RUF009 - section() declares a field; nothing is shared between instances
 
 import math
@@ -18,7 +18,7 @@ LOAD_COLUMNS = (("time", "s"), ("x", "N"), ("y", "N"), ("z", "N"), ("about x", "
 
 @dataclass(frozen=True)
 class LoadChange:
-    """One change of the load while it runs, added at once to what it was."""
+    """One change of the load while it runs, added at once."""
 
     time: float = quantity(0.0, "s", "when the load changes; 0 = never", at_least=0.0)
     load: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "N", "added to load")
@@ -48,7 +48,7 @@ TORQUE_COLUMNS = (("time", "s"), ("torque", "N m"))
 
 @dataclass(frozen=True)
 class SpeedChange:
-    """One change of the drive's speed while it runs, added to what it was."""
+    """One change of the drive's speed while it runs, added to it."""
 
     time: float = quantity(0.0, "s", "when the drive changes; 0 = never", at_least=0.0)
     speed: float = quantity(0.0, "rad/s", "added to the wanted speed, which is approached at drive.acceleration")
@@ -56,14 +56,14 @@ class SpeedChange:
 
 @dataclass(frozen=True)
 class Change(SpeedChange):
-    """One change of the drive while it runs, added to what it was."""
+    """One change of the drive while it runs."""
 
     offset: tuple[float, float, float] = quantity((0.0, 0.0, 0.0), "m", "added to the inner ring's offset, at once")
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Drive of the inner ring, and the place where it is held; the outer ring is at rest."""
+    """Drive of the inner ring, and its held position; the outer ring is at rest."""
 
     kind: str = choice(
         SPEED,
@@ -171,11 +171,11 @@ FREE = {  # rings.inner.free: which of the coordinates follow the loads
     "all": (True, True, True, True, True),
 }
 CENTRED, BALLS, INNER_LAND, OUTER_LAND = "centred", "balls", "inner", "outer"
-SHOULDER = 0.3  # of a ball: where the land of a ring stands, inside or outside the pitch circle
+SHOULDER = 0.3  # ball diameters: distance of a ring's land from the pitch circle
 QUASI_STATIC, PRESCRIBED, FREE_RING = "quasi_static", "prescribed", "free"
 EVEN, POCKETS = "even", "pockets"
 LOADS = "loads"  # of wanted.outputs
-COMMON_STEPS = AUTO, *COUPLED  # of solver.stepper: what moves balls that step together
+COMMON_STEPS = AUTO, *COUPLED  # of solver.stepper: methods with common steps of all balls
 
 
 @dataclass(frozen=True)

@@ -48,12 +48,12 @@ RADIAL_SPIN, TANGENTIAL_SPIN, AXIAL_SPIN, DRIVE_WORK, DISSIPATED, GROSS_WORK = n
 VELOCITY, SPIN = RADIAL_VELOCITY, RADIAL_SPIN
 MOTION = 9  # the columns before this one are the motion, the others integrals
 COLUMNS = 12
-CARRIED_COLUMNS = 8  # what a law carries: P/Q and three states at each of a ball's contacts
+CARRIED_COLUMNS = 8  # states of laws: P/Q and three more at each of a ball's contacts
 
 # Inner ring and cage: positions (the ring's centre, its tilt about x and y, the cage's angle), their velocities, and
 # integrals: work of the loads on the ring, dissipated energy, work of the drive through the cage's land.
 POSITIONS = 6
-CAGE_X, CAGE_Y, CAGE = 3, 4, 5  # in the place of tilts: a ring does not tilt where the cage's centre moves
+CAGE_X, CAGE_Y, CAGE = 3, 4, 5  # instead of tilts: a ring does not tilt if the cage's centre moves
 CAGE_SPEED = POSITIONS + CAGE
 LAND_WORK, SHAFT_ANGLE, SHAFT_SPEED = 14, 15, 16  # then the work of a torque that turns the shaft
 HOUSING_POSITION, HOUSING_SPEED = 18, 19  # of an outer ring with its housing, along a direction
@@ -273,7 +273,7 @@ def raceway_of(geometry, conformity, side, law: Callable) -> Raceway:
 
 
 NEVER = math.inf
-SAME = 1e-12  # relative: instants nearer than this are one
+SAME = 1e-12  # relative: nearer instants are equal
 
 
 def distinct_times(*times) -> np.ndarray:
@@ -389,7 +389,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     )
 
 
-RING_SHARE = 0.3  # of a ball's errors: a ring that rings bears no more (`tests/test_error_scales.py`)
+RING_SHARE = 0.3  # of a ball's errors: for a ring that vibrates (`tests/test_error_scales.py`)
 
 
 class RingLoading:
@@ -502,7 +502,7 @@ _latest_bearing: tuple = (None, None)  # the last bearing and its numbers, which
 def numbers_of(bearing: Bearing) -> tuple[np.ndarray, np.ndarray]:
     """The numbers of a bearing as `bearing_of` of the core reads them, and the points of its friction's quadrature."""
     global _latest_bearing
-    latest = _latest_bearing  # once, as the thread of a second run may put another in its place
+    latest = _latest_bearing  # read once, since the thread of a second run may replace it
     if latest[0] is not bearing:
         coefficient, model, *axes = bearing.patch or (0.0, POINT, NO_AXES, NO_AXES)
         friction, points = patch_by(model, coefficient)

@@ -46,7 +46,7 @@ FRAME = SHAFT.frame
 BODY = "shaft"
 BEARINGS = tuple(f"{side}_bearing" for side in SIDES)
 WIDE, BEYOND = 2.0, 0.3  # width of a bearing in ball diameters, ends of the shaft in distances of the bearings
-ARROW = 2.0  # longest arrow, in outer radii of the bearings, from which it comes out
+ARROW = 2.0  # longest arrow, in outer radii of the bearings, from which it protrudes
 
 
 def topics(parameters: ShaftScene) -> tuple[Topic, ...]:
@@ -164,7 +164,7 @@ REACH = 0.15  # of the shaft's radius: greatest drawn displacement
 
 
 def view(parameters, channels) -> View:
-    """z along the shaft; everything stands in `shaft_link`."""
+    """z along the shaft; all positions are in `shaft_link`."""
     radius, low, high = sizes(parameters)
     drawn = (
         Channel("turn", "1", (2,), "cosine and sine of the shaft's angle"),
@@ -236,7 +236,7 @@ def _rod(radius: float, low: float, high: float) -> list[list[tuple[float, float
 
 
 def _housing(mounted) -> list[list[tuple[float, float]]]:
-    """The section (radius, z) of a ring around the shaft at its place."""
+    """The section (radius, z) of a ring around the shaft."""
     inner, outer, wide = ring_sizes(mounted)
     low, high, inside = mounted.place - 0.5 * wide, mounted.place + 0.5 * wide, 0.5 * (inner + outer)
     corners = [(inside, low), (outer, low), (outer, high), (inside, high), (inside, low)]

@@ -1,4 +1,4 @@
-"""The shaft in equilibrium on both bearings: where a run starts, its stiffness there, and what loads it carries."""
+"""The shaft in equilibrium on both bearings: start of a run, stiffness, modes, and loads that are carried."""
 
 import functools
 import math
@@ -143,7 +143,7 @@ def speeds_of(parameters: ShaftScene) -> tuple[float, float]:
 
 
 class ShaftSeat(NamedTuple):
-    """One bearing on the shaft: its balance, place [m], side it faces, `middle` [m] along its own axis.
+    """One bearing on the shaft: its balance, position [m], side it faces, offset `middle` [m] along its own axis.
 
     `first` [rad] is the azimuth of ball 0 at the start, `ratio` the orbit's speed over the shaft's, `gravity` (3,) in
     the bearing's own frame.
@@ -395,7 +395,7 @@ def stiffest_mode(matrices: Matrices) -> float:
 
 
 def _forward_share(shape: np.ndarray, lever: float) -> float | None:
-    """The share of a motion u (5,) across the axis that whirls forward; None of one along it."""
+    """The share of a motion u (5,) across the axis that whirls forward; None of a motion along it."""
     lateral = shape * np.array([1.0, 1.0, 0.0, lever, lever])
     forward = (abs(lateral[0] + 1j * lateral[1]) ** 2 + abs(lateral[3] + 1j * lateral[4]) ** 2) / 2.0
     total = float(np.sum(np.abs(lateral) ** 2))

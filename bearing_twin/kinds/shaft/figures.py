@@ -193,7 +193,7 @@ class ShaftFigures:
         return ellipses
 
     def flags(self) -> list[str]:
-        """Warnings of a run outside the limits of the theory, one sentence each."""
+        """Warnings of quantities outside the theory's validity, one sentence each."""
         flags = []
         for side, (loads, angles) in self._greatest.items():
             pressure = max(contact_ellipse.peak_pressure for contact_ellipse in self._ellipses(side))
@@ -202,7 +202,7 @@ class ShaftFigures:
         return flags
 
     def status(self) -> str:
-        """Gives "done", or what failed."""
+        """The status "done", or "failed" with its reason."""
         return "done" if adds_up(self.energy_closure, self.parameters) else "failed: energy"
 
 

@@ -80,7 +80,7 @@ def channels(parameters: ShaftScene) -> tuple[Channel, ...]:
     return _channels(*(getattr(parameters, side).geometry.balls for side in SIDES))
 
 
-# The table knows the numbers of balls alone: to look one up by a scene would hash all of it.
+# A table by the numbers of balls: by a scene, all of it would be hashed.
 @functools.cache
 def _channels(*balls: int) -> tuple[Channel, ...]:
     of_balls = (
@@ -135,7 +135,7 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 class ShaftMotion:
     """The shaft in motion: `advance` integrates to the end of a chunk and returns its outputs."""
 
-    longest_chunk = 0.1  # s: what a second run finds is compared once a chunk
+    longest_chunk = 0.1  # s: a second run is compared once a chunk
 
     def __init__(self, parameters: ShaftScene, choice: Choice):
         self.parameters, self._law, self.stop = parameters, choice.law, SIGNALLED
@@ -324,8 +324,8 @@ class ShaftMotion:
         return dict(zip(("steps", "rejections", "evaluations"), self.counts.tolist(), strict=True))
 
 
-SAME = 1e-9  # relative: speeds nearer than this are one
-FAST = 1000.0  # Hz: balls that are in balance at every instant answer later motion at once
+SAME = 1e-9  # relative: nearer speeds are equal
+FAST = 1000.0  # Hz: balls in balance at every instant have no lag
 
 
 def law_error(parameters: ShaftScene, law: str) -> float:

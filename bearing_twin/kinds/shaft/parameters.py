@@ -51,7 +51,7 @@ UNBALANCES = (("place", "m"), ("mass times radius", "kg m"), ("angle", "rad"))
 
 @dataclass(frozen=True)
 class RigidShaft:
-    """The shaft and all that turns with it; places along z count from its centre of mass."""
+    """The shaft and all that turns with it; positions along z are from its centre of mass."""
 
     mass: float = quantity(0.5, "kg", "of the shaft and what turns with it", above=0.0)
     inertia: tuple[float, float] = quantity(
@@ -148,7 +148,7 @@ class ShaftScene(SceneParameters):
 
     @staticmethod
     def completed(scene: dict) -> tuple[dict, list[str]]:
-        """The plain data of a scene with the rows of the catalogue filled in for both bearings, and what is wrong."""
+        """The plain data of a scene with the rows of the catalogue filled in for both bearings, and its problems."""
         problems = []
         for side in SIDES:
             if isinstance(scene.get(side), Mapping):

@@ -22,7 +22,7 @@ from bearing_twin.pictures import (
 HEADROOM = 1.8  # times the greatest frequency: the legend is above the curves
 SPEEDS, BEYOND = 121, 1.25  # of the panel of natural frequencies: number of speeds, last one over the greatest shown
 LEAST = 0.5  # of the first mode's frequency: least speed at the panel's end
-FORWARD, BACKWARD = 0.55, 0.45  # shares of whirl above and below which a mode is one way
+FORWARD, BACKWARD = 0.55, 0.45  # limits of the shares of forward and backward whirl
 
 
 class ShaftPicture(RunPicture):
@@ -71,7 +71,7 @@ def _draw_orbits(axis, values):
 
 
 def _draw_frequencies(axis, parameters, law):
-    """Natural frequencies over speed, as stiff as in balance at the run's end, and the line of one period a turn."""
+    """Natural frequencies over speed, with the stiffness at the run's end, and the line of the shaft's speed."""
     style_axes(axis)
     modes, critical = modes_of(parameters, law)
     matrices, end_speed = last_matrices(parameters, law)
