@@ -43,7 +43,7 @@ COARSER = "mesh.divisions=24", "mesh.order=4", "solver.step_share=0.9"  # a refe
 @pytest.fixture(scope="module")
 def made(tmp_path_factory):
     """Every chart once, in this process: what `make` gives, by name."""
-    folder, found = tmp_path_factory.mktemp("charts"), {}
+    folder, charts = tmp_path_factory.mktemp("charts"), {}
 
     def make(name):
         with pytest.MonkeyPatch.context() as patch:
@@ -54,11 +54,11 @@ def made(tmp_path_factory):
             return once(name)
 
     def once(name):
-        if name not in found:
-            found[name] = chart_of(name).make(
+        if name not in charts:
+            charts[name] = chart_of(name).make(
                 folder, name, Options((PART.get(name) or next(iter(chart_of(name).problems)),), limit=0.0, quick=True)
             )
-        return found[name]
+        return charts[name]
 
     return make
 
@@ -67,19 +67,19 @@ def made(tmp_path_factory):
 def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, request, caplog):
     if name != WHOLE:
         request.getfixturevalue("quick_pictures")
-    found = made(name)
+    chart = made(name)
     assert not caplog.records  # Matplotlib's words would stand between the sentences
-    assert found.reading
-    assert all(sentence.strip() for sentence in found.reading)
-    for picture in found.pictures:
+    assert chart.reading
+    assert all(sentence.strip() for sentence in chart.reading)
+    for picture in chart.pictures:
         with Image.open(picture) as image:
             assert image.width == (1600 if name == WHOLE else 640)
     if name in PAPERS:
-        texts = (Path(table).with_suffix(".txt").read_text("utf-8") for table in found.tables)
-        assert "".join(texts).splitlines() == found.reading
+        texts = (Path(table).with_suffix(".txt").read_text("utf-8") for table in chart.tables)
+        assert "".join(texts).splitlines() == chart.reading
     else:
-        rows = read_table(Path(found.tables[0]))
-        assert chart_of(name).reading(rows) == found.reading
+        rows = read_table(Path(chart.tables[0]))
+        assert chart_of(name).reading(rows) == chart.reading
         assert {row.status for row in rows} <= {DONE, REFUSED, FAILED, STOPPED}
         assert any(row.status == DONE for row in rows)
         assert all(row.reason for row in rows if row.status != DONE)
@@ -88,10 +88,10 @@ def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, request, caplog
             assert all(0.0 <= value <= 1.0 for value in shares)
 
 
-def errors(rows, method, **wanted):
+def errors(rows, method, **values):
     """Errors of a method, of the rows with these values."""
-    mine = (row for row in rows if row.method == method)
-    return [row.error for row in mine if all(getattr(row, key) == value for key, value in wanted.items())]
+    rows_of_method = (row for row in rows if row.method == method)
+    return [row.error for row in rows_of_method if all(getattr(row, key) == value for key, value in values.items())]
 
 
 def test_laws_are_ordered_and_hertz_is_right_at_every_shape(made):
@@ -118,8 +118,8 @@ def test_tighter_settings_are_more_accurate(made):
         ("discs", "selective integration"),
     ):
         rows = [row for row in made(name).rows if row.method == method]
-        found = [row.error for row in rows if row.status == DONE]
-        assert found == sorted(found, reverse=True), name
+        errors_in_order = [row.error for row in rows if row.status == DONE]
+        assert errors_in_order == sorted(errors_in_order, reverse=True), name
     assert all(row.error <= row.setting for row in made("tolerance").rows)
 
 
@@ -175,7 +175,7 @@ def test_old_names_name_the_chart_of_today(tmp_path, asked, refused):
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("arguments", "says"),
     [
         (["laws", "--problem", "elipse"], "ellipse"),
         (["paper3", "--only", "99"], "99"),
@@ -184,16 +184,16 @@ def test_old_names_name_the_chart_of_today(tmp_path, asked, refused):
         (["laws", "--out", "nowhere"], "not a folder"),
     ],
 )
-def test_words_that_do_not_fit_are_refused(words, says, tmp_path, monkeypatch, refused):
+def test_words_that_do_not_fit_are_refused(arguments, says, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
-    assert says in refused("chart", *words)
+    assert says in refused("chart", *arguments)
 
 
 def test_a_chart_that_exists_is_replaced_with_force_alone(tmp_path, typed, refused):
     (tmp_path / "laws.csv").touch()
-    words = ["chart", "laws", "--quick", "--problem", "ellipse", "--out", tmp_path]
-    assert "--force" in refused(*words)
-    typed(*words, "--force")
+    arguments = ["chart", "laws", "--quick", "--problem", "ellipse", "--out", tmp_path]
+    assert "--force" in refused(*arguments)
+    typed(*arguments, "--force")
     assert read_table(tmp_path / "laws.csv")
     (tmp_path / "paper1_bounces.txt").touch()
     assert "paper1_bounces.txt" in refused("chart", "paper1", "--only", "3", "--out", tmp_path)
@@ -204,7 +204,7 @@ def contest(judge, count=3):
     return Contest(
         title="made up",
         problems={"p": "a problem"},
-        entries=lambda name, quick: (("m", float(one), math.nan) for one in range(count)),
+        entries=lambda name, quick: (("m", float(setting), math.nan) for setting in range(count)),
         judge=judge,
     )
 
@@ -240,10 +240,10 @@ def test_a_method_has_one_colour_in_all_charts(made):
     colours = {}
     for name in ("steppers", "newcomers", "bodies"):
         rows = made(name).rows
-        for method, look in engine.method_styles(rows, chart_of(name).labels).items():
-            colours.setdefault(method, set()).add(look.colour)
+        for method, style in engine.method_styles(rows, chart_of(name).labels).items():
+            colours.setdefault(method, set()).add(style.colour)
         assert len(set(engine.method_styles(rows, chart_of(name).labels).values())) == len({row.method for row in rows})
-    assert {method: len(found) for method, found in colours.items()} == dict.fromkeys(colours, 1)
+    assert {method: len(numbers) for method, numbers in colours.items()} == dict.fromkeys(colours, 1)
 
 
 def test_an_installation_that_cannot_run_makes_no_chart():
@@ -281,8 +281,8 @@ def test_a_run_is_stopped_where_arguments_of_the_core_are_converted():
 
 
 def test_a_timing_is_of_one_run_over_what_it_did():
-    found, cost = timed(lambda: sum(range(10**6)), 10**6)
-    assert found == 499_999_500_000
+    result, cost = timed(lambda: sum(range(10**6)), 10**6)
+    assert result == 499_999_500_000
     assert 0.0 < cost["seconds"] < 1e-5
 
 

@@ -48,8 +48,8 @@ LONG_RUN = {
 }
 
 
-def run(mapping, overrides=(), **more):
-    return run_study(parse_study(mapping, "s", overrides), **more)
+def run(mapping, overrides=(), **options):
+    return run_study(parse_study(mapping, "s", overrides), **options)
 
 
 def digest(result, folder, name):
@@ -79,9 +79,9 @@ def test_discs_by_closed_form_are_those_of_the_scene():
     task, moduli = task_of(load_study("discs_small_10")), (4e9, 7e9)
     by_form, by_run = by_form_and_run(task, *moduli)
     np.testing.assert_allclose(by_form.quantities, by_run.quantities, rtol=1e-10)
-    for modulus, found in zip(moduli, by_form.quantities, strict=True):
+    for modulus, quantities in zip(moduli, by_form.quantities, strict=True):
         truth = strike(equation_14(1.0, 2.0, modulus, 0.3), 2500.0 * math.pi, 10.0, 2e-2)
-        assert found[task.quantities.index("contact_duration")] == pytest.approx(truth.duration, rel=1e-8)
+        assert quantities[task.quantities.index("contact_duration")] == pytest.approx(truth.duration, rel=1e-8)
 
 
 def test_histories_by_closed_form_are_those_of_the_scene():
@@ -109,39 +109,39 @@ def test_every_realisation_takes_the_stepper_of_the_median_inputs():
 
 def test_one_input_and_closed_forms_need_no_samples():
     result = run(SPHERES, ["sweep={motion.first_velocity: [100.0]}"])
-    found = result.as_dict()
-    assert found["samples"] == 0
-    assert {one["method"] for one in found["quantities"].values()} == {"change_of_variable"}
-    exact = found["quantities"]["contact_duration"]
+    summary = result.as_dict()
+    assert summary["samples"] == 0
+    assert {row["method"] for row in summary["quantities"].values()} == {"change_of_variable"}
+    exact = summary["quantities"]["contact_duration"]
     assert exact["mean"] == pytest.approx(6.25080949e-5, rel=1e-9)
     assert exact["std"] == pytest.approx(1.09856054e-5, rel=1e-8)
     quantiles = [exact["quantiles"][p]["value"] for p in ("0.05", "0.50", "0.95")]
     assert quantiles == pytest.approx([4.56005791e-5, 6.18657240e-5, 8.16071442e-5], rel=1e-8)
     assert exact["skewness"] == pytest.approx(0.35149, abs=5e-6)
     assert exact["modality"] == {"modes": 1, "p_value": None}
-    for one in found["sweep"]["studies"]:
-        value = one["quantities"]["contact_duration"]["quantiles"]["0.50"]["value"]
-        assert value == pytest.approx(6.18657240e-5 * (one["value"] / 20.0) ** -0.2, rel=1e-8)
+    for row in summary["sweep"]["studies"]:
+        value = row["quantities"]["contact_duration"]["quantiles"]["0.50"]["value"]
+        assert value == pytest.approx(6.18657240e-5 * (row["value"] / 20.0) ** -0.2, rel=1e-8)
 
 
 def test_one_input_without_a_closed_form_takes_a_few_runs(quick_workers):
     """Paper 3, section 6: 10 to 50. By damping in proportion the contact time stays proportional to alpha, so gamma."""
-    asked = {**LOSSY, "method": "chaos", "quantities": ["contact_duration"], "workers": 1}
-    result = run(asked)
-    found = result.as_dict()["quantities"]["contact_duration"]
-    assert (found["method"], len(result.status)) == ("chaos", 0)
+    mapping = {**LOSSY, "method": "chaos", "quantities": ["contact_duration"], "workers": 1}
+    result = run(mapping)
+    duration = result.as_dict()["quantities"]["contact_duration"]
+    assert (duration["method"], len(result.status)) == ("chaos", 0)
     assert int(result.summary["stopped_because"].split()[0]) <= 50
-    assert found["validation_error"] < 1e-4
+    assert duration["validation_error"] < 1e-4
     gamma = stats.gamma((1.138e-4 / 2e-5) ** 2)
-    factor = found["mean"] / gamma.mean()
-    assert found["std"] == pytest.approx(factor * gamma.std(), rel=1e-5)
-    assert found["skewness"] == pytest.approx(2.0 / gamma.std(), rel=1e-2)
+    factor = duration["mean"] / gamma.mean()
+    assert duration["std"] == pytest.approx(factor * gamma.std(), rel=1e-5)
+    assert duration["skewness"] == pytest.approx(2.0 / gamma.std(), rel=1e-2)
     for p in ("0.05", "0.50", "0.95"):
-        one = found["quantiles"][p]
-        assert one["value"] == pytest.approx(factor * gamma.ppf(float(p)), rel=1e-3)
-        assert one["high"] - one["low"] > 2.0 * found["validation_error"] * found["std"]
+        quantile = duration["quantiles"][p]
+        assert quantile["value"] == pytest.approx(factor * gamma.ppf(float(p)), rel=1e-3)
+        assert quantile["high"] - quantile["low"] > 2.0 * duration["validation_error"] * duration["std"]
     with pytest.raises(StudyError, match=r"needs a closed form.* choose the method chaos"):
-        run({**asked, "method": "change_of_variable"})
+        run({**mapping, "method": "change_of_variable"})
 
 
 def test_the_same_seed_gives_the_same_bytes_by_one_and_two_workers_and_when_continued(tmp_path, quick_workers):
@@ -159,14 +159,14 @@ def test_a_continued_study_is_one_study_and_knows_which_realisation_failed_of_wh
         "motion.first_velocity": {"distribution": "normal", "mean": 20.0, "std": 20.0},
     }
     soft = {**ENSEMBLE, "scene": "two_discs", "inputs": inputs, "set": ["solver.allow_invalid=on"]}  # out of range
-    whole, part = (run(soft, [f"sampler={sampler}", f"samples={count}"]) for count in (1024, 256))
-    rest = run(soft, [f"sampler={sampler}", "samples=1024"], start=part)
-    assert len(whole.reasons) == 2
-    assert any("cannot store the energy" in reason for reason in whole.reasons)
+    at_once, part = (run(soft, [f"sampler={sampler}", f"samples={count}"]) for count in (1024, 256))
+    continued = run(soft, [f"sampler={sampler}", "samples=1024"], start=part)
+    assert len(at_once.reasons) == 2
+    assert any("cannot store the energy" in reason for reason in at_once.reasons)
     for name in ("values", "quantities", "status"):
-        assert np.array_equal(getattr(whole, name), getattr(rest, name), equal_nan=True)
-    assert rest.reasons == whole.reasons
-    assert whole.summary | {"seconds": 0.0} == rest.summary | {"seconds": 0.0}
+        assert np.array_equal(getattr(at_once, name), getattr(continued, name), equal_nan=True)
+    assert continued.reasons == at_once.reasons
+    assert at_once.summary | {"seconds": 0.0} == continued.summary | {"seconds": 0.0}
 
 
 def test_another_study_is_not_continued():
@@ -221,7 +221,7 @@ def test_a_study_too_large_is_refused_with_the_estimate():
 
 
 @pytest.mark.parametrize(
-    ("more", "few", "least"),
+    ("settings", "fewer", "least"),
     [
         # just above a power of two, where most is needed
         ({"samples": 100, "sampler": "sobol", "sensitivity": 5_000}, {"sensitivity": 16}, 0.5),
@@ -229,10 +229,10 @@ def test_a_study_too_large_is_refused_with_the_estimate():
         ({"samples": 8192, "histories": ["normal_load"], "history_points": 200}, {"samples": 100}, 0.7),
     ],
 )
-def test_the_memory_of_a_study_is_what_was_estimated(more, few, least):
+def test_the_memory_of_a_study_is_what_was_estimated(settings, fewer, least):
     """A study with less has imported everything."""
-    run({**ENSEMBLE, **more, **few})
-    study = parse_study({**ENSEMBLE, **more}, "s")
+    run({**ENSEMBLE, **settings, **fewer})
+    study = parse_study({**ENSEMBLE, **settings}, "s")
     tracemalloc.start()
     result = run_study(study)
     peak = tracemalloc.get_traced_memory()[1]
@@ -242,7 +242,7 @@ def test_the_memory_of_a_study_is_what_was_estimated(more, few, least):
 
 
 @pytest.mark.parametrize(
-    ("changes", "words"),
+    ("changes", "message"),
     [
         (
             {"inputs": {ALPHA: GAMMA, "motion.first_velocity": {"distribution": "uniform", "low": 1, "high": 2}}},
@@ -251,81 +251,65 @@ def test_the_memory_of_a_study_is_what_was_estimated(more, few, least):
         ({"inputs": {ALPHA: {"distribution": "empirical", "values": [1e-4, 2e-4]}}}, "no density"),
     ],
 )
-def test_a_change_of_variable_that_does_not_fit_is_refused(changes, words):
-    with pytest.raises(StudyError, match=words):
+def test_a_change_of_variable_that_does_not_fit_is_refused(changes, message):
+    with pytest.raises(StudyError, match=message):
         run({**SPHERES, **changes, "method": "change_of_variable"})
 
 
 def test_progress_tells_the_estimate_and_the_seconds_left_of_all_values_of_a_sweep():
     reported = []
     run({**ENSEMBLE, "sweep": {"motion.first_velocity": [2.0, 5.0]}}, ["samples=500"], progress=reported.append)
-    done = [one.done for one in reported]
+    done = [progress.done for progress in reported]
     assert done == sorted(done)
     assert done[-1] == reported[-1].total == 1500
-    assert all((one.seconds_left > 0.0) == (one.done < one.total) for one in reported)
-    assert [*dict.fromkeys(one.at for one in reported)] == [
-        "",
-        "motion.first_velocity = 2",
-        "motion.first_velocity = 5",
-    ]
-    widths = [one.half_width for one in reported if not one.at and np.isfinite(one.half_width)]
+    assert all((progress.seconds_left > 0.0) == (progress.done < progress.total) for progress in reported)
+    values = "", "motion.first_velocity = 2", "motion.first_velocity = 5"
+    assert tuple(dict.fromkeys(progress.at for progress in reported)) == values
+    widths = [progress.half_width for progress in reported if not progress.at and np.isfinite(progress.half_width)]
     assert widths[-1] < widths[0]
 
 
 @pytest.mark.parametrize("work", ["estimate", "history_statistics"])
 def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories(work, monkeypatch):
-    everything = {
-        **ENSEMBLE,
-        "modality": "yes",
-        "histories": ["normal_load"],
-    }
-    whole, event, do = run(everything), threading.Event(), getattr(bearing_twin.uq.result, work)
+    everything = {**ENSEMBLE, "modality": "yes", "histories": ["normal_load"]}
+    complete, event, compute = run(everything), threading.Event(), getattr(bearing_twin.uq.result, work)
 
-    def begun(*given, **named):
+    def cancelling(*arguments, **options):
         event.set()
-        return do(*given, **named)
+        return compute(*arguments, **options)
 
-    monkeypatch.setattr(bearing_twin.uq.result, work, begun)
+    monkeypatch.setattr(bearing_twin.uq.result, work, cancelling)
     result = run(everything, cancelled=event)
-    assert np.array_equal(result.quantities, whole.quantities)
-    assert (result.summary["samples"], result.summary["failed"]) == (400, whole.summary["failed"])
-    for name, one in result.summary["quantities"].items():
-        assert one["modality"] is None
-        assert one["mean_interval"] == whole.summary["quantities"][name]["mean_interval"]
+    assert np.array_equal(result.quantities, complete.quantities)
+    assert (result.summary["samples"], result.summary["failed"]) == (400, complete.summary["failed"])
+    for name, quantity in result.summary["quantities"].items():
+        assert quantity["modality"] is None
+        assert quantity["mean_interval"] == complete.summary["quantities"][name]["mean_interval"]
     assert result.summary["histories"]["normal_load"].keys() <= {"realisations", "time_s", "at_mean_inputs"}
     assert any(note.startswith("cancelled") for note in result.doubts)
 
 
-@pytest.mark.parametrize("which", ["closed", "by workers"])
-def test_what_is_told_of_as_done_has_been_kept(which, monkeypatch, quick_workers):
+@pytest.mark.parametrize("way", ["closed", "by workers"])
+def test_what_is_reported_as_done_is_stored(way, monkeypatch, quick_workers):
     """So a node that is ended after its first feedback leaves a log of it."""
     monkeypatch.setattr("bearing_twin.uq.workers.YIELD_PERIOD", 0.0)
-    kept, reported = [0], []
-    study = ENSEMBLE if which == "closed" else {**LOSSY, "sampler": "latin_hypercube", "samples": 32, "workers": 1}
+    stored, reported = [0], []
+    study = ENSEMBLE if way == "closed" else {**LOSSY, "sampler": "latin_hypercube", "samples": 32, "workers": 1}
     result = run(
         study,
-        progress=lambda one: reported.append((one.done, kept[0])),
-        keep=lambda values, *_: kept.append(kept.pop() + len(values)),
+        progress=lambda progress: reported.append((progress.done, stored[0])),
+        keep=lambda values, *_: stored.append(stored.pop() + len(values)),
     )
     assert reported
-    assert all(done <= here for done, here in reported)
-    assert reported[-1][0] == kept[0] == len(result.status)
+    assert all(done <= stored_then for done, stored_then in reported)
+    assert reported[-1][0] == stored[0] == len(result.status)
 
 
 def test_cancel_ends_workers_in_the_middle_of_a_realisation(quick_workers):
-    cancelled = []
-    asked_at = []
-
-    def asked():
-        if not asked_at and max(map(computed, children()), default=0.0) > 0.2:
-            asked_at.append(time.monotonic())
-        return bool(asked_at)
-
-    result = run(LONG_RUN, cancelled=asked)
-    assert asked_at
+    result = run(LONG_RUN, cancelled=lambda: max(map(computed, children()), default=0.0) > 0.2)
     assert result.summary["samples"] == 0
     assert result.summary["stopped_because"] == "cancelled"
-    assert children() == cancelled
+    assert children() == []
 
 
 def test_an_exception_in_between_leaves_no_process(quick_workers):
@@ -345,8 +329,8 @@ def test_an_exception_in_between_leaves_no_process(quick_workers):
 def test_a_worker_that_dies_ends_the_study_with_what_is_done(quick_workers):
     killed = []
 
-    def watch(one):
-        if one.done >= 8 and not killed:
+    def watch(progress):
+        if progress.done >= 8 and not killed:
             killed.extend(children())
             os.kill(killed[0], signal.SIGKILL)
 
@@ -387,9 +371,9 @@ def test_an_error_nobody_foresaw_is_the_failure_of_one_realisation(monkeypatch):
 
     from_the_library = bearing_twin.uq.realisations.simulate
     monkeypatch.setattr("bearing_twin.uq.realisations.simulate", simulate)
-    found = realise(task, np.full((3, 1), 1e-4))
-    assert found.failures == {1: "ZeroDivisionError: float division by zero"}
-    assert np.isfinite(found.quantities).all(axis=1).tolist() == [True, False, True]
+    realised = realise(task, np.full((3, 1), 1e-4))
+    assert realised.failures == {1: "ZeroDivisionError: float division by zero"}
+    assert np.isfinite(realised.quantities).all(axis=1).tolist() == [True, False, True]
 
 
 def test_a_log_gives_the_study_back(tmp_path):
@@ -407,8 +391,8 @@ def test_a_log_gives_the_study_back(tmp_path):
     assert run(mapping, ["history_duration=1e-4"], start=again).summary["samples"] == 400
     with pytest.raises(LogError, match="exists"):
         write_study(result, path)
-    one, other = (write_study(result, tmp_path / name, run_record=False) for name in ("one.mcap", "other.mcap"))
-    assert content_digest(one) == content_digest(other)
+    first, second = (write_study(result, tmp_path / name, run_record=False) for name in ("one.mcap", "other.mcap"))
+    assert content_digest(first) == content_digest(second)
 
 
 def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_path):
@@ -418,18 +402,18 @@ def test_realisations_stand_at_the_time_of_their_arrival_and_are_numbered(tmp_pa
     for message in raw_messages(write_study(result, tmp_path / "study.mcap")):
         assert message.publish_time == message.log_time
         if message.topic.name == REALISATIONS_TOPIC:
-            one = cdr.deserialise(cdr.REALISATION, message.data)
-            assert one.header.stamp.sec * 10**9 + one.header.stamp.nanosec == message.log_time
-            assert [*one.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
-            single.append((one.number, message.log_time, one.failed, one.value.tolist()))
+            realisation = cdr.deserialise(cdr.REALISATION, message.data)
+            assert realisation.header.stamp.sec * 10**9 + realisation.header.stamp.nanosec == message.log_time
+            assert [*realisation.name] == ["input " + ALPHA, *(f"quantity {name}" for name in result.study.quantities)]
+            single.append((realisation.number, message.log_time, realisation.failed, realisation.value.tolist()))
         elif message.topic.name == SAMPLES_TOPIC:
             block = cdr.deserialise(cdr.SAMPLE_BLOCK, message.data)
             assert block.first_sequence == len(times)
             times += block.time_ns.tolist()
             assert times[-1] == message.log_time
-    numbers, at, failed, values = zip(*single, strict=True)
+    numbers, arrivals, failed, values = zip(*single, strict=True)
     assert [*numbers] == [*range(len(result.status))]
-    assert [*at] == times == sorted(set(times))
+    assert [*arrivals] == times == sorted(set(times))
     assert before <= times[0] <= times[-1] <= time.time_ns()
     assert [*failed] == (result.status > 0).tolist()
     assert np.array_equal(values, np.hstack((result.values, result.quantities)), equal_nan=True)
@@ -447,15 +431,15 @@ def test_a_study_without_samples_comes_back_from_its_log_and_a_log_of_something_
 
 def test_a_log_of_a_version_with_other_keys_is_read(tmp_path, monkeypatch):
     result, resolved = run(SPHERES), Study.resolved
-    more = {"densities": {"contact_duration": [6e-5]}, "time_limit": 3.0}
+    further_keys = {"densities": {"contact_duration": [6e-5]}, "time_limit": 3.0}
     with monkeypatch.context() as earlier:
-        earlier.setattr(Study, "resolved", lambda study: resolved(study) | more)
+        earlier.setattr(Study, "resolved", lambda study: resolved(study) | further_keys)
         path = write_study(result, tmp_path / "earlier.mcap")
         assert read_study(path).study == result.study
         speed = {"blow.speed": {"distribution": "uniform", "low": 1.0, "high": 2.0}}
         beam = {"scene": "sphere_on_beam", "inputs": speed, "quantities": ["peak_force"]}
         of_beam = parse_study(beam, "a study")
-        more["scene"] = of_beam.scene | {"solver": of_beam.scene["solver"] | {"static_tail": "contact"}}
+        further_keys["scene"] = of_beam.scene | {"solver": of_beam.scene["solver"] | {"static_tail": "contact"}}
         summary = result.summary | {"quantities": {"peak_force": {}}}
         path = write_study(dataclasses.replace(result, study=of_beam, summary=summary), tmp_path / "beam.mcap")
     assert read_study(path).study.scene == of_beam.scene
@@ -476,10 +460,10 @@ def test_dask_workers_give_the_same_numbers(tmp_path):
     import dask  # here, for the import takes a second
     import distributed
 
-    here, before = "127.0.0.1", set(children())
+    host, before = "127.0.0.1", set(children())
     with (
         dask.config.set({"temporary-directory": str(tmp_path)}),
-        distributed.LocalCluster(1, threads_per_worker=1, host=here, dashboard_address=f"{here}:0") as cluster,
+        distributed.LocalCluster(1, threads_per_worker=1, host=host, dashboard_address=f"{host}:0") as cluster,
     ):
         address = cluster.scheduler_address.removeprefix("tcp://")
         result = run(LOSSY, [f"executor=dask://{address}"])
@@ -489,18 +473,23 @@ def test_dask_workers_give_the_same_numbers(tmp_path):
     wait_for(lambda: set(children()) <= before, 60.0)
 
 
+def stat_of(pid) -> list[str]:
+    """Fields of a process in /proc from its state on: state, parent, group, session, ...; empty without it."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    except OSError:
+        return []
+
+
+def living(field: int, value: int) -> list[int]:
+    """Pids of the living processes with this value of a field of `stat_of`."""
+    stats_by_pid = {int(entry.name): stat_of(entry.name) for entry in Path("/proc").glob("[0-9]*")}
+    return [pid for pid, fields in stats_by_pid.items() if fields and fields[0] != "Z" and int(fields[field]) == value]
+
+
 def children(parent=None) -> list[int]:
     """Pids of living children of a process, but for the tracker of multiprocessing, which lives on."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*"):
-        try:
-            status = entry.joinpath("stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-        except OSError:
-            continue
-        mine = int(status[1]) == (parent or os.getpid()) and status[0] != "Z"
-        if mine and "resource_tracker" not in command_of(int(entry.name)):
-            found.append(int(entry.name))
-    return found
+    return [pid for pid in living(1, parent or os.getpid()) if "resource_tracker" not in command_of(pid)]
 
 
 def command_of(pid) -> str:
@@ -512,16 +501,12 @@ def command_of(pid) -> str:
 
 def computed(pid) -> float:
     """CPU time of a process [s]; that of one forked to compute begins with its task."""
-    try:
-        status = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
-    except OSError:
-        return 0.0
-    return int(status[11]) / os.sysconf("SC_CLK_TCK")
+    return int((stat_of(pid) or [0] * 12)[11]) / os.sysconf("SC_CLK_TCK")
 
 
 def wait_for(condition, seconds):
     until = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < until, "it did not come about"
+    while not (result := condition()):
+        assert time.monotonic() < until, "the condition was not met"
         time.sleep(0.05)
-    return found
+    return result

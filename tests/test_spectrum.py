@@ -45,17 +45,17 @@ def record(
         per_turn = frequencies(1.0)
         rate_of = per_turn[damage] * (1 + off)
         count = int(turns[-1] * rate_of)
-        places = np.cumsum(1 + slip * random.standard_normal(count)) / rate_of
-        places = places[places < turns[-1]]
-        moments = np.interp(places, turns, t)
-        force = np.ones(len(places))
+        angles = np.cumsum(1 + slip * random.standard_normal(count)) / rate_of
+        angles = angles[angles < turns[-1]]
+        moments = np.interp(angles, turns, t)
+        force = np.ones(len(angles))
         if damage == "inner":
-            force = np.maximum(0.1, np.cos(2 * np.pi * places)) ** 1.5
+            force = np.maximum(0.1, np.cos(2 * np.pi * angles)) ** 1.5
         elif damage == "ball":
-            force = (0.35 + np.maximum(0.0, np.cos(2 * np.pi * per_turn["cage"] * places))) * np.where(
-                np.arange(len(places)) % 2, 1.0, 0.6
+            force = (0.35 + np.maximum(0.0, np.cos(2 * np.pi * per_turn["cage"] * angles))) * np.where(
+                np.arange(len(angles)) % 2, 1.0, 0.6
             )
-        force *= strength * (1 + 0.3 * random.standard_normal(len(places)))
+        force *= strength * (1 + 0.3 * random.standard_normal(len(angles)))
         train = np.zeros(len(t))
         np.add.at(train, (moments * rate).astype(int), force)
         tau = np.arange(int(0.01 * rate)) / rate
@@ -93,11 +93,11 @@ def test_damaged_raceways_are_named_and_their_lines_found(tmp_path, asked):
     for made in RECORDS:
         shaft = made.get("shaft", SHAFT)
         path = saved(tmp_path, record(**{"seconds": 5.0} | made), made.get("rate", RATE))
-        found = asked("spectrum", path, "--bearing", "6205", "--speed", f"{60.18 * shaft}rpm")
-        assert found["verdict"] == made["damage"], made
-        assert found["shaft_hz"] == pytest.approx(shaft, rel=1e-3), made
-        assert found["by_order"] == ("wander" in made)
-        line = next(one for one in found["lines"] if one["name"] == FAMILY[made["damage"]])
+        result = asked("spectrum", path, "--bearing", "6205", "--speed", f"{60.18 * shaft}rpm")
+        assert result["verdict"] == made["damage"], made
+        assert result["shaft_hz"] == pytest.approx(shaft, rel=1e-3), made
+        assert result["by_order"] == ("wander" in made)
+        line = next(row for row in result["lines"] if row["name"] == FAMILY[made["damage"]])
         true = frequencies(shaft)[made["damage"]] * (1 + made.get("off", 0.0))
         assert line["found_hz"] == pytest.approx(true, rel=3e-3), made
         assert line["off"] == pytest.approx(line["found_hz"] / line["expected_hz"] - 1.0, abs=1e-9)
@@ -116,9 +116,9 @@ def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(tmp
         load = 1.0 + 0.8 * (part == "inner") * np.cos(2.0 * np.pi * shaft * times)
         blows = 5.0 * load * np.exp(-800.0 * since) * np.sin(2.0 * np.pi * 3000.0 * since)
         made = saved(tmp_path, blows + np.random.default_rng(1).standard_normal(len(times)))
-        found = asked("spectrum", made, "--bearing", bearing, "--speed", f"{rpm}rpm")
-        assert (found["verdict"], found["by_order"]) == (part, False), bearing
-        assert found["shaft_hz"] == pytest.approx(shaft, rel=2e-3), bearing
+        result = asked("spectrum", made, "--bearing", bearing, "--speed", f"{rpm}rpm")
+        assert (result["verdict"], result["by_order"]) == (part, False), bearing
+        assert result["shaft_hz"] == pytest.approx(shaft, rel=2e-3), bearing
 
 
 def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(tmp_path, asked):
@@ -133,8 +133,8 @@ def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(tmp_path, ask
 
 
 def test_sidebands_show_how_damage_goes_through_the_load(tmp_path, asked):
-    found = asked("spectrum", saved(tmp_path, record("inner", strength=4.0, slip=0.003)), *BEARING)
-    level = {one["name"]: one["over_noise_db"] for one in found["lines"]}
+    result = asked("spectrum", saved(tmp_path, record("inner", strength=4.0, slip=0.003)), *BEARING)
+    level = {line["name"]: line["over_noise_db"] for line in result["lines"]}
     assert min(level["BPFI-fs"], level["BPFI+fs"]) > 15.0 > level["BPFO+fs"]
     assert {f"{k}{name}" for k in ("", "2x", "3x") for name in (*FAMILY.values(), "FTF")} <= level.keys()
 
@@ -145,7 +145,7 @@ def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
     header = 'time,"acceleration, along z"'
     np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header=header, comments="")
     np.savetxt(tmp_path / "b.csv", samples)
-    rows = (f"{1e3 * time:.9g};{one:.9g}".replace(".", ",") for time, one in zip(times, samples, strict=True))
+    rows = (f"{1e3 * time:.9g};{result:.9g}".replace(".", ",") for time, result in zip(times, samples, strict=True))
     (tmp_path / "c.csv").write_text("\n".join(["Zeit [ms];Beschl. [m/s^2]", *rows]))
     np.savez(tmp_path / "c.npz", x=samples, y=np.zeros(100))
     scipy.io.savemat(
@@ -166,12 +166,12 @@ def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
         "d.mat": ("--key", "DE_time", "--rate", "12kHz"),
         "e.mcap": ("--topic", "/shaken", "--key", "linear_acceleration.z"),
     }
-    found = {name: asked("spectrum", tmp_path / name, *given, *BEARING) for name, given in options.items()}
-    found["its own speed"] = asked("spectrum", tmp_path / "d.mat", *options["d.mat"], *BEARING[:2])
-    for name, one in found.items():
-        assert one["verdict"] == "outer", name
-        assert one["rms"] == pytest.approx(float(np.std(samples, dtype=float)), rel=1e-4), name
-        first, line = found["b.csv"]["lines"][0], one["lines"][0]
+    results = {name: asked("spectrum", tmp_path / name, *arguments, *BEARING) for name, arguments in options.items()}
+    results["its own speed"] = asked("spectrum", tmp_path / "d.mat", *options["d.mat"], *BEARING[:2])
+    for name, result in results.items():
+        assert result["verdict"] == "outer", name
+        assert result["rms"] == pytest.approx(float(np.std(samples, dtype=float)), rel=1e-4), name
+        first, line = results["b.csv"]["lines"][0], result["lines"][0]
         assert line["found_hz"] == pytest.approx(first["found_hz"], rel=1e-6), name
 
 
@@ -179,9 +179,9 @@ def test_kurtosis_and_band_and_picture(tmp_path, quick_pictures, asked, typed):
     random = np.random.default_rng(1)
     path = saved(tmp_path, random.standard_normal(120_000))
     assert asked("spectrum", path, *BEARING)["kurtosis"] == pytest.approx(3.0, abs=0.1)
-    wanted = ("--band", "2kHz,5.9kHz", "--plot", str(tmp_path / "p.png"))
-    found = asked("spectrum", path, *BEARING, *wanted)
-    assert found["band_hz"] == [2000.0, 5900.0]
+    options = ("--band", "2kHz,5.9kHz", "--plot", str(tmp_path / "p.png"))
+    result = asked("spectrum", path, *BEARING, *options)
+    assert result["band_hz"] == [2000.0, 5900.0]
     assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
     assert typed("spectrum", path, *BEARING).out.split("\n")[0].split(maxsplit=1) == ["verdict", "nothing stands out"]
 
@@ -231,12 +231,12 @@ def test_files_that_are_none_are_refused(capsys, tmp_path):
     assert cli.main(["spectrum", str(tmp_path / "none.csv"), *BEARING]) == 2
 
 
-@pytest.mark.parametrize("place", [0.1, 0.5, 0.99])
-def test_an_archive_that_was_damaged_is_refused(place, tmp_path, refused):
+@pytest.mark.parametrize("position", [0.1, 0.5, 0.99])
+def test_an_archive_that_was_damaged_is_refused(position, tmp_path, refused):
     path = tmp_path / "record.npz"
     np.savez_compressed(path, x=np.random.default_rng(1).normal(size=1000))
     data = bytearray(path.read_bytes())
-    data[int(place * len(data))] ^= 8
+    data[int(position * len(data))] ^= 8
     path.write_bytes(data)
     assert "record.npz cannot be read as npz" in refused("spectrum", path, *BEARING, "--rate", "12kHz")
 
@@ -250,6 +250,6 @@ def test_a_speed_without_a_unit_is_said_in_rpm(tmp_path, typed):
 
 def test_an_uncertain_number_of_balls_is_a_warning(tmp_path, typed):
     path = saved(tmp_path, record(seconds=5.0))
-    given = "spectrum", path, "--speed", "1750rpm", "--rate", "12kHz", "--bearing"
-    assert "7203B has 10 ± 1 balls" in typed(*given, "7203B").err
-    assert "balls" not in typed(*given, "6205").err
+    arguments = "spectrum", path, "--speed", "1750rpm", "--rate", "12kHz", "--bearing"
+    assert "7203B has 10 ± 1 balls" in typed(*arguments, "7203B").err
+    assert "balls" not in typed(*arguments, "6205").err

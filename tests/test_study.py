@@ -60,10 +60,10 @@ def test_overrides_reach_the_study_its_inputs_and_its_scene():
     assert study.settings.stop.relative_tolerance == 0.01
     assert study.inputs[0].std == pytest.approx(4e-5)
     assert study.scene["motion"]["first_velocity"] == 50
-    whole = parse_study(PLAIN, "s", [f"inputs.{ALPHA}={{distribution: uniform, low: 1e-4, high: 2e-4}}"])
-    assert (whole.inputs[0].low, whole.inputs[0].high) == (1e-4, 2e-4)
-    other = "{first.radius: {distribution: uniform, low: 0.01, high: 0.02}}"
-    assert [one.key for one in parse_study(PLAIN, "s", [f"inputs={other}"]).inputs] == ["first.radius"]
+    replaced = parse_study(PLAIN, "s", [f"inputs.{ALPHA}={{distribution: uniform, low: 1e-4, high: 2e-4}}"])
+    assert (replaced.inputs[0].low, replaced.inputs[0].high) == (1e-4, 2e-4)
+    inputs = "{first.radius: {distribution: uniform, low: 0.01, high: 0.02}}"
+    assert [source.key for source in parse_study(PLAIN, "s", [f"inputs={inputs}"]).inputs] == ["first.radius"]
 
 
 def test_values_of_an_input_may_have_its_unit():
@@ -73,7 +73,8 @@ def test_values_of_an_input_may_have_its_unit():
         ({"know": {"low": "19 mm", "high": 0.0191}}, {"know": {"low": 19e-3, "high": 0.0191}}),
     ):
         written, number = (
-            parse_study({**PLAIN, "inputs": {"first.radius": one}}, "s") for one in (text, text | number)
+            parse_study({**PLAIN, "inputs": {"first.radius": specification}}, "s")
+            for specification in (text, text | number)
         )
         assert written == number
     assert "'19 kg'" in refusal({"inputs": {"first.radius": "19 kg"}})
@@ -92,26 +93,26 @@ def test_another_scene_by_override_is_read_before_its_keys_are():
 
 def test_keys_that_follow_an_input_take_its_value():
     study = load_study("bearing_6203_tolerances")
-    scene = study.scene_at([one.mean * 1.01 if "modulus" in one.key else one.mean for one in study.inputs])
+    scene = study.scene_at([source.mean * 1.01 if "modulus" in source.key else source.mean for source in study.inputs])
     materials = scene.parameters.materials
     assert materials.ball.young_modulus == pytest.approx(1.01 * 2.075e11)
     assert materials.ball == materials.inner_ring == materials.outer_ring
 
 
-@pytest.mark.parametrize("more", [[], ["contact.restitution=0.9"]])
-def test_a_number_that_the_scene_wants_may_be_uncertain(more, quick_workers):
+@pytest.mark.parametrize("overrides", [[], ["contact.restitution=0.9"]])
+def test_a_number_that_the_scene_wants_may_be_uncertain(overrides, quick_workers):
     """The law asks for a measured alpha, which the scene alone has not; by closed forms, and by simulating."""
-    scene, words = (
+    scene, settings = (
         {"kind": "two_spheres", "contact": {"normal": "measured"}},
-        [*more, "samples=6", "workers=1", "modality=no", "checks=0"],
+        [*overrides, "samples=6", "workers=1", "modality=no", "checks=0"],
     )
-    left_open = run_study(parse_study(PLAIN, "s", words)).as_dict()["quantities"]["contact_duration"]
+    left_open = run_study(parse_study(PLAIN, "s", settings)).as_dict()["quantities"]["contact_duration"]
     for changes, law in (({}, ["contact.normal=measured"]), ({"scene": scene}, [])):
-        study = parse_study({**PLAIN, **changes}, "s", [*words, *law])
+        study = parse_study({**PLAIN, **changes}, "s", [*settings, *law])
         assert study.scene_at([2e-4]).parameters.contact.normal == "measured"
-        found = run_study(study).as_dict()["quantities"]["contact_duration"]
-        assert found["mean"] == pytest.approx(left_open["mean"], rel=1e-12)
-        assert found["quantiles"]["0.50"] == pytest.approx(left_open["quantiles"]["0.50"], rel=1e-12)
+        duration = run_study(study).as_dict()["quantities"]["contact_duration"]
+        assert duration["mean"] == pytest.approx(left_open["mean"], rel=1e-12)
+        assert duration["quantiles"]["0.50"] == pytest.approx(left_open["quantiles"]["0.50"], rel=1e-12)
 
 
 def test_keys_may_have_their_other_names():
@@ -126,8 +127,8 @@ def test_keys_may_have_their_other_names():
         assert study.correlation == (("wanted.tolerance", "first.radius", 0.0),)
         swept = parse_study({**PLAIN, "sweep": {name: [1e-8, 1e-7]}}, "s")
         assert swept.sweep == ("wanted.tolerance", (1e-8, 1e-7))
-    both = {"solver.tolerance": low, "wanted.tolerance": low}
-    assert "inputs has wanted.tolerance twice" in refusal({"inputs": both}, [])
+    both_names = {"solver.tolerance": low, "wanted.tolerance": low}
+    assert "inputs has wanted.tolerance twice" in refusal({"inputs": both_names}, [])
 
 
 def test_a_number_that_the_scene_wants_may_be_swept():
@@ -138,7 +139,7 @@ def test_a_number_that_the_scene_wants_may_be_swept():
 
 
 @pytest.mark.parametrize(
-    ("changes", "overrides", "words"),
+    ("changes", "overrides", "message"),
     [
         ({}, ["samples=0"], "samples = 0 is out of range; must be a whole number, at least 1"),
         ({}, ["sample=10"], "'sample' is no key of the study or its scene; did you mean sampler or samples?"),
@@ -169,12 +170,12 @@ def test_a_number_that_the_scene_wants_may_be_swept():
         ({"inputs": TWO, "correlation": [[*TWO, 0.5]]}, ["sensitivity=16"], "sensitivity is for independent inputs"),
     ],
 )
-def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, words):
-    assert words in refusal(changes, overrides)
+def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, message):
+    assert message in refusal(changes, overrides)
 
 
 @pytest.mark.parametrize(
-    ("key", "reported", "words"),
+    ("key", "reported", "expected"),
     [
         (ALPHA, {"distribution": "normal", "mean": 1e-4, "std": 1.5e-5}, "takes values from -inf to inf"),
         ("first.material.poisson_ratio", {"distribution": "uniform", "low": 0.2, "high": 0.6}, "below 0.5"),
@@ -188,9 +189,9 @@ def test_what_is_wrong_is_said_with_what_is_legal(changes, overrides, words):
         (ALPHA, {"distribution": "uniform", "low": 1e-4, "high": 2e-4, "also": [ALPHA]}, "already follows"),
     ],
 )
-def test_distributions_must_stay_inside_the_limits_of_the_scene(key, reported, words):
+def test_distributions_must_stay_inside_the_limits_of_the_scene(key, reported, expected):
     message = refusal({"inputs": {key: reported}})
-    assert words in message
+    assert expected in message
     assert key in message
 
 
@@ -224,7 +225,7 @@ def test_texts_that_are_no_study_are_refused_in_words(text):
 def test_every_number_of_a_scene_can_be_put_and_replaced(kind):
     cls = KINDS[kind].parameters
     lists = {row.key: element_at(cls, [row.key]) for row in describe(cls) if row.type == "list"}
-    parameters = cls(**{key: (element(),) * most for key, (element, most) in lists.items()})
+    parameters = cls(**{key: (element(),) * greatest_length for key, (element, greatest_length) in lists.items()})
     scene = {"kind": kind, **yaml.safe_load(yaml.safe_dump(plain(parameters)))}
     for key, row in numeric_keys(kind).items():
         assert row.unit
@@ -285,5 +286,5 @@ def test_every_quantity_of_a_kind_is_a_number_of_its_report(name):
 def test_a_quantity_that_the_scene_prescribes_is_refused(free, refused):
     names = ["ring_displacement", "misalignment", "run_up_time"]
     scene = {"kind": "bearing", "model": {"dimension": "quasi_static"}, "rings": {"inner": {"free": free}}}
-    said = refusal({"scene": scene, "inputs": {}, "quantities": names})
-    assert {name for name in names if f"quantities: {name}: the scene " in said} == refused
+    message = refusal({"scene": scene, "inputs": {}, "quantities": names})
+    assert {name for name in names if f"quantities: {name}: the scene " in message} == refused

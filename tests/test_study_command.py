@@ -28,23 +28,23 @@ QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 
 
 def test_the_json_is_what_its_readers_rely_on(asked):
-    found = asked("study", *QUICK, "--samples", 1000, "--seed", 7)
-    assert (found["samples"], found["seed"], found["failed"]) == (1000, 7, {})
-    assert found["seconds"] > 0.0
-    assert found["stopped_because"] == "all 1000 samples are done"
-    assert set(found["quantities"]) == {"contact_duration", "peak_force"}
-    one = found["quantities"]["contact_duration"]
-    assert {"method", "mean", "std", "skewness", "quantiles", "half_width", "modality"} <= set(one)
-    assert one["method"] == "ensemble"
-    assert set(one["quantiles"]["0.05"]) == {"value", "low", "high"}
-    assert {"modes", "p_value"} <= set(one["modality"])
-    assert 0.0 < one["half_width"] < one["std"]
-    assert asked("study", *QUICK, "--samples", 1000, "--seed", 7)["quantities"] == found["quantities"]
-    assert asked("study", *QUICK, "--samples", 1000, "--seed", 8)["quantities"] != found["quantities"]
+    result = asked("study", *QUICK, "--samples", 1000, "--seed", 7)
+    assert (result["samples"], result["seed"], result["failed"]) == (1000, 7, {})
+    assert result["seconds"] > 0.0
+    assert result["stopped_because"] == "all 1000 samples are done"
+    assert set(result["quantities"]) == {"contact_duration", "peak_force"}
+    duration = result["quantities"]["contact_duration"]
+    assert {"method", "mean", "std", "skewness", "quantiles", "half_width", "modality"} <= set(duration)
+    assert duration["method"] == "ensemble"
+    assert set(duration["quantiles"]["0.05"]) == {"value", "low", "high"}
+    assert {"modes", "p_value"} <= set(duration["modality"])
+    assert 0.0 < duration["half_width"] < duration["std"]
+    assert asked("study", *QUICK, "--samples", 1000, "--seed", 7)["quantities"] == result["quantities"]
+    assert asked("study", *QUICK, "--samples", 1000, "--seed", 8)["quantities"] != result["quantities"]
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         ([], "which study?"),
         (["spheres_alfa"], "did you mean spheres_alpha"),
@@ -57,13 +57,13 @@ def test_the_json_is_what_its_readers_rely_on(asked):
         ([*QUICK, "--sampels", "3"], "did you mean --samples?"),
     ],
 )
-def test_bad_input_ends_with_one_sentence(words, sentence, refused):
-    assert sentence in refused("study", *words)
+def test_bad_input_ends_with_one_sentence(arguments, sentence, refused):
+    assert sentence in refused("study", *arguments)
 
 
 def test_a_person_sees_intervals_modes_why_it_stopped_and_warnings(typed):
-    words = ["--set", "stop.relative_tolerance=0.05", "--samples", "100000", "--set", "sensitivity=32", "--strict"]
-    out, err = typed("study", *QUICK, *words, code=DOUBTFUL)
+    options = ["--set", "stop.relative_tolerance=0.05", "--samples", "100000", "--set", "sensitivity=32", "--strict"]
+    out, err = typed("study", *QUICK, *options, code=DOUBTFUL)
     assert re.search(r"contact_duration +mean +6\d\.\d+ \[\S+, \S+\] +µs", out)
     assert re.search(r"0.95 quantile .* kN$", out, re.MULTILINE)
     assert re.search(r"contact_duration +contact.measured_alpha", out)
@@ -83,19 +83,21 @@ def test_no_share_of_a_variance_has_its_reason(typed):
 
 
 def test_an_open_end_of_an_interval_is_explained_where_there_is_one(typed):
-    few, many = (["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000"))
-    out = typed("study", *QUICK, *few).out
+    few_samples, many_samples = (
+        ["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000")
+    )
+    out = typed("study", *QUICK, *few_samples).out
     assert re.search(r"0.95 quantile +\S+ \[\S+, \?\]", out)
     assert "?: the samples are too few to bound" in out
-    assert "?" not in typed("study", *QUICK, *many).out
+    assert "?" not in typed("study", *QUICK, *many_samples).out
 
 
 def test_the_list_names_every_study_and_quantity(asked, typed):
-    found = asked("study", "--list")
+    listing = asked("study", "--list")
     studies = [load_study(name) for name in study_names()]
-    listed = [{"name": one.name, "scene": one.scene["name"], "description": one.description} for one in studies]
-    assert found["studies"] == listed
-    assert {(one["kind"], one["quantity"]) for one in found["quantities"]} == {
+    listed = [{"name": study.name, "scene": study.scene["name"], "description": study.description} for study in studies]
+    assert listing["studies"] == listed
+    assert {(row["kind"], row["quantity"]) for row in listing["quantities"]} == {
         (kind, name) for kind, row in KINDS.items() for name in row.quantities_of()
     }
     assert "greatest_ball_load" in typed("study", "--list").out
@@ -105,11 +107,11 @@ def test_the_list_names_every_study_and_quantity(asked, typed):
 def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, asked, typed):
     """A lognormal contact time, as that of `bearing_twin chart coverage`: the std is held in 91 to 95 %."""
     wide = "inputs.contact.measured_alpha={distribution: lognormal, mean_log: -9.1, std_log: 1.0}"
-    words = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0"]
-    found = asked("study", *words)["quantities"]["contact_duration"]
-    assert {"std"} <= set(found["unsafe"]) <= {"mean", "std"}
-    assert found["skewness_interval"] == [None, None]
-    out = " ".join(typed("study", *words).out.split())
+    arguments = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0"]
+    duration = asked("study", *arguments)["quantities"]["contact_duration"]
+    assert {"std"} <= set(duration["unsafe"]) <= {"mean", "std"}
+    assert duration["skewness_interval"] == [None, None]
+    out = " ".join(typed("study", *arguments).out.split())
     assert "std" in re.search(r"the intervals? of (.*?) (?:is|are) unsafe", out).group(1)
     calm = asked("study", *QUICK, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0")
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
@@ -129,18 +131,18 @@ def test_pictures_of_little_and_of_nothing(tmp_path, pictures_once):
 
 def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_path, monkeypatch, quick_workers):
     """Five quantities of eight samples, which are looked at once."""
-    kept, draw = [], study_picture.figure_of
-    monkeypatch.setattr(study_picture, "figure_of", lambda sheet: kept.append((sheet, draw(sheet))) or kept[0][1])
+    drawn, draw = [], study_picture.figure_of
+    monkeypatch.setattr(study_picture, "figure_of", lambda sheet: drawn.append((sheet, draw(sheet))) or drawn[0][1])
     speeds = {"motion.first_velocity": {"distribution": "uniform", "low": 5.0, "high": 15.0}}
     names = ["peak_force", "contact_duration", "greatest_approach", "impulse", "restitution"]
     mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": names, "modality": "no", "checks": 0}
     plot_study(run_study(parse_study({**mapping, "method": "ensemble", "samples": 8}, "few")), tmp_path / "few.png")
-    ((sheet, figure),) = kept
+    ((sheet, figure),) = drawn
     assert sheet.footer.endswith("not drawn: restitution")
     figure.draw_without_rendering()
     for axis in figure.axes:
         shown = [tick.get_window_extent() for tick in axis.get_xticklabels()]
-        assert all(one.x1 < next_one.x0 for one, next_one in itertools.pairwise(shown)), axis.get_xlabel()
+        assert all(extent.x1 < next_extent.x0 for extent, next_extent in itertools.pairwise(shown)), axis.get_xlabel()
     assert all(float(tick).is_integer() for tick in figure.axes[-1].get_xticks())
 
 
@@ -193,13 +195,13 @@ def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and
     panels, document = panels_of(result), study_document(result)
     study_command.show(result.as_dict())
     table = capsys.readouterr().out
-    viewed = {one["title"]: {row["unit"] for row in one["rows"]} for one in document["statistics"]}
+    viewed = {statistics["title"]: {row["unit"] for row in statistics["rows"]} for statistics in document["statistics"]}
     units = {"greatest_ball_load": ("N", 1.0), "greatest_pressure": ("MPa", 1e-6), "cage_speed": ("rpm", 30.0 / np.pi)}
     for name, (unit, factor) in units.items():
-        words = name.replace("_", " ").capitalize()
-        panel = panels[words]
+        title = name.replace("_", " ").capitalize()
+        panel = panels[title]
         assert panel.x.shown == pytest.approx((unit, factor))
-        assert viewed[words] == {unit, ""}
+        assert viewed[title] == {unit, ""}
         assert re.search(rf"{name} +mean .* {unit}$", table, re.MULTILINE)
         (low, high), (first, *_, last) = panel.x.limits, parts_of(panel, OPEN_END)
         quantiles = result.summary["quantities"][name]["quantiles"]
@@ -210,9 +212,9 @@ def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and
 def test_what_cannot_be_said_of_so_few_samples_is_said_once(typed):
     out, err = typed("study", *QUICK, "--samples", "2")
     assert re.search(r"0.50 quantile .* µs$", out, re.MULTILINE)  # as of many samples
-    words = " ".join(out.split())
-    assert words.count("all quantities: no std, skewness or modality, because 2 samples are too few") == 1
-    assert (words.count("too few"), words.count("unsafe"), err.count("yield")) == (2, 1, 2)  # one says what ? is
+    text = " ".join(out.split())
+    assert text.count("all quantities: no std, skewness or modality, because 2 samples are too few") == 1
+    assert (text.count("too few"), text.count("unsafe"), err.count("yield")) == (2, 1, 2)  # one says what ? is
     two, three = ({"refused": {"mean": "it is so", "std": why}} for why in ("of this", "it is so"))
     named = names_by_sentence({name: refusals(quantity) for name, quantity in (("a", two), ("b", three), ("c", two))})
     assert named == {
@@ -226,19 +228,19 @@ SWEPT = ["samples=50", "modality=no", "checks=0", "histories=[]"]
 
 
 def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(asked, typed):
-    words = ["spheres_alpha_4e-5", *(word for override in SWEPT for word in ("--set", override))]
-    studies = asked("study", *words)["sweep"]["studies"]
-    out = typed("study", *words).out
+    arguments = ["spheres_alpha_4e-5", *(argument for override in SWEPT for argument in ("--set", override))]
+    studies = asked("study", *arguments)["sweep"]["studies"]
+    out = typed("study", *arguments).out
     assert out.startswith("at motion.first_velocity = 20 m/s, as in the scene; the sweep of it is below\n")
     title, _, *rows = out[out.index("sweep of motion") :].splitlines()
     assert title == "sweep of motion.first_velocity [m/s]"
     for first, name, factor, unit in ((0, "contact_duration", 1e6, "µs"), (7, "peak_force", 1e-3, "kN")):
-        for row, one in zip(rows[first : first + 7], studies, strict=True):
+        for row, study in zip(rows[first : first + 7], studies, strict=True):
             value, mean, low, high, *_ = map(float, re.findall(r"[\d.]+", row.removeprefix(name)))
-            found = one["quantities"][name]
-            assert (value, row.split()[-1]) == (one["value"], unit)
+            quantity = study["quantities"][name]
+            assert (value, row.split()[-1]) == (study["value"], unit)
             assert (mean, low, high) == pytest.approx(
-                [factor * x for x in (found["mean"], *found["mean_interval"])], 0.05
+                [factor * x for x in (quantity["mean"], *quantity["mean_interval"])], 0.05
             )
 
 
@@ -246,10 +248,10 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it():
     result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
     panels = panels_of(result)
     panel, studies = panels["Peak force over the sweep"], result.summary["sweep"]["studies"]
-    (mean,), (here,) = parts_of(panel, "mean"), parts_of(panel, "value of the other panels")
-    assert mean.x == [one["value"] for one in studies]
-    assert mean.y.tolist() == [one["quantities"]["peak_force"]["mean"] for one in studies]
-    assert here.x == [20.0, 20.0]
+    (mean,), (marker,) = parts_of(panel, "mean"), parts_of(panel, "value of the other panels")
+    assert mean.x == [study["value"] for study in studies]
+    assert mean.y.tolist() == [study["quantities"]["peak_force"]["mean"] for study in studies]
+    assert marker.x == [20.0, 20.0]
     assert (panel.x.log, panel.y.log, panels["Contact duration over the sweep"].y.log) == (True, True, False)
     assert study_document(result)["badges"][0]["text"] == "motion.first_velocity = 20 m/s"
 
@@ -257,17 +259,17 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it():
 def test_a_sweep_reads_in_the_units_of_people_and_says_what_it_lacks():
     studies = [{"value": 10.0}, {"value": 100.0}]
     head = {"key": "drive.speed", "unit": "rad/s", "at": 50.0, "values": [10.0, 100.0, 200.0]}
-    words = SweepDescription({**head, "studies": studies})
-    assert (words.label, words.in_scene) == ("drive.speed [rpm]", "drive.speed = 477.465 rpm")
-    assert words.values == pytest.approx([95.493, 954.93], rel=1e-5)
-    assert words.incomplete == "the study ended before 1 of the 3 values of its sweep"
+    description = SweepDescription({**head, "studies": studies})
+    assert (description.label, description.in_scene) == ("drive.speed [rpm]", "drive.speed = 477.465 rpm")
+    assert description.values == pytest.approx([95.493, 954.93], rel=1e-5)
+    assert description.incomplete == "the study ended before 1 of the 3 values of its sweep"
     assert SweepDescription({**head, "studies": []}).incomplete == "the study ended before its sweep"
     earlier = SweepDescription({"key": "drive.speed", "studies": studies})
     assert (earlier.label, earlier.in_scene, earlier.incomplete) == ("drive.speed", "", "")
     result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
-    whole = result.summary["sweep"]
-    result.summary["sweep"] = {key: whole[key] for key in ("key", "studies")}  # as an earlier version wrote it
-    assert sweep_of(result) == whole
+    sweep = result.summary["sweep"]
+    result.summary["sweep"] = {key: sweep[key] for key in ("key", "studies")}  # as an earlier version wrote it
+    assert sweep_of(result) == sweep
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])
@@ -286,18 +288,18 @@ def test_a_bearing_is_studied_by_worker_processes(name, quick_workers):
 
 def test_the_log_of_a_study_is_reported_as_the_command_did(tmp_path, pictures_once, asked, refused):
     log = tmp_path / "study.mcap"
-    found = asked("study", *QUICK, "--samples", 200, "--out", log)
+    result = asked("study", *QUICK, "--samples", 200, "--out", log)
     again = asked("report", log, "--plot", tmp_path / "study.png")
-    assert again["quantities"] == found["quantities"]
+    assert again["quantities"] == result["quantities"]
     assert matplotlib.image.imread(again["plot"]).shape[0] > 300
-    for words, sentence in (("verify", "that is the log of a study"), ("simulate", "is a log, no scene")):
-        assert sentence in refused(words, log)
+    for command, sentence in (("verify", "that is the log of a study"), ("simulate", "is a log, no scene")):
+        assert sentence in refused(command, log)
 
 
 def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, asked, refused, typed):
     """What a crash leaves is recovered and gone on from, with the numbers of one run."""
-    words = [*QUICK, "--set", "method=ensemble", "--set", "batch=100", "--set", "modality=no", "--seed", 7]
-    overrides = [word for word in map(str, words[1:]) if "=" in word]
+    arguments = [*QUICK, "--set", "method=ensemble", "--set", "batch=100", "--set", "modality=no", "--seed", 7]
+    overrides = [argument for argument in map(str, arguments[1:]) if "=" in argument]
     study, crashed = load_study(QUICK[0], [*overrides, "seed=7", "samples=500"]), tmp_path / "crashed.mcap"
     with StudyLog(study, tmp_path / "going.mcap", max_loss=0.0) as log:
 
@@ -311,13 +313,16 @@ def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, asked, 
     typed("recover", crashed, tmp_path / "saved.mcap")
     assert len(read_study(tmp_path / "saved.mcap", unfinished=True).values) == 300
     assert "go on with" in refused("report", tmp_path / "saved.mcap")
-    found = asked(
-        "study", *words, "--samples", 500, "--resume", tmp_path / "saved.mcap", "--out", tmp_path / "all.mcap"
+    resumed = asked(
+        "study", *arguments, "--samples", 500, "--resume", tmp_path / "saved.mcap", "--out", tmp_path / "all.mcap"
     )
-    whole = read_study(tmp_path / "going.mcap")
-    rest = read_study(tmp_path / "all.mcap")
-    assert found["quantities"] == whole.summary["quantities"]
-    assert (rest.values.tobytes(), rest.quantities.tobytes()) == (whole.values.tobytes(), whole.quantities.tobytes())
+    at_once = read_study(tmp_path / "going.mcap")
+    continued = read_study(tmp_path / "all.mcap")
+    assert resumed["quantities"] == at_once.summary["quantities"]
+    assert (continued.values.tobytes(), continued.quantities.tobytes()) == (
+        at_once.values.tobytes(),
+        at_once.quantities.tobytes(),
+    )
 
 
 def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
@@ -325,24 +330,34 @@ def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
     study = load_study("spheres_alpha_4e-5", ["histories=[approach]"])
     count, points = 24_000, study.settings.history_points
     numbers = np.arange(count * points) % 7.0
-    columns = [np.ones((count, len(one))) for one in (study.inputs, study.quantities)]
+    columns = [np.ones((count, len(names))) for names in (study.inputs, study.quantities)]
     with StudyLog(study, tmp_path / "long.mcap", max_loss=0.0) as log:
         log.add(*columns, numbers.reshape(count, 1, points), *np.zeros((2, count)), [], [])
     read_study(tmp_path / "long.mcap", unfinished=True)  # what it imports does not count
     tracemalloc.start()
-    found = read_study(tmp_path / "long.mcap", unfinished=True)
+    result = read_study(tmp_path / "long.mcap", unfinished=True)
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
-    assert np.array_equal(found.histories.ravel(), numbers)
-    assert (found.values.shape, found.quantities.shape) == tuple(one.shape for one in columns)
+    assert np.array_equal(result.histories.ravel(), numbers)
+    assert (result.values.shape, result.quantities.shape) == tuple(names.shape for names in columns)
     assert peak < 1.6 * numbers.nbytes
 
 
 @pytest.mark.parametrize("from_write", [0, 5])
 def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, typed):
     full_after(from_write, monkeypatch)
-    words = ["study", *QUICK, "--samples", "500", "--set", "modality=no", "--out", str(tmp_path / "s.mcap"), "--json"]
-    out, err = typed(*words, code=BAD_INPUT)
+    arguments = [
+        "study",
+        *QUICK,
+        "--samples",
+        "500",
+        "--set",
+        "modality=no",
+        "--out",
+        str(tmp_path / "s.mcap"),
+        "--json",
+    ]
+    out, err = typed(*arguments, code=BAD_INPUT)
     assert json.loads(out)["samples"] == 500
     assert "No space left on device" in err
 

@@ -38,21 +38,21 @@ CASES = {  # how a study gives a distribution, and the same by SciPy
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_distribution_is_that_of_scipy(name):
-    given, reference = CASES[name]
-    one = read_input("x", {"distribution": name.partition(" ")[0], **given})
+    parameters, reference = CASES[name]
+    source = read_input("x", {"distribution": name.partition(" ")[0], **parameters})
     u = np.array([1e-9, 1e-4, 0.02, 0.3, 0.5, 0.77, 0.999])
-    x = one.ppf(u)
-    assert one.cdf(x) == pytest.approx(u, rel=1e-8)
-    assert one.at_score(stats.norm.ppf(u)) == pytest.approx(x, rel=1e-7)
+    x = source.ppf(u)
+    assert source.cdf(x) == pytest.approx(u, rel=1e-8)
+    assert source.at_score(stats.norm.ppf(u)) == pytest.approx(x, rel=1e-7)
     assert x == pytest.approx(reference.ppf(u), rel=1e-9)
-    assert one.pdf(x) == pytest.approx(reference.pdf(x), rel=1e-9)
-    assert (one.mean, one.std) == pytest.approx((reference.mean(), reference.std()), rel=1e-9)
+    assert source.pdf(x) == pytest.approx(reference.pdf(x), rel=1e-9)
+    assert (source.mean, source.std) == pytest.approx((reference.mean(), reference.std()), rel=1e-9)
 
 
 def test_a_truncated_gamma_is_a_gamma_between_its_bounds():
-    one = read_input("x", {"distribution": "truncated_gamma", "mean": 2.0, "std": 1.0, "low": 0.5, "high": 4.0})
-    x, whole = one.ppf(np.linspace(0.01, 0.99, 9)), stats.gamma(4.0, scale=0.5)
-    assert one.pdf(x) == pytest.approx(whole.pdf(x) / (whole.cdf(4.0) - whole.cdf(0.5)), rel=1e-12)
+    source = read_input("x", {"distribution": "truncated_gamma", "mean": 2.0, "std": 1.0, "low": 0.5, "high": 4.0})
+    x, gamma = source.ppf(np.linspace(0.01, 0.99, 9)), stats.gamma(4.0, scale=0.5)
+    assert source.pdf(x) == pytest.approx(gamma.pdf(x) / (gamma.cdf(4.0) - gamma.cdf(0.5)), rel=1e-12)
     assert 0.5 < x[0] < x[-1] < 4.0
 
 
@@ -131,12 +131,12 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_a_study_that_cannot_be_is_refused_in_a_sentence(name):
-    changes, words = BAD[name]
-    inputs = {key: one for key, one in changes.items() if key == RADIUS}
-    rest = {key: one for key, one in changes.items() if key != RADIUS}
+    changes, message = BAD[name]
+    inputs = {key: value for key, value in changes.items() if key == RADIUS}
+    others = {key: value for key, value in changes.items() if key != RADIUS}
     with pytest.raises(StudyError) as caught:
-        load_study({**BALLS, "inputs": CORRELATED | inputs, **rest})
-    assert words in str(caught.value)
+        load_study({**BALLS, "inputs": CORRELATED | inputs, **others})
+    assert message in str(caught.value)
     assert "Traceback" not in str(caught.value)
 
 
@@ -164,10 +164,10 @@ REST = st.dictionaries(
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 @settings(max_examples=100, deadline=None)
 @given(INPUTS, REST)
-def test_whatever_a_study_file_holds_it_is_a_study_or_refused_in_a_sentence(one, rest):
+def test_whatever_a_study_file_holds_it_is_a_study_or_refused_in_a_sentence(specification, further_keys):
     """One that is taken says the same of itself when it is read again."""
     try:
-        study = load_study({**BALLS, "inputs": {RADIUS: one}, **rest})
+        study = load_study({**BALLS, "inputs": {RADIUS: specification}, **further_keys})
     except BearingTwinError:
         return
     assert parse_study(study.resolved(), "again").resolved() == study.resolved()
@@ -179,32 +179,36 @@ def test_whatever_a_study_file_holds_it_is_a_study_or_refused_in_a_sentence(one,
 def test_a_narrow_gamma_input_has_moments(std):
     """SciPy's lower tail is wrong beyond 4.5 deviations where the shape is above 1e7."""
     source = read_input("x", {"distribution": "gamma", "mean": 1.0, "std": std})
-    found = derive(source, lambda x: x**2)
-    assert (found.mean, found.std) == pytest.approx((1.0 + std**2, 2.0 * std), rel=1e-5)
+    square = derive(source, lambda x: x**2)
+    assert (square.mean, square.std) == pytest.approx((1.0 + std**2, 2.0 * std), rel=1e-5)
 
 
 def test_weights_and_densities_need_no_size():
     for size in (1e-320, 1e308):
-        one = read_input("x", {"distribution": "discrete", "values": [1.0, 2.0], "weights": [size, size]})
-        assert one.mean == 1.5
-        one = read_input("x", {"distribution": "table", "x": [1.0, 2.0], "density": [size, size]})
-        assert one.mean == pytest.approx(1.5)
-
-
-@pytest.mark.parametrize("given", [{"name": "kstwo", "n": 10.0}, {"name": "studentized_range", "k": 3.0, "df": 10.0}])
-def test_distributions_that_take_minutes_are_refused_at_once(given):
-    with pytest.raises(StudyError, match="takes minutes"):
-        read_input("x", {"distribution": f"scipy.{given.pop('name')}", **given})
+        source = read_input("x", {"distribution": "discrete", "values": [1.0, 2.0], "weights": [size, size]})
+        assert source.mean == 1.5
+        source = read_input("x", {"distribution": "table", "x": [1.0, 2.0], "density": [size, size]})
+        assert source.mean == pytest.approx(1.5)
 
 
 @pytest.mark.parametrize(
-    ("given", "modes"),
+    "specification", [{"name": "kstwo", "n": 10.0}, {"name": "studentized_range", "k": 3.0, "df": 10.0}]
+)
+def test_distributions_that_take_minutes_are_refused_at_once(specification):
+    with pytest.raises(StudyError, match="takes minutes"):
+        read_input("x", {"distribution": f"scipy.{specification.pop('name')}", **specification})
+
+
+@pytest.mark.parametrize(
+    ("specification", "modes"),
     [
         ({"distribution": "beta", "low": 0.019, "high": 0.0191, "mean": 0.01905, "std": 1e-9}, 1),
         ({"distribution": "uniform", "low": 0.019, "high": 0.0190001}, 1),
         ({"distribution": "table", "x": [0.019, 0.01901, 0.01902, 0.01903], "density": [0, 3, 1, 2]}, 2),
     ],
 )
-def test_rounding_makes_no_modes_of_the_density_of_a_narrow_input(given, modes):
-    found = run_study(load_study({**BALLS, "inputs": {RADIUS: given}})).as_dict()["quantities"]["contact_duration"]
-    assert found["modality"] == {"modes": modes, "p_value": None}
+def test_rounding_makes_no_modes_of_the_density_of_a_narrow_input(specification, modes):
+    duration = run_study(load_study({**BALLS, "inputs": {RADIUS: specification}})).as_dict()["quantities"][
+        "contact_duration"
+    ]
+    assert duration["modality"] == {"modes": modes, "p_value": None}

@@ -28,34 +28,38 @@ def forces(count=1500, std=4e-5, seed=3):
 @pytest.mark.parametrize("count", [3, 1500])
 def test_statistics_in_pieces_are_those_of_the_whole(count):
     force, alpha = forces(count)
-    one = history_statistics(force, alpha, ["alpha"])
-    assert one["mean"] == pytest.approx(force.mean(axis=0), rel=1e-12)
-    assert one["std"] == pytest.approx(force.std(axis=0, ddof=1), rel=1e-9)
-    moving, rows = force.std(axis=0) > 0.0, one["rows"]
-    assert one["skewness"][moving] == pytest.approx(stats.skew(force[:, moving]), rel=1e-6, abs=1e-9)
+    statistics = history_statistics(force, alpha, ["alpha"])
+    assert statistics["mean"] == pytest.approx(force.mean(axis=0), rel=1e-12)
+    assert statistics["std"] == pytest.approx(force.std(axis=0, ddof=1), rel=1e-9)
+    moving, rows = force.std(axis=0) > 0.0, statistics["rows"]
+    assert statistics["skewness"][moving] == pytest.approx(stats.skew(force[:, moving]), rel=1e-6, abs=1e-9)
     moved = moving[rows]
     expected = np.corrcoef(force[:, rows[moved]].T)
-    assert one["autocorrelation"][np.ix_(moved, moved)] == pytest.approx(expected, abs=1e-9)
-    both = np.corrcoef(np.column_stack([alpha, force[:, moving]]).T)
-    assert one["correlation with alpha"][moving] == pytest.approx(both[0, 1:], abs=1e-9)
+    assert statistics["autocorrelation"][np.ix_(moved, moved)] == pytest.approx(expected, abs=1e-9)
+    correlations = np.corrcoef(np.column_stack([alpha, force[:, moving]]).T)
+    assert statistics["correlation with alpha"][moving] == pytest.approx(correlations[0, 1:], abs=1e-9)
     for p in PROBABILITIES:
-        assert np.array_equal(one[f"{p:.2f}"], np.quantile(force, p, 0, method="median_unbiased"))
-    for still in (one["skewness"][~moving], one["autocorrelation"][0], one["correlation with alpha"][~moving]):
-        assert not still.any()
+        assert np.array_equal(statistics[f"{p:.2f}"], np.quantile(force, p, 0, method="median_unbiased"))
+    for constant in (
+        statistics["skewness"][~moving],
+        statistics["autocorrelation"][0],
+        statistics["correlation with alpha"][~moving],
+    ):
+        assert not constant.any()
 
 
 def test_the_correlation_with_alpha_changes_its_sign_during_the_contact():
     """A stiffer pair meets harder and parts sooner: at first less alpha is more force, at last none."""
-    found = history_statistics(*forces(std=1e-5), ["alpha"])
+    statistics = history_statistics(*forces(std=1e-5), ["alpha"])
     duration = 1.138e-4 * 20.0**-0.2
     early, late = (int(share * duration / TIMES[1]) for share in (0.2, 0.85))
-    assert found["correlation with alpha"][early] < -0.95
-    assert found["correlation with alpha"][late] > 0.95
+    assert statistics["correlation with alpha"][early] < -0.95
+    assert statistics["correlation with alpha"][late] > 0.95
     # with the sign changes the deviation has a minimum, and the force is anticorrelated with itself
-    spread = found["std"][early : late + 1]
+    spread = statistics["std"][early : late + 1]
     assert spread.min() < 0.5 * min(spread[0], spread[-1])
-    first, last = (int(np.argmin(np.abs(found["rows"] - one))) for one in (early, late))
-    assert found["autocorrelation"][first, last] < -0.9
+    first, last = (int(np.argmin(np.abs(statistics["rows"] - index))) for index in (early, late))
+    assert statistics["autocorrelation"][first, last] < -0.9
 
 
 def test_little_memory_is_taken_beside_the_histories():
@@ -73,11 +77,11 @@ def test_little_memory_is_taken_beside_the_histories():
 def test_the_instant_where_histories_come_together():
     """A pulse and a random share of a wave that is zero at 0.603; a little noise of its own in each."""
     random = np.random.default_rng(3)
-    own = 0.02 * random.standard_normal((2000, 1)) * np.cos(3.0 * SHARES)
-    waves = np.sin(np.pi * SHARES) + 0.3 * random.standard_normal((2000, 1)) * WAVE + own
-    found, near = least_spread(SHARES, waves.mean(axis=0), waves.std(axis=0))
+    noise = 0.02 * random.standard_normal((2000, 1)) * np.cos(3.0 * SHARES)
+    waves = np.sin(np.pi * SHARES) + 0.3 * random.standard_normal((2000, 1)) * WAVE + noise
+    instant, near = least_spread(SHARES, waves.mean(axis=0), waves.std(axis=0))
     assert SHARES[near.start] == pytest.approx(0.5, abs=0.02)
     fine = np.linspace(0.59, 0.61, 2001)
     truth = fine[np.argmin((0.3 * np.sin(np.pi * (fine - 0.603) / 0.8)) ** 2 + (0.02 * np.cos(3.0 * fine)) ** 2)]
-    assert found == pytest.approx(truth, abs=2e-3)
+    assert instant == pytest.approx(truth, abs=2e-3)
     assert least_spread(SHARES, waves.mean(axis=0), SHARES**2) is None

@@ -37,9 +37,9 @@ SCORES, WEIGHTS = (8.0 * one for one in np.polynomial.legendre.leggauss(200))
 WEIGHTS = WEIGHTS * stats.norm.pdf(SCORES)
 
 
-def moments(one):
+def moments(source):
     """Mean and deviation of what is sampled, by quadrature in the normal score."""
-    x = one.at_score(SCORES)
+    x = source.at_score(SCORES)
     mean = WEIGHTS @ x
     return mean, math.sqrt(WEIGHTS @ (x - mean) ** 2)
 
@@ -51,48 +51,50 @@ def an_input(name, key="first.radius"):
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-1e3, 1e3), st.floats(1e-3, 1e3), st.sampled_from(["uniform", "truncated_normal", "beta"]))
 def test_no_value_steps_over_a_bound_by_rounding(low, width, name):
-    more = {"uniform": {}, "truncated_normal": {"mean": low, "std": 0.1 * width}, "beta": {"a": 0.5, "b": 0.5}}[name]
-    one = read_input("x", {"distribution": name, "low": low, "high": low + width, **more})
-    ends = one.ppf(np.array([LEAST_UNIT, GREATEST_UNIT]))
-    assert (one.low, one.high) == (low, low + width)
+    parameters = {"uniform": {}, "truncated_normal": {"mean": low, "std": 0.1 * width}, "beta": {"a": 0.5, "b": 0.5}}[
+        name
+    ]
+    source = read_input("x", {"distribution": name, "low": low, "high": low + width, **parameters})
+    ends = source.ppf(np.array([LEAST_UNIT, GREATEST_UNIT]))
+    assert (source.low, source.high) == (low, low + width)
     assert low <= ends[0] < ends[1] <= low + width
 
 
 @pytest.mark.parametrize("name", sorted(DISTRIBUTIONS))
 def test_an_input_has_its_mean_and_deviation_and_inverts_itself(name):
-    one = an_input(name)
+    source = an_input(name)
     u = np.linspace(0.0005, 0.9995, 1000)
-    x = one.ppf(u)
+    x = source.ppf(u)
     assert np.all(np.diff(x) >= 0.0)
-    assert np.all((x >= one.low) & (x <= one.high))
+    assert np.all((x >= source.low) & (x <= source.high))
     if name == "fixed":
-        assert (one.mean, one.std) == (2.1e11, 0.0)
+        assert (source.mean, source.std) == (2.1e11, 0.0)
     elif name in ("empirical", "discrete"):
-        assert (one.mean, one.std) == (2.0, math.sqrt(0.5))
-        assert one.cdf([0.9, 1.0, 2.0, 3.0]).tolist() == [0.0, 0.25, 0.75, 1.0]
-        assert one.ppf([1e-9, 0.25, 0.2501, 0.75, 0.7501, 1.0]).tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
+        assert (source.mean, source.std) == (2.0, math.sqrt(0.5))
+        assert source.cdf([0.9, 1.0, 2.0, 3.0]).tolist() == [0.0, 0.25, 0.75, 1.0]
+        assert source.ppf([1e-9, 0.25, 0.2501, 0.75, 0.7501, 1.0]).tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
     else:
-        assert one.describe().startswith("first.radius: " + name.replace("_", " "))
-        assert one.cdf(x) == pytest.approx(u, abs=1e-12)
-        assert one.isf(1.0 - u) == pytest.approx(x, rel=1e-9)
+        assert source.describe().startswith("first.radius: " + name.replace("_", " "))
+        assert source.cdf(x) == pytest.approx(u, abs=1e-12)
+        assert source.isf(1.0 - u) == pytest.approx(x, rel=1e-9)
         error = 3e-4 if name in ("table", "triangular") else 1e-9  # of the quadrature, at a kink of the density
-        assert moments(one) == pytest.approx((one.mean, one.std), rel=error)
-        for word in ("mean", "std"):
-            if word in EXAMPLES[name] and not name.startswith("truncated_n") and name != "truncated_gamma":
-                assert getattr(one, word) == pytest.approx(EXAMPLES[name][word], rel=1e-10)
-        middle = one.ppf(0.3)
-        step = 1e-5 * one.std
-        slope = (one.cdf(middle + step) - one.cdf(middle - step)) / (2.0 * step)
-        assert one.pdf(middle) == pytest.approx(slope, rel=1e-6)
+        assert moments(source) == pytest.approx((source.mean, source.std), rel=error)
+        for name_of_moment in ("mean", "std"):
+            if name_of_moment in EXAMPLES[name] and not name.startswith("truncated_n") and name != "truncated_gamma":
+                assert getattr(source, name_of_moment) == pytest.approx(EXAMPLES[name][name_of_moment], rel=1e-10)
+        middle = source.ppf(0.3)
+        step = 1e-5 * source.std
+        slope = (source.cdf(middle + step) - source.cdf(middle - step)) / (2.0 * step)
+        assert source.pdf(middle) == pytest.approx(slope, rel=1e-6)
 
 
 @settings(max_examples=10, deadline=None)
 @given(st.floats(1e-3, 0.995), st.sampled_from([1.0, 1e-12, 3e11]))
 def test_positive_with_mean_and_deviation_is_a_truncated_normal(variation, mean):
-    one = read_input("x", {"know": {"positive": True, "mean": mean, "std": variation * mean}})
-    assert one.distribution_name == "truncated_normal"
-    assert one.low == 0.0
-    assert moments(one) == pytest.approx((mean, variation * mean), rel=1e-9)
+    source = read_input("x", {"know": {"positive": True, "mean": mean, "std": variation * mean}})
+    assert source.distribution_name == "truncated_normal"
+    assert source.low == 0.0
+    assert moments(source) == pytest.approx((mean, variation * mean), rel=1e-9)
 
 
 @settings(max_examples=15, deadline=None)
@@ -106,10 +108,10 @@ def test_bounds_with_mean_and_deviation_are_a_truncated_normal(share, part):
         with pytest.raises(StudyError, match="one of them says nothing"):
             read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": std}})
         return
-    one = read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": std}})
-    assert one.distribution_name == "truncated_normal"
-    assert (one.low, one.high) == (0.0, 0.5)
-    assert moments(one) == pytest.approx((0.5 * share, std), rel=1e-8)
+    source = read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": std}})
+    assert source.distribution_name == "truncated_normal"
+    assert (source.low, source.high) == (0.0, 0.5)
+    assert moments(source) == pytest.approx((0.5 * share, std), rel=1e-8)
     with pytest.raises(StudyError, match=r"smaller std|so great a std"):
         read_input("x", {"know": {"low": 0.0, "high": 0.5, "mean": 0.5 * share, "std": 1.02 * exponential.std}})
 
@@ -121,22 +123,22 @@ def test_positive_with_mean_and_mean_log_is_the_gamma_distribution(shape, mean):
     name, parameters = greatest_entropy({"positive": True, "mean": mean, "mean_log": mean_log})
     assert name == "gamma"
     assert parameters["shape"] * parameters["scale"] == pytest.approx(mean, rel=1e-12)
-    found = digamma(parameters["shape"]) + math.log(parameters["scale"])
-    assert found == pytest.approx(mean_log, abs=1e-10)
+    log_mean = digamma(parameters["shape"]) + math.log(parameters["scale"])
+    assert log_mean == pytest.approx(mean_log, abs=1e-10)
 
 
 @settings(max_examples=15, deadline=None)
 @given(st.floats(0.004, 0.996))
 def test_bounds_with_a_mean_are_a_truncated_exponential(share):
-    one = read_input("x", {"know": {"low": -2.0, "high": 3.0, "mean": -2.0 + 5.0 * share}})
-    assert one.distribution_name == ("uniform" if share == 0.5 else "truncated_exponential")
-    assert one.mean == pytest.approx(-2.0 + 5.0 * share, abs=1e-9)
+    source = read_input("x", {"know": {"low": -2.0, "high": 3.0, "mean": -2.0 + 5.0 * share}})
+    assert source.distribution_name == ("uniform" if share == 0.5 else "truncated_exponential")
+    assert source.mean == pytest.approx(-2.0 + 5.0 * share, abs=1e-9)
     u = np.array([1e-8, 0.2, 0.5, 0.9])
-    assert one.cdf(one.ppf(u)) == pytest.approx(u, rel=1e-6)
-    assert moments(one) == pytest.approx((one.mean, one.std), rel=1e-8, abs=1e-9)
-    if one.distribution_name != "uniform":  # its density is exponential
-        places = np.linspace(-1.9, 2.9, 5)
-        assert np.diff(np.log(one.pdf(places)), 2) == pytest.approx(0.0, abs=1e-9)
+    assert source.cdf(source.ppf(u)) == pytest.approx(u, rel=1e-6)
+    assert moments(source) == pytest.approx((source.mean, source.std), rel=1e-8, abs=1e-9)
+    if source.distribution_name != "uniform":  # its density is exponential
+        values = np.linspace(-1.9, 2.9, 5)
+        assert np.diff(np.log(source.pdf(values)), 2) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_knowledge_is_named_rightly():
@@ -149,9 +151,9 @@ def test_knowledge_is_named_rightly():
         ({"positive": True, "mean": 3.0, "std": 3.0}, "exponential"),
         ({"positive": True, "mean_log": 0.0, "std_log": 0.2}, "lognormal"),
     ):
-        one = read_input("x", {"know": known})
-        assert (one.distribution_name, one.stated) == (name, "knowledge")
-        assert "greatest entropy" in one.describe()
+        source = read_input("x", {"know": known})
+        assert (source.distribution_name, source.stated) == (name, "knowledge")
+        assert "greatest entropy" in source.describe()
 
 
 def test_greatest_entropy_beats_the_gamma_distribution_of_the_same_mean_and_deviation():
@@ -164,7 +166,7 @@ def test_greatest_entropy_beats_the_gamma_distribution_of_the_same_mean_and_devi
 
 
 @pytest.mark.parametrize(
-    ("given", "words"),
+    ("specification", "message"),
     [
         ({"distribution": "gama", "mean": 1.0, "std": 1.0}, "did you mean gamma?"),
         ({"distribution": "gamma", "mean": 1.0, "sdt": 1.0}, "did you mean std?"),
@@ -192,19 +194,19 @@ def test_greatest_entropy_beats_the_gamma_distribution_of_the_same_mean_and_devi
         ({"know": 3.0}, "must hold keys and values"),
     ],
 )
-def test_bad_inputs_are_refused_with_one_sentence(given, words):
+def test_bad_inputs_are_refused_with_one_sentence(specification, message):
     with pytest.raises(StudyError) as caught:
-        read_input("first.radius", given)
-    assert words in str(caught.value)
+        read_input("first.radius", specification)
+    assert message in str(caught.value)
     assert str(caught.value).startswith("input first.radius: ")
     assert "\n" not in str(caught.value)
 
 
 def test_a_number_is_a_fixed_input_and_has_no_density():
-    one = read_input("first.radius", "1.5e-2")
-    assert (one.distribution_name, one.mean, one.std, one.has_density) == ("fixed", 0.015, 0.0, False)
+    source = read_input("first.radius", "1.5e-2")
+    assert (source.distribution_name, source.mean, source.std, source.has_density) == ("fixed", 0.015, 0.0, False)
     with pytest.raises(StatisticError, match="no density"):
-        one.pdf(0.015)
+        source.pdf(0.015)
 
 
 @settings(max_examples=5, deadline=None)
@@ -215,8 +217,8 @@ def test_the_copula_has_its_rank_correlation_and_leaves_the_inputs_alone(rho):
     values = joint.values(unit)
     ranks = stats.spearmanr(values).statistic
     assert ranks == pytest.approx(6.0 / math.pi * math.asin(0.5 * rho), abs=0.03)
-    for one, column in zip(joint.inputs, values.T, strict=True):
-        assert stats.kstest(column, one.cdf).pvalue > 1e-7
+    for source, column in zip(joint.inputs, values.T, strict=True):
+        assert stats.kstest(column, source.cdf).pvalue > 1e-7
     assert np.array_equal(values[:100], joint.values(unit[:100]))
 
 
@@ -228,7 +230,7 @@ def test_independent_inputs_take_one_coordinate_each():
 
 
 @pytest.mark.parametrize(
-    ("correlation", "words"),
+    ("correlation", "message"),
     [
         ([("a", "b", 0.9), ("b", "c", 0.9), ("a", "c", -0.9)], "not positive definite"),
         ([("a", "z", 0.9)], "'z' is no input; legal: a, b, c"),
@@ -238,9 +240,9 @@ def test_independent_inputs_take_one_coordinate_each():
         ([("a", "b", 0.5), ("b", "a", 0.5)], "given twice"),
     ],
 )
-def test_correlations_that_cannot_be_are_refused(correlation, words):
+def test_correlations_that_cannot_be_are_refused(correlation, message):
     inputs = [an_input("normal", key) for key in "abc"]
-    with pytest.raises(StudyError, match=words):
+    with pytest.raises(StudyError, match=message):
         Joint(inputs, correlation)
 
 
@@ -252,11 +254,11 @@ def test_numbers_that_no_double_holds_are_refused_in_a_sentence(name):
     for form in DISTRIBUTIONS[name].forms:
         for values in itertools.product(extremes[:: max(1, len(form) - 2)], repeat=len(form)):
             try:
-                one = read_input("run.duration", {"distribution": name, **dict(zip(form, values, strict=True))})
-                means += [one.mean, one.std]
+                source = read_input("run.duration", {"distribution": name, **dict(zip(form, values, strict=True))})
+                means += [source.mean, source.std]
             except StudyError as error:
                 reported.append(str(error))
     assert means
     assert np.isfinite(means).all()
     assert reported
-    assert all(one.startswith("input run.duration: ") for one in reported)
+    assert all(source.startswith("input run.duration: ") for source in reported)

@@ -20,25 +20,25 @@ ONE_MODE = {
 
 @pytest.mark.parametrize("name", sorted(ONE_MODE))
 def test_one_mode_samples_are_not_taken_for_two(name):
-    found = [modality(ONE_MODE[name](np.random.default_rng(seed), 600), seed, 100) for seed in range(4)]
-    assert sum(one.modes > 1 for one in found) <= 1
+    results = [modality(ONE_MODE[name](np.random.default_rng(seed), 600), seed, 100) for seed in range(4)]
+    assert sum(result.modes > 1 for result in results) <= 1
 
 
 @pytest.mark.parametrize(("centers", "share"), [((-2.0, 2.0), 0.5), ((-2.0, 2.0), 0.3), ((-4.0, 0.0, 4.0), 1 / 3)])
 def test_clear_mixtures_show_their_modes_whatever_the_unit_and_stray_values(centers, share):
-    found = []
+    results = []
     for seed in (1, 2):
         rng = np.random.default_rng(seed)
         chance = [share, 1.0 - share] if len(centers) == 2 else None
         sample = rng.choice(centers, 2000, p=chance) + rng.normal(size=2000)
-        found.append(modality(sample, seed, 100))
-        assert found[-1].modes == len(centers)
-        assert found[-1].p_value < 0.05 < found[-1].p_values[-1]
-        assert len(found[-1].p_values) == len(centers)
-        assert found[-1].positions == pytest.approx(centers, abs=0.6)
-    assert found[-1] == modality(np.append(sample, np.nan), 2, 100)
+        results.append(modality(sample, seed, 100))
+        assert results[-1].modes == len(centers)
+        assert results[-1].p_value < 0.05 < results[-1].p_values[-1]
+        assert len(results[-1].p_values) == len(centers)
+        assert results[-1].positions == pytest.approx(centers, abs=0.6)
+    assert results[-1] == modality(np.append(sample, np.nan), 2, 100)
     scaled = modality(1e-5 * (sample + 10.0), 2, 100)
-    assert (scaled.modes, scaled.p_values) == (found[-1].modes, found[-1].p_values)
+    assert (scaled.modes, scaled.p_values) == (results[-1].modes, results[-1].p_values)
     assert modality(np.append(sample, [1e6, -1e9]), 2, 100).modes == len(centers)
 
 
@@ -56,14 +56,14 @@ def test_the_critical_bandwidth_is_where_a_mode_disappears():
 
 
 def test_modes_of_plain_shapes():
-    for heights, places in (
+    for heights, indices in (
         ([0.0, 1.0, 0.0, 1.0, 1.0], [1, 3]),
         ([1.0, 0.5, 0.2, 0.1, 0.0], [0]),
         ([0.0, 1.0, 1.0, 1.0, 0.0], [2]),
         ([0.0, 1.0, 1.0, 2.0, 2.0], [3]),
         ([1.0] * 5, [2]),
     ):
-        assert mode_indices(np.array(heights)).tolist() == places
+        assert mode_indices(np.array(heights)).tolist() == indices
 
 
 def test_equal_values_and_few_samples_have_no_modes():

@@ -51,8 +51,8 @@ def test_density_and_distribution_are_those_of_equations_10_and_11_and_mirrored_
     assert tau.cdf(y) == pytest.approx(source.cdf(y / scale), abs=1e-13)
     assert force.pdf(m) == pytest.approx(source.pdf(constant / m) * constant / m**2, rel=1e-9)
     assert force.cdf(m) == pytest.approx(source.distribution.sf(constant / m), abs=1e-12)
-    for one in (tau, force):
-        assert one.cdf(one.quantile([0.05, 0.3, 0.95])) == pytest.approx([0.05, 0.3, 0.95], abs=1e-12)
+    for derived in (tau, force):
+        assert derived.cdf(derived.quantile([0.05, 0.3, 0.95])) == pytest.approx([0.05, 0.3, 0.95], abs=1e-12)
     assert np.shape(tau.pdf(5e-5)) == np.shape(tau.cdf(5e-5)) == np.shape(tau.quantile(0.5)) == ()
     assert (tau.pdf(-1.0), tau.cdf(-1.0), tau.cdf(1.0)) == (0.0, 0.0, 1.0)
 
@@ -95,7 +95,7 @@ def test_moments_that_do_not_exist_are_refused_with_the_reason(variation, exist)
 
 def test_tail_exponents():
     uniform = {"distribution": "uniform", "low": 1, "high": 2}
-    for given, function, exponents in (
+    for specification, function, exponents in (
         ({"distribution": "exponential", "mean": 1.0}, lambda x: np.exp(0.7 * x), (0.0, 0.7)),
         (uniform, lambda x: (x - 1.0) ** -0.3, (0.3, 0.0)),
         (uniform, lambda x: (2.0 - x) ** -0.3, (0.0, 0.3)),
@@ -103,20 +103,22 @@ def test_tail_exponents():
         ({"distribution": "normal", "mean": 0, "std": 1}, lambda x: np.exp(0.2 * x * np.abs(x)), (0.0, 0.4)),
         ({"know": {"positive": True, "mean": 1.0, "std": 0.9}}, lambda x: x**-0.4, (0.4, 0.0)),
     ):
-        found = tails_of(read_input("x", given), function)
-        assert (found.lower, found.upper) == pytest.approx(exponents, abs=0.02 if "normal" in str(given) else 1e-3)
+        tails = tails_of(read_input("x", specification), function)
+        assert (tails.lower, tails.upper) == pytest.approx(
+            exponents, abs=0.02 if "normal" in str(specification) else 1e-3
+        )
 
 
 @pytest.mark.parametrize("power", [-3.0, -1.0, -0.4, -0.2, 0.5, 2.0])
 @pytest.mark.parametrize("shape", [0.05, 1.0 / 9.0, 0.5, 1.5, 4.0])
 def test_a_power_of_a_gamma_variable_has_the_moments_that_it_has(shape, power):
     """E[X^(k p)] exists where k p > -a, also where X itself underflows."""
-    found = tails_of(
+    tails = tails_of(
         read_input("x", {"distribution": "gamma", "shape": shape, "scale": 1.0}), lambda x: x**power, strict=False
     )
     for order in (1, 2, 3):
         if abs(order * power + shape) > 1e-6:
-            assert found.has_moment(order) == (order * power > -shape), (order, found)
+            assert tails.has_moment(order) == (order * power > -shape), (order, tails)
 
 
 BALLS = {"scene": "two_spheres", "quantities": ["contact_duration"], "samples": 64, "checks": 0, "modality": "no"}
@@ -130,12 +132,12 @@ def test_a_mean_that_does_not_exist_is_refused_by_every_method(method, loss, qui
     if method != "ensemble" and loss:
         return  # there is no closed form
     few = {**BALLS, "samples": 16, "set": list(loss), "method": method}
-    found = run_study({**few, "inputs": WIDE}).as_dict()["quantities"]
-    assert found["contact_duration"]["mean"] is None
-    assert {"mean", "std", "skewness"} <= found["contact_duration"]["refused"].keys()
+    quantities = run_study({**few, "inputs": WIDE}).as_dict()["quantities"]
+    assert quantities["contact_duration"]["mean"] is None
+    assert {"mean", "std", "skewness"} <= quantities["contact_duration"]["refused"].keys()
     spread = {"motion.first_velocity": {"distribution": "lognormal", "mean": 20.0, "std": 60.0}}
-    found = run_study({**few, "inputs": spread}).as_dict()["quantities"]
-    assert found["contact_duration"]["refused"] == {}
+    quantities = run_study({**few, "inputs": spread}).as_dict()["quantities"]
+    assert quantities["contact_duration"]["refused"] == {}
 
 
 def test_truncated_normal_moments_reach_into_the_tail():
@@ -148,7 +150,7 @@ def test_truncated_normal_moments_reach_into_the_tail():
 
 
 @pytest.mark.parametrize(
-    ("given", "function", "words"),
+    ("specification", "function", "message"),
     [
         ({"distribution": "normal", "mean": 0.0, "std": 1.0}, lambda x: x**2, "not a monotone function of x"),
         ({"distribution": "normal", "mean": 0.0, "std": 1.0}, lambda x: np.maximum(x, 0.0), "does not change over"),
@@ -157,9 +159,9 @@ def test_truncated_normal_moments_reach_into_the_tail():
         ({"distribution": "empirical", "values": [1.0, 2.0]}, lambda x: x, "has no density; choose"),
     ],
 )
-def test_change_of_variable_says_when_it_does_not_apply(given, function, words):
-    with pytest.raises(StudyError, match=words):
-        derive(read_input("x", given), function)
+def test_change_of_variable_says_when_it_does_not_apply(specification, function, message):
+    with pytest.raises(StudyError, match=message):
+        derive(read_input("x", specification), function)
 
 
 def test_a_quantity_that_turns_where_no_probability_is_left_ends_there():
@@ -180,49 +182,49 @@ def test_a_quantity_that_turns_where_no_probability_is_left_ends_there():
 
 
 @pytest.mark.parametrize(
-    "given",
+    "specification",
     [
         {"distribution": "gamma", "mean": 2.1e11, "std": 2.1e10},
         {"distribution": "uniform", "low": 1.5e11, "high": 2.5e11},
         {"distribution": "beta", "low": 1.5e11, "high": 2.5e11, "mean": 2.1e11, "std": 1e10},
     ],
 )
-def test_polynomial_chaos_converges_to_the_closed_form(given):
-    source = read_input("E", given)
+def test_polynomial_chaos_converges_to_the_closed_form(specification):
+    source = read_input("E", specification)
     exact = derive(source, lambda modulus: modulus**-0.4)
-    found = [expand(Joint([source]), lambda values: values[:, 0] ** -0.4, degree) for degree in (1, 2, 4, 6)]
-    errors = np.array([one.error for one in found])
+    expansions = [expand(Joint([source]), lambda values: values[:, 0] ** -0.4, degree) for degree in (1, 2, 4, 6)]
+    errors = np.array([expansion.error for expansion in expansions])
     assert np.all(errors[1:] < 0.5 * errors[:-1])
     assert errors[-1] < 1e-4
-    assert found[-1].mean == pytest.approx(exact.mean, rel=1e-9)
-    assert found[-1].std == pytest.approx(exact.std, rel=1e-6)
-    assert found[-1].runs == 7 + 6
-    assert (found[-1].first, found[-1].total) == (pytest.approx([1.0]), pytest.approx([1.0]))
+    assert expansions[-1].mean == pytest.approx(exact.mean, rel=1e-9)
+    assert expansions[-1].std == pytest.approx(exact.std, rel=1e-6)
+    assert expansions[-1].runs == 7 + 6
+    assert (expansions[-1].first, expansions[-1].total) == (pytest.approx([1.0]), pytest.approx([1.0]))
 
 
 def test_polynomial_chaos_with_a_copula():
     """E[x y] of two normals with rank-bound scores, rho = 0.6: mean 1 x 2 + rho."""
     inputs = [
-        read_input(key, {"distribution": "normal", "mean": at, "std": 1.0}) for key, at in (("x", 1.0), ("y", 2.0))
+        read_input(key, {"distribution": "normal", "mean": mean, "std": 1.0}) for key, mean in (("x", 1.0), ("y", 2.0))
     ]
-    found = expand(Joint(inputs, [("x", "y", 0.6)]), lambda values: values[:, 0] * values[:, 1], 2)
-    assert found.mean == pytest.approx(2.6, rel=1e-12)
-    assert found.std == pytest.approx(math.sqrt(1.0 + 4.0 + 4.0 * 0.6 + 1.0 + 0.36), rel=1e-9)
-    assert found.error < 1e-10
+    expansion = expand(Joint(inputs, [("x", "y", 0.6)]), lambda values: values[:, 0] * values[:, 1], 2)
+    assert expansion.mean == pytest.approx(2.6, rel=1e-12)
+    assert expansion.std == pytest.approx(math.sqrt(1.0 + 4.0 + 4.0 * 0.6 + 1.0 + 0.36), rel=1e-9)
+    assert expansion.error < 1e-10
 
 
 def test_polynomial_chaos_says_when_it_is_not_smooth_or_not_possible():
     x = read_input("x", {"distribution": "normal", "mean": 0.0, "std": 1.0})
     assert expand(Joint([x]), lambda values: np.sign(values[:, 0])).error > 0.05
     noise = np.random.default_rng(1)
-    found = expand(Joint([x]), lambda values: values[:, 0] + 0.02 * noise.standard_normal(len(values)))
-    assert found.error == pytest.approx(0.02, rel=0.5)
-    assert found.std == pytest.approx(1.0, rel=0.02)
+    expansion = expand(Joint([x]), lambda values: values[:, 0] + 0.02 * noise.standard_normal(len(values)))
+    assert expansion.error == pytest.approx(0.02, rel=0.5)
+    assert expansion.std == pytest.approx(1.0, rel=0.02)
     with pytest.raises(StudyError, match="not finite at x ="):
         expand(Joint([x]), lambda values: np.where(values[:, 0] > 0.0, 1.0, np.nan), 3)
-    many = [read_input(f"x{index}", {"distribution": "normal", "mean": 0.0, "std": 1.0}) for index in range(5)]
+    inputs = [read_input(f"x{index}", {"distribution": "normal", "mean": 0.0, "std": 1.0}) for index in range(5)]
     with pytest.raises(StudyError, match="1 to 4 uncertain inputs, not 5"):
-        expand(Joint(many), lambda values: values[:, 0])
+        expand(Joint(inputs), lambda values: values[:, 0])
     with pytest.raises(StudyError, match="not 0"):
         expand(Joint([read_input("x", 1.0)]), lambda values: values[:, 0])
     with pytest.raises(StudyError, match="takes single values"):
@@ -240,8 +242,8 @@ ISHIGAMI_FIRST, ISHIGAMI_TOTAL = np.array([0.31390519, 0.44241114, 0.0]), np.arr
 
 
 def an_ishigami_joint():
-    given = {"distribution": "uniform", "low": -math.pi, "high": math.pi}
-    return Joint([read_input(key, given) for key in ("x1", "x2", "x3")])
+    uniform = {"distribution": "uniform", "low": -math.pi, "high": math.pi}
+    return Joint([read_input(key, uniform) for key in ("x1", "x2", "x3")])
 
 
 def indices(function, joint, method, seed, rows):
@@ -249,8 +251,10 @@ def indices(function, joint, method, seed, rows):
     design, size = UnitPoints(method, 2 * joint.dimension, seed, rows), joint.dimension
     points = sensitivity_points(joint, design.chunk(0, rows)).reshape(-1, size)
     values = function(joint.values(points)).reshape(-1, size + 2)
-    found = sobol_indices(values, joint.keys, design.replicates)
-    return np.array([[found[key][order] for key in joint.keys] for order in ("first", "total")]).transpose(2, 0, 1)
+    indices_by_key = sobol_indices(values, joint.keys, design.replicates)
+    return np.array([[indices_by_key[key][order] for key in joint.keys] for order in ("first", "total")]).transpose(
+        2, 0, 1
+    )
 
 
 ISHIGAMI = np.array([ISHIGAMI_FIRST, ISHIGAMI_TOTAL])
@@ -267,8 +271,8 @@ def test_intervals_of_sobol_indices_cover_or_are_marked_unsafe(method):
         (small, lambda values: np.sum(values, axis=1), 1024, np.full((2, 2), 0.5), False),
         (an_ishigami_joint(), ishigami, 384 if method == "random" else 256, ISHIGAMI, None),
     ):
-        found = np.array([indices(function, joint, method, seed, rows) for seed in range(40)])
-        _, low, high, safe = found.transpose(1, 0, 2, 3)
+        estimates = np.array([indices(function, joint, method, seed, rows) for seed in range(40)])
+        _, low, high, safe = estimates.transpose(1, 0, 2, 3)
         covered = np.mean((low <= truth) & (truth <= high))
         assert covered < {"random": 0.9, "sobol": 0.95}[method] if marked else 0.92 <= covered <= 0.98
         assert marked is None or (np.mean(safe) < 0.05 if marked else np.mean(safe) > 0.7)
@@ -280,22 +284,22 @@ def test_sobol_indices_are_those_of_scipy_and_leave_failures_out():
     values = ishigami(joint.values(points.reshape(-1, 3))).reshape(-1, 5)
 
     def ours(values, replicates=1):
-        found = sobol_indices(values, joint.keys, replicates)
-        return np.array([[found[key][order].value for key in joint.keys] for order in ("first", "total")])
+        result = sobol_indices(values, joint.keys, replicates)
+        return np.array([[result[key][order].value for key in joint.keys] for order in ("first", "total")])
 
     def by_scipy(values):
         a, b, *moved = values.T
         functions = {"f_A": a[None], "f_B": b[None], "f_AB": np.array(moved)[:, None]}
-        found = stats.sobol_indices(func=functions, n=len(values))
-        return np.array([found.first_order.ravel(), found.total_order.ravel()])
+        result = stats.sobol_indices(func=functions, n=len(values))
+        return np.array([result.first_order.ravel(), result.total_order.ravel()])
 
     assert ours(values) == pytest.approx(by_scipy(values), abs=1e-12)
     failed = values.copy()
     failed[512:, 2] = np.nan
     assert ours(failed, replicates=8) == pytest.approx(by_scipy(values[:512]), abs=1e-12)
-    for wrong, words in ((values[:10], "16 complete rows"), (np.ones((64, 5)), "does not vary")):
-        with pytest.raises(StatisticError, match=words):
-            ours(wrong)
+    for values_refused, message in ((values[:10], "16 complete rows"), (np.ones((64, 5)), "does not vary")):
+        with pytest.raises(StatisticError, match=message):
+            ours(values_refused)
     with pytest.raises(StudyError, match="independent inputs"):
         sensitivity_points(Joint(joint.inputs, [("x1", "x2", 0.3)]), np.full((4, 6), 0.5))
 
@@ -310,10 +314,12 @@ SETTINGS = {"chaos": {}, "ensemble": {"sampler": "sobol", "samples": 2048, "sens
 
 def test_polynomial_chaos_and_sampling_give_the_same_moments_and_sobol_indices():
     study = {**BALLS, "quantities": ["contact_duration", "peak_force"], "inputs": INPUTS}
-    chaos, sampled = (run_study({**study, "method": method, **more}).summary for method, more in SETTINGS.items())
-    for name, one in chaos["quantities"].items():
-        other = sampled["quantities"][name]
-        assert (one["mean"], one["std"]) == pytest.approx((other["mean"], other["std"]), rel=0.02)
+    chaos, sampled = (run_study({**study, "method": method, **options}).summary for method, options in SETTINGS.items())
+    for name, by_chaos in chaos["quantities"].items():
+        by_sampling = sampled["quantities"][name]
+        assert (by_chaos["mean"], by_chaos["std"]) == pytest.approx((by_sampling["mean"], by_sampling["std"]), rel=0.02)
         for key in INPUTS:
             for order in ("first", "total"):
-                assert one["sobol"][key][order]["value"] == pytest.approx(other["sobol"][key][order]["value"], abs=0.02)
+                assert by_chaos["sobol"][key][order]["value"] == pytest.approx(
+                    by_sampling["sobol"][key][order]["value"], abs=0.02
+                )

@@ -17,27 +17,27 @@ METHODS = sorted(SAMPLERS)
 @given(st.sampled_from(METHODS), st.integers(1, 3), st.integers(0, GREATEST_SEED), st.data())
 def test_points_do_not_depend_on_how_they_are_cut(method, dimension, seed, data):
     points = UnitPoints(method, dimension, seed, 3 * BLOCK)
-    whole = points.chunk(0, points.samples)
+    every_point = points.chunk(0, points.samples)
     start = data.draw(st.integers(0, points.samples - 1))
     count = data.draw(st.integers(1, points.samples - start))
     fresh = UnitPoints(method, dimension, seed, 3 * BLOCK)
-    assert np.array_equal(fresh.chunk(start, count), whole[start : start + count])
-    assert whole.shape == (points.samples, dimension)
-    assert np.all((whole > 0.0) & (whole < 1.0))
+    assert np.array_equal(fresh.chunk(start, count), every_point[start : start + count])
+    assert every_point.shape == (points.samples, dimension)
+    assert np.all((every_point > 0.0) & (every_point < 1.0))
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_seeds_differ_and_repeat(method):
-    one, same, other = (UnitPoints(method, 2, seed, 256).chunk(0, 256) for seed in (1, 1, 2))
-    assert np.array_equal(one, same)
-    assert abs(np.corrcoef(one[:, 0], other[:, 0])[0, 1]) < 0.2
-    assert not np.any(one == other)
+    points, repeated, other_seed = (UnitPoints(method, 2, seed, 256).chunk(0, 256) for seed in (1, 1, 2))
+    assert np.array_equal(points, repeated)
+    assert abs(np.corrcoef(points[:, 0], other_seed[:, 0])[0, 1]) < 0.2
+    assert not np.any(points == other_seed)
 
 
 @pytest.mark.parametrize("method", ["random", "sobol"])
 def test_more_samples_begin_with_the_fewer(method):
-    few, many = UnitPoints(method, 3, 9, 128), UnitPoints(method, 3, 9, 4096)
-    assert np.array_equal(few.chunk(0, 128), many.chunk(0, 128))
+    fewer_points, more_points = UnitPoints(method, 3, 9, 128), UnitPoints(method, 3, 9, 4096)
+    assert np.array_equal(fewer_points.chunk(0, 128), more_points.chunk(0, 128))
 
 
 def test_every_replicate_of_a_latin_hypercube_has_one_point_in_each_slice():

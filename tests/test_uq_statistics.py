@@ -32,13 +32,13 @@ def samples(method, seed, count):
 
 def test_statistics_of_a_few_numbers():
     sample = [1.0, 2.0, 3.0, 4.0, 10.0, 2.0, 3.0, np.nan, 5.0]
-    kept = np.array(sample)[[0, 1, 2, 3, 4, 5, 6, 8]]
-    assert estimate(sample, "mean").value == np.mean(kept)
-    assert estimate(sample, "std").value == pytest.approx(np.std(kept, ddof=1))
-    assert estimate(sample, "skewness").value == pytest.approx(stats.skew(kept))
+    finite = np.array(sample)[[0, 1, 2, 3, 4, 5, 6, 8]]
+    assert estimate(sample, "mean").value == np.mean(finite)
+    assert estimate(sample, "std").value == pytest.approx(np.std(finite, ddof=1))
+    assert estimate(sample, "skewness").value == pytest.approx(stats.skew(finite))
     assert estimate(sample, 0.5).value == pytest.approx(3.0)
     low, high = estimate(sample, "mean")[1:3]
-    assert np.mean(kept) - low < high - np.mean(kept)  # the greatest of them may have greater companions
+    assert np.mean(finite) - low < high - np.mean(finite)  # the greatest of them may have greater companions
     even = np.array([1.0, 2.0, 3.0, 4.0])
     student = stats.t.interval(0.95, 3, 2.5, np.std(even, ddof=1) / 2.0)
     assert estimate(even, "mean")[1:3] == pytest.approx(student)
@@ -51,7 +51,7 @@ def test_replicates_of_which_one_failed_whole_have_no_interval():
     with pytest.raises(StatisticError, match="each of the 8 replicates needs a sample at least"):
         sobol_indices(values, keys, replicates=8)
     values[3] = 0.0
-    assert all(np.isfinite(one["first"][:3]).all() for one in sobol_indices(values, keys, replicates=8).values())
+    assert all(np.isfinite(orders["first"][:3]).all() for orders in sobol_indices(values, keys, replicates=8).values())
 
 
 @pytest.mark.parametrize(("count", "share"), [(700, 0.0362), (2000, 0.0214)])
@@ -60,13 +60,13 @@ def test_the_deviation_has_the_published_standard_error(count, share):
     kurtosis = 3.0 + 6.0 / (1.138 / 0.6) ** 2
     assert kurtosis == pytest.approx(4.668, abs=5e-4)
     assert math.sqrt((kurtosis - 1.0) / (4.0 * count)) == pytest.approx(share, abs=5e-5)
-    found = [estimate(samples("random", seed, count), "std").value for seed in range(200)]
-    assert np.std(found) / TAU.std == pytest.approx(share, rel=0.15)
+    deviations = [estimate(samples("random", seed, count), "std").value for seed in range(200)]
+    assert np.std(deviations) / TAU.std == pytest.approx(share, rel=0.15)
 
 
-def is_95_percent(held):
+def is_95_percent(covered):
     """Whether so many true ones of a list are those of 95 %, but for a chance of 1 in 1000."""
-    return stats.binomtest(sum(held), len(held), 0.95).pvalue > 1e-3
+    return stats.binomtest(sum(covered), len(covered), 0.95).pvalue > 1e-3
 
 
 @pytest.mark.parametrize("count", [64, 512])
@@ -77,8 +77,8 @@ def test_intervals_of_moments_hold_the_truth(truth, count):
     """Of a deviation of lognormal points Hall's interval with n - 1 degrees of freedom holds it in 88 %."""
     every = truth.rvs(size=(400, count), random_state=count)
     for statistic, true in (("mean", truth.mean()), ("std", truth.std())):
-        found = [estimate(sample, statistic) for sample in every]
-        assert is_95_percent([one.low <= true <= one.high for one in found]), statistic
+        estimates = [estimate(sample, statistic) for sample in every]
+        assert is_95_percent([interval.low <= true <= interval.high for interval in estimates]), statistic
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
@@ -87,20 +87,20 @@ def test_intervals_from_replicates_hold_the_truth_and_are_narrow(method, count):
     """Of 16 points of a replicate less than one lies beyond a 5 % quantile, of 64 three do."""
     every = [samples(method, seed, count) for seed in range(80)]
     for statistic in ("mean", "std", 0.05, 0.5, 0.95):
-        found = [estimate(sample, statistic, replicates=REPLICATES) for sample in every]
-        assert is_95_percent([one.low <= TRUTH[statistic] <= one.high for one in found]), statistic
+        estimates = [estimate(sample, statistic, replicates=REPLICATES) for sample in every]
+        assert is_95_percent([interval.low <= TRUTH[statistic] <= interval.high for interval in estimates]), statistic
         if statistic in ("mean", 0.5):
             independent = np.median([estimate(sample, statistic).half_width for sample in every])
-            assert np.median([one.half_width for one in found]) < 0.5 * independent
+            assert np.median([interval.half_width for interval in estimates]) < 0.5 * independent
 
 
 def test_the_deviation_of_a_heavy_tail_is_not_in_too_narrow_intervals_of_replicates():
     """A lognormal deviation of 1.3 of the mean; the scatter of eight replicates held it in 89 % of studies."""
     truth = stats.lognorm(math.sqrt(math.log1p(1.3**2)))
     units = (UnitPoints("sobol", 1, seed, 2048).chunk(0, 2048)[:, 0] for seed in range(300))
-    found = [estimate(truth.ppf(unit), "std", replicates=REPLICATES) for unit in units]
-    held = sum(one.low <= truth.std() <= one.high for one in found)
-    assert stats.binomtest(held, len(found), 0.95, alternative="less").pvalue > 1e-3
+    estimates = [estimate(truth.ppf(unit), "std", replicates=REPLICATES) for unit in units]
+    covered = sum(interval.low <= truth.std() <= interval.high for interval in estimates)
+    assert stats.binomtest(covered, len(estimates), 0.95, alternative="less").pvalue > 1e-3
 
 
 def by_scipy(sample, statistic):
@@ -116,22 +116,22 @@ def by_scipy(sample, statistic):
         (np.cbrt(1.0 + 3.0 * a * (side * stats.t.ppf(0.975, degrees) / np.sqrt(count) - a / (2.0 * count))) - 1.0) / a
         for side in (1.0, -1.0)
     ]
-    return value, *(value - np.std(influence, ddof=1) * one for one in ends)
+    return value, *(value - np.std(influence, ddof=1) * end for end in ends)
 
 
 @pytest.mark.parametrize("statistic", ["mean", "std"])
 @pytest.mark.parametrize("failed", [0, 1000])
 def test_intervals_of_moments_are_hall_s_with_satterthwaite_s_degrees_of_freedom(statistic, failed):
     sample = np.random.default_rng(3).gamma(2.0, size=80_000)
-    found = estimate(np.concatenate([np.full(failed, np.nan), sample]), statistic)
-    assert found[:3] == pytest.approx(by_scipy(sample, statistic), rel=1e-10)
+    estimated = estimate(np.concatenate([np.full(failed, np.nan), sample]), statistic)
+    assert estimated[:3] == pytest.approx(by_scipy(sample, statistic), rel=1e-10)
 
 
 def test_the_deviation_of_points_spread_evenly_has_n_in_its_denominator():
     """With n - 1 its error would be 1/(2 n) of itself, and its interval hold the truth in a quarter of all studies."""
     units = (UnitPoints("sobol", 1, seed, 1024).chunk(0, 1024)[:, 0] for seed in range(50))
-    found = [estimate(unit, "std", replicates=REPLICATES) for unit in units]
-    assert np.mean([one.low <= 12.0**-0.5 <= one.high for one in found]) > 0.85
+    estimates = [estimate(unit, "std", replicates=REPLICATES) for unit in units]
+    assert np.mean([interval.low <= 12.0**-0.5 <= interval.high for interval in estimates]) > 0.85
 
 
 @pytest.mark.parametrize("probability", [0.02, 0.3, 0.95])
@@ -139,27 +139,27 @@ def test_intervals_of_quantiles_cover_and_are_open_where_samples_lack(probabilit
     """Hold 95 %, whatever the number of samples: whole ranks held up to 99 %. One end alone is open at most."""
     random = np.random.default_rng(int(100 * probability))
     for count in (30, 80, 200):
-        found = [estimate(one, probability) for one in random.random((1500, count))]
-        held = np.mean([one.low <= probability <= one.high for one in found])
-        assert 0.935 <= held <= (0.965 if np.isfinite(found[0][1:3]).all() else 0.99)
+        estimates = [estimate(interval, probability) for interval in random.random((1500, count))]
+        covered = np.mean([interval.low <= probability <= interval.high for interval in estimates])
+        assert 0.935 <= covered <= (0.965 if np.isfinite(estimates[0][1:3]).all() else 0.99)
         lacks = count * min(probability, 1.0 - probability) < 3.6  # (1 - p)^n = 2.5 %
-        assert (found[0].half_width == math.inf) == lacks
+        assert (estimates[0].half_width == math.inf) == lacks
     assert estimate(random.random(1), 0.5)[1:3] == (-math.inf, math.inf)
     assert estimate(np.arange(1.0, 101.0), 0.5)[:3] == pytest.approx((50.5, 40.72, 60.28), abs=5e-3)  # Hutson's ranks
 
 
 @pytest.mark.parametrize(
-    ("sample", "statistic", "words"),
+    ("sample", "statistic", "message"),
     [
         ([1.0], "mean", "1 samples are too few"),
         ([np.nan] * 9, "std", "0 samples are too few"),
         ([1.0] * 9, "skewness", "all samples are equal"),
     ],
 )
-def test_statistics_that_cannot_be_had_are_refused(sample, statistic, words):
+def test_statistics_that_cannot_be_had_are_refused(sample, statistic, message):
     with pytest.raises(StatisticError) as caught:
         estimate(sample, statistic)
-    assert words in str(caught.value)
+    assert message in str(caught.value)
 
 
 def test_equal_values_have_an_interval_without_width():
@@ -208,6 +208,10 @@ def test_a_sample_of_equal_values_has_no_shape_whatever_its_mean_rounds_to(value
     for count in counts[:20]:
         with pytest.raises(StatisticError, match="all samples are equal"):
             estimate(np.full(count, value), "skewness")
-        found = estimate(np.full(count, value), "std")
-        assert (found.value, found.half_width, estimate(np.full(count, value), "mean").value) == (0.0, 0.0, value)
+        deviation = estimate(np.full(count, value), "std")
+        assert (deviation.value, deviation.half_width, estimate(np.full(count, value), "mean").value) == (
+            0.0,
+            0.0,
+            value,
+        )
     assert len(counts) > 3

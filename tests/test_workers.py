@@ -7,12 +7,11 @@ import subprocess
 import sys
 import threading
 from multiprocessing.connection import Connection
-from pathlib import Path
 
 import numpy as np
 import pytest
 from sources import ROOT
-from test_ensemble import LONG_RUN, LOSSY, children, run, wait_for
+from test_ensemble import LONG_RUN, LOSSY, children, living, run, stat_of, wait_for
 
 from bearing_twin.base.errors import StudyError
 from bearing_twin.kinds import KINDS
@@ -23,13 +22,6 @@ from bearing_twin.uq.study import parse_study
 from bearing_twin.uq.workers import Ensemble
 
 
-def alive(pid) -> bool:
-    try:
-        return "Z" not in Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0]
-    except OSError:
-        return False
-
-
 def test_a_worker_is_a_fork_where_there_is_no_other_thread():
     """Seen in a fork of the tests, which has one thread whatever they have begun."""
     reported, tells = os.pipe()
@@ -38,10 +30,10 @@ def test_a_worker_is_a_fork_where_there_is_no_other_thread():
             alone, over = workers.start_method(), threading.Event()
             thread = threading.Thread(target=over.wait)
             thread.start()
-            beside = workers.start_method()
+            threaded = workers.start_method()
             over.set()
             thread.join()
-            os.write(tells, f"{alone} {beside}".encode())
+            os.write(tells, f"{alone} {threaded}".encode())
         finally:
             os._exit(0)
     os.waitpid(child, 0)
@@ -69,13 +61,13 @@ def test_numbers_are_the_same_however_workers_are_started_and_a_fork_imports_not
         task = task_of(parse_study({**LOSSY, "scene": scene}, "s"))
         values = np.linspace(0.9e-4, 1.6e-4, 40)[:, None]
         with Ensemble(task, 2, "processes", lambda: False) as ensemble:
-            found = ensemble.evaluate(values)
+            by_workers = ensemble.evaluate(values)
             assert len(children()) == 2
-        here = realise(task, values)
+        in_this_process = realise(task, values)
     finally:
         del KINDS["counted"], sys.modules[name]
-    assert np.isfinite(here.quantities).all()
-    assert np.array_equal(found.quantities, here.quantities)
+    assert np.isfinite(in_this_process.quantities).all()
+    assert np.array_equal(by_workers.quantities, in_this_process.quantities)
     assert len((tmp_path / "read").read_text().split()) - 1 == {"fork": 0, "spawn": 2}[way]
     assert children() == []
 
@@ -129,10 +121,10 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path):
     command = [sys.executable, "-m", "bearing_twin", "study", str(path), "--json"]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
-    started = wait_for(lambda: found if len(found := children(process.pid)) == 2 else [], 300.0)
+    started = wait_for(lambda: pids if len(pids := children(process.pid)) == 2 else [], 300.0)
     process.send_signal(number)
     _, error = process.communicate(timeout=300)
-    wait_for(lambda: not any(map(alive, started)), 300.0)
+    wait_for(lambda: all(stat_of(pid)[:1] in ([], ["Z"]) for pid in started), 300.0)
     assert number != signal.SIGINT or b"stopped by Ctrl-C with 0 of 8 samples done" in error
     expected = {signal.SIGINT: 130, signal.SIGTERM: 128 + signal.SIGTERM, signal.SIGKILL: -signal.SIGKILL}
     assert process.returncode == expected[number], error
@@ -140,19 +132,19 @@ def test_no_process_of_two_workers_outlives_a_signal(number, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("until", "more"),
+    ("until", "changes"),
     [
         ("multiprocessing.active_children()", {}),
         pytest.param("reported", {"set": ["run.duration=0.02"], "samples": 10000}, marks=pytest.mark.environment),
     ],
 )
-def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tmp_path):
+def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, changes, tmp_path):
     """And takes its workers along, while they start or while they compute; nothing is said of it."""
     script = tmp_path / "ends.py"
     lines = (
         "import multiprocessing, threading, time",
         "from bearing_twin import parse_study, run_study",
-        f"mapping = { {**LONG_RUN, **more, 'workers': 2}!r}",
+        f"mapping = { {**LONG_RUN, **changes, 'workers': 2}!r}",
         "reported = []",
         "def study(): run_study(parse_study(mapping, 's'), reported.append)",
         "if __name__ == '__main__':",
@@ -167,7 +159,7 @@ def test_an_interpreter_that_ends_waits_for_no_study_of_a_thread(until, more, tm
     except subprocess.TimeoutExpired:
         os.killpg(process.pid, signal.SIGKILL)
         raise
-    wait_for(lambda: not any(map(alive, session_of(process.pid))), 300.0)
+    wait_for(lambda: not living(3, process.pid), 300.0)
 
 
 def test_a_worker_heeds_no_handler_of_the_process_that_started_it(monkeypatch):
@@ -187,16 +179,3 @@ def test_a_worker_heeds_no_handler_of_the_process_that_started_it(monkeypatch):
     finally:
         signal.signal(signal.SIGTERM, previous)
     assert not heard
-
-
-def session_of(leader: int) -> list[int]:
-    """Pids of the processes of a session."""
-    pids = [int(entry.name) for entry in Path("/proc").glob("[0-9]*")]
-    return [pid for pid in pids if alive(pid) and _session(pid) == leader]
-
-
-def _session(pid: int) -> int:
-    try:
-        return os.getsid(pid)
-    except OSError:
-        return 0

@@ -267,7 +267,11 @@ class MethodStyle(NamedTuple):
     colour: int
 
 
-def method_styles(rows: Iterable[Row], labels: Mapping[str, str]) -> dict[str, MethodStyle]:
+Styles = Mapping[str, MethodStyle]
+PanelRows = list[list[Panel]]
+
+
+def method_styles(rows: Iterable[Row], labels: Mapping[str, str]) -> Styles:
     """The style of each method: one with a label has the colour of its place among them, others have the free ones."""
     fixed = {method: MethodStyle(label, index) for index, (method, label) in enumerate(labels.items())}
     methods = by_method(rows)
@@ -276,7 +280,7 @@ def method_styles(rows: Iterable[Row], labels: Mapping[str, str]) -> dict[str, M
     return {method: fixed.get(method) or MethodStyle(method, next(free)) for method in methods}
 
 
-def curves(rows: Iterable[Row], styles: Mapping[str, MethodStyle], x, y, cross=None) -> list[Line]:
+def curves(rows: Iterable[Row], styles: Styles, x, y, cross=None) -> list[Line]:
     """A curve a method through (x(row), y(row)) of its results, a cross at `lost(row)`, if given, for the others.
 
     Results whose y is NaN are left out, smaller ones than LEAST_ERROR raised.
@@ -291,7 +295,7 @@ def curves(rows: Iterable[Row], styles: Mapping[str, MethodStyle], x, y, cross=N
     return parts
 
 
-def error_against_cost(contest: "Contest", rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
+def error_against_cost(contest: "Contest", rows: list[Row], styles: Styles) -> PanelRows:
     """A panel a problem: error across, CPU time up, crosses at the right edge where there is no result."""
     known = [row.error for row in rows if row.status == DONE and row.error > 0.0]
     least = max(LEAST_ERROR, min(known, default=LEAST_ERROR) / 3.0)
@@ -320,8 +324,8 @@ def error_against_cost(contest: "Contest", rows: list[Row], styles: Mapping[str,
 
 
 def panels_over(
-    contest: "Contest", rows: list[Row], styles: Mapping[str, MethodStyle], across: Axis, columns: Mapping[str, Axis]
-) -> list[list[Panel]]:
+    contest: "Contest", rows: list[Row], styles: Styles, across: Axis, columns: Mapping[str, Axis]
+) -> PanelRows:
     """A row of panels a problem: columns of the rows, by name with their axis, over `across`."""
 
     def panel(title: str, runs: list[Row], column: str, up: Axis) -> Panel:
@@ -412,7 +416,7 @@ class Contest:
     entries: Callable[[str, bool], Iterable[tuple[str, float, float]]]
     judge: Callable[[str, str, float, float], dict[str, Any]]
     command: Callable[[str, str, float, float], str] = lambda *entry: ""
-    panels: Callable[["Contest", list[Row], Mapping[str, MethodStyle]], list[list[Panel]]] = error_against_cost
+    panels: Callable[["Contest", list[Row], Styles], PanelRows] = error_against_cost
     read: Callable[["Contest", list[Row]], Iterable[str]] = cost_comparison
     labels: Mapping[str, str] = dataclasses.field(default_factory=lambda: {name: name for name in STEPPER_FACTS})
     error: str = "relative error"

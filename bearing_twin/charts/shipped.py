@@ -11,13 +11,13 @@ import collections
 import functools
 import math
 import tempfile
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 
 from bearing_twin.base.yaml_files import SCENES
-from bearing_twin.charts.contest import DONE, Contest, MethodStyle, Row, by_method, curves, rows_of, timed
+from bearing_twin.charts.contest import DONE, Contest, PanelRows, Row, Styles, by_method, curves, rows_of, timed
 from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, in_rows, line_style, reference_style
 from bearing_twin.charts.scenes import (
     WITHOUT_CHECK,
@@ -101,7 +101,7 @@ def _by_kind(rows: list[Row]) -> Iterator[tuple[str, list[Row]]]:
             yield kind.replace("_", " "), runs
 
 
-def _tolerance_panels(contest: Contest, rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
+def _tolerance_panels(contest: Contest, rows: list[Row], styles: Styles) -> PanelRows:
     """A panel a kind: tolerance across, error up, a line a scene; on the dashed line they are equal."""
     panels, ends = [], [min(TOLERANCES), max(TOLERANCES)]
     across, up = Axis("tolerance requested", log=True), Axis("error found", log=True, limits=(0.3 * FLOOR, 2.0))
@@ -214,7 +214,7 @@ def _choice_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
         yield f"{row.problem}: {best.method} takes {share:.2g} of the time, with an error of {best.error:.2g}."
 
 
-def _choice_panels(contest: Contest, rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
+def _choice_panels(contest: Contest, rows: list[Row], styles: Styles) -> PanelRows:
     """Error over the tolerance and CPU time over that of the choice: better models are left of and below both lines."""
     seconds = {row.problem: row.seconds for row in by_method(rows)[CHOICE] if row.status == DONE}
     rows = [row for row in rows if row.status == DONE and row.problem in seconds]
@@ -271,7 +271,7 @@ def _judge_cost(problem: str, stage: str, *_) -> dict:
     return {"error": 0.0, **timed(lambda: work(run), span)[1]}
 
 
-def _cost_panels(contest: Contest, rows: list[Row], styles: Mapping[str, MethodStyle]) -> list[list[Panel]]:
+def _cost_panels(contest: Contest, rows: list[Row], styles: Styles) -> PanelRows:
     """A panel a run: a bar a stage, from 0."""
     axis, up = Axis(contest.cost, "s", limits=(0.0, None)), Axis("", limits=(-0.6, len(STAGES) - 0.4))
     bar, panels = {"color": line_style(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}, []
