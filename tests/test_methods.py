@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.parameters import describe
-from bearing_twin.coefficients import ROSENBROCK
+from bearing_twin.coefficients import EXPLICIT, ROSENBROCK
 from bearing_twin.kinds.bearing import MOTION, VELOCITY, BearingScene, stability_limits
 from bearing_twin.methods import COUPLED, STEPPER_FACTS
 from bearing_twin.shapes import (
@@ -90,10 +90,10 @@ def reference():
     return run(*TURNED_REST, stepper="radau")[1]
 
 
-@pytest.mark.parametrize("stepper", ["rodas4", "rodas3", "imex", "rk4", "dopri5", "dop853"])
+@pytest.mark.parametrize("stepper", [name for name in STEPPER_FACTS if name not in ("rodas4_landing", "radau")])
 def test_steppers_agree_with_radau_inside_the_transient(reference, stepper):
     """Load and friction torque within the wanted 1e-3, from rest through sliding and ringing."""
-    tight = ("wanted.tolerance=1e-5",) if stepper == "dopri5" else ()
+    tight = ("wanted.tolerance=1e-5",) if stepper in EXPLICIT else ()
     out = run(*TURNED_REST, *tight, stepper=stepper)[1]
     assert np.all(errors_against(reference, out) < 1e-3)
     assert out.orientation == pytest.approx(reference.orientation, abs=1e-6)
@@ -295,6 +295,9 @@ def pressed():
     return settled(FULL, 3e-3), settled(FULL, 2e-3, 0.03)
 
 
+STEPS = dict.fromkeys(ROSENBROCK, 2e-6) | dict.fromkeys((*EXPLICIT, "imex"), 1e-6)  # s
+
+
 def orders(case, overrides, stepper, step):
     """Observed order of velocity, slip, friction torque and normal load between `step` [s] and half of it."""
     start, exact = case
@@ -303,25 +306,20 @@ def orders(case, overrides, stepper, step):
     return np.log2(coarse / fine)
 
 
-@pytest.mark.parametrize(
-    ("stepper", "step"),
-    [("rodas4", 4e-6), ("rodas4_landing", 4e-6), ("rodas3", 2e-6), ("rk4", 1e-6), ("dopri5", 1e-6), ("imex", 1e-6)],
-)
-def test_ringing_balls_have_the_order_of_their_method(rolling, stepper, step):
-    assert orders(rolling[1], (), stepper, step) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
+@pytest.mark.parametrize("stepper", STEPS)
+def test_ringing_balls_have_the_order_of_their_method(rolling, stepper):
+    assert orders(rolling[1], (), stepper, STEPS[stepper]) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
 
 
-@pytest.mark.parametrize(("stepper", "step"), [("rodas4", 4e-6), ("rodas3", 2e-6)])
-def test_balls_at_ease_follow_the_ring_with_the_order_of_their_method(rolling, stepper, step):
+@pytest.mark.parametrize("stepper", COUPLED)
+def test_balls_at_ease_follow_the_ring_with_the_order_of_their_method(rolling, stepper):
     """What is left of the errors, down to 1e-9, comes from the ring's speed: from the explicit time term above all."""
-    assert orders(rolling[0], (), stepper, step) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
+    assert orders(rolling[0], (), stepper, STEPS[stepper]) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
 
 
-@pytest.mark.parametrize(
-    ("stepper", "step"), [("rodas4", 4e-6), ("rodas3", 2e-6), ("rk4", 1e-6), ("dopri5", 1e-6), ("imex", 1e-6)]
-)
-def test_touching_balls_have_the_order_of_their_method(pressed, stepper, step):
-    assert orders(pressed[1], FULL, stepper, step) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
+@pytest.mark.parametrize("stepper", [name for name in STEPS if name != "rodas4_landing"])
+def test_touching_balls_have_the_order_of_their_method(pressed, stepper):
+    assert orders(pressed[1], FULL, stepper, STEPS[stepper]) == pytest.approx(STEPPER_FACTS[stepper].order, abs=0.5)
 
 
 VECTOR = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
