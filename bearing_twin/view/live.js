@@ -9,16 +9,16 @@ const liveToken = location.hash.slice(1);
 
 // Outputs of one event are shown over the time between two, so that slow motion is smooth.
 function liveStart(view) {
-  const { series } = view.found.packed, bar = liveBar(view.found.live), events = new EventSource("events");
-  let waiting = new Store(series), turns = 0, came = performance.now(), share = 1, read = Promise.resolve();
-  const take = async (text) => {
-    const frames = await unpacked(text, waiting), now = performance.now();
+  const { series } = view.contents.packed, bar = liveBar(view.contents.live), events = new EventSource("events");
+  let waiting = new Store(series), turns = 0, lastEvent = performance.now(), share = 1, read = Promise.resolve();
+  const receive = async (text) => {
+    const frames = await unpack(text, waiting), now = performance.now();
     if (waiting.count && frames.time[0] <= waiting.last) waiting = new Store(series); // the run has begun again
     waiting.append(frames, Infinity);
-    share = Math.ceil((waiting.count * LIVE_PERIOD) / Math.min(Math.max(now - came, LIVE_PERIOD), 10000.0));
-    came = now;
+    share = Math.ceil((waiting.count * LIVE_PERIOD) / Math.min(Math.max(now - lastEvent, LIVE_PERIOD), 10000.0));
+    lastEvent = now;
   };
-  events.addEventListener("frames", (event) => (read = read.then(() => take(event.data))));
+  events.addEventListener("frames", (event) => (read = read.then(() => receive(event.data))));
   events.addEventListener("again", () => location.reload());
   events.addEventListener("pace", (event) => bar.paced(event.data));
   events.addEventListener("refused", (event) => bar.refused(event.data));
@@ -27,9 +27,9 @@ function liveStart(view) {
   events.onopen = () => (bar.state.textContent = "");
   setInterval(() => {
     if (!waiting.count || bar.held()) return;
-    const frames = waiting.take(share), again = frames.time[0] <= view.store.last;
-    if (!turns || again) liveBegin(view);
-    if (again || turns++ % CURVES_EVERY === 0) {
+    const frames = waiting.take(share), restarted = frames.time[0] <= view.store.last;
+    if (!turns || restarted) liveBegin(view);
+    if (restarted || turns++ % CURVES_EVERY === 0) {
       view.append(frames);
       liveWindow(view, bar.turns());
     } else {
@@ -37,12 +37,12 @@ function liveStart(view) {
       view.player.seek(view.store.last);
     }
   }, LIVE_PERIOD);
-  for (const one of ["time", "play"]) $(one).addEventListener("pointerdown", () => bar.hold());
+  for (const id of ["time", "play"]) $(id).addEventListener("pointerdown", () => bar.hold());
 }
 
 // Curves show the last `turns` of the shaft alone; all that is kept where that is 0, or where nothing turns.
 function liveWindow({ store, charts, timeFactor }, turns) {
-  const name = TURNING.find((one) => store.has(one)), speed = name ? Math.abs(store.at(name, store.count - 1)) : 0.0;
+  const name = TURNING.find((series) => store.has(series)), speed = name ? Math.abs(store.value(name, store.count - 1)) : 0.0;
   if (!(turns > 0.0 && speed > 0.0) || store.count < FEWEST_SHOWN) return;
   const first = Math.min(store.last - (2.0 * Math.PI * turns) / speed, store.time[store.count - FEWEST_SHOWN]);
   const range = { min: Math.max(first, store.first) * timeFactor, max: store.last * timeFactor };
@@ -71,34 +71,34 @@ async function liveSend(command, say) {
 }
 
 // Speed, load, pace, pause and reset; and a switch that holds the picture while one looks back.
-function liveBar({ commands, speed: turning, load: acting }) {
+function liveBar({ commands, speed: initialSpeed, load: initialLoad }) {
   const say = make("output", { id: "live-answer" }), state = make("span", { id: "live-state" });
   const send = (command) => liveSend(command, say);
   const button = (text, act) => make("button", { type: "button", onclick: act }, text);
   const number = (label, value) => make("input", { type: "number", step: "any", value, "aria-label": label, title: label });
-  const group = (words, ...parts) => make("span", { class: "live-group" }, make("span", { class: "live-words" }, words), ...parts);
-  const speed = number("speed [rpm]", Math.round((turning * 30) / Math.PI)), pace = number("pace: simulated seconds in a second", 1);
-  const load = ["x", "y", "z"].map((axis, k) => number(`load along ${axis} [N]`, Number(acting[k].toPrecision(4))));
+  const group = (label, ...parts) => make("span", { class: "live-group" }, make("span", { class: "live-words" }, label), ...parts);
+  const speed = number("speed [rpm]", Math.round((initialSpeed * 30) / Math.PI)), pace = number("pace: simulated seconds in a second", 1);
+  const load = ["x", "y", "z"].map((axis, k) => number(`load along ${axis} [N]`, Number(initialLoad[k].toPrecision(4))));
   const follow = make("input", { type: "checkbox", id: "live-follow", checked: "" });
-  const obeys = (name, part) => (commands.includes(name) ? [part] : []);
+  const ifCommand = (name, element) => (commands.includes(name) ? [element] : []);
   const turns = number("curves show so many turns of the shaft; 0 = all", 10);
   const controls = [
-    ...obeys("command/speed", group("speed", speed, "rpm", button("set", () => send({ do: "speed", value: (speed.valueAsNumber * Math.PI) / 30 })))),
-    ...obeys("command/load", group("load x, y, z", ...load, "N", button("set", () => send({ do: "load", force: load.map((one) => one.valueAsNumber) })))),
+    ...ifCommand("command/speed", group("speed", speed, "rpm", button("set", () => send({ do: "speed", value: (speed.valueAsNumber * Math.PI) / 30 })))),
+    ...ifCommand("command/load", group("load x, y, z", ...load, "N", button("set", () => send({ do: "load", force: load.map((input) => input.valueAsNumber) })))),
     group("pace", pace, "× real time", button("set", () => send({ do: "pace", value: pace.valueAsNumber }))),
     group("", button("pause", () => send({ do: "pause", on: true })), button("go on", () => send({ do: "pause", on: false })),
       button("reset", () => send({ do: "reset" }))),
   ];
   if (!liveToken) {
-    for (const one of controls) one.querySelectorAll("input, button").forEach((each) => (each.disabled = true));
+    for (const input of controls) input.querySelectorAll("input, button").forEach((each) => (each.disabled = true));
     say.textContent = "only to look at: commands need the whole address that watch printed";
   }
   document.body.insertBefore(
-    make("section", { id: "live" }, ...controls, turning ? group("curves of", turns, "turns") : "", make("label", { class: "live-group" }, follow, "follow"), say, state), $("main"));
-  let given = false; // a pace that somebody is about to set stays
-  pace.addEventListener("input", () => (given = true));
-  const paced = (value) => given || (pace.value = value);
-  const refused = (words) => ((say.textContent = words), say.classList.add("refused"));
+    make("section", { id: "live" }, ...controls, initialSpeed ? group("curves of", turns, "turns") : "", make("label", { class: "live-group" }, follow, "follow"), say, state), $("main"));
+  let paceEdited = false; // a pace that somebody is about to set stays
+  pace.addEventListener("input", () => (paceEdited = true));
+  const paced = (value) => paceEdited || (pace.value = value);
+  const refused = (label) => ((say.textContent = label), say.classList.add("refused"));
   return { state, paced, refused, turns: () => turns.valueAsNumber, held: () => !follow.checked, hold: () => (follow.checked = false) };
 }
 

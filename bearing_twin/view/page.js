@@ -3,12 +3,12 @@
 
 const FACTORS = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000, 10000];
 
-const NOTHING_IN_SPACE = "This browser draws nothing in space: it has no WebGL 2, or it is switched off. Curves, contacts and figures are all here.";
+const NO_WEBGL = "This browser draws nothing in space: it has no WebGL 2, or it is switched off. Curves, contacts and figures are all here.";
 
 class Page {
-  constructor(found, store) {
-    Object.assign(this, { found, store, view: found.view, charts: [], selected: -1 });
-    headings(found);
+  constructor(contents, store) {
+    Object.assign(this, { contents, store, view: contents.view, charts: [], selected: -1 });
+    headings(contents);
     this.panes = new Panes();
     if (store) this.showRun();
     else this.showStudy();
@@ -16,36 +16,36 @@ class Page {
   }
 
   showRun() {
-    const { view, store, found } = this;
-    const drawn = view.solids.length || view.marks.length, drawing = drawn ? graphics() : null;
-    document.body.classList.toggle("flat", !drawn);
+    const { view, store, contents } = this;
+    const hasDrawing = view.solids.length || view.marks.length, drawing = hasDrawing ? graphics() : null;
+    document.body.classList.toggle("flat", !hasDrawing);
     document.body.classList.toggle("still", store.count < 2);
     if (drawing) {
       this.stage = new Stage($("space"), view, store, drawing.slow, (body) => this.select(body));
       this.tools();
-    } else if (drawn) $("space").prepend(make("p", { class: "note empty" }, NOTHING_IN_SPACE));
+    } else if (hasDrawing) $("space").prepend(make("p", { class: "note empty" }, NO_WEBGL));
     if (view.details) this.details = new Details($("details"), view, store, (body) => this.select(body));
     const curves = this.panes.add("Curves", "curves");
-    curves.append(sentences("Notes", found.notes, "doubt"));
-    [this.timeFactor, this.timeUnit] = timed(store.last);
+    curves.append(sentences("Notes", contents.notes, "doubt"));
+    [this.timeFactor, this.timeUnit] = timeUnit(store.last);
     this.charts = view.panels.map((panel) => new Chart(curves, this.panelSpec(panel), (x) => this.seek(x / this.timeFactor)));
     if (!view.panels.length) curves.append(make("p", { class: "note" }, "There is no channel that can be drawn as a curve."));
     const noun = view.details?.noun || "number";
-    this.panes.add("Figures").append(figureTable(found.figures), ...found.tables.map((one) => ballTable(one, one.noun || noun)));
-    showModel(this.panes.add("Model"), found, ["Why this model", "The run"], view.words);
-    this.player = new Player($("player"), store, view.period, (time, place) => this.show(time, place), (moving) => this.stage?.sharpen(moving));
+    this.panes.add("Figures").append(figureTable(contents.figures), ...contents.tables.map((table_) => ballTable(table_, table_.noun || noun)));
+    showModel(this.panes.add("Model"), contents, ["Why this model", "The run"], view.words);
+    this.player = new Player($("player"), store, view.period, (time, index) => this.show(time, index), (moving) => this.stage?.sharpen(moving));
     if (this.details) this.select(heaviest(store, view.details));
     this.legend();
     this.player.seek(store.first);
   }
 
   showStudy() {
-    const { found } = this;
+    const { contents } = this;
     document.body.classList.add("flat", "still");
-    const picture = make("img", { src: found.picture, alt: "distributions, convergence, shares of the variance" });
+    const picture = make("img", { src: contents.picture, alt: "distributions, convergence, shares of the variance" });
     this.panes.add("Results").append(make("div", { class: "scroll" }, picture));
-    this.panes.add("Statistics").append(...found.statistics.map(({ title, rows }) => card(title, figureTable(rows, "statistic"))));
-    showModel(this.panes.add("Study"), found, ["Sampling", "The study"]);
+    this.panes.add("Statistics").append(...contents.statistics.map(({ title, rows }) => card(title, figureTable(rows, "statistic"))));
+    showModel(this.panes.add("Study"), contents, ["Sampling", "The study"]);
   }
 
   panelSpec(panel) {
@@ -59,7 +59,7 @@ class Page {
     if (view.enlarged) {
       const rows = [...new Set([...FACTORS, stage.factor])].sort((a, b) => a - b);
       const select = make("select", { id: "factor", onchange: () => stage.enlarge(Number(select.value)) },
-        ...rows.map((one) => make("option", { value: one }, `×${one}`)));
+        ...rows.map((factor) => make("option", { value: factor }, `×${factor}`)));
       select.value = String(stage.factor);
       tools.append(make("label", {}, view.enlarged.words, select));
     }
@@ -68,19 +68,19 @@ class Page {
 
   legend() {
     const rows = this.stage ? this.stage.legend() : [];
-    $("legend").replaceChildren(...rows.map(({ swatches, scaleTo, words, scale }) => {
+    $("legend").replaceChildren(...rows.map(({ swatches, scaleTo, words: label, scale }) => {
       const row = make("div");
-      for (const one of swatches || []) row.append(make("i", { style: `background: rgb(${SHADES[one].join(",")})` }));
+      for (const swatch of swatches || []) row.append(make("i", { style: `background: rgb(${SHADES[swatch].join(",")})` }));
       if (scaleTo) row.append(make("i", { class: "ramp", style: `background: ${scaleGradient()}` }));
-      row.append(make("span", {}, words), make("span", { class: "scale" }, [scaleTo && `0 to ${scaleTo}`, scale].filter(Boolean).join(", ")));
+      row.append(make("span", {}, label), make("span", { class: "scale" }, [scaleTo && `0 to ${scaleTo}`, scale].filter(Boolean).join(", ")));
       return row;
     }));
   }
 
-  show(time, place) {
-    this.stage?.show(place);
-    this.details?.update(place);
-    this.charts.forEach((chart) => chart.mark(time * this.timeFactor));
+  show(time, index) {
+    this.stage?.show(index);
+    this.details?.update(index);
+    this.charts.forEach((chart) => chart.markTime(time * this.timeFactor));
   }
 
   seek(time) {
@@ -92,16 +92,16 @@ class Page {
     this.selected = body;
     this.details.choose(body);
     this.stage?.select(body);
-    this.charts.forEach((chart) => chart.bring(body));
-    this.details.update(this.store.placeOf(this.player.time));
+    this.charts.forEach((chart) => chart.emphasize(body));
+    this.details.update(this.store.indexOf(this.player.time));
   }
 
   restyle() {
     for (const chart of this.charts) {
       chart.build();
-      chart.bring(this.selected);
+      chart.emphasize(this.selected);
     }
-    this.stage?.ask();
+    this.stage?.requestRender();
   }
 
   // Further outputs of a run that goes on; shows the last of them.
@@ -110,7 +110,7 @@ class Page {
     this.stage?.measure();
     this.details?.measure();
     const unit = this.timeUnit;
-    [this.timeFactor, this.timeUnit] = timed(this.store.last);
+    [this.timeFactor, this.timeUnit] = timeUnit(this.store.last);
     for (const chart of this.charts) {
       Object.assign(chart.spec, curvesOf(this.store, chart.spec.lines, this.timeFactor), { xUnit: this.timeUnit });
       if (unit === this.timeUnit) chart.plot.setData(chart.data());
@@ -134,8 +134,8 @@ class Panes {
   }
 
   open(tab, pane) {
-    for (const one of $("tabs").children) one.setAttribute("aria-selected", String(one === tab));
-    for (const one of $("panes").children) one.hidden = one !== pane;
+    for (const other of $("tabs").children) other.setAttribute("aria-selected", String(other === tab));
+    for (const other of $("panes").children) other.hidden = other !== pane;
     $("panes").scrollTop = 0;
   }
 }
@@ -144,25 +144,25 @@ class Panes {
 function heaviest(store, details) {
   const contacts = details.contacts.length, { width } = store.get(details.pressure);
   let best = 0;
-  for (let k = 1; k < width; k++) if (store.at(details.pressure, 0, k) > store.at(details.pressure, 0, best)) best = k;
+  for (let k = 1; k < width; k++) if (store.value(details.pressure, 0, k) > store.value(details.pressure, 0, best)) best = k;
   return Math.floor(best / contacts);
 }
 
-function headings(found) {
-  $("title").textContent = found.title;
-  $("subtitle").textContent = found.subtitle;
-  for (const { sort, name, text } of found.badges) {
+function headings(contents) {
+  $("title").textContent = contents.title;
+  $("subtitle").textContent = contents.subtitle;
+  for (const { sort, name, text } of contents.badges) {
     const badge = make("span", { class: `badge ${sort}` }, name ? make("b", {}, name) : "", text);
     if (sort === "doubt") badge.addEventListener("click", () => $("tabs").lastElementChild.click());
     $("badges").append(badge);
   }
 }
 
-function showModel(pane, found, [why, what], words = "") {
-  pane.append(sentences("Warnings", [...found.flags, ...found.warnings], "doubt"), sentences("Errors", found.errors, ""));
-  pane.append(card(why, make("p", {}, found.reason || "The log does not say.")), card(what, factList(found.facts)));
-  if (words) pane.append(card("The picture", make("p", {}, words)));
-  pane.append(make("p", { class: "note" }, `Made by bearing_twin ${found.version} with three.js and uPlot (MIT licence); this file needs no network.`));
+function showModel(pane, contents, [reasonTitle, runTitle], pictureText = "") {
+  pane.append(sentences("Warnings", [...contents.flags, ...contents.warnings], "doubt"), sentences("Errors", contents.errors, ""));
+  pane.append(card(reasonTitle, make("p", {}, contents.reason || "The log does not say.")), card(runTitle, factList(contents.facts)));
+  if (pictureText) pane.append(card("The picture", make("p", {}, pictureText)));
+  pane.append(make("p", { class: "note" }, `Made by bearing_twin ${contents.version} with three.js and uPlot (MIT licence); this file needs no network.`));
 }
 
 function themes(changed) {
@@ -181,54 +181,54 @@ class Player {
   constructor(parent, store, period, show, moving) {
     Object.assign(this, { store, show, moving, time: store.first, playing: false, images: 0 });
     this.measure();
-    const flip = () => (this.playing ? this.pause() : this.play());
-    this.button = make("button", { type: "button", id: "play", title: "play or pause (space)", "aria-label": "play or pause", onclick: flip });
+    const toggle = () => (this.playing ? this.pause() : this.play());
+    this.button = make("button", { type: "button", id: "play", title: "play or pause (space)", "aria-label": "play or pause", onclick: toggle });
     this.slider = make("input", { type: "range", id: "time", min: 0, max: 1000, step: "any", value: 0, "aria-label": "time", oninput: () => {
       this.pause();
       this.seek(store.first + (Number(this.slider.value) / 1000.0) * (store.last - store.first));
     } });
     this.label = make("output", { id: "now", style: `min-width: ${2 * this.text(store.last).length + 3}ch` });
     parent.replaceChildren(this.button, this.slider, this.label, this.paces(period));
-    document.addEventListener("keydown", (event) => this.key(event, flip));
+    document.addEventListener("keydown", (event) => this.key(event, toggle));
     this.icon();
   }
 
   measure() {
-    [this.factor, this.unit] = timed(this.store.last);
+    [this.factor, this.unit] = timeUnit(this.store.last);
   }
 
   // Choice of the simulated seconds in a second of looking: real time and slower in steps of 1, 2, 5.
   paces(period) {
-    const span = this.store.last - this.store.first || 1.0, wanted = period > 0.0 ? Math.min(period, span / 2.0) : span / 8.0;
-    const slowest = Math.min(wanted / 10.0, 1.0), rows = [];
+    const span = this.store.last - this.store.first || 1.0, preferred = period > 0.0 ? Math.min(period, span / 2.0) : span / 8.0;
+    const slowest = Math.min(preferred / 10.0, 1.0), rows = [];
     for (let decade = 0; 10 ** decade >= slowest / 10.0 && decade > -13; decade--) {
-      for (const one of [1, 0.5, 0.2]) rows.push(one * 10 ** decade);
+      for (const pace of [1, 0.5, 0.2]) rows.push(pace * 10 ** decade);
     }
-    const kept = rows.filter((one) => one >= slowest * 0.99 && one <= Math.max(span, wanted * 1.01));
-    if (!kept.length) kept.push(wanted);
-    this.speed = kept.reduce((best, one) => (Math.abs(Math.log(one / wanted)) < Math.abs(Math.log(best / wanted)) ? one : best));
-    const words = (one) => (one < 0.7 ? `1/${digits(1.0 / one, 3)} of real time` : "real time");
+    const choices = rows.filter((pace) => pace >= slowest * 0.99 && pace <= Math.max(span, preferred * 1.01));
+    if (!choices.length) choices.push(preferred);
+    this.speed = choices.reduce((best, pace) => (Math.abs(Math.log(pace / preferred)) < Math.abs(Math.log(best / preferred)) ? pace : best));
+    const label = (pace) => (pace < 0.7 ? `1/${digits(1.0 / pace, 3)} of real time` : "real time");
     const select = make("select", { id: "pace", title: "simulated time that passes in a second", "aria-label": "pace",
-      onchange: () => (this.speed = Number(select.value)) }, ...kept.map((one) => make("option", { value: one }, words(one))));
+      onchange: () => (this.speed = Number(select.value)) }, ...choices.map((pace) => make("option", { value: pace }, label(pace))));
     select.value = String(this.speed);
     return select;
   }
 
   // Keys with another one held are the browser's, and those of a control its own; arrows on the slider are the player's.
-  key(event, flip) {
-    const { target } = event, own = ["INPUT", "SELECT"].includes(target.tagName) && target !== this.slider;
-    if (event.altKey || event.ctrlKey || event.metaKey || own) return;
+  key(event, toggle) {
+    const { target } = event, isControl = ["INPUT", "SELECT"].includes(target.tagName) && target !== this.slider;
+    if (event.altKey || event.ctrlKey || event.metaKey || isControl) return;
     if (event.key === " " && (target === this.slider || target.tagName === "BUTTON")) return;
-    const act = { " ": flip, ArrowRight: () => this.step(1), ArrowLeft: () => this.step(-1) }[event.key];
-    if (!act) return;
-    act();
+    const action = { " ": toggle, ArrowRight: () => this.step(1), ArrowLeft: () => this.step(-1) }[event.key];
+    if (!action) return;
+    action();
     event.preventDefault();
   }
 
   step(frames) {
     this.pause();
-    const place = Math.min(Math.max(Math.round(this.store.placeOf(this.time)) + frames, 0), this.store.count - 1);
-    this.seek(this.store.time[place]);
+    const index = Math.min(Math.max(Math.round(this.store.indexOf(this.time)) + frames, 0), this.store.count - 1);
+    this.seek(this.store.time[index]);
   }
 
   play() {
@@ -260,7 +260,7 @@ class Player {
     this.slider.value = String((1000.0 * (this.time - store.first)) / (store.last - store.first || 1.0));
     this.slider.style.setProperty("--done", `${this.slider.value / 10.0}%`);
     this.label.textContent = `${this.text(this.time)} / ${this.text(store.last)} ${this.unit}`;
-    this.show(this.time, store.placeOf(this.time));
+    this.show(this.time, store.indexOf(this.time));
   }
 
   text(time) {
@@ -276,10 +276,10 @@ class Player {
 }
 
 async function start() {
-  const found = JSON.parse($("document").textContent), { packed } = found;
+  const contents = JSON.parse($("document").textContent), { packed } = contents;
   const store = packed ? new Store(packed.series) : null;
-  if (store) store.append(await unpacked(packed.data, store), Infinity);
-  window.bearingView = new Page(found, store);
+  if (store) store.append(await unpack(packed.data, store), Infinity);
+  window.bearingView = new Page(contents, store);
   document.body.dataset.ready = "yes";
 }
 

@@ -11,12 +11,12 @@ THREE.ColorManagement.enabled = false;
 
 // Red, green, blue from 0 to 1 of a share from 0 to 1.
 function scaleColour(share) {
-  const place = Math.min(Math.max(share || 0.0, 0.0), 1.0) * (SCALE.length - 1);
-  const low = Math.min(Math.floor(place), SCALE.length - 2), part = place - low;
-  return SCALE[low].map((one, k) => (one + part * (SCALE[low + 1][k] - one)) / 255.0);
+  const position = Math.min(Math.max(share || 0.0, 0.0), 1.0) * (SCALE.length - 1);
+  const low = Math.min(Math.floor(position), SCALE.length - 2), fraction = position - low;
+  return SCALE[low].map((channel, k) => (channel + fraction * (SCALE[low + 1][k] - channel)) / 255.0);
 }
 
-const scaleText = (share) => `rgb(${scaleColour(share).map((one) => Math.round(255 * one)).join(",")})`;
+const scaleText = (share) => `rgb(${scaleColour(share).map((channel) => Math.round(255 * channel)).join(",")})`;
 const scaleGradient = () => `linear-gradient(to right, ${SCALE.map((_, k) => scaleText(k / (SCALE.length - 1))).join(",")})`;
 
 const shadeTextures = new Map();
@@ -30,16 +30,16 @@ function shadeTexture(name) {
   for (let row = 0; row < size; row++) {
     for (let column = 0; column < size; column++) {
       let x = (2.0 * column + 1.0) / size - 1.0, y = 1.0 - (2.0 * row + 1.0) / size;
-      const far = Math.hypot(x, y);
-      if (far > 0.99) [x, y] = [(x / far) * 0.99, (y / far) * 0.99];
+      const distance = Math.hypot(x, y);
+      if (distance > 0.99) [x, y] = [(x / distance) * 0.99, (y / distance) * 0.99];
       const z = Math.sqrt(1.0 - x * x - y * y);
-      const light = Math.max(0.0, -0.42 * x + 0.62 * y + 0.66 * z), low = Math.max(0.0, 0.5 * x - 0.6 * y + 0.3 * z);
+      const light = Math.max(0.0, -0.42 * x + 0.62 * y + 0.66 * z), bounce = Math.max(0.0, 0.5 * x - 0.6 * y + 0.3 * z);
       const gleam = Math.max(0.0, -0.26 * x + 0.38 * y + 0.89 * z) ** (metal ? 38 : 22);
       const horizon = metal ? 0.16 * Math.exp(-(((y + 0.18 + 0.15 * x) / 0.17) ** 2)) : 0.0;
-      const shade = 0.3 + 0.66 * light + 0.14 * low - horizon;
-      const place = 4 * (row * size + column);
-      for (let k = 0; k < 3; k++) image.data[place + k] = Math.min(255, base[k] * shade + 150 * gleam);
-      image.data[place + 3] = 255;
+      const shade = 0.3 + 0.66 * light + 0.14 * bounce - horizon;
+      const offset = 4 * (row * size + column);
+      for (let k = 0; k < 3; k++) image.data[offset + k] = Math.min(255, base[k] * shade + 150 * gleam);
+      image.data[offset + 3] = 255;
     }
   }
   context.putImageData(image, 0, 0);
@@ -59,8 +59,8 @@ function shaded(name, more = {}) {
 
 // Sides enough that a rim 300 pixels from its middle deviates by less than half of one: without a graphics processor
 // corners cost more than pixels.
-const ROUND = 64; // sides of a full turn
-const MARKS = 3, DARK = 6; // dark parts of the rim of a turned body that is marked; how wide, in sides by MARKS
+const SIDES = 64; // sides of a full turn
+const DARK_PARTS = 3, DARK_WIDTH = 6; // dark parts of the rim of a turned body that is marked; how wide, in sides by DARK_PARTS
 
 const SHAPES = {
   ellipsoid(axes, solid) {
@@ -79,15 +79,15 @@ const SHAPES = {
     return THREE.mergeGeometries(parts);
   },
   cylinder({ radius, length }) {
-    return new THREE.CylinderGeometry(radius, radius, length, ROUND).rotateX(0.5 * Math.PI);
+    return new THREE.CylinderGeometry(radius, radius, length, SIDES).rotateX(0.5 * Math.PI);
   },
   // A plate whose upper face is y = 0.
   slab({ width, height }) {
     return new THREE.BoxGeometry(width, height, 0.25 * width).translate(0.0, -0.5 * height, 0.0);
   },
   // The plane z = 0 under all that is seen.
-  ground(_, solid, factor, look) {
-    return new THREE.CircleGeometry(2.2 * look.radius, ROUND).translate(look.middle[0], look.middle[1], 0.0);
+  ground(_, solid, factor, region) {
+    return new THREE.CircleGeometry(2.2 * region.radius, SIDES).translate(region.middle[0], region.middle[1], 0.0);
   },
   mesh({ vertices, normals, triangles }) {
     const geometry = new THREE.BufferGeometry();
@@ -97,40 +97,40 @@ const SHAPES = {
   },
 };
 
-function shapeGeometry(solid, factor, look) {
-  const [[sort, numbers]] = Object.entries(solid.shape);
-  return SHAPES[sort](numbers, solid, factor, look);
+function shapeGeometry(solid, factor, region) {
+  const [[kind, numbers]] = Object.entries(solid.shape);
+  return SHAPES[kind](numbers, solid, factor, region);
 }
 
 // Strokes of (radius, z) turned about z; a stroke is smooth, its ends are edges; radii grow by `grow`.
 function turnedGeometry(strokes, grow, marked) {
-  const places = [], normals = [], colours = [], index = [], out = outward(strokes);
+  const positions = [], normals = [], colours = [], indices = [], side = outward(strokes);
   for (const stroke of strokes) {
-    const first = places.length / 3;
+    const first = positions.length / 3;
     stroke.forEach(([radius, z], i) => {
-      const [before, after] = [stroke[Math.max(i - 1, 0)], stroke[Math.min(i + 1, stroke.length - 1)]];
-      const along = [after[0] - before[0], after[1] - before[1]], length = Math.hypot(...along) || 1.0;
-      for (let j = 0; j <= ROUND; j++) {
-        const angle = (2.0 * Math.PI * j) / ROUND, cosine = Math.cos(angle), sine = Math.sin(angle);
-        places.push((radius + grow) * cosine, (radius + grow) * sine, z);
-        normals.push((-out * along[1] * cosine) / length, (-out * along[1] * sine) / length, (out * along[0]) / length);
-        const dark = marked && (j * MARKS) % ROUND < DARK;
+      const [previous, following] = [stroke[Math.max(i - 1, 0)], stroke[Math.min(i + 1, stroke.length - 1)]];
+      const tangent = [following[0] - previous[0], following[1] - previous[1]], length = Math.hypot(...tangent) || 1.0;
+      for (let j = 0; j <= SIDES; j++) {
+        const angle = (2.0 * Math.PI * j) / SIDES, cosine = Math.cos(angle), sine = Math.sin(angle);
+        positions.push((radius + grow) * cosine, (radius + grow) * sine, z);
+        normals.push((-side * tangent[1] * cosine) / length, (-side * tangent[1] * sine) / length, (side * tangent[0]) / length);
+        const dark = marked && (j * DARK_PARTS) % SIDES < DARK_WIDTH;
         colours.push(...(dark ? [0.16, 0.42, 0.72] : [1.0, 1.0, 1.0]));
       }
     });
     for (let i = 0; i + 1 < stroke.length; i++) {
-      for (let j = 0; j < ROUND; j++) {
-        const a = first + i * (ROUND + 1) + j, b = a + ROUND + 1;
-        if (out > 0.0) index.push(a, b, a + 1, b, b + 1, a + 1);
-        else index.push(a, a + 1, b, b, a + 1, b + 1);
+      for (let j = 0; j < SIDES; j++) {
+        const a = first + i * (SIDES + 1) + j, b = a + SIDES + 1;
+        if (side > 0.0) indices.push(a, b, a + 1, b, b + 1, a + 1);
+        else indices.push(a, a + 1, b, b, a + 1, b + 1);
       }
     }
   }
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.Float32BufferAttribute(places, 3));
+  geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
   geometry.setAttribute("normal", new THREE.Float32BufferAttribute(normals, 3));
   geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours, 3));
-  return geometry.setIndex(index);
+  return geometry.setIndex(indices);
 }
 
 // 1 where a section's strokes run so that the body is on their right, as (radius, z), else -1.
@@ -156,16 +156,16 @@ function arrowGeometry() {
   return THREE.mergeGeometries([shaft, head]);
 }
 
-const turnOf = new THREE.Quaternion(), tiltOf = new THREE.Quaternion(), nextTurn = new THREE.Quaternion();
-const placeOf = new THREE.Vector3(), ones = new THREE.Vector3(1.0, 1.0, 1.0), matrixOf = new THREE.Matrix4();
+const rotationOf = new THREE.Quaternion(), tiltOf = new THREE.Quaternion(), nextRotation = new THREE.Quaternion();
+const vectorOf = new THREE.Vector3(), ones = new THREE.Vector3(1.0, 1.0, 1.0), matrixOf = new THREE.Matrix4();
 
 class Bodies {
-  constructor(solid, store, palette, look) {
-    Object.assign(this, { solid, store, look, group: new THREE.Group(), places: [], turns: [] });
+  constructor(solid, store, palette, region) {
+    Object.assign(this, { solid, store, region, group: new THREE.Group(), positions: [], rotations: [] });
     this.manyColours = typeof solid.colour !== "string";
     for (let k = 0; k < solid.count; k++) {
-      this.places.push(new THREE.Vector3());
-      this.turns.push(new THREE.Quaternion());
+      this.positions.push(new THREE.Vector3());
+      this.rotations.push(new THREE.Quaternion());
     }
     this.build(1.0, palette);
   }
@@ -174,9 +174,9 @@ class Bodies {
     this.group.children.forEach((mesh) => mesh.geometry.dispose());
     this.group.clear();
     const { solid } = this, turned = "turned" in solid.shape;
-    const look = { vertexColors: turned, opacity: solid.opacity, transparent: solid.opacity < 1.0 };
+    const options = { vertexColors: turned, opacity: solid.opacity, transparent: solid.opacity < 1.0 };
     const shade = this.manyColours ? "steel" : solid.colour;
-    this.body = this.mesh(shapeGeometry(solid, factor, this.look), shaded(shade, look));
+    this.body = this.mesh(shapeGeometry(solid, factor, this.region), shaded(shade, options));
     if (solid.opacity < 1.0) this.body.renderOrder = 2;
     if (solid.marked && "ellipsoid" in solid.shape) {
       const belts = this.mesh(beltGeometry(solid.shape.ellipsoid), shaded(this.manyColours ? "glass" : "blue"));
@@ -200,70 +200,70 @@ class Bodies {
     if (turned && turned.grow) this.build(factor, this.palette);
   }
 
-  update(place, factor) {
+  update(index, factor) {
     for (let k = 0; k < this.solid.count; k++) {
-      this.placed(k, place, factor);
-      matrixOf.compose(this.places[k], this.turns[k], ones);
+      this.placeBody(k, index, factor);
+      matrixOf.compose(this.positions[k], this.rotations[k], ones);
       for (const mesh of this.group.children) mesh.setMatrixAt(k, matrixOf);
     }
     for (const mesh of this.group.children) mesh.instanceMatrix.needsUpdate = true;
   }
 
-  placed(k, place, factor) {
-    const { solid, store } = this, where = this.places[k].set(0.0, 0.0, 0.0), turn = this.turns[k].identity();
+  placeBody(k, index, factor) {
+    const { solid, store } = this, position = this.positions[k].set(0.0, 0.0, 0.0), rotation = this.rotations[k].identity();
     const row = solid.place + k;
-    if (solid.position) addVector(where, store, solid.position, place, 3 * row, 1.0);
-    if (solid.deviation) addVector(where, store, solid.deviation, place, 3 * row, factor);
+    if (solid.position) addVector(position, store, solid.position, index, 3 * row, 1.0);
+    if (solid.deviation) addVector(position, store, solid.deviation, index, 3 * row, factor);
     if (solid.orientation) {
-      quaternionAt(turn, store, solid.orientation, Math.floor(place), 4 * row);
-      quaternionAt(nextTurn, store, solid.orientation, Math.min(Math.floor(place) + 1, store.count - 1), 4 * row);
-      turn.slerp(nextTurn, place - Math.floor(place));
+      quaternionAt(rotation, store, solid.orientation, Math.floor(index), 4 * row);
+      quaternionAt(nextRotation, store, solid.orientation, Math.min(Math.floor(index) + 1, store.count - 1), 4 * row);
+      rotation.slerp(nextRotation, index - Math.floor(index));
     } else if (solid.turn) {
-      const angle = Math.atan2(store.between(solid.turn, place, 1), store.between(solid.turn, place, 0));
-      turn.set(0.0, 0.0, Math.sin(0.5 * angle), Math.cos(0.5 * angle));
+      const angle = Math.atan2(store.between(solid.turn, index, 1), store.between(solid.turn, index, 0));
+      rotation.set(0.0, 0.0, Math.sin(0.5 * angle), Math.cos(0.5 * angle));
     }
     if (solid.tilt) {
-      placeOf.set(factor * store.between(solid.tilt, place, 0), factor * store.between(solid.tilt, place, 1), 0.0);
-      const angle = placeOf.length();
-      if (angle > 0.0) turn.premultiply(tiltOf.setFromAxisAngle(placeOf.divideScalar(angle), angle));
+      vectorOf.set(factor * store.between(solid.tilt, index, 0), factor * store.between(solid.tilt, index, 1), 0.0);
+      const angle = vectorOf.length();
+      if (angle > 0.0) rotation.premultiply(tiltOf.setFromAxisAngle(vectorOf.divideScalar(angle), angle));
     }
   }
 }
 
-function addVector(vector, store, name, place, column, factor) {
-  vector.x += factor * store.between(name, place, column);
-  vector.y += factor * store.between(name, place, column + 1);
-  vector.z += factor * store.between(name, place, column + 2);
+function addVector(vector, store, name, index, column, factor) {
+  vector.x += factor * store.between(name, index, column);
+  vector.y += factor * store.between(name, index, column + 1);
+  vector.z += factor * store.between(name, index, column + 2);
 }
 
 function quaternionAt(quaternion, store, name, frame, column) {
   quaternion.set(
-    store.at(name, frame, column), store.at(name, frame, column + 1), store.at(name, frame, column + 2),
-    store.at(name, frame, column + 3),
+    store.value(name, frame, column), store.value(name, frame, column + 1), store.value(name, frame, column + 2),
+    store.value(name, frame, column + 3),
   ).normalize();
 }
 
 // Marks of forces and contacts: arrows, ellipses, surfaces coloured by a number, bent bars, paths of points.
 
-const up = new THREE.Vector3(0.0, 1.0, 0.0), ahead = new THREE.Vector3(0.0, 0.0, 1.0), hidden = new THREE.Matrix4().makeScale(0, 0, 0);
+const up = new THREE.Vector3(0.0, 1.0, 0.0), hidden = new THREE.Matrix4().makeScale(0, 0, 0);
 const normalOf = new THREE.Vector3(), majorOf = new THREE.Vector3(), minorOf = new THREE.Vector3(), sizeOf = new THREE.Vector3();
 
-const NONE = "none at any output"; // forces and contacts between outputs are not drawn
+const NEVER_DRAWN = "none at any output"; // forces and contacts between outputs are not drawn
 
 // Number of rows of `length` numbers in a series.
 const rowsOf = (store, name, length) => store.get(name).width / length;
 
 // Where a mark stands: on the surface of a body against `normal`, at a point, or in the origin.
-function markPlace(mark, stage, store, place, row, rows) {
-  placeOf.set(0.0, 0.0, 0.0);
+function markPosition(mark, stage, store, index, row, rows) {
+  vectorOf.set(0.0, 0.0, 0.0);
   if (mark.on) {
     const bodies = stage.bodies(mark.on), body = Math.floor((row * bodies.solid.count) / rows);
-    placeOf.copy(bodies.places[body]);
-    if (mark.radius) placeOf.addScaledVector(normalOf, -mark.radius);
+    vectorOf.copy(bodies.positions[body]);
+    if (mark.radius) vectorOf.addScaledVector(normalOf, -mark.radius);
   } else if (mark.point) {
-    addVector(placeOf, store, mark.point, Math.floor(place), 3 * row, 1.0);
+    addVector(vectorOf, store, mark.point, Math.floor(index), 3 * row, 1.0);
   }
-  return placeOf;
+  return vectorOf;
 }
 
 // Base of marks: their description, the numbers they show, and a group in the scene.
@@ -275,13 +275,13 @@ class Mark {
   }
 
   add(...parts) {
-    for (const one of parts) one.frustumCulled = false;
+    for (const part of parts) part.frustumCulled = false;
     this.group.add(...parts);
   }
 
-  // The vector of a row at a place among the outputs, of length 1, in `normalOf`; its length before, 0 for none.
-  aim(name, place, row) {
-    addVector(normalOf.set(0.0, 0.0, 0.0), this.store, name, place, 3 * row, 1.0);
+  // The vector of a row at a index among the outputs, of length 1, in `normalOf`; its length before, 0 for none.
+  aim(name, index, row) {
+    addVector(normalOf.set(0.0, 0.0, 0.0), this.store, name, index, 3 * row, 1.0);
     const length = normalOf.length();
     if (length > 0.0) normalOf.divideScalar(length);
     return length || 0.0;
@@ -308,20 +308,20 @@ class ArrowMarks extends Mark {
     this.greatest = mark.size ? store.greatest(mark.size) : store.greatest(mark.vector, 3);
   }
 
-  update(place, factor, stage) {
-    const { mark, store, rows } = this, frame = Math.floor(place);
+  update(index, factor, stage) {
+    const { mark, store, rows } = this, frame = Math.floor(index);
     this.meshes.forEach((mesh, kind) => {
       for (let row = 0; row < rows; row++) {
-        const strength = this.aim(mark.vector, place, row);
-        const size = (mark.size ? store.at(mark.size, frame, row) : strength) / this.greatest;
+        const strength = this.aim(mark.vector, index, row);
+        const size = (mark.size ? store.value(mark.size, frame, row) : strength) / this.greatest;
         if (!(size > 2e-3) || row % this.meshes.length !== kind || !strength) {
           mesh.setMatrixAt(row, hidden);
           continue;
         }
-        const length = mark.longest * size, where = markPlace(mark, stage, store, place, row, rows);
-        if (!mark.from_point) where.addScaledVector(normalOf, -length);
+        const length = mark.longest * size, position = markPosition(mark, stage, store, index, row, rows);
+        if (!mark.from_point) position.addScaledVector(normalOf, -length);
         const thick = mark.longest * (0.35 + 0.65 * Math.min(size, 1.0));
-        mesh.setMatrixAt(row, matrixOf.compose(where, turnOf.setFromUnitVectors(up, normalOf), sizeOf.set(thick, length, thick)));
+        mesh.setMatrixAt(row, matrixOf.compose(position, rotationOf.setFromUnitVectors(up, normalOf), sizeOf.set(thick, length, thick)));
       }
       mesh.instanceMatrix.needsUpdate = true;
     });
@@ -329,7 +329,7 @@ class ArrowMarks extends Mark {
 
   legend() {
     const { mark, greatest } = this;
-    return [{ swatches: mark.colours, words: mark.words, scale: greatest ? `longest ${withUnit(greatest, mark)}` : NONE }];
+    return [{ swatches: mark.colours, words: mark.words, scale: greatest ? `longest ${withUnit(greatest, mark)}` : NEVER_DRAWN }];
   }
 }
 
@@ -345,14 +345,14 @@ class EllipseMarks extends Mark {
   measure() {
     const { mark, store } = this;
     this.greatest = store.greatest(mark.pressure);
-    this.factor = roundedDown(mark.reach / store.greatest(mark.semi_major));
+    this.factor = roundDown(mark.reach / store.greatest(mark.semi_major));
   }
 
-  update(place, factor, stage) {
-    const { mark, store, rows, mesh } = this, frame = Math.floor(place), colour = new THREE.Color();
+  update(index, factor, stage) {
+    const { mark, store, rows, mesh } = this, frame = Math.floor(index), colour = new THREE.Color();
     for (let row = 0; row < rows; row++) {
-      const major = store.at(mark.semi_major, frame, row);
-      if (!this.aim(mark.normal, place, row) || !(major > 0.0)) {
+      const major = store.value(mark.semi_major, frame, row);
+      if (!this.aim(mark.normal, index, row) || !(major > 0.0)) {
         mesh.setMatrixAt(row, hidden);
         continue;
       }
@@ -362,11 +362,11 @@ class EllipseMarks extends Mark {
       if (majorOf.length() < 1e-9) majorOf.set(normalOf.y, -normalOf.x, 0.0);
       majorOf.normalize();
       minorOf.crossVectors(normalOf, majorOf);
-      const where = markPlace(mark, stage, store, place, row, rows);
+      const position = markPosition(mark, stage, store, index, row, rows);
       majorOf.multiplyScalar(this.factor * major);
-      minorOf.multiplyScalar(this.factor * store.at(mark.semi_minor, frame, row));
-      mesh.setMatrixAt(row, matrixOf.makeBasis(majorOf, minorOf, normalOf).setPosition(where));
-      mesh.setColorAt(row, colour.setRGB(...scaleColour(store.at(mark.pressure, frame, row) / this.greatest)));
+      minorOf.multiplyScalar(this.factor * store.value(mark.semi_minor, frame, row));
+      mesh.setMatrixAt(row, matrixOf.makeBasis(majorOf, minorOf, normalOf).setPosition(position));
+      mesh.setColorAt(row, colour.setRGB(...scaleColour(store.value(mark.pressure, frame, row) / this.greatest)));
     }
     mesh.instanceMatrix.needsUpdate = true;
     if (mesh.instanceColor) mesh.instanceColor.needsUpdate = true;
@@ -374,7 +374,7 @@ class EllipseMarks extends Mark {
 
   legend() {
     const words = `${this.mark.words}, by pressure`;
-    if (!this.greatest) return [{ words, scale: NONE }];
+    if (!this.greatest) return [{ words, scale: NEVER_DRAWN }];
     return [{ scaleTo: withUnit(this.greatest, this.store.get(this.mark.pressure)), words, scale: `×${this.factor}` }];
   }
 }
@@ -401,14 +401,14 @@ class MovingMeshMarks extends Mark {
     this.greatest = Math.max(...this.mark.scale.map((name) => this.store.greatest(name))) || 1.0;
   }
 
-  update(place) {
-    const { mark, store } = this, frame = Math.round(place), { values, width } = store.get(mark.nodes);
+  update(index) {
+    const { mark, store } = this, frame = Math.round(index), { values, width } = store.get(mark.nodes);
     for (const { signs, geometry } of this.copies) {
       const position = geometry.getAttribute("position"), colour = geometry.getAttribute("color"), shade = new THREE.Color();
       for (let k = 0; k < width / 2; k++) {
         position.setXYZ(k, signs[0] * values[frame * width + 2 * k], signs[1] * values[frame * width + 2 * k + 1], 0.0);
         // the root shows the many small energies beside the few great ones; the legend says so
-        const share = Math.sqrt(store.at(mark.values, frame, k) / this.greatest);
+        const share = Math.sqrt(store.value(mark.values, frame, k) / this.greatest);
         shade.setRGB(...scaleColour(share));
         colour.setXYZ(k, shade.r, shade.g, shade.b);
       }
@@ -432,12 +432,12 @@ class BarMarks extends Mark {
     this.add(this.mesh);
   }
 
-  update(place, factor) {
+  update(index, factor) {
     const { mark, store, rest } = this, position = this.mesh.geometry.getAttribute("position");
     const last = store.get(mark.deflection).width - 1;
     for (let k = 0; k < position.count; k++) {
       const station = Math.round((rest[3 * k] / mark.length + 0.5) * last);
-      position.setY(k, rest[3 * k + 1] - 0.5 * mark.height - factor * store.between(mark.deflection, place, station));
+      position.setY(k, rest[3 * k + 1] - 0.5 * mark.height - factor * store.between(mark.deflection, index, station));
     }
     position.needsUpdate = true;
     this.mesh.geometry.computeVertexNormals();
@@ -463,11 +463,11 @@ class TrailMarks extends Mark {
 
 const MARK_VIEWS = { arrows: ArrowMarks, contactellipses: EllipseMarks, movingmesh: MovingMeshMarks, bar: BarMarks, trail: TrailMarks };
 
-// The picture in space: camera, bodies and marks, what is chosen in it, and the words that say its scales.
+// The picture in space: camera, bodies and marks, the selected body, and the texts that give the scales.
 
 const MOST_NUMBERS = 40; // bodies with a number: more would cover each other
-const STILL = 4; // pixels that a click may move
-const COARSE = 0.5; // pixels of a picture that moves against those of one that stands, along an edge, where they are slow
+const CLICK_RADIUS = 4; // pixels that a click may move
+const COARSE_RATIO = 0.5; // pixels of a picture that moves against those of one that stands, along an edge, where they are slow
 
 // The renderer of pictures in space: null where this browser draws none; `slow` where no graphics processor does, so that
 // smooth edges and fine pixels would cost most of the frames.
@@ -481,45 +481,45 @@ function graphics() {
 }
 
 // The visible part, wide enough for all points of the series that are to be seen.
-function seen(look, store) {
-  if (!look.around.length || !store.count) return look;
+function visibleRegion(region, store) {
+  if (!region.around.length || !store.count) return region;
   const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (const name of look.around) {
+  for (const name of region.around) {
     const { values } = store.get(name);
     for (let k = 0; k < values.length; k++) {
       low[k % 3] = Math.min(low[k % 3], values[k]);
       high[k % 3] = Math.max(high[k % 3], values[k]);
     }
   }
-  const half = low.map((one, k) => 0.5 * (high[k] - one));
-  return { ...look, radius: look.radius + Math.hypot(...half), middle: low.map((one, k) => one + half[k]) };
+  const half = low.map((least, k) => 0.5 * (high[k] - least));
+  return { ...region, radius: region.radius + Math.hypot(...half), middle: low.map((least, k) => least + half[k]) };
 }
 
 class Stage {
-  constructor(parent, view, store, slow, chosen) {
-    Object.assign(this, { parent, view, store, place: 0.0, selected: -1, slow, chosen });
+  constructor(parent, view, store, slow, onSelect) {
+    Object.assign(this, { parent, view, store, index: 0.0, selected: -1, slow, onSelect });
     this.renderer = new THREE.WebGLRenderer({ antialias: !this.slow });
     this.renderer.outputColorSpace = "srgb-linear"; // colours are drawn as they are written
     this.sharpen(false);
     parent.prepend(this.renderer.domElement);
-    const look = (this.look = seen(view.look, store));
+    const region = (this.region = visibleRegion(view.look, store));
     this.scene = new THREE.Scene();
     this.world = new THREE.Group();
-    this.scale = 1.0 / look.radius;
+    this.scale = 1.0 / region.radius;
     this.world.scale.setScalar(this.scale);
-    this.world.position.set(...look.middle).multiplyScalar(-this.scale);
+    this.world.position.set(...region.middle).multiplyScalar(-this.scale);
     this.scene.add(this.world);
     this.camera = new THREE.PerspectiveCamera(30.0, 1.0, 0.05, 200.0);
     this.controls = new THREE.OrbitControls(this.camera, this.renderer.domElement);
-    this.controls.addEventListener("change", () => this.ask());
+    this.controls.addEventListener("change", () => this.requestRender());
     this.camera.up.set(...view.look.up);
-    this.solids = view.solids.map((one) => new Bodies(one, store, view.palette, look));
-    this.marks = view.marks.map((one) => new MARK_VIEWS[one.item](one, store));
-    [...this.solids, ...this.marks].forEach((one) => this.world.add(one.group));
+    this.solids = view.solids.map((description) => new Bodies(description, store, view.palette, region));
+    this.marks = view.marks.map((description) => new MARK_VIEWS[description.item](description, store));
+    [...this.solids, ...this.marks].forEach((item) => this.world.add(item.group));
     if (view.axes) this.world.add(this.axes());
     this.numbers();
     this.halo = this.addHalo();
-    this.enlarge(this.wantedFactor());
+    this.enlarge(this.automaticFactor());
     this.listen();
     this.resize();
     this.home();
@@ -528,26 +528,26 @@ class Stage {
   // Fewer pixels while a picture moves that no graphics processor draws.
   sharpen(moving) {
     const fine = Math.min(window.devicePixelRatio || 1.0, 2.0);
-    this.renderer.setPixelRatio(this.slow ? (moving ? COARSE : 1.0) : fine);
-    if (this.scene) this.ask();
+    this.renderer.setPixelRatio(this.slow ? (moving ? COARSE_RATIO : 1.0) : fine);
+    if (this.scene) this.requestRender();
   }
 
   bodies(name) {
-    return this.solids.find((one) => one.solid.name === name);
+    return this.solids.find((bodies) => bodies.solid.name === name);
   }
 
   // The enlargement at which the greatest displacement is drawn as long as the view wants it.
-  wantedFactor() {
+  automaticFactor() {
     const { enlarged } = this.view;
     if (!enlarged) return 1.0;
     const sizes = enlarged.series.map((name) => this.store.greatest(name, this.store.get(name).shape.at(-1) === 3 ? 3 : 1));
-    return roundedDown(enlarged.reach / Math.max(enlarged.least, ...sizes));
+    return roundDown(enlarged.reach / Math.max(enlarged.least, ...sizes));
   }
 
   enlarge(factor) {
     this.factor = factor;
-    this.solids.forEach((one) => one.enlarge(factor));
-    this.show(this.place);
+    this.solids.forEach((bodies) => bodies.enlarge(factor));
+    this.show(this.index);
   }
 
   home() {
@@ -556,15 +556,15 @@ class Stage {
     this.camera.position.copy(direction).multiplyScalar(4.3 * wide);
     this.controls.target.set(0.0, 0.0, 0.0);
     this.controls.update();
-    this.ask();
+    this.requestRender();
   }
 
   // Directions of the axes in the middle, as long as there is room in a bore.
   axes() {
-    const group = new THREE.Group(), length = 0.15 * this.look.radius;
+    const group = new THREE.Group(), length = 0.15 * this.region.radius;
     for (const [name, direction] of [["x", [1, 0, 0]], ["y", [0, 1, 0]], ["z", [0, 0, 1]]]) {
       const geometry = new THREE.BufferGeometry();
-      const end = direction.map((one) => one * length);
+      const end = direction.map((component) => component * length);
       geometry.setAttribute("position", new THREE.Float32BufferAttribute([0, 0, 0, ...end], 3));
       group.add(new THREE.Line(geometry, new THREE.LineBasicMaterial({ color: 0x8a97a3 })));
       this.label("axis", name, new THREE.Vector3(...end).multiplyScalar(1.25));
@@ -573,16 +573,16 @@ class Stage {
   }
 
   // A word that goes with a place in the world, which may move.
-  label(sort, word, place) {
-    const label = make("span", { class: sort }, word);
+  label(className, text, position) {
+    const label = make("span", { class: className }, text);
     this.parent.append(label);
-    (this.labels ||= []).push([label, place]);
+    (this.labels ||= []).push([label, position]);
   }
 
   // The numbers of bodies that curves and tables name.
   numbers() {
-    const { details } = this.view, places = details ? this.bodies(details.solid).places : [];
-    if (places.length > 1 && places.length <= MOST_NUMBERS) places.forEach((place, k) => this.label("axis number", k, place));
+    const { details } = this.view, positions = details ? this.bodies(details.solid).positions : [];
+    if (positions.length > 1 && positions.length <= MOST_NUMBERS) positions.forEach((position, k) => this.label("axis number", k, position));
   }
 
   addHalo() {
@@ -601,7 +601,7 @@ class Stage {
     let down = [0, 0];
     canvas.addEventListener("pointerdown", (event) => (down = [event.clientX, event.clientY]));
     canvas.addEventListener("pointerup", (event) => {
-      if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) <= STILL) this.pick(event);
+      if (Math.hypot(event.clientX - down[0], event.clientY - down[1]) <= CLICK_RADIUS) this.pick(event);
     });
     new ResizeObserver(() => this.resize()).observe(this.parent);
   }
@@ -615,12 +615,12 @@ class Stage {
     const { body } = this.bodies(details.solid);
     body.computeBoundingSphere();
     const [hit] = caster.intersectObject(body);
-    if (hit) this.chosen(hit.instanceId);
+    if (hit) this.onSelect(hit.instanceId);
   }
 
   select(body) {
     this.selected = body;
-    this.show(this.place);
+    this.show(this.index);
   }
 
   resize() {
@@ -628,43 +628,43 @@ class Stage {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
-    this.ask();
+    this.requestRender();
   }
 
   // Everything as it is at a place among the outputs.
-  show(place) {
-    this.place = place;
+  show(index) {
+    this.index = index;
     if (!this.store.count) return;
-    [...this.solids, ...this.marks].forEach((one) => one.update(place, this.factor, this));
+    [...this.solids, ...this.marks].forEach((item) => item.update(index, this.factor, this));
     if (this.halo) {
       this.halo.visible = this.selected >= 0;
-      if (this.selected >= 0) this.halo.position.copy(this.bodies(this.view.details.solid).places[this.selected]);
+      if (this.selected >= 0) this.halo.position.copy(this.bodies(this.view.details.solid).positions[this.selected]);
     }
-    this.ask();
+    this.requestRender();
   }
 
-  ask() {
-    if (this.asked) return;
-    this.asked = true;
+  requestRender() {
+    if (this.isRequested) return;
+    this.isRequested = true;
     requestAnimationFrame(() => this.render());
   }
 
   render() {
-    this.asked = false;
-    this.renderer.setClearColor(new THREE.Color(tone("stage")), 1.0);
+    this.isRequested = false;
+    this.renderer.setClearColor(new THREE.Color(themeColour("stage")), 1.0);
     this.renderer.render(this.scene, this.camera);
-    for (const [label, place] of this.labels || []) {
-      const seen = place.clone().applyMatrix4(this.world.matrixWorld).project(this.camera);
-      label.style.left = `${50.0 * (1.0 + seen.x)}%`;
-      label.style.top = `${50.0 * (1.0 - seen.y)}%`;
+    for (const [label, position] of this.labels || []) {
+      const projected = position.clone().applyMatrix4(this.world.matrixWorld).project(this.camera);
+      label.style.left = `${50.0 * (1.0 + projected.x)}%`;
+      label.style.top = `${50.0 * (1.0 - projected.y)}%`;
     }
   }
 
   measure() {
-    this.marks.forEach((one) => one.measure());
+    this.marks.forEach((mark) => mark.measure());
   }
 
   legend() {
-    return this.marks.flatMap((one) => one.legend());
+    return this.marks.flatMap((mark) => mark.legend());
   }
 }

@@ -3,14 +3,14 @@
 // text, never as markup.
 
 function make(tag, attributes = {}, ...children) {
-  return filled(document.createElement(tag), attributes, children);
+  return fillElement(document.createElement(tag), attributes, children);
 }
 
 function draw(tag, attributes = {}, ...children) {
-  return filled(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
+  return fillElement(document.createElementNS("http://www.w3.org/2000/svg", tag), attributes, children);
 }
 
-function filled(element, attributes, children) {
+function fillElement(element, attributes, children) {
   for (const [name, value] of Object.entries(attributes)) {
     if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
     else element.setAttribute(name, value);
@@ -20,17 +20,17 @@ function filled(element, attributes, children) {
 }
 
 const $ = (id) => document.getElementById(id);
-const tone = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const themeColour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 
 // [factor, unit with prefix] that make numbers up to `size` readable; `prefixes` as [prefix, scale], greatest first.
-function prefixed(size, unit, prefixes) {
+function prefixedUnit(size, unit, prefixes) {
   if (!(size > 0.0) || !Number.isFinite(size) || !unit || !prefixes.length) return [1.0, unit];
-  const found = prefixes.find(([, scale]) => size >= scale) || prefixes.at(-1);
-  return [1.0 / found[1], found[0] + unit];
+  const row = prefixes.find(([, scale]) => size >= scale) || prefixes.at(-1);
+  return [1.0 / row[1], row[0] + unit];
 }
 
 // Factor and unit of times up to `size` seconds.
-const timed = (size) => prefixed(Math.abs(size), "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
+const timeUnit = (size) => prefixedUnit(Math.abs(size), "s", [["", 1.0], ["m", 1e-3], ["µ", 1e-6], ["n", 1e-9]]);
 
 function digits(value, count = 4) {
   if (!Number.isFinite(value)) return "–";
@@ -42,37 +42,37 @@ function digits(value, count = 4) {
 // A number with its unit, as 4.21 GPa; an angle in degrees.
 function withUnit(value, { unit, prefixes }) {
   if (unit === "rad") return `${digits((value * 180.0) / Math.PI, 3)}°`;
-  const [factor, shown] = prefixed(Math.abs(value), unit, prefixes);
+  const [factor, shown] = prefixedUnit(Math.abs(value), unit, prefixes);
   return `${digits(value * factor, 3)}${shown ? " " + shown : ""}`;
 }
 
 // The greatest of 1, 2, 5, 10, 20 ... that is not above `value`, at least 1.
-function roundedDown(value) {
+function roundDown(value) {
   if (!(value > 1.0) || !Number.isFinite(value)) return 1;
   const decade = 10 ** Math.floor(Math.log10(value));
-  return decade * ([5, 2].find((one) => one * decade <= value) || 1);
+  return decade * ([5, 2].find((digit) => digit * decade <= value) || 1);
 }
 
 // A table of this sort: columns are [words, unit, meaning], cells texts or elements.
-function table(sort, columns, rows) {
-  const head = columns.map(([words, unit, meaning]) =>
-    make("th", { title: meaning || "" }, words, ...(unit === undefined ? [] : [make("div", { class: "unit" }, unit || " ")])));
+function table(className, columns, rows) {
+  const head = columns.map(([label, unit, meaning]) =>
+    make("th", { title: meaning || "" }, label, ...(unit === undefined ? [] : [make("div", { class: "unit" }, unit || " ")])));
   const body = rows.map((row) => make("tr", {}, ...row.map((cell) => make("td", {}, cell))));
-  return make("div", { class: "scroll" }, make("table", { class: sort }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body)));
+  return make("div", { class: "scroll" }, make("table", { class: className }, make("thead", {}, make("tr", {}, ...head)), make("tbody", {}, ...body)));
 }
 
 function figureTable(rows, noun = "figure") {
-  const more = [["error", "error"], ["95 % interval", "interval"]].filter(([, key]) => rows.some((row) => row[key]));
-  const words = (row) => make("div", {}, row.words, make("div", { class: "meaning" }, row.meaning));
-  return table("figures", [[noun], ["value"], ["unit"], ...more.map(([words]) => [words])],
-    rows.map((row) => [words(row), row.value, row.unit, ...more.map(([, key]) => (key === "error" && row.error ? `± ${row.error}` : row[key] || ""))]));
+  const extraColumns = [["error", "error"], ["95 % interval", "interval"]].filter(([, key]) => rows.some((row) => row[key]));
+  const label = (row) => make("div", {}, row.words, make("div", { class: "meaning" }, row.meaning));
+  return table("figures", [[noun], ["value"], ["unit"], ...extraColumns.map(([label]) => [label])],
+    rows.map((row) => [label(row), row.value, row.unit, ...extraColumns.map(([, key]) => (key === "error" && row.error ? `± ${row.error}` : row[key] || ""))]));
 }
 
 function ballTable({ header, rows, errors, title }, noun) {
   const numbered = rows.map((row, k) => [k, ...row]);
   if (errors.length) numbered.push(["±", ...errors]);
-  const shown = table("balls", [[noun], ...header], numbered);
-  return title ? make("section", {}, make("p", { class: "note" }, title), shown) : shown;
+  const element = table("balls", [[noun], ...header], numbered);
+  return title ? make("section", {}, make("p", { class: "note" }, title), element) : element;
 }
 
 function card(title, ...content) {
@@ -80,12 +80,12 @@ function card(title, ...content) {
 }
 
 function factList(facts) {
-  return make("dl", {}, ...facts.flatMap(([words, text]) => [make("dt", {}, words), make("dd", {}, text)]));
+  return make("dl", {}, ...facts.flatMap(([term, text]) => [make("dt", {}, term), make("dd", {}, text)]));
 }
 
-function sentences(title, texts, sort) {
+function sentences(title, texts, className) {
   const list = make("ul", {}, ...texts.map((text) => make("li", {}, text)));
-  return texts.length ? make("section", { class: `said ${sort}` }, make("h3", {}, title), list) : "";
+  return texts.length ? make("section", { class: `said ${className}` }, make("h3", {}, title), list) : "";
 }
 
 class Details {
@@ -96,17 +96,17 @@ class Details {
       ...Array.from({ length: shape[0] }, (_, k) => make("option", { value: k }, `${noun} ${k}`)));
     const title = make("header", {}, this.select, make("span", { class: "hint" }, `click a ${noun} to look at it`));
     this.contacts = contacts.map((name, side) => this.contact(name, side));
-    parent.replaceChildren(title, make("div", { class: "contacts" }, ...this.contacts.map((one) => one.box)));
+    parent.replaceChildren(title, make("div", { class: "contacts" }, ...this.contacts.map((contact) => contact.box)));
     this.measure();
   }
 
   contact(name, side) {
     const gradient = draw("radialGradient", { id: `pressure${side}` });
     const ellipse = draw("ellipse", { cx: 0, cy: 0, fill: `url(#pressure${side})` });
-    const words = draw("text", { x: 0, y: 7, class: "apart" }), numbers = make("div");
+    const note = draw("text", { x: 0, y: 7, class: "apart" }), numbers = make("div");
     const picture = draw("svg", { viewBox: "-100 -32 200 64", role: "img", "aria-label": `contact ellipse, ${name}` },
-      draw("defs", {}, gradient), ellipse, words);
-    return { gradient, ellipse, words, numbers, box: make("div", { class: "contact" }, make("h4", {}, name), picture, numbers) };
+      draw("defs", {}, gradient), ellipse, note);
+    return { gradient, ellipse, note, numbers, box: make("div", { class: "contact" }, make("h4", {}, name), picture, numbers) };
   }
 
   measure() {
@@ -120,15 +120,15 @@ class Details {
     this.select.value = String(body);
   }
 
-  update(place) {
-    const { details, store } = this, frame = Math.min(Math.floor(place), store.count - 1);
+  update(index) {
+    const { details, store } = this, frame = Math.min(Math.floor(index), store.count - 1);
     if (this.body < 0 || frame < 0) return;
-    this.contacts.forEach(({ gradient, ellipse, words, numbers }, side) => {
-      const read = (name) => store.at(name, frame, this.body * details.contacts.length + side);
+    this.contacts.forEach(({ gradient, ellipse, note, numbers }, side) => {
+      const read = (name) => store.value(name, frame, this.body * details.contacts.length + side);
       const [major, minor, pressure] = [details.semi_major, details.semi_minor, details.pressure].map(read);
       ellipse.setAttribute("rx", (92.0 * major) / this.longest);
       ellipse.setAttribute("ry", (92.0 * minor) / this.longest);
-      words.textContent = major > 0.0 ? "" : "no contact";
+      note.textContent = major > 0.0 ? "" : "no contact";
       const stops = [0.0, 0.3, 0.55, 0.75, 0.9, 1.0]; // Hertz: the pressure falls as the root of 1 - r^2
       gradient.replaceChildren(...stops.map((r) => draw("stop", {
         offset: r, "stop-color": scaleText((pressure / this.greatest) * Math.sqrt(Math.max(0.0, 1.0 - r * r))),
@@ -141,6 +141,6 @@ class Details {
 
 // Both semi-axes in the unit of the longer one.
 function bothAxes(major, minor, series) {
-  const [factor, unit] = prefixed(major, series.unit, series.prefixes);
+  const [factor, unit] = prefixedUnit(major, series.unit, series.prefixes);
   return major > 0.0 ? `${digits(major * factor, 3)} × ${digits(minor * factor, 3)} ${unit}` : "–";
 }
