@@ -16,8 +16,8 @@ from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, damping_number, law_names, restitution_of
 from bearing_twin.kinds.bearing import (
     AXIS_DISTANCE,
-    GIVES,
     HEIGHT,
+    LAW_NEEDS,
     ORBIT_ANGLE,
     SPIN,
     TANGENTIAL_VELOCITY,
@@ -322,7 +322,7 @@ NARROW = (  # b/a below 0.01
     ("scene", "law", "overrides", "tolerance"),
     [
         # What the curvatures do to the coefficient is left out of the energy: 1e-4 of it.
-        *(("bearing_6203", law, law_keys(law), 2e-4) for law in law_names("point", GIVES)),
+        *(("bearing_6203", law, law_keys(law), 2e-4) for law in law_names("point", LAW_NEEDS)),
         *((scene, "hertz", ["contact.friction=spot"], 1e-4) for scene in ("bearing_6203", "bearing_6203_loose")),
     ],
 )

@@ -57,7 +57,7 @@ FACE = {  # module: names that others may use
     """,
     "lubricant": "viscosity_of film_lubricant film_numbers films",
     "parameters": """
-        Geometry GIVES BearingContact GivenRatings Materials RELAXATION_TIME GREATEST_ANGLE GREATEST_SQUEEZE
+        Geometry LAW_NEEDS BearingContact GivenRatings Materials RELAXATION_TIME GREATEST_ANGLE GREATEST_SQUEEZE
     """,
     "ratings": """
         catalogue_sheet frequency_errors row_in_use Ratings ratings_of basic_dynamic_rating basic_static_rating
@@ -74,8 +74,8 @@ FACE = {  # module: names that others may use
     "equilibrium": """
         Support Setting Equilibrium EquilibriumSolver Equilibria solve_scenes azimuths_on setting_of support_of
         solver_of azimuths_of load_line controlled_equilibrium control_reason scene_equilibrium loose_directions
-        equilibrium_error Contacts COORDINATES SPEED_COLUMN STOP IDLE LONGEST OVERLOAD TRIAL_POSITIONS trial_azimuth
-        commanded_loads check_goal limit_ratios load_weighted_mean ellipses_of
+        equilibrium_error Contacts COORDINATES SPEED_COLUMN STOP UNLOADED_SHARE GREATEST_COORDINATE OVERLOAD
+        TRIAL_POSITIONS trial_azimuth commanded_loads check_goal limit_ratios load_weighted_mean ellipses_of
     """,
     "integrate": "rates stability_limits",
     "motion": "bearing_motion BearingMotion start_state",

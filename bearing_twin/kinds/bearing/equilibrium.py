@@ -42,7 +42,7 @@ from bearing_twin.kinds.bearing.rings import (
 from bearing_twin.kinds.bearing.system import Raceway, bearing_of
 from bearing_twin.kinds.contract import OperatingPoint
 
-IDLE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
+UNLOADED_SHARE = 1e-3  # of the greatest load: below it the angle of a contact has no limit
 FOUND, NOTHING_CARRIES, TOO_MUCH, STOPPED = range(4)  # statuses of an equilibrium in the core
 BOUNCE = 3.0  # times the centrifugal load: difference of loads of light balls in motion
 COORDINATES = 5  # of a ring: x, y, z, theta_x, theta_y
@@ -147,22 +147,24 @@ def limit_ratios(ball_radius, load, approach, angle) -> tuple[np.ndarray, np.nda
     """Squeeze and greatest contact angle of each ball, each over its limit, from arrays (..., N, 2) of both raceways.
 
     `ball_radius` [m] broadcasts against (..., N).
-    The angle of a contact that bears less than IDLE of the greatest load does not count: no edge of a groove feels it.
+    The angle of a contact that carries less than UNLOADED_SHARE of the greatest load does not count.
     """
     squeeze = np.where((load > 0.0).all(-1), approach.sum(-1), 0.0)
-    greatest_angle = np.where(load > IDLE * load.max(axis=(-2, -1), keepdims=True), np.abs(angle), 0.0).max(-1)
+    greatest_angle = np.where(load > UNLOADED_SHARE * load.max(axis=(-2, -1), keepdims=True), np.abs(angle), 0.0).max(
+        -1
+    )
     return squeeze / (GREATEST_SQUEEZE * 2.0 * ball_radius), greatest_angle / GREATEST_ANGLE
 
 
-SOFT = 1e-9  # of the greatest stiffness: softer directions are loose
-NOISE = 1e-12  # of the greatest component: below it a component of a load is shown as 0
-LONGEST = 0.2  # of the ball diameter: bound of the ring's coordinates
-COARSE, HALVINGS, UNFOUND = (
+LOOSE_STIFFNESS = 1e-9  # of the greatest stiffness: softer directions are loose
+LOAD_ROUNDING = 1e-12  # of the greatest component: below it a component of a load is shown as 0
+GREATEST_COORDINATE = 0.2  # of the ball diameter: bound of the ring's coordinates
+FIRST_FACTOR, BISECTIONS, FAILURE_COST = (
     8.0,
     14,
     4,
 )  # of the search of the greatest load: first factor, bisections, cost of one that fails
-CARRIES, HEAVY = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
+LEAST_SHARE, HEAVY_LOAD = 1e-6, 1e6  # share of a load, of HEAVY [N] at most, below which the greatest load is none
 
 
 class Support(NamedTuple):
@@ -253,7 +255,7 @@ class EquilibriumSolver:
     def __init__(self, setting: Setting, azimuths: np.ndarray, gravity=(0.0, 0.0, 0.0), defect_scene=None):
         self.setting, self.azimuths, self.gravity = setting, np.array(azimuths, float), gravity
         self.defect_scene, self.balls = defect_scene, (len(azimuths),)
-        self.longest = LONGEST * 2.0 * setting.ball_radius
+        self.longest = GREATEST_COORDINATE * 2.0 * setting.ball_radius
         self.scales = np.array([1.0, 1.0, 1.0, setting.arm, setting.arm])
 
     @property
@@ -349,16 +351,16 @@ class EquilibriumSolver:
         free = np.array(support.free, np.bool_)
         heaviest = np.abs(np.where(free, support.loads, 0.0) / self.scales).max()
         furthest = np.abs(np.where(free, 0.0, support.held) * self.scales).max()
-        least = CARRIES / max(1.0, heaviest / HEAVY, furthest / self.longest)
-        low, high, ratios, trials = 0.0, 1.0, (0.0, 0.0), HALVINGS
+        least = LEAST_SHARE / max(1.0, heaviest / HEAVY_LOAD, furthest / self.longest)
+        low, high, ratios, trials = 0.0, 1.0, (0.0, 0.0), BISECTIONS
         while trials > 0 and high > least:
-            share = 0.5 * (low + high) if low else high / COARSE
+            share = 0.5 * (low + high) if low else high / FIRST_FACTOR
             equilibrium = self.balance(support, share)
             legal = self.is_legal(equilibrium)
             ratios = self.limit_ratios(equilibrium.contacts) if legal else ratios
             # too little to touch anything is no reason against a greater load
             low, high = (share, high) if legal or equilibrium.status == NOTHING_CARRIES else (low, share)
-            trials -= (1 if equilibrium.status in (FOUND, NOTHING_CARRIES) else UNFOUND) if low else 0
+            trials -= (1 if equilibrium.status in (FOUND, NOTHING_CARRIES) else FAILURE_COST) if low else 0
         return low, ratios
 
 
@@ -372,7 +374,7 @@ def _load_text(support: Support, share: float = 1.0) -> str:
         ("a misalignment", "rad", support.held, slice(3, 5), False),
     ):
         if any(value and bool(free) is is_load for value, free in zip(values[part], support.free[part], strict=True)):
-            least = NOISE * max(map(abs, values[part]))
+            least = LOAD_ROUNDING * max(map(abs, values[part]))
             shown = (f"{share * value if abs(value) > least else 0.0:.4g}" for value in values[part])
             rows.append(f"{name} of ({', '.join(shown)}) {unit}")
     return " with ".join(rows) or "no load"
@@ -391,7 +393,7 @@ def loose_directions(equilibrium: Equilibrium, support: Support, scales) -> list
     return [
         name
         for i, (name, is_free) in enumerate(zip(COORDINATE_NAMES, support.free, strict=True))
-        if is_free and scaled[i, i] <= SOFT * greatest
+        if is_free and scaled[i, i] <= LOOSE_STIFFNESS * greatest
     ]
 
 
@@ -578,14 +580,14 @@ def _vector_text(values) -> str:
 
 BATCH = 1000  # cases solved at once: their arrays stay in the cache
 SHARES = slice(33, 35)  # of the gyroscopic moment, among a setting's numbers
-ASK = "`bearing_twin bearing` gives the greatest load in this direction"
+ADVICE = "`bearing_twin bearing` gives the greatest load in this direction"
 REASONS = (  # by status of the core, then by the limit that an equilibrium exceeds
     "",
     "no ball touches both rings, so that nothing holds the ring; load it, or take less clearance",
-    f"no balance is found: the load pushes the ring through the balls, or no contact carries it; {ASK}",
+    f"no balance is found: the load pushes the ring through the balls, or no contact carries it; {ADVICE}",
     "stopped",
-    f"a contact is squeezed by more than 2 % of the ball's diameter; {ASK}",
-    f"a contact angle is beyond what is modelled: load or speed moves contacts out of the grooves; {ASK}",
+    f"a contact is squeezed by more than 2 % of the ball's diameter; {ADVICE}",
+    f"a contact angle is beyond what is modelled: load or speed moves contacts out of the grooves; {ADVICE}",
 )
 SQUEEZED, BEYOND_ANGLE = 4, 5
 

@@ -30,9 +30,9 @@ DEEP_GROOVE = {
     "63": (3.7e-7, 1.7, 2.84e-3, 92.8),
 }
 BE, AC = (4.33e-7, 2.02, 2.44e-12, 1.82e-2, 0.71), (3.58e-7, 3.64, 3.55e-12, 1.14e-2, 1.55)
-STEEP = math.radians(32.5)  # between the angles of AC and BE, 25 and 40 degrees
+STEEP_ANGLE = math.radians(32.5)  # between the angles of AC and BE, 25 and 40 degrees
 UNKNOWN_SERIES = "SKF's factors are known of series 60, 62, 63 and 72: give geometry.designation"
-WHY = (
+TORQUE_NOTE = (
     "The torque is the sum over all contacts of rolling resistance of the films, hysteresis and slip. SKF's formula "
     "was fitted to whole bearings: compare the sum alone. Palmgren's formula neglects the starvation of films and is "
     "too high at light loads. Seals are in none of the three."
@@ -120,7 +120,7 @@ def skf_torque(parameters, static: float, force) -> float | None:
     radial, axial = math.hypot(force[0], force[1]), abs(force[2])
     name, viscosity_speed = geometry.designation, 1e6 * viscosity * turns
     if name[:2] == "72" and geometry.contact_angle:
-        r1, r2, r3, s1, s2 = BE if geometry.contact_angle > STEEP else AC
+        r1, r2, r3, s1, s2 = BE if geometry.contact_angle > STEEP_ANGLE else AC
         pressed = radial + r3 * pitch**4 * turns**2
         rolling = r1 * pitch**1.97 * (pressed + r2 * axial) ** 0.54
         sliding = s1 * pitch**0.26 * (pressed ** (4.0 / 3.0) + s2 * axial ** (4.0 / 3.0))
@@ -170,6 +170,7 @@ def torque_answer(parameters, contacts, static: float, force) -> dict:
     speed = parameters.drive.speed
     total, skf = torque.film + torque.hysteresis + torque.slip, skf_torque(parameters, static, force)
     palmgren = catalogue_torque(parameters, static, force, speed)
+    unknown = "" if skf is not None else f" {UNKNOWN_SERIES}."
     parts = {"film": torque.film, "hysteresis": torque.hysteresis, "slip": torque.slip, "total": total}
     return {
         "drive_torque_nm": total,
@@ -178,5 +179,5 @@ def torque_answer(parameters, contacts, static: float, force) -> dict:
         "friction_loss_w": total * abs(speed),
         "film_m": torque.thickness,
         "lambda": torque.ratio,
-        "friction_note": f"{lubricant_sentence(parameters)} {WHY}{'' if skf is not None else f' {UNKNOWN_SERIES}.'}",
+        "friction_note": f"{lubricant_sentence(parameters)} {TORQUE_NOTE}{unknown}",
     }

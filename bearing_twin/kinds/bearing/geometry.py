@@ -10,7 +10,6 @@ from bearing_twin.base.parameters import quantity, section
 from bearing_twin.contact.materials import MATERIALS, Material, effective_modulus
 
 ROOM_TEMPERATURE = 293.15  # K
-SAME = 1e-9  # relative: a clearance that is that of the contact angle
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ FIRST_STEP = 1e-6  # s, of adaptive steppers at the start and where the ring's a
 SAME = 1e-9  # relative: accelerations nearer than this differ by rounding alone
 LONGEST_TOGETHER = 0.02  # s for which balls are integrated together before their gaps are checked
 TOGETHER = 0.05  # share of that time, or of the rest of a chunk: balls that may meet sooner are integrated together
-LONGEST = 0.4  # s of one chunk: of balls alone, or of a ring with mass whose balls a cage separates
+LONGEST_CHUNK = 0.4  # s of one chunk: of balls alone, or of a ring with mass whose balls a cage separates
 SHORTEST_PART = 1e-9  # share of a chunk: shorter parts are rounding
 TOO_FAST = "too fast"  # reason of an error
 
@@ -185,7 +185,7 @@ class BearingMotion(CommandedBearing):
         reach = 2.0 * NEAR_GAP * self.bearing.ball_radius
         self._separated = separates_balls(parameters.cage, parameters.geometry, reach)
         quick = not has_sensor(parameters) and (not bodies.active or (self._separated and bodies.ring))
-        self.longest_chunk = LONGEST if quick else None
+        self.longest_chunk = LONGEST_CHUNK if quick else None
         if self.bearing.ring:
             start, body_state = start_in_equilibrium(parameters, choice.law, bodies)
         else:

@@ -123,8 +123,8 @@ def sensor_problems(parameters, geometry) -> list[str]:
     return problems
 
 
-HERE = "bearing_twin.kinds.bearing"
-GIVES = ("curvatures", "frozen", "stiffness", "state")  # that laws may need
+PACKAGE = "bearing_twin.kinds.bearing"
+LAW_NEEDS = ("curvatures", "frozen", "stiffness", "state")  # that laws may need
 STEADY_REFUSED = {"steady": "is not modelled in bearings; legal: hunt_crossley, with contact.restitution_speed"}
 MOTIONS = ("rolling", "rest")
 STEEPEST = 0.25 * math.pi  # rad: radial bearings end at 45 degrees
@@ -178,7 +178,7 @@ class Materials:
 class BearingContact(ViscoelasticDamping, Friction, PointElastic):
     """The laws of one ball-raceway contact; balls among themselves have the same damping and friction at a point."""
 
-    normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = the cheapest adequate one")
+    normal: str = choice("auto", point_laws(*LAW_NEEDS), "elastic law; auto = the cheapest adequate one")
     friction: str = choice(
         POINT,
         lambda: (AUTO, *friction_names()),
@@ -283,11 +283,11 @@ class BearingScene(SceneParameters):
         "contact.yield_pressure": "materials.*.yield_strength, which is the yield pressure over 1.6",
     }
     facts = facts_at(
-        f"{HERE}.models:axis_ratio",
-        f"{HERE}.models:slip_at_start",
-        f"{HERE}.models:ring_shift",
-        f"{HERE}.models:relative_acceleration",
-        f"{HERE}.models:centrifugal_share",
+        f"{PACKAGE}.models:axis_ratio",
+        f"{PACKAGE}.models:slip_at_start",
+        f"{PACKAGE}.models:ring_shift",
+        f"{PACKAGE}.models:relative_acceleration",
+        f"{PACKAGE}.models:centrifugal_share",
     )
 
     @staticmethod

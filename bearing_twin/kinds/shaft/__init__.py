@@ -5,7 +5,7 @@ import math
 from bearing_twin.kinds.contract import Kind, Quantity, figure_quantities, parts_in
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene
 
-HERE = "bearing_twin.kinds.shaft"
+PACKAGE = "bearing_twin.kinds.shaft"
 OF_BEARING = "force_n", "greatest_ball_load_n", "peak_pressure_pa", "basic_life_mrev", "reference_life_mrev"
 
 
@@ -67,7 +67,7 @@ SHAFT = Kind(
     meanings=lambda: MEANINGS,
     quantities=quantities,
     **parts_in(
-        HERE,
+        PACKAGE,
         topics="display:topics",
         view="display:view",
         choose="motion:choose",

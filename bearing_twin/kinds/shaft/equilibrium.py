@@ -10,13 +10,13 @@ from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneEr
 from bearing_twin.kinds.bearing import (
     COORDINATES,
     GREATEST_ANGLE,
+    GREATEST_COORDINATE,
     GREATEST_SQUEEZE,
-    IDLE,
-    LONGEST,
     OVERLOAD,
     SAME,
     SPEED_COLUMN,
     TRIAL_POSITIONS,
+    UNLOADED_SHARE,
     Contacts,
     Equilibrium,
     EquilibriumSolver,
@@ -179,7 +179,7 @@ class Rotor(NamedTuple):
         """The core's `Rotor`."""
         turning = [part for vector in (self.whirl, self.unbalance) for part in (vector.real, vector.imag)]
         orbits = [seat.first for seat in self.seats] + [seat.ratio for seat in self.seats]
-        limits = GREATEST_SQUEEZE, GREATEST_ANGLE, IDLE
+        limits = GREATEST_SQUEEZE, GREATEST_ANGLE, UNLOADED_SHARE
         return np.concatenate([self[1:5], self.weight, self.steady, *turning, orbits, limits])
 
     def seat_numbers(self) -> np.ndarray:
@@ -231,7 +231,7 @@ def lever_of(rotor: Rotor) -> float:
 def coordinate_bound(rotor: Rotor) -> float:
     """Bound [m] of all coordinates of the shaft from the middle, tilts by their arm."""
     balls = max(2.0 * seat.setting.ball_radius for seat in rotor.seats)
-    return LONGEST * balls + max(abs(seat.middle) for seat in rotor.seats)
+    return GREATEST_COORDINATE * balls + max(abs(seat.middle) for seat in rotor.seats)
 
 
 class ShaftSolver(EquilibriumSolver):

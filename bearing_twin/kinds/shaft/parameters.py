@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from bearing_twin.base.parameters import choice, number_table, quantity, section
 from bearing_twin.kinds.bearing import (
     EVEN,
-    GIVES,
+    LAW_NEEDS,
     QUASI_STATIC,
     RELAXATION_TIME,
     BearingContact,
@@ -98,7 +98,7 @@ class Mounted:
 class ShaftContact(PointElastic):
     """The laws of all contacts of balls and raceways."""
 
-    normal: str = choice("auto", point_laws(*GIVES), "elastic law; auto = hertz, exact where it reaches")
+    normal: str = choice("auto", point_laws(*LAW_NEEDS), "elastic law; auto = hertz, exact where it reaches")
     relaxation_time: float = quantity(
         RELAXATION_TIME,
         "s",
