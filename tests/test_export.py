@@ -146,10 +146,10 @@ def test_a_data_set_holds_every_number_with_units_and_named_axes(source, tmp_pat
         read = stored.load()
     computed = simulate(load_scene(read_log(path).scene.resolved())).to_xarray()
     for dataset in (read, computed):
-        for channel_ in read_log(path).channels:
-            same_bits(dataset[channel_.name], channel(path, channel_.name))
-            assert dataset[channel_.name].attrs == {"units": channel_.unit, "long_name": channel_.meaning}
-            assert dataset[channel_.name].dims[0] == "time"
+        for name, unit, _, meaning, *_ in read_log(path).channels:
+            same_bits(dataset[name], channel(path, name))
+            assert dataset[name].attrs == {"units": unit, "long_name": meaning}
+            assert dataset[name].dims[0] == "time"
     assert read.time.attrs["units"] == "s"
     assert json.loads(read.attrs["report"])["status"] == read_log(path).report["status"]
 
@@ -166,7 +166,7 @@ def test_axes_are_called_by_what_stands_along_them(log):
 
 def test_three_balls_are_no_axes_of_space():
     scene = load_scene("bearing_6203", ["geometry.balls=3"])
-    named = {channels.name: tuple(axis.name for axis in axes_of(channels, "bearing")) for channels in scene.channels}
+    named = {row.name: tuple(axis.name for axis in axes_of(row, "bearing")) for row in scene.channels}
     assert named["normal_load"] == ("ball", "contact")
     assert named["roll_rate"] == ("ball",)
     assert named["position"] == ("ball", "axis")

@@ -105,7 +105,7 @@ def hostile_goals(folder: Path) -> list[dict]:
         "history_points=100000", "memory=1e300", "scene.run.duration=1e308", "sensitivity=50001", "batch=-1",
     )  # fmt: skip
     goals = [{"study": path} for path in paths] + [{"study": text} for text in texts]
-    return goals + [QUICK | {"overrides": [*QUICK["overrides"], goal]} for goal in settings]
+    return goals + [QUICK | {"overrides": [*QUICK["overrides"], setting]} for setting in settings]
 
 
 def hostile(share: float, folder: Path) -> Found:
@@ -130,14 +130,14 @@ def goals(share: float, folder: Path) -> Found:
     count = part_of(500, share, 16)
     with asking(folder, log_folder="") as (executor, client, node):
         began = time.monotonic()
-        heard = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(count)]
-        spun(executor, lambda: all(one.done() for one in heard), 120.0)
+        sent = [client.send_goal_async(RunStudy.Goal(**QUICK)) for _ in range(count)]
+        spun(executor, lambda: all(future.done() for future in sent), 120.0)
         took = time.monotonic() - began
-        answered = [one.result() for one in heard if one.done()]
-        accepted = [one for one in answered if one.accepted]
-        results = [one.get_result_async() for one in accepted]
-        spun(executor, lambda: all(one.done() for one in results), 60.0)
-        lost = count - len(answered) + len(accepted) - sum(one.done() for one in results)
+        answered = [future.result() for future in sent if future.done()]
+        accepted = [handle for handle in answered if handle.accepted]
+        results = [handle.get_result_async() for handle in accepted]
+        spun(executor, lambda: all(future.done() for future in results), 60.0)
+        lost = count - len(answered) + len(accepted) - sum(future.done() for future in results)
         silent = int(node.poll() is not None)
     return Found(count, count - lost, lost, silent, f"{len(accepted)} accepted, {took:.1f} s for all")
 
@@ -147,16 +147,16 @@ def calls(share: float, folder: Path) -> Found:
     attempts, answers, worst = part_of(10, share, 1), 0, 0.0
     with ros_executor() as executor, running("sim_node", executor, {"scene": "bearing_6203"}, folder) as node:
         callers = [plain_node(executor, f"caller_{k}") for k in range(30)]
-        clients = [future.create_client(SetBool, "/bearing/sim_node/pause", qos_profile=SERVICE) for future in callers]
+        clients = [caller.create_client(SetBool, "/bearing/sim_node/pause", qos_profile=SERVICE) for caller in callers]
         speed = callers[0].create_publisher(Float64, "/bearing/command/speed", 10)
-        if not spun(executor, lambda: all(future.service_is_ready() for future in clients), 120.0):
+        if not spun(executor, lambda: all(client.service_is_ready() for client in clients), 120.0):
             raise RuntimeError((folder / "sim_node.txt").read_text())
         spun(executor, lambda: False, 5.0)
         for k in range(attempts):
             for value in range(200):
                 speed.publish(Float64(data=float(value)))
             began = time.monotonic()
-            sent = [future.call_async(SetBool.Request(data=bool(k % 2))) for future in clients]
+            sent = [client.call_async(SetBool.Request(data=bool(k % 2))) for client in clients]
             spun(executor, lambda sent=sent: all(future.done() for future in sent), 60.0)
             answers += sum(future.done() for future in sent)
             worst = max(worst, time.monotonic() - began)
@@ -214,7 +214,7 @@ def soak(share: float, folder: Path) -> Found:
             time.sleep(min(2.0, seconds / 20.0))
         dead = sum(node.poll() is not None for node in nodes.values())
     # Of the second half: buffers, pools of threads and the results of goals, kept for 30 s, are filled by then.
-    grown = {name: problems[-1] - problems[len(problems) // 2] for name, problems in seen.items()}
+    grown = {name: sizes[-1] - sizes[len(sizes) // 2] for name, sizes in seen.items()}
     far = max((1e-9 * sample.time_ns for sample in read_log(logs[0])), default=0.0)
     good = sum(growth < GROWN for growth in grown.values())
     sentence = ", ".join(f"{name} {growth:+.1f} MB of {seen[name][-1]:.0f} MB" for name, growth in grown.items())
@@ -245,10 +245,10 @@ STUDIES = (
 def commands() -> list[list[str]]:
     """Each of them as a command, and every second scene in a node, where another thread computes."""
     program = [sys.executable, "-m", "bearing_twin"]
-    requested = [*(("simulate", *value) for value in LONG), *(("study", *value) for value in STUDIES)]
-    problems = [[*program, verb, name, *(f"--set={value}" for value in changes)] for verb, name, changes in requested]
-    problems += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG[::2]]
-    return [*problems, node_command("uq_node", {"log_folder": ""})]
+    rows = [*(("simulate", *row) for row in LONG), *(("study", *row) for row in STUDIES)]
+    lines = [[*program, verb, name, *(f"--set={change}" for change in changes)] for verb, name, changes in rows]
+    lines += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG[::2]]
+    return [*lines, node_command("uq_node", {"log_folder": ""})]
 
 
 def held_up(process: int) -> float:
@@ -269,7 +269,7 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
     chance, times, silent, slow, longest = random.Random(seed), [], 0, [], 0.0
     ended = zip(commands(), itertools.cycle((signal.SIGINT, signal.SIGTERM, signal.SIGINT)))
     for arguments, number in list(ended)[:: max(1, round(1.0 / share))]:
-        stderr = folder / "said.txt"
+        stderr = folder / "output.txt"
         with own_domain() as domain, stderr.open("wb") as output:
             environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
             process = subprocess.Popen(arguments, stdout=output, stderr=output, env=environment)
@@ -291,17 +291,17 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
                 process.wait()
         longest = max(longest, took)
         times.append(took - (waited - before))
-        problem = f"{signal.Signals(number).name} to {' '.join(arguments[2:])}"
+        event = f"{signal.Signals(number).name} to {' '.join(arguments[2:])}"
         if process.returncode not in (0, 130, 143) or "Traceback" in stderr.read_text():
             silent += 1
-            slow.append(f"exit code {process.returncode} after {problem}")
+            slow.append(f"exit code {process.returncode} after {event}")
             print(f"torture: {slow[-1]}\n{stderr.read_text()[-3000:]}", file=sys.stderr)
         if times[-1] > ENDED:
-            slow.append(f"{1e3 * times[-1]:.0f} ms after {problem}")
+            slow.append(f"{1e3 * times[-1]:.0f} ms after {event}")
     figures = (
         f"ended {1e3 * np.median(times):.0f} ms (greatest {1e3 * max(times):.0f}; {1e3 * longest:.0f} by the wall)"
     )
-    survived = sum(line < ENDED for line in times)
+    survived = sum(seconds < ENDED for seconds in times)
     return Found(len(times), survived, 0, silent, "; ".join([figures, *slow]))
 
 
