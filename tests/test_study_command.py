@@ -50,7 +50,6 @@ def test_the_json_is_what_its_readers_rely_on(asked):
         (["spheres_alfa"], "did you mean spheres_alpha"),
         ([*QUICK, "--samples", "ten"], "must be a whole number"),
         ([*QUICK, "--workers", "-1"], "workers = -1 is out of range"),
-        ([*QUICK, "--set", "memory=1e4"], "more than its memory"),
         ([*QUICK, "--plot", "x.pdf"], "give one that ends in .png"),
         ([*QUICK, "--out", "nowhere/x.mcap"], "does not exist"),
         ([*QUICK, "--resume", "nowhere.mcap"], "nowhere.mcap"),

@@ -55,17 +55,6 @@ def test_the_critical_bandwidth_is_where_a_mode_disappears():
     assert critical_bandwidth(pair, 1) == pytest.approx(math.sqrt(200.0**2 - 50.0**2), rel=2e-3)
 
 
-def test_modes_of_plain_shapes():
-    for heights, indices in (
-        ([0.0, 1.0, 0.0, 1.0, 1.0], [1, 3]),
-        ([1.0, 0.5, 0.2, 0.1, 0.0], [0]),
-        ([0.0, 1.0, 1.0, 1.0, 0.0], [2]),
-        ([0.0, 1.0, 1.0, 2.0, 2.0], [3]),
-        ([1.0] * 5, [2]),
-    ):
-        assert mode_indices(np.array(heights)).tolist() == indices
-
-
 def test_equal_values_and_few_samples_have_no_modes():
     """A force that is exactly 0 in some realisations has no density there."""
     force = np.append(np.zeros(40), np.random.default_rng(3).normal(5.0, 1.0, 960))
