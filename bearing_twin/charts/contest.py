@@ -272,7 +272,7 @@ PanelRows = list[list[Panel]]
 
 
 def method_styles(rows: Iterable[Row], labels: Mapping[str, str]) -> Styles:
-    """The style of each method: one with a label has the colour of its place among them, others have the free ones."""
+    """The style of each method: one with a label has the colour of its number among them, others have the free ones."""
     fixed = {method: MethodStyle(label, index) for index, (method, label) in enumerate(labels.items())}
     methods = by_method(rows)
     used = {style.colour for method, style in fixed.items() if method in methods}
@@ -281,7 +281,7 @@ def method_styles(rows: Iterable[Row], labels: Mapping[str, str]) -> Styles:
 
 
 def curves(rows: Iterable[Row], styles: Styles, x, y, cross=None) -> list[Line]:
-    """A curve a method through (x(row), y(row)) of its results, a cross at `lost(row)`, if given, for the others.
+    """A curve a method through (x(row), y(row)) of its results, a cross at `cross(row)`, if given, for the others.
 
     Results whose y is NaN are left out, smaller ones than LEAST_ERROR raised.
     """
@@ -306,7 +306,7 @@ def error_against_cost(contest: "Contest", rows: list[Row], styles: Styles) -> P
 
     def panel(title: str, runs: list[Row]) -> Panel:
         costs = [row.seconds for row in runs if row.seconds > 0.0] or [1.0]
-        middle = math.sqrt(min(costs) * max(costs))  # a decade at least, lest noise look like a difference
+        middle = math.sqrt(min(costs) * max(costs))  # at least a decade, so that noise does not look like a difference
         ends = min(0.8 * min(costs), middle / HALF_DECADE), max(1.25 * max(costs), middle * HALF_DECADE)
         parts = curves(
             runs,
@@ -384,7 +384,7 @@ def with_problems(titles: Mapping[str, Sequence[str]]) -> str:
 
 
 def confirmation(rows: Iterable[Row], reference_methods: Iterable[str]) -> list[str]:
-    """A sentence on how near methods other than the reference's `own` come to it."""
+    """A sentence on how near methods other than the `reference_methods` come to the references."""
     nearest: dict[str, float] = {}
     for row in rows if reference_methods else ():
         if row.method not in reference_methods and row.status == DONE:
@@ -425,7 +425,7 @@ class Contest:
     reference_methods: tuple[str, ...] = ()
 
     def run(self, entry: Entry, limit: float = 0.0) -> Row:
-        """One run as a row, whatever comes of it; raises CoreError where nothing can run."""
+        """One run as a row, also where it fails; raises CoreError where nothing can run."""
         row = Row(*entry, command=self.command(*entry))
         try:
             with limited(limit), np.errstate(all="ignore"):
@@ -516,7 +516,7 @@ class Paper:
         return {name: name for name in self.sheets} | numbers
 
     def selected(self, options: Options) -> list[str]:
-        """The requested sheets; raises BearingTwinError for a word that is none of them."""
+        """The requested sheets; raises BearingTwinError for an unknown one."""
         return [*dict.fromkeys(self.problems[name] for name in selected_names(options.problems, self.problems))]
 
     def files(self, folder: Path, name: str, options: Options) -> list[Path]:

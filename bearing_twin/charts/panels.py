@@ -123,13 +123,13 @@ class Panel:
 
 @dataclass
 class Sheet:
-    """One picture: rows of panels, the footer, and the sentences that read it; with a `key`, one legend for all."""
+    """One picture: rows of panels, the footer, and the sentences that read it."""
 
     title: str
     rows: list[list[Panel]]
     footer: str
     reading: list[str]
-    shared_legend: bool = False
+    shared_legend: bool = False  # one for all panels
 
 
 def line_style(index: int) -> dict:
@@ -168,7 +168,7 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
 
 
 def draw(sheet: Sheet, path: Path, made: str) -> Path:
-    """Writes the picture, with what it was `made` with; raises BearingTwinError where that is impossible."""
+    """Writes the picture, with its provenance `made`; raises BearingTwinError where that is impossible."""
     return save(figure_of(sheet, made), path)
 
 

@@ -75,7 +75,7 @@ def discs_in_line_contact(speed: float, law: str) -> Derived:
 
 
 def bars(sample: np.ndarray, style: dict | None = None) -> Band | Line:
-    """The histogram of a sample, by the rule of Freedman and Diaconis: filled, or its outline in a look."""
+    """The histogram of a sample, by the rule of Freedman and Diaconis: filled, or its outline in a style."""
     sample = sample[np.isfinite(sample)]
     heights, edges = np.histogram(sample, "fd", density=True)
     name, up = f"{len(sample)} samples", np.append(heights, 0.0)
@@ -253,7 +253,7 @@ COUNTS = np.arange(1, SAMPLES + 1)
 
 
 def paths(title: str, errors: np.ndarray, band: np.ndarray, marked: int = 0, *further: Line) -> Panel:
-    """Relative errors (n, MOST) of studies over their realisations in their 95 % band, one of them marked."""
+    """Relative errors (n, SAMPLES) of studies over their realisations in their 95 % band, one of them marked."""
     part = slice(20, None, 20)
     parts = [Band("95 % band", COUNTS[part], -band[part], band[part], band_style())]
     parts += [Line(f"seed {index}", COUNTS[part], path[part], THIN, False) for index, path in enumerate(errors[1:25])]
@@ -262,14 +262,14 @@ def paths(title: str, errors: np.ndarray, band: np.ndarray, marked: int = 0, *fu
 
 
 def deviations(sample: np.ndarray) -> np.ndarray:
-    """Standard deviations (n, MOST) of the first samples of (n, MOST), NaN for one."""
+    """Standard deviations (n, SAMPLES) of the first samples of (n, SAMPLES), NaN for one."""
     mean = np.cumsum(sample, axis=1) / COUNTS
     with np.errstate(invalid="ignore", divide="ignore"):
         return np.sqrt(np.maximum(np.cumsum(sample**2, axis=1) / COUNTS - mean**2, 0.0) * COUNTS / (COUNTS - 1))
 
 
 def convergence(quick: bool) -> Sheet:
-    """Figure 9: a path that settles early is luck."""
+    """Figure 9: paths of the standard deviation over the realisations."""
     distribution = contact_time(6e-5)
     sample = distribution.rvs(size=(SEEDS, SAMPLES), random_state=np.random.default_rng(1))
     std = deviations(sample) / distribution.std() - 1.0

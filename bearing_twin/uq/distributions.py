@@ -42,7 +42,7 @@ class DiscreteValues:
         require(np.all(weights >= 0.0) and np.any(weights > 0.0), "weights are 0 or above, and one is above 0")
         order = np.argsort(values)
         order = order[weights[order] > 0.0]
-        shares = weights[order] / weights.max()  # first, for the sum of great ones is infinite
+        shares = weights[order] / weights.max()  # scaled first: the sum of great weights may overflow
         self.values, self.shares = values[order], shares / shares.sum()
         self._until = np.cumsum(self.shares)
 
@@ -72,7 +72,8 @@ class DiscreteValues:
 class Truncated:
     """A frozen SciPy distribution between two bounds, with its digits on both tails.
 
-    Of a piece of one tail, which has its digits on that side alone, both quantiles are found there.
+    Where the bounds enclose a part of one tail, which has all its digits on that side only, both quantiles are computed
+    on that side.
     """
 
     def __init__(self, parent, low, high):
@@ -318,7 +319,7 @@ DISTRIBUTIONS = {
 }
 
 
-# From what is known of a quantity to the distribution of greatest entropy that knows no more (paper 3, eq. 3).
+# The distribution of greatest entropy under what is known of a quantity (paper 3, eq. 3).
 #
 # Greatest entropy under given expectations of functions t_i(x) has the density exp(sum of l_i t_i(x)) on the support:
 #

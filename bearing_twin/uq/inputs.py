@@ -1,4 +1,4 @@
-"""The numbers of a scene by key path, such as `geometry.radial_clearance` or `drive.offset[1]`: what may be uncertain.
+"""The numbers of a scene by key path, such as `geometry.radial_clearance` or `drive.offset[1]`: these may be uncertain.
 
 A whole number in a path is an index of a tuple or a list. Values are put into the plain data of a scene (one
 realisation, read and checked like any scene) or into its dataclass (arrays, for closed forms).
@@ -129,7 +129,7 @@ def value_at(scene, key: str):
 # Uncertain inputs: any numeric value of a scene as a distribution, by its parameters or by what is known of it.
 #
 # In a study an input is a number (certain), `{distribution: gamma, mean: .., std: ..}` with a name of DISTRIBUTIONS
-# and one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `knowledge`. All values are SI.
+# and one of its forms, or `{know: {positive: true, mean: .., mean_log: ..}}`, see `greatest_entropy`. Values are SI.
 
 LEAST_UNIT, GREATEST_UNIT = 2.0**-54, 1.0 - 2.0**-53  # limits of unit coordinates
 
@@ -202,7 +202,7 @@ class Input:
         return float(self.distribution.cdf(low) + self.distribution.sf(high))
 
     def _inside(self, x):
-        """Without the rounding by which SciPy's location and scale may step over a bound."""
+        """x clipped to the bounds, which the rounding of SciPy's location and scale may exceed."""
         return np.clip(x, self.low, self.high) if "low" in self.parameters or "high" in self.parameters else x
 
     def _end(self, name: str, index: int) -> float:

@@ -1,6 +1,6 @@
 """Propagation of one or a few inputs without sampling: existing moments, change of variable, polynomial chaos.
 
-Moments exist by how fast the quantity grows where an input runs into its tails.
+Which moments exist depends on how fast the quantity grows on the tails of an input.
 
 With u the probability left on a tail of the input X, a quantity y = g(X) that grows as u^-s there has a moment of
 order k only if k s < 1. For a gamma input of shape a and y = X^-p the lower tail has s = p/a: with the contact time of
@@ -77,10 +77,10 @@ def tails_of(source: Input, function, scores=SCORES, strict=True) -> Tails:
 
 
 def is_heavy(source: Input) -> bool:
-    """True where a power of the input below the third may lack the mean, deviation or skewness.
+    """True where a power of the input up to the third may have no mean, deviation or skewness.
 
     Near 0 a gamma variable of shape a has the probability x^a, a Pareto or Student variable runs to infinity as a power
-    of its probability: exponents 1/a below 0.1 matter for powers above the third alone.
+    of its probability: exponents 1/a below 0.1 matter only for powers above the third.
     """
     if not source.has_density:
         return False
@@ -238,7 +238,7 @@ def derive(source: Input, function) -> Derived:
     """The distribution of y = g(X) for one input; `function` is g, vectorised (n,) -> (n,) over values of X in SI.
 
     Raises StudyError where the input has no density, or g is not finite or flat over a stretch within 4 deviations (in
-    normal scores), or not monotone within 8: then an ensemble is the way. Where g turns farther out, it ends.
+    normal scores), or not monotone within 8: then use an ensemble. Where g turns farther out, the distribution ends.
     """
     if not source.has_density:
         raise StudyError(f"{source.key} is {source.distribution_name} and has no density; choose the method ensemble")
@@ -256,7 +256,7 @@ def derive(source: Input, function) -> Derived:
 
 
 def _until_it_turns(tails: Tails, sign: float, noise: float) -> Tails:
-    """The part of `found` between its turns beyond COUNTED_SCORE, of which nothing is known farther out."""
+    """The part of `tails` between its turns beyond COUNTED_SCORE, of which nothing is known farther out."""
     turns = np.flatnonzero(sign * np.diff(tails.values) < -noise)
     first = np.max(turns[tails.scores[turns + 1] < -COUNTED_SCORE] + 1, initial=0)
     last = np.min(turns[tails.scores[turns] > COUNTED_SCORE], initial=len(tails.scores) - 1)

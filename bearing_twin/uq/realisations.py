@@ -53,7 +53,7 @@ def errors_of(quantity: Quantity, figures: Mapping[str, Any], by_source: Mapping
 
 
 def _moved(value, error, direction: float):
-    """A figure, or a list of numbers, moved by its error: away from zero for a positive way."""
+    """A figure, or a list of numbers, moved by its error: away from zero for a positive direction."""
     if error is None or value is None:
         return value
     if isinstance(value, (list, tuple)):
@@ -98,7 +98,7 @@ class Task(NamedTuple):
 
 
 class RealisationErrors(NamedTuple):
-    """Errors of a checked realisation: `of` quantities by source, and the reasons of those `unknown` by source."""
+    """Errors of a checked realisation `by_quantity` and source, and the reasons of `unknown` errors by source."""
 
     by_quantity: dict[str, dict[str, float]]
     unknown: dict[str, str]
@@ -125,7 +125,7 @@ def realise(task: Task, values: np.ndarray) -> Realised:
 
 
 def without_numbers(sentence: str) -> str:
-    """A sentence with dots for its numbers, by which equal reasons are counted."""
+    """A sentence with dots in place of its numbers, so that equal reasons are counted together."""
     return _NUMBER.sub("…", sentence)
 
 
@@ -185,7 +185,7 @@ def _by_closed_forms(task, values):
 
 @functools.lru_cache(maxsize=8)
 def _parameters_of(scene: str):
-    """Of a scene as JSON; read once, because distributions are followed through closed forms in many short calls."""
+    """Parameters of a scene as JSON; cached, because closed forms are evaluated in many short calls."""
     return parse_scene(json.loads(scene), "a realisation").parameters
 
 
@@ -211,7 +211,7 @@ def _by_simulation(task, values):
         except BearingTwinError as error:
             realised.failures[row] = str(error).removeprefix("a realisation: ").replace("\n", ";")
             continue
-        except (ArithmeticError, ValueError) as error:  # of untried numbers; one must not end all others
+        except (ArithmeticError, ValueError) as error:  # an unforeseen error of one realisation must not end all others
             realised.failures[row] = f"{type(error).__name__}: {error}".replace("\n", ";")
             continue
         numbers = [known[name].figure(report.figures) for name in task.quantities]
@@ -380,7 +380,7 @@ def missing_moments(study: Study, task: Task, name: str, runs: Callable | None =
 
 
 def mean_inputs(study: Study) -> np.ndarray:
-    """The means of the inputs (1, d); medians where a mean is not finite or no whole number though it must be one."""
+    """The means of the inputs (1, d); medians where a mean is not finite, or where the input takes whole numbers."""
     values, known = study.medians, numeric_keys(study.kind)
     for index, source in enumerate(study.inputs):
         if np.isfinite(source.mean) and known[source.key].type != "integer":

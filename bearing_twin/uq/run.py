@@ -1,9 +1,9 @@
 """A study: the ensemble in batches, the stop rule, propagation by the method of each quantity, and the summary.
 
 Errors of the model come from a few realisations that are checked by a second run, and are reported apart from those of
-sampling. Checked are the realisations in which the quantities are least, greatest and in the middle, the watched
-quantity first; without a sample those at the medians of the inputs and at their ends. The greatest error of each source
-stands for all, and the sum of the sources for the model.
+sampling. The realisations in which the quantities are least, greatest and in the middle are checked, the watched
+quantity first; without a sample, those at the medians of the inputs and at their ends. The greatest error of each
+source stands for all, and the sum of the sources for the model.
 """
 
 import contextlib
@@ -48,7 +48,7 @@ WITHOUT_SAMPLE = "at the medians of the inputs, and at 5 and 95 % of all of them
 
 
 class ModelErrors(NamedTuple):
-    """`of` maps quantities to `error` and `errors_by_source`; `checks` says how they were found."""
+    """`by_quantity` holds `error` and `errors_by_source`; `checks` says how they were found."""
 
     by_quantity: dict[str, dict[str, Any]]
     checks: dict[str, Any]
@@ -67,7 +67,7 @@ def no_model_errors(reason: str) -> ModelErrors:
 def checked_rows(quantities: np.ndarray, watched: int, count: int) -> list[int]:
     """Rows of a sample (n, q), at most `count`: in the middle of a quantity, its greatest and its least in turn.
 
-    Quantity number `first` leads; never rows that failed (NaN).
+    Quantity number `watched` comes first; rows that failed (NaN) are left out.
     """
     rows: list[int] = []
     for column in [watched, *(index for index in range(quantities.shape[1]) if index != watched)]:
@@ -174,7 +174,7 @@ class Sampling:
         self.reasons = Tally(start.reasons if start else ())
         self.warnings = Tally(start.doubts_met if start else ())
         nothing = empty(self.task, 0)
-        # As long as it may become: pages that nothing was written to take no memory, and nothing is joined at the end.
+        # Of the greatest length: pages that were not written to take no memory, and nothing is copied at the end.
         columns = (np.empty((0, len(study.inputs))), nothing.quantities, nothing.histories)
         columns += np.empty(0, np.int32), np.empty(0, np.int64)
         self._columns = [np.empty((self.points.samples, *column.shape[1:]), column.dtype) for column in columns]
@@ -232,7 +232,7 @@ class Sampling:
         return tuple(values[: self.done] for values in self._columns)
 
     def _is_narrow(self, sample) -> bool:
-        """Adds to the convergence path; whether the interval is narrow enough."""
+        """Adds to the convergence path; True if the interval is narrow enough."""
         try:
             estimated = estimate(sample, self.rule.estimated, replicates=self.points.replicates)
         except StatisticError:
@@ -386,7 +386,7 @@ def run_study(
 
 
 def _propagate(study, ensemble, evaluate, sampling, sampled_quantities: int) -> dict:
-    """Expansions by quantity; the ensemble goes into `drawn`."""
+    """Expansions by quantity; the ensemble goes into `sampling`."""
     propagated = {}
     if study.settings.method == "chaos":
         degree = study.settings.degree or None

@@ -1,4 +1,4 @@
-"""Points of the unit cube to sample at: the same points however they are cut into chunks and whoever draws them.
+"""Points of the unit cube to sample at: the same whatever the chunks and the process.
 
 | method | error of a mean after n points | interval from |
 |---|---|---|
@@ -10,7 +10,7 @@ Points of one Sobol sequence or one hypercube depend on each other, so their own
 Therefore REPLICATES independent ones are interleaved: point i belongs to replicate i % REPLICATES, and `statistics`
 takes the scatter between the replicates. Sizes are REPLICATES times a power of two for `sobol`, times any number for
 `latin_hypercube`. With twice as many replicates of half the size errors of a mean are 1.4 times as large, and intervals
-as right.
+cover as often.
 """
 
 from collections.abc import Callable

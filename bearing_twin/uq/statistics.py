@@ -6,9 +6,9 @@ A sample is an array (n,) in the unit of the quantity; NaN marks a failed realis
   standard error sigma sqrt((kurtosis - 1)/(4 n))): over independent points, or between the means over `replicates`
   interleaved randomisations (`sampling`). Student's t is corrected for skewness by Hall's cubic, and has the degrees of
   freedom that the kurtosis leaves to the variance (Satterthwaite);
-* of quantiles from order statistics, between which is interpolated, and the binomial distribution, which needs no
-  density; from replicates by Student's t between their quantiles. Where these rest on the outermost points of each
-  their mean is biased, and the binomial interval of their median is taken.
+* of quantiles from interpolated order statistics and the binomial distribution, which needs no density; from
+  replicates by Student's t between their quantiles. Where these depend on the outermost points of each replicate,
+  their mean is biased, and the binomial interval of their median is used.
 
 The skewness has no interval: its influence function grows as z^3, and 95 % intervals of it held the true value in 14 to
 95 % of studies. `bearing_twin chart coverage` measures the others; where a few points far out decide, coverage may be
@@ -23,9 +23,9 @@ h_k. The count never comes from a bandwidth chosen by eye: with a quarter of the
 As printed the test finds two modes in 20 to 80 % of exponential, lognormal and uniform samples of 2000, because of
 stray values on long tails and of flat tops. Two changes cure this: modes count only within the central 95 % of the
 sample, and one mode must also be refuted by the excess mass against flat samples, the one-mode density hardest to
-distinguish from two; the p-value is then the greater one. Wrong are then at most 8 % on flat samples and next to none
-on round ones, while two normals 4 deviations apart are found from 200 samples on, 3 apart in most samples of 2000.
-The price: a mode holding less than 2.5 % at an end is not seen.
+distinguish from two; the p-value is then the greater one. At most 8 % of flat samples and hardly any others are then
+wrong, while two normals 4 deviations apart are found from 200 samples on, 3 apart in most samples of 2000. A mode at
+an end that holds less than 2.5 % of the sample is not found.
 
 Most samples have one mode and a p-value far above the level, for which few draws suffice: drawing ends at the draw
 with which a share CLEAR of the draws allowed has more modes (J. Besag, P. Clifford, Sequential Monte Carlo p-values,
@@ -105,7 +105,7 @@ def estimate(sample, statistic, replicates: int = 1) -> Estimate:
         beyond = fewest * min(statistic, 1.0 - statistic)
         if replicates == 1 or beyond < 0.5:
             return _quantile(finite, statistic)
-        # Of all points at once it would lose their even spread.
+        # a quantile of all points at once would lose their even spread
         quantiles = np.array([_quantile_of_even_points(part, statistic) for part in parts])
         if beyond < FAR_OUT:
             return _quantile(quantiles, 0.5)
@@ -384,7 +384,7 @@ def modality(sample, seed: int = 0, resamples: int = RESAMPLES) -> Modality:
         raise StatisticError("all samples are equal but for rounding: there is no density with modes")
     inner, outer = np.quantile(ordered, [OUTSIDE, 1.0 - OUTSIDE])
     reach = outer - inner if outer > inner else high - low
-    # stray values go to the outermost bins, lest they make all bins too wide; beyond there is room for the kernel
+    # stray values go to the outermost bins, so that bins stay narrow; beyond them there is room for the kernel
     low, high = max(low, inner - STRAY * reach) - reach, min(high, outer + STRAY * reach) + reach
     width = (high - low) / BINS
     counts = binned(ordered, low, high, BINS)
@@ -441,7 +441,7 @@ def _p_value(exceeds: Callable[[int], np.ndarray], resamples: int) -> float:
 def _silverman_test(counts, bandwidth, modes, window, rng):
     """A function of a number of draws from the smoothed counts, shrunk: which of them have more modes in the window.
 
-    Drawn into wider bins where the bandwidth hides these: most of the time goes into drawing.
+    Bins are wider where the bandwidth permits, since drawing takes most of the time.
     """
     wide = 1 << max(0, int(math.log2(bandwidth / BINS_PER_BANDWIDTH)))
     chance = _shrunk(counts, bandwidth).reshape(-1, wide).sum(axis=1)
@@ -487,7 +487,7 @@ def _second_excess(counts, levels):
 
 
 def _shrunk(counts, bandwidth):
-    """The smoothed counts drawn together to the variance of the counts."""
+    """The smoothed counts, shrunk about their mean to the variance of the counts."""
     bins = np.arange(len(counts))
     mean = counts @ bins / counts.sum()
     variance = counts @ (bins - mean) ** 2 / counts.sum()

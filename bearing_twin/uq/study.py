@@ -384,7 +384,7 @@ def _set_override(mapping, kind, override) -> None:
 
 
 def _read(mapping, scene, scene_origin, origin, problems: _Problems) -> Study:
-    """The study; what is wrong is added to `problems`, and then the result is not to be used."""
+    """The study; errors are added to `problems`, and then the result must not be used."""
     kind, legal = scene["kind"], (*FREE_KEYS, *SETTINGS)
     problems += [
         REMOVED_KEYS.get(key) or f"{echo(key)} is not a key of a study; {legal_hint(key, legal)}"

@@ -1,7 +1,7 @@
 """Many realisations at once: in this process by closed forms, in worker processes, or on a Dask cluster.
 
-Worker processes are stopped whatever happens: at the end, on an exception or a signal here, when `cancelled` says so,
-and by themselves when this process dies. The numbers do not depend on how many workers there are.
+Worker processes always stop: at the end, on an exception or a signal in this process, when `cancelled()` is true, and
+by themselves when this process dies. The numbers do not depend on how many workers there are.
 """
 
 import atexit
@@ -94,7 +94,7 @@ class Ensemble:
                     pending.add(submitted[-1])
                 done_futures, pending = self._pool.wait(pending, POLL)
                 for future in done_futures:
-                    future.result()  # raises what went wrong, also with one that has others before it
+                    future.result()  # raises its error, also before those of earlier messages have come
                 while submitted and submitted[0] not in pending:
                     ready.append(submitted.popleft().result())
                 if ready and time.monotonic() - yielded_at > YIELD_PERIOD:
@@ -144,7 +144,7 @@ class Cluster:
         return done, self._pending
 
     def end(self) -> None:
-        """Leaves the cluster; what nobody has begun is not begun any more."""
+        """Leaves the cluster and cancels realisations that have not begun."""
         for future in self._pending:
             future.cancel()
         self._pool.shutdown(wait=False)
@@ -167,12 +167,12 @@ def _dask_client(address: str):
 
 # Worker processes that compute realisations: each has a pipe of its own and answers in the order of the requests.
 #
-# Where this process has no thread but the one, a worker is a fork of it, which imports nothing; else, and where a fork
-# may lack what libraries of the system have begun, it is started afresh (spawn). A pipe for each worker ends with it,
-# also in the middle of an answer. Those of ProcessPoolExecutor share one, and it waits for the rest without end
-# (Python 3.10 to 3.13), as it waits at the end of an interpreter for all that was submitted.
+# Where this process has a single thread, a worker is a fork of it, which imports nothing; else, and on systems where a
+# fork may lack the threads of system libraries, it is spawned. Each worker has a pipe of its own, which ends with it, in
+# the middle of an answer. The workers of ProcessPoolExecutor share one pipe: it waits for ever for the rest of such an
+# answer (Python 3.10 to 3.13), and at the end of the interpreter for all that was submitted.
 
-MESSAGES_AHEAD = 2  # messages for each worker: one that it is at, one that waits
+MESSAGES_AHEAD = 2  # messages for each worker: one under way, one that waits
 HANDLED = signal.SIGTERM, signal.SIGHUP  # that this process may handle in a way that is not a worker's
 
 
@@ -195,7 +195,7 @@ class Workers:
             for _ in self._pending:
                 own_end, worker_end = context.Pipe()
                 self._pipes.append(own_end)
-                with worker_end:  # closed here, so that the pipe of a worker that died is at its end
+                with worker_end:  # closed in this process, so that the pipe of a dead worker ends
                     process = context.Process(target=_work, args=(worker_end,), daemon=True)
                     process.start()
                 self._processes.append(process)
@@ -234,7 +234,7 @@ class Workers:
         return done, pending - done
 
     def end(self) -> None:
-        """Ends all processes, whatever they are at."""
+        """Ends all processes, also in the middle of a realisation."""
         with self._lock:
             self._leave_if_interpreter_ends()
             atexit.unregister(self._end_with_interpreter)
@@ -249,13 +249,13 @@ class Workers:
             process.join()
 
     def _end_with_interpreter(self) -> None:
-        """For a study in a thread that nobody waits for, which goes on meanwhile: its pipes stay open."""
+        """Ends the processes of a study in a daemon thread, which goes on meanwhile: its pipes stay open."""
         self._interpreter_ends = True
         with self._lock:
             self._kill()
 
     def _leave_if_interpreter_ends(self) -> None:
-        """Ends this thread without a word where the interpreter ends: no worker has died."""
+        """Ends this thread silently where the interpreter ends: no worker has died."""
         if self._interpreter_ends:
             raise SystemExit
 
@@ -308,7 +308,7 @@ def _end_with_parent() -> None:
 def _answer(pipe: Connection) -> None:
     """Realisations (or an error with its traceback) for values, until the pipe is at its end.
 
-    An end that closes before it has read all answers is met as an OSError, in place of an EOFError.
+    A pipe that is closed before all answers are read raises OSError instead of EOFError.
     """
     task = None
     with contextlib.suppress(EOFError, OSError):

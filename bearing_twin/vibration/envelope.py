@@ -2,7 +2,7 @@
 
 The envelope of a band around a resonance repeats at the rate at which damage is rolled over (Randall and Antoni,
 Rolling element bearing diagnostics, Mechanical Systems and Signal Processing 25, 2011). Frequencies are searched in
-orders, multiples of the shaft's speed, for the cage is slower than by kinematics (slip) or faster (contact angle).
+orders, multiples of the shaft's speed, around those of kinematics: the cage is slower (slip) or faster (contact angle).
 """
 
 import math
@@ -103,7 +103,7 @@ def families_of(geometry) -> tuple[Family, ...]:
 
 
 def checked(samples, rate: float) -> tuple[np.ndarray, tuple[str, ...]]:
-    """The samples as float32 without their mean, and warnings; raises BearingTwinError for a record of no use."""
+    """The samples as float32 without their mean, and warnings; raises BearingTwinError for an unusable record."""
     samples = np.asarray(samples)
     if samples.ndim != 1 or samples.dtype.kind not in "fiu" or len(samples) < LEAST_SAMPLES:
         raise BearingTwinError(f"the record must be one row of at least {LEAST_SAMPLES} numbers; choose it by --key")
@@ -167,7 +167,7 @@ def kurtosis_of(values: np.ndarray) -> float:
 
 
 def _default_bands(bands: _Bands, least: float) -> list[tuple[float, float]]:
-    """Bands to look into: of four octaves below the Nyquist frequency that of most kurtosis, then the upper two.
+    """Bands to examine: of four octaves below the Nyquist frequency that of the greatest kurtosis, then the upper two.
 
     Octaves less than `least` [Hz] wide do not count.
     """
@@ -327,7 +327,7 @@ def spectrum_of(samples, rate: float, geometry, speed, band: tuple[float, float]
     Raises
     ------
     BearingTwinError
-        For a record or a band of no use, with a sentence that says what to do.
+        For an unusable record or band, with a sentence that says what to do.
     """
     samples, warnings = checked(samples, rate)
     course = None
