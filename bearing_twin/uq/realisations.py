@@ -19,6 +19,7 @@ from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.report import FAILED
 from bearing_twin.run.scene import check_ranges, choose, parse_scene
 from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.uq.distributions import require
 from bearing_twin.uq.inputs import numeric_keys, put, quantities_of, with_inputs
 from bearing_twin.uq.propagation import COARSE, SCORES, Derived, derive, is_heavy, refuse_missing_moment, tails_of
 from bearing_twin.uq.statistics import MOMENTS
@@ -316,27 +317,25 @@ def exact_distributions(study: Study, task: Task, method: str) -> dict[str, Deri
 
     Raises StudyError where that method is specified and does not fit.
     """
-    random = study.joint.uncertain
-    if method not in ("auto", "change_of_variable"):
+    uncertain, is_required = study.joint.uncertain, method == "change_of_variable"
+    require(
+        not is_required or len(uncertain) == 1,
+        f"study {study.name}: a change of variable needs one uncertain input, not {len(uncertain)}; choose the method "
+        "ensemble, or chaos for up to 4 of them",
+    )
+    require(
+        not is_required or task.closed,
+        f"study {study.name}: a change of variable needs a closed form, which this scene has not for all its "
+        "quantities; choose the method chaos for smooth ones, or ensemble",
+    )
+    if not (is_required or method == "auto") or len(uncertain) != 1 or not task.closed:
         return {}
-    if method == "change_of_variable" and len(random) != 1:
-        raise StudyError(
-            f"study {study.name}: a change of variable needs one uncertain input, not {len(random)}; choose the method "
-            "ensemble, or chaos for up to 4 of them"
-        )
-    if method == "change_of_variable" and not task.closed:
-        raise StudyError(
-            f"study {study.name}: a change of variable needs a closed form, which this scene has not for all its "
-            "quantities; choose the method chaos for smooth ones, or ensemble"
-        )
-    if len(random) != 1 or not task.closed:
-        return {}
-    exact = {}
+    exact, (index,) = {}, uncertain
     for name in study.quantities:
         try:
-            exact[name] = derive(study.inputs[random[0]], along(study, random[0], _function(task, name)))
+            exact[name] = derive(study.inputs[index], along(study, index, _function(task, name)))
         except StudyError:
-            if method == "change_of_variable":
+            if is_required:
                 raise
     return exact
 

@@ -168,9 +168,9 @@ def _dask_client(address: str):
 # Worker processes that compute realisations: each has a pipe of its own and answers in the order of the requests.
 #
 # Where this process has a single thread, a worker is a fork of it, which imports nothing; else, and on systems where a
-# fork may lack the threads of system libraries, it is spawned. Each worker has a pipe of its own, which ends with it, in
-# the middle of an answer. The workers of ProcessPoolExecutor share one pipe: it waits for ever for the rest of such an
-# answer (Python 3.10 to 3.13), and at the end of the interpreter for all that was submitted.
+# fork may lack the threads of system libraries, it is spawned. Each worker has a pipe of its own, which ends with it,
+# also in the middle of an answer. The workers of ProcessPoolExecutor share one pipe: it waits for ever for the rest of
+# such an answer (Python 3.10 to 3.13), and at the end of the interpreter for all that was submitted.
 
 MESSAGES_AHEAD = 2  # messages for each worker: one under way, one that waits
 HANDLED = signal.SIGTERM, signal.SIGHUP  # that this process may handle in a way that is not a worker's
