@@ -248,13 +248,14 @@ def record(path, blocks=(BLOCK,), name="/bearing/samples", keep=lambda index: Tr
                 index += 1
 
 
-def test_a_recording_without_scene_has_the_samples_that_came(tmp_path):
+def test_a_recording_without_scene_has_the_samples_that_came(tmp_path, typed):
     """All of them, those from a late start on, and those around a gap, which is counted."""
     complete, later, gap = (tmp_path / f"{name}.mcap" for name in ("whole", "late", "gap"))
     record(complete, name="/other/samples")
     log = read_log(complete)
     assert (log.scene, log.report, bits(log)) == (None, None, bits(BLOCK))
     assert log.channels == SCENE.channels
+    assert typed("report", complete).out.splitlines()[0] == "log without its scene: 229 ms"
     record(later, keep=lambda index: index > 0)
     assert bits(read_log(later)) == bits(BLOCK)[50:]
     record(gap, keep=lambda index: index != 1)

@@ -47,7 +47,8 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     shown = {key: result[key] for key in report.figures} | added
     figures, events = _readable_tables(shown, result)
     duration = in_shown_units(f"{report.simulated_seconds:.6g} s")
-    show_text(f"{report.scene or 'log'}: {duration}, law {report.law}, stepper {report.stepper}")
+    model = f", law {report.law}, stepper {report.stepper}" if report.law else ""
+    show_text(f"{report.scene or 'log without its scene'}: {duration}{model}")
     omitted = _show_columns(figures, everything=False)
     show_text()
     _show_single(figures)
