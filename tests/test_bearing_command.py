@@ -179,6 +179,7 @@ def test_sweeps_are_curves(tmp_path, pictures_once, asked, typed):
         (("--sweep", "lod=1:2:3"), "is no number of a bearing"),
         (("--sweep", "hardness=1:2:3"), "legal: load, clearance, speed, geometry"),
         (("--sweep", "speed=0:100:1"), "must have 2 to 10000 values"),
+        (("--load", "0,-1e9,0"), r"a load of \(0, -24680, 0\) N"),
         (("--load", "0,-1e9,0", "--sweep", "load=1e8:1e9:3"), "no value of this sweep has an equilibrium"),
         (("--load", "0,-2kg,0"), "must be a number in N"),
         (("--load", "0,-1,0", "--clearance", "20um", "--sweep", "clearance=0:40um:3"), "by another option"),

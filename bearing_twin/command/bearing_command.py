@@ -303,7 +303,7 @@ def _solve_sweep(arguments, options, angle, sweep) -> dict:
 def _conditions(parameters, options, path: str) -> str:
     """What a sweep over the key `path` keeps, in words: load and speed."""
     loads = _support(options, parameters).loads[:3]
-    load = f"load ({', '.join(f'{component:.4g}' for component in loads)}) N" if any(loads) else ""
+    load = f"load ({', '.join(map(short, loads))}) N" if any(loads) else ""
     conditions = {"load": load, "drive.speed": f"{parameters.drive.speed * 30.0 / math.pi:.5g} rpm"}
     return ", ".join(text for key, text in conditions.items() if text and key != path)
 

@@ -15,6 +15,7 @@ from numpy.ctypeslib import ndpointer
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.report import summary_text
 from bearing_twin.base.stopping import SIGNALLED
+from bearing_twin.base.units import rounded_to_error
 from bearing_twin.contact.elasticity import ellipse as ellipses_at
 from bearing_twin.contact.elasticity import elliptic_e
 from bearing_twin.contact.friction import AUTO, POINT
@@ -375,7 +376,7 @@ def _load_text(support: Support, share: float = 1.0) -> str:
     ):
         if any(value and bool(free) is is_load for value, free in zip(values[part], support.free[part], strict=True)):
             least = LOAD_ROUNDING * max(map(abs, values[part]))
-            shown = (f"{share * value if abs(value) > least else 0.0:.4g}" for value in values[part])
+            shown = (rounded_to_error(share * value * (abs(value) > least), None, 4) for value in values[part])
             rows.append(f"{name} of ({', '.join(shown)}) {unit}")
     return " with ".join(rows) or "no load"
 

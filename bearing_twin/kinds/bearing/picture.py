@@ -10,6 +10,7 @@ from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 from bearing_twin import __version__
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Sample
+from bearing_twin.base.units import rounded_to_error
 from bearing_twin.kinds.bearing.display import view
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.kinds.bearing.rings import TORQUE
@@ -112,7 +113,8 @@ def _draw_bearing(figure, cell, sample: Sample) -> None:
                 tail = tip + side * longest * load[ball, raceway] / greatest * outward
                 style = {"arrowstyle": "simple,head_length=6,head_width=8,tail_width=3", "fc": shade, "ec": "white"}
                 axis.add_artist(FancyArrowPatch(tail, tip, shrinkA=0, shrinkB=0, lw=0.6, zorder=5, **style))
-    heading(axis, f"The bearing at {sample.time_ns * 1e-9:.6g} s: load on each ball, up to {greatest:.4g} N")
+    most = rounded_to_error(greatest, None, 4)
+    heading(axis, f"The bearing at {sample.time_ns * 1e-9:.6g} s: load on each ball, up to {most} N")
     for row, (name, colour) in enumerate(zip(RACEWAYS, RACEWAY_COLOURS, strict=True)):
         style = {"transform": axis.transAxes, "va": "top", "fontsize": 11, "color": colour, "weight": "bold"}
         axis.text(0.0, 0.97 - 0.06 * row, f"➤ by the {name} ring", **style)
@@ -159,8 +161,8 @@ def draw_equilibrium(result: dict, path) -> Path:
         axis.legend(frameon=False, fontsize=11, loc="lower left", bbox_to_anchor=(-0.32, -0.1))
 
     _draw_balls(figure, grid, azimuth, values, draw_loads)
-    moved = ", ".join(f"{round(1e6 * value, 6) + 0.0:.4g}" for value in result["ring_displacement_m"])
-    load = ", ".join(f"{0.0 - round(value, 6):.4g}" for value in result["ring_force_n"])
+    moved = ", ".join(rounded_to_error(round(1e6 * value, 6), None, 4) for value in result["ring_displacement_m"])
+    load = ", ".join(rounded_to_error(-round(value, 6), None, 4) for value in result["ring_force_n"])
     title = f"{result['scene']}: load ({load}) N at {result['speed_rad_s'] * 30.0 / np.pi:.5g} rpm"
     footer = _footer(
         f"inner ring moved by ({moved}) µm",
