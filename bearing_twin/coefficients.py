@@ -61,8 +61,8 @@ def dense_weights(gamma, a, c, alpha) -> np.ndarray:
     full = np.linalg.inv(inverse)
     rows = (a[:, :stages] @ full + full).sum(axis=1)
     conditions = np.array([np.ones(stages), rows, alpha**2])
-    wanted = np.array([[0.0, 0.0], [-1.0 / 2.0, 0.0], [-1.0 / 3.0, -1.0 / 3.0]])
-    weights = np.linalg.lstsq(conditions, wanted, rcond=None)[0]
+    required = np.array([[0.0, 0.0], [-1.0 / 2.0, 0.0], [-1.0 / 3.0, -1.0 / 3.0]])
+    weights = np.linalg.lstsq(conditions, required, rcond=None)[0]
     dense = np.zeros((2, MOST_STAGES - 1))
     dense[:, :stages] = weights.T @ inverse
     return dense

@@ -90,10 +90,10 @@ def elementwise(function: Function, results: int, before: tuple, *numbers) -> li
     import numpy as np
 
     shape = np.broadcast(*numbers).shape
-    found = [np.empty(shape) for _ in range(results)]
-    arrays = (np.ascontiguousarray(np.broadcast_to(one, shape) if shape else one, float) for one in numbers)
-    function(*before, found[0].size, *arrays, *found)
-    return found if shape else [float(one) for one in found]
+    values = [np.empty(shape) for _ in range(results)]
+    arrays = (np.ascontiguousarray(np.broadcast_to(array, shape) if shape else array, float) for array in numbers)
+    function(*before, values[0].size, *arrays, *values)
+    return values if shape else [float(value) for value in values]
 
 
 _version = Function("core_version", ctypes.c_char_p)
@@ -122,36 +122,38 @@ def load(folder: Path) -> ctypes.CDLL:
     """
     builder = _builder()
     root = PACKAGE.parent
-    again = f"run `make setup` in {root}, or `python3 {root}/core/build.py` alone" if builder else (
+    remedy = f"run `make setup` in {root}, or `python3 {root}/core/build.py` alone" if builder else (
         "install bearing_twin again from its checkout, by `pip install .`"
     )  # fmt: skip
     levels = {path: _level_of(path.stem) for path in folder.glob("libbearing_twin_core-*.so")}
     if not levels:
         missing = f"the compiled core of bearing_twin is not in {folder}"
         if builder and builder.compiler():
-            raise CoreError(f"{missing}: {again}")
+            raise CoreError(f"{missing}: {remedy}")
         raise CoreError(
-            f"{missing}: where there is a C++ compiler (Debian: apt install g++) {again}; else install {WHEEL}"
+            f"{missing}: where there is a C++ compiler (Debian: apt install g++) {remedy}; else install {WHEEL}"
         )
-    here = processor_level()
-    if not (fitting := [path for path, level in levels.items() if level <= here]):
+    supported = processor_level()
+    if not (fitting := [path for path, level in levels.items() if level <= supported]):
         least = min(levels.values())
         raise CoreError(
-            f"the compiled core in {folder} is for processors of x86-64-v{least} and this one is of x86-64-v{here}: "
-            f"{again}, which builds for the machine at hand"
+            f"the compiled core in {folder} is for processors of x86-64-v{least} and this one is of "
+            f"x86-64-v{supported}: {remedy}, which builds for the machine at hand"
         )
-    path = max(fitting, key=lambda one: levels[one])
-    if not _is_whole(path):
-        raise CoreError(f"{path} is not whole: {again}")
+    path = max(fitting, key=levels.__getitem__)
+    if not _is_complete(path):
+        raise CoreError(f"{path} is not whole: {remedy}")
     try:
-        found = ctypes.CDLL(str(path))
-        found.core_version.restype = ctypes.c_char_p
-        said = found.core_version().decode()
+        core = ctypes.CDLL(str(path))
+        core.core_version.restype = ctypes.c_char_p
+        version_text = core.core_version().decode()
     except (OSError, AttributeError) as error:
-        raise CoreError(f"{path} is no library of this machine ({error}): {again}") from error
-    if builder and (wanted := builder.build_id()) not in said:
-        raise CoreError(f"{path} is of other sources ({said}) than those of the checkout (build {wanted}): {again}")
-    return found
+        raise CoreError(f"{path} is no library of this machine ({error}): {remedy}") from error
+    if builder and (build := builder.build_id()) not in version_text:
+        raise CoreError(
+            f"{path} is of other sources ({version_text}) than those of the checkout (build {build}): {remedy}"
+        )
+    return core
 
 
 def processor_level() -> int:
@@ -159,17 +161,17 @@ def processor_level() -> int:
     if platform.machine() != "x86_64":
         return 0
     with open("/proc/cpuinfo", "rb") as file:
-        found = re.search(r"^flags\s*:(.*)$", file.read(16384).decode(errors="replace"), flags=re.MULTILINE)
-    flags = set(found[1].split()) if found else set()
-    return 1 + next((level for level, wanted in enumerate(_LEVELS) if wanted - flags), len(_LEVELS))
+        match = re.search(r"^flags\s*:(.*)$", file.read(16384).decode(errors="replace"), flags=re.MULTILINE)
+    flags = set(match[1].split()) if match else set()
+    return 1 + next((level for level, needed in enumerate(_LEVELS) if needed - flags), len(_LEVELS))
 
 
 def _level_of(name: str) -> int:
-    found = re.search(r"x86-64-v(\d)$", name)
-    return int(found[1]) if found else 0
+    match = re.search(r"x86-64-v(\d)$", name)
+    return int(match[1]) if match else 0
 
 
-def _is_whole(path: Path) -> bool:
+def _is_complete(path: Path) -> bool:
     """True if an ELF file goes on to its last table, where linkers put it."""
     with path.open("rb") as file:
         header = file.read(64)

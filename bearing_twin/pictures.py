@@ -18,7 +18,7 @@ STYLE = {"ink": "#22303c", "soft": "#71808c", "panel": "#eef1f4", "ring": "#cfd6
 
 BALL_COLOURS = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#000000", "#B8A800")
 DASHES = ("-", "--", ":", "-.")
-FEW = 40  # outputs that are marked one by one
+FEW_OUTPUTS = 40  # outputs that are marked one by one
 GREATEST_LINES = 12  # more lines than this cannot be distinguished: a map of ball against time takes their place
 
 SIZE = (16.0, 10.0)  # inches at 100 dots each
@@ -26,7 +26,7 @@ SIZE = (16.0, 10.0)  # inches at 100 dots each
 RACEWAYS = ("inner", "outer")
 RACEWAY_COLOURS = ("#0072B2", "#D55E00")
 LOAD_MAP = "cividis"
-KEY_SIZE = 10.5  # points, of the words of a legend
+LEGEND_SIZE = 10.5  # points, of the words of a legend
 
 
 def ball_style(ball: int) -> dict:
@@ -37,7 +37,7 @@ def ball_style(ball: int) -> dict:
 
 def marker_of(outputs: int) -> str:
     """The marker of a line through so many outputs: few are marked one by one, as a line through one shows nothing."""
-    return "o" if outputs <= FEW else ""
+    return "o" if outputs <= FEW_OUTPUTS else ""
 
 
 def readable_scale(values, unit) -> tuple[float, str]:
@@ -61,15 +61,15 @@ def legend_above(axis) -> None:
         return
     box = axis.get_position()
     inches = box.width * axis.figure.get_figwidth()
-    each = 0.55 + max(map(len, labels)) * KEY_SIZE * 0.0072  # inches that an entry takes: a sign and its words
-    columns = max(1, min(len(labels), int(inches / each)))
+    entry_width = 0.55 + max(map(len, labels)) * LEGEND_SIZE * 0.0072  # inches of an entry: a sign and its label
+    columns = max(1, min(len(labels), int(inches / entry_width)))
     rows = -(-len(labels) // columns)
     columns = -(-len(labels) // rows)
     axis.legend(
-        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns, frameon=False, fontsize=KEY_SIZE,
+        handles, labels, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncol=columns, frameon=False, fontsize=LEGEND_SIZE,
         borderaxespad=0.25, borderpad=0.0, columnspacing=1.4, handlelength=1.8, labelspacing=0.3,
     )  # fmt: skip
-    heading(axis, axis.get_title(loc="left"), pad=6 + rows * KEY_SIZE * 1.55)
+    heading(axis, axis.get_title(loc="left"), pad=6 + rows * LEGEND_SIZE * 1.55)
 
 
 def style_axes(axis) -> None:
@@ -91,7 +91,7 @@ def save(figure, path, **options) -> Path:
     return write_atomic(path, drawn.getvalue())
 
 
-NUMBERS = 0.25 * np.pi  # azimuth [rad] near which the numbers of the circles stand, where nothing pushes
+LABEL_ANGLE = 0.25 * np.pi  # azimuth [rad] near which the numbers of the circles stand, where nothing pushes
 
 
 def draw_load_distribution(axis, azimuth, loads, push) -> None:
@@ -105,13 +105,13 @@ def draw_load_distribution(axis, azimuth, loads, push) -> None:
     for race, (name, colour, shift) in enumerate(zip(RACEWAYS, RACEWAY_COLOURS, (-0.18, 0.18), strict=True)):
         axis.bar(azimuth + shift * width, loads[:, race], 0.34 * width, color=colour, label=f"{name} raceway")
     axis.set_ylim(0.0, 1.12 * greatest)
-    aside, numbers = {"facecolor": STYLE["panel"], "edgecolor": "none", "alpha": 0.85, "pad": 0.6}, NUMBERS
+    box, numbers = {"facecolor": STYLE["panel"], "edgecolor": "none", "alpha": 0.85, "pad": 0.6}, LABEL_ANGLE
     if np.linalg.norm(push) > 1e-3 * greatest:
         direction = np.arctan2(push[1], push[0])
-        look = {"arrowstyle": "-|>", "lw": 2.5, "color": STYLE["ink"], "mutation_scale": 19}
-        axis.annotate("", (direction, 0.7 * greatest), (direction, 0.0), arrowprops=look, zorder=5)
-        words = {"ha": "center", "va": "center", "fontsize": 11, "color": STYLE["ink"], "bbox": aside, "zorder": 6}
-        axis.text(direction, 0.78 * greatest, "load", **words)
+        arrow = {"arrowstyle": "-|>", "lw": 2.5, "color": STYLE["ink"], "mutation_scale": 19}
+        axis.annotate("", (direction, 0.7 * greatest), (direction, 0.0), arrowprops=arrow, zorder=5)
+        text_style = {"ha": "center", "va": "center", "fontsize": 11, "color": STYLE["ink"], "bbox": box, "zorder": 6}
+        axis.text(direction, 0.78 * greatest, "load", **text_style)
         numbers = direction + np.pi
     axis.set_facecolor(STYLE["panel"])
     axis.grid(True, color="white", linewidth=1.2)
@@ -121,7 +121,7 @@ def draw_load_distribution(axis, azimuth, loads, push) -> None:
     gaps = azimuth + 0.5 * width  # where no bar hides the numbers
     axis.set_rlabel_position(np.degrees(gaps[np.cos(gaps - numbers).argmax()]))
     for label in axis.get_yticklabels():
-        label.set(ha="center", bbox=aside)
+        label.set(ha="center", bbox=box)
 
 
 def contrast_colour(colour):
@@ -139,15 +139,15 @@ MARKS = "osD^v"
 def draw_errors(axis, rows: Sequence[tuple[str, Mapping[str, float]]]) -> None:
     """A bar for the error of each figure, and a mark for that by each source: words and errors over the figure."""
     style_axes(axis)
-    for place, (_, parts) in enumerate(rows):
-        whole = [LEAST, np.clip(math.fsum(parts.values()), LEAST, MOST)]
-        axis.plot(whole, [place, place], color=STYLE["edge"], linewidth=5, solid_capstyle="butt")
+    for row, (_, parts) in enumerate(rows):
+        extent = [LEAST, np.clip(math.fsum(parts.values()), LEAST, MOST)]
+        axis.plot(extent, [row, row], color=STYLE["edge"], linewidth=5, solid_capstyle="butt")
     sources = dict.fromkeys(source for _, parts in rows for source in parts)
     for mark, colour, source in zip(MARKS, BALL_COLOURS, sources, strict=False):
-        places = [place for place, (_, parts) in enumerate(rows) if source in parts]
-        errors = np.clip([rows[place][1][source] for place in places], LEAST, MOST)
-        look = {"color": colour, "markersize": 7, "markeredgecolor": "white", "zorder": 3, "clip_on": False}
-        axis.plot(errors, places, mark, label=source, **look)
+        rows_of_source = [row for row, (_, parts) in enumerate(rows) if source in parts]
+        errors = np.clip([rows[row][1][source] for row in rows_of_source], LEAST, MOST)
+        style = {"color": colour, "markersize": 7, "markeredgecolor": "white", "zorder": 3, "clip_on": False}
+        axis.plot(errors, rows_of_source, mark, label=source, **style)
     axis.axvline(DOUBTFUL, color=STYLE["ink"], linewidth=1.0, linestyle=":")
     axis.set(xscale="log", xlim=(LEAST, MOST), ylim=(len(rows) - 0.5, -0.5))
     axis.set_yticks(range(len(rows)), [words for words, _ in rows])

@@ -124,7 +124,7 @@ class Body(NamedTuple):
 
     def numbers(self) -> np.ndarray:
         """The same (25,) as the core reads it."""
-        return np.concatenate([self.surface.numbers(), *(np.ravel(one) for one in self[1:])])
+        return np.concatenate([self.surface.numbers(), *(np.ravel(field) for field in self[1:])])
 
 
 class Opposition(NamedTuple):
@@ -148,7 +148,7 @@ class Opposition(NamedTuple):
 def body(surface: Surface, position=(0, 0, 0), rotation=None, velocity=(0, 0, 0), spin=(0, 0, 0)) -> Body:
     """A `Body` from plain sequences; without a rotation its axes are the fixed ones."""
     turn = np.eye(3) if rotation is None else rotation
-    return Body(surface, *(np.array(one, dtype=float) for one in (position, turn, velocity, spin)))
+    return Body(surface, *(np.array(vector, dtype=float) for vector in (position, turn, velocity, spin)))
 
 
 def closed_form_known(kind_a: int, kind_b: int) -> bool:
@@ -177,19 +177,19 @@ def find_opposing(a: Body, b: Body, near, iterations: int = 60) -> np.ndarray:
 
 def opposition_of(a: Body, b: Body, unknowns) -> Opposition:
     """Properties of a root of (1): points, normal, approach, gap curvatures (eqs. 4-6), and its kind."""
-    found, unknowns = np.empty(12), np.array(unknowns, float)
-    kind = _opposition(a.numbers(), b.numbers(), unknowns, found)
-    approach, small, large = map(float, found[3:6])
+    numbers, unknowns = np.empty(12), np.array(unknowns, float)
+    kind = _opposition(a.numbers(), b.numbers(), unknowns, numbers)
+    approach, small, large = map(float, numbers[3:6])
     circular = bool(large - small <= CIRCULAR * (large + small))
-    return Opposition(unknowns[:3], unknowns[3:6], found[:3], approach, small, large, found[6:9], circular, kind)
+    return Opposition(unknowns[:3], unknowns[3:6], numbers[:3], approach, small, large, numbers[6:9], circular, kind)
 
 
 def contact_of(a: Body, b: Body, unknowns) -> Opposition:
     """The same of a contact in an ellipse; raises SceneError at a wrong root."""
-    found = opposition_of(a, b, unknowns)
-    if found.kind != FOUND:
-        raise SceneError(f"the pair of points found {REFUSALS[found.kind]}; start nearer to the contact")
-    return found
+    opposition = opposition_of(a, b, unknowns)
+    if opposition.kind != FOUND:
+        raise SceneError(f"the pair of points found {REFUSALS[opposition.kind]}; start nearer to the contact")
+    return opposition
 
 
 _curvatures = Function("core_groove_curvatures", None, (REAL, REAL, REAL, INTEGER, REALS, REALS_OUT, REALS_OUT))
@@ -254,9 +254,9 @@ class LowestPoint(NamedTuple):
 def ellipsoid_on_plane(semi_axes, directions) -> LowestPoint:
     """The farthest points along unit directions (..., 3) in the ellipsoid's axes; semi-axes (3,) in m."""
     directions = np.ascontiguousarray(directions, float)
-    found = np.empty((*directions.shape[:-1], 16))
-    _gaps(np.array(semi_axes, float), directions.size // 3, directions, found)
-    parts = np.split(found, _PARTS, axis=-1)
+    numbers = np.empty((*directions.shape[:-1], 16))
+    _gaps(np.array(semi_axes, float), directions.size // 3, directions, numbers)
+    parts = np.split(numbers, _PARTS, axis=-1)
     return LowestPoint(*(part[..., 0] if part.shape[-1] == 1 else part for part in parts))
 
 
@@ -276,12 +276,12 @@ def quaternion_from_vector(vector) -> np.ndarray:
     return np.concatenate([np.sin(0.5 * angle) / angle * vector, np.cos(0.5 * angle)], axis=-1)
 
 
-def turned(quaternion, omega_start, omega_middle, omega_end, step) -> np.ndarray:
+def rotate_by_step(quaternion, omega_start, omega_middle, omega_end, step) -> np.ndarray:
     """Orientations (..., 4) after `step` [s] at angular velocities (..., 3) [rad/s] at start, middle and end.
 
     In fixed axes. Fourth-order Magnus step; the result has unit norm, so nothing drifts.
     """
-    start, middle, end = (np.asarray(one, float) for one in (omega_start, omega_middle, omega_end))
+    start, middle, end = (np.asarray(omega, float) for omega in (omega_start, omega_middle, omega_end))
     vector = step / 6.0 * (start + 4.0 * middle + end) + step * step / 12.0 * np.cross(end, start)
     product = quaternion_product(quaternion_from_vector(vector), quaternion)
     return product / np.linalg.norm(product, axis=-1, keepdims=True)

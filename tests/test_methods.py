@@ -20,8 +20,8 @@ from bearing_twin.methods import COUPLED, STEPPER_FACTS
 from bearing_twin.shapes import (
     quaternion_from_vector,
     quaternion_product,
+    rotate_by_step,
     rotation_matrix,
-    turned,
 )
 
 
@@ -339,7 +339,7 @@ def test_orientation_step_is_of_fourth_order_and_keeps_unit_norm():
     def end(steps):
         q, h = (0.0, 0.0, 0.0, 1.0), 0.5 / steps
         for i in range(steps):
-            q = turned(q, omega(i * h), omega((i + 0.5) * h), omega((i + 1) * h), h)
+            q = rotate_by_step(q, omega(i * h), omega((i + 0.5) * h), omega((i + 1) * h), h)
         assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-15)
         return np.array(q)
 

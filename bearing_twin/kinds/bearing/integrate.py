@@ -73,7 +73,7 @@ from bearing_twin.methods import (
     STOPPED,
     TOO_DEEP,
 )
-from bearing_twin.shapes import turned
+from bearing_twin.shapes import rotate_by_step
 
 REFERENCE_SHARE = 1e-4  # of the scales, for SciPy's methods, whose only use here is to be right
 SCIPY = {"dop853": "DOP853", "radau": "Radau"}
@@ -313,7 +313,7 @@ def _by_scipy(name: str, chunk: Chunk) -> int:
 
 def _turn_all(dense, begin, end, start, orientation, out):
     middle, last = (dense(t).reshape(start.shape) for t in (0.5 * (begin + end), end))
-    out[:] = turned(orientation, *map(_relative_spin, (start, middle, last)), end - begin)
+    out[:] = rotate_by_step(orientation, *map(_relative_spin, (start, middle, last)), end - begin)
 
 
 def _relative_spin(state):
