@@ -32,8 +32,13 @@ def stored_energy(out):
 def run(*overrides, count=40, period=5e-5, **names):
     """Outputs of one chunk of `count` instants `period` [s] apart, with the motion they came from."""
     moving = motion(*overrides, **names)
+    return moving, advanced(moving, period, count)
+
+
+def advanced(moving, period, count):
+    """Outputs of the next `count` instants `period` [s] apart."""
     times = period * np.arange(1, count + 1)
-    return moving, moving.advance(times, times[-1])
+    return moving.advance(times, times[-1])
 
 
 def flat(out):

@@ -10,7 +10,7 @@ import numpy as np
 from mcap.records import Metadata
 
 from bearing_twin.base.report import Choice
-from bearing_twin.base.sample import Block
+from bearing_twin.base.sample import Block, join_blocks
 from bearing_twin.log.bag import log_files, reader_of
 from bearing_twin.log.raw_log import OUTPUTS_KEY, RUN_RECORD
 from bearing_twin.run.scene import Scene, load_scene
@@ -106,12 +106,16 @@ def content_digest(path) -> str:
     return digest.hexdigest()
 
 
+def run_all(scene, *overrides):
+    """The report of a whole run, and all outputs as one block."""
+    run = simulate(scene if isinstance(scene, Scene) else load_scene(scene, overrides))
+    block = join_blocks(list(run.blocks()))
+    return run.report, block
+
+
 def reported(scene, *overrides):
     """The report of a whole run."""
-    run = simulate(load_scene(scene, overrides))
-    for _ in run.blocks():
-        pass
-    return run.report
+    return run_all(scene, *overrides)[0]
 
 
 def no_room(*_):

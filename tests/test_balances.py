@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import TURNED_REST, motion
-from runs import a_choice
+from runs import a_choice, reported, run_all
 from scipy.integrate import simpson
 from scipy.spatial.transform import Rotation
 
@@ -28,7 +28,7 @@ from bearing_twin.kinds.contract import Output
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 from bearing_twin.shapes import body as body_of
 from bearing_twin.shapes import contact_of, find_opposing, sphere, torus
 
@@ -69,10 +69,8 @@ def full():
 def test_leapfrog_loses_no_energy_where_balls_touch():
     """What their contacts store was summed by the velocities before each step: 1 % of all work was missing."""
     loose = ("geometry.balls=13", "geometry.pitch_diameter=0.0283", "cage.kind=none", "initial.motion=rest")
-    run = simulate(load_scene("bearing_6203_loose", [*loose, "solver.stepper=imex", "run.duration=0.004"]))
-    for _ in run.blocks():
-        pass
-    assert abs(run.report.figures["energy_closure"]) < 1e-3
+    report = reported("bearing_6203_loose", *loose, "solver.stepper=imex", "run.duration=0.004")
+    assert abs(report.figures["energy_closure"]) < 1e-3
 
 
 def integral(power):
@@ -245,9 +243,9 @@ def loads_of(rows, origin):
 
 def tilted_ring(scene, *overrides):
     """Parameters of a bearing whose inner ring is tilted, and its last output."""
-    block = list(simulate(load_scene(scene, overrides)).blocks())[-1]
-    assert np.abs(block["inner_ring_tilt"][-1]).max() > 1e-6
-    return load_scene(scene, overrides).parameters, block[-1]
+    sample = run_all(scene, *overrides)[1][-1]
+    assert np.abs(sample["inner_ring_tilt"]).max() > 1e-6
+    return load_scene(scene, overrides).parameters, sample
 
 
 def balls_that_touch():

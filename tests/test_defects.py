@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-from runs import reported
+from runs import reported, run_all
 
 from bearing_twin import SceneError, load_scene, simulate
 from bearing_twin.kinds.bearing import scene_equilibrium
@@ -93,9 +93,8 @@ def test_waves_of_the_orders_next_to_multiples_of_the_balls_move_the_ring_sidewa
                 assert shift[2] == pytest.approx(0.0 if is_next else -0.0063e-6, abs=1e-10)
 
 
-def outputs(scene) -> dict:
-    blocks = list(simulate(scene).blocks())
-    return {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
+def outputs(scene):
+    return run_all(scene)[1].values
 
 
 FREE = {

@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from bearings import errors, motion
+from bearings import errors, run
 
 from bearing_twin import load_scene
 from bearing_twin.charts.scenes import last_overrides
@@ -13,10 +13,8 @@ from bearing_twin.kinds.bearing import cage_speed, choose, mend_of_method
 RIG = "bearing_6203_rig_1000N"
 
 
-def _outputs(tolerance, *overrides, scene):
-    moving = motion(*overrides, f"wanted.tolerance={tolerance}", scene=scene)
-    times = 5e-5 * np.arange(1, 401)
-    return moving, moving.advance(times, times[-1])
+def _outputs(tolerance, *overrides, scene, period=5e-5, count=400):
+    return run(*overrides, f"wanted.tolerance={tolerance}", scene=scene, period=period, count=count)
 
 
 @pytest.mark.parametrize("along", [0.0, 5e-6, 2e-5])
@@ -55,10 +53,9 @@ def test_balls_with_steps_in_common_keep_their_tolerance(case):
 
 def test_a_ring_that_rings_keeps_its_tolerance():
     scene, ringing = "bearing_6203_step_load", ("solver.companion=off", "solver.stepper=rodas4")
-    times = 5e-5 * np.arange(1, 601)
-    exact = motion(*ringing, "wanted.tolerance=1e-9", scene=scene).advance(times, times[-1])
+    _, exact = _outputs(1e-9, *ringing, scene=scene, count=600)
     for tolerance in (1e-3, 1e-5):
-        outputs = motion(*ringing, f"wanted.tolerance={tolerance}", scene=scene).advance(times, times[-1])
+        _, outputs = _outputs(tolerance, *ringing, scene=scene, count=600)
         assert np.abs(outputs.normal_load - exact.normal_load).max() < tolerance * exact.normal_load.max()
 
 
@@ -116,11 +113,9 @@ def test_errors_fall_with_the_tolerance_landings_included(scene, span):
     contact's whole load there.
     """
     seconds, rate = span
-    times = np.arange(1, round(seconds * rate) + 1) / rate
 
     def outputs(tolerance):
-        moving = motion(f"wanted.tolerance={tolerance}", scene=scene)
-        return moving, moving.advance(times, times[-1])
+        return _outputs(tolerance, scene=scene, period=1.0 / rate, count=round(seconds * rate))
 
     _, exact = outputs(1e-8)
     by_tolerance = np.array([errors(*outputs(tolerance), exact) for tolerance in (1e-3, 1e-4, 1e-5, 1e-6)])

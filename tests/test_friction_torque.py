@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 import pytest
+from runs import reported, run_all
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from bearing_twin import load_scene, simulate
+from bearing_twin import load_scene
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds.bearing import (
     contact_torque,
@@ -192,15 +193,8 @@ def test_bad_lubricants_get_a_sentence(changes, phrase, refused):
     assert phrase in refused("bearing", "6203", "--load", "0,-400,0", *arguments)
 
 
-def last_of(run):
-    block = list(run.blocks())[-1]
-    return {name: block.values[name][-1] for name in block.values}
-
-
-def report_of(scene, *changes):
-    run = simulate(load_scene(scene, (*changes, "solver.check=none")))
-    last_of(run)
-    return run.report.figures
+def figures_of(scene, *changes):
+    return reported(scene, *changes, "solver.check=none").figures
 
 
 def test_one_contact_drags_ball_and_ring_as_published():
@@ -210,9 +204,7 @@ def test_one_contact_drags_ball_and_ring_as_published():
     for kind, column in (("grease", 1), ("oil", 2)):
         oil = f"lubricant.kind={kind}", "lubricant.boundary_friction=1e-9", "lubricant.film_friction=0"
         rest = "geometry.radial_clearance=-6e-6", "drive.offset=[0, 0, 0]", "gravity=[0, 0, 0]", "solver.check=none"
-        run = "run={duration: 1e-3, output_rate: 1000}"
-        first = next(iter(simulate(load_scene("bearing_6203", (*TABLE_SCENE[1:], *oil, *rest, run))).blocks()))
-        values = {name: first.values[name][0] for name in first.values}
+        values = run_all("bearing_6203", *TABLE_SCENE[1:], *oil, *rest, "run={duration: 1e-3, output_rate: 1000}")[1][0]
         drag, load = np.linalg.norm(values["friction_force"], axis=-1), values["normal_load"]
         radial = values["position"] * [1.0, 1.0, 0.0]
         along = np.cross([0.0, 0.0, 1.0], radial / np.linalg.norm(radial, axis=-1)[:, None])
@@ -246,7 +238,7 @@ MOVING = {
 @pytest.mark.parametrize("kind", ["grease", "oil"])
 def test_power_closes_with_every_part(kind):
     for name, (scene, changes) in MOVING.items():
-        figures = report_of(scene, *changes, f"lubricant.kind={kind}")
+        figures = figures_of(scene, *changes, f"lubricant.kind={kind}")
         assert abs(figures["energy_closure"]) < 1e-5, name
 
 
@@ -257,7 +249,8 @@ def test_moving_balls_take_the_torque_of_equilibria(asked):
         equilibria = [asked(*command, f"{angle}")["friction_torque_nm"]["total"] for angle in angles]
         scene_keys = scene, "lubricant.kind=grease", "run.duration=0.2"
         moving = [
-            report_of(*scene_keys, f"wanted.tolerance={tolerance}")["drive_torque_nm"] for tolerance in ("1e-3", "1e-5")
+            figures_of(*scene_keys, f"wanted.tolerance={tolerance}")["drive_torque_nm"]
+            for tolerance in ("1e-3", "1e-5")
         ]
         assert moving[0] == pytest.approx(np.mean(equilibria), rel=0.03)
         assert moving[0] == pytest.approx(moving[1], rel=1e-3)
@@ -266,7 +259,7 @@ def test_moving_balls_take_the_torque_of_equilibria(asked):
 def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(asked):
     """Equilibria add up slip by rolling and by spin, which is an upper bound; friction at a point has no spin."""
     combined = ("rings.inner.load=[0, -400, 300]", "run.duration=0.05", "solver.check=none")
-    torque = [report_of("bearing_6203_greased", *combined, *changes) for changes in ((), ("contact.friction=point",))]
+    torque = [figures_of("bearing_6203_greased", *combined, *changes) for changes in ((), ("contact.friction=point",))]
     combined_torque, rolling = (figures["drive_torque_nm"] for figures in torque)
     upper_bound = asked("bearing", "bearing_6203_greased", "--set", combined[0])["friction_torque_nm"]["total"]
     assert 1.1 * rolling < combined_torque < upper_bound
@@ -278,10 +271,9 @@ def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(as
 
 
 def test_pictures_and_pages_name_no_dry_contacts_of_a_lubricated_run():
-    run = simulate(load_scene("bearing_6203_greased", ("run.duration=0.002",)))
-    list(run)
-    drawn = [label.partition(":")[0] for label, _ in figure_errors(run.report)]
-    tabled = [figure.words for figure in readable_figures(run.report.figures, run.report.as_dict())]
+    report = reported("bearing_6203_greased", "run.duration=0.002")
+    drawn = [label.partition(":")[0] for label, _ in figure_errors(report)]
+    tabled = [figure.words for figure in readable_figures(report.figures, report.as_dict())]
     for labels in (drawn, tabled):
         assert "drive torque" in labels
         assert not any("dry" in label for label in labels)
@@ -290,7 +282,7 @@ def test_pictures_and_pages_name_no_dry_contacts_of_a_lubricated_run():
 def test_films_of_moving_contacts_are_those_of_their_loads_at_the_speed_of_rolling():
     elastic = "contact.relaxation_time=0", "solver.check=none"  # films follow the elastic load
     scene = load_scene("bearing_6203_rig_400N", ("lubricant.kind=grease", "run.duration=0.02", *elastic))
-    values, parameters = last_of(simulate(scene)), scene.parameters
+    values, parameters = run_all(scene)[1][-1], scene.parameters
     ball, geometry, lubricant = parameters.materials.ball, parameters.geometry, film_lubricant(parameters)
     ratio = geometry.ball_diameter / geometry.pitch_diameter
     rolling = 0.25 * float(values["inner_ring_speed"]) * geometry.pitch_diameter * (1.0 - ratio**2)
@@ -308,11 +300,8 @@ def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command
     """At one place of the balls those of `bearing`, over many those of moving balls within 3 %; all work is lost."""
     greased = ("lubricant.kind=grease", "contact.normal=hertz", "solver.check=none")
     keys = "gravity=[0, 0, 0]", "model.dimension=quasi_static", "run.duration=0.2"
-    run = simulate(load_scene("bearing_6203_rig_400N", (*greased, *keys)))
-    blocks = list(run.blocks())
-    first, last = (
-        {name: block.values[name][row] for name in block.values} for block, row in ((blocks[0], 0), (blocks[-1], -1))
-    )
+    report, block = run_all("bearing_6203_rig_400N", *greased, *keys)
+    first, last, figures = block[0], block[-1], report.figures
     angle = f"{math.degrees(first['orbit_angle'][0])}"
     command = "bearing", "bearing_6203_rig_400N", "--ball-angle", angle
     answer = asked(*command, "--set", greased[0], "--set", greased[1])
@@ -320,8 +309,7 @@ def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command
     films_of_loads = first["film_thickness"][first["film_thickness"] > 0.0]
     assert films_of_loads.min() == pytest.approx(answer["film_m"], rel=1e-6)
     assert first["film_ratio"][first["film_ratio"] > 0.0].min() == pytest.approx(answer["lambda"], rel=1e-6)
-    figures = run.report.figures
-    moving = report_of("bearing_6203_rig_400N", *greased, "run.duration=0.1")["drive_torque_nm"]
+    moving = figures_of("bearing_6203_rig_400N", *greased, "run.duration=0.1")["drive_torque_nm"]
     assert figures["drive_torque_nm"] == pytest.approx(moving, rel=0.03)
     turned = float(last["inner_ring_angle"] - first["inner_ring_angle"])
     assert figures["dissipated_j"] == pytest.approx(figures["drive_torque_nm"] * turned, rel=1e-2)
@@ -330,7 +318,7 @@ def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command
 
 def test_lubricated_equilibria_that_turn_backwards_or_rest():
     scene = ("bearing_6203_rig_400N", "lubricant.kind=grease", "model.dimension=quasi_static", "run.duration=0.01")
-    torques = [report_of(*scene, f"drive.speed={speed}")["drive_torque_nm"] for speed in (183.26, -183.26, 0.0)]
+    torques = [figures_of(*scene, f"drive.speed={speed}")["drive_torque_nm"] for speed in (183.26, -183.26, 0.0)]
     assert torques == [pytest.approx(-torques[1], rel=1e-3), pytest.approx(-torques[0], rel=1e-3), 0.0]
     assert torques[0] > 1e-3
 

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 from bearings import motion
-from runs import a_choice
+from runs import a_choice, run_all
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
@@ -23,12 +23,6 @@ OUTSIDE = "solver.allow_invalid=on"
 def equilibrium_motion(*overrides, scene="bearing_6203"):
     parameters = load_scene(scene, overrides).parameters
     return bearing_motion(parameters, a_choice("hertz", "quasi_static"))
-
-
-def run_all(scene, *overrides):
-    run = simulate(load_scene(scene, overrides))
-    blocks = list(run.blocks())
-    return run.report, {name: np.concatenate([block.values[name] for block in blocks]) for name in blocks[0].values}
 
 
 def test_the_error_of_a_load_zone_with_light_balls_is_that_of_moving_balls():

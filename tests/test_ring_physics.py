@@ -5,8 +5,8 @@ import math
 
 import numpy as np
 import pytest
-from bearings import AXIAL_PRELOAD, FREE, motion, stored_energy
-from runs import reported
+from bearings import AXIAL_PRELOAD, FREE, advanced, motion, stored_energy
+from runs import reported, run_all
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.paths import restrict_reading
@@ -24,7 +24,7 @@ from bearing_twin.kinds.bearing import (
 from bearing_twin.kinds.contract import Output
 from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene
-from bearing_twin.run.simulation import Simulation, simulate
+from bearing_twin.run.simulation import Simulation
 
 RIG = "bearing_6203_rig_1000N"
 ROLLING = 0.5 * 157.0796 * (1.0 - 6.75 / 28.55)
@@ -36,11 +36,6 @@ WORKS = (
     "kinetic_energy", "elastic_energy", "potential_energy", "dissipated", "gross_work", "inner_ring_load_work",
     "inner_ring_angle",
 )  # fmt: skip
-
-
-def advanced(moving, period, count):
-    times = period * np.arange(1, count + 1)
-    return moving.advance(times, times[-1])
 
 
 def fields_of(scene, block, name):
@@ -125,12 +120,12 @@ def test_the_force_of_an_even_cage_is_what_turns_it(rig):
 )
 def test_the_torque_of_the_drive_is_what_is_lost_and_stored_less_the_work_of_the_loads(scene, overrides):
     """Over the last 50 outputs of 101: work over angle, which the noise of single outputs leaves alone."""
-    finished = simulate(load_scene(scene, ("run.duration=0.05", "run.output_rate=2000", *overrides)))
-    values = {name: np.concatenate([block.values[name] for block in finished.blocks()]) for name in WORKS}
-    change = {name: array[-1] - array[50] for name, array in values.items()}
+    report, block = run_all(scene, "run.duration=0.05", "run.output_rate=2000", *overrides)
+    values = block.values
+    change = {name: values[name][-1] - values[name][50] for name in WORKS}
     stored = change["kinetic_energy"] + change["elastic_energy"] + change["potential_energy"]
     turning = change["dissipated"] + stored - change["inner_ring_load_work"]
-    torque = finished.report.figures["drive_torque_nm"]
+    torque = report.figures["drive_torque_nm"]
     tolerance = 1e-6 * (values["gross_work"][-1] - values["gross_work"][0])
     assert torque * change["inner_ring_angle"] == pytest.approx(turning, abs=tolerance)
     assert abs(change["inner_ring_load_work"]) > 1e-7
@@ -217,10 +212,9 @@ def test_an_even_cage_started_from_rest_lags():
 def test_moments_of_balls_hold_the_moment_on_a_ring_that_tilts():
     """Published moments are those by which its tilts move; at the contacts' own places they are 4 % off that."""
     ring = "rings.inner={free: all, mass: 0.5, inertia: [1e-4,1e-4], load: [0,-60,100], moment: [0.1,0.05]}"
-    run = simulate(load_scene("bearing_6203", ("model.dimension=free", "cage.kind=even", "gravity=[0,0,0]", ring)))
-    sample = list(run)[-1]
-    assert np.abs(sample["inner_ring_tilt"]).max() > 1e-4
-    assert run.report.figures["ring_moment_nm"] == pytest.approx([-0.1, -0.05], rel=1e-3)
+    report, block = run_all("bearing_6203", "model.dimension=free", "cage.kind=even", "gravity=[0,0,0]", ring)
+    assert np.abs(block[-1]["inner_ring_tilt"]).max() > 1e-4
+    assert report.figures["ring_moment_nm"] == pytest.approx([-0.1, -0.05], rel=1e-3)
 
 
 def test_loads_come_from_a_table(tmp_path):

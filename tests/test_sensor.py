@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from runs import run_all
 from scipy.signal import lsim, lti
 
 from bearing_twin import SceneError, StudyError, load_scene, load_study, read_log, simulate, write_log
@@ -44,12 +45,9 @@ def test_the_housing_follows_its_equation_of_motion(ring):
     run = "run.duration=0.2", "run.output_rate=100000", "solver.check=none"
     sensor = "sensor.noise=0", "sensor.direction=0,2,0", "housing.damping=2e4"
     scene = load_scene("bearing_6205_spall_outer", [*run, *sensor, *ring])
-    blocks = list(simulate(scene).blocks())
-    samples = np.concatenate([block.records["acceleration"] for block in blocks if "acceleration" in block.records])[
-        :-1
-    ]
-    times = 1e-9 * np.concatenate([block.time_ns for block in blocks])[:-1]
-    force = np.concatenate([block.values["outer_ring_force"] for block in blocks])[:-1, 1]
+    _, block = run_all(scene)
+    samples, times = block.records["acceleration"][:-1], 1e-9 * block.time_ns[:-1]
+    force = block.values["outer_ring_force"][:-1, 1]
     housing = scene.parameters.housing
     system = lti([1.0, 0.0, 0.0], [housing.mass, housing.damping, housing.stiffness])
     _, true, _ = lsim(system, force - force[0], times)  # from rest under the first force
@@ -65,10 +63,9 @@ def test_the_housing_follows_its_equation_of_motion(ring):
 
 def offsets(*changes) -> np.ndarray:
     """Displacement [m] of the inner ring along y, and the energy made by the numbers over the work."""
-    run = simulate(load_scene("bearing_6205_spall_outer", ["solver.check=none", *changes]))
-    displacements = np.concatenate([block.values["inner_ring_offset"][:, 1] for block in run.blocks()])
-    assert abs(run.report.figures["energy_closure"]) < 5e-5
-    return displacements
+    report, block = run_all("bearing_6205_spall_outer", "solver.check=none", *changes)
+    assert abs(report.figures["energy_closure"]) < 5e-5
+    return block.values["inner_ring_offset"][:, 1]
 
 
 def test_the_outer_ring_moves_with_its_housing_as_a_held_one_where_that_is_heavy():

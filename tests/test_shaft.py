@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from bearings import motion, stored_energy
+from bearings import advanced, motion, stored_energy
 from contact_reference import about_z, single_contact
 from scipy.integrate import solve_ivp
 
@@ -30,11 +30,9 @@ RIG = "bearing_6203_rig_400N"
 CAGES = (("cage.kind=none",), ("cage.kind=even",), ("cage.kind=pockets",))
 
 
-def advanced(moving, period, count):
-    """The outputs, with those at the start in front."""
-    first, times = moving.first_outputs(), period * np.arange(1, count + 1)
-    out = moving.advance(times, times[-1])
-    return first, out
+def outputs(moving, period, count):
+    """The first outputs, and the later ones."""
+    return moving.first_outputs(), advanced(moving, period, count)
 
 
 def joined(name, first, out):
@@ -51,7 +49,7 @@ def closure(first, out):
 def test_without_friction_the_torque_and_its_drag_alone_make_the_speed(damping):
     """w = T t / J, and w = T / c (1 - exp(-c t / J)); the drag is lost, and none of it is the balls'."""
     moving = motion(*FROM_REST, *NO_GRAVITY, "contact.friction_coefficient=0", f"drive.damping={damping}")
-    first, out = advanced(moving, 1e-4, 200)
+    first, out = outputs(moving, 1e-4, 200)
     time = 1e-4 * np.arange(1, 201)
     expected = 1e3 * time if damping == 0.0 else 0.01 / damping * -np.expm1(-damping * time / 1e-5)
     assert out.inner_ring_speed == pytest.approx(expected, rel=1e-5)
@@ -69,7 +67,7 @@ def test_balls_that_roll_add_their_share_of_inertia():
         orbit, roll = cage_speed(1.0, *size), roll_rate(1.0, *size)
         share = bearing.ball_mass * (0.5 * size[1] * orbit) ** 2 + bearing.ball_inertia * (orbit - roll) ** 2
         inertia = 1e-5 + 8.0 * share + (5e-3 * (0.5 * size[1] * orbit) ** 2 if cage == CAGES[1] else 0.0)
-        _, out = advanced(moving, 1e-3, 20)
+        _, out = outputs(moving, 1e-3, 20)
         assert 8.0 * share > 0.02 * inertia
         assert np.ptp(out.inner_ring_speed[[9, -1]]) / 0.01 == pytest.approx(0.01 / inertia, rel=1e-3)
 
@@ -81,7 +79,7 @@ def test_angular_momentum_of_all_that_turns_is_what_torque_and_outer_ring_give()
         "drive.torque_table=[[0,0.02],[0.001,-0.01],[0.0015,0.03]]",
     )  # fmt: skip
     moving.advance(np.array([]), 4e-4)  # slip begins within nanoseconds
-    first, out = advanced(moving, 2e-6, 1000)
+    first, out = outputs(moving, 2e-6, 1000)
     position, velocity = joined("position", first, out), joined("velocity", first, out)
     orbital = moving.bearing.ball_mass * (position[..., 0] * velocity[..., 1] - position[..., 1] * velocity[..., 0])
     spin = moving.bearing.ball_inertia * joined("angular_velocity", first, out)[..., 2]
@@ -162,7 +160,7 @@ def test_energy_closes_with_the_work_of_the_torque(cage, ring):
     """A ring with mass under a load, gravity and a torque: its gyroscopic moment and unbalance at the speed that is."""
     table = "drive.torque_table=[[0,0.1],[0.01,0.05],[0.02,-0.1]]"
     moving = motion("drive.kind=torque", "drive.damping=1e-4", table, *cage, *ring, scene=RIG)
-    first, out = advanced(moving, 1e-4, 300)
+    first, out = outputs(moving, 1e-4, 300)
     assert abs(closure(first, out)) < 1e-5
     speed, torque = joined("inner_ring_speed", first, out), joined("drive_torque", first, out)
     power = speed * torque
@@ -174,7 +172,7 @@ def test_energy_closes_with_the_work_of_the_torque(cage, ring):
 def test_a_cage_on_the_land_of_the_inner_ring_turns_its_shaft():
     """Without a torque J w changes by the impulse of the moments of balls and land."""
     moving = motion("drive.kind=torque", scene="bearing_6203_guided_cage")
-    first, out = advanced(moving, 2e-7, 20000)
+    first, out = outputs(moving, 2e-7, 20000)
     assert abs(closure(first, out)) < 1e-5
     moment, speed = joined("inner_ring_torque", first, out)[:, 2], joined("inner_ring_speed", first, out)
     impulse = np.sum(0.5 * (moment[1:] + moment[:-1])) * 2e-7
@@ -223,7 +221,7 @@ def test_what_contradicts_itself_is_refused(keys, message):
 def test_a_shaft_that_runs_away_ends_the_run_at_the_first_output_beyond_the_limit():
     moving = motion(*FROM_REST, "drive.greatest_speed=10")
     with pytest.raises(IntegrationError, match=r"beyond drive\.greatest_speed = 10 rad/s") as caught:
-        advanced(moving, 1e-3, 40)
+        outputs(moving, 1e-3, 40)
     assert (caught.value.reason, caught.value.body) == ("too fast", "inner ring")
     assert caught.value.seconds == pytest.approx(0.011)
 

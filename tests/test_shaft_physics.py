@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from runs import run_all
 from scipy import linalg
 from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
@@ -445,9 +446,8 @@ def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
 
 def test_figures_are_those_of_the_second_half():
     keys = "shaft.change={time: 0.004, load: [0, -300, 0]}", "run.duration=0.02"
-    run = simulate(load_scene("shaft_two_6203", keys))
-    block = join_blocks(list(run.blocks()))
-    second_half, figures = block.time_ns >= 10_000_000, run.report.figures
+    report, block = run_all("shaft_two_6203", *keys)
+    second_half, figures = block.time_ns >= 10_000_000, report.figures
     position, force = block.values["position"][second_half], block.values["bearing_force"][second_half]
     assert figures["displacement_m"] == pytest.approx(position.mean(axis=0).tolist(), rel=1e-9, abs=1e-18)
     assert figures["displacement_range_m"] == pytest.approx(np.ptp(position, axis=0).tolist(), rel=1e-9, abs=1e-18)
