@@ -80,6 +80,14 @@ def test_estimates_are_near_the_true_errors(cell):
     assert np.mean((found > 1.0 / 3.0) & (found < 3.0)) >= 0.9
 
 
+@pytest.mark.parametrize("restitution", [0.05, 0.2, 0.7])
+def test_the_peak_of_a_damped_contact_is_found_between_its_steps(restitution):
+    """It was too low by up to 2e-4: the search ended where the maximum of a parabola lay below the middle point."""
+    words = f"contact.restitution={restitution}", "start.height=0.02", "run.duration=0.1", ALONE
+    found, exact = (reported("ellipsoid_on_plane", *words, f"wanted.tolerance={one}") for one in (1e-6, 1e-9))
+    assert found.figures["peak_force_n"] == pytest.approx(exact.figures["peak_force_n"], rel=1e-6)
+
+
 def test_steps_by_the_overlap_do_not_follow_the_errors_of_its_sums():
     """Half of all steps were rejected, and a body that came to rest took minutes."""
     words = "first.exponents=[3,3]", "run.duration=0.1", "wanted.tolerance=1e-10"

@@ -424,13 +424,12 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
   }
   // The peak load, where the loads at the ends of the last two steps enclose a maximum.
   void record_peak(double step) {
-    constexpr int ROUNDS = 2;  // of parabolas through the greatest load
     auto load = [&](double previous, double time) {
       PairContact contact_inside = contact_after(step_start, previous + time);
       contact_record.update_peak(contact_inside);
       return contact_inside.normal_load;
     };
-    refine_maximum(load, contact_record.trail, step, touch.normal_load, contact_record.peak_load, ROUNDS);
+    refine_maximum(load, contact_record.trail, step, touch.normal_load, contact_record.peak_load);
   }
   // The greatest approach in the step, after the greatest load where there is damping.
   void record_depth(double step, const PairContact &at_start, const State &start) {

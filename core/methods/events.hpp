@@ -16,6 +16,7 @@ inline T hermite(double fraction, double step, const T &start, const T &start_ra
 constexpr int MAX_BISECTIONS = 100, MAX_REGULA_FALSI = 100;
 constexpr double LEAST_WIDTH = 4e-16;  // fraction of a step to which a sign change is located
 constexpr int MAXIMUM_EVALUATIONS = 2;  // of a function about a sign change of its rate
+constexpr int PARABOLAS = 4;  // about a maximum of a function whose rate is not known
 constexpr double NEAR_GREATEST = 0.9, SAME_MAXIMUM = 1e-3;  // of the greatest value so far; of the interval about a maximum
 
 struct Bracket { double low, high, middle; };  // before the event, after it, the last point evaluated
@@ -101,19 +102,24 @@ inline double parabola_maximum(double low, double centre, double high, double fi
 // The values at both ends of the step before the last, and its length [s].
 struct Trail { double before, last, step; };
 
-// Refines a maximum, not far below the `greatest` so far, that three ends of steps enclose: evaluates the function so many times at
-// the maximum of the parabola through the three points about the greatest value. `trail` advances to the last step, of `step` [s],
-// with the value `end` at its end. `evaluate(previous, time)` is the value `time` [s] after the start of the last step, where the
-// step before is `previous` [s] long.
+// Refines a maximum, not far below the `greatest` so far, that three ends of steps enclose: evaluates the function at the maximum of
+// the parabola through the three points about the greatest value. `trail` advances to the last step, of `step` [s], with the value
+// `end` at its end. `evaluate(previous, time)` is the value `time` [s] after the start of the last step, where the step before is
+// `previous` [s] long.
 template <class Evaluate>
-void refine_maximum(const Evaluate &evaluate, Trail &trail, double step, double end, double greatest, int rounds) {
+void refine_maximum(const Evaluate &evaluate, Trail &trail, double step, double end, double greatest) {
   double first = trail.before, middle = trail.last, last = end, previous = trail.step;
   trail = {middle, end, step};
   if (!(middle >= first && middle > last && middle > NEAR_GREATEST * greatest && previous > 0.0)) return;
   double low = -previous, centre = 0.0, high = step;
-  for (int i = 0; i < rounds; i++) {
+  for (int i = 0; i < PARABOLAS; i++) {
     double maximum = parabola_maximum(low, centre, high, first, middle, last), value = evaluate(previous, maximum);
-    if (value <= middle || std::fabs(maximum - centre) <= SAME_MAXIMUM * (high - low)) return;
+    if (std::fabs(maximum - centre) <= SAME_MAXIMUM * (high - low)) return;
+    if (value <= middle) {
+      if (maximum > centre) high = maximum, last = value;
+      else low = maximum, first = value;
+      continue;
+    }
     if (maximum > centre) low = centre, first = middle;
     else high = centre, last = middle;
     centre = maximum, middle = value;
