@@ -120,8 +120,8 @@ def pictures_once(quick_pictures, monkeypatch):
 
 
 @pytest.fixture
-def typed(capsys):
-    """What a command prints, `out` and `err`: a function of its words and of the exit code it has to end with."""
+def run_cli(capsys):
+    """A function that runs a command and returns what it prints, `out` and `err`; `code`: its exit code."""
 
     def run(*words, code=cli.DONE):
         capsys.readouterr()
@@ -134,11 +134,11 @@ def typed(capsys):
 
 
 @pytest.fixture
-def asked(typed):
-    """The object that a command prints as JSON, in one line."""
+def run_json(run_cli):
+    """A function that runs a command and returns the object that it prints as one line of JSON."""
 
     def run(*words, code=cli.DONE):
-        out = typed(*words, "--json", code=code).out
+        out = run_cli(*words, "--json", code=code).out
         assert out.count("\n") == 1
         return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
 
@@ -146,11 +146,11 @@ def asked(typed):
 
 
 @pytest.fixture
-def refused(typed):
-    """The sentence that a command refuses its words with."""
+def refused(run_cli):
+    """A function that runs a command and returns the sentence with which it refuses its arguments."""
 
     def run(*words):
-        out, err = typed(*words, code=cli.BAD_INPUT)
+        out, err = run_cli(*words, code=cli.BAD_INPUT)
         assert out == ""
         assert err.startswith("bearing_twin: ")
         assert len(err.splitlines()) == 1

@@ -208,7 +208,7 @@ def own_rows():
     entries.cache_clear()
 
 
-def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatch, own_rows, asked):
+def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatch, own_rows, run_json):
     folder = tmp_path / "bearing_twin" / "bearings"
     folder.mkdir(parents=True)
     row = "{bore: 20e-3, outside_diameter: 47e-3, balls: 7, ball_diameter: 8.5e-3, source: measured}"
@@ -219,7 +219,7 @@ def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatc
     assert row_of("MINE1")["source"] == "measured"
     path = tmp_path / "other.yaml"
     path.write_text("6308: {bore: 40e-3, outside_diameter: 90e-3}\n", encoding="utf-8")
-    answer = asked("bearing", "6308", "--catalogue", path)
+    answer = run_json("bearing", "6308", "--catalogue", path)
     assert answer["found"] == "rule"
     assert (answer["balls"], answer["balls_doubt"]) == (8, 2)
     assert answer["ball_diameter_m"] == pytest.approx(0.29 * 50e-3)
@@ -244,15 +244,15 @@ def test_a_file_that_is_no_catalogue_is_refused(text, sentence, tmp_path, own_ro
     assert sentence in refused("bearing", "6308", "--catalogue", path)
 
 
-def test_the_command_answers_by_designation(asked):
-    row = asked("bearing", "6308")
+def test_the_command_answers_by_designation(run_json):
+    row = run_json("bearing", "6308")
     assert (row["bore_m"], row["outside_diameter_m"], row["width_m"], row["balls"]) == (0.04, 0.09, 0.023, 8)
     assert row["basic_dynamic_rating_n"] == pytest.approx(40.8e3, rel=0.01)
-    answer = asked("bearing", "6308", "--load", "0,-3000,0")
+    answer = run_json("bearing", "6308", "--load", "0,-3000,0")
     assert answer["catalogue"]["found"] == "factors"
     assert answer["basic_life_mrev"] == pytest.approx((row["basic_dynamic_rating_n"] / 3000.0) ** 3, rel=1e-9)
     assert answer["ring_force_n"][1] == pytest.approx(3000.0)
-    listed = asked("bearing", "--list")
+    listed = run_json("bearing", "--list")
     assert len(listed["bearings"]) == len(ENTRIES)
     assert listed["own_folder"].endswith(os.path.join("bearing_twin", "bearings"))
 

@@ -168,10 +168,10 @@ def test_papers_say_what_was_computed_independently(made):
     assert "truncated normal, with 0.059 nat more than gamma" in densities
 
 
-def test_old_names_name_the_chart_of_today(tmp_path, asked, refused):
+def test_old_names_name_the_chart_of_today(tmp_path, run_json, refused):
     for old, new in RENAMED.items():
         assert new in refused("chart", old, "--out", tmp_path)
-    assert {row["chart"] for row in asked("chart", "--list")["charts"]} == set(CHARTS)
+    assert {row["chart"] for row in run_json("chart", "--list")["charts"]} == set(CHARTS)
 
 
 @pytest.mark.parametrize(
@@ -189,11 +189,11 @@ def test_words_that_do_not_fit_are_refused(arguments, says, tmp_path, monkeypatc
     assert says in refused("chart", *arguments)
 
 
-def test_a_chart_that_exists_is_replaced_with_force_alone(tmp_path, typed, refused):
+def test_a_chart_that_exists_is_replaced_with_force_alone(tmp_path, run_cli, refused):
     (tmp_path / "laws.csv").touch()
     arguments = ["chart", "laws", "--quick", "--problem", "ellipse", "--out", tmp_path]
     assert "--force" in refused(*arguments)
-    typed(*arguments, "--force")
+    run_cli(*arguments, "--force")
     assert read_table(tmp_path / "laws.csv")
     (tmp_path / "paper1_bounces.txt").touch()
     assert "paper1_bounces.txt" in refused("chart", "paper1", "--only", "3", "--out", tmp_path)

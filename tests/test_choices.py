@@ -41,8 +41,8 @@ def test_the_table_is_short_and_every_key_of_it_has_a_last_row_and_exists():
 
 
 @pytest.mark.parametrize("name", scene_names())
-def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, asked):
-    reported = {one["key"]: one for one in asked("explain", name)["choices"]}
+def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, run_json):
+    reported = {one["key"]: one for one in run_json("explain", name)["choices"]}
     scene = load_scene(name)
     for key, one in answers(scene.kind, scene.parameters).items():
         assert (reported[key]["value"], reported[key]["why"]) == (one.value, one.sentence)
@@ -51,8 +51,8 @@ def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, a
             assert answers(scene.kind, load_scene(scene.resolved()).parameters)[key].value == one.value
 
 
-def test_the_rules_are_listed(asked):
-    rows = asked("scenes", "--rules")["rules"]
+def test_the_rules_are_listed(run_json):
+    rows = run_json("scenes", "--rules")["rules"]
     assert [(one["key"], one["choice"], one["why"]) for one in rows] == [
         (row.key, row.choice, row.why) for row in RULES
     ]
@@ -79,14 +79,14 @@ def test_the_log_is_as_large_as_told(balls, tmp_path):
     assert 0.8 < written.bytes / reported.log_bytes < 1.25
 
 
-def test_a_large_run_is_announced_before_it_begins(tmp_path, monkeypatch, typed):
+def test_a_large_run_is_announced_before_it_begins(tmp_path, monkeypatch, run_cli):
     reported = cost_of(load_scene("bearing_6203", ["run.duration=86400"]))
     assert 3e11 < reported.log_bytes < 6e11
     assert f"a log of about {reported.log_bytes:.2g} B where 1e+09 B are free" in reported.sentence(True, 1e9)
     monkeypatch.setattr(cost, "LARGE", 1e6)
     words = ["simulate", "bearing_6203", "--duration", "0.3", "--json"]
-    assert "bearing_6203: 301 outputs, a log of about 1." in typed(*words, "--out", tmp_path / "run.mcap").err
-    assert "a log" not in typed(*words).err
+    assert "bearing_6203: 301 outputs, a log of about 1." in run_cli(*words, "--out", tmp_path / "run.mcap").err
+    assert "a log" not in run_cli(*words).err
 
 
 @pytest.mark.parametrize("terminal_there", [True, False])

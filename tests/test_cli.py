@@ -27,8 +27,8 @@ def log(tmp_path_factory):
     return path
 
 
-def test_simulate_prints_one_json_object_with_what_was_asked_for(asked):
-    result = asked("simulate", *SHORT, "--set", "geometry.balls=3", "--set", "contact.normal=volumetric")
+def test_simulate_prints_one_json_object_with_what_was_requested(run_json):
+    result = run_json("simulate", *SHORT, "--set", "geometry.balls=3", "--set", "contact.normal=volumetric")
     assert result["law"] == "volumetric"
     assert result["scene"] == "bearing_6203"
     assert result["simulated_s"] == pytest.approx(0.02)
@@ -42,24 +42,24 @@ def test_simulate_prints_one_json_object_with_what_was_asked_for(asked):
     assert result["stepper"] in ("rk4", "rodas4", "dop853", "radau")
 
 
-def test_without_json_the_result_is_a_table_on_standard_output(typed):
-    short, err = typed("simulate", *SHORT)
+def test_without_json_the_result_is_a_table_on_standard_output(run_cli):
+    short, err = run_cli("simulate", *SHORT)
     words = ("normal", "ball", "cage speed", "status", "times real time")
     assert sorted(words, key=short.index) == [*words]  # loads first, then figures, then how it went
     assert " rpm" in short
     assert not any(one in err for one in words)
-    whole = typed("simulate", *SHORT, "--verbose").out
+    whole = run_cli("simulate", *SHORT, "--verbose").out
     for words in ("cage speed", "choice reason", "ball steps", "model errors", "not included", "pressure"):
         assert words in whole
         assert words not in short.replace("with --verbose", "") or words == "cage speed"
 
 
-def test_a_run_is_logged_reported_and_verified(log, asked):
-    verification = asked("verify", log)
+def test_a_run_is_logged_reported_and_verified(log, run_json):
+    verification = run_json("verify", log)
     assert verification["greatest_deviation"] == 0.0
     assert verification["samples"] == 21
     # Friction at a point has no moment of spin, so that its torque is exactly 0, which needs no warning.
-    report = asked("report", log, "--strict")
+    report = run_json("report", log, "--strict")
     assert report["model_errors"]["friction_model"]["drive_torque_nm"] > 100.0 * abs(report["drive_torque_nm"])
     assert report["flags"] == []
     assert report["status"] == "done"
@@ -69,29 +69,29 @@ def test_a_run_is_logged_reported_and_verified(log, asked):
     assert len(report["greatest_normal_load_inner_n"]) == 8
 
 
-def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, pictures_once, asked):
+def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, pictures_once, run_json):
     for words in (["simulate", *SHORT], ["report", log]):
         picture = tmp_path / f"{words[0]}.png"
-        assert asked(*words, "--plot", picture)["plot"] == str(picture)
+        assert run_json(*words, "--plot", picture)["plot"] == str(picture)
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
-def test_strict_turns_doubt_into_exit_code_3(asked):
+def test_strict_turns_doubt_into_exit_code_3(run_json):
     # far too much interference for the half-space: the ellipse is as wide as the ball's cap
     words = ["simulate", *SHORT, "--set", "geometry.radial_clearance=-1.3e-4"]
-    assert asked(*words)["flags"]
-    assert asked(*words, "--strict", code=DOUBTFUL)["flags"]
+    assert run_json(*words)["flags"]
+    assert run_json(*words, "--strict", code=DOUBTFUL)["flags"]
 
 
-def test_scenes_and_keys_are_listed(asked, typed):
+def test_scenes_and_keys_are_listed(run_json, run_cli):
     loaded = [load_scene(name) for name in scene_names()]
     listed = [{"name": one.name, "kind": one.kind, "description": one.description} for one in loaded]
-    assert asked("scenes")["scenes"] == listed
-    shown = typed("scenes").out.split()
+    assert run_json("scenes")["scenes"] == listed
+    shown = run_cli("scenes").out.split()
     assert set(shown) >= {word for row in listed for word in row["description"].split()}, "words are cut"
-    keys = asked("scenes", "--keys")["keys"]
+    keys = run_json("scenes", "--keys")["keys"]
     assert [key["key"] for key in keys] == [row.key for kind in KINDS.values() for row in describe(kind.parameters)]
-    out, err = typed("scenes", "--keys")
+    out, err = run_cli("scenes", "--keys")
     assert "contact.friction_coefficient" in out
     assert err == ""
 
@@ -138,8 +138,8 @@ def test_help_is_a_word_too(capsys):
     assert said[0] == said[1]
 
 
-def test_no_subcommand_shows_the_help(typed):
-    err = typed(code=BAD_INPUT).err
+def test_no_subcommand_shows_the_help(run_cli):
+    err = run_cli(code=BAD_INPUT).err
     assert all(name in err for name in COMMANDS)
 
 
@@ -183,7 +183,7 @@ def test_ctrl_c_while_modules_load_is_one_line(tmp_path):
         (signal.SIGTERM, 128 + signal.SIGTERM),
     ],
 )
-def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, asked):
+def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, run_json):
     path = tmp_path / "run.mcap"
     long = ["bearing_6203", "--duration", "86400", "--set", "run.output_rate=100"]
     words = [*COMMAND, "simulate", *long, "--out", str(path)]
@@ -197,7 +197,7 @@ def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, aske
     assert process.returncode == code
     assert out == ""
     assert "Traceback" not in err
-    report = asked("report", path)
+    report = run_json("report", path)
     assert report["samples"] > 20
     assert report["missing_outputs"] == 0
 
@@ -246,7 +246,7 @@ def test_a_result_of_every_sort_of_value_is_shown(capsys):
         assert words in out
 
 
-def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, monkeypatch, pictures_once, asked, refused):
+def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, monkeypatch, pictures_once, run_json, refused):
     """One rule for pictures, sheets, logs and tables; a pipe is never written to."""
     monkeypatch.chdir(tmp_path)
     os.mkfifo("pipe.png")
@@ -263,7 +263,7 @@ def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, monkeypatc
         (tmp_path / name).write_text("precious")
         assert "exists and is not overwritten; give another name, or --force" in refused(*words)
         assert (tmp_path / name).read_text() == "precious"
-        asked(*words, "--force")
+        run_json(*words, "--force")
         assert (tmp_path / name).stat().st_size > 100
     assert "pipe.png exists" in refused("simulate", *SHORT, "--plot", "pipe.png", "--force")
     assert "the file that is read" in refused("recover", "run.mcap", "run.mcap", "--force")

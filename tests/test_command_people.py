@@ -33,16 +33,16 @@ def shown(capsys, result):
     return capsys.readouterr().out
 
 
-def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch, asked, typed):
+def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch, run_json, run_cli):
     out = shown(capsys, RESULT)
     for words in ("668.08 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.057296, 0 °", "20 ms", "12.346 kN", "1066"):
         assert words in out, out
     assert "MPa" in out
     monkeypatch.setattr(commands, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
-    out = typed("scenes", "--si").out
+    out = run_cli("scenes", "--si").out
     for words in ("69.961 rad/s", "0.0015 N m", "0, -2.5e-06, 1e-05 m", "1.066e+09"):
         assert words in out, out
-    assert asked("scenes", "--si") == RESULT
+    assert run_json("scenes", "--si") == RESULT
 
 
 @pytest.mark.parametrize(
@@ -126,9 +126,9 @@ def test_every_help_has_examples_that_parse_and_fits_eighty_columns(monkeypatch)
         ("run.duration", "3weeks", "3ms", ["s", "µs"]),
     ],
 )
-def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, wrong, right, others, typed):
+def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, wrong, right, others, run_cli):
     assert load_scene("bearing_6203", [f"{key}={right}"]).kind == "bearing"
-    named = typed("simulate", "bearing_6203", "--set", f"{key}={wrong}", code=BAD_INPUT).err.rpartition(
+    named = run_cli("simulate", "bearing_6203", "--set", f"{key}={wrong}", code=BAD_INPUT).err.rpartition(
         "units that are read:"
     )[2]
     assert {re.sub(r"[\d\[\], ]", "", right), *others} <= {one.strip() for one in named.split(",")}
@@ -136,8 +136,8 @@ def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, w
 
 @pytest.mark.parametrize(("speed", "noted"), [("3000", True), ("100", False), ("30000rpm", False)])
 @pytest.mark.parametrize("words", [("bearing", "6203", "--speed={}"), ("bearing", "6203", "--set=drive.speed={}")])
-def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(words, speed, noted, typed):
-    assert ("28648 rpm" in typed(*(word.format(speed) for word in words), "--load", "0,-1kN,0").err) == noted
+def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(words, speed, noted, run_cli):
+    assert ("28648 rpm" in run_cli(*(word.format(speed) for word in words), "--load", "0,-1kN,0").err) == noted
 
 
 def completions(line, tmp_path):

@@ -43,22 +43,22 @@ def test_a_log_without_records_is_read_and_its_scene_simulated_again(path):
 
 
 @pytest.mark.parametrize("path", RECORDED_TODAY, ids=named)
-def test_a_report_on_it_gives_no_figure_another_meaning(path, typed):
+def test_a_report_on_it_gives_no_figure_another_meaning(path, run_cli):
     log = read_log(path)
     report, _ = report_of(log)
     plain = {form.format(channel.name) for channel in log.channels for form in ("greatest_{}", "{}_at_end")}
     for key in report.figures.keys() & KINDS[log.scene.kind].meanings_of().keys():
         assert not any(key.startswith(name) for name in plain), "drawn from a channel, its name of another meaning"
     assert report.samples == log.scene.outputs
-    typed("report", path, "--json")
+    run_cli("report", path, "--json")
 
 
-def test_a_bearing_of_the_first_version_whose_ring_has_no_tilt_is_reported_drawn_and_viewed(tmp_path, asked):
+def test_a_bearing_of_the_first_version_whose_ring_has_no_tilt_is_reported_drawn_and_viewed(tmp_path, run_json):
     log = EARLIER / "bearing_6203.mcap"
-    report = asked("report", log, "--plot", tmp_path / "run.png")
+    report = run_json("report", log, "--plot", tmp_path / "run.png")
     assert report["greatest_normal_load_inner_n"] == pytest.approx([48.5] * 8, abs=0.01)
     assert report["ring_force_n"] == pytest.approx([0.0, -0.048, -14.228], abs=1e-3)
-    assert asked("view", log, "--out", tmp_path / "page.html")["bytes"] > 1e5
+    assert run_json("view", log, "--out", tmp_path / "page.html")["bytes"] > 1e5
 
 
 def test_scenes_in_them_have_the_words_of_today():
@@ -69,7 +69,7 @@ def test_scenes_in_them_have_the_words_of_today():
     assert parameters["bearing_6203"].wanted.tolerance == pytest.approx(1e-3)
 
 
-def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, asked):
+def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, run_json):
     """The sensor is filtered against aliasing since, and its housing acts back on the balls: the levels differ."""
     log = read_log(OF_A_SENSOR)
     samples = np.concatenate([block.records["acceleration"][:, 1] for block in log.blocks()])
@@ -77,7 +77,7 @@ def test_samples_of_a_sensor_in_sample_blocks_are_those_of_a_waveform(tmp_path, 
     assert 0.0 < verify(log).deviations["acceleration"] < 2.0 * np.abs(samples).max()
     write_log(simulate(log.scene), tmp_path / "now.mcap")
     for command, *same in (("spectrum", "rate_hz", "rms"), ("report", "acceleration_rms_m_s2")):
-        earlier, today = (asked(command, path) for path in (OF_A_SENSOR, tmp_path / "now.mcap"))
+        earlier, today = (run_json(command, path) for path in (OF_A_SENSOR, tmp_path / "now.mcap"))
         assert earlier[same[-1]] == pytest.approx(samples.std(), rel=1e-6)
         assert [earlier[key] for key in same] == pytest.approx([today[key] for key in same], rel=0.3)
         for report in (earlier, today):

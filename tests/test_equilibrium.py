@@ -27,7 +27,7 @@ def test_loads_are_balanced_and_the_stiffness_is_their_slope():
     assert slope == pytest.approx(np.tile(2.0 * step, (40, 1)), rel=1e-3, abs=1e-7)
 
 
-def test_it_is_what_the_command_and_the_run_of_the_scene_find(asked):
+def test_it_is_what_the_command_and_the_run_of_the_scene_find(run_json):
     """Cases of one array are each as if alone."""
     clearance, speed = np.array([[5e-6], [2e-5]]), np.array([0.0, 1500.0])
     load = [100.0, -700.0, 200.0, 0.5, -1.0]
@@ -36,12 +36,12 @@ def test_it_is_what_the_command_and_the_run_of_the_scene_find(asked):
     assert equilibria.ball_load.shape == (2, 2, BALLS, 2)
     for i, j in np.ndindex(2, 2):
         options = "--load", "100,-700,200", "--moment", "0.5,-1", "--clearance", repr(clearance[i, 0].item())
-        reported = asked("bearing", RIG, *options, "--speed", speed[j])
+        reported = run_json("bearing", RIG, *options, "--speed", speed[j])
         assert equilibria.displacement[i, j, :3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
         assert equilibria.ball_load[i, j, :, 0] == pytest.approx(reported["normal_load_inner_n"], rel=1e-9)
         assert equilibria.stiffness[i, j] == pytest.approx(np.array(reported["stiffness"]), rel=1e-9, abs=1e-3)
     pit = ["defects=[{on: outer, spall: {place: -1.5708, length: 1e-3, depth: 5e-6}}]"]
-    reported = asked("bearing", RIG, "--load", "0,-700,0", "--set", *pit)
+    reported = run_json("bearing", RIG, "--load", "0,-700,0", "--set", *pit)
     equilibria = equilibrium(load_scene(RIG, pit), [0.0, -700.0, 0.0])
     assert equilibria.displacement[:3] == pytest.approx(reported["ring_displacement_m"], rel=1e-9)
     changed = ["gravity=[0,0,0]", "model.dimension=quasi_static", "rings.inner.load=[0,-700,200]", "run.duration=1e-3"]

@@ -43,12 +43,12 @@ def study(tmp_path_factory):
     return path
 
 
-def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, typed):
+def test_outputs_that_are_missing_from_a_log_are_told(log, tmp_path, run_cli):
     block = join_blocks(list(read_log(log).blocks()))
     block.values["drive_torque"][-1] = np.nan
     write_log(made_up_run(load_scene("bearing_6203"), [block.part(0, 5), block.part(9, 21)]), tmp_path / "gap.mcap")
     arguments = ["export", str(tmp_path / "gap.mcap"), "--to", "csv", "--out", str(tmp_path / "out"), "--json"]
-    reported = typed(*arguments, "--strict", code=cli.DOUBTFUL)
+    reported = run_cli(*arguments, "--strict", code=cli.DOUBTFUL)
     assert (json.loads(reported.out)["rows"], json.loads(reported.out)["missing_outputs"]) == (17, 4)
     assert "4 outputs are missing from the log" in reported.err
     columns = columns_in(tmp_path / "out" / "outputs.csv", "csv")
@@ -199,10 +199,10 @@ def test_the_realisations_of_a_study_come_out_too(to, study, tmp_path):
     assert set(frame["failed"]) == {""}
 
 
-def test_the_command_writes_and_refuses(log, tmp_path, asked, refused):
+def test_the_command_writes_and_refuses(log, tmp_path, run_json, refused):
     out = tmp_path / "run.nc"
     arguments = ["export", str(log), "--to", "netcdf", "--out", str(out)]
-    assert asked(*arguments)["rows"] == 21
+    assert run_json(*arguments)["rows"] == 21
     for further, sentence in (
         (arguments, "exists and is not overwritten"),
         (["export", str(log), "--to", "csv", "--out", str(tmp_path / "no" / "x")], "is not a folder"),
@@ -214,11 +214,11 @@ def test_the_command_writes_and_refuses(log, tmp_path, asked, refused):
     assert tuple(FORMATS) == log_commands.EXPORTS
 
 
-def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, refused, typed):
+def test_a_damaged_log_says_what_can_be_saved_and_leaves_nothing(log, tmp_path, refused, run_cli):
     path, data = tmp_path / "damaged.mcap", bytearray(log.read_bytes())
     path.write_bytes(data[: int(0.8 * len(data))])
     arguments = ["export", str(path), "--to", "csv", "--out", str(tmp_path / "x")]
-    assert "has no end" in typed(*arguments, "--strict", code=cli.DOUBTFUL).err
+    assert "has no end" in run_cli(*arguments, "--strict", code=cli.DOUBTFUL).err
     shutil.rmtree(tmp_path / "x")
     data[len(data) // 2] ^= 1
     path.write_bytes(data)

@@ -157,53 +157,55 @@ def overloaded_words() -> list[str]:
     return ["bearing_6203_rig_400N", *(word for override in OVERLOADED for word in ("--set", override))]
 
 
-def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figures(tmp_path, monkeypatch, asked, typed):
+def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figures(
+    tmp_path, monkeypatch, run_json, run_cli
+):
     monkeypatch.chdir(tmp_path)
-    reported, error = typed("simulate", *overloaded_words(), "--out", "run.mcap", "--json", code=BAD_INPUT)
+    reported, error = run_cli("simulate", *overloaded_words(), "--out", "run.mcap", "--json", code=BAD_INPUT)
     ran = json.loads(reported)
     assert "bearing_twin: after 0.01 s: at 0.0105 s a load of" in error
     assert "bearing_twin explain failure_" in error
     assert (ran["status"], ran["samples"], ran["simulated_s"]) == ("failed: overload", 11, pytest.approx(0.01))
     assert (ran["failure_at_s"], ran["failure_body"]) == (pytest.approx(0.0105), "inner ring")
 
-    reported, error = typed("report", "run.mcap", "--json", "--strict", code=DOUBTFUL)
+    reported, error = run_cli("report", "run.mcap", "--json", "--strict", code=DOUBTFUL)
     logged = json.loads(reported)
     assert {key: logged.get(key) for key in ran} == ran
     assert f"bearing_twin: warning: the run failed {ran['failure']}" in error
-    assert asked("verify", "run.mcap", "--strict")["samples"] == 11
-    assert "The run failed after" in typed("view", "run.mcap", "--json").err
+    assert run_json("verify", "run.mcap", "--strict")["samples"] == 11
+    assert "The run failed after" in run_cli("view", "run.mcap", "--json").err
 
     short = load_scene("bearing_6203_rig_400N", [*OVERLOADED[:3], "run.duration=0.01"])
     whole = [sample["normal_load"] for sample in simulate(short)]
     np.testing.assert_allclose([sample["normal_load"] for sample in read_log("run.mcap")], whole, rtol=1e-3, atol=0.1)
 
 
-def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys, asked, refused, typed):
+def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys, run_json, refused, run_cli):
     monkeypatch.chdir(tmp_path)
     spoilt("normal_load", (40, 3, 1), np.nan)
     words = [word for override in PINNED for word in ("--set", override)]
     assert main(["simulate", "bearing_6203", *words]) == BAD_INPUT
     [file] = tmp_path.glob("failure_*.json")
     assert f"bearing_twin explain {file.name}" in capsys.readouterr().err
-    reported = asked("explain", file.name, "--out", "rest.mcap")
+    reported = run_json("explain", file.name, "--out", "rest.mcap")
     assert (reported["body"], reported["contact"], reported["at_s"]) == ("ball 3", "outer race", pytest.approx(0.24))
     assert (reported["continued_from_s"], reported["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.4))
     assert (reported["tolerance"], reported["status"]) == (pytest.approx(1e-4), "done")
     assert reported["last_good"]["normal_load outer race"] > 0.0
-    assert asked("report", "rest.mcap")["samples"] == 201
+    assert run_json("report", "rest.mcap")["samples"] == 201
     done = forked(lambda: main(["explain", file.name, "--json", "--out", "full.mcap"]), largest_file=300_000)
     assert (done.returncode, json.loads(done.stdout)) == (BAD_INPUT, {k: v for k, v in reported.items() if k != "log"})
     assert "the log is incomplete: full.mcap cannot grow" in done.stderr
     # fails again where the tolerance is as loose as before, and says so
-    said = typed("explain", file.name, "--tolerance", "1e-3", "--strict", code=DOUBTFUL)
+    said = run_cli("explain", file.name, "--tolerance", "1e-3", "--strict", code=DOUBTFUL)
     assert "it fails again" in said.err
     assert "normal_load outer race" in said.out
     assert len(list(tmp_path.glob("failure_*.json"))) == 2
     assert main(["explain", file.name, "--until", "0.25"]) == DONE
-    assert "continued_to_s" not in json.loads(typed("explain", file.name, "--stop", "--json").out.splitlines()[-1])
+    assert "continued_to_s" not in json.loads(run_cli("explain", file.name, "--stop", "--json").out.splitlines()[-1])
     # a node goes on beyond the end of its scene, and so does the report on its failure
     Path("node.json").write_text(file.read_text().replace("duration: 0.4", "duration: 0.1"))
-    reported = asked("explain", "node.json")
+    reported = run_json("explain", "node.json")
     assert (reported["continued_from_s"], reported["continued_to_s"]) == (pytest.approx(0.199), pytest.approx(0.299))
     assert "--until 0.15 must be later than 0.199 s" in refused("explain", "node.json", "--until", "0.15")
 

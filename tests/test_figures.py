@@ -71,8 +71,8 @@ def test_every_figure_says_what_it_is(name):
         assert len(meaning) > 10, key
 
 
-def test_the_figures_of_every_kind_are_listed_with_units(asked, typed):
-    rows = asked("scenes", "--figures")
+def test_the_figures_of_every_kind_are_listed_with_units(run_json, run_cli):
+    rows = run_json("scenes", "--figures")
     listed = {(row["kind"], row["figure"]): row for row in rows["figures"]}
     for name, kind in KINDS.items():
         for key, meaning in kind.meanings_of().items():
@@ -80,10 +80,10 @@ def test_the_figures_of_every_kind_are_listed_with_units(asked, typed):
             assert row["meaning"] == meaning
             assert key.endswith(key_suffix(row["unit"]))
     assert not listed
-    assert "mean over the second half of the run" in " ".join("".join(typed("scenes", "--figures")).split())
+    assert "mean over the second half of the run" in " ".join("".join(run_cli("scenes", "--figures")).split())
 
 
-def test_missing_outputs_are_counted(tmp_path, typed):
+def test_missing_outputs_are_counted(tmp_path, run_cli):
     scene = made_up_scene(balls=2)
     block = made_up_block(scene, 400)
     parts = [block.part(0, 130), block.part(137, 300), block.part(301, 400)]
@@ -92,7 +92,7 @@ def test_missing_outputs_are_counted(tmp_path, typed):
     assert builder.report(scene.name).samples == 392
     log = tmp_path / "gaps.mcap"
     write_log(made_up_run(scene, parts), log)
-    out, err = typed("report", log, "--strict", "--json", code=DOUBTFUL)
+    out, err = run_cli("report", log, "--strict", "--json", code=DOUBTFUL)
     result = json.loads(out)
     assert (result["missing_outputs"], result["samples"]) == (8, 392)
     assert "8 outputs are missing" in err

@@ -164,7 +164,7 @@ LEGAL = {  # how the file is made, messages that are passed over, a word of the 
 
 
 @pytest.mark.parametrize("case", LEGAL)
-def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(case, source, tmp_path, capsys, asked):
+def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(case, source, tmp_path, capsys, run_json):
     make, foreign, phrase = LEGAL[case]
     path, saved = tmp_path / "run.mcap", tmp_path / "saved.mcap"
     make(path, source)
@@ -179,7 +179,7 @@ def test_what_the_format_allows_is_read_by_time_and_what_is_foreign_counted(case
     recovered = recover(path, saved)
     assert (recovered.messages, recovered.samples) == (len(source) + foreign, OUTPUTS)
     assert len(recovered.problems) == (case == "an attachment of 80 MB")  # larger than what is read
-    assert asked("report", saved).get("messages_foreign", 0) == foreign
+    assert run_json("report", saved).get("messages_foreign", 0) == foreign
 
 
 def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
@@ -205,19 +205,19 @@ def test_what_is_foreign_is_recovered_as_it_is(source, tmp_path):
     assert reported(saved) == reported(path)
 
 
-def test_a_page_names_a_few_of_the_topics_that_it_does_not_show(source, tmp_path, typed):
+def test_a_page_names_a_few_of_the_topics_that_it_does_not_show(source, tmp_path, run_cli):
     hidden = [(f"/other/{k}", cdr.STRING, 0, b"\0\1\0\0\2\0\0\0x\0") for k in range(50)]
     by_mcap(tmp_path / "run.mcap", source + hidden)
     assert "/other/0 (std_msgs/msg/String), /other/1 (std_msgs/msg/String)" in (
-        notes := typed("view", tmp_path / "run.mcap", "--out", tmp_path / "run.html").err
+        notes := run_cli("view", tmp_path / "run.mcap", "--out", tmp_path / "run.html").err
     )
     assert "and 47 others" in notes
 
 
-def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, typed):
+def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path, run_cli):
     path = tmp_path / "run.mcap"
     growing(path, source)
-    out, err = typed("report", path, "--json", "--strict", code=DOUBTFUL)
+    out, err = run_cli("report", path, "--json", "--strict", code=DOUBTFUL)
     assert 50 <= json.loads(out)["samples"] < OUTPUTS
     assert "has no end" in err
     with pytest.raises(LogError, match="bearing_twin recover"):
@@ -272,12 +272,12 @@ BAGS = {
 
 
 @pytest.mark.parametrize("case", BAGS)
-def test_bags_are_read_reported_on_and_recovered(case, source, tmp_path, asked):
+def test_bags_are_read_reported_on_and_recovered(case, source, tmp_path, run_json):
     make, name = BAGS[case]
     make(tmp_path / "run", source)
     path = tmp_path / name
     assert bits(read_log(path)) == bits(BLOCK)
-    assert asked("report", path)["samples"] == OUTPUTS
+    assert run_json("report", path)["samples"] == OUTPUTS
     assert recover(path, tmp_path / "saved.mcap").messages == len(source)
     assert bits(read_log(tmp_path / "saved.mcap")) == bits(BLOCK)
 

@@ -34,28 +34,28 @@ def wire(scene, namespaces):
 @pytest.mark.parametrize(
     ("write", "name"), [(partial(by_rosbags, storage=StoragePlugin.MCAP), "bag"), (by_mcap, "run.mcap")]
 )
-def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_path, asked):
+def test_a_recording_without_our_metadata_reports_and_verifies(write, name, tmp_path, run_json):
     write(tmp_path / name, wire(SCENE, ["/left/bearing"]))
     log = read_log(tmp_path / name)
     assert "bearing_twin" not in log.metadata
     assert log.scene.parameters == SCENE.parameters
     run = simulate(SCENE)
     samples = sum(len(block) for block in run.blocks())
-    report = asked("report", str(tmp_path / name))
+    report = run_json("report", str(tmp_path / name))
     assert {key: report[key] for key in run.report.figures} == run.report.figures
     assert report["samples"] == samples
     assert report["law"] == run.choice.law
     assert log.choice[3:] == run.choice[3:] or log.choice.setting != log.choice.setting
-    assert asked("verify", str(tmp_path / name))["greatest_deviation"] == 0.0
+    assert run_json("verify", str(tmp_path / name))["greatest_deviation"] == 0.0
 
 
-def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, asked, typed):
+def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, run_json, run_cli):
     path = tmp_path / "run.mcap"
     by_mcap(path, wire(SCENE, ["/bearing"]))
-    report = asked("report", str(path))
+    report = run_json("report", str(path))
     assert (report["compute_s"], report["real_time_factor"]) == (None, None)
-    assert "real time" not in typed("report", path).out
-    rows = [line.split() for line in typed("report", path, "--verbose").out.splitlines()]
+    assert "real time" not in run_cli("report", path).out
+    rows = [line.split() for line in run_cli("report", path, "--verbose").out.splitlines()]
     assert ["compute", "-"] in rows
     assert ["real", "time", "factor", "-"] in rows
 
@@ -63,7 +63,7 @@ def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, asked, ty
 @pytest.mark.parametrize(
     ("law", "arguments"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")]
 )
-def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, arguments, tmp_path, asked):
+def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, arguments, tmp_path, run_json):
     def renamed(topic, ros_type, time_ns, data):
         if topic.endswith("/scene"):
             content = json.loads(cdr.deserialise(cdr.STRING, data).data)
@@ -74,20 +74,20 @@ def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law
 
     path = tmp_path / "run.mcap"
     by_mcap(path, (renamed(*message) for message in wire(SCENE, ["/bearing"])))
-    report = asked("report", str(path))
+    report = run_json("report", str(path))
     assert report["law"] == "hertz"
     assert arguments in report["warnings"][-1]
-    assert asked("verify", str(path))["greatest_deviation"] == 0.0
+    assert run_json("verify", str(path))["greatest_deviation"] == 0.0
 
 
-def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, refused, asked):
+def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, refused, run_json):
     path = tmp_path / "both.mcap"
     by_mcap(path, wire(SCENE, ["/left", "/right"]))
     sentence = refused("verify", path)
     assert "/left/samples, /right/samples" in sentence
     assert "--topic" in sentence
     for topic in ("/left/samples", "/right/samples"):
-        assert asked("verify", str(path), "--topic", topic)["greatest_deviation"] == 0.0
-        assert asked("report", str(path), "--topic", topic)["samples"] == SCENE.outputs
+        assert run_json("verify", str(path), "--topic", topic)["greatest_deviation"] == 0.0
+        assert run_json("report", str(path), "--topic", topic)["samples"] == SCENE.outputs
         page = str(tmp_path / "page.html")
-        assert asked("view", str(path), "--topic", topic, "--out", page)["outputs_shown"] == SCENE.outputs
+        assert run_json("view", str(path), "--topic", topic, "--out", page)["outputs_shown"] == SCENE.outputs

@@ -93,12 +93,12 @@ def test_differential_slip_is_that_of_a_curved_patch():
     assert films(lubricant, numbers, [load], [1.234])[0, 4] == pytest.approx(moment, rel=1e-4)
 
 
-def answered(asked, load, rpm, *changes):
+def answered(run_json, load, rpm, *changes):
     arguments = ["bearing", "6203", "--load", f"0,{-load},0", "--speed", f"{rpm}rpm"]
-    return asked(*arguments, *(argument for change in changes for argument in ("--set", change)))
+    return run_json(*arguments, *(argument for change in changes for argument in ("--set", change)))
 
 
-def test_the_table_of_a_6203(asked):
+def test_the_table_of_a_6203(run_json):
     """Parts in N mm, by a program of other authorship: films before the factors of the inlet, slip on a whole film."""
     rows = (
         (400, 1750, (3.861, 4.144), (0.9829, 0.9515), 1.113, 1.019, 0.143, 6.195, (4.85, 8.24)),
@@ -109,7 +109,7 @@ def test_the_table_of_a_6203(asked):
     for load, rpm, film, (heated, starved), hysteresis, slip, thickness, skf, palmgren in rows:
         for column, kind in enumerate(("grease", "oil")):
             set_kind = f"lubricant.kind={kind}"
-            answer = answered(asked, load, rpm, *TABLE_SCENE, set_kind, "lubricant.boundary_friction=0.05")
+            answer = answered(run_json, load, rpm, *TABLE_SCENE, set_kind, "lubricant.boundary_friction=0.05")
             parts = {name: 1e3 * value for name, value in answer["friction_torque_nm"].items()}
             expected = {
                 "film": film[column] * heated * (starved if kind == "grease" else 1.0),
@@ -122,7 +122,7 @@ def test_the_table_of_a_6203(asked):
             assert answer["friction_loss_w"] == pytest.approx(1e-3 * parts["total"] * answer["speed_rad_s"], rel=1e-12)
             assert 1e6 * answer["film_m"] == pytest.approx(thickness, rel=1e-2)
             assert answer["lambda"] == pytest.approx(1e7 * answer["film_m"], rel=1e-9)
-        mixed = answered(asked, load, rpm, *TABLE_SCENE, "lubricant.kind=grease")["friction_torque_nm"]
+        mixed = answered(run_json, load, rpm, *TABLE_SCENE, "lubricant.kind=grease")["friction_torque_nm"]
         assert 1e3 * mixed["skf"] == pytest.approx(skf, rel=1e-3)
     assert 1e3 * mixed["slip"] == pytest.approx(1.831, rel=1e-2)  # at 200 1/min films carry a part of the load
 
@@ -154,10 +154,10 @@ def test_greased_bearings_come_near_to_the_formula_of_skf():
     assert 0.8 < min(ratios) < 0.95 < np.median(ratios) < 1.1 < max(ratios) < 1.4
 
 
-def test_spin_of_an_angular_contact_and_of_its_mirror_image_adds_to_slip(asked):
+def test_spin_of_an_angular_contact_and_of_its_mirror_image_adds_to_slip(run_json):
     scene = ("bearing", "7205B", "--speed", "1750rpm", "--set", "lubricant.kind=grease", "--load")
     thrust, mirrored, radial = (
-        asked(*scene, load)["friction_torque_nm"] for load in ("0,0,500", "0,0,-500", "0,-500,0")
+        run_json(*scene, load)["friction_torque_nm"] for load in ("0,0,500", "0,0,-500", "0,-500,0")
     )
     assert thrust == pytest.approx(mirrored, rel=1e-6)
     assert 0.5 < thrust["total"] / thrust["skf"] < 2.0
@@ -242,11 +242,11 @@ def test_power_closes_with_every_part(kind):
         assert abs(figures["energy_closure"]) < 1e-5, name
 
 
-def test_moving_balls_take_the_torque_of_equilibria(asked):
+def test_moving_balls_take_the_torque_of_equilibria(run_json):
     """Within 3 %; of a bearing that a load pushes to one side of equilibria with balls anywhere."""
     for scene, angles in (("bearing_6203", (0.0,)), ("bearing_6203_rig_400N", np.arange(0.0, 45.0, 5.0) - 90.0)):
         command = "bearing", scene, "--set", "lubricant.kind=grease", "--ball-angle"
-        equilibria = [asked(*command, f"{angle}")["friction_torque_nm"]["total"] for angle in angles]
+        equilibria = [run_json(*command, f"{angle}")["friction_torque_nm"]["total"] for angle in angles]
         scene_keys = scene, "lubricant.kind=grease", "run.duration=0.2"
         moving = [
             figures_of(*scene_keys, f"wanted.tolerance={tolerance}")["drive_torque_nm"]
@@ -256,12 +256,12 @@ def test_moving_balls_take_the_torque_of_equilibria(asked):
         assert moving[0] == pytest.approx(moving[1], rel=1e-3)
 
 
-def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(asked):
+def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(run_json):
     """Equilibria add up slip by rolling and by spin, which is an upper bound; friction at a point has no spin."""
     combined = ("rings.inner.load=[0, -400, 300]", "run.duration=0.05", "solver.check=none")
     torque = [figures_of("bearing_6203_greased", *combined, *changes) for changes in ((), ("contact.friction=point",))]
     combined_torque, rolling = (figures["drive_torque_nm"] for figures in torque)
-    upper_bound = asked("bearing", "bearing_6203_greased", "--set", combined[0])["friction_torque_nm"]["total"]
+    upper_bound = run_json("bearing", "bearing_6203_greased", "--set", combined[0])["friction_torque_nm"]["total"]
     assert 1.1 * rolling < combined_torque < upper_bound
     for load, friction in (("[0, -400, 0]", "point"), ("[0, -400, 1]", "spot")):
         scene = load_scene("bearing_6203_greased", [f"rings.inner.load={load}"])
@@ -296,7 +296,7 @@ def test_films_of_moving_contacts_are_those_of_their_loads_at_the_speed_of_rolli
     assert values["film_ratio"][loaded] == pytest.approx(expected[:, 1], rel=1e-2)
 
 
-def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(asked):
+def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command(run_json):
     """At one place of the balls those of `bearing`, over many those of moving balls within 3 %; all work is lost."""
     greased = ("lubricant.kind=grease", "contact.normal=hertz", "solver.check=none")
     keys = "gravity=[0, 0, 0]", "model.dimension=quasi_static", "run.duration=0.2"
@@ -304,7 +304,7 @@ def test_a_run_of_equilibria_has_the_films_and_the_torque_of_the_bearing_command
     first, last, figures = block[0], block[-1], report.figures
     angle = f"{math.degrees(first['orbit_angle'][0])}"
     command = "bearing", "bearing_6203_rig_400N", "--ball-angle", angle
-    answer = asked(*command, "--set", greased[0], "--set", greased[1])
+    answer = run_json(*command, "--set", greased[0], "--set", greased[1])
     assert first["drive_torque"] == pytest.approx(answer["friction_torque_nm"]["total"], rel=1e-6)
     films_of_loads = first["film_thickness"][first["film_thickness"] > 0.0]
     assert films_of_loads.min() == pytest.approx(answer["film_m"], rel=1e-6)

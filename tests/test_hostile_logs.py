@@ -165,7 +165,7 @@ def test_names_of_topics_are_anybodys(logs, tmp_path, capsys):
     reported(several, tmp_path, capsys)
 
 
-def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_path, capsys, typed):
+def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_path, capsys, run_cli):
     """File systems take any bytes as a name; Python shows those that are no text as half characters."""
     source = tmp_path / os.fsdecode(b"half \xff.mcap")
     source.write_bytes((logs / "run.mcap").read_bytes()[:-200])
@@ -173,7 +173,7 @@ def test_a_log_whose_name_is_no_utf_8_is_told_of_recovered_and_shown(logs, tmp_p
     assert main(["recover", str(source), str(complete)]) == 0
     source.write_bytes(source.read_bytes()[:2000])
     assert "half \\udcff.mcap at byte" in " ".join(
-        typed("recover", source, tmp_path / "nothing.mcap", code=2).err.split()
+        run_cli("recover", source, tmp_path / "nothing.mcap", code=2).err.split()
     )
     reported(complete, tmp_path, capsys)
     reported(source, tmp_path, capsys)

@@ -239,12 +239,12 @@ def test_a_force_that_is_assumed_never_reports_success():
     assert math.isfinite(run.report.figures["peak_stress_pa"])
 
 
-def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkeypatch, typed):
+def test_a_picture_that_cannot_be_written_takes_no_figure_along(tmp_path, monkeypatch, run_cli):
     def refuse(*_):
         raise BearingTwinError("the disk is full")
 
     monkeypatch.setattr(DrawnStream, "write", refuse)
-    reported, error = typed("simulate", "two_spheres", "--plot", tmp_path / "a.png", "--json", code=BAD_INPUT)
+    reported, error = run_cli("simulate", "two_spheres", "--plot", tmp_path / "a.png", "--json", code=BAD_INPUT)
     assert json.loads(reported)["peak_force_n"] > 0.0
     assert "plot" not in json.loads(reported)
     assert error.strip().endswith("bearing_twin: the disk is full")
@@ -256,7 +256,7 @@ def logged(run, block, path):
     return read_log(write_log(made, path).path)
 
 
-def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, asked):
+def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, run_json):
     """A record that was altered by 1 uN, and one that is not there."""
     run = simulate(load_scene("two_spheres", ["run.output_rate=5e5"]))
     whole = join_blocks(list(run.blocks()))
@@ -267,7 +267,7 @@ def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, asked):
         log = logged(run, dataclasses.replace(whole, records=whole.records | {"contact": contacts}), path)
         assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
         assert main(["verify", str(path), "--strict"]) == (DOUBTFUL if deviation else DONE)
-    assert asked("verify", path)["records_not_as_many"] == ["contact"]
+    assert run_json("verify", path)["records_not_as_many"] == ["contact"]
 
 
 def test_what_happens_at_an_output_is_read_with_that_output(tmp_path, monkeypatch):

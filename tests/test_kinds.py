@@ -77,9 +77,9 @@ def test_something_happens_in_the_run(case, ran):
     assert bool(np.any((loads[1:] > 0.0) & (loads[:-1] == 0.0))) is case.begins
 
 
-def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, asked):
+def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, run_json):
     log, run = simulated
-    reported = asked("report", log)
+    reported = run_json("report", log)
     assert set(run) <= set(reported)
     assert set(reported) - set(run) == OF_THE_LOG
     assert reported["missing_outputs"] == 0
@@ -88,8 +88,8 @@ def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, asked):
     assert {key: repr(run[key]) for key in both} == {key: repr(reported[key]) for key in both}
 
 
-def test_the_log_verifies(ran, asked):
-    found = asked("verify", ran)
+def test_the_log_verifies(ran, run_json):
+    found = run_json("verify", ran)
     assert found["greatest_deviation"] == 0.0
     assert found["samples"] > 10
 
@@ -113,10 +113,10 @@ def test_a_replay_gives_the_bytes_of_the_log(ran):
     assert now == pytest.approx(2 * (logged[-1].log_time - logged[0].log_time), abs=1e3)
 
 
-def test_the_topics_of_the_scene_are_those_of_its_log(case, ran, tmp_path, asked):
+def test_the_topics_of_the_scene_are_those_of_its_log(case, ran, tmp_path, run_json):
     scene = tmp_path / "scene.yaml"
     scene.write_text(read_log(ran).scene.text)
-    listed = asked("topics", scene)["topics"]
+    listed = run_json("topics", scene)["topics"]
     names = {one["topic"]: one["type"] for one in listed}
     logged = {one.topic.name: one.topic.ros_type for one in raw_messages(ran)}
     assert set(logged) <= set(names)
@@ -134,9 +134,9 @@ def test_the_run_has_a_page(case, ran, tmp_path):
     assert "http://" not in text.replace("http://www.w3.org", "")  # nothing is fetched
 
 
-def test_the_run_has_a_picture(ran, tmp_path, typed):
+def test_the_run_has_a_picture(ran, tmp_path, run_cli):
     picture = tmp_path / "run.png"
-    said = typed("report", ran, "--plot", picture)
+    said = run_cli("report", ran, "--plot", picture)
     assert "not drawn" not in said.err
     pixels = imread(picture)[..., :3]
     drawn = np.ptp(pixels, axis=-1) > 0.3  # in colour: curves and bodies, not axes and letters
@@ -162,8 +162,8 @@ def test_a_study_of_a_few_realisations(case, quick_workers):
     ("change", "word"),
     [("nonsense.key=1", "nonsense"), ("run.duration=never", "run.duration"), ("run.duration=-1", "run.duration")],
 )
-def test_a_key_or_value_that_is_none_is_refused(case, change, word, typed):
-    out, err = typed("simulate", case.scene, "--set", change, code=BAD_INPUT)
+def test_a_key_or_value_that_is_none_is_refused(case, change, word, run_cli):
+    out, err = run_cli("simulate", case.scene, "--set", change, code=BAD_INPUT)
     assert out == ""
     assert word in err
     assert "Traceback" not in err

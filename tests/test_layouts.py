@@ -53,9 +53,9 @@ def test_every_curve_is_a_number_in_the_messages_of_the_kind(kind):
 
 
 @pytest.mark.parametrize("program", LAYOUTS)
-def test_the_layouts_in_the_package_are_what_the_command_writes(program, tmp_path, asked):
+def test_the_layouts_in_the_package_are_what_the_command_writes(program, tmp_path, run_json):
     """`bearing_twin layouts bearing_6203 --out config/layouts` writes them again."""
-    [path] = asked("layouts", "bearing_6203", "--for", program, "--out", tmp_path)["files"].values()
+    [path] = run_json("layouts", "bearing_6203", "--for", program, "--out", tmp_path)["files"].values()
     name = f"bearing_6203{LAYOUTS[program].suffix}"
     with open(path, "rb") as file:
         assert file.read() == share_path("config", "layouts", name).read_bytes()
@@ -141,18 +141,18 @@ def test_two_bearings_share_one_picture():
     assert yaml.safe_load(content)["Visualization Manager"]["Global Options"]["Fixed Frame"] == "world"
 
 
-def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, asked):
+def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, run_json):
     scene, log = made_up_scene(), tmp_path / "run.mcap"
     write_log(made_up_run(scene, [made_up_block(scene, 50)]), log)
     arguments = ["layouts", log, "--out", tmp_path / "new", "--for", "plotjuggler"]
-    reported = asked(*arguments)
+    reported = run_json(*arguments)
     [path] = map(Path, reported["files"].values())
     assert path.name == "run.plotjuggler.xml"
     assert reported["open_with"] == {"plotjuggler": f"plotjuggler --datafile {log} --layout {path}"}
     assert path.read_bytes() == LAYOUTS["plotjuggler"].render(panels(scene))
     assert "is not overwritten" in refused(*arguments)
     path.write_text("another")
-    asked(*arguments, "--force")
+    run_json(*arguments, "--force")
     assert path.read_bytes() == LAYOUTS["plotjuggler"].render(panels(scene))
 
 

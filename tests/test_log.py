@@ -65,7 +65,7 @@ def test_samples_come_back_bit_for_bit(tmp_path, name):
     assert summary.messages == len(logged)
 
 
-def test_a_log_that_begins_late_or_has_gaps_is_verified_where_it_has_outputs(tmp_path, typed):
+def test_a_log_that_begins_late_or_has_gaps_is_verified_where_it_has_outputs(tmp_path, run_cli):
     scene = load_scene("bearing_6203", ["run.duration=0.12"])
     block = join_blocks(list(simulate(scene).blocks()))
     write_log(made_up_run(scene, [block.part(60, 90), block.part(100, 121)]), tmp_path / "run.mcap")
@@ -75,20 +75,20 @@ def test_a_log_that_begins_late_or_has_gaps_is_verified_where_it_has_outputs(tmp
     result = verify(read_log(tmp_path / "run.mcap", allow_gaps=True), reached.append)
     assert (result.samples, result.greatest, result.missing) == (51, 0.0, 10)
     assert reached[0] < 0.06 < reached[-1] == pytest.approx(0.12)
-    captured = typed("verify", tmp_path / "run.mcap", "--json")
+    captured = run_cli("verify", tmp_path / "run.mcap", "--json")
     assert json.loads(captured.out)["outputs_missing"] == 10
     assert "begins at 0.06 s: the run up to there is simulated first" in captured.err
-    captured = typed("report", tmp_path / "run.mcap", "--json")
+    captured = run_cli("report", tmp_path / "run.mcap", "--json")
     assert json.loads(captured.out)["begins_s"] == pytest.approx(0.06)
     assert "begins at 0.06 s" in captured.err
 
 
 @pytest.mark.parametrize("name", ["bearing_6203", "ellipsoid_rocking"])
-def test_a_run_is_continued_from_its_log_as_one_long_run_to_the_bit(name, tmp_path, typed):
+def test_a_run_is_continued_from_its_log_as_one_long_run_to_the_bit(name, tmp_path, run_cli):
     first, second = tmp_path / "first.mcap", tmp_path / "second.mcap"
     assert main(["simulate", name, "--duration", "0.05", "--out", str(first), "--json"]) == DONE
     assert main(["simulate", str(first), "--continue", "0.02s", "--out", str(second), "--json"]) == DONE
-    assert json.loads(typed("verify", second, "--json").out.splitlines()[-1])["greatest_deviation"] == 0.0
+    assert json.loads(run_cli("verify", second, "--json").out.splitlines()[-1])["greatest_deviation"] == 0.0
     log = read_log(second)
     *_, last = log
     assert 1e-9 * last.time_ns == pytest.approx(0.07, abs=1e-9 * log.scene.output_period_ns)
@@ -248,14 +248,14 @@ def record(path, blocks=(BLOCK,), name="/bearing/samples", keep=lambda index: Tr
                 index += 1
 
 
-def test_a_recording_without_scene_has_the_samples_that_came(tmp_path, typed):
+def test_a_recording_without_scene_has_the_samples_that_came(tmp_path, run_cli):
     """All of them, those from a late start on, and those around a gap, which is counted."""
     complete, later, gap = (tmp_path / f"{name}.mcap" for name in ("whole", "late", "gap"))
     record(complete, name="/other/samples")
     log = read_log(complete)
     assert (log.scene, log.report, bits(log)) == (None, None, bits(BLOCK))
     assert log.channels == SCENE.channels
-    assert typed("report", complete).out.splitlines()[0] == "log without its scene: 229 ms"
+    assert run_cli("report", complete).out.splitlines()[0] == "log without its scene: 229 ms"
     record(later, keep=lambda index: index > 0)
     assert bits(read_log(later)) == bits(BLOCK)[50:]
     record(gap, keep=lambda index: index != 1)
@@ -422,7 +422,7 @@ def test_records_that_come_out_of_order_are_put_in_theirs(tmp_path):
         assert all(np.array_equal(mine[name], theirs[name], equal_nan=True) for name in theirs)
 
 
-def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, typed):
+def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, run_cli):
     """As of a node whose law and load were changed while it ran: each run with its own scene, the last by default."""
     path = tmp_path / "reset.mcap"
     scenes = [
@@ -450,12 +450,12 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, type
         assert report.errors["errors_by_source"] == run.report.errors["errors_by_source"]
         assert bits(stream) == bits(join_blocks(list(simulate(scene).blocks())))
         for command in ("report", "verify"):
-            reported = typed(command, path, "--json", "--run", number)
+            reported = run_cli(command, path, "--json", "--run", number)
             assert json.loads(reported.out)["samples"] == outputs
             assert "holds 3 runs" not in reported.err  # it is the run that was asked for
         assert json.loads(reported.out)["greatest_deviation"] == 0.0
         assert log_document(path, run=number)["facts"][3] == ("outputs", str(outputs))
-    assert "run 3 of 3" in typed("report", path, "--json").err
+    assert "run 3 of 3" in run_cli("report", path, "--json").err
     assert read_log(path, last_run=True).run == 3
     (note,) = log_document(path)["notes"]  # a command has a topic that the kind knows
     assert "run 3 of 3" in note
@@ -466,4 +466,4 @@ def test_of_a_recording_of_several_runs_each_can_be_read(tmp_path, refused, type
         assert "give one from 1 to 3" in refused("report", path, "--run", wrong)
     export_log(read_log(path, run=2), "csv", tmp_path / "second")
     assert len((tmp_path / "second" / "outputs.csv").read_text().splitlines()) == 1 + 21
-    assert "holds 3 runs" in typed("export", path, "--to", "csv", "--out", tmp_path / "tables").err
+    assert "holds 3 runs" in run_cli("export", path, "--to", "csv", "--out", tmp_path / "tables").err

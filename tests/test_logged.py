@@ -45,14 +45,14 @@ def test_a_run_whose_log_has_no_room_goes_on_to_its_end(whole, tmp_path, monkeyp
     assert 0 < len(samples) < whole["samples"]
 
 
-def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path, monkeypatch, typed):
+def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path, monkeypatch, run_cli):
     monkeypatch.chdir(tmp_path)
     write = os.pwritev
     full = lambda file, parts, offset: (no_room if offset > 10_000 else write)(file, parts, offset)  # noqa: E731
     monkeypatch.setattr(os, "pwritev", full)
     overrides = ("rings.inner.change.time=0.0105", "rings.inner.change.load=[0, -7e5, 0]", "cage.kind=none")
     options = [f"--set={override}" for override in overrides]
-    out, error = typed("simulate", "bearing_6203_rig_400N", *options, "--out", "run.mcap", code=BAD_INPUT)
+    out, error = run_cli("simulate", "bearing_6203_rig_400N", *options, "--out", "run.mcap", code=BAD_INPUT)
     assert "failed: overload" in out
     for sentence in ("the log is incomplete: run.mcap cannot grow", "a load of", "bearing_twin explain failure_"):
         assert sentence in " ".join(error.split())
@@ -60,11 +60,11 @@ def test_a_run_that_breaks_off_and_whose_log_cannot_be_ended_tells_both(tmp_path
 
 @pytest.mark.parametrize("out", ["run.mcap", "bag"])
 @pytest.mark.parametrize("written", [0, 1])
-def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, whole, tmp_path, monkeypatch, typed):
+def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, whole, tmp_path, monkeypatch, run_cli):
     """Neither the head of its file nor, behind that, its scene."""
     monkeypatch.chdir(tmp_path)
     full_after(written, monkeypatch)
-    out, error = typed("simulate", *LONG, "--out", out, "--json", code=BAD_INPUT)
+    out, error = run_cli("simulate", *LONG, "--out", out, "--json", code=BAD_INPUT)
     assert reported(SimpleNamespace(stdout=out)) == whole
     (line,) = re.findall("^bearing_twin: there is no log: .*", error, re.MULTILINE)
     assert line.count("No space left on device") == line.count("(") == line.count(".mcap") == 1
@@ -72,12 +72,12 @@ def test_a_run_whose_log_has_no_room_to_begin_goes_on_without_it(out, written, w
     assert not list(tmp_path.iterdir())
 
 
-def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, typed):
+def test_a_log_that_cannot_be_begun_ends_the_command_before_anything_is_computed(tmp_path, monkeypatch, run_cli):
     def broken(*_):
         raise OSError(errno.EIO, "Input/output error")
 
     monkeypatch.setattr(os, "pwritev", broken)
-    out, error = typed("simulate", *LONG, "--out", tmp_path / "run.mcap", code=BAD_INPUT)
+    out, error = run_cli("simulate", *LONG, "--out", tmp_path / "run.mcap", code=BAD_INPUT)
     assert not out
     assert "run.mcap cannot be written (Input/output error); give another place for the log" in error
     assert "log is incomplete" not in error
@@ -109,7 +109,7 @@ def cut_short(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "arguments", [["report"], ["verify"], ["view"], ["export", "--to", "csv"]], ids=lambda command: command[0]
 )
-def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(arguments, cut_short, capsys, asked):
+def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(arguments, cut_short, capsys, run_json):
     command, *continued = arguments
     recover(cut_short, "saved.mcap")
     write_log(simulate(SHORT), "whole.mcap")
@@ -118,7 +118,7 @@ def test_the_log_of_an_interrupted_run_is_distinguished_from_a_finished_one(argu
         assert main([command, path, *continued, *out, "--strict", "--force"]) == code
         assert capsys.readouterr().err.lower().count(ENDS) == (code == DOUBTFUL)
         if command in ("report", "verify") and code == DOUBTFUL:
-            report = asked(command, path)
+            report = run_json(command, path)
             assert (report["log_ends_s"], report["scene_ends_s"]) == pytest.approx((9.9e-5, 2e-4))
 
 

@@ -100,7 +100,7 @@ def test_messages_are_counted_by_their_numbers(numbers, lost, before, counted, t
     assert (status["lost_on"], status["uncounted"]) == ("/one" * bool(lost), "/one" * (not counted))
 
 
-def test_a_report_tells_what_was_lost(tmp_path, typed):
+def test_a_report_tells_what_was_lost(tmp_path, run_cli):
     """Of several publishers nobody can count."""
     path = tmp_path / "out.mcap"
     recording = recording_of(path, "/one", "/two", SAMPLES)
@@ -113,13 +113,13 @@ def test_a_report_tells_what_was_lost(tmp_path, typed):
     assert read_log(path).losses == {
         "messages_lost": 3, "messages_dropped": 0, "messages_unreadable": 0, "uncounted": "/two",
     }  # fmt: skip
-    captured = typed("report", path, "--json", "--strict", code=DOUBTFUL)
+    captured = run_cli("report", path, "--json", "--strict", code=DOUBTFUL)
     assert json.loads(captured.out)["messages_lost"] == 3
     assert "3 messages were lost on the way to the recorder" in captured.err
 
 
 @pytest.mark.parametrize(("firsts", "mixed"), [((50, 0, 60, 10, 70), True), ((50, 0, 10, 30), False)])
-def test_outputs_of_several_publishers_are_mixed(firsts, mixed, tmp_path, typed):
+def test_outputs_of_several_publishers_are_mixed(firsts, mixed, tmp_path, run_cli):
     """Two bearings in one namespace; one that is started again while its old end is still known steps back once."""
     path = tmp_path / "out.mcap"
     recording = recording_of(path, SAMPLES)
@@ -132,11 +132,11 @@ def test_outputs_of_several_publishers_are_mixed(firsts, mixed, tmp_path, typed)
     assert (status["mixed"], status["uncounted"]) == (SAMPLES * mixed, SAMPLES)
     assert ("outputs are mixed" in warning_of(status)) is mixed
     recording.close()
-    stderr = typed("report", path, "--json", "--strict", code=DOUBTFUL).err
+    stderr = run_cli("report", path, "--json", "--strict", code=DOUBTFUL).err
     assert ("several nodes sent samples at a time" in stderr) is mixed
 
 
-def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked):
+def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, run_json):
     path, large = tmp_path / "out.mcap", bytes(LARGEST_MESSAGE)
     recording = recording_of(path, "/other", SAMPLES, ros_type=cdr.STRING)
     recording.receive_all("/other", [1] * 4, [1] * 4, [b"before", large, large + b"1", b"after"], [1, 2, 3, 4])
@@ -146,7 +146,7 @@ def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, asked)
     assert warning_of(status).startswith("4 messages are not logged")
     recording.close()
     assert [len(data) for topic, *_, data in raw_messages(path) if topic.name == "/other"] == [6, LARGEST_MESSAGE, 5]
-    assert asked("report", path, "--strict", code=DOUBTFUL)["messages_unreadable"] == 4
+    assert run_json("report", path, "--strict", code=DOUBTFUL)["messages_unreadable"] == 4
 
 
 def test_no_more_topics_are_recorded_than_are_read(tmp_path, monkeypatch):

@@ -51,10 +51,10 @@ def figures(studies):
     return studies.status()[2]
 
 
-def test_an_answer_is_what_the_command_prints(tmp_path, asked):
+def test_an_answer_is_what_the_command_prints(tmp_path, run_json):
     answer = answered(Studies(str(tmp_path / "logs")))
     options = [option for override in QUICK.overrides for option in ("--set", override)]
-    printed = asked("study", QUICK.study, *options, "--samples", "500", "--seed", "7")
+    printed = run_json("study", QUICK.study, *options, "--samples", "500", "--seed", "7")
     summary = json.loads(answer.summary)
     assert summary.pop("log") == answer.log
     assert summary.pop("seconds") > 0.0

@@ -387,10 +387,10 @@ def test_loads_beyond_the_grooves_or_between_balls_are_refused(keys, load, messa
 
 
 @pytest.mark.parametrize("rpm", [0.0, 1000.0, 5000.0, 10000.0])
-def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, asked):
+def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, run_json):
     """Harris' criterion from the loads, angles and ellipses of the shared equilibrium."""
     arguments = "bearing", "bearing_218_thrust", "--set", f"drive.speed={rpm * math.pi / 30.0}"
-    shared = asked(*arguments, "--control", "shared")
+    shared = run_json(*arguments, "--control", "shared")
     inner, outer = (
         shared[f"normal_load_{ring}_n"][0]
         * shared[f"semi_major_{ring}_m"][0]
@@ -399,7 +399,7 @@ def test_the_raceway_that_resists_spin_more_controls_the_balls(rpm, asked):
     )
     difference = shared["contact_angle_inner_rad"][0] - shared["contact_angle_outer_rad"][0]
     expected = "outer" if rpm and outer * math.cos(difference) > inner else "shared"
-    assert asked(*arguments)["control"] == expected
+    assert run_json(*arguments)["control"] == expected
 
 
 def test_a_word_of_earlier_versions_is_read_as_its_alias():

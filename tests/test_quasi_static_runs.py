@@ -151,7 +151,7 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
     assert amplitude == pytest.approx(12.7, rel=0.03)
 
 
-def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(asked):
+def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(run_json):
     """Against balls that move, whose spin axes have settled; the command flags what the run reports."""
     keys = NO_GRAVITY, "cage.kind=even", "drive.offset=[0,-3e-6,2e-5]", "drive.speed=1500", OUTSIDE
     times = "run.duration=0.5", "run.output_rate=100", "solver.check=none"
@@ -162,7 +162,7 @@ def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(asked):
     assert 0.1 * reported < np.abs(loads - exact).max() / exact.max() < reported < 1.0
     arguments = [argument for key in keys for argument in ("--set", key)]
     (flag,) = [
-        values for values in asked("bearing", "bearing_6203", *arguments)["flags"] if "of the greatest" in values
+        values for values in run_json("bearing", "bearing_6203", *arguments)["flags"] if "of the greatest" in values
     ]
     assert f"{100.0 * reported:.2g} %" in flag
 

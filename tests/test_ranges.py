@@ -147,18 +147,20 @@ def test_what_runs_all_the_same_is_marked_in_every_output_and_never_done(name):
     assert report.as_dict()["outside_range"] == list(report.outside)
 
 
-def test_command_and_log_say_the_same(tmp_path, asked, refused):
+def test_command_and_log_say_the_same(tmp_path, run_json, refused):
     words = ("simulate", "two_discs", "--set", "disc.thickness=0.5")
     assert "outside its range" in refused(*words)
     log = str(tmp_path / "run.mcap")
-    stated = asked(*words, "--allow-invalid", "--strict", "--out", log, code=DOUBTFUL)
-    reported = asked("report", log)
+    stated = run_json(*words, "--allow-invalid", "--strict", "--out", log, code=DOUBTFUL)
+    reported = run_json("report", log)
     for key in ("status", "flags", "outside_range"):
         assert reported[key] == stated[key]
-    assert asked("verify", log)["deviations"]["outside_range"] == 0.0
+    assert run_json("verify", log)["deviations"]["outside_range"] == 0.0
     assert {float(sample["outside_range"]) for sample in read_log(log)} == {1.0}
     refused("bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE)
-    answer = asked("bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE, "--allow-invalid")
+    answer = run_json(
+        "bearing", "bearing_6203", "--set", "contact.normal=volumetric", "--set", CLOSE, "--allow-invalid"
+    )
     assert set(answer["outside_range"]) <= set(answer["flags"])
 
 

@@ -84,7 +84,7 @@ def test_a_housing_gives_way_to_its_load():
     assert np.mean((soft - held)[-len(held) // 4 :]) == pytest.approx(-500.0 / 1e7, rel=1e-2)
 
 
-def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tmp_path, asked):
+def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tmp_path, run_json):
     log, longer = tmp_path / "run.mcap", tmp_path / "longer.mcap"
     keys = ("--set", "sensor.rate=12300", "--set", "solver.check=none")
     scene = ("simulate", "bearing_6205_spall_outer", *keys)
@@ -92,7 +92,7 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     samples = samples_of(read_log(log))
     assert len(samples) == 2461
     assert samples[:, 0] == pytest.approx(np.arange(2461) / 12300.0, abs=1e-12)
-    assert not any(asked("verify", log)["deviations"].values())
+    assert not any(run_json("verify", log)["deviations"].values())
     messages = LogReader(log).messages({"/bearing/records/acceleration"})
     waveforms = [cdr.deserialise(cdr.WAVEFORM, message.data) for message in messages]
     assert np.array_equal(np.concatenate([message.samples for message in waveforms]), samples[:, 1])
@@ -167,10 +167,10 @@ def played(tmp_path_factory):
     return runs
 
 
-def test_spectrum_names_the_spalls_that_scenes_have(played, asked):
+def test_spectrum_names_the_spalls_that_scenes_have(played, run_json):
     for ring, family in SPALLS.items():
         log, run = played[ring]
-        spectrum = asked("spectrum", log)
+        spectrum = run_json("spectrum", log)
         lines = {line["name"]: line for line in spectrum["lines"]}
         assert spectrum["verdict"] == ring
         assert lines[family]["off"] == pytest.approx(0.0, abs=3e-3)
@@ -178,14 +178,14 @@ def test_spectrum_names_the_spalls_that_scenes_have(played, asked):
         sides = [lines[f"{family}{sign}fs"]["over_noise_db"] for sign in "+-"]
         assert (min(sides) > 15.0) == (ring == "inner")
         assert health(log) == [(STALE, 0), (WARN, 1), (WARN, 2)][: 2 + (ring == "outer")]
-        logged = asked("report", log)
+        logged = run_json("report", log)
         for figure, name in (("bpfo", "BPFO"), ("bpfi", "BPFI"), ("bsf", "2BSF")):
             assert run[f"{figure}_over_noise_db"] == logged[f"{figure}_over_noise_db"]
             assert run[f"{figure}_over_noise_db"] == pytest.approx(lines[name]["over_noise_db"], abs=1e-3)
         assert run["acceleration_rms_m_s2"] == pytest.approx(spectrum["rms"], rel=1e-6)
     assert lines["BPFI"]["over_noise_db"] > 20.0
     sound, _ = played["sound"]
-    assert asked("spectrum", sound)["verdict"] == "nothing stands out"
+    assert run_json("spectrum", sound)["verdict"] == "nothing stands out"
     assert health(sound) == [(STALE, 0), (OK, 1)]
 
 

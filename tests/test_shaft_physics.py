@@ -71,7 +71,7 @@ def loads_alone(parameters, side, ring):
     return equilibrium.loads, equilibrium.stiffness
 
 
-def bearing_stiffness(asked, parameters, side, ring, *options):
+def bearing_stiffness(run_json, parameters, side, ring, *options):
     """The 5 x 5 stiffness that `bearing_twin bearing` gives for one bearing with its ring held there."""
     geometry = getattr(parameters, side).geometry
     keys = [f"geometry.{key}={getattr(geometry, key)}" for key in ("radial_clearance", "inner_conformity")]
@@ -80,33 +80,33 @@ def bearing_stiffness(asked, parameters, side, ring, *options):
     displacement, misalignment = (",".join(f"{value:.17g}" for value in part) for part in (ring[:3], ring[3:]))
     held = "--displacement", displacement, "--misalignment", misalignment
     speed = ["--set", f"drive.speed={parameters.drive.speed}", "--ball-angle", angle]
-    return np.array(asked(*command, *held, *speed, *options)["stiffness"])
+    return np.array(run_json(*command, *held, *speed, *options)["stiffness"])
 
 
-def stiffness_of_both(asked, parameters, *options):
+def stiffness_of_both(run_json, parameters, *options):
     """The stiffness of the shaft on both bearings where it is in balance, by that of each; and the balance."""
     balance, stiffness = balance_of(parameters, "hertz", parameters.drive.speed), np.zeros((5, 5))
     for side in SIDES:
         transform = coupling(parameters, side)
         ring = transform @ balance.coordinates + middles(parameters)[side]
-        stiffness += transform.T @ bearing_stiffness(asked, parameters, side, ring, *options) @ transform
+        stiffness += transform.T @ bearing_stiffness(run_json, parameters, side, ring, *options) @ transform
     return stiffness, balance
 
 
-def test_natural_frequencies_are_those_of_the_bearings_stiffness(asked):
+def test_natural_frequencies_are_those_of_the_bearings_stiffness(run_json):
     parameters = parameters_of("drive.speed=0", "shaft.unbalances=[]", "contact.relaxation_time=0")
     mass, inertia = parameters.shaft.mass, parameters.shaft.inertia[0]
-    stiffness = stiffness_of_both(asked, parameters)[0]
+    stiffness = stiffness_of_both(run_json, parameters)[0]
     squares = linalg.eigh(stiffness, np.diag([mass] * 3 + [inertia] * 2), eigvals_only=True)
     modes, _ = modes_of(parameters, "hertz")
     assert modes.frequencies == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-6)
 
 
-def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(asked):
+def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(run_json):
     """At 2000 rad/s outer raceway control would make a 6203 5 % softer."""
     parameters = parameters_of("drive.speed=2000", *FREE_OF_LOADS)
     (shared, balance), (outer, _) = (
-        stiffness_of_both(asked, parameters, "--control", control) for control in ("shared", "outer")
+        stiffness_of_both(run_json, parameters, "--control", control) for control in ("shared", "outer")
     )
     assert np.diag(balance.stiffness) == pytest.approx(np.diag(shared), rel=1e-6)
     assert balance.stiffness[0, 0] > 1.04 * outer[0, 0]
@@ -365,9 +365,9 @@ def test_lives_are_those_of_the_loads_in_the_second_half_of_the_run(angular_run)
         (("drive={acceleration: 1e6, change: {time: 0.1, speed: 6e4}}",), "at 60183.3 rad/s the balls are thrown"),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_sentence(changes, message, typed):
+def test_what_cannot_be_is_refused_in_one_sentence(changes, message, run_cli):
     command = ["simulate", "shaft_two_6203", *(argument for change in changes for argument in ("--set", change))]
-    error = typed(*command, code=BAD_INPUT).err.strip().splitlines()
+    error = run_cli(*command, code=BAD_INPUT).err.strip().splitlines()
     assert len(error) == 1
     with pytest.raises(SceneError, match=message):
         choose(load_scene("shaft_two_6203", changes))

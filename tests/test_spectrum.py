@@ -89,11 +89,11 @@ RECORDS = (
 )
 
 
-def test_damaged_raceways_are_named_and_their_lines_found(tmp_path, asked):
+def test_damaged_raceways_are_named_and_their_lines_found(tmp_path, run_json):
     for made in RECORDS:
         shaft = made.get("shaft", SHAFT)
         path = saved(tmp_path, record(**{"seconds": 5.0} | made), made.get("rate", RATE))
-        result = asked("spectrum", path, "--bearing", "6205", "--speed", f"{60.18 * shaft}rpm")
+        result = run_json("spectrum", path, "--bearing", "6205", "--speed", f"{60.18 * shaft}rpm")
         assert result["verdict"] == made["damage"], made
         assert result["shaft_hz"] == pytest.approx(shaft, rel=1e-3), made
         assert result["by_order"] == ("wander" in made)
@@ -103,7 +103,7 @@ def test_damaged_raceways_are_named_and_their_lines_found(tmp_path, asked):
         assert line["off"] == pytest.approx(line["found_hz"] / line["expected_hz"] - 1.0, abs=1e-9)
 
 
-def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(tmp_path, asked):
+def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(tmp_path, run_json):
     # BPFO and the sidebands of BPFI lie next to three and four orders
     times = np.arange(int(5.0 * RATE)) / RATE
     for bearing, rpm, part, order in (
@@ -116,30 +116,31 @@ def test_lines_of_a_raceway_are_not_taken_for_those_of_a_shaft_that_has_none(tmp
         load = 1.0 + 0.8 * (part == "inner") * np.cos(2.0 * np.pi * shaft * times)
         blows = 5.0 * load * np.exp(-800.0 * since) * np.sin(2.0 * np.pi * 3000.0 * since)
         made = saved(tmp_path, blows + np.random.default_rng(1).standard_normal(len(times)))
-        result = asked("spectrum", made, "--bearing", bearing, "--speed", f"{rpm}rpm")
+        result = run_json("spectrum", made, "--bearing", bearing, "--speed", f"{rpm}rpm")
         assert (result["verdict"], result["by_order"]) == (part, False), bearing
         assert result["shaft_hz"] == pytest.approx(shaft, rel=2e-3), bearing
 
 
-def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(tmp_path, asked):
+def test_records_of_no_damage_and_of_a_hidden_one_are_not_misnamed(tmp_path, run_json):
     healthy = [{"seed": seed, "shaft_lines": lines} for seed in (10, 11) for lines in (0.0, 20.0)]
     for made in (*healthy, {"wander": 0.02}, {"damage": "outer", "strength": 0.05}):
         assert (
-            asked("spectrum", saved(tmp_path, record(seconds=5.0, **made)), *BEARING)["verdict"] == "nothing stands out"
+            run_json("spectrum", saved(tmp_path, record(seconds=5.0, **made)), *BEARING)["verdict"]
+            == "nothing stands out"
         ), made
     for seed in range(4):
         made = record("ball", seconds=5.0, seed=seed, strength=(0.5, 1.0, 2.0, 4.0)[seed])
-        assert asked("spectrum", saved(tmp_path, made), *BEARING)["verdict"] in ("ball", "nothing stands out")
+        assert run_json("spectrum", saved(tmp_path, made), *BEARING)["verdict"] in ("ball", "nothing stands out")
 
 
-def test_sidebands_show_how_damage_goes_through_the_load(tmp_path, asked):
-    result = asked("spectrum", saved(tmp_path, record("inner", strength=4.0, slip=0.003)), *BEARING)
+def test_sidebands_show_how_damage_goes_through_the_load(tmp_path, run_json):
+    result = run_json("spectrum", saved(tmp_path, record("inner", strength=4.0, slip=0.003)), *BEARING)
     level = {line["name"]: line["over_noise_db"] for line in result["lines"]}
     assert min(level["BPFI-fs"], level["BPFI+fs"]) > 15.0 > level["BPFO+fs"]
     assert {f"{k}{name}" for k in ("", "2x", "3x") for name in (*FAMILY.values(), "FTF")} <= level.keys()
 
 
-def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
+def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, run_json):
     samples = record("outer", seconds=1.0, strength=2.0).astype(np.float32)
     times = np.arange(len(samples)) / RATE
     header = 'time,"acceleration, along z"'
@@ -166,8 +167,8 @@ def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
         "d.mat": ("--key", "DE_time", "--rate", "12kHz"),
         "e.mcap": ("--topic", "/shaken", "--key", "linear_acceleration.z"),
     }
-    results = {name: asked("spectrum", tmp_path / name, *arguments, *BEARING) for name, arguments in options.items()}
-    results["its own speed"] = asked("spectrum", tmp_path / "d.mat", *options["d.mat"], *BEARING[:2])
+    results = {name: run_json("spectrum", tmp_path / name, *arguments, *BEARING) for name, arguments in options.items()}
+    results["its own speed"] = run_json("spectrum", tmp_path / "d.mat", *options["d.mat"], *BEARING[:2])
     for name, result in results.items():
         assert result["verdict"] == "outer", name
         assert result["rms"] == pytest.approx(float(np.std(samples, dtype=float)), rel=1e-4), name
@@ -175,15 +176,18 @@ def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, asked):
         assert line["found_hz"] == pytest.approx(first["found_hz"], rel=1e-6), name
 
 
-def test_kurtosis_and_band_and_picture(tmp_path, quick_pictures, asked, typed):
+def test_kurtosis_and_band_and_picture(tmp_path, quick_pictures, run_json, run_cli):
     random = np.random.default_rng(1)
     path = saved(tmp_path, random.standard_normal(120_000))
-    assert asked("spectrum", path, *BEARING)["kurtosis"] == pytest.approx(3.0, abs=0.1)
+    assert run_json("spectrum", path, *BEARING)["kurtosis"] == pytest.approx(3.0, abs=0.1)
     options = ("--band", "2kHz,5.9kHz", "--plot", str(tmp_path / "p.png"))
-    result = asked("spectrum", path, *BEARING, *options)
+    result = run_json("spectrum", path, *BEARING, *options)
     assert result["band_hz"] == [2000.0, 5900.0]
     assert (tmp_path / "p.png").read_bytes()[:4] == b"\x89PNG"
-    assert typed("spectrum", path, *BEARING).out.split("\n")[0].split(maxsplit=1) == ["verdict", "nothing stands out"]
+    assert run_cli("spectrum", path, *BEARING).out.split("\n")[0].split(maxsplit=1) == [
+        "verdict",
+        "nothing stands out",
+    ]
 
 
 def with_gap(samples):
@@ -241,15 +245,15 @@ def test_an_archive_that_was_damaged_is_refused(position, tmp_path, refused):
     assert "record.npz cannot be read as npz" in refused("spectrum", path, *BEARING, "--rate", "12kHz")
 
 
-def test_a_speed_without_a_unit_is_said_in_rpm(tmp_path, typed):
+def test_a_speed_without_a_unit_is_said_in_rpm(tmp_path, run_cli):
     path = saved(tmp_path, record("outer", seconds=3.0, strength=2.0))
     assert (
-        "is in rad/s, 1775.21 rpm" in typed("spectrum", path, *BEARING[:2], "--speed", "185.9", "--rate", "12kHz").err
+        "is in rad/s, 1775.21 rpm" in run_cli("spectrum", path, *BEARING[:2], "--speed", "185.9", "--rate", "12kHz").err
     )
 
 
-def test_an_uncertain_number_of_balls_is_a_warning(tmp_path, typed):
+def test_an_uncertain_number_of_balls_is_a_warning(tmp_path, run_cli):
     path = saved(tmp_path, record(seconds=5.0))
     arguments = "spectrum", path, "--speed", "1750rpm", "--rate", "12kHz", "--bearing"
-    assert "7203B has 10 ± 1 balls" in typed(*arguments, "7203B").err
-    assert "balls" not in typed(*arguments, "6205").err
+    assert "7203B has 10 ± 1 balls" in run_cli(*arguments, "7203B").err
+    assert "balls" not in run_cli(*arguments, "6205").err

@@ -27,8 +27,8 @@ from bearing_twin.view.study_picture import OPEN_END, convergence_path, plot_stu
 QUICK = ["spheres_alpha_4e-5", "--set", "sweep=", "--set", "histories=[]"]
 
 
-def test_the_json_is_what_its_readers_rely_on(asked):
-    result = asked("study", *QUICK, "--samples", 1000, "--seed", 7)
+def test_the_json_is_what_its_readers_rely_on(run_json):
+    result = run_json("study", *QUICK, "--samples", 1000, "--seed", 7)
     assert (result["samples"], result["seed"], result["failed"]) == (1000, 7, {})
     assert result["seconds"] > 0.0
     assert result["stopped_because"] == "all 1000 samples are done"
@@ -39,8 +39,8 @@ def test_the_json_is_what_its_readers_rely_on(asked):
     assert set(duration["quantiles"]["0.05"]) == {"value", "low", "high"}
     assert {"modes", "p_value"} <= set(duration["modality"])
     assert 0.0 < duration["half_width"] < duration["std"]
-    assert asked("study", *QUICK, "--samples", 1000, "--seed", 7)["quantities"] == result["quantities"]
-    assert asked("study", *QUICK, "--samples", 1000, "--seed", 8)["quantities"] != result["quantities"]
+    assert run_json("study", *QUICK, "--samples", 1000, "--seed", 7)["quantities"] == result["quantities"]
+    assert run_json("study", *QUICK, "--samples", 1000, "--seed", 8)["quantities"] != result["quantities"]
 
 
 @pytest.mark.parametrize(
@@ -60,9 +60,9 @@ def test_bad_input_ends_with_one_sentence(arguments, sentence, refused):
     assert sentence in refused("study", *arguments)
 
 
-def test_a_person_sees_intervals_modes_why_it_stopped_and_warnings(typed):
+def test_a_person_sees_intervals_modes_why_it_stopped_and_warnings(run_cli):
     options = ["--set", "stop.relative_tolerance=0.05", "--samples", "100000", "--set", "sensitivity=32", "--strict"]
-    out, err = typed("study", *QUICK, *options, code=DOUBTFUL)
+    out, err = run_cli("study", *QUICK, *options, code=DOUBTFUL)
     assert re.search(r"contact_duration +mean +6\d\.\d+ \[\S+, \S+\] +µs", out)
     assert re.search(r"0.95 quantile .* kN$", out, re.MULTILINE)
     assert re.search(r"contact_duration +contact.measured_alpha", out)
@@ -71,48 +71,48 @@ def test_a_person_sees_intervals_modes_why_it_stopped_and_warnings(typed):
     assert "checked realisations: peak pressure" in err
 
 
-def test_a_chance_of_one_is_100_percent(typed):
-    out = " ".join(typed("study", *QUICK, "--set", "method=chaos", "--set", "checks=0").out.split())
+def test_a_chance_of_one_is_100_percent(run_cli):
+    out = " ".join(run_cli("study", *QUICK, "--set", "method=chaos", "--set", "checks=0").out.split())
     assert "of samples with a single mode 100 % show a second one" in out
 
 
-def test_no_share_of_a_variance_has_its_reason(typed):
+def test_no_share_of_a_variance_has_its_reason(run_cli):
     known = ["--set", "inputs={contact.measured_alpha: 1e-4}", "--set", "sensitivity=16", "--set", "checks=0"]
-    assert "all quantities: the quantity does not vary" in " ".join(typed("study", *QUICK, *known).out.split())
+    assert "all quantities: the quantity does not vary" in " ".join(run_cli("study", *QUICK, *known).out.split())
 
 
-def test_an_open_end_of_an_interval_is_explained_where_there_is_one(typed):
+def test_an_open_end_of_an_interval_is_explained_where_there_is_one(run_cli):
     few_samples, many_samples = (
         ["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000")
     )
-    out = typed("study", *QUICK, *few_samples).out
+    out = run_cli("study", *QUICK, *few_samples).out
     assert re.search(r"0.95 quantile +\S+ \[\S+, \?\]", out)
     assert "?: the samples are too few to bound" in out
-    assert "?" not in typed("study", *QUICK, *many_samples).out
+    assert "?" not in run_cli("study", *QUICK, *many_samples).out
 
 
-def test_the_list_names_every_study_and_quantity(asked, typed):
-    listing = asked("study", "--list")
+def test_the_list_names_every_study_and_quantity(run_json, run_cli):
+    listing = run_json("study", "--list")
     studies = [load_study(name) for name in study_names()]
     listed = [{"name": study.name, "scene": study.scene["name"], "description": study.description} for study in studies]
     assert listing["studies"] == listed
     assert {(row["kind"], row["quantity"]) for row in listing["quantities"]} == {
         (kind, name) for kind, row in KINDS.items() for name in row.quantities_of()
     }
-    assert "greatest_ball_load" in typed("study", "--list").out
+    assert "greatest_ball_load" in run_cli("study", "--list").out
 
 
 @pytest.mark.parametrize("sampler", SAMPLERS)
-def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, asked, typed):
+def test_a_study_says_which_of_its_intervals_hold_too_little(sampler, run_json, run_cli):
     """A lognormal contact time, as that of `bearing_twin chart coverage`: the std is held in 91 to 95 %."""
     wide = "inputs.contact.measured_alpha={distribution: lognormal, mean_log: -9.1, std_log: 1.0}"
     arguments = [*QUICK, "--set", wide, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0"]
-    duration = asked("study", *arguments)["quantities"]["contact_duration"]
+    duration = run_json("study", *arguments)["quantities"]["contact_duration"]
     assert {"std"} <= set(duration["unsafe"]) <= {"mean", "std"}
     assert duration["skewness_interval"] == [None, None]
-    out = " ".join(typed("study", *arguments).out.split())
+    out = " ".join(run_cli("study", *arguments).out.split())
     assert "std" in re.search(r"the intervals? of (.*?) (?:is|are) unsafe", out).group(1)
-    calm = asked("study", *QUICK, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0")
+    calm = run_json("study", *QUICK, "--set", f"sampler={sampler}", "--samples", 128, "--set", "checks=0")
     assert "mean" not in calm["quantities"]["contact_duration"]["unsafe"]
 
 
@@ -208,8 +208,8 @@ def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and
     assert not parts_of(panels_of(spheres("samples=200"))["Contact duration"], OPEN_END)
 
 
-def test_what_cannot_be_said_of_so_few_samples_is_said_once(typed):
-    out, err = typed("study", *QUICK, "--samples", "2")
+def test_what_cannot_be_said_of_so_few_samples_is_said_once(run_cli):
+    out, err = run_cli("study", *QUICK, "--samples", "2")
     assert re.search(r"0.50 quantile .* µs$", out, re.MULTILINE)  # as of many samples
     text = " ".join(out.split())
     assert text.count("all quantities: no std, skewness or modality, because 2 samples are too few") == 1
@@ -226,10 +226,10 @@ def test_what_cannot_be_said_of_so_few_samples_is_said_once(typed):
 SWEPT = ["samples=50", "modality=no", "checks=0", "histories=[]"]
 
 
-def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(asked, typed):
+def test_the_table_says_where_in_its_sweep_it_is_and_has_the_sweep(run_json, run_cli):
     arguments = ["spheres_alpha_4e-5", *(argument for override in SWEPT for argument in ("--set", override))]
-    studies = asked("study", *arguments)["sweep"]["studies"]
-    out = typed("study", *arguments).out
+    studies = run_json("study", *arguments)["sweep"]["studies"]
+    out = run_cli("study", *arguments).out
     assert out.startswith("at motion.first_velocity = 20 m/s, as in the scene; the sweep of it is below\n")
     title, _, *rows = out[out.index("sweep of motion") :].splitlines()
     assert title == "sweep of motion.first_velocity [m/s]"
@@ -285,17 +285,17 @@ def test_a_bearing_is_studied_by_worker_processes(name, quick_workers):
     assert result.sample("cage_speed") == pytest.approx(theory, rel=0.2)
 
 
-def test_the_log_of_a_study_is_reported_as_the_command_did(tmp_path, pictures_once, asked, refused):
+def test_the_log_of_a_study_is_reported_as_the_command_did(tmp_path, pictures_once, run_json, refused):
     log = tmp_path / "study.mcap"
-    result = asked("study", *QUICK, "--samples", 200, "--out", log)
-    again = asked("report", log, "--plot", tmp_path / "study.png")
+    result = run_json("study", *QUICK, "--samples", 200, "--out", log)
+    again = run_json("report", log, "--plot", tmp_path / "study.png")
     assert again["quantities"] == result["quantities"]
     assert matplotlib.image.imread(again["plot"]).shape[0] > 300
     for command, sentence in (("verify", "that is the log of a study"), ("simulate", "is a log, no scene")):
         assert sentence in refused(command, log)
 
 
-def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, asked, refused, typed):
+def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, run_json, refused, run_cli):
     """What a crash leaves is recovered and gone on from, with the numbers of one run."""
     arguments = [*QUICK, "--set", "method=ensemble", "--set", "batch=100", "--set", "modality=no", "--seed", 7]
     overrides = [argument for argument in map(str, arguments[1:]) if "=" in argument]
@@ -309,10 +309,10 @@ def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, asked, 
                 crashed.write_bytes((tmp_path / "going.mcap").read_bytes())
 
         log.finish(run_study(study, keep=keep))
-    typed("recover", crashed, tmp_path / "saved.mcap")
+    run_cli("recover", crashed, tmp_path / "saved.mcap")
     assert len(read_study(tmp_path / "saved.mcap", unfinished=True).values) == 300
     assert "go on with" in refused("report", tmp_path / "saved.mcap")
-    resumed = asked(
+    resumed = run_json(
         "study", *arguments, "--samples", 500, "--resume", tmp_path / "saved.mcap", "--out", tmp_path / "all.mcap"
     )
     at_once = read_study(tmp_path / "going.mcap")
@@ -343,7 +343,7 @@ def test_what_a_log_of_a_study_holds_is_held_once(tmp_path):
 
 
 @pytest.mark.parametrize("from_write", [0, 5])
-def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, typed):
+def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, run_cli):
     full_after(from_write, monkeypatch)
     arguments = [
         "study",
@@ -356,12 +356,12 @@ def test_a_full_disk_takes_no_result_along(from_write, tmp_path, monkeypatch, ty
         str(tmp_path / "s.mcap"),
         "--json",
     ]
-    out, err = typed(*arguments, code=BAD_INPUT)
+    out, err = run_cli(*arguments, code=BAD_INPUT)
     assert json.loads(out)["samples"] == 500
     assert "No space left on device" in err
 
 
-def test_a_study_stopped_by_ctrl_c_draws_no_picture(tmp_path, monkeypatch, typed):
+def test_a_study_stopped_by_ctrl_c_draws_no_picture(tmp_path, monkeypatch, run_cli):
     """Drawing took seconds more."""
 
     def interrupted(study, progress, cancelled, start, keep):
@@ -370,5 +370,5 @@ def test_a_study_stopped_by_ctrl_c_draws_no_picture(tmp_path, monkeypatch, typed
 
     monkeypatch.setattr("bearing_twin.uq.run.run_study", interrupted)
     picture = tmp_path / "x.png"
-    assert f"{picture} is not drawn" in typed("study", *QUICK, "--plot", picture, code=INTERRUPTED).err
+    assert f"{picture} is not drawn" in run_cli("study", *QUICK, "--plot", picture, code=INTERRUPTED).err
     assert not picture.exists()

@@ -53,7 +53,7 @@ def test_what_is_kept_is_as_it_was(tmp_path):
         assert log.kept_rate == KEPT_RATE
 
 
-def test_a_thinned_log_is_small_and_verified_where_it_has_outputs(tmp_path, typed):
+def test_a_thinned_log_is_small_and_verified_where_it_has_outputs(tmp_path, run_cli):
     run = simulate(load_scene("bearing_6203", ["run.duration=2"]))
     block = join_blocks(list(run.blocks()))
     block.values["normal_load"][201, 0, 0] += 1e-9  # it is in none of the 5 a second
@@ -61,11 +61,11 @@ def test_a_thinned_log_is_small_and_verified_where_it_has_outputs(tmp_path, type
     assert path.stat().st_size / 2.0 * 3600.0 < 0.5e9  # B an hour
     checked = verify(read_log(path))
     assert (checked.samples, checked.greatest) == (11, 0.0)
-    captured = typed("report", path, "--json", "--strict", code=DOUBTFUL)
+    captured = run_cli("report", path, "--json", "--strict", code=DOUBTFUL)
     report = json.loads(captured.out)
     assert (report["samples"], report["missing_outputs"], report["kept_outputs_hz"]) == (11, 0, KEPT_RATE)
-    assert json.loads(typed("verify", path, "--json").out)["kept_outputs_hz"] == KEPT_RATE
-    assert "holds 5 outputs a second" in typed("view", path, "--out", tmp_path / "page.html").err
+    assert json.loads(run_cli("verify", path, "--json").out)["kept_outputs_hz"] == KEPT_RATE
+    assert "holds 5 outputs a second" in run_cli("view", path, "--out", tmp_path / "page.html").err
     assert abs(report["energy_closure"]) < 1e-3  # sums need no output in between
     assert "5 outputs a second, not all" in captured.err
     block.values["normal_load"][200, 0, 0] += 0.5  # this one is

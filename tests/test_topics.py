@@ -67,8 +67,8 @@ def test_numbers_colours_and_places_are_written_in_full():
 
 
 @pytest.mark.parametrize("name", ["bearing_6203", "ellipsoid_on_plane"])
-def test_every_topic_of_a_scene_is_listed_once(name, asked):
-    rows = asked("topics", name)["topics"]
+def test_every_topic_of_a_scene_is_listed_once(name, run_json):
+    rows = run_json("topics", name)["topics"]
     scene = load_scene(name)
     assert [row["topic"] for row in rows] == [topic.full_name for topic in topics(scene)]
     rates = {row["topic"]: row["rate"] for row in rows}
@@ -76,9 +76,9 @@ def test_every_topic_of_a_scene_is_listed_once(name, asked):
     assert {row["qos"] for row in rows if row["rate"] == "once, latched"} == {"reliable, transient local, depth 1"}
 
 
-def test_the_kinds_list_every_ball_in_one_row(asked, typed):
-    rows = asked("topics")["topics"]
+def test_the_kinds_list_every_ball_in_one_row(run_json, run_cli):
+    rows = run_json("topics")["topics"]
     assert {row["kind"] for row in rows} == set(KINDS)
     balls = [row for row in rows if row["topic"].startswith("ball_")]
     assert [(row["topic"], row["frame"]) for row in balls] == [("ball_<k>/wrench", "ball_<k>")]
-    assert "/bearing/ball_7/wrench" in typed("topics", "bearing_6203").out
+    assert "/bearing/ball_7/wrench" in run_cli("topics", "bearing_6203").out

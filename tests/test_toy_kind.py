@@ -46,24 +46,24 @@ def test_it_runs_from_python(scene):
     assert report.costs["evaluations"] >= 501
 
 
-def test_its_log_is_reported_to_the_bit_verified_and_drawn(scene, tmp_path, asked):
+def test_its_log_is_reported_to_the_bit_verified_and_drawn(scene, tmp_path, run_json):
     log, picture = tmp_path / "swing.mcap", tmp_path / "run.png"
-    simulated, reported = asked("simulate", scene, "--out", log), asked("report", log, "--plot", picture)
+    simulated, reported = run_json("simulate", scene, "--out", log), run_json("report", log, "--plot", picture)
     own = ("plot", "missing_outputs")
     assert simulated == {key: one for key, one in reported.items() if key not in own}
     assert picture.read_bytes().startswith(b"\x89PNG")
-    verified = asked("verify", log)
+    verified = run_json("verify", log)
     names = [channel.name for channel in toy_kind.CHANNELS]
     assert (verified["samples"], verified["deviations"]) == (1001, dict.fromkeys(names, 0.0))
     assert read_log(log).channels == toy_kind.CHANNELS
 
 
-def test_its_table_its_keys_and_its_figures_are_shown(scene, asked, typed):
-    captured = typed("simulate", scene)
+def test_its_table_its_keys_and_its_figures_are_shown(scene, run_json, run_cli):
+    captured = run_cli("simulate", scene)
     assert "position at end" in captured.out + captured.err
-    keys = [row["key"] for row in asked("scenes", "--keys")["keys"] if row["kind"] == "toy"]
+    keys = [row["key"] for row in run_json("scenes", "--keys")["keys"] if row["kind"] == "toy"]
     assert keys[:5] == ["body.mass", "body.stiffness", "body.damping", "start", "run.duration"]
-    figures = {row["figure"]: row for row in asked("scenes", "--figures")["figures"] if row["kind"] == "toy"}
+    figures = {row["figure"]: row for row in run_json("scenes", "--figures")["figures"] if row["kind"] == "toy"}
     velocity = figures["greatest_velocity_m_s"]
     assert (velocity["unit"], velocity["meaning"]) == ("m/s", "of the body, greatest magnitude")
 

@@ -264,9 +264,9 @@ def test_a_study_shows_densities_with_their_quantiles(study):
     assert html(document)
 
 
-def test_view_of_a_scene_says_what_it_wrote(tmp_path, typed):
+def test_view_of_a_scene_says_what_it_wrote(tmp_path, run_cli):
     out = tmp_path / "page.html"
-    captured = typed("view", "two_spheres", "--out", out, "--json")
+    captured = run_cli("view", "two_spheres", "--out", out, "--json")
     reported = json.loads(captured.out)
     assert (reported["view"], reported["bytes"], reported["shows"]) == (str(out), out.stat().st_size, "two_spheres")
     assert "is run for 7.848e-05 s" in captured.err
