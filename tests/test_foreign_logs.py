@@ -100,6 +100,20 @@ def longer_end(path, messages):
     path.write_bytes(path.read_bytes().replace(head.pack(0x0F, 4, 0), head.pack(0x0F, 8, 0) + b"more"))
 
 
+def in_frames(path, messages):
+    """Chunks of two frames of zstd each, as programs write them that pack in parallel."""
+
+    def change(record):
+        if isinstance(record, Chunk):
+            data = zstandard.ZstdDecompressor().decompress(record.data)
+            pieces = data[: len(data) // 2], data[len(data) // 2 :]
+            record.data = b"".join(map(zstandard.ZstdCompressor().compress, pieces))
+        return record
+
+    by_mcap(path, messages)
+    rewritten(path, change)
+
+
 def mixed(path, messages):
     """Half of the messages in chunks, half of them outside."""
     half = len(messages) // 2
@@ -154,6 +168,7 @@ LEGAL = {  # how the file is made, messages that are passed over, a word of the 
     "an attachment under a checksum": (plain(same, more=attached(3_000_000), enable_data_crcs=True), 0, ""),
     "a record of another program": (unknown_record, 0, ""),
     "a longer record at the end": (longer_end, 0, ""),
+    "chunks of several frames": (in_frames, 0, ""),
     "bytes behind the end": (appended, 0, ""),
     "messages in chunks and outside": (mixed, 0, ""),
     "backwards in small chunks": (plain(lambda messages: messages[::-1], chunk_size=5000), 0, ""),

@@ -438,7 +438,7 @@ class McapReader:
         try:
             if chunk.compression == "zstd":
                 # Bounded by `read`: the size written inside the zstd frame is not to be trusted.
-                data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
+                data = zstandard.ZstdDecompressor().stream_reader(chunk.data, read_across_frames=True).read(size + 1)
             elif chunk.compression == "lz4":
                 data = lz4.frame.LZ4FrameFile(io.BytesIO(chunk.data)).read(size + 1)
             elif chunk.compression == "":
