@@ -32,7 +32,7 @@ SPOILS = {
 @pytest.fixture(autouse=True)
 def short_chunks(monkeypatch):
     """Several chunks in a short run."""
-    monkeypatch.setattr("bearing_twin.kinds.bearing.motion.LONGEST", 0.1)
+    monkeypatch.setattr("bearing_twin.kinds.bearing.motion.LONGEST_CHUNK", 0.1)
 
 
 @pytest.fixture
@@ -91,7 +91,7 @@ def test_a_run_goes_on_from_its_last_good_state_to_the_bit(overrides, spoilt, mo
     spoilt("normal_load", (40, 3, 1), np.nan)
     found = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
-    monkeypatch.setattr("bearing_twin.kinds.bearing.motion.LONGEST", 0.1)
+    monkeypatch.setattr("bearing_twin.kinds.bearing.motion.LONGEST_CHUNK", 0.1)
     rest = list(simulate(scene, failure=found).blocks())
     assert rest[0].first_sequence == 200
     assert np.concatenate([block.matrix() for block in rest]).tobytes() == whole[200:].tobytes()

@@ -6,7 +6,6 @@ import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from fnmatch import fnmatchcase
-from itertools import repeat
 from pathlib import Path
 
 from rclpy._rclpy_pybind11 import InvalidHandle
@@ -113,10 +112,9 @@ class Recording:
         if len(self.topics) >= MOST_TOPICS:
             raise LogError(f"there are {MOST_TOPICS} topics in the log, and readers accept no more")
         known = cdr.is_known(ros_type) and type_hash in (cdr.type_hash(ros_type), "INVALID")
-        text = cdr.schema_text(ros_type) if known else cdr.full_definition(ros_type, self._folder_definition)
+        described = () if known else (cdr.full_definition(ros_type, self._folder_definition), type_hash)
         with self._lock:
-            known_hash = cdr.type_hash(ros_type) if known else type_hash
-            number = self.log.add_topic(topic, ros_type, text, known_hash, qos)
+            number = self.log.add_topic(topic, ros_type, *described, qos=qos)
             self.topics[topic] = RecordedTopic(topic, number, ros_type if known else "")
 
     def publishers(self, topic: str, count: int) -> None:
@@ -144,12 +142,11 @@ class Recording:
             if self.closed:
                 return
             recorded = self.topics[topic]
-            messages = list(zip(repeat(recorded.number), received_ns, sent_ns, data, strict=False))
-            if recorded.ros_type in NUMBERED or max(map(len, data), default=0) > LARGEST_MESSAGE:
-                ranges = [_readable_range(content, recorded.ros_type) for content in data]
-                for numbers in filter(None, ranges):
+            messages = []
+            for received, sent, content in zip(received_ns, sent_ns, data, strict=True):
+                if (numbers := _readable_range(content, recorded.ros_type)) is not None:
                     recorded.note_outputs(*numbers)
-                messages = [message for message, numbers in zip(messages, ranges, strict=True) if numbers]
+                    messages.append((recorded.number, received, sent, content))
             self.log.write_all(messages)
             self.messages += len(messages)
             self.unreadable += len(data) - len(messages)
