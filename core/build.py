@@ -77,7 +77,7 @@ def build(target: Path = PACKAGE, march: Sequence[str] = ("native",), extra: Seq
         There is no compiler, or it fails.
     """
     if not (command := compiler()):
-        raise BuildError("no C++ compiler is found (Debian: apt install g++)")
+        raise BuildError("no C++ compiler is found (Debian: apt install g++); CXX names another one")
     target.mkdir(parents=True, exist_ok=True)
     made = [_library(target, command, level, tuple(extra)) for level in (ALL if list(march) == ["all"] else march)]
     for path in target.glob(NAME.format("*")):

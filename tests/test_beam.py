@@ -70,9 +70,9 @@ def test_a_cubic_force_is_propagated_exactly(damping):
 
         first = [q, start[n].real + modes.rate[n].real * q]
         exact = solve_ivp(right_hand_side, (0.0, 0.75 * step), first, "DOP853", rtol=1e-12, atol=1e-18).y[:, -1]
-        found = end[n].imag / modes.rate[n].imag
-        assert found == pytest.approx(exact[0], rel=1e-9)
-        assert end[n].real + modes.rate[n].real * found == pytest.approx(exact[1], rel=1e-8)
+        end_q = end[n].imag / modes.rate[n].imag
+        assert end_q == pytest.approx(exact[0], rel=1e-9)
+        assert end[n].real + modes.rate[n].real * end_q == pytest.approx(exact[1], rel=1e-8)
 
 
 def test_modal_energy_is_the_energy_of_the_deflected_line():
@@ -115,7 +115,7 @@ def thrown(scene="sphere_on_beam", steps=200, method="modes", count=61, override
 
 def numbers(motion):
     """Durations, peaks, impulses and leaving speed."""
-    return np.array([one for contact in motion.contacts for one in contact[1:]] + [motion.pieces.motions[-1, 1]])
+    return np.array([number for contact in motion.contacts for number in contact[1:]] + [motion.pieces.motions[-1, 1]])
 
 
 @pytest.mark.parametrize(
@@ -128,36 +128,39 @@ def numbers(motion):
     ],
 )
 def test_shear_and_rotary_inertia_change_what_follows_a_blow(scene, peaks, restitution):
-    found = solved(scene, "solver.steps=150", *(() if "shear" in scene else (SHEAR,)))
-    assert [one.peak_force for one in found.contacts] == pytest.approx(peaks, rel=4e-5)
-    assert found.restitution == pytest.approx(restitution, rel=3e-5)
-    assert abs(found.energy_closure) < 1e-9
-    total = sum(found.values[name] for name in ("kinetic_energy", "beam_energy", "elastic_energy"))
+    impact = solved(scene, "solver.steps=150", *(() if "shear" in scene else (SHEAR,)))
+    assert [contact.peak_force for contact in impact.contacts] == pytest.approx(peaks, rel=4e-5)
+    assert impact.restitution == pytest.approx(restitution, rel=3e-5)
+    assert abs(impact.energy_closure) < 1e-9
+    total = sum(impact.values[name] for name in ("kinetic_energy", "beam_energy", "elastic_energy"))
     assert total == pytest.approx(total[0], rel=1e-6)
     if scene == DROP:
-        times = [time for one in found.contacts for time in (one.start, one.start + one.duration)]
+        times = [time for contact in impact.contacts for time in (contact.start, contact.start + contact.duration)]
         assert times == pytest.approx([0.0, 64.34e-6, 539.63e-6, 592.10e-6], abs=1e-8)
     if scene == "sphere_on_beam":
-        assert found.contacts[0].duration == pytest.approx(158.48e-6, abs=5e-9)
+        assert impact.contacts[0].duration == pytest.approx(158.48e-6, abs=5e-9)
 
 
 def test_a_program_without_modes_finds_the_same():
     """Staggered differences of the equations themselves, with Richardson's extrapolation; forces, times and stress."""
     point = 0.3
-    found = thrown(DROP, overrides=(f"blow.point={point}",), count=301, theory="timoshenko")
-    speed, pieces = found.pieces.motions[0, 1], []
+    impact = thrown(DROP, overrides=(f"blow.point={point}",), count=301, theory="timoshenko")
+    speed, pieces = impact.pieces.motions[0, 1], []
     for cells in (150, 300):
-        blow = strike(found.beam, found.sphere.mass, found.sphere.coefficient, speed, point, found.end, cells)
+        blow = strike(impact.beam, impact.sphere.mass, impact.sphere.coefficient, speed, point, impact.end, cells)
         early = np.array([30e-6, 60e-6])  # within the first contact
         moving = [np.interp(early, blow.time, column) for column in (blow.deflection, blow.stress)]
         pieces.append(np.concatenate([blow.contacts[:, 1] - blow.contacts[:, 0], blow.contacts[:, 2], *moving]))
     limit = (4.0 * pieces[1] - pieces[0]) / 3.0
-    states, force, _, _ = found.at(early)
-    q, place = found.coordinates(states), [point * found.beam.span]
-    exact = [one for column in (1, 2) for one in [contact[column] for contact in found.contacts]]
-    for shapes in (deflection_shapes(found.beam, found.modes, place), stress_shapes(found.beam, found.modes, place)):
+    states, force, _, _ = impact.at(early)
+    q, points = impact.coordinates(states), [point * impact.beam.span]
+    exact = [contact[column] for column in (1, 2) for contact in impact.contacts]
+    for shapes in (
+        deflection_shapes(impact.beam, impact.modes, points),
+        stress_shapes(impact.beam, impact.modes, points),
+    ):
         exact += list(q @ shapes[0][0] + force * shapes[1][0])
-    assert len(found.contacts) >= 2
+    assert len(impact.contacts) >= 2
     assert limit == pytest.approx(np.array(exact), rel=3e-4)
     assert limit[:1] == pytest.approx(exact[:1], rel=2e-6)
 
@@ -199,44 +202,44 @@ def test_modes_with_their_tail_make_up_the_statics(beam):
     added = load * (beam.span - point) / (beam.span * beam.shear_rigidity)
     assert exact == pytest.approx(static_deflection(CLASSICAL, point, load) + added, rel=1e-12)
     modes = modes_of(beam, load, 7)
-    still = modes.shape / (modes.omega**2 * modes.modal_mass)
-    for shapes, whole in (
+    static = modes.shape / (modes.omega**2 * modes.modal_mass)
+    for shapes, expected in (
         (deflection_shapes(beam, modes, [point]), exact),
         (stress_shapes(beam, modes, [point]), static_stress(beam, point, load)),
     ):
-        assert (shapes[0] @ still + shapes[1])[0] == pytest.approx(whole, rel=1e-9, abs=1e-20)
+        assert (shapes[0] @ static + shapes[1])[0] == pytest.approx(expected, rel=1e-9, abs=1e-20)
 
 
 SCENES = ("sphere_on_beam", "sphere_on_beam_long", "sphere_on_beam_drop_50mm", "sphere_on_beam_drop_600mm")
 
 
 def test_the_classical_impact():
-    found = solved("sphere_on_beam", "run.output_rate=2.0e7")
-    assert len(found.contacts) == 1
-    assert found.contacts[0].duration == pytest.approx(1.563859640e-4, rel=1e-8)
-    assert found.peak_force == pytest.approx(4.977656515, rel=1e-8)
-    assert found.restitution == pytest.approx(0.302327320, rel=1e-8)
-    assert found.figures["peak_deflection_m"] == pytest.approx(1.12461867e-6, rel=1e-8)
-    assert found.figures["peak_stress_pa"] == pytest.approx(5.688573e5, rel=1e-6)
-    assert found.time[found.force.argmax()] == pytest.approx(7.254815e-5, abs=1e-7)
-    assert found.time[found.values["deflection"][:, 0].argmax()] == pytest.approx(3.2370e-4, abs=2e-7)
+    impact = solved("sphere_on_beam", "run.output_rate=2.0e7")
+    assert len(impact.contacts) == 1
+    assert impact.contacts[0].duration == pytest.approx(1.563859640e-4, rel=1e-8)
+    assert impact.peak_force == pytest.approx(4.977656515, rel=1e-8)
+    assert impact.restitution == pytest.approx(0.302327320, rel=1e-8)
+    assert impact.figures["peak_deflection_m"] == pytest.approx(1.12461867e-6, rel=1e-8)
+    assert impact.figures["peak_stress_pa"] == pytest.approx(5.688573e5, rel=1e-6)
+    assert impact.time[impact.force.argmax()] == pytest.approx(7.254815e-5, abs=1e-7)
+    assert impact.time[impact.values["deflection"][:, 0].argmax()] == pytest.approx(3.2370e-4, abs=2e-7)
 
 
 def test_the_greatest_stress_of_a_long_run_is_not_missed():
     """Waves meet for some 10 µs now and then."""
-    found = solved("sphere_on_beam_drop_50mm", "run.duration=0.3", "run.output_rate=5e5", "outputs.stations=3")
+    impact = solved("sphere_on_beam_drop_50mm", "run.duration=0.3", "run.output_rate=5e5", "outputs.stations=3")
     for name, figure in (("deflection", "peak_deflection_m"), ("bending_stress", "peak_stress_pa")):
-        outputs = np.abs(found.values[name]).max()
-        assert outputs <= found.figures[figure] < 1.01 * outputs
+        outputs = np.abs(impact.values[name]).max()
+        assert outputs <= impact.figures[figure] < 1.01 * outputs
 
 
 def test_the_drop_of_50_mm_strikes_twice():
-    found = solved("sphere_on_beam_drop_50mm", "wanted.tolerance=1e-8")
-    first, second = found.contacts
+    impact = solved("sphere_on_beam_drop_50mm", "wanted.tolerance=1e-8")
+    first, second = impact.contacts
     assert (first.peak_force, second.peak_force) == pytest.approx((1062.59264, 752.19563), rel=2e-8)
     assert (first.duration, second.duration) == pytest.approx((62.09069e-6, 47.73981e-6), rel=1e-7)
     assert second.start == pytest.approx(527.34e-6, abs=5e-9)
-    assert found.restitution == pytest.approx(0.66818008, rel=2e-8)
+    assert impact.restitution == pytest.approx(0.66818008, rel=2e-8)
     report = reported("sphere_on_beam_drop_50mm", "wanted.tolerance=1e-8")
     assert report.figures["contact_duration_s"] == pytest.approx(first.duration + second.duration, rel=1e-12)
     assert any("is beyond the yield pressure" in flag for flag in report.flags)
@@ -262,18 +265,18 @@ def test_errors_fall_with_the_step(method, steps, order):
 
 @pytest.mark.parametrize(("theory", "order"), [("euler", 6.0), ("timoshenko", 3.0)])
 def test_errors_fall_with_the_cube_of_the_highest_frequency(theory, order):
-    exact, *found = (
+    exact, *coarser = (
         numbers(thrown("sphere_on_beam_drop_50mm", 200, count=count, theory=theory)) for count in (501, 11, 41)
     )
-    errors = [np.abs(one / exact - 1.0).max() for one in found]
+    errors = [np.abs(numbers / exact - 1.0).max() for numbers in coarser]
     assert math.log(errors[0] / errors[1]) / math.log(41 / 11) > order
 
 
 def test_the_sinusoidal_force_of_the_abstract_fails_its_energy_check():
     """Paper 2's abstract: the beam receives 2 to 11 times the energy the sphere has."""
     for scene in SCENES:
-        found = solved(scene, "solver.stepper=sinusoidal")
-        assert 2.0 < found.energy_closure < 11.5
+        impact = solved(scene, "solver.stepper=sinusoidal")
+        assert 2.0 < impact.energy_closure < 11.5
         assert reported(scene, "solver.stepper=sinusoidal").status == "failed: energy"
     assert reported("sphere_on_beam", "beam.theory=auto", "wanted.tolerance=1e-3").status == "done"
     chosen = choose(load_scene("sphere_on_beam", ["solver.stepper=sinusoidal"]))
@@ -307,14 +310,14 @@ def test_balances_hold_wherever_and_however_hard_it_strikes(point, radius, speed
     contact = 0.4 * motion.at([motion.end])[1][0] ** (5.0 / 3.0) / motion.sphere.coefficient ** (2.0 / 3.0)
     assert kinetic + stored + contact == pytest.approx(brought, rel=1e-5)
     lost = motion.sphere.mass * (speed - motion.pieces.motions[-1, 1])
-    assert sum(one.impulse for one in motion.contacts) == pytest.approx(lost, rel=1e-9)
+    assert sum(contact.impulse for contact in motion.contacts) == pytest.approx(lost, rel=1e-9)
 
 
 def test_gravity_is_off_unless_asked_for_and_matters_at_a_centimetre_a_second():
-    still, falling = solved(), solved("sphere_on_beam", "blow.gravity=9.80665")
+    weightless, falling = solved(), solved("sphere_on_beam", "blow.gravity=9.80665")
     assert reported("sphere_on_beam").figures["gravity_m_s2"] == 0.0
-    assert falling.contacts[0].peak_force / still.contacts[0].peak_force > 1.03
-    assert falling.contacts[0].impulse / still.contacts[0].impulse > 1.05
+    assert falling.contacts[0].peak_force / weightless.contacts[0].peak_force > 1.03
+    assert falling.contacts[0].impulse / weightless.contacts[0].impulse > 1.05
     assert abs(falling.energy_closure) < 1e-8
     assert any(
         "further contacts are possible" in flag for flag in reported("sphere_on_beam", "blow.gravity=9.80665").flags
@@ -322,10 +325,10 @@ def test_gravity_is_off_unless_asked_for_and_matters_at_a_centimetre_a_second():
 
 
 def test_a_sphere_that_comes_to_rest_on_the_beam_presses_it_by_its_weight():
-    words = "blow.gravity=9.80665", "beam.damping_ratio=0.1", "run.duration=0.1", "wanted.tolerance=1e-3"
-    found = solved("sphere_on_beam", *words, "wanted.outputs=peaks", "run.output_rate=1e4")
+    overrides = "blow.gravity=9.80665", "beam.damping_ratio=0.1", "run.duration=0.1", "wanted.tolerance=1e-3"
+    impact = solved("sphere_on_beam", *overrides, "wanted.outputs=peaks", "run.output_rate=1e4")
     weight = thrown().sphere.mass * 9.80665
-    assert found.force[-100:] == pytest.approx(np.full(100, weight), rel=1e-2)
+    assert impact.force[-100:] == pytest.approx(np.full(100, weight), rel=1e-2)
 
 
 @pytest.mark.parametrize("stepper", ["modes", "volterra"])

@@ -60,16 +60,16 @@ def test_a_ball_strikes_like_two_bodies_in_the_closed_form():
     """Landau and Lifchitz, section 9, the plane as a body without end; no gravity."""
     start = "start.velocity=[0,0,-2]", "start.height=0.02", "contact.restitution=1.0", "contact.normal=hertz_exact"
     report, values = ran("ellipsoid_on_plane", "gravity=[0,0,0]", *start, "run.duration=0.011", "run.output_rate=1e6")
-    found = contact(0, report)
-    exact = impact.force_history(values["time"] - found["start_s"], BALL, MASS, 2.0)
+    result = contact(0, report)
+    exact = impact.force_history(values["time"] - result["start_s"], BALL, MASS, 2.0)
     assert values["normal_load"] == pytest.approx(exact, abs=1e-8 * exact.max())
     assert report.figures["contact_count"] == 1
-    assert found["start_s"] == pytest.approx(0.01, rel=1e-13)
-    assert found["duration_s"] == pytest.approx(impact.contact_time(BALL, MASS, 2.0), rel=1e-9)
-    assert found["peak_force_n"] == pytest.approx(impact.peak_force(BALL, MASS, 2.0), rel=1e-7)
+    assert result["start_s"] == pytest.approx(0.01, rel=1e-13)
+    assert result["duration_s"] == pytest.approx(impact.contact_time(BALL, MASS, 2.0), rel=1e-9)
+    assert result["peak_force_n"] == pytest.approx(impact.peak_force(BALL, MASS, 2.0), rel=1e-7)
     assert report.figures["greatest_approach_m"] == pytest.approx(impact.greatest_approach(BALL, MASS, 2.0), rel=1e-7)
-    assert found["impulse_ns"] == pytest.approx(2.0 * MASS * 2.0, rel=1e-9)
-    assert found["restitution"] == pytest.approx(1.0, abs=1e-9)
+    assert result["impulse_ns"] == pytest.approx(2.0 * MASS * 2.0, rel=1e-9)
+    assert result["restitution"] == pytest.approx(1.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("speed", [0.5, 5.0])
@@ -95,8 +95,8 @@ def test_bounce_heights_fall_as_the_square_of_the_restitution():
     report, values = ran("ellipsoid_on_plane")
     assert contact(0, report)["start_s"] == pytest.approx(math.sqrt(2.0 / GRAVITY), rel=1e-15)  # known to rounding
     tops = []
-    for here, after in zip(report.figures["contacts"][:6], report.figures["contacts"][1:7], strict=True):
-        inside = (values["time"] > here["start_s"]) & (values["time"] < after["start_s"])
+    for bounce, after in zip(report.figures["contacts"][:6], report.figures["contacts"][1:7], strict=True):
+        inside = (values["time"] > bounce["start_s"]) & (values["time"] < after["start_s"])
         tops.append(values["position"][inside, 2].max() - 0.1)
     assert tops == pytest.approx([0.8 ** (2 * n) for n in range(1, 7)], rel=5e-3)
     assert report.figures["resting_since_s"] == pytest.approx(9.0 * math.sqrt(2.0 / GRAVITY), abs=0.01)
@@ -134,12 +134,12 @@ def test_forces_are_the_slope_of_the_elastic_energy(law):
     def energy_of(state):
         return float(motion.outputs(state[None])["elastic_energy"][0])
 
-    here = {name: array[0] for name, array in motion.first_outputs().items()}
-    moment = np.cross(here["contact_point"] - here["position"], [0.0, 0.0, here["normal_load"]])
+    values_now = {name: array[0] for name, array in motion.first_outputs().items()}
+    moment = np.cross(values_now["contact_point"] - values_now["position"], [0.0, 0.0, values_now["normal_load"]])
     state = motion.state.copy()
     state[2] -= 1e-10
     slope = (energy_of(state) - energy_of(motion.state)) / 1e-10
-    assert slope == pytest.approx(here["normal_load"], rel=1e-4)
+    assert slope == pytest.approx(values_now["normal_load"], rel=1e-4)
     for axis in range(3):
         energies = []
         for angle in (1e-6, -1e-6):
@@ -148,8 +148,8 @@ def test_forces_are_the_slope_of_the_elastic_energy(law):
             turned = motion.state.copy()
             turned[3:7] = orientation
             energies.append(energy_of(turned))
-        found = (energies[1] - energies[0]) / 2e-6
-        assert found == pytest.approx(moment[axis], abs=1e-6 * here["normal_load"] * 0.03)
+        result = (energies[1] - energies[0]) / 2e-6
+        assert result == pytest.approx(moment[axis], abs=1e-6 * values_now["normal_load"] * 0.03)
 
 
 def test_impulse_and_momentum_agree_with_the_recorded_forces():
@@ -242,7 +242,7 @@ def test_a_contact_ends_once():
     """A touch of 4 ns followed the first impact at 1e-3, where the approach at its end was positive by rounding."""
     for tolerance in (1e-2, 1e-3, 1e-4, 1e-6):
         report = reported("ellipsoid_tumbling", "run.duration=0.4", f"wanted.tolerance={tolerance}")
-        assert [one["duration_s"] > 5e-5 for one in report.figures["contacts"]] == [True] * 4, tolerance
+        assert [contact["duration_s"] > 5e-5 for contact in report.figures["contacts"]] == [True] * 4, tolerance
 
 
 def test_fixed_steps_converge():
@@ -271,7 +271,7 @@ def instants(law, *overrides):
     """Touches of the ball of paper 1 over 3.2 s."""
     report, _ = ran("ellipsoid_on_plane", "run.duration=3.2", f"contact.normal={law}", "wanted.tolerance=1e-11",
                     *overrides)  # fmt: skip
-    return np.array([one["start_s"] for one in report.figures["contacts"]])
+    return np.array([contact["start_s"] for contact in report.figures["contacts"]])
 
 
 def test_the_volumetric_law_delays_every_lossless_bounce_by_its_stiffness():
@@ -306,9 +306,9 @@ def scene(**sections):
 
 def run(**sections):
     """Figures and all outputs of a run."""
-    found = simulate(scene(**sections))
-    whole = join_blocks(list(found.blocks()))
-    return found.report.figures, whole.values
+    result = simulate(scene(**sections))
+    outputs = join_blocks(list(result.blocks()))
+    return result.report.figures, outputs.values
 
 
 @pytest.mark.parametrize("tracking", ["closed", "algebraic", "differential"])
@@ -328,18 +328,18 @@ def test_a_ball_on_a_plate_is_hertz_impact(tracking):
 
 def test_two_free_balls_keep_their_momenta_whichever_is_first():
     """An oblique blow with friction and spin: linear and angular momentum to rounding, energy by its books."""
-    one = {
+    first = {
         "shape": "sphere",
         "motion": "free",
         "radius": 0.01,
         "velocity": [0.5, 0.1, 0.0],
         "angular_velocity": [20.0, 80.0, -30.0],
     }
-    other = {"shape": "sphere", "motion": "free", "radius": 0.02, "position": [0.03005, 0.0012, 0.0]}
-    one["position"] = [0.0, 0.0, 0.0]
+    second = {"shape": "sphere", "motion": "free", "radius": 0.02, "position": [0.03005, 0.0012, 0.0]}
+    first["position"] = [0.0, 0.0, 0.0]
     contact = {"friction_coefficient": 0.3, "friction": "spot", "restitution": 0.7}
-    straight = run(first=one, second=other, contact=contact, run={"duration": 1.2e-3, "output_rate": 1e5})
-    swapped = run(first=other, second=one, contact=contact, run={"duration": 1.2e-3, "output_rate": 1e5})
+    straight = run(first=first, second=second, contact=contact, run={"duration": 1.2e-3, "output_rate": 1e5})
+    swapped = run(first=second, second=first, contact=contact, run={"duration": 1.2e-3, "output_rate": 1e5})
     for (figures, values), names in ((straight, ("", "second_")), (swapped, ("second_", ""))):
         assert figures["contact_count"] == 1
         assert figures["restitution"] == pytest.approx(0.7, abs=2e-3)
@@ -358,9 +358,9 @@ def test_two_free_balls_keep_their_momenta_whichever_is_first():
 
 def test_opposing_points_of_an_ellipsoid_and_a_plane_in_closed_form_and_followed():
     """Two formulations agree to the moment of the load by turning curvatures, which points that are followed lack."""
-    words = "run.duration=0.025", "contact.restitution=1"
+    overrides = "run.duration=0.025", "contact.restitution=1"
     (exact, truth), (report, values) = (
-        ran("two_bodies_ellipsoid", *words, f"contact.tracking={way}") for way in ("closed", "differential")
+        ran("two_bodies_ellipsoid", *overrides, f"contact.tracking={way}") for way in ("closed", "differential")
     )
     assert report.figures["contact_count"] == exact.figures["contact_count"] >= 1
     for key, close in (("contact_duration_s", 1e-3), ("peak_force_n", 5e-3)):
@@ -430,17 +430,17 @@ def test_a_rounded_box_lands_on_a_face_which_is_no_ellipse():
 @pytest.mark.parametrize(("exponents", "points"), [((2.0, 2.0), 80), ((2.5, 6.0), 80)])
 def test_masses_and_moments_of_superellipsoids_by_counting(exponents, points):
     axes, (n, m) = (0.03, 0.02, 0.01), exponents
-    one = Shaped(shape="superellipsoid", semi_axes=axes, exponents=exponents)
+    contact = Shaped(shape="superellipsoid", semi_axes=axes, exponents=exponents)
     x, y = np.meshgrid(*((np.arange(points) + 0.5) / points,) * 2, indexing="ij")
     height = np.maximum(1.0 - (x**n + y**n) ** (m / n), 0.0) ** (1.0 / m)
     cell = 8.0 * math.prod(axes) / points**2 * STEEL_BALL.density
     squares = [x**2 * height, y**2 * height, height**3 / 3.0]
-    squares = [cell * axis**2 * one.sum() for axis, one in zip(axes, squares, strict=True)]
-    inertia = inertia_of(one)
-    assert mass_of(one) == pytest.approx(cell * height.sum(), rel=5e-3)
+    squares = [cell * axis**2 * contact.sum() for axis, contact in zip(axes, squares, strict=True)]
+    inertia = inertia_of(contact)
+    assert mass_of(contact) == pytest.approx(cell * height.sum(), rel=5e-3)
     assert inertia[0] == pytest.approx(squares[1] + squares[2], rel=1e-2)
     assert inertia[2] == pytest.approx(squares[0] + squares[1], rel=1e-2)
-    ball = inertia_of(dataclasses.replace(one, shape="ellipsoid", exponents=(2.0, 2.0)))
+    ball = inertia_of(dataclasses.replace(contact, shape="ellipsoid", exponents=(2.0, 2.0)))
     if exponents == (2.0, 2.0):
         assert inertia == pytest.approx(ball, rel=1e-12)
 
@@ -482,9 +482,9 @@ def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
     """Steady damping ends a contact with a corner, and answers at once where it begins: no step goes across either."""
 
     def contacts(tolerance):
-        words = ("run.duration=0.03", "solver.companion=off", f"wanted.tolerance={tolerance}")
-        report = reported("two_bodies_ellipsoid", *words)
-        return np.array([(one["peak_force_n"], one["impulse_ns"]) for one in report.figures["contacts"]])
+        overrides = ("run.duration=0.03", "solver.companion=off", f"wanted.tolerance={tolerance}")
+        report = reported("two_bodies_ellipsoid", *overrides)
+        return np.array([(contact["peak_force_n"], contact["impulse_ns"]) for contact in report.figures["contacts"]])
 
     exact = contacts(1e-10)
     for tolerance in (1e-2, 1e-5):
@@ -493,8 +493,8 @@ def test_a_contact_whose_load_ends_while_bodies_touch_keeps_its_impulse():
 
 def test_a_contact_that_goes_on_at_the_end_has_no_duration_to_warn_of():
     """It has lasted a twentieth of its time, a part of a transit of waves."""
-    words = "start.height=1.00165", "run.duration=0.452", "run.output_rate=1000", "solver.check=none"
-    report = reported("ellipsoid_on_plane", *words)
+    overrides = "start.height=1.00165", "run.duration=0.452", "run.output_rate=1000", "solver.check=none"
+    report = reported("ellipsoid_on_plane", *overrides)
     (contact,) = report.figures["contacts"]
     assert 0.0 < contact["duration_s"] < 4e-5
     assert contact["impulse_ns"] is None is contact["restitution"]
@@ -509,10 +509,10 @@ def test_contacts_of_two_runs_are_compared_in_their_order_and_the_least_that_one
         columns = zip(("start", "peak_load", "impulse"), np.array(contacts).reshape(-1, 3).T, strict=True)
         return SimpleNamespace(contacts=lambda: dict(columns))
 
-    own = run((0.1, 5.0, 2.0), (0.2, 1.0, 0.5), (0.3, 10.0, np.nan))
-    times, apart, sizes = comparison.events(own, run((0.11, 5.5, 2.0), (0.31, 10.0, np.nan)))["contacts"]
+    first_run = run((0.1, 5.0, 2.0), (0.2, 1.0, 0.5), (0.3, 10.0, np.nan))
+    times, differences, sizes = comparison.events(first_run, run((0.11, 5.5, 2.0), (0.31, 10.0, np.nan)))["contacts"]
     assert times.tolist() == [0.1, 0.2, 0.3]
-    assert apart == pytest.approx([0.05, 0.25, 0.0], abs=1e-15)
+    assert differences == pytest.approx([0.05, 0.25, 0.0], abs=1e-15)
     assert sizes.tolist() == [1.0] * 3
     assert len(comparison.events(run(), run())["contacts"][0]) == 0
 

@@ -44,8 +44,8 @@ MODULUS = effective_modulus(STEEL, STEEL)
 def test_every_inverse_leads_back_to_the_load(name, small, ratio, load):
     gap = gap_of_curvatures(small, small * ratio)
     contact = contact_under_load(gap, MODULUS, load)
-    back = solve(gap, MODULUS, name, getattr(contact, name))
-    assert list(back) == pytest.approx(list(contact), rel=1e-12)
+    solved = solve(gap, MODULUS, name, getattr(contact, name))
+    assert list(solved) == pytest.approx(list(contact), rel=1e-12)
 
 
 def test_sphere_on_plane_in_closed_form():
@@ -108,11 +108,11 @@ def test_impact_of_steel_balls_matches_published_numbers():
 
 def test_laws_side_by_side_carry_their_error():
     """Paper 1, eq. (9): +0.361 % at Q/P = 10; the constant, frozen at a circle, is exact only there."""
-    found = laws_at(gap_of_curvatures(1.0, 10.0), MODULUS, 1e-6)
-    assert found["volumetric"].error == pytest.approx(0.00361, abs=6e-5)
-    assert found["hertz_exact"].error == 0.0
-    assert abs(found["hertz"].error) < 1e-10
-    assert found["constant"].error < -0.02
+    results = laws_at(gap_of_curvatures(1.0, 10.0), MODULUS, 1e-6)
+    assert results["volumetric"].error == pytest.approx(0.00361, abs=6e-5)
+    assert results["hertz_exact"].error == 0.0
+    assert abs(results["hertz"].error) < 1e-10
+    assert results["constant"].error < -0.02
     circle = laws_at(gap_of_curvatures(3.0, 3.0), MODULUS, 1e-6)
     assert circle["constant"].error == pytest.approx(0.0, abs=1e-14)
 
@@ -141,10 +141,10 @@ def test_stresses_below_an_ellipse_are_the_integral_of_point_loads(ratio):
 
         return quad(ring, 0.0, 1.0, epsrel=1e-9, epsabs=1e-12, limit=200)[0]
 
-    found = axis_stresses(1.0, ratio, 1.0, 0.5, depth)
+    results = axis_stresses(1.0, ratio, 1.0, 0.5, depth)
     for axis in range(3):
         summed = 4.0 * quad(lambda angle, axis=axis: point(angle, axis), 0.0, 0.5 * math.pi, epsrel=1e-8)[0]
-        assert found[axis] == pytest.approx(-1.5 / math.pi * summed, rel=1e-6)
+        assert results[axis] == pytest.approx(-1.5 / math.pi * summed, rel=1e-6)
 
 
 def test_greatest_shear_below_circle_and_line():
@@ -200,11 +200,11 @@ def test_yield_is_judged_where_it_is_known():
 
 def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formulas(capsys):
     outcome = asked("--radii-1 0.01 --speed 2 --mass 0.1 --restitution 0.5")
-    found = outcome.result["damping"]
-    assert [one["restitution"] for one in found.values()] == pytest.approx([0.5, 0.663, 0.725, 0.470], abs=6e-4)
-    chi = found["exact"]["damping_s_per_m"] * 2.0
+    results = outcome.result["damping"]
+    assert [scale["restitution"] for scale in results.values()] == pytest.approx([0.5, 0.663, 0.725, 0.470], abs=6e-4)
+    chi = results["exact"]["damping_s_per_m"] * 2.0
     assert chi * 1.5 == pytest.approx(math.log((1.0 + chi) / (1.0 - 0.5 * chi)), rel=1e-12)
-    assert found["flores"]["damping_s_per_m"] == pytest.approx(0.8, rel=1e-12)
+    assert results["flores"]["damping_s_per_m"] == pytest.approx(0.8, rel=1e-12)
     outcome.show()
     shown = "".join(capsys.readouterr())
     assert "damping [s/m]" in shown
@@ -256,10 +256,10 @@ def test_a_law_that_diverges_has_no_error(capsys):
 
 def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
     line = "--bearing 6203 --load 50"
-    circle, own = asked(line), asked(f"{line} --frozen-at 0.104322")
+    circle, frozen = asked(line), asked(f"{line} --frozen-at 0.104322")
     assert circle.result["laws"]["constant"]["error"] == pytest.approx(-0.203, abs=1e-3)
-    assert own.result["laws"]["constant"]["error"] == pytest.approx(0.0, abs=1e-5)
-    own.show()
+    assert frozen.result["laws"]["constant"]["error"] == pytest.approx(0.0, abs=1e-5)
+    frozen.show()
     assert "exact for b/a = 0.104322" in capsys.readouterr().out
     for ratio in ("0", "1.5", "nan"):
         with pytest.raises(SceneError, match="frozen_at"):
@@ -281,7 +281,7 @@ CALM = {
 
 
 # Estimated errors are no doubts of theory.
-OF_ERRORS = ("the error is over", *(f"{one} are off" for one in ("loads", "friction", "peaks", "forces")))
+OF_ERRORS = ("the error is over", *(f"{scale} are off" for scale in ("loads", "friction", "peaks", "forces")))
 
 
 def flags_of(name, *overrides):
@@ -340,7 +340,7 @@ def test_what_a_spot_along_its_groove_takes_of_the_load(name, side, reach):
     hertz = math.pi * 2.0 * modulus * major**3 / (6.0 * ratio**-2 * ellipe(1.0 - ratio**2) * mean)
     approach = (hertz / hertz_coefficient(small, large, modulus)) ** (2.0 / 3.0)
     sides = 3.0 * major / count, 3.0 * ratio * major / count
-    x, y = np.meshgrid(*((np.arange(count) + 0.5 - 0.5 * count) * one for one in sides), indexing="ij")
+    x, y = np.meshgrid(*((np.arange(count) + 0.5 - 0.5 * count) * scale for scale in sides), indexing="ij")
     parabola = small * x**2 + large * y**2
     circles = ball - np.sqrt(ball**2 - x**2) - groove + np.sqrt(groove**2 - x**2) + large * y**2
     alike, less = (load_across(gap, sides, approach, modulus) for gap in (parabola, circles))

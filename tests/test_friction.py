@@ -66,8 +66,8 @@ def test_a_little_spin_and_a_little_slip_act_linearly(ratio):
     b, d = elliptic_b_d(ratio)
     slow, smooth = 1e-5 * minor, 1e-3 * minor  # smoothing keeps the quadrature from seeing the pole itself
     weak = [FINE(LOAD, MAJOR, minor, *slip, 1.0, MU, smooth) for slip in ((slow, 0.0), (0.0, slow))]
-    found = [-weak[0].force_major, -weak[1].force_minor]
-    assert found == pytest.approx([MU * LOAD * slow * 1.5 * one / MAJOR for one in (d, b)], rel=0.03)
+    loads = [-weak[0].force_major, -weak[1].force_minor]
+    assert loads == pytest.approx([MU * LOAD * slow * 1.5 * integral / MAJOR for integral in (d, b)], rel=0.03)
 
 
 def test_quadrature_agrees_with_scipy_where_smooth():
@@ -81,8 +81,8 @@ def test_quadrature_agrees_with_scipy_where_smooth():
 
         return -MU * LOAD * 1.5 / math.pi * dblquad(inside, 0.0, 1.0, 0.0, 2.0 * math.pi, epsrel=1e-9, epsabs=1e-13)[0]
 
-    found = FINE(LOAD, MAJOR, ratio * MAJOR, *slip, spin, MU, smooth)
-    assert list(found) == pytest.approx([share(part) for part in range(3)], rel=1e-7)
+    loads = FINE(LOAD, MAJOR, ratio * MAJOR, *slip, spin, MU, smooth)
+    assert list(loads) == pytest.approx([share(part) for part in range(3)], rel=1e-7)
 
 
 @settings(max_examples=60, deadline=None)
@@ -90,12 +90,12 @@ def test_quadrature_agrees_with_scipy_where_smooth():
 def test_friction_takes_energy_within_its_limits_and_turns_with_the_motion(ratio, slip, spin, smooth):
     for form, _ in FORMS:
         arguments = LOAD, MAJOR, ratio * MAJOR
-        found = form(*arguments, *slip, spin, MU, smooth)
-        assert found.force_major * slip[0] + found.force_minor * slip[1] + found.torque * spin <= 1e-15
-        assert math.hypot(found.force_major, found.force_minor) <= MU * LOAD * (1.0 + 1e-12)
-        assert abs(found.torque) <= MU * LOAD * MAJOR
-        back = form(*arguments, -slip[0], -slip[1], -spin, MU, smooth)
-        assert [-one for one in back] == pytest.approx(list(found), rel=1e-9, abs=1e-12)
+        loads = form(*arguments, *slip, spin, MU, smooth)
+        assert loads.force_major * slip[0] + loads.force_minor * slip[1] + loads.torque * spin <= 1e-15
+        assert math.hypot(loads.force_major, loads.force_minor) <= MU * LOAD * (1.0 + 1e-12)
+        assert abs(loads.torque) <= MU * LOAD * MAJOR
+        reversed_loads = form(*arguments, -slip[0], -slip[1], -spin, MU, smooth)
+        assert [-component for component in reversed_loads] == pytest.approx(list(loads), rel=1e-9, abs=1e-12)
 
 
 SPOT = "contact.friction=spot"
@@ -119,7 +119,7 @@ def test_far_below_the_smoothing_speed_friction_is_that_at_a_point_and_drilling_
 
 def test_thrust_makes_the_balls_drill_and_the_ring_hard_to_turn():
     """At a contact angle no rolling is free of spin on both raceways; friction at a point does not notice."""
-    (_, spot), (_, point) = (run(*AXIAL, *more, count=20, period=1e-3) for more in ((SPOT,), ()))
+    (_, spot), (_, point) = (run(*AXIAL, *friction, count=20, period=1e-3) for friction in ((SPOT,), ()))
     last = {name: array[-1] for name, array in spot.items()}
     assert np.all(np.abs(last["contact_angle"]) > 0.05)
     assert np.all(last["drilling_torque"] * last["spin_rate"] < 0.0)
@@ -144,8 +144,8 @@ def test_every_stepper_agrees_with_radau():
 def test_friction_over_the_patch_has_its_name_in_the_field():
     """`patch` of a scene is read as `spot`, in bearings and for bodies."""
     for scene in ("bearing_6203", "ellipsoid_rocking"):
-        found = load_scene(scene, ["contact.friction=patch_fine"]).parameters.contact.friction
-        assert found == load_scene(scene, ["contact.friction=spot_fine"]).parameters.contact.friction == "spot_fine"
+        loads = load_scene(scene, ["contact.friction=patch_fine"]).parameters.contact.friction
+        assert loads == load_scene(scene, ["contact.friction=spot_fine"]).parameters.contact.friction == "spot_fine"
 
 
 RADIUS, DENSITY, MODULUS, POISSON, FRICTION, SECONDS = 0.02, 7850.0, 207.5e9, 0.3, 0.1, 0.1
@@ -168,20 +168,20 @@ def spinning(friction):
     return report.as_dict()
 
 
-@pytest.mark.parametrize("friction", [name for name, one in FRICTIONS.items() if one.over_patch])
+@pytest.mark.parametrize("friction", [name for name, model in FRICTIONS.items() if model.over_patch])
 def test_what_drilling_takes_is_within_the_error_told(friction):
     """3/16 pi mu N a of a round spot that turns about its middle (Johnson, Contact Mechanics, section 3.9)."""
     exact = -3.0 / 16.0 * math.pi * FRICTION * WEIGHT * RADIUS_OF_PATCH * SECONDS
-    key, found = "angular_momentum_change_vertical_nms", spinning(friction)
-    assert found[key] == pytest.approx(exact, rel=1e-3)
-    share, errors = FRICTIONS[friction].error, found["model_errors"]["friction_model"]
-    assert abs(found[key] - exact) <= errors[key] + found[f"{key}_error"] <= share * abs(found[key]) * (1.0 + 1e-9)
-    assert errors["energy_end_j"] >= share * abs(found["dissipated_friction_j"])
+    key, loads = "angular_momentum_change_vertical_nms", spinning(friction)
+    assert loads[key] == pytest.approx(exact, rel=1e-3)
+    share, errors = FRICTIONS[friction].error, loads["model_errors"]["friction_model"]
+    assert abs(loads[key] - exact) <= errors[key] + loads[f"{key}_error"] <= share * abs(loads[key]) * (1.0 + 1e-9)
+    assert errors["energy_end_j"] >= share * abs(loads["dissipated_friction_j"])
 
 
 def test_speeds_that_are_rounding_are_no_doubt():
     """Nothing pushes the ball aside: its velocity changes by rounding, whatever share of that is an error."""
-    found = spinning("spot")
-    assert abs(found["velocity_change_x_m_s"]) < 1e-15
-    assert found["velocity_change_x_m_s_error"] < 1e-15
-    assert not found["flags"]
+    loads = spinning("spot")
+    assert abs(loads["velocity_change_x_m_s"]) < 1e-15
+    assert loads["velocity_change_x_m_s_error"] < 1e-15
+    assert not loads["flags"]

@@ -51,33 +51,36 @@ NOISE = {  # figures that are read where a curve is flat, or of one node: their 
 
 def ratios(scene, always, tolerances, exact, ignored=()):
     """Estimated over true errors of all figures that are wrong by more than the reference can tell."""
-    true, found = reported(scene, *always, *exact, ALONE), []
-    outputs = [word for word in exact if "outputs" in word]
+    true, ratio = reported(scene, *always, *exact, ALONE), []
+    outputs = [option for option in exact if "outputs" in option]
     for tolerance in tolerances:
         report = reported(scene, *always, *outputs, f"wanted.tolerance={tolerance}")
         for key, parts in report.errors["errors_by_source"].items():
-            off = abs(report.figures[key] - true.figures[key])
-            if "method" in parts and key not in ignored and off > KNOWABLE * abs(true.figures[key]):
-                found.append(parts["method"] / off)
-    return np.array(found)
+            difference = abs(report.figures[key] - true.figures[key])
+            if "method" in parts and key not in ignored and difference > KNOWABLE * abs(true.figures[key]):
+                ratio.append(parts["method"] / difference)
+    return np.array(ratio)
 
 
 def test_a_second_run_sees_the_error_of_the_first_step_of_a_contact():
     """Both runs began with the same step, in which the load grows as time^1.5: a fifth of the error was estimated."""
-    words = "first.mass=0", "second.mass=0", "contact.restitution=0.2", "motion.first_velocity=1.5"
-    own, true = (reported(SPHERE, *words, "solver.stepper=dop853", f"wanted.tolerance={one}") for one in (6e-8, 1e-12))
-    error = abs(own.figures["peak_force_n"] - true.figures["peak_force_n"])
-    assert own.errors["errors_by_source"]["peak_force_n"]["method"] == pytest.approx(error, rel=0.5)
+    overrides = "first.mass=0", "second.mass=0", "contact.restitution=0.2", "motion.first_velocity=1.5"
+    coarse, true = (
+        reported(SPHERE, *overrides, "solver.stepper=dop853", f"wanted.tolerance={tolerance}")
+        for tolerance in (6e-8, 1e-12)
+    )
+    error = abs(coarse.figures["peak_force_n"] - true.figures["peak_force_n"])
+    assert coarse.errors["errors_by_source"]["peak_force_n"]["method"] == pytest.approx(error, rel=0.5)
 
 
 @pytest.mark.parametrize("cell", CELLS)
 def test_estimates_are_near_the_true_errors(cell):
     """Of nine in ten figures within a factor of 3, in the median within 2."""
     scene, always, tolerances, exact = CELLS[cell]
-    found = ratios(scene, always, tolerances, exact, NOISE.get(cell, ()))
-    assert len(found)
-    assert 0.5 < np.median(found) < 2.0
-    assert np.mean((found > 1.0 / 3.0) & (found < 3.0)) >= 0.9
+    ratio = ratios(scene, always, tolerances, exact, NOISE.get(cell, ()))
+    assert len(ratio)
+    assert 0.5 < np.median(ratio) < 2.0
+    assert np.mean((ratio > 1.0 / 3.0) & (ratio < 3.0)) >= 0.9
 
 
 @pytest.mark.parametrize("restitution", [0.05, 0.2, 0.7])
@@ -90,14 +93,15 @@ def test_the_peak_of_a_damped_contact_is_found_between_its_steps(restitution):
 
 def test_steps_by_the_overlap_do_not_follow_the_errors_of_its_sums():
     """Half of all steps were rejected, and a body that came to rest took minutes."""
-    words = "first.exponents=[3,3]", "run.duration=0.1", "wanted.tolerance=1e-10"
-    costs = reported("two_bodies_superellipsoid", *words, ALONE).costs
+    overrides = "first.exponents=[3,3]", "run.duration=0.1", "wanted.tolerance=1e-10"
+    costs = reported("two_bodies_superellipsoid", *overrides, ALONE).costs
     assert costs["rejections"] < 0.25 * costs["steps"]
 
 
 def test_peaks_of_a_beam_take_fewer_modes_than_its_history_and_few_outputs():
     histories, peaks = (
-        reported(f"{DROP}_shear", "wanted.tolerance=1e-4", f"wanted.outputs={word}") for word in ("history", "peaks")
+        reported(f"{DROP}_shear", "wanted.tolerance=1e-4", f"wanted.outputs={outputs}")
+        for outputs in ("history", "peaks")
     )
     assert peaks.costs["modes"] < histories.costs["modes"]
     assert peaks.costs["steps"] < histories.costs["steps"]
@@ -124,7 +128,7 @@ def test_a_run_that_is_worse_than_wanted_is_doubtful_and_says_what_mends_it(scen
 @pytest.mark.parametrize(("law", "mend"), [("line", "contact.normal: johnson"), ("johnson", "kind: soft_discs")])
 def test_large_errors_of_discs_name_a_model_that_discs_have(law, mend):
     report = reported("two_discs", f"contact.normal={law}", "motion.first_velocity=100")
-    [flag] = [one for one in report.flags if "to mend it" in one]
+    [flag] = [flag for flag in report.flags if "to mend it" in flag]
     assert mend in flag.partition("to mend it")[2]
     assert "hertz" not in flag
 
@@ -140,17 +144,17 @@ def test_what_is_left_out_of_an_impact_stands_beside_its_figures():
     ):
         report = reported(scene, *overrides)
         speed = speed or math.sqrt(2.0 * 9.80665 * 0.1)
-        found = report.errors["errors_by_source"]["restitution"]["left_out"]
-        assert found == pytest.approx(0.5 * share(speed / bar), rel=0.05)
+        ratio = report.errors["errors_by_source"]["restitution"]["left_out"]
+        assert ratio == pytest.approx(0.5 * share(speed / bar), rel=0.05)
 
 
 def test_the_error_of_a_law_of_line_contact_holds_what_a_better_one_gives():
-    other, johnson = (reported("two_discs", f"contact.normal={law}") for law in ("line", "johnson"))
-    stated = other.errors["errors_by_source"]
+    line, johnson = (reported("two_discs", f"contact.normal={law}") for law in ("line", "johnson"))
+    stated = line.errors["errors_by_source"]
     for key in ("contact_duration_s", "peak_force_n"):
-        apart = abs(other.figures[key] - johnson.figures[key])
-        assert 0.02 * other.figures[key] < apart < stated[key]["law"] < 3.0 * apart
-    assert other.errors["wanted_errors"]["peaks"]["model_errors"]["law"] > 0.02
+        difference = abs(line.figures[key] - johnson.figures[key])
+        assert 0.02 * line.figures[key] < difference < stated[key]["law"] < 3.0 * difference
+    assert line.errors["wanted_errors"]["peaks"]["model_errors"]["law"] > 0.02
 
 
 @pytest.mark.parametrize(("scene", "touches"), [("sphere_on_beam", (1, 1)), ("sphere_on_beam_drop_600mm", (2, 3))])
@@ -158,21 +162,27 @@ def test_the_error_of_eulers_beam_is_what_timoshenkos_gives(scene, touches):
     euler, shear = (reported(scene, f"beam.theory={name}") for name in ("euler", "timoshenko"))
     assert (euler.figures["contact_count"], shear.figures["contact_count"]) == touches
     for key in FIGURES:
-        apart = abs(euler.figures[key] - shear.figures[key])
-        assert euler.errors["errors_by_source"][key]["beam_theory"] == pytest.approx(apart, rel=0.05), key
+        difference = abs(euler.figures[key] - shear.figures[key])
+        assert euler.errors["errors_by_source"][key]["beam_theory"] == pytest.approx(difference, rel=0.05), key
     assert "beam_theory" not in shear.errors["errors_by_source"]["restitution"]
 
 
 @pytest.mark.parametrize("speed", [0.1, 1.0])
 def test_formulations_of_a_soft_material_differ_by_less_than_its_strain_which_is_said(speed):
-    found = [
-        reported("soft_discs_mean", f"formulation={one}", f"motion.first_velocity={speed}", "mesh.divisions=12", ALONE)
-        for one in ("stvk", "neo_hookean")
+    reports = [
+        reported(
+            "soft_discs_mean",
+            f"formulation={formulation}",
+            f"motion.first_velocity={speed}",
+            "mesh.divisions=12",
+            ALONE,
+        )
+        for formulation in ("stvk", "neo_hookean")
     ]
-    forces = [one.figures["peak_force_n"] for one in found]
-    strain = 1.0 - min(one.figures["least_stretch"] for one in found)
+    forces = [report.figures["peak_force_n"] for report in reports]
+    strain = 1.0 - min(report.figures["least_stretch"] for report in reports)
     assert 0.3 * strain < abs(forces[1] / forces[0] - 1.0) < strain
-    assert all("about the greatest strain" in one.errors["errors_unknown"]["law"] for one in found)
+    assert all("about the greatest strain" in report.errors["errors_unknown"]["law"] for report in reports)
 
 
 def test_no_second_mesh_is_so_coarse_that_its_error_is_of_another_order():
@@ -191,14 +201,14 @@ def test_the_force_of_eulers_beam_after_a_second_touch_is_told_as_far_off_as_tim
     """The drop of 50 mm: peaks are 6 % off, what follows the second touch by most of the greatest force."""
     keys = ("wanted.tolerance=0.1", "run.duration=1e-3")
     loads = []
-    for more in ((), ("wanted.tolerance=1e-5", "beam.theory=timoshenko")):
-        run = simulate(load_scene(DROP, last_overrides((*keys, *more))))
+    for further in ((), ("wanted.tolerance=1e-5", "beam.theory=timoshenko")):
+        run = simulate(load_scene(DROP, last_overrides((*keys, *further))))
         loads.append(np.concatenate([block.values["normal_load"] for block in run.blocks()]))
-    off = np.abs(loads[0] - loads[1]).max() / loads[1].max()
+    difference = np.abs(loads[0] - loads[1]).max() / loads[1].max()
     report = reported(DROP, *keys)
-    stated = {name: one["model_errors"]["beam_theory"] for name, one in report.errors["wanted_errors"].items()}
-    assert off > 0.5
-    assert 0.8 * off < stated["forces"] < 1.25 * off
+    stated = {name: errors["model_errors"]["beam_theory"] for name, errors in report.errors["wanted_errors"].items()}
+    assert difference > 0.5
+    assert 0.8 * difference < stated["forces"] < 1.25 * difference
     assert stated["peaks"] < 0.1
     assert report.status == "doubtful: forces"
     assert reported(DROP, *keys, "wanted.outputs=peaks").status == "done"

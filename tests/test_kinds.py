@@ -42,7 +42,7 @@ OF_THE_LOG = {"missing_outputs"}  # keys of what only a log can know
 
 
 def changes(case):
-    return [word for one in case.overrides for word in ("--set", one)]
+    return [argument for override in case.overrides for argument in ("--set", override)]
 
 
 @pytest.fixture(scope="module", params=CASES)
@@ -53,10 +53,10 @@ def case(request):
 @pytest.fixture(scope="module")
 def simulated(case, tmp_path_factory):
     """The case's run: its log, and what `simulate --json` printed."""
-    log, said = tmp_path_factory.mktemp("run") / "run.mcap", io.StringIO()
-    with contextlib.redirect_stdout(said):
+    log, output = tmp_path_factory.mktemp("run") / "run.mcap", io.StringIO()
+    with contextlib.redirect_stdout(output):
         assert main(["simulate", case.scene, *changes(case), "--out", str(log), "--json"]) == DONE
-    return log, json.loads(said.getvalue())
+    return log, json.loads(output.getvalue())
 
 
 @pytest.fixture(scope="module")
@@ -83,15 +83,15 @@ def test_a_run_and_its_log_report_the_same_to_the_bit(simulated, run_json):
     assert set(run) <= set(reported)
     assert set(reported) - set(run) == OF_THE_LOG
     assert reported["missing_outputs"] == 0
-    both = set(run) & set(reported)
+    common = set(run) & set(reported)
     # repr tells apart all that differs by a bit, and finds NaN equal to itself
-    assert {key: repr(run[key]) for key in both} == {key: repr(reported[key]) for key in both}
+    assert {key: repr(run[key]) for key in common} == {key: repr(reported[key]) for key in common}
 
 
 def test_the_log_verifies(ran, run_json):
-    found = run_json("verify", ran)
-    assert found["greatest_deviation"] == 0.0
-    assert found["samples"] > 10
+    report = run_json("verify", ran)
+    assert report["greatest_deviation"] == 0.0
+    assert report["samples"] > 10
 
 
 def test_a_number_that_was_changed_is_found(case, ran, monkeypatch):
@@ -109,7 +109,9 @@ def test_a_replay_gives_the_bytes_of_the_log(ran):
     while not loop.finished:
         now = max(now + 1, loop.turn(now) or 0)
     logged = list(raw_messages(ran))
-    assert [(one.topic, bytes(one.cdr)) for one in played] == [(one.topic.name, bytes(one.data)) for one in logged]
+    assert [(message.topic, bytes(message.cdr)) for message in played] == [
+        (message.topic.name, bytes(message.data)) for message in logged
+    ]
     assert now == pytest.approx(2 * (logged[-1].log_time - logged[0].log_time), abs=1e3)
 
 
@@ -117,12 +119,12 @@ def test_the_topics_of_the_scene_are_those_of_its_log(case, ran, tmp_path, run_j
     scene = tmp_path / "scene.yaml"
     scene.write_text(read_log(ran).scene.text)
     listed = run_json("topics", scene)["topics"]
-    names = {one["topic"]: one["type"] for one in listed}
-    logged = {one.topic.name: one.topic.ros_type for one in raw_messages(ran)}
+    names = {topic["topic"]: topic["type"] for topic in listed}
+    logged = {message.topic.name: message.topic.ros_type for message in raw_messages(ran)}
     assert set(logged) <= set(names)
     assert {f"/{load_scene(case.scene).kind}/{name}" for name in ("scene", "samples")} <= set(logged)
     assert all(names[name] == ros_type.replace("/msg/", "/") for name, ros_type in logged.items())
-    assert all(one["meaning"] for one in listed)
+    assert all(topic["meaning"] for topic in listed)
 
 
 def test_the_run_has_a_page(case, ran, tmp_path):
@@ -136,8 +138,8 @@ def test_the_run_has_a_page(case, ran, tmp_path):
 
 def test_the_run_has_a_picture(ran, tmp_path, run_cli):
     picture = tmp_path / "run.png"
-    said = run_cli("report", ran, "--plot", picture)
-    assert "not drawn" not in said.err
+    output = run_cli("report", ran, "--plot", picture)
+    assert "not drawn" not in output.err
     pixels = imread(picture)[..., :3]
     drawn = np.ptp(pixels, axis=-1) > 0.3  # in colour: curves and bodies, not axes and letters
     for half in (*np.array_split(drawn, 2, axis=0), *np.array_split(drawn, 2, axis=1)):
@@ -151,19 +153,19 @@ def test_a_study_of_a_few_realisations(case, quick_workers):
     inputs = {case.uncertain: {"distribution": "uniform", "low": 0.99 * value, "high": 1.01 * value}}
     study = {"scene": case.scene, "set": list(case.overrides), "inputs": inputs, "quantities": [case.quantity]}
     of_method = {"method": "ensemble", "samples": 4, "sampler": "random", "workers": 1}
-    found = run_study(load_study(study | of_method, ["seed=3"])).as_dict()
-    assert (found["samples"], found["failed"]) == (4, {})
-    one = found["quantities"][case.quantity]
-    assert one["mean"] > 0.0
-    assert 0.0 < one["std"] < 0.5 * one["mean"]
+    report = run_study(load_study(study | of_method, ["seed=3"])).as_dict()
+    assert (report["samples"], report["failed"]) == (4, {})
+    quantity = report["quantities"][case.quantity]
+    assert quantity["mean"] > 0.0
+    assert 0.0 < quantity["std"] < 0.5 * quantity["mean"]
 
 
 @pytest.mark.parametrize(
-    ("change", "word"),
+    ("change", "sentence"),
     [("nonsense.key=1", "nonsense"), ("run.duration=never", "run.duration"), ("run.duration=-1", "run.duration")],
 )
-def test_a_key_or_value_that_is_none_is_refused(case, change, word, run_cli):
+def test_a_key_or_value_that_is_none_is_refused(case, change, sentence, run_cli):
     out, err = run_cli("simulate", case.scene, "--set", change, code=BAD_INPUT)
     assert out == ""
-    assert word in err
+    assert sentence in err
     assert "Traceback" not in err

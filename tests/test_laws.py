@@ -53,18 +53,22 @@ CURVED = [name for name in POINT if LAWS[name].follows]
 def test_load_is_the_slope_of_the_energy_and_stiffness_that_of_the_load(name):
     coefficient, power = coefficient_of(name, 30.0, 200.0, 1e11, 2e7), LAWS[name].power
 
-    def at(approach):
+    def response(approach):
         return elastic(coefficient, power, approach)
 
-    here, step = at(2e-6), 1e-10
-    assert (at(2e-6 + step).energy - at(2e-6 - step).energy) / (2.0 * step) == pytest.approx(here.load, rel=1e-7)
-    assert (at(2e-6 + step).load - at(2e-6 - step).load) / (2.0 * step) == pytest.approx(here.stiffness, rel=1e-7)
-    assert approaches_of_loads(coefficient, power, here.load) == pytest.approx(2e-6, rel=1e-12)
-    assert greatest_approaches(coefficient, power, 2.0 * here.energy, 1.0) == pytest.approx(2e-6, rel=1e-12)
-    assert loads_at(coefficient, power, 2e-6) == pytest.approx(here.load, rel=1e-14)
-    assert energies_at(coefficient, power, 2e-6) == pytest.approx(here.energy, rel=1e-14)
+    middle, step = response(2e-6), 1e-10
+    assert (response(2e-6 + step).energy - response(2e-6 - step).energy) / (2.0 * step) == pytest.approx(
+        middle.load, rel=1e-7
+    )
+    assert (response(2e-6 + step).load - response(2e-6 - step).load) / (2.0 * step) == pytest.approx(
+        middle.stiffness, rel=1e-7
+    )
+    assert approaches_of_loads(coefficient, power, middle.load) == pytest.approx(2e-6, rel=1e-12)
+    assert greatest_approaches(coefficient, power, 2.0 * middle.energy, 1.0) == pytest.approx(2e-6, rel=1e-12)
+    assert loads_at(coefficient, power, 2e-6) == pytest.approx(middle.load, rel=1e-14)
+    assert energies_at(coefficient, power, 2e-6) == pytest.approx(middle.energy, rel=1e-14)
     for gap in (0.0, -1e-6):
-        assert at(gap)[1:] == (0.0, 0.0, 0.0)
+        assert response(gap)[1:] == (0.0, 0.0, 0.0)
 
 
 NEAR_HERTZ = {"volumetric": 0.01}  # greatest differences of laws that are not Hertz's, at curvatures of 3 and 40 /m
@@ -75,24 +79,24 @@ def test_every_law_in_use_is_the_row_of_its_name():
     hertz = hertz_coefficient(3.0, 40.0, 1e11)
     for name in POINT:
         row, law = LAWS[name], elasticity(name, 1e11, 123.0)
-        found = coefficient_of(name, 3.0, 40.0, 1e11, 123.0)
-        assert found == fresh_coefficient(law, 3.0, 40.0)
-        assert found == pytest.approx(hertz if row.follows else 123.0, rel=NEAR_HERTZ.get(name, 1e-10))
+        result = coefficient_of(name, 3.0, 40.0, 1e11, 123.0)
+        assert result == fresh_coefficient(law, 3.0, 40.0)
+        assert result == pytest.approx(hertz if row.follows else 123.0, rel=NEAR_HERTZ.get(name, 1e-10))
         assert (law.power, law.follows, law.carried > 0) == (row.power, row.follows, row.carries)
 
 
 def test_spheres_by_every_law():
     for name in CURVED:
-        found = sphere_coefficient(name, 2.0, np.array([1.0, 4.0]))
-        assert found == pytest.approx(coefficient_of(name, 0.5, 0.5, 2.0) * np.array([1.0, 2.0]), rel=1e-10)
+        result = sphere_coefficient(name, 2.0, np.array([1.0, 4.0]))
+        assert result == pytest.approx(coefficient_of(name, 0.5, 0.5, 2.0) * np.array([1.0, 2.0]), rel=1e-10)
     assert sphere_coefficient("linear", 2.0, 1.0, 7.0) == 7.0
 
 
 def test_rational_hertz_is_exact_to_1e_10_in_its_range_and_exact_outside():
     for ratio in np.concatenate([np.linspace(0.01, 1.0, 400), np.geomspace(1e-5, 0.01, 30)]):
         large = curvature_ratio(ratio)
-        found = coefficient_of("hertz", 1.0, large, 1.0)
-        assert found == pytest.approx(hertz_coefficient(1.0, large, 1.0), rel=1e-10)
+        result = coefficient_of("hertz", 1.0, large, 1.0)
+        assert result == pytest.approx(hertz_coefficient(1.0, large, 1.0), rel=1e-10)
 
 
 # Paper 1, eq. (9): "0.5 % for b/a in [0.1, 1]" holds, and the error is a curve beyond: Q/P, error in %.
@@ -105,8 +109,8 @@ def test_rational_hertz_is_exact_to_1e_10_in_its_range_and_exact_outside():
 )  # fmt: skip
 def test_volumetric_error_curve(ratio, percent):
     exact = hertz_coefficient(1.0, float(ratio), 1.0)
-    found = coefficient_of("volumetric", 1.0, float(ratio), 1.0)
-    assert 100.0 * (found / exact - 1.0) == pytest.approx(percent, abs=6e-3)
+    result = coefficient_of("volumetric", 1.0, float(ratio), 1.0)
+    assert 100.0 * (result / exact - 1.0) == pytest.approx(percent, abs=6e-3)
 
 
 @pytest.mark.parametrize("law", CURVED)
@@ -137,8 +141,8 @@ def test_viscous_term_vanishes_with_the_approach_and_never_pulls():
 
 @given(st.tuples(*[st.floats(-10.0, 10.0)] * 2), st.floats(1e-6, 1.0))
 def test_friction_opposes_slip_and_stays_in_its_cone(slip, regularisation):
-    found = friction_by("point", 50.0, 1e-4, 1e-4, *slip, 30.0, 0.1, regularisation)
-    force = -(found.force_major * slip[0] + found.force_minor * slip[1]) / max(np.linalg.norm(slip), 1e-300)
+    result = friction_by("point", 50.0, 1e-4, 1e-4, *slip, 30.0, 0.1, regularisation)
+    force = -(result.force_major * slip[0] + result.force_minor * slip[1]) / max(np.linalg.norm(slip), 1e-300)
     assert 0.0 <= force <= 0.1 * 50.0 * (1.0 + 1e-12)
     if np.linalg.norm(slip) > 30.0 * regularisation:
         assert force > 0.999 * 5.0
@@ -160,9 +164,9 @@ def test_axis_ratio_matches_the_published_table(ratio, axes):
 def test_equation_8_has_its_root_for_every_ratio():
     """Paper 1, Theorem 1: one eccentricity for every P/Q in (0, 1]; found to 1e-13 from circle to b/a = 1e-6."""
     for target in np.concatenate([1.0 + np.geomspace(1e-12, 1.0, 60), np.geomspace(2.0, CURVATURE_RATIO_MAX, 200)]):
-        found = axis_ratio(1.0, target)
-        assert 0.0 < found <= 1.0
-        assert curvature_ratio(found) == pytest.approx(target, rel=1e-13)
+        result = axis_ratio(1.0, target)
+        assert 0.0 < result <= 1.0
+        assert curvature_ratio(result) == pytest.approx(target, rel=1e-13)
 
 
 @pytest.mark.parametrize("pair", [(-1.0, 1.0), (2.0, 1.0), (0.0, 1.0), (math.nan, 1.0)])
@@ -174,10 +178,10 @@ def test_curvatures_that_make_no_ellipse_give_nan(pair):
 @given(st.floats(1.0, 1e6), st.floats(1e-3, 1e5), st.floats(1e8, 1e12), st.floats(1e-3, 1e5))
 def test_ellipse_satisfies_hertz_equations(ratio, small, modulus, load):
     """Load, approach and curvatures agree through the pressure: F = 2/3 p a b pi, P = p b D/(E* a^2)."""
-    found = ellipse(small, small * ratio, modulus, load)
-    _, d = elliptic_b_d(found.semi_minor / found.semi_major)
-    assert 2.0 / 3.0 * found.peak_pressure * math.pi * found.semi_major * found.semi_minor == pytest.approx(load)
-    assert found.peak_pressure * found.semi_minor * d / (modulus * found.semi_major**2) == pytest.approx(small)
+    result = ellipse(small, small * ratio, modulus, load)
+    _, d = elliptic_b_d(result.semi_minor / result.semi_major)
+    assert 2.0 / 3.0 * result.peak_pressure * math.pi * result.semi_major * result.semi_minor == pytest.approx(load)
+    assert result.peak_pressure * result.semi_minor * d / (modulus * result.semi_major**2) == pytest.approx(small)
 
 
 DISC = (1.0, 2.0, 5e9, 0.3)  # radius, thickness, Young's modulus, Poisson's ratio of paper 3, section 5.1
@@ -264,8 +268,8 @@ def rebound(load, speed):
         return 1.0 if time < 0.3 or (pressing and state[0] > 0.0) else -1.0
 
     parted.terminal = True
-    found = solve_ivp(rates, (0.0, 1e4), (0.0, 1.0), rtol=1e-10, atol=1e-13, events=parted, max_step=0.02)
-    return -found.y[1, -1]
+    result = solve_ivp(rates, (0.0, 1e4), (0.0, 1.0), rtol=1e-10, atol=1e-13, events=parted, max_step=0.02)
+    return -result.y[1, -1]
 
 
 @given(st.floats(1e-3, 1.0, exclude_max=True))
@@ -286,13 +290,17 @@ def test_a_relaxation_time_takes_what_its_power_adds_up_to(speed):
     load = partial(load_of, Spring(COEFFICIENT, NO_LINE, 0.0, relaxation_time=relaxation))
     assert 1.0 - rebound(load, speed) == pytest.approx(loss / (MASS * speed**2), rel=1e-2)
     assert loss / (MASS * speed**2) > 1e-5
-    both = Spring(1e10, NO_LINE, 0.3, relaxation_time=1e-6)  # at 1 um the load is 10 N, the stiffness 15 N/um
-    assert load_of(both, 1e-6, 0.2) == pytest.approx(10.0 + (0.3 * 10.0 + 15.0) * 0.2, rel=1e-14)
+    spring = Spring(1e10, NO_LINE, 0.3, relaxation_time=1e-6)  # at 1 um the load is 10 N, the stiffness 15 N/um
+    assert load_of(spring, 1e-6, 0.2) == pytest.approx(10.0 + (0.3 * 10.0 + 15.0) * 0.2, rel=1e-14)
 
 
 @pytest.mark.parametrize("e", [0.0, -0.1, 1.1, math.nan])
 def test_impossible_restitutions_are_refused(e):
-    for make in (damping_number, lambda one: shortcuts(one, 1.0), lambda one: steady_damping(one, 1.0, 1.0)):
+    for make in (
+        damping_number,
+        lambda e: shortcuts(e, 1.0),
+        lambda e: steady_damping(e, 1.0, 1.0),
+    ):
         with pytest.raises(SceneError, match="above 0 and at most 1"):
             make(e)
 
@@ -364,13 +372,13 @@ def carried_and_afresh(moving):
 @pytest.mark.parametrize("stepper", ["rodas4", "rk4", "imex"])
 def test_a_bearing_carries_the_integrals_of_each_contact(stepper):
     """Balls that slide and ring: the same motion as by exact Hertz, the carried states those of each contact."""
-    exact, found = (
+    exact, carried = (
         run(*TURNED_REST, count=8, law=law, stepper=stepper) for law in ("hertz_exact", "hertz_differential")
     )
     for channel in ("normal_load", "position", "angular_velocity"):
-        one, other = getattr(found[1], channel), getattr(exact[1], channel)
-        assert one == pytest.approx(other, rel=1e-7, abs=1e-7 * np.abs(other).max()), channel
-    states, afresh = carried_and_afresh(found[0])
+        values, reference = getattr(carried[1], channel), getattr(exact[1], channel)
+        assert values == pytest.approx(reference, rel=1e-7, abs=1e-7 * np.abs(reference).max()), channel
+    states, afresh = carried_and_afresh(carried[0])
     assert np.ptp(afresh[..., 0]) > 1e-3  # contacts of many shapes
     assert states == pytest.approx(afresh, rel=1e-12)
     assert not exact[0].carried.any()

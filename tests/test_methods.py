@@ -268,8 +268,8 @@ def after(start, overrides, stepper, step):
 
 def errors(start, overrides, stepper, step, exact):
     """Error of velocity, slip, friction torque and normal load, each over its greatest value."""
-    found = after(start, overrides, stepper, step)
-    return np.array([np.abs(found[name] - exact[name]).max() / np.abs(exact[name]).max() for name in exact])
+    result = after(start, overrides, stepper, step)
+    return np.array([np.abs(result[name] - exact[name]).max() / np.abs(exact[name]).max() for name in exact])
 
 
 def settled(overrides, seconds, kick=0.0):

@@ -66,18 +66,20 @@ def test_the_ellipsoids_lowest_point_is_what_the_opposing_points_of_two_surfaces
     rotation = rotation_matrix(quaternion_from_vector(turn))
     low = ellipsoid_on_plane(axes, -rotation[2])
     height = low.reach - 1e-5
-    one, other = body(ellipsoid(*axes), (0.0, 0.0, height), rotation), body(plane())
-    at = rotation @ low.point
-    found = contact_of(one, other, find_opposing(one, other, (*at[:2], 0.0)))
-    assert found.approach == pytest.approx(1e-5, rel=1e-9)
-    assert found.point_a - [0.0, 0.0, height] == pytest.approx(at, abs=1e-14)
-    assert low.curvature_small == pytest.approx(found.curvature_small, rel=1e-10)
-    assert low.curvature_large == pytest.approx(found.curvature_large, rel=1e-10)
+    ellipsoid_body, floor_body = body(ellipsoid(*axes), (0.0, 0.0, height), rotation), body(plane())
+    opposed = rotation @ low.point
+    opposed_contact = contact_of(
+        ellipsoid_body, floor_body, find_opposing(ellipsoid_body, floor_body, (*opposed[:2], 0.0))
+    )
+    assert opposed_contact.approach == pytest.approx(1e-5, rel=1e-9)
+    assert opposed_contact.point_a - [0.0, 0.0, height] == pytest.approx(opposed, abs=1e-14)
+    assert low.curvature_small == pytest.approx(opposed_contact.curvature_small, rel=1e-10)
+    assert low.curvature_large == pytest.approx(opposed_contact.curvature_large, rel=1e-10)
     mean = 0.5 * (low.curvature_small + low.curvature_large)
     shape = mean / math.sqrt(low.curvature_small * low.curvature_large)
     assert low.excess == pytest.approx(math.sqrt(max(shape**2 - 1.0, 0.0)), rel=1e-9, abs=1e-7)
-    if not found.circular:
-        assert abs(found.major_axis @ (rotation @ low.major_axis)) == pytest.approx(1.0, rel=1e-12)
+    if not opposed_contact.circular:
+        assert abs(opposed_contact.major_axis @ (rotation @ low.major_axis)) == pytest.approx(1.0, rel=1e-12)
 
 
 @pytest.mark.parametrize("turn", TURNS)
@@ -106,7 +108,7 @@ EXAMPLES = {
 POINT = np.array([0.53, -0.41, 0.37])
 
 
-def found(a, b, near):
+def opposed_contact(a, b, near):
     return contact_of(a, b, find_opposing(a, b, near))
 
 
@@ -117,11 +119,11 @@ def turned(*vector):
 @pytest.mark.parametrize("name", sorted(SURFACES))
 def test_gradient_and_hesse_matrix_are_the_derivatives(name):
     surface, step = EXAMPLES[name], 1e-6
-    here = level(surface, POINT)
+    centre = level(surface, POINT)
     for axis, shift in enumerate(step * np.eye(3)):
         ahead, behind = level(surface, POINT + shift), level(surface, POINT - shift)
-        assert (ahead.value - behind.value) / (2 * step) == pytest.approx(here.gradient[axis], abs=1e-8)
-        assert (ahead.gradient - behind.gradient) / (2 * step) == pytest.approx(here.hesse[axis], abs=1e-8)
+        assert (ahead.value - behind.value) / (2 * step) == pytest.approx(centre.gradient[axis], abs=1e-8)
+        assert (ahead.gradient - behind.gradient) / (2 * step) == pytest.approx(centre.hesse[axis], abs=1e-8)
 
 
 @pytest.mark.parametrize(("locus", "axis_distance", "side"), [(14.1e-3, 14.25e-3, 1), (14.4e-3, 14.25e-3, -1)])
@@ -133,7 +135,7 @@ def test_ball_in_torus_groove_agrees_with_the_closed_form(locus, axis_distance, 
     centre = np.array([axis_distance * math.cos(orbit), axis_distance * math.sin(orbit), height])
     outward = np.array([math.cos(orbit), math.sin(orbit), 0.0])
     ball, ring = body(sphere(BALL), frame @ centre), body(torus(locus, GROOVE, hollow=True), rotation=frame)
-    contact = found(ball, ring, frame @ (centre + side * BALL * outward))
+    contact = opposed_contact(ball, ring, frame @ (centre + side * BALL * outward))
     closed = ball_in_groove(axis_distance, height, BALL, locus, GROOVE)
     normal = closed.normal_radial * outward + [0.0, 0.0, closed.normal_axial]
     along = -closed.normal_axial * outward + [0.0, 0.0, closed.normal_radial]
@@ -148,8 +150,8 @@ def test_superquadric_of_exponent_two_is_an_ellipsoid():
     turn = turned(0.4, 0.7, -0.2)
     floor = body(plane())
     near = [0.0, 0.0, 0.0]
-    smooth = found(body(superquadric(0.3, 0.2, 0.1, 2.0, 2.0), (0, 0, 0.2), turn), floor, near)
-    round_ = found(body(ellipsoid(0.3, 0.2, 0.1), (0, 0, 0.2), turn), floor, near)
+    smooth = opposed_contact(body(superquadric(0.3, 0.2, 0.1, 2.0, 2.0), (0, 0, 0.2), turn), floor, near)
+    round_ = opposed_contact(body(ellipsoid(0.3, 0.2, 0.1), (0, 0, 0.2), turn), floor, near)
     assert smooth.point_a == pytest.approx(round_.point_a, abs=1e-13)
     assert smooth.curvature_large == pytest.approx(round_.curvature_large, rel=1e-10)
 
@@ -246,18 +248,30 @@ PAIRS = {
 @pytest.mark.parametrize("name", PAIRS)
 def test_rays_over_an_ellipse_give_equation_9_as_the_approach_goes_to_zero(name):
     """What is left is of the bodies' size: it falls with h, down to 1e-7."""
-    off = []
+    errors = []
     for approach in (1e-7, 1e-8, 1e-9):
         a, b, near = PAIRS[name](approach)
-        at = contact_of(a, b, find_opposing(a, b, near))
-        axes = np.array([at.major_axis, np.cross(at.normal, at.major_axis)])
-        found = overlap_of(a, b, 0.5 * (at.point_a + at.point_b), axes, at.normal, at.approach, BALL_IN_GROOVE, MODULUS)
-        law = coefficient_of("volumetric", at.curvature_small, at.curvature_large, MODULUS) * at.approach**1.5
-        off.append(abs(found.load / law - 1.0))
-        assert math.hypot(found.centre_x, found.centre_y) < 1e-6 * found.half_width_x
-    assert off[0] < 1e-4
-    assert off[2] < 5e-7
-    assert off[1] < 0.2 * off[0] + 1e-7
+        opposed = contact_of(a, b, find_opposing(a, b, near))
+        axes = np.array([opposed.major_axis, np.cross(opposed.normal, opposed.major_axis)])
+        opposed_contact = overlap_of(
+            a,
+            b,
+            0.5 * (opposed.point_a + opposed.point_b),
+            axes,
+            opposed.normal,
+            opposed.approach,
+            BALL_IN_GROOVE,
+            MODULUS,
+        )
+        law = (
+            coefficient_of("volumetric", opposed.curvature_small, opposed.curvature_large, MODULUS)
+            * opposed.approach**1.5
+        )
+        errors.append(abs(opposed_contact.load / law - 1.0))
+        assert math.hypot(opposed_contact.centre_x, opposed_contact.centre_y) < 1e-6 * opposed_contact.half_width_x
+    assert errors[0] < 1e-4
+    assert errors[2] < 5e-7
+    assert errors[1] < 0.2 * errors[0] + 1e-7
 
 
 def rounded_box(approach, turn=(0.0, 0.0, 0.0)):
@@ -272,7 +286,7 @@ def rounded_box(approach, turn=(0.0, 0.0, 0.0)):
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.1, 0.2, 0.05), (0.5, -0.4, 0.3)])
 def test_the_load_over_rays_is_the_derivative_of_their_energy(turn):
     approach, step = 1e-5, 1e-3
-    less, here, more = (
+    before, centre, after = (
         overlap_of(*rounded_box(approach * (1.0 + share), turn), 0.01, MODULUS) for share in (-step, 0.0, step)
     )
-    assert here.load == pytest.approx((more.energy - less.energy) / (2.0 * step * approach), rel=1e-5)
+    assert centre.load == pytest.approx((after.energy - before.energy) / (2.0 * step * approach), rel=1e-5)

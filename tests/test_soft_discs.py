@@ -5,7 +5,7 @@ import pytest
 from runs import reported
 
 from bearing_twin.base.errors import IntegrationError, SceneError
-from bearing_twin.kinds.soft_discs.derived import disc_mass, of_other
+from bearing_twin.kinds.soft_discs.derived import disc_mass, seen_from_other
 from bearing_twin.kinds.soft_discs.mesh import ORDERS, energy_density, half_disc
 from bearing_twin.kinds.soft_discs.motion import bodies_in_units, elastic_forces, solve, stable_step
 from bearing_twin.run.scene import choose, load_scene
@@ -32,8 +32,8 @@ def forces_and_energy(parameters, gradient):
     mesh = half_disc(mesh)
     displacement = (np.asarray(gradient) - np.eye(2)) @ np.stack([mesh.across, mesh.height])
     displacement[:, -1] = 0.0
-    load, found = elastic_forces(body, displacement)
-    return load[:, :-1], found, mesh
+    load, extremes = elastic_forces(body, displacement)
+    return load[:, :-1], extremes, mesh
 
 
 @pytest.mark.parametrize("order", ORDERS)
@@ -82,23 +82,23 @@ def test_small_strain_is_linear_elasticity(formulation):
     """The difference of forces falls as the square of the strain, in both planes, all at the same points."""
     random = np.random.default_rng(5)
     for plane in ("strain", "stress"):
-        whole = (*SMALL, "mesh.integration=full", f"plane={plane}")
-        bodies = [bodies_in_units(scene_of(*whole, f"formulation={one}"))[0] for one in (formulation, "linear")]
+        full = (*SMALL, "mesh.integration=full", f"plane={plane}")
+        bodies = [bodies_in_units(scene_of(*full, f"formulation={name}"))[0] for name in (formulation, "linear")]
         shape = random.standard_normal((2, len(bodies[0].mesh.mass)))
         shape[:, -1] = 0.0
-        apart = []
+        differences = []
         for size in (1e-3, 1e-4):
             loads = [elastic_forces(body, size * shape)[0] for body in bodies]
-            apart.append(np.abs(loads[0] - loads[1]).max())
-        assert np.log10(apart[0] / apart[1]) == pytest.approx(2.0, abs=0.05)
+            differences.append(np.abs(loads[0] - loads[1]).max())
+        assert np.log10(differences[0] / differences[1]) == pytest.approx(2.0, abs=0.05)
 
 
 def test_the_mean_problem_of_paper_3():
     """Section 5.2: converged by two programs; here with the mesh that its tolerance chooses."""
-    found = reported("soft_discs_mean")
-    figures = found.figures
-    assert found.status == "done"
-    assert found.flags == ()
+    solved = reported("soft_discs_mean")
+    figures = solved.figures
+    assert solved.status == "done"
+    assert solved.flags == ()
     assert figures["peak_force_n"] == pytest.approx(14.86, rel=3e-3)
     assert figures["contact_duration_s"] == pytest.approx(0.0631, rel=2e-3)
     assert figures["restitution"] == pytest.approx(0.977, abs=5e-4)
@@ -120,14 +120,14 @@ def test_energy_and_momentum_close():
     """The energy's drift falls with the square of the step; momentum is round-off alone, whatever the step."""
     drifts = []
     for share in (0.8, 0.4):
-        found = solve(scene_of(*COARSE, f"solver.step_share={share}"), frames=2)
-        total = found.column("kinetic_energy") + found.column("elastic_energy") + found.column("contact_energy")
+        solved = solve(scene_of(*COARSE, f"solver.step_share={share}"), frames=2)
+        total = solved.column("kinetic_energy") + solved.column("elastic_energy") + solved.column("contact_energy")
         drifts.append(np.abs(total / total[0] - 1.0).max())
-        momentum = found.column("velocity") * 960.0 * np.pi * 0.1**2 * 0.01
+        momentum = solved.column("velocity") * 960.0 * np.pi * 0.1**2 * 0.01
         gained = momentum[-1] - momentum[0]
         # The polygon of bilinear elements has 0.16 % less mass than the disc.
-        assert found.column("normal_load").sum() * found.step == pytest.approx(gained, rel=2e-3)
-        assert np.abs(found.column("balance")).max() < 1e-13 * found.column("normal_load").max()
+        assert solved.column("normal_load").sum() * solved.step == pytest.approx(gained, rel=2e-3)
+        assert np.abs(solved.column("balance")).max() < 1e-13 * solved.column("normal_load").max()
     assert drifts[1] < 1e-4
     assert np.log2(drifts[0] / drifts[1]) == pytest.approx(2.0, abs=0.4)
 
@@ -136,12 +136,12 @@ def test_energy_and_momentum_close():
 def test_the_step_is_below_the_bound_and_not_far(exponent):
     """At the whole bound the disc runs; at twice it, an instability ends it."""
     overrides = (*COARSE, f"contact.exponent={exponent}")
-    found = solve(scene_of(*overrides, "solver.step_share=1.0"), frames=2)
-    assert found.column("velocity")[-1] == pytest.approx(0.977, abs=0.02)
+    solved = solve(scene_of(*overrides, "solver.step_share=1.0"), frames=2)
+    assert solved.column("velocity")[-1] == pytest.approx(0.977, abs=0.02)
     step = stable_step(scene_of(*overrides))
-    whole = scene_of(*overrides)
+    full = scene_of(*overrides)
     assert step * 2.0 * 16.0 < 2.0
-    unstable = whole.__class__(**{**vars(whole), "solver": whole.solver.__class__(step_share=2.0)})
+    unstable = full.__class__(**{**vars(full), "solver": full.solver.__class__(step_share=2.0)})
     with pytest.raises(IntegrationError):
         solve(unstable, frames=2)
 
@@ -149,10 +149,12 @@ def test_the_step_is_below_the_bound_and_not_far(exponent):
 def test_full_integration_locks_and_selective_does_not():
     """At a Poisson's ratio of 0.499: 14.444 N and 0.05956 s; bilinear elements in full give 16.4 N and 0.056 s."""
     near = ("disc.material.poisson_ratio=0.499", *COARSE, "solver.step_share=0.9")
-    kept, locked = (solve(scene_of(*near, f"mesh.integration={one}"), frames=2) for one in ("selective", "full"))
-    assert kept.column("normal_load").max() == pytest.approx(14.444, rel=5e-3)
+    selective, locked = (
+        solve(scene_of(*near, f"mesh.integration={first}"), frames=2) for first in ("selective", "full")
+    )
+    assert selective.column("normal_load").max() == pytest.approx(14.444, rel=5e-3)
     assert locked.column("normal_load").max() > 1.1 * 14.444
-    spans = [one.step * np.flatnonzero(one.column("normal_load"))[-1] for one in (kept, locked)]
+    spans = [first.step * np.flatnonzero(first.column("normal_load"))[-1] for first in (selective, locked)]
     assert spans[0] == pytest.approx(0.05956, rel=2e-2)
     assert spans[1] < 0.95 * 0.05956
     with pytest.raises(SceneError, match=r"mesh\.integration = full .* 0\.499, and it holds up to 0\.45 .* lock"):
@@ -165,17 +167,17 @@ def test_a_collapse_is_caught():
         reported("soft_discs_mean", "motion.first_velocity=2.0", *COARSE)
     assert caught.value.reason == "collapsed"
     assert 0.0 < caught.value.seconds < 0.05
-    found = reported("soft_discs_mean", "motion.first_velocity=2.0", "formulation=neo_hookean", *COARSE)
-    assert not found.status.startswith("failed")
-    assert found.figures["least_stretch"] > 0.5
+    solved = reported("soft_discs_mean", "motion.first_velocity=2.0", "formulation=neo_hookean", *COARSE)
+    assert not solved.status.startswith("failed")
+    assert solved.figures["least_stretch"] > 0.5
 
 
 def test_a_ratio_near_one_half_is_capped_and_said():
-    found = reported("soft_discs_mean", "disc.material.poisson_ratio=0.4999", *SMALL)
-    assert any("capped" in flag for flag in found.flags)
+    solved = reported("soft_discs_mean", "disc.material.poisson_ratio=0.4999", *SMALL)
+    assert any("capped" in flag for flag in solved.flags)
     same = reported("soft_discs_mean", "disc.material.poisson_ratio=0.4995", *SMALL)
     assert not any("capped" in flag for flag in same.flags)
-    assert found.figures["peak_force_n"] == same.figures["peak_force_n"]
+    assert solved.figures["peak_force_n"] == same.figures["peak_force_n"]
 
 
 def test_two_equal_discs_are_a_disc_on_a_wall():
@@ -187,9 +189,11 @@ def test_two_equal_discs_are_a_disc_on_a_wall():
 
 def test_two_meshed_equal_discs_are_each_others_mirror_image():
     """The contact of two meshes against the plane of symmetry that needs none; also where the penalty is no line."""
-    for more, share in (((), 1e-9), (("contact.exponent=1.5",), 2e-3)):  # the latter with another step
-        mirrored = reported("soft_discs_mean", *SMALL, "against=disc", "motion.first_velocity=2.0", *more).figures
-        meshed = reported("soft_discs_mean", *SMALL, "against=other_disc", "motion.first_velocity=2.0", *more).figures
+    for further, share in (((), 1e-9), (("contact.exponent=1.5",), 2e-3)):  # the latter with another step
+        mirrored = reported("soft_discs_mean", *SMALL, "against=disc", "motion.first_velocity=2.0", *further).figures
+        meshed = reported(
+            "soft_discs_mean", *SMALL, "against=other_disc", "motion.first_velocity=2.0", *further
+        ).figures
         for key in (
             "peak_force_n",
             "contact_duration_s",
@@ -207,28 +211,30 @@ UNEQUAL = ("mesh.divisions=16", "mesh.order=2", "wanted.tolerance=0.01")
 
 def test_two_unequal_discs_keep_energy_and_momentum():
     parameters = load_scene("soft_discs_unequal", UNEQUAL).parameters
-    found = solve(parameters, frames=2)
-    total = sum(found.column(name) for name in ("kinetic_energy", "elastic_energy", "contact_energy"))
+    solved = solve(parameters, frames=2)
+    total = sum(solved.column(name) for name in ("kinetic_energy", "elastic_energy", "contact_energy"))
     assert np.abs(total / total[0] - 1.0).max() < 1e-4
-    masses = disc_mass(parameters), disc_mass(of_other(parameters))
+    masses = disc_mass(parameters), disc_mass(seen_from_other(parameters))
     assert masses[1] == pytest.approx(4.0 * masses[0])
-    one, other = masses[0] * found.column("velocity"), masses[1] * found.column("other_velocity")
-    assert one == pytest.approx(other, abs=1e-11 * np.abs(one).max())  # each in a frame that looks away from the other
-    assert found.column("balance").max() < 1e-12 * found.column("normal_load").max()
-    impulse = found.column("normal_load").sum() * found.step
-    assert impulse == pytest.approx(one[-1] - one[0], rel=1e-5)  # half a step at the first touch
-    assert (found.column("velocity") - found.column("other_velocity"))[0] == pytest.approx(-0.8 + 0.2)
+    first, second = masses[0] * solved.column("velocity"), masses[1] * solved.column("other_velocity")
+    assert first == pytest.approx(
+        second, abs=1e-11 * np.abs(first).max()
+    )  # each in a frame that looks away from the other
+    assert solved.column("balance").max() < 1e-12 * solved.column("normal_load").max()
+    impulse = solved.column("normal_load").sum() * solved.step
+    assert impulse == pytest.approx(first[-1] - first[0], rel=1e-5)  # half a step at the first touch
+    assert (solved.column("velocity") - solved.column("other_velocity"))[0] == pytest.approx(-0.8 + 0.2)
     finer = solve(load_scene("soft_discs_unequal", ["mesh.divisions=24", "mesh.order=2"]).parameters, frames=2)
-    assert deviation(found.at("normal_load", TIMES), finer.at("normal_load", TIMES)) < 6e-3
+    assert deviation(solved.column_at("normal_load", TIMES), finer.column_at("normal_load", TIMES)) < 6e-3
 
 
 def test_it_does_not_matter_which_of_two_discs_moves():
     turned = (
         "disc.radius=0.2", "disc.material.young_modulus=3e5", "other.radius=0.1", "other.material.young_modulus=1e5",
     )  # fmt: skip
-    one, other = (reported("soft_discs_unequal", *SMALL, *more).figures for more in ((), turned))
+    first, second = (reported("soft_discs_unequal", *SMALL, *further).figures for further in ((), turned))
     for key in ("peak_force_n", "contact_duration_s", "impulse_ns", "restitution", "least_stretch"):
-        assert other[key] == pytest.approx(one[key], rel=2e-4), key
+        assert second[key] == pytest.approx(first[key], rel=2e-4), key
 
 
 def test_a_hard_flat_disc_is_a_wall():
@@ -247,25 +253,25 @@ def test_the_second_run_estimates_the_error_of_a_stiff_penalty():
         force = np.concatenate([block.values["normal_load"] for block in run.blocks()])
         return force, run.report.errors["wanted_errors"]["forces"]["error"]
 
-    (found, estimate), (exact, _) = run_of(48, "second_run"), run_of(72, "none")
-    error = np.linalg.norm(found - exact) / np.linalg.norm(exact)
+    (solved, estimate), (exact, _) = run_of(48, "second_run"), run_of(72, "none")
+    error = np.linalg.norm(solved - exact) / np.linalg.norm(exact)
     assert 0.65 * error < estimate < 1.5 * error
 
 
 def test_units_scale():
     """Force as E r thickness, time as r sqrt(rho/E), at the same speed over sqrt(E/rho)."""
-    one = reported("soft_discs_mean", *SMALL).figures
-    other = reported(
+    first = reported("soft_discs_mean", *SMALL).figures
+    second = reported(
         "soft_discs_mean", *SMALL, "disc.radius=0.2", "disc.thickness=0.05", "disc.material.young_modulus=4e5",
         "motion.first_velocity=2.0",
     ).figures  # fmt: skip
-    assert other["peak_force_n"] == pytest.approx(one["peak_force_n"] * 4.0 * 2.0 * 5.0, rel=1e-9)
-    assert other["contact_duration_s"] == pytest.approx(one["contact_duration_s"], rel=1e-9)
-    assert other["restitution"] == pytest.approx(one["restitution"], rel=1e-9)
+    assert second["peak_force_n"] == pytest.approx(first["peak_force_n"] * 4.0 * 2.0 * 5.0, rel=1e-9)
+    assert second["contact_duration_s"] == pytest.approx(first["contact_duration_s"], rel=1e-9)
+    assert second["restitution"] == pytest.approx(first["restitution"], rel=1e-9)
 
 
 @pytest.mark.parametrize(
-    ("override", "words"),
+    ("override", "sentence"),
     [
         ("motion.first_velocity=20", "above the speed of waves"),
         ("solver.step_share=1e-6", "hours"),
@@ -273,6 +279,6 @@ def test_units_scale():
         ("other.radius=100", "differ by more than a factor of 20"),
     ],
 )
-def test_what_cannot_be_is_refused_with_a_sentence(override, words):
-    with pytest.raises(SceneError, match=words):
+def test_what_cannot_be_is_refused_with_a_sentence(override, sentence):
+    with pytest.raises(SceneError, match=sentence):
         load_scene("soft_discs_mean", [override, *(["against=other_disc"] if override.startswith("other") else [])])

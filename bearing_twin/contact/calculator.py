@@ -140,19 +140,19 @@ POWERS = {"normal_load": 1.0, "approach": 1.5, "peak_pressure": 3.0, "semi_major
 """What may be given, and the power of it that the load follows."""
 
 
-def solve(gap: Gap, modulus: float, given: str, value: float) -> LoadedContact:
-    """The contact in which `given`, a name in `POWERS`, has that value (SI, above zero); raises SceneError."""
-    words = given.replace("_", " ")
+def solve(gap: Gap, modulus: float, quantity: str, value: float) -> LoadedContact:
+    """The contact in which `quantity`, a name in `POWERS`, has that value (SI, above zero); raises SceneError."""
+    label = quantity.replace("_", " ")
     if not (math.isfinite(value) and value > 0.0):
-        raise SceneError(f"{words} = {value:g} must be a finite number above zero")
+        raise SceneError(f"{label} = {value:g} must be a finite number above zero")
     unit = contact_under_load(gap, modulus, 1.0)
     try:
-        load = (value / getattr(unit, given)) ** POWERS[given]
-        contact = contact_under_load(gap, modulus, load)._replace(**{given: value})
+        load = (value / getattr(unit, quantity)) ** POWERS[quantity]
+        contact = contact_under_load(gap, modulus, load)._replace(**{quantity: value})
     except (OverflowError, ZeroDivisionError):
         contact = None
-    if contact is None or not all(math.isfinite(one) and one > 0.0 for one in contact):
-        raise SceneError(f"{words} = {value:g} leads to numbers no computer holds; give a value of this world")
+    if contact is None or not all(math.isfinite(number) and number > 0.0 for number in contact):
+        raise SceneError(f"{label} = {value:g} leads to numbers no computer holds; give a value of this world")
     return contact
 
 
@@ -190,17 +190,17 @@ def laws_at(
         "frozen": hertz_coefficient(mean / stretch, mean * stretch, modulus),
         "stiffness": exact.stiffness if stiffness is None else stiffness,
     }
-    found = {}
+    results = {}
     for name in COMPARED:
         row = LAWS[name]
-        given = next((numbers[need] for need in row.needs if need in numbers), 0.0)
+        number = next((numbers[need] for need in row.needs if need in numbers), 0.0)
         if row.carries:
             coefficient = coefficient_from_circle(name, small, large, modulus)
         else:
-            coefficient = coefficient_of(name, small, large, modulus, given)
+            coefficient = coefficient_of(name, small, large, modulus, number)
         load = float(elastic(coefficient, row.power, approach).load)
-        found[name] = LawResult(load, load / exact.load - 1.0)
-    return found
+        results[name] = LawResult(load, load / exact.load - 1.0)
+    return results
 
 
 def answer(
@@ -220,7 +220,7 @@ def answer(
     laws = laws_at(gap, modulus, contact.approach, frozen_at, stiffness)
     patch = contact.semi_major, contact.semi_minor, contact.peak_pressure
     shears = [greatest_shear(*patch, body.poisson_ratio) for body in (first, second)]
-    shear = max(shears, key=lambda one: one.stress)
+    shear = max(shears, key=lambda shear: shear.stress)
     flags = validity.gathered(
         validity.pressure_warning(contact.peak_pressure, yield_strength and YIELD_ONSET * yield_strength),
         validity.width_warning(contact.semi_major, gap.least_radius),

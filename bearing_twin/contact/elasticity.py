@@ -52,8 +52,8 @@ def elasticity(name: str, modulus: float, given: float) -> Elasticity:
 
 def fresh_coefficient(law: Elasticity, curvature_small, curvature_large, modulus=None):
     """c [N/m^power] of a law, its states, if any, solved afresh; curvatures [1/m] and moduli [Pa] broadcast."""
-    places = curvature_small, curvature_large, law.modulus if modulus is None else modulus
-    return elementwise(_coefficients, 1, (law.number, law.given), *places)[0]
+    arguments = curvature_small, curvature_large, law.modulus if modulus is None else modulus
+    return elementwise(_coefficients, 1, (law.number, law.given), *arguments)[0]
 
 
 def coefficient_of(name: str, curvature_small, curvature_large, modulus, given=0.0):

@@ -191,9 +191,9 @@ class Patch(NamedTuple):
 
         motion = np.broadcast_arrays(normal_load, semi_major, semi_minor, slip_major, slip_minor, spin)
         rows = np.ascontiguousarray(np.stack(motion, axis=-1), float)
-        found = np.empty((*motion[0].shape, 3))
-        _friction(*self, motion[0].size, rows, float(regularisation), found)
-        return FrictionLoads(*(one[()] for one in np.moveaxis(found, -1, 0)))
+        loads = np.empty((*motion[0].shape, 3))
+        _friction(*self, motion[0].size, rows, float(regularisation), loads)
+        return FrictionLoads(*(component[()] for component in np.moveaxis(loads, -1, 0)))
 
 
 def patch_of(formula: str, coefficient: float, rule: Rule = NO_RULE) -> Patch:

@@ -99,16 +99,16 @@ def damped_history(coefficient, reduced_mass, speed, damping, power=HERTZIAN, pi
     leaving = restitution_of(damping * speed) * speed
     points, weights = np.polynomial.legendre.leggauss(8)
     edges = np.linspace(0.0, 1.0, pieces + 1)
-    share, whole = edges[:-1, None] + 0.5 * (points + 1.0) / pieces, power + 1.0
+    fraction, exponent = edges[:-1, None] + 0.5 * (points + 1.0) / pieces, power + 1.0
     halves = []
     for end in (speed, -leaving):
-        rates = end - end * share**whole
+        rates = end - end * fraction**exponent
         approach = _approach_at(rates, coefficient, reduced_mass, speed, damping, power)
         load = loads_at(coefficient, power, approach) * (1.0 + damping * rates)
-        span = 0.5 / pieces * np.sum(weights * reduced_mass * whole * abs(end) * share**power / load, axis=1)
-        halves.append((np.concatenate([[0.0], np.cumsum(span)]), end - end * edges**whole))
-    (there, falling), (back, rising) = halves
-    times = np.concatenate([there, there[-1] + back[-1] - back[-2::-1]])
+        span = 0.5 / pieces * np.sum(weights * reduced_mass * exponent * abs(end) * fraction**power / load, axis=1)
+        halves.append((np.concatenate([[0.0], np.cumsum(span)]), end - end * edges**exponent))
+    (approach_times, falling), (return_times, rising) = halves
+    times = np.concatenate([approach_times, approach_times[-1] + return_times[-1] - return_times[-2::-1]])
     rates = np.concatenate([falling, rising[-2::-1]])
     approach = _approach_at(rates, coefficient, reduced_mass, speed, damping, power)
     approach[[0, -1]] = 0.0

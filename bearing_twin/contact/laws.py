@@ -153,9 +153,9 @@ LAWS = {row.name: row for row in _ROWS}
 """Every law by name, in order."""
 
 
-def law_names(fits: str, given: Collection[str]) -> tuple[str, ...]:
-    """Names of the laws of a contact that `fits` "point" or "line", none of which needs more than is `given`."""
-    return tuple(row.name for row in _ROWS if row.fits == fits and set(row.needs) <= set(given))
+def law_names(fits: str, known: Collection[str]) -> tuple[str, ...]:
+    """Names of the laws of a contact that `fits` "point" or "line", which need no more than the `known` numbers."""
+    return tuple(row.name for row in _ROWS if row.fits == fits and set(row.needs) <= set(known))
 
 
 def numbers_missing(contact) -> list[str]:

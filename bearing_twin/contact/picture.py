@@ -88,9 +88,9 @@ def _draw_laws(axis, result):
     frozen = result["constant_frozen_at_axis_ratio"]
     for ratio in ratios:
         gap = Gap(1.0, float(curvature_ratio(ratio)), 1.0)
-        found = laws_at(gap, 1.0, 1e-6, frozen)
+        results = laws_at(gap, 1.0, 1e-6, frozen)
         for name in errors:
-            errors[name].append(max(abs(found[name].error), LEAST_SHOWN))
+            errors[name].append(max(abs(results[name].error), LEAST_SHOWN))
     for number, (name, error) in enumerate(errors.items()):
         axis.loglog(ratios, error, **ball_style(number), linewidth=2.0, label=name)
     axis.axvline(result["axis_ratio"], color=STYLE["ink"], linewidth=1.2, linestyle=":")

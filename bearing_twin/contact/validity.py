@@ -111,4 +111,4 @@ def wave_warning(contact_duration: float, transit: float) -> str | None:
 
 def gathered(*warnings: str | None) -> list[str]:
     """The warnings that are there, each once."""
-    return list(dict.fromkeys(one for one in warnings if one))
+    return list(dict.fromkeys(warning for warning in warnings if warning))

@@ -69,7 +69,10 @@ class ChannelFigures:
         """`<channel>_at_end_<unit>` and `greatest_<channel>_<unit>`."""
         known = self._last | self._greatest
         return {
-            one.key: known.get(one.key, math.nan) for both in self._drawn for one in both if one.key not in self._taken
+            figure.key: known.get(figure.key, math.nan)
+            for pair in self._drawn
+            for figure in pair
+            if figure.key not in self._taken
         }
 
     def flags(self) -> list[str]:
@@ -85,15 +88,15 @@ PUBLISH, SAMPLES, MARKERS, ONCE, SECOND = "publish", "samples", "markers", "once
 """How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, at the start, 1 Hz."""
 
 
-def lazy_import(place: str) -> Callable:
+def lazy_import(target: str) -> Callable:
     """The function or class at "module:name", imported at the first call; of a table there, what gives it."""
 
     def call(*arguments, **named):
-        module, _, name = place.partition(":")
-        found = getattr(importlib.import_module(module), name)
-        return found(*arguments, **named) if callable(found) else found
+        module, _, name = target.partition(":")
+        attribute = getattr(importlib.import_module(module), name)
+        return attribute(*arguments, **named) if callable(attribute) else attribute
 
-    call.__name__ = place
+    call.__name__ = target
     return call
 
 
@@ -315,7 +318,7 @@ class Quantity(NamedTuple):
     def figure(self, figures: Mapping) -> float:
         """The quantity of a run with these figures; NaN where one is missing."""
         values = [figures.get(key) for key in self.keys]
-        return math.nan if any(one is None for one in values) else float(self.pick(*values))
+        return math.nan if any(value is None for value in values) else float(self.pick(*values))
 
 
 def figure_quantities(*keys: str) -> dict[str, Quantity]:
@@ -426,7 +429,7 @@ class Kind:
         """Meaning of each key of the figures: at the end, the greatest, the mean over which part."""
         if self.meanings is not None:
             return self.meanings()
-        return {one.key: one.meaning for one in self._drawn()}
+        return {figure.key: figure.meaning for figure in self._drawn()}
 
     def _drawn(self) -> Iterator[ChannelFigure]:
         return itertools.chain.from_iterable(channel_figures(self.channels(self.parameters())))
@@ -434,10 +437,16 @@ class Kind:
     def quantities_of(self) -> dict[str, Quantity]:
         """Quantities of studies; by default every figure drawn from the channels."""
         meanings = self.meanings_of()
-        found = self.quantities() if self.quantities else {one.name: Quantity((one.key,)) for one in self._drawn()}
-        return {name: one._replace(meaning=one.meaning or meanings[one.keys[0]]) for name, one in found.items()}
+        if self.quantities:
+            quantities = self.quantities()
+        else:
+            quantities = {figure.name: Quantity((figure.key,)) for figure in self._drawn()}
+        return {
+            name: quantity._replace(meaning=quantity.meaning or meanings[quantity.keys[0]])
+            for name, quantity in quantities.items()
+        }
 
 
-def parts_in(home: str, **places: str) -> dict[str, Callable]:
+def parts_in(home: str, **targets: str) -> dict[str, Callable]:
     """Parts of a `Kind` at "module:name" in the package `home`, imported at their first call."""
-    return {part: lazy_import(f"{home}.{place}") for part, place in places.items()}
+    return {part: lazy_import(f"{home}.{target}") for part, target in targets.items()}

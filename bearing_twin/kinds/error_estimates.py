@@ -98,14 +98,14 @@ class ModelErrors:
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:
         """The model errors of these figures so far."""
-        found: dict[str, dict[str, Any]] = {}
+        by_figure: dict[str, dict[str, Any]] = {}
         by_source = {self.law_source: self.law(figures), FRICTION_MODEL: self.friction(figures)}
         by_source[NOT_MODELLED] = self.not_modelled(figures)
         for source, errors in by_source.items():
             for key, error in errors.items():
-                found.setdefault(key, {})[source] = error
+                by_figure.setdefault(key, {})[source] = error
         outputs = {name: (ModelError(self.law_source, self.law_of(name), self.law_mend),) for name in self.outputs}
-        return Errors(found, outputs=outputs, notes=self.notes(), mends={self.law_source: self.law_mend})
+        return Errors(by_figure, outputs=outputs, notes=self.notes(), mends={self.law_source: self.law_mend})
 
 
 class UnknownErrors(ModelErrors):
@@ -139,19 +139,19 @@ def with_tolerance(parameters, choice: Choice, least: float) -> tuple[Any, Choic
 
     At the `least` tolerance of a kind it is larger by the same factor: the second run is then the coarser one.
     """
-    given = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
-    share = TOLERANCE if TOLERANCE * given >= least * (1.0 - 1e-9) else 1.0 / TOLERANCE
+    tolerance_used = parameters.wanted.tolerance if math.isnan(choice.setting) else choice.setting
+    share = TOLERANCE if TOLERANCE * tolerance_used >= least * (1.0 - 1e-9) else 1.0 / TOLERANCE
     wanted = dataclasses.replace(parameters.wanted, tolerance=share * parameters.wanted.tolerance)
     return dataclasses.replace(parameters, wanted=wanted), choice._replace(setting=share * choice.setting)
 
 
-def finer_setting(own: float, least: float, most: float = math.inf) -> float:
+def finer_setting(first: float, least: float, most: float = math.inf) -> float:
     """Tolerance of a step of the second run: `TOLERANCE` of its own, `most` at most; larger where that is too little.
 
     Above `most` something else than the tolerance sets the steps.
     """
-    finer = min(TOLERANCE * own, most)
-    return finer if finer >= least * (1.0 - 1e-9) else own / TOLERANCE
+    finer = min(TOLERANCE * first, most)
+    return finer if finer >= least * (1.0 - 1e-9) else first / TOLERANCE
 
 
 class Comparison:
@@ -180,13 +180,13 @@ class Comparison:
     def smaller(self) -> str:
         return SMALLER
 
-    def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    def differences(self, first: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """By name: absolute differences (n,) at the outputs of two blocks, and the sizes (n,) they are relative to.
 
         The error so far is the greatest difference over the greatest size.
         """
         return {}
 
-    def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    def events(self, first, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """The same of what the figures of both runs gathered, such as contacts: times [s], differences, sizes."""
         return {}

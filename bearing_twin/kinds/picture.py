@@ -1,4 +1,4 @@
-"""Pictures of runs: what a kind draws of its bodies, beside the curves that its view has in the browser."""
+"""Pictures of runs: a drawing of the bodies beside the curves of the view in the browser."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -28,7 +28,7 @@ from bearing_twin.pictures import (
 )
 
 GREATEST_ROWS = 20_000  # outputs kept; of longer runs every second, fourth ... is
-MOST_PANELS, ROWS = 16, 5  # panels of curves; in one column
+MAX_PANELS, ROWS = 16, 5  # panels of curves; in one column
 ERROR_ROW = 0.26  # inches: of a figure's error
 BODIES, ROW = 2.2, 2.1  # height of bodies above the curves in rows; of a row in inches
 ABOVE, BELOW = 1.2, 0.9  # inches above and below all panels
@@ -70,13 +70,14 @@ class RunPicture:
         if LOAD in block.values:
             self._greatest = np.maximum(self._greatest, block.values[LOAD].reshape(len(block), -1).max(axis=0))
         if self.peaks:
-            table, *wanted = self.peaks
+            table, *columns = self.peaks
             names = [column.name for column in table.columns]
             if len(rows := block.records.get(table.name, ())):
-                self._contacts.append(rows[:, [names.index(name) for name in wanted]])
+                self._contacts.append(rows[:, [names.index(name) for name in columns]])
 
     def _kept_of(self, sample: Sample) -> dict[str, np.ndarray]:
-        return {name: np.array(one) for name, one in sample.values.items() if name in (self.kept or sample.values)}
+        kept = self.kept or sample.values
+        return {name: np.array(values) for name, values in sample.values.items() if name in kept}
 
     def begin(self, time: np.ndarray) -> float:
         """The time [s] from which on the run is drawn."""
@@ -84,30 +85,30 @@ class RunPicture:
 
     def title(self) -> str:
         """The words above the picture."""
-        words = self.scene.description or self.scene.name if self.scene else "Recorded run"
-        return words[:1].upper() + words[1:]
+        title = self.scene.description or self.scene.name if self.scene else "Recorded run"
+        return title[:1].upper() + title[1:]
 
     def write(self, path, errors: Sequence[tuple[str, Mapping[str, float]]] = ()) -> Path:
-        """Draws what was taken in, and `errors` as `draw_errors` takes them below it.
+        """Draw the outputs and, below them, `errors` by `draw_errors`.
 
-        Raises BearingTwinError where there is nothing or no place for it.
+        Raises BearingTwinError without outputs, or where the file cannot be written.
         """
         outputs = self._outputs
-        shown = slice(int(np.searchsorted(outputs.time, self.begin(outputs.time))), None)
-        values = {name: one[shown] for name, one in {"time": outputs.time, **outputs.values}.items()}
+        drawn = slice(int(np.searchsorted(outputs.time, self.begin(outputs.time))), None)
+        values = {name: array[drawn] for name, array in {"time": outputs.time, **outputs.values}.items()}
         figure = Figure(figsize=SIZE, dpi=100, facecolor="white")
         panels = self._panels(values)
-        beside = self.draw_bodies is not None and len(panels) <= ROWS
-        columns = 1 if beside else 2
+        is_beside = self.draw_bodies is not None and len(panels) <= ROWS
+        columns = 1 if is_beside else 2
         rows = max(1, -(-len(panels) // columns))
-        shares = (1.0, 1.0) if beside else (BODIES if self.draw_bodies else 0.01, rows)
-        below = BELOW + (ERROR_ROW * len(errors) + ABOVE if errors else 0.0)
-        figure.set_size_inches(SIZE[0], below + (SIZE[1] - BELOW if beside else ABOVE + ROW * sum(shares)))
-        parts = figure.add_gridspec(1, 2, wspace=0.14) if beside else figure.add_gridspec(2, 1, height_ratios=shares)
-        tall = figure.get_figheight()
-        parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / tall, bottom=below / tall)
-        apart = {"hspace": min(0.16 * rows, 0.8), "wspace": 0.14}
-        axes = parts[1].subgridspec(rows, columns, **apart).subplots(sharex=True, squeeze=False)
+        ratios = (1.0, 1.0) if is_beside else (BODIES if self.draw_bodies else 0.01, rows)
+        margin = BELOW + (ERROR_ROW * len(errors) + ABOVE if errors else 0.0)
+        figure.set_size_inches(SIZE[0], margin + (SIZE[1] - BELOW if is_beside else ABOVE + ROW * sum(ratios)))
+        parts = figure.add_gridspec(1, 2, wspace=0.14) if is_beside else figure.add_gridspec(2, 1, height_ratios=ratios)
+        height = figure.get_figheight()
+        parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / height, bottom=margin / height)
+        spacing = {"hspace": min(0.16 * rows, 0.8), "wspace": 0.14}
+        axes = parts[1].subgridspec(rows, columns, **spacing).subplots(sharex=True, squeeze=False)
         factor, unit = prefixed_unit(float(values["time"][-1]), "s")
         for axis in axes.ravel()[len(panels) :]:
             axis.set_axis_off()
@@ -118,59 +119,59 @@ class RunPicture:
         if self.draw_bodies:
             self.draw_bodies(figure, parts[0], values)
         if errors:
-            draw_errors(figure.add_axes((0.38, BELOW / tall, 0.58, ERROR_ROW * len(errors) / tall)), errors)
+            draw_errors(figure.add_axes((0.38, BELOW / height, 0.58, ERROR_ROW * len(errors) / height)), errors)
         return finish_picture(figure, self.title(), self._footer(values["time"]), path, size=17)
 
     def _panels(self, values) -> list[CurvePanel]:
         """The panels of the view with those of their curves that are kept."""
         panels = self.view(self.parameters, self._channels).panels
-        found = []
+        drawn = []
         for panel in panels:
             lines = tuple(line for line in panel.lines if line.series in values)
-            alone = f": {lines[0].label}" if len(lines) == 1 < len(panel.lines) else ""
-            found += [panel._replace(title=panel.title + alone, lines=lines)] if lines else []
-        return found[:MOST_PANELS]
+            suffix = f": {lines[0].label}" if len(lines) == 1 < len(panel.lines) else ""
+            drawn += [panel._replace(title=panel.title + suffix, lines=lines)] if lines else []
+        return drawn[:MAX_PANELS]
 
     def _draw_curves(self, axis, panel: CurvePanel, time, values, seconds: float) -> None:
         """One panel of the view over `time`, which is `seconds` times that in s."""
         style_axes(axis)
-        curves = np.stack([values[one.series].reshape(len(time), -1)[:, one.column] for one in panel.lines])
-        loads, labels = panel.lines[0].series == LOAD, [one.label for one in panel.lines]
+        curves = np.stack([values[curve.series].reshape(len(time), -1)[:, curve.column] for curve in panel.lines])
+        loads, labels = panel.lines[0].series == LOAD, [curve.label for curve in panel.lines]
         begin, end, peak = np.concatenate(self._contacts if loads else self._contacts[:1]).T
         greatest = np.nanmax(np.abs(np.concatenate([curves.ravel(), peak])))
         unit, factor = readable_unit(panel.unit, float(greatest))
-        words, up, many = panel.title, with_unit(unit).strip(), len(curves) > GREATEST_LINES
-        if many:
+        title, up, is_map = panel.title, with_unit(unit).strip(), len(curves) > GREATEST_LINES
+        if is_map:
             _draw_map(axis, time, factor * curves, up)
         elif panel.stacked:
             parts = factor * (curves - np.minimum(curves.min(axis=1, keepdims=True), 0.0))  # zero height is anywhere
             axis.stackplot(time, parts, labels=labels, colors=BALL_COLOURS, alpha=0.78, linewidth=0)
         else:
-            for one, curve in zip(panel.lines, factor * curves, strict=True):
-                look = {"linewidth": 1.6, "marker": marker_of(len(time)), **ball_style(one.colour)}
-                axis.plot(time, curve, label=one.label if len(curves) > 1 else None, **look)
+            for curve, values_drawn in zip(panel.lines, factor * curves, strict=True):
+                line_style = {"linewidth": 1.6, "marker": marker_of(len(time)), **ball_style(curve.colour)}
+                axis.plot(time, values_drawn, label=curve.label if len(curves) > 1 else None, **line_style)
             axis.ticklabel_format(useOffset=False)
         if loads:
-            greatest = self._greatest[[one.column for one in panel.lines]].max()
-            words = f"{words}, peak {factor * max(greatest, peak.max(initial=0.0)):.4g} {unit}"
-            outputs = [np.searchsorted(values["time"], one, side) for one, side in ((begin, "left"), (end, "right"))]
-            unseen = np.diff(outputs, axis=0)[0] < MISSED
+            greatest = self._greatest[[curve.column for curve in panel.lines]].max()
+            title = f"{title}, peak {factor * max(greatest, peak.max(initial=0.0)):.4g} {unit}"
+            first, last = np.searchsorted(values["time"], begin), np.searchsorted(values["time"], end, "right")
+            unseen = last - first < MISSED
             _draw_peaks(axis, time, seconds * begin[unseen], seconds * end[unseen], factor * peak[unseen])
         axis.margins(x=0.0)
-        heading(axis, words[:90], up=labels[0].rstrip("0123456789, ") or "number" if many else up)
-        if not many and panel.lines[0].series not in self.named:
+        heading(axis, title[:90], up=labels[0].rstrip("0123456789, ") or "number" if is_map else up)
+        if not is_map and panel.lines[0].series not in self.named:
             legend_above(axis)
 
     def _footer(self, time: np.ndarray) -> str:
         choice, outputs = self.choice, self._outputs
         thinned = f", one in {outputs.stride} drawn" if outputs.stride > 1 else ""
-        words = [f"{outputs.outputs} output{'s' * (outputs.outputs != 1)}{thinned}"]
+        parts = [f"{outputs.outputs} output{'s' * (outputs.outputs != 1)}{thinned}"]
         if time[0] > outputs.time[0]:
-            words.append(f"the last {time[-1] - time[0]:.3g} s of {time[-1]:.4g} s")
-        words += [f"{name}: {text}" for name, text in (("law", choice.law), ("stepper", choice.stepper)) if text]
+            parts.append(f"the last {time[-1] - time[0]:.3g} s of {time[-1]:.4g} s")
+        parts += [f"{name}: {text}" for name, text in (("law", choice.law), ("stepper", choice.stepper)) if text]
         if self.scene:
-            words.insert(0, self.scene.name)
-        return f"{', '.join(words)}; bearing_twin {__version__}"
+            parts.insert(0, self.scene.name)
+        return f"{', '.join(parts)}; bearing_twin {__version__}"
 
 
 def _draw_map(axis, time, curves, unit: str) -> None:
@@ -181,11 +182,11 @@ def _draw_map(axis, time, curves, unit: str) -> None:
 
 
 def _draw_peaks(axis, time, begin: np.ndarray, end: np.ndarray, peak: np.ndarray) -> None:
-    """A point for each contact, or a line as long as it: when in a contact its peak is, no record says."""
+    """A point for each contact, or a line over its duration, as records do not hold the time of the peak."""
     short = end - begin < POINT * (time[-1] - time[0])
-    look = {"color": BALL_COLOURS[5]}
+    peak_style = {"color": BALL_COLOURS[5]}
     if short.any():
-        axis.plot(0.5 * (begin + end)[short], peak[short], "o", markersize=4, label=LABEL, **look)
+        axis.plot(0.5 * (begin + end)[short], peak[short], "o", markersize=4, label=LABEL, **peak_style)
     if not short.all():
         label = None if short.any() else LABEL  # one entry in the legend
-        axis.hlines(peak[~short], begin[~short], end[~short], label=label, **look)
+        axis.hlines(peak[~short], begin[~short], end[~short], label=label, **peak_style)

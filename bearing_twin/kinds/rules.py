@@ -94,11 +94,11 @@ RESOLVED = "cage.kind", "mesh.divisions"  # answered when a scene is read: the s
 
 
 def _looser(tolerance: float) -> Callable[[Any], bool]:
-    return lambda one: one.wanted.tolerance >= tolerance
+    return lambda scene: scene.wanted.tolerance >= tolerance
 
 
 def _times(share: float) -> Callable[[Any], float]:
-    return lambda one: float(f"{min(max(share * one.wanted.tolerance, LEAST_SETTING), GREATEST_SETTING):.3g}")
+    return lambda scene: float(f"{min(max(share * scene.wanted.tolerance, LEAST_SETTING), GREATEST_SETTING):.3g}")
 
 
 LEAST_SETTING, GREATEST_SETTING = 1e-9, 0.1  # of a step: below, steps are rejected for rounding; above, none was tried
@@ -111,7 +111,8 @@ RULES = (
     Rule(
         (BODIES,), "contact.normal", "overlap", "a body is a superellipsoid",
         "because a superellipsoid has flat places, where no contact is an ellipse",
-        lambda one: "superellipsoid" in (one.first.shape, one.second.shape), example=("two_bodies_superellipsoid",),
+        lambda scene: "superellipsoid" in (scene.first.shape, scene.second.shape),
+        example=("two_bodies_superellipsoid",),
     ),
     Rule(
         (SPHERES,), "contact.normal", "measured", "contact.measured_alpha is given",
@@ -210,7 +211,7 @@ RULES = (
     Rule(
         (DISCS,), "solver.stepper", "closed_form", "peaks alone are wanted, or the tolerance is 1e-6 or more",
         "because contact time and peak force follow from a quadrature exact to 1e-12, and the force over time to 1e-7",
-        lambda one: one.wanted.outputs == "peaks" or one.wanted.tolerance >= 1e-6,
+        lambda scene: scene.wanted.outputs == "peaks" or scene.wanted.tolerance >= 1e-6,
         example=("two_discs", "wanted.outputs=peaks"),
     ),
     Rule(
@@ -291,7 +292,7 @@ RULES = (
 """Every rule, the first that holds deciding; at most 40."""
 
 
-def pick(kind: str, key: str, parameters, given=AUTO) -> Answer:
+def pick(kind: str, key: str, parameters, specified=AUTO) -> Answer:
     """The answer to one key of a scene.
 
     Parameters
@@ -302,22 +303,22 @@ def pick(kind: str, key: str, parameters, given=AUTO) -> Answer:
         The key, as in `Rule.key`.
     parameters : object
         The parameters of the scene, of its kind's own type.
-    given
-        What the scene gives for the key; `auto`, 0 and "" leave it open.
+    specified
+        The value in the scene; `auto`, 0 and "" leave it open.
 
     Raises
     ------
     SceneError
         Where a condition needs an equilibrium, and the bearing has none.
     """
-    if given in (AUTO, 0, "") or key in RESOLVED:
+    if specified in (AUTO, 0, "") or key in RESOLVED:
         for row in RULES:
             if kind in row.kinds and key == row.key and row.holds(parameters):
                 value = row.choice if row.value is None else row.value(parameters)
-                if given in (AUTO, 0, "", value):
+                if specified in (AUTO, 0, "", value):
                     return Answer(value, row.sentence(value), row)
                 break
-    return Answer(given, f"{_named(key)}{given}, as given", None)
+    return Answer(specified, f"{_named(key)}{specified}, as given", None)
 
 
 def answers(kind: str, parameters) -> dict[str, Answer]:
@@ -326,9 +327,9 @@ def answers(kind: str, parameters) -> dict[str, Answer]:
     return {key: pick(kind, key, parameters, _at(parameters, key)) for key in keys}
 
 
-def sentences(found: dict[str, Answer]) -> str:
+def sentences(chosen: dict[str, Answer]) -> str:
     """The reasons of answers, as a report has them."""
-    return "; ".join(one.sentence for one in found.values())
+    return "; ".join(answer.sentence for answer in chosen.values())
 
 
 def _named(key: str) -> str:
@@ -454,9 +455,9 @@ RANGES = (
 """Every range that a specified model may leave before it runs."""
 
 
-def facts_at(*places: str) -> dict[str, Callable[[Any], float | None]]:
+def facts_at(*functions: str) -> dict[str, Callable[[Any], float | None]]:
     """Facts by name: functions of the parameters at "module:name", imported at their first use."""
-    return {place.partition(":")[2]: lazy_import(place) for place in places}
+    return {function.partition(":")[2]: lazy_import(function) for function in functions}
 
 
 def least_of(key: str, fact: str) -> float:
@@ -474,7 +475,7 @@ def left_by(parameters, only: tuple[str, str] | None = None) -> tuple[str, ...]:
 
     With `only`, a key and a model, those of this model that a rule has chosen.
     """
-    facts, found = parameters.facts, []
+    facts, sentences = parameters.facts, []
     for row in RANGES:
         model = _at(parameters, row.key, None)
         if only is not None:
@@ -486,8 +487,8 @@ def left_by(parameters, only: tuple[str, str] | None = None) -> tuple[str, ...]:
         except SceneError:  # a scene that has no start is refused where its model is chosen
             continue
         if value is not None and not row.least <= value <= row.greatest:
-            found.append(row.left(model, value))
-    return tuple(found)
+            sentences.append(row.left(model, value))
+    return tuple(sentences)
 
 
 # Warnings that a choice says, alike in several kinds
@@ -504,13 +505,13 @@ LEAST_SHARE = 0.25  # tuned: a hollow sphere with a wall of a tenth of its radiu
 MOST_SHARE = 4.0  # tuned: with another body attached, as a hammer's head
 
 
-def odd_mass(key: str, mass: float, whole: float) -> list[str]:
+def odd_mass(key: str, mass: float, homogeneous: float) -> list[str]:
     """A warning of a given mass [kg] that size and density contradict, by which a homogeneous body has `whole`."""
-    if not mass or LEAST_SHARE * whole <= mass <= MOST_SHARE * whole:
+    if not mass or LEAST_SHARE * homogeneous <= mass <= MOST_SHARE * homogeneous:
         return []
     return [
-        f"{key} = {mass:.4g} kg is {mass / whole:.2g} times the {whole:.4g} kg that size and density give; check all "
-        f"three, or leave {key} out"
+        f"{key} = {mass:.4g} kg is {mass / homogeneous:.2g} times the {homogeneous:.4g} kg that size and density give; "
+        f"check all three, or leave {key} out"
     ]
 
 

@@ -42,9 +42,9 @@ def free_fall(*direction: float, along: str = ""):
     return quantity(standard, "m/s^2", f"acceleration of free fall{along}; zeros switch it off")
 
 
-def point_laws(*given: str):
+def point_laws(*numbers: str):
     """Laws that `normal` may name at a point, where the kind gives `given` of their needs; called late by `choice`."""
-    return lambda: ("auto", *law_names("point", given))
+    return lambda: ("auto", *law_names("point", numbers))
 
 
 @dataclass(frozen=True)
@@ -203,18 +203,18 @@ class RunSettings:
     )
 
 
-def resolved_run(run: RunSettings, whole: float = 0.0, outputs: int = 0) -> RunSettings:
-    """The run with its zeros replaced: `whole` [s] long, about `outputs` outputs, all of them published.
+def resolved_run(run: RunSettings, duration_needed: float = 0.0, outputs: int = 0) -> RunSettings:
+    """The run with its zeros replaced: `duration_needed` [s] long, about `outputs` outputs, all of them published.
 
     Where a publish rate alone is given, the outputs are a whole multiple of it. Raises SceneError for a motion that
     would last longer than any run.
     """
-    if not run.duration and not whole <= GREATEST_DURATION:
+    if not run.duration and not duration_needed <= GREATEST_DURATION:
         raise SceneError(
-            f"the whole contact would take {whole:.3g} s; give run.duration, up to {GREATEST_DURATION:g} s, "
+            f"the whole contact would take {duration_needed:.3g} s; give run.duration, up to {GREATEST_DURATION:g} s, "
             "or a greater speed"
         )
-    duration = run.duration or float(f"{whole:.4g}")
+    duration = run.duration or float(f"{duration_needed:.4g}")
     output_rate = run.output_rate or 1e9 / max(1, round(1e9 * duration / outputs))
     if run.publish_rate and not run.output_rate:
         output_rate = run.publish_rate * max(1, round(output_rate / run.publish_rate))
@@ -261,23 +261,23 @@ def damped_twice(contact) -> list[str]:
     return _one_viscous_term({name: numbers[name] for name in VISCOUS if numbers.get(name)}, restitution or 1.0)
 
 
-def _one_viscous_term(given: Mapping[str, float], restitution: float) -> list[str]:
+def _one_viscous_term(terms: Mapping[str, float], restitution: float) -> list[str]:
     """The problem that more than one number of a contact gives its viscous term, if they do."""
-    named = [f"contact.{name} = {value:g}" for name, value in given.items()]
+    named = [f"contact.{name} = {value:g}" for name, value in terms.items()]
     if restitution < 1.0:
         named.append(f"contact.restitution = {restitution:g}")
     return [f"{' and '.join(named)} all set the viscous term; keep one of them"] if len(named) > 1 else []
 
 
-def check_damping(contact: Damping, only_impact: bool, given_anyway: dict[str, float] | None = None) -> list[str]:
+def check_damping(contact: Damping, only_impact: bool, defaults: dict[str, float] | None = None) -> list[str]:
     """Contradictions among the viscous keys; `only_impact`: the scene knows the speed of its impact.
 
-    `given_anyway` are values that a kind has by default and that a restitution replaces.
+    `defaults` are values that a kind has by default and that a restitution replaces.
     """
-    anyway = given_anyway or {}
+    defaults = defaults or {}
     values = {name: getattr(contact, name, 0.0) for name in VISCOUS}
-    given = {name: value for name, value in values.items() if value not in (0.0, anyway.get(name))}
-    problems = _one_viscous_term(given, contact.restitution)
+    terms = {name: value for name, value in values.items() if value not in (0.0, defaults.get(name))}
+    problems = _one_viscous_term(terms, contact.restitution)
     steady = contact.damping_law == "steady"
     if contact.restitution < 1.0 and not steady and contact.restitution_speed == 0.0 and not only_impact:
         problems.append(

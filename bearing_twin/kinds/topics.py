@@ -54,10 +54,10 @@ def placed(shape: dict, position, orientation=UNTURNED) -> dict:
     return shape | {"pose": {"position": position, "orientation": orientation}}
 
 
-def text_marker(name: str, texts: Iterable[str], height: float, place) -> dict:
+def text_marker(name: str, texts: Iterable[str], height: float, position) -> dict:
     """A text at a place, one an output."""
-    found = np.array([one.encode() for one in texts])
-    return marker(name, 0, TEXT, (0.0, 0.0, height), GREEN, place, text=found)
+    encoded = np.array([text.encode() for text in texts])
+    return marker(name, 0, TEXT, (0.0, 0.0, height), GREEN, position, text=encoded)
 
 
 def own_axes(orientation: np.ndarray) -> list[np.ndarray]:
@@ -67,11 +67,11 @@ def own_axes(orientation: np.ndarray) -> list[np.ndarray]:
 
 def crossed(a, b) -> np.ndarray:
     """The vector products of (..., 3) and (..., 3): as `numpy.cross`, which takes five times as long for a few rows."""
-    found = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for axis in range(3):
-        one, other = (axis + 1) % 3, (axis + 2) % 3
-        found[..., axis] = a[..., one] * b[..., other] - a[..., other] * b[..., one]
-    return found
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        product[..., axis] = a[..., i] * b[..., j] - a[..., j] * b[..., i]
+    return product
 
 
 def outlines(centres, major, minor) -> np.ndarray:
@@ -171,16 +171,16 @@ def _described(link: str, bodies: tuple[str, ...], solids: SolidsOf, output: Out
 
 
 def _wrench(wrenches: WrenchesOf, row: int, output: Output) -> dict:
-    found = output.once(wrenches)[row]
-    return {"wrench": {"force": found.force, "torque": found.torque}}
+    wrench = output.once(wrenches)[row]
+    return {"wrench": {"force": wrench.force, "torque": wrench.torque}}
 
 
 def _transforms(origins: OriginsOf, output: Output) -> dict:
-    placed = output.once(origins)
+    origins_of_bodies = output.once(origins)
     return {
         "transforms": [
             {"child_frame_id": output.frame(body), "transform": {"translation": origin, "rotation": UNTURNED}}
-            for body, origin in placed.items()
+            for body, origin in origins_of_bodies.items()
         ]
     }
 
@@ -240,9 +240,10 @@ def outside_topic(sentences: tuple[str, ...]) -> Topic:
 
     Types such as WrenchStamped have no room for a mark; fields are the same at every output.
     """
-    said = [{"level": 1, "name": OUTSIDE, "message": one, "hardware_id": "bearing_twin"} for one in sentences]
+    status = {"level": 1, "name": OUTSIDE, "hardware_id": "bearing_twin"}
+    statuses = [status | {"message": sentence} for sentence in sentences]
     text = "only where a model runs outside its range: which, as warnings, at each stamp of the topics at this rate"
-    return Topic(OUTSIDE, DIAGNOSTICS, PUBLISH, lambda output: {"status": said}, text)
+    return Topic(OUTSIDE, DIAGNOSTICS, PUBLISH, lambda output: {"status": statuses}, text)
 
 
 ZERO = np.zeros(3)
@@ -276,49 +277,52 @@ class ContactPair(NamedTuple):
     drilling_torque: np.ndarray | float = 0.0
     spin_rate: np.ndarray | float = 0.0
 
-    def wrenches(self, one: str, other: str) -> list[Wrench]:
+    def wrenches(self, first: str, second: str) -> list[Wrench]:
         """On each body by the other, of load, friction and spin friction."""
         force = self.friction_force - times(self.normal_load, self.normal)
-        spun = times(self.drilling_torque, self.normal)
-        torque = crossed(self.contact_point - self.position, force) + spun
-        back = crossed(self.contact_point - self.second_position, -force) - spun
-        return [Wrench(one, other, "centre", one, force, torque), Wrench(other, one, "centre", other, -force, back)]
+        spin_moment = times(self.drilling_torque, self.normal)
+        torque = crossed(self.contact_point - self.position, force) + spin_moment
+        second_torque = crossed(self.contact_point - self.second_position, -force) - spin_moment
+        return [
+            Wrench(first, second, "centre", first, force, torque),
+            Wrench(second, first, "centre", second, -force, second_torque),
+        ]
 
-    def contacts(self, one: str, other: str) -> dict:
+    def contacts(self, first: str, second: str) -> dict:
         """The fields of Contacts: the second body acts on the first; normal and what turns about it point into it."""
-        known, outputs = self._asdict() | {"point": self.contact_point, "normal": 0.0 - self.normal}, self._outputs
-        known |= {name: 0.0 - known[name] for name in ("drilling_torque", "spin_rate")}
+        fields, outputs = self._asdict() | {"point": self.contact_point, "normal": 0.0 - self.normal}, self._outputs
+        fields |= {name: 0.0 - fields[name] for name in ("drilling_torque", "spin_rate")}
         sizes = dict.fromkeys(NUMBERS, outputs) | dict.fromkeys(VECTORS, (*outputs, 3))
         rows = {
-            name: np.expand_dims(np.broadcast_to(known.get(name, 0.0), size), len(outputs))
+            name: np.expand_dims(np.broadcast_to(fields.get(name, 0.0), size), len(outputs))
             for name, size in sizes.items()
         }
-        return {"bodies": [one, other], "body": [0], "by": [1], "in_contact": rows["approach"] > 0.0, **rows}
+        return {"bodies": [first, second], "body": [0], "by": [1], "in_contact": rows["approach"] > 0.0, **rows}
 
     @property
     def _outputs(self) -> tuple[int, ...]:
         return np.shape(self.normal_load)
 
-    def origins(self, one: str, other: str) -> dict[str, np.ndarray]:
+    def origins(self, first: str, second: str) -> dict[str, np.ndarray]:
         """Where the wrenches on both bodies are taken."""
         size = (*self._outputs, 3)
-        return {one: np.broadcast_to(self.position, size), other: np.broadcast_to(self.second_position, size)}
+        return {first: np.broadcast_to(self.position, size), second: np.broadcast_to(self.second_position, size)}
 
-    def markers(self, size: float, place) -> list[dict]:
+    def markers(self, size: float, position) -> list[dict]:
         """The contact ellipse, ELLIPSE_SCALE times as large, a point without a load; the load as text at `place`."""
         loaded = ELLIPSE_SCALE * (self.normal_load > 0.0)
         axes = self.semi_major, self.major_axis, self.semi_minor, np.cross(self.normal, self.major_axis)
         major, minor = times(loaded * axes[0], axes[1]), times(loaded * axes[2], axes[3])
-        width, more = (0.02 * size, 0.0, 0.0), f", ellipse x {ELLIPSE_SCALE:g}"
+        width, suffix = (0.02 * size, 0.0, 0.0), f", ellipse x {ELLIPSE_SCALE:g}"
         return [
             marker("contact_ellipses", 0, LINE_LIST, width, RED, points=outlines(self.contact_point, major, minor)),
-            load_marker(self.normal_load, size, place, more),
+            load_marker(self.normal_load, size, position, suffix),
         ]
 
 
-def load_marker(loads: np.ndarray, size: float, place, more: str = "") -> dict:
+def load_marker(loads: np.ndarray, size: float, position, suffix: str = "") -> dict:
     """Loads [N] as a text at a place, for a scene of about that size [m], with `more` behind it."""
-    return text_marker("load", (f"{one:.4g} N{more}" for one in np.ravel(loads).tolist()), 0.3 * size, place)
+    return text_marker("load", (f"{load:.4g} N{suffix}" for load in np.ravel(loads).tolist()), 0.3 * size, position)
 
 
 def pair_topics(

@@ -221,11 +221,11 @@ class View:
 
 def view_of(channels, drawn=(), rows: Callable[[Sample], Mapping[str, np.ndarray]] | None = None, **parts) -> View:
     """A view with these `parts`, whose series are the channels that they name and those `drawn`, which `rows` makes."""
-    named, made = set(_texts(tuple(parts.values()))), {one.name for one in drawn}
-    own = tuple(one for one in channels if one.name in named - made)
+    named, made = set(_texts(tuple(parts.values()))), {channel.name for channel in drawn}
+    used = tuple(channel for channel in channels if channel.name in named - made)
     return View(
-        series=(*own, *drawn),
-        rows=lambda sample: {one.name: sample[one.name] for one in own} | (rows(sample) if rows else {}),
+        series=(*used, *drawn),
+        rows=lambda sample: {channel.name: sample[channel.name] for channel in used} | (rows(sample) if rows else {}),
         **parts,
     )
 
@@ -235,8 +235,8 @@ def _texts(part) -> Iterator[str]:
     if isinstance(part, str):
         yield part
     elif isinstance(part, tuple):
-        for one in part:
-            yield from _texts(one)
+        for element in part:
+            yield from _texts(element)
 
 
 def lines_of(channel: Channel) -> tuple[PanelCurve, ...]:
@@ -244,19 +244,19 @@ def lines_of(channel: Channel) -> tuple[PanelCurve, ...]:
     if not channel.shape:
         return (PanelCurve(channel.name, channel.name.replace("_", " ")),)
     numbers = (map(str, range(count)) for count in channel.shape)
-    places = "xyzw"[: channel.width] if channel.shape in ((3,), (4,)) else map(", ".join, product(*numbers))
-    return tuple(PanelCurve(channel.name, place, k, k) for k, place in enumerate(islice(places, MOST_CURVES)))
+    labels = "xyzw"[: channel.width] if channel.shape in ((3,), (4,)) else map(", ".join, product(*numbers))
+    return tuple(PanelCurve(channel.name, label, k, k) for k, label in enumerate(islice(labels, MOST_CURVES)))
 
 
 def panel_of(channel: Channel) -> CurvePanel:
     """The panel of one channel."""
-    words = channel.name.replace("_", " ").capitalize()
-    return CurvePanel(f"{words}: {channel.meaning}" if channel.meaning else words, channel.unit, lines_of(channel))
+    name = channel.name.replace("_", " ").capitalize()
+    return CurvePanel(f"{name}: {channel.meaning}" if channel.meaning else name, channel.unit, lines_of(channel))
 
 
 def curves(title: str, unit: str, *rows: tuple) -> CurvePanel:
     """A panel of rows (series, words) or (series, words, column), each with the next colour."""
-    lines = tuple(PanelCurve(row[0], row[1], row[2] if len(row) > 2 else 0, place) for place, row in enumerate(rows))
+    lines = tuple(PanelCurve(row[0], row[1], row[2] if len(row) > 2 else 0, index) for index, row in enumerate(rows))
     return CurvePanel(title, unit, lines)
 
 
@@ -286,11 +286,11 @@ def grooved_ring(bottom: float, groove: float, steepest: float, back: float, fac
     outside a ring, and ends where it is as steep as `steepest` [rad]; the ring has its `back` and its `face` there.
     """
     angles = [steepest * k / (ARC - 1) for k in range(ARC)]
-    arc = [(bottom - groove * (1.0 - math.cos(one)), -abs(groove) * math.sin(one)) for one in angles]
+    arc = [(bottom - groove * (1.0 - math.cos(angle)), -abs(groove) * math.sin(angle)) for angle in angles]
     rim = (arc[-1][0], face)
     return [arc, [arc[-1], rim], [rim, (back, face)], [(back, face), (back, 0.0)], [(back, 0.0), arc[0]]]
 
 
 def plain_view(parameters, channels) -> View:
     """The view of a kind that has none of its own: every channel over time."""
-    return view_of(channels, panels=tuple(panel_of(one) for one in channels if one.width <= MOST_CURVES))
+    return view_of(channels, panels=tuple(panel_of(channel) for channel in channels if channel.width <= MOST_CURVES))

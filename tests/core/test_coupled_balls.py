@@ -81,8 +81,8 @@ def differences(*system):
     assert jacobian.shape == (balls * COLUMNS + BODY_NUMBERS, balls * MOTION + 2 * COORDINATES)
     changes = np.array([*OF_BALL * balls, *OF_BODIES])
     columns = np.flatnonzero(np.abs(jacobian).sum(axis=0))  # of an even cage balls have no orbit of their own
-    found = np.column_stack([rates(c, changes[c]) - rates(c, -changes[c]) for c in columns]) / 2.0
-    return columns, found, jacobian[:, columns] * changes[columns]
+    result = np.column_stack([rates(c, changes[c]) - rates(c, -changes[c]) for c in columns]) / 2.0
+    return columns, result, jacobian[:, columns] * changes[columns]
 
 
 def test_derivatives_of_every_element_are_those_of_the_rates():
@@ -101,11 +101,11 @@ def test_derivatives_of_every_element_are_those_of_the_rates():
             for k in (1, 2, 6):
                 state[k, ORBIT_ANGLE] = state[k - 1, ORBIT_ANGLE] + pitch - 2e-5
         for bearing in (moving.bearing, moving.bearing._replace(patch=patch, raceway_friction=0.0)):
-            _, found, expected = differences(bearing, moving.drive, bodies, near, state, body_state)
+            _, result, expected = differences(bearing, moving.drive, bodies, near, state, body_state)
             rows = np.flatnonzero(np.abs(expected).sum(axis=1))
             rows = rows[(rows >= balls * COLUMNS) | (rows % COLUMNS != GROSS_WORK)]  # which has a bend at no power
             size = np.abs(expected[rows]).max(axis=1, keepdims=True)
-            errors = np.abs(found[rows] - expected[rows]) / (size + 1e-9 * size.max())
+            errors = np.abs(result[rows] - expected[rows]) / (size + 1e-9 * size.max())
             assert errors.max() < 1e-3, (scene, overrides, *np.unravel_index(errors.argmax(), errors.shape))
 
 
@@ -114,14 +114,14 @@ def test_derivatives_know_that_friction_falls_as_films_grow():
     moving = motion("lubricant={kind: oil, name: VG32}", "drive.speed=20", scene="bearing_6203_loose")
     moving.advance(np.array([0.005]), 0.005)
     near = np.zeros(len(moving.state), np.bool_)
-    columns, found, expected = differences(
+    columns, result, expected = differences(
         moving.bearing, moving.drive, moving.bodies, near, moving.state, moving.body_state
     )
     spins = np.add.outer(COLUMNS * np.arange(len(near)), np.arange(SPIN, SPIN + 3)).ravel()
     places = (columns < len(near) * MOTION) & (columns % MOTION == AXIS_DISTANCE)
     size = np.abs(expected[spins]).max(axis=1, keepdims=True)
     assert (size > 0.0).sum() > 10
-    assert (np.abs(found - expected)[np.ix_(spins, places)] <= 0.02 * size).all()
+    assert (np.abs(result - expected)[np.ix_(spins, places)] <= 0.02 * size).all()
 
 
 def test_oil_takes_few_more_evaluations_than_dry_contacts():
@@ -142,19 +142,19 @@ def test_a_ball_rings_across_the_grooves_and_along_the_load():
     )  # fmt: skip
     system = System(moving, moving.state, np.zeros(BODY_COLUMNS) + moving.body_state)
     system.drive = RingDrive(0.0, 0.0, 0.0)
-    found = np.linalg.eigvals(system.jacobian()[:MOTION, :MOTION])
-    frequencies = np.sort(np.abs(found[found.imag > 1e3])) / (2.0 * np.pi)
+    result = np.linalg.eigvals(system.jacobian()[:MOTION, :MOTION])
+    frequencies = np.sort(np.abs(result[result.imag > 1e3])) / (2.0 * np.pi)
     assert frequencies == pytest.approx([3778.0, 42.9e3], rel=2e-3)
 
 
 def test_pockets_exchange_angular_momentum():
     """What they take from the balls' orbits and spins is what they give to the cage."""
     system = disturbed("ring and pockets")
-    found, body_state = system.rates(system.state, system.body_state)
+    result, body_state = system.rates(system.state, system.body_state)
     bearing = system.bearing
     system.bearing = bearing._replace(pockets=())
     without, _ = system.rates(system.state, system.body_state)
-    change = found - without
+    change = result - without
     balls = bearing.ball_mass * system.state[:, AXIS_DISTANCE] * change[:, TANGENTIAL_VELOCITY]
     balls += bearing.ball_inertia * change[:, SPIN + 2]
     cage = body_state[11] * system.bodies.mass[5]
@@ -224,10 +224,10 @@ def test_what_balls_and_inner_ring_lose_of_momentum_along_it_the_housing_gains()
     outwards = balls[:, RADIAL_VELOCITY] - orbit * state[:, TANGENTIAL_VELOCITY]
     forwards = balls[:, TANGENTIAL_VELOCITY] + orbit * state[:, RADIAL_VELOCITY]
     cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
-    found = np.array(
+    result = np.array(
         [cosine * outwards - sine * forwards, sine * outwards + cosine * forwards, balls[:, RADIAL_VELOCITY + 2]]
     )
-    moved = bearing.ball_mass * (found.sum(axis=1) - len(state) * np.array(bearing.gravity)) @ along
+    moved = bearing.ball_mass * (result.sum(axis=1) - len(state) * np.array(bearing.gravity)) @ along
     ring, speed = slice(0, 3), slice(POSITIONS, POSITIONS + 3)
     loads = bodies.load[ring] + bodies.weight[ring] - bodies.stiffness[ring] * (place[ring] - bodies.rest[ring])
     moved += (bodies.mass[ring] * own[speed] - loads + bodies.damping[ring] * place[speed]) @ along
@@ -249,7 +249,7 @@ def test_a_ring_rings_with_its_housing_as_two_masses_on_springs():
     system.drive = RingDrive(0.0, 0.0, 0.0)
     stiffness, own, mass = 0.5 * (2.0 * np.pi * 289.77) ** 2, 3e6, 0.8
     matrix = np.array([[stiffness / 0.5, -stiffness / 0.5], [-stiffness / mass, (stiffness + own) / mass]])
-    found = np.linalg.eigvals(system.jacobian()).imag / (2.0 * np.pi)
+    result = np.linalg.eigvals(system.jacobian()).imag / (2.0 * np.pi)
     for line in np.sqrt(np.linalg.eigvals(matrix)) / (2.0 * np.pi):
-        assert np.abs(found / line - 1.0).min() < 1e-2, (line, found)
-    assert np.abs(found / 289.77 - 1.0).min() > 2e-2
+        assert np.abs(result / line - 1.0).min() < 1e-2, (line, result)
+    assert np.abs(result / 289.77 - 1.0).min() > 2e-2

@@ -60,12 +60,12 @@ def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, con
         terms = terms_along(law, *shape, side)
         cosines = 1.0 + terms[TERMS] * COSINES
         assert cosines.min() < 0.4 or not LAWS[name].follows
-        found = np.array([along_groove(terms, side * cosine) for cosine in cosines])
+        result = np.array([along_groove(terms, side * cosine) for cosine in cosines])
         expected = np.array([exact(law, *shape, side, cosine) for cosine in cosines])
-        assert np.abs(found / expected - 1.0).max() < off + floor
+        assert np.abs(result / expected - 1.0).max() < off + floor
         if LAWS[name].follows and cosines.min() > 0.01:
             beyond = side * (cosines.min() - 0.01)
-            assert along_groove(terms, beyond) == pytest.approx(found[-1], rel=1e-12)
+            assert along_groove(terms, beyond) == pytest.approx(result[-1], rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -86,7 +86,7 @@ def test_the_semi_axes_along_a_groove_are_those_of_every_contact_angle(share, co
         cosines = 1.0 + both[0][TERMS] * COSINES
         assert cosines.min() < 0.4
         for axis, terms in enumerate(both):
-            found = np.array([along_groove(terms, side * cosine) for cosine in cosines])
+            result = np.array([along_groove(terms, side * cosine) for cosine in cosines])
             gaps = [gap_there(*shape, side, cosine) for cosine in cosines]
             expected = [semi_axes(gap.curvature_small, gap.curvature_large, 4e-6)[axis] for gap in gaps]
-            assert np.abs(2e-3 * found / expected - 1.0).max() < off
+            assert np.abs(2e-3 * result / expected - 1.0).max() < off

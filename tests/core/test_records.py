@@ -31,8 +31,8 @@ def test_a_run_has_the_loads_places_and_contacts_of_its_record(known):
         cost: run.report.costs[cost] for cost, most in known["costs"].items() if run.report.costs[cost] > most
     } == {}
     for name, one in known["channels"].items():
-        found = np.concatenate([block[name] for block in blocks])[tuple(np.transpose(one["at"]))]
-        off = np.abs(found - one["values"]).reshape(len(found), -1)
+        result = np.concatenate([block[name] for block in blocks])[tuple(np.transpose(one["at"]))]
+        off = np.abs(result - one["values"]).reshape(len(result), -1)
         assert (off <= np.array(one["within"])[:, None]).all(), name
     for name, one in known["tables"].items():
         rows = np.concatenate([block.records[name] for block in blocks])[: len(one["values"])]

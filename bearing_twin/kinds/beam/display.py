@@ -48,9 +48,9 @@ def pair_of(parameters: SphereOnBeamScene, sample: Sample) -> ContactPair:
     """The contact, half-way between the surfaces; on the beam the point of impact at rest."""
     radius, load, along = parameters.sphere.radius, sample["normal_load"], parameters.blow.point * parameters.beam.span
     touch = -0.5 * (sample["sphere_position"] + sample["deflection"][..., 0])
-    places = (times(height, UP) + along * ALONG for height in (radius - sample["sphere_position"], 0.0, touch))
+    positions = (times(height, UP) + along * ALONG for height in (radius - sample["sphere_position"], 0.0, touch))
     patch = ellipse(0.5 / radius, 0.5 / radius, parameters.modulus, load)
-    return ContactPair(*places, -UP, sample["approach"], load, *patch, major_axis=ALONG)
+    return ContactPair(*positions, -UP, sample["approach"], load, *patch, major_axis=ALONG)
 
 
 def solids(parameters: SphereOnBeamScene) -> dict[str, list[dict]]:
@@ -70,12 +70,12 @@ def marker_fields(output: Output) -> dict:
     # The sphere follows the enlarged beam, so that it is drawn on it while they touch.
     height = parameters.sphere.radius - DEFLECTION_SCALE * sample["sphere_position"]
     line = times(-DEFLECTION_SCALE * shape, UP) + times(np.linspace(0.0, span, shape.shape[-1]), ALONG)
-    place, more = (0.5 * span, 0.0, 0.2 * span), f", deflections x {DEFLECTION_SCALE:g}"
+    foot, note = (0.5 * span, 0.0, 0.2 * span), f", deflections x {DEFLECTION_SCALE:g}"
     return {
         "markers": [
             placed(sphere, times(height, UP) + parameters.blow.point * span * ALONG),
             marker("beam", 0, LINE_STRIP, (0.02 * span, 0.0, 0.0), BLUE, points=line),
-            load_marker(sample["normal_load"], span / 6.0, place, more),
+            load_marker(sample["normal_load"], span / 6.0, foot, note),
         ]
     }
 
@@ -135,15 +135,15 @@ def watched_points(parameters) -> dict[int, str]:
     return {0: "impact"} | {k + 1: f"{share:g} of the span" for k, share in enumerate(shares) if share != point}
 
 
-def _rows(sample, impact_x: float, radius: float, beside: float) -> dict[str, np.ndarray]:
+def _rows(sample, impact_x: float, radius: float, offset: float) -> dict[str, np.ndarray]:
     """The arrow of the force stands `beside` the sphere, which would hide it."""
-    rest, way, blow, above = (np.zeros((len(sample["normal_load"]), 3)) for _ in range(4))
-    rest[:, 0], rest[:, 1] = impact_x, radius
+    sphere_centre, way, blow, above = (np.zeros((len(sample["normal_load"]), 3)) for _ in range(4))
+    sphere_centre[:, 0], sphere_centre[:, 1] = impact_x, radius
     way[:, 1] = -sample["sphere_position"]
     blow[:, 1] = -sample["normal_load"]
-    above[:, 0], above[:, 1] = beside, 0.1 * radius
+    above[:, 0], above[:, 1] = offset, 0.1 * radius
     return {
-        "sphere_rest": rest,
+        "sphere_rest": sphere_centre,
         "sphere_way": way,
         "blow": blow,
         "above": above,

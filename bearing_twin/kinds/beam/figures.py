@@ -107,8 +107,8 @@ class BeamFigures(ImpactFigures):
         size, body = min((sphere.radius, "radius"), (beam.height, "height"))
         ended = self.contacts[:-1] if self._goes_on else self.contacts
         shortest = float(ended[:, DURATION].min(initial=math.inf))
-        found = contact_warnings((sphere, beam), pressure, shortest, [(half_width, size, body)])
-        return [*found, *self._beam_flags()]
+        warnings = contact_warnings((sphere, beam), pressure, shortest, [(half_width, size, body)])
+        return [*warnings, *self._beam_flags()]
 
     def _beam_flags(self) -> list[str]:
         beam, extremes, flags = self.parameters.beam, self._extremes, []
@@ -118,9 +118,9 @@ class BeamFigures(ImpactFigures):
         if deflection > LARGE_DEFLECTION * beam.span:
             flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
         sphere, total = sphere_of(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))
-        most = 2.0 * sphere.mass * self.speed
-        if sphere.gravity == 0.0 and total > most * (1.0 + 1e-9):
-            flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {most:.4g} N s: the numbers are wrong")
+        limit = 2.0 * sphere.mass * self.speed
+        if sphere.gravity == 0.0 and total > limit * (1.0 + 1e-9):
+            flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {limit:.4g} N s: the numbers are wrong")
         end = extremes.get("known_until", math.inf)
         if self._goes_on:
             begun = f"the contact that begins at {self.contacts[-1, START]:.4g} s"
@@ -173,19 +173,21 @@ class TheoryErrors(NamedTuple):
 @functools.lru_cache(maxsize=64)
 def theory_errors(parameters: SphereOnBeamScene) -> TheoryErrors:
     """Errors of Euler's beam in a checked scene: the impact is computed by both theories."""
-    wanted = dataclasses.replace(parameters.wanted, tolerance=max(SHARE * parameters.wanted.tolerance, TRIAL))
-    coarse = dataclasses.replace(parameters, solver=BeamSolver(), wanted=wanted)
-    both = [dataclasses.replace(coarse, beam=dataclasses.replace(coarse.beam, theory=one)) for one in BEAM_THEORIES]
+    options = dataclasses.replace(parameters.wanted, tolerance=max(SHARE * parameters.wanted.tolerance, TRIAL))
+    coarse = dataclasses.replace(parameters, solver=BeamSolver(), wanted=options)
+    scenes = [
+        dataclasses.replace(coarse, beam=dataclasses.replace(coarse.beam, theory=scene)) for scene in BEAM_THEORIES
+    ]
     with signal_flag():
-        impacts = [solve(one) for one in both]
+        impacts = [solve(scene) for scene in scenes]
     spans = impacts[1].records["contact"][:, [START, DURATION]]
     instants = [np.linspace(start, start + lasts, INSTANTS) for start, lasts in spans]
     times = np.maximum.accumulate(np.concatenate([*instants, impacts[1].time[-1:]]))  # a contact may outlast the run
     figures, forces = [], []
-    for one, impact in zip(both, impacts, strict=True):
-        values = dict(zip((channel.name for channel in channels(one)), impact.at(times), strict=True))
-        writer = BeamFigures(one, None)
-        writer.add(Block(channels(one), 0, np.rint(1e9 * times).astype(np.int64), values, impact.records))
+    for scene, impact in zip(scenes, impacts, strict=True):
+        values = dict(zip((channel.name for channel in channels(scene)), impact.outputs_at(times), strict=True))
+        writer = BeamFigures(scene, None)
+        writer.add(Block(channels(scene), 0, np.rint(1e9 * times).astype(np.int64), values, impact.records))
         figures.append(writer.figures())
         forces.append(values["normal_load"])
     euler, shear = figures
@@ -213,8 +215,8 @@ class BeamModelErrors(ModelErrors):
         """Of Euler's beam against Timoshenko's: of its peaks, and of forces over time those of later contacts, too."""
         if theory_of(self.parameters) != EULER:
             return 0.0
-        found = theory_errors(self.parameters)
-        return found.peaks if output == "peaks" else max(found.peaks, found.forces)
+        errors = theory_errors(self.parameters)
+        return errors.peaks if output == "peaks" else max(errors.peaks, errors.forces)
 
     def not_modelled(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """The next term of the sphere's shape, (a / R)^2 of the load at an approach; peaks go with its power 2/5."""
@@ -224,11 +226,11 @@ class BeamModelErrors(ModelErrors):
         return {key: share * abs(figures[key]) for key in FIGURES[:3]}
 
     def notes(self) -> dict[str, str]:
-        found = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
+        notes = {"vibration": "waves in the sphere, and across the beam's width and height, are not computed"}
         if theory_of(self.parameters) != EULER:
-            found[BEAM_THEORY] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
+            notes[BEAM_THEORY] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
         elif theory_errors(self.parameters).contacts > 1:
-            found[BEAM_THEORY] = (
+            notes[BEAM_THEORY] = (
                 "what follows a second touch needs shear: by Euler's beam what comes of it is another motion"
             )
-        return found
+        return notes

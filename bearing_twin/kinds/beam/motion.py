@@ -134,21 +134,21 @@ def modes_of(beam: Beam, point: float, count: int) -> BeamModes:
 
 def shapes(index, beam: Beam, points) -> np.ndarray:
     """sin(n pi x / l), shape (*points, modes); the argument is reduced first so that nodes are zeros."""
-    share = np.asarray(points, float)[..., None] * index / beam.span
-    return np.sin(math.pi * np.remainder(share, 2.0)) * (np.abs(share - np.round(share)) > 1e-13)
+    waves = np.asarray(points, float)[..., None] * index / beam.span
+    return np.sin(math.pi * np.remainder(waves, 2.0)) * (np.abs(waves - np.round(waves)) > 1e-13)
 
 
 def static_deflection(beam: Beam, point, load_point):
     """Deflection [m/N] at `point` under a steady unit force at `load_point`."""
-    near, far = np.minimum(point, load_point), beam.span - np.maximum(point, load_point)
-    bent = (beam.span**2 - near**2 - far**2) / (6.0 * beam.rigidity)
-    return near * far / beam.span * (bent + 1.0 / beam.shear_rigidity)
+    left, right = np.minimum(point, load_point), beam.span - np.maximum(point, load_point)
+    bending = (beam.span**2 - left**2 - right**2) / (6.0 * beam.rigidity)
+    return left * right / beam.span * (bending + 1.0 / beam.shear_rigidity)
 
 
 def static_stress(beam: Beam, point, load_point):
     """Bending stress [Pa/N] of the fibre away from the force at `point` under a steady unit force at `load_point`."""
-    near, far = np.minimum(point, load_point), beam.span - np.maximum(point, load_point)
-    return near * far / beam.span * beam.half_height / beam.area_moment
+    left, right = np.minimum(point, load_point), beam.span - np.maximum(point, load_point)
+    return left * right / beam.span * beam.half_height / beam.area_moment
 
 
 def deflection_shapes(beam: Beam, modes: BeamModes, points):
@@ -175,9 +175,9 @@ def beam_energy(modes: BeamModes, state, force=0.0) -> np.ndarray:
 
 
 FIRST_STEP = 1e-4  # of the regular contact: the force's start as time^1.5 is resolved from there
-FEWEST_MODES, MOST_MODES = 5, 4000
-MOST_BYTES = 1e9  # of the modes' states that are held at once
-GREATEST_CONTACTS = 1000
+FEWEST_MODES, MAX_MODES = 5, 4000
+MAX_BYTES = 1e9  # of the modes' states that are held at once
+MAX_CONTACTS = 1000
 TERMS = 4  # coefficients of a cubic force
 PEAK_INSTANTS = 17  # around the greatest force of a contact
 
@@ -222,7 +222,7 @@ class Pieces(NamedTuple):
     def whole(self, pieces: int) -> "Pieces":
         """So many pieces; starts, states and motions have one row more, that of the end."""
         ends = {"starts": 1, "states": 1, "motions": 1}
-        return Pieces(*(one[: pieces + ends.get(name, 0)] for name, one in self._asdict().items()))
+        return Pieces(*(array[: pieces + ends.get(name, 0)] for name, array in self._asdict().items()))
 
 
 class _Bodies(NamedTuple):
@@ -309,8 +309,8 @@ def highest_mode(beam: Beam, contact_time: float, tolerance: float, peaks: bool 
     begins as time^1.5; that of its peak and of the contact's time (`peaks`) is below a third of that. Measured on
     short, long, off-centre and repeated impacts.
     """
-    wanted = ((100.0 if peaks else 300.0) / tolerance) ** (1.0 / 3.0)
-    return max(math.ceil(count_below(beam, wanted / contact_time)), FEWEST_MODES) | 1
+    phase = ((100.0 if peaks else 300.0) / tolerance) ** (1.0 / 3.0)
+    return max(math.ceil(count_below(beam, phase / contact_time)), FEWEST_MODES) | 1
 
 
 def solve_impact(beam, modes, sphere, speed, until, steps, method="modes", stop=SIGNALLED) -> BeamImpact:
@@ -323,18 +323,18 @@ def solve_impact(beam, modes, sphere, speed, until, steps, method="modes", stop=
     if method == "sinusoidal":
         return assume_half_sine(beam, modes, sphere, speed, until, steps, stop)
     bodies, regular = _Bodies(modes, sphere, stop), hertz_contact_time(sphere, speed)
-    room = int(min(steps * until / regular + 1000, MOST_BYTES / (16 * len(modes.rate))))
-    pieces, longest = Pieces.of(room, len(modes.rate)), regular / steps
+    capacity = int(min(steps * until / regular + 1000, MAX_BYTES / (16 * len(modes.rate))))
+    pieces, longest = Pieces.of(capacity, len(modes.rate)), regular / steps
     pieces.motions[0] = 0.0, speed
-    how = int(method == "volterra"), min(FIRST_STEP * regular, longest), longest
+    steps_of_method = int(method == "volterra"), min(FIRST_STEP * regular, longest), longest
     contacts, gone, piece, time, reached = [], False, 0, 0.0, np.zeros(1, np.int64)
     while time < until and not gone:
-        if len(pieces.lengths) - piece < room:
-            known, pieces = pieces, Pieces.of(2 * piece + room, len(modes.rate))
-            for array, before in zip(pieces, known, strict=True):
-                array[: piece + 1] = before[: piece + 1]
+        if len(pieces.lengths) - piece < capacity:
+            full, pieces = pieces, Pieces.of(2 * piece + capacity, len(modes.rate))
+            for array, filled in zip(pieces, full, strict=True):
+                array[: piece + 1] = filled[: piece + 1]
         reached[0] = piece
-        status = bodies.call(_contact, pieces, *how, reached, until=until)
+        status = bodies.call(_contact, pieces, *steps_of_method, reached, until=until)
         first, piece = piece, int(reached[0])
         time = float(pieces.starts[piece])
         _refuse(status, time)
@@ -342,9 +342,9 @@ def solve_impact(beam, modes, sphere, speed, until, steps, method="modes", stop=
             contacts.append((first, piece))
         if status == TIME_UP or time >= until:
             break
-        if len(contacts) >= GREATEST_CONTACTS:
+        if len(contacts) >= MAX_CONTACTS:
             raise IntegrationError(
-                f"the sphere has touched the beam {GREATEST_CONTACTS} times by {time:.6g} s and still bounces; "
+                f"the sphere has touched the beam {MAX_CONTACTS} times by {time:.6g} s and still bounces; "
                 "shorten run.duration or raise beam.damping_ratio",
                 NO_END,
                 time,
@@ -356,8 +356,10 @@ def solve_impact(beam, modes, sphere, speed, until, steps, method="modes", stop=
         pieces.lengths[piece], pieces.forces[piece] = min(flight, until - time), 0.0
         bodies.call(_move, pieces, piece, piece + 1)
         piece, time = piece + 1, time + flight
-    found = BeamImpact(beam, modes, sphere, pieces.whole(piece), (), gone, stop)
-    return dataclasses.replace(found, contacts=tuple(_contact_period(found, *one) for one in contacts))
+    impact = BeamImpact(beam, modes, sphere, pieces.whole(piece), (), gone, stop)
+    return dataclasses.replace(
+        impact, contacts=tuple(_contact_period(impact, *pieces_of_contact) for pieces_of_contact in contacts)
+    )
 
 
 def assume_half_sine(beam, modes, sphere, speed, until, steps, stop) -> BeamImpact:
@@ -385,13 +387,13 @@ def _impulse(pieces: Pieces, first: int, end: int) -> float:
     return float((pieces.lengths[first:end, None] * pieces.forces[first:end] / np.arange(1, TERMS + 1)).sum())
 
 
-def _contact_period(found: BeamImpact, first: int, end: int) -> ContactPeriod:
-    starts = found.pieces.starts
-    top = first + int(np.argmax(found.pieces.forces[first:end, 0]))
-    near = np.linspace(starts[max(top - 1, first)], starts[top + 1], PEAK_INSTANTS)
-    peak = peak_of(found.at(near)[1])
+def _contact_period(impact: BeamImpact, first: int, end: int) -> ContactPeriod:
+    starts = impact.pieces.starts
+    top = first + int(np.argmax(impact.pieces.forces[first:end, 0]))
+    instants = np.linspace(starts[max(top - 1, first)], starts[top + 1], PEAK_INSTANTS)
+    peak = peak_of(impact.at(instants)[1])
     return ContactPeriod(
-        float(starts[first]), float(starts[end] - starts[first]), peak, _impulse(found.pieces, first, end)
+        float(starts[first]), float(starts[end] - starts[first]), peak, _impulse(impact.pieces, first, end)
     )
 
 
@@ -410,10 +412,10 @@ def _refuse(status, time):
 
 OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is automatic; where peaks alone are requested
 PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is automatic
-HEAVIEST = 20.0  # sphere mass / beam mass
+MAX_MASS_RATIO = 20.0  # sphere mass / beam mass
 FEWEST = dict.fromkeys(("auto", "modes"), 2)
 """Steps a contact, at least, of methods other than FEWEST_STEPS: with 2 modes err by up to 6 %, in three contacts."""
-GREATEST_BEND = 0.1  # deflection / span: beyond it the beam's own length change carries load
+MAX_DEFLECTION = 0.1  # deflection / span: beyond it the beam's own length change carries load
 
 
 def beam_of(parameters: SphereOnBeamScene, theory: str = EULER) -> Beam:
@@ -449,10 +451,10 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
             "blow.speed and blow.drop_height are both 0, so the bodies never meet; give one of them above 0"
         )
     mass = mass_of(parameters.sphere)
-    if mass > HEAVIEST * beam.mass:
+    if mass > MAX_MASS_RATIO * beam.mass:
         problems.append(
             f"the sphere of {mass:.4g} kg is heavier than the model allows on a beam of {beam.mass:.4g} kg; "
-            f"its mass must be at most {HEAVIEST:g} times the beam's: lower sphere.radius or sphere.mass"
+            f"its mass must be at most {MAX_MASS_RATIO:g} times the beam's: lower sphere.radius or sphere.mass"
         )
     problems += _too_many_modes(parameters)
     if parameters.beam.height > beam.span / 3.0:
@@ -461,16 +463,16 @@ def check_beam(parameters: SphereOnBeamScene) -> list[str]:
             f"a beam needs a height of at most {beam.span / 3.0:.4g} m"
         )
     point = blow.point * beam.span
-    bend = impact_speed(blow) * math.sqrt(mass * float(static_deflection(beam, point, point)))
-    if not problems and bend > GREATEST_BEND * beam.span:
+    deflection = impact_speed(blow) * math.sqrt(mass * float(static_deflection(beam, point, point)))
+    if not problems and deflection > MAX_DEFLECTION * beam.span:
         problems.append(
-            f"the impact could bend the beam by {bend:.4g} m, too much of its span of {beam.span:g} m for small "
-            f"deflections; it must stay below {GREATEST_BEND * beam.span:.4g} m: lower the speed or stiffen the beam"
+            f"the impact could bend the beam by {deflection:.4g} m, too much of its span of {beam.span:g} m for small "
+            f"deflections; it must stay below {MAX_DEFLECTION * beam.span:.4g} m: lower the speed or stiffen the beam"
         )
-    steps, fewest = parameters.solver.steps, FEWEST.get(parameters.solver.stepper, FEWEST_STEPS)
-    if 0 < steps < fewest:
+    steps, minimum = parameters.solver.steps, FEWEST.get(parameters.solver.stepper, FEWEST_STEPS)
+    if 0 < steps < minimum:
         problems.append(
-            f"solver.steps = {steps} is too few: a contact needs at least {fewest} steps or it falls apart into "
+            f"solver.steps = {steps} is too few: a contact needs at least {minimum} steps or it falls apart into "
             f"false ones; use {FEW_STEPS} or more, or 0"
         )
     return problems + check_run(parameters.run)
@@ -481,23 +483,23 @@ def _too_many_modes(parameters) -> list[str]:
     if parameters.solver.modes or not (speed := impact_speed(parameters.blow)):
         return []
     tau = hertz_contact_time(sphere_of(parameters), speed)
-    wanted = highest_mode(beam_of(parameters, theory_of(parameters)), tau, LOOSEST)
-    if wanted <= MOST_MODES:
+    required = highest_mode(beam_of(parameters, theory_of(parameters)), tau, LOOSEST)
+    if required <= MAX_MODES:
         return []
-    span = parameters.beam.span * MOST_MODES / wanted
+    span = parameters.beam.span * MAX_MODES / required
     return [
-        f"an impact of {tau:.3g} s on a span of {parameters.beam.span:g} m needs modes up to {wanted} even for "
-        f"{100.0 * LOOSEST:g} %; at most {MOST_MODES}: shorten beam.span to {span:.2g} m or less (no wave comes "
+        f"an impact of {tau:.3g} s on a span of {parameters.beam.span:g} m needs modes up to {required} even for "
+        f"{100.0 * LOOSEST:g} %; at most {MAX_MODES}: shorten beam.span to {span:.2g} m or less (no wave comes "
         "back in time from supports so far away), or give solver.modes"
     ]
 
 
 def resolve(parameters: SphereOnBeamScene) -> SphereOnBeamScene:
     """The parameters of a checked scene with the zeros of its run replaced."""
-    whole = PERIODS * 2.0 * math.pi / first_frequency(beam_of(parameters))
+    duration = PERIODS * 2.0 * math.pi / first_frequency(beam_of(parameters))
     outputs = FEW_OUTPUTS if parameters.wanted.outputs == "peaks" else OUTPUTS
-    whole += 4.0 * hertz_contact_time(sphere_of(parameters), impact_speed(parameters.blow))
-    return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, outputs))
+    duration += 4.0 * hertz_contact_time(sphere_of(parameters), impact_speed(parameters.blow))
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run, duration, outputs))
 
 
 def theory_of(parameters: SphereOnBeamScene) -> str:
@@ -505,7 +507,7 @@ def theory_of(parameters: SphereOnBeamScene) -> str:
     return EULER if parameters.beam.theory == EULER else TIMOSHENKO
 
 
-LEAST_CHOSEN = 10  # steps a contact that are chosen
+MIN_STEPS = 10  # steps a contact that are chosen
 STEP_ORDER = 4.0  # errors of forces fall with this power of the steps
 MODE_ORDERS = {EULER: 6.0, TIMOSHENKO: 3.0}
 """By theory: the power of the highest mode with which errors of forces fall (`highest_mode`)."""
@@ -518,7 +520,7 @@ def steps_required(tolerance: float, stepper: str, peaks: bool = False) -> int:
     """
     if stepper == "volterra":
         return max(500, math.ceil(math.sqrt(7.0 / tolerance)))
-    return max(LEAST_CHOSEN, math.ceil(((16.0 if peaks else 40.0) / tolerance) ** (1.0 / STEP_ORDER)))
+    return max(MIN_STEPS, math.ceil(((16.0 if peaks else 40.0) / tolerance) ** (1.0 / STEP_ORDER)))
 
 
 def modes_required(parameters: SphereOnBeamScene) -> int:
@@ -529,14 +531,14 @@ def modes_required(parameters: SphereOnBeamScene) -> int:
 
 
 def modes_for(parameters: SphereOnBeamScene) -> int:
-    """Highest mode: specified, or from the tolerance, at most MOST_MODES."""
-    return parameters.solver.modes or min(modes_required(parameters), MOST_MODES)
+    """Highest mode: specified, or from the tolerance, at most MAX_MODES."""
+    return parameters.solver.modes or min(modes_required(parameters), MAX_MODES)
 
 
 def steps_for(parameters: SphereOnBeamScene, stepper: str) -> int:
     """Steps a Hertz contact time: specified, or from the tolerance."""
-    wanted = parameters.wanted
-    return parameters.solver.steps or steps_required(wanted.tolerance, stepper, wanted.outputs == "peaks")
+    request = parameters.wanted
+    return parameters.solver.steps or steps_required(request.tolerance, stepper, request.outputs == "peaks")
 
 
 def steps_of(parameters: SphereOnBeamScene) -> int:
@@ -556,41 +558,45 @@ def shear_share(parameters) -> float:
 
 VOLTERRA_STEPS = 500
 """Steps a contact below which the linear pieces of the Volterra equation are coarse."""
-SCANNED, MOST_SCANNED = 20.0, 1e7
+SCAN_RATE, MAX_SCAN = 20.0, 1e7
 """Instants a Hertz contact time at which deflection and stress are scanned for the greatest; times modes, at most."""
 
 
 def choose(parameters) -> Choice:
     """A sphere on a beam: its theory, method, modes and steps; raises SceneError for more than memory holds."""
-    found, solver = answers(KIND, parameters), parameters.solver
+    choices, solver = answers(KIND, parameters), parameters.solver
     warnings = odd_mass("sphere.mass", parameters.sphere.mass, homogeneous_mass(parameters.sphere))
-    stepper, theory = found["solver.stepper"].value, found["beam.theory"].value
-    modes, steps = found["solver.modes"].value, found["solver.steps"].value
-    few = VOLTERRA_STEPS if stepper == "volterra" else FEW_STEPS
-    if 0 < solver.steps < few:
-        warnings.append(f"solver.steps = {steps} is coarse for {stepper}: contacts may come apart; use {few} or more")
+    stepper, theory = choices["solver.stepper"].value, choices["beam.theory"].value
+    modes, steps = choices["solver.modes"].value, choices["solver.steps"].value
+    coarse = VOLTERRA_STEPS if stepper == "volterra" else FEW_STEPS
+    if 0 < solver.steps < coarse:
+        warnings.append(
+            f"solver.steps = {steps} is coarse for {stepper}: contacts may come apart; use {coarse} or more"
+        )
     if stepper == "sinusoidal":
         warnings.append("the force is assumed, not solved for: the beam will receive more energy than the sphere has")
-    if not solver.modes and (wanted := modes_required(parameters)) > modes:
+    if not solver.modes and (required := modes_required(parameters)) > modes:
         warnings.append(
-            f"wanted.tolerance = {parameters.wanted.tolerance:g} needs modes up to {wanted}; {MOST_MODES} is the most, "
-            "so the result is less exact"
+            f"wanted.tolerance = {parameters.wanted.tolerance:g} needs modes up to {required}; {MAX_MODES} is the "
+            "most, so the result is less exact"
         )
-    held = 32.0 * steps * modes * (0.5 if parameters.blow.point == 0.5 else 1.0) * (2 if theory == TIMOSHENKO else 1)
-    if held > MOST_BYTES:  # of the states of all modes at every step of a contact up to twice Hertz's
+    memory = 32.0 * steps * modes * (0.5 if parameters.blow.point == 0.5 else 1.0) * (2 if theory == TIMOSHENKO else 1)
+    if memory > MAX_BYTES:  # of the states of all modes at every step of a contact up to twice Hertz's
         raise SceneError(
-            f"{steps} steps a contact with modes up to {modes} would hold {1e-9 * held:.3g} GB; at most "
-            f"{1e-9 * MOST_BYTES:g} GB: lower solver.steps or solver.modes, or loosen wanted.tolerance"
+            f"{steps} steps a contact with modes up to {modes} would hold {1e-9 * memory:.3g} GB; at most "
+            f"{1e-9 * MAX_BYTES:g} GB: lower solver.steps or solver.modes, or loosen wanted.tolerance"
         )
-    return Choice("hertz", stepper, 0.0, f"hertz, the law of a sphere on a plane; {sentences(found)}", tuple(warnings))
+    return Choice(
+        "hertz", stepper, 0.0, f"hertz, the law of a sphere on a plane; {sentences(choices)}", tuple(warnings)
+    )
 
 
-TOGETHER = 10_000  # states of modes read off at once: they stay in the cache
+ROWS_AT_ONCE = 10_000  # states of modes read off at once: they stay in the cache
 
 
 def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
     """Channels of a sample; the first of the observed points is the point of impact."""
-    watched, stations = 1 + len(parameters.outputs.points), parameters.outputs.stations
+    points, stations = 1 + len(parameters.outputs.points), parameters.outputs.stations
     return (
         Channel("approach", "m", (), "mutual approach of sphere and beam; negative = gap"),
         Channel("normal_load", "N", (), "contact force, down on the beam and up on the sphere"),
@@ -599,14 +605,14 @@ def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
         Channel(
             "deflection",
             "m",
-            (watched,),
+            (points,),
             "of the beam along the sphere's motion, at the impact point and outputs.points",
             ("watched",),
         ),
         Channel(
             "bending_stress",
             "Pa",
-            (watched,),
+            (points,),
             "there, of the fibre away from the sphere, tension positive",
             ("watched",),
         ),
@@ -620,10 +626,10 @@ def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
 class WatchedPoints:
     """The channels of a known motion at increasing times [s]; beyond its end the last instant stands."""
 
-    def __init__(self, parameters: SphereOnBeamScene, found: BeamImpact):
-        self._found, beam, modes = found, found.beam, found.modes
-        scale = hertz_contact_time(found.sphere, impact_speed(parameters.blow))
-        self._scanned = math.ceil(min(SCANNED * found.end / scale, MOST_SCANNED / len(modes.index))) + 1
+    def __init__(self, parameters: SphereOnBeamScene, impact: BeamImpact):
+        self._impact, beam, modes = impact, impact.beam, impact.modes
+        scale = hertz_contact_time(impact.sphere, impact_speed(parameters.blow))
+        self._scanned = math.ceil(min(SCAN_RATE * impact.end / scale, MAX_SCAN / len(modes.index))) + 1
         points = np.array([parameters.blow.point, *parameters.outputs.points]) * beam.span
         stations = np.linspace(0.0, beam.span, parameters.outputs.stations)
         self._deflection, self._stress = deflection_shapes(beam, modes, points), stress_shapes(beam, modes, points)
@@ -639,27 +645,27 @@ class WatchedPoints:
 
     def greatest(self) -> list[float]:
         """Greatest deflection [m] and bending stress [Pa] by magnitude, of all observed points and the whole motion."""
-        times, found = np.linspace(0.0, self._found.end, self._scanned), []
+        times, maxima = np.linspace(0.0, self._impact.end, self._scanned), []
         for column, values in enumerate(self.at_points(times)):
-            top, point = np.unravel_index(np.argmax(np.abs(values)), values.shape)
-            near = np.linspace(times[max(top - 1, 0)], times[min(top + 1, len(times) - 1)], 201)
-            found.append(peak_of(np.abs(self.at_points(near)[column][:, point])))
-        return found
+            row, point = np.unravel_index(np.argmax(np.abs(values)), values.shape)
+            instants = np.linspace(times[max(row - 1, 0)], times[min(row + 1, len(times) - 1)], 201)
+            maxima.append(peak_of(np.abs(self.at_points(instants)[column][:, point])))
+        return maxima
 
     def _in_blocks(self, times, function):
         """`function` of (states, force, position, velocity), so many times at once that memory stays small."""
-        times = np.minimum(np.asarray(times, float), self._found.end)
-        rows = max(1, TOGETHER // len(self._found.modes.index))
-        parts = [function(*self._found.at(times[row : row + rows])) for row in range(0, len(times), rows)]
+        times = np.minimum(np.asarray(times, float), self._impact.end)
+        rows = max(1, ROWS_AT_ONCE // len(self._impact.modes.index))
+        parts = [function(*self._impact.at(times[row : row + rows])) for row in range(0, len(times), rows)]
         return tuple(np.concatenate(column) for column in zip(*parts, strict=True))
 
     def _bending(self, states, force, *_):
-        q = self._found.coordinates(states)
+        q = self._impact.coordinates(states)
         return tuple(q @ modal.T + force[:, None] * static for modal, static in (self._deflection, self._stress))
 
     def _channels(self, states, force, position, velocity):
-        found, (deflection, stress) = self._found, self._bending(states, force)
-        contact = approaches_of_loads(found.sphere.coefficient, HERTZIAN, force)
+        impact, (deflection, stress) = self._impact, self._bending(states, force)
+        contact = approaches_of_loads(impact.sphere.coefficient, HERTZIAN, force)
         return (
             np.where(force > 0.0, contact, position - deflection[:, 0]),
             force,
@@ -667,10 +673,10 @@ class WatchedPoints:
             velocity,
             deflection,
             stress,
-            found.coordinates(states) @ self._shape[0].T + force[:, None] * self._shape[1],
-            0.5 * found.sphere.mass * velocity**2,
-            beam_energy(found.modes, states, force),
-            energies_at(found.sphere.coefficient, HERTZIAN, contact),
+            impact.coordinates(states) @ self._shape[0].T + force[:, None] * self._shape[1],
+            0.5 * impact.sphere.mass * velocity**2,
+            beam_energy(impact.modes, states, force),
+            energies_at(impact.sphere.coefficient, HERTZIAN, contact),
         )
 
 
@@ -683,17 +689,17 @@ def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "mod
     beam, sphere = beam_of(parameters, theory_of(parameters)), sphere_of(parameters)
     speed, steps = impact_speed(parameters.blow), steps_for(parameters, stepper)
     modes = modes_of(beam, parameters.blow.point * beam.span, modes_for(parameters))
-    found = solve_impact(beam, modes, sphere, speed, parameters.run.duration, steps, stepper, stop)
-    watch = WatchedPoints(parameters, found)
+    impact = solve_impact(beam, modes, sphere, speed, parameters.run.duration, steps, stepper, stop)
+    watch = WatchedPoints(parameters, impact)
     # What is greatest in the beam costs more than all contacts: not computed where contacts alone are requested.
     deflection, stress = watch.greatest() if parameters.wanted.outputs == "history" else (math.nan, math.nan)
-    deepest = [approaches_of_loads(sphere.coefficient, HERTZIAN, one.peak_force) for one in found.contacts]
-    last = found.contacts[-1].start + found.contacts[-1].duration if found.contacts else 0.0
-    records = {"contact": contact_rows(found.contacts, deepest, 0.0, 0.0)}
-    gained = _energy_gained(found, 0.5 * sphere.mass * speed**2)
-    known = [last, deflection, stress, gained, found.end, found.gone, modes_for(parameters)]
-    costs = {"steps": len(found.pieces.lengths), "modes": len(modes.index)}
-    return Impact(watch, parameters.run, records | {"extremes": np.array([known], float)}, costs)
+    deepest = [approaches_of_loads(sphere.coefficient, HERTZIAN, contact.peak_force) for contact in impact.contacts]
+    last = impact.contacts[-1].start + impact.contacts[-1].duration if impact.contacts else 0.0
+    records = {"contact": contact_rows(impact.contacts, deepest, 0.0, 0.0)}
+    gained = _energy_gained(impact, 0.5 * sphere.mass * speed**2)
+    extremes = [last, deflection, stress, gained, impact.end, impact.gone, modes_for(parameters)]
+    costs = {"steps": len(impact.pieces.lengths), "modes": len(modes.index)}
+    return Impact(watch, parameters.run, records | {"extremes": np.array([extremes], float)}, costs)
 
 
 class BeamMotion(ImpactMotion):
@@ -704,11 +710,11 @@ class BeamMotion(ImpactMotion):
         super().__init__(lambda *scene: solve(*scene, self.stop), parameters, choice)
 
 
-def _energy_gained(found, brought: float) -> float:
+def _energy_gained(impact, initial: float) -> float:
     """Energy [J] gained by the numbers over what the sphere brought; gravity's work is not a gain."""
-    kinetic, stored, dissipated = found.energies()
-    _, force, position, _ = found.at(np.array([found.end]))
-    coefficient = found.sphere.coefficient
+    kinetic, stored, dissipated = impact.energies()
+    _, force, position, _ = impact.at(np.array([impact.end]))
+    coefficient = impact.sphere.coefficient
     contact = energies_at(coefficient, HERTZIAN, approaches_of_loads(coefficient, HERTZIAN, force[0]))
-    fallen = found.sphere.mass * found.sphere.gravity * position[0]
-    return float(kinetic + stored + dissipated + contact - fallen - brought)
+    fallen = impact.sphere.mass * impact.sphere.gravity * position[0]
+    return float(kinetic + stored + dissipated + contact - fallen - initial)

@@ -15,9 +15,9 @@ class BeamPicture(RunPicture):
 
     view, peaks = staticmethod(view), (CONTACT, "start", "time", "peak_force")
 
-    def draw_bodies(self, figure, place, values) -> None:
+    def draw_bodies(self, figure, cell, values) -> None:
         """The beam and the sphere at the start, at the greatest force and at the greatest deflection."""
-        axis, parameters, time = figure.add_subplot(place), self.parameters, values["time"]
+        axis, parameters, time = figure.add_subplot(cell), self.parameters, values["time"]
         style_axes(axis)
         span, greatest = 1e3 * parameters.beam.span, values["shape"].max() or 1.0
         stations = np.linspace(0.0, span, values["shape"].shape[1])
@@ -33,13 +33,13 @@ class BeamPicture(RunPicture):
             axis.plot(stations, 1e6 * values["shape"][row], color=colour, linewidth=2.6, label=label)
             bottom = values["sphere_position"][row] - max(values["approach"][row], 0.0)
             if -ABOVE * greatest < bottom < BELOW * greatest:
-                look = {"color": colour, "markersize": 11, "markeredgecolor": "white"}
-                axis.plot(span * parameters.blow.point, 1e6 * bottom, "o", **look)
+                marker_style = {"color": colour, "markersize": 11, "markeredgecolor": "white"}
+                axis.plot(span * parameters.blow.point, 1e6 * bottom, "o", **marker_style)
         axis.plot([0.0, span], [0.0, 0.0], "^", color=STYLE["edge"], markersize=12, clip_on=False)
         axis.set_ylim(1e6 * BELOW * greatest, -1e6 * ABOVE * greatest)
         axis.legend(frameon=False, fontsize=11, loc="lower left")
-        words = "The beam at instants; dots: the sphere's lowest point"
-        heading(axis, words, "along the beam [mm]", "deflection, downward [µm]")
+        title = "The beam at instants; dots: the sphere's lowest point"
+        heading(axis, title, "along the beam [mm]", "deflection, downward [µm]")
 
 
 def _first_peak(values) -> int:

@@ -49,7 +49,6 @@ from bearing_twin.shapes import (
     NO_ELLIPSE,
     REFUSALS,
     Surface,
-    body,
     closed_form_known,
     contact_of,
     ellipsoid,
@@ -65,19 +64,22 @@ from bearing_twin.shapes import (
     torus,
 )
 from bearing_twin.shapes import Body as MovingBody
+from bearing_twin.shapes import (
+    body as moving_body,
+)
 
-LEAST = 1e-300  # a restitution that only rounding makes 0
+LEAST_RESTITUTION = 1e-300  # lower bound, where rounding gives 0
 OUTPUTS = 400  # of an impact whose output_rate is automatic
 GRID = 13  # directions over a quarter turn, where a law is weighed over the surface of an ellipsoid
-REAL_AXIS = 2.785  # rk4 damps what dies out at rates up to this over its step
+REAL_AXIS = 2.785  # rk4 is stable for decay rates up to this over its step
 GREATEST_ASPECT = 30.0  # longest over shortest semi-axis: beyond it contacts are nearly lines
-DEEPEST = 0.1  # of the least size: a start pressed in deeper is no small deformation
+MAX_APPROACH = 0.1  # of the least size, at the start: beyond it deformations are not small
 SUPERELLIPSOID = "superellipsoid"  # the only shape that may have flat places
-SAME = 1e-9  # of the size: approaches nearer than this are one
-RATIONAL = 1e-9  # no law is called wrong that is as near to exact Hertz as the rational form of hertz
+EQUAL_DISTANCE = 1e-9  # of the size: difference of approaches that count as equal
+RATIONAL = 1e-9  # error of the rational form of hertz: no warning of a law within it
 JOHNSON_ERROR = 0.04
 """Of force and contact time of slow discs by Johnson in plane strain (`tests/test_impact_physics.py`)."""
-LARGE = 3.0
+SPEED_ERROR = 3.0
 """Error of force or contact time by Johnson's law over the disc's speed as a share of that of waves in it.
 
 Against `soft_discs` (against: disc, contact.stiffness_ratio: 300, 24 divisions of order 3, Poisson's ratio 0.3, force
@@ -103,9 +105,9 @@ def _solid_ellipsoid(axes) -> tuple[float, tuple[float, float, float]]:
     return 4.0 / 3.0 * math.pi * math.prod(axes), tuple(0.2 * axis**2 for axis in axes)
 
 
-def _solid_superellipsoid(one: Shaped) -> tuple[float, tuple[float, float, float]]:
+def _solid_superellipsoid(body: Shaped) -> tuple[float, tuple[float, float, float]]:
     """Volume and mean squares by Beta functions, from the slices z = constant, each (1 - z^m)^(1/m) as wide."""
-    (a, b, c), (n, m) = one.semi_axes, one.exponents
+    (a, b, c), (n, m) = body.semi_axes, body.exponents
     g = math.gamma
     area = 4.0 * g(1.0 + 1.0 / n) ** 2 / g(1.0 + 2.0 / n)
     square = 4.0 / n * g(3.0 / n) * g(1.0 + 1.0 / n) / g(1.0 + 4.0 / n)  # integral of x^2 over the slice
@@ -114,34 +116,34 @@ def _solid_superellipsoid(one: Shaped) -> tuple[float, tuple[float, float, float
         """Integral over -1 < z < 1 of (1 - |z|^m)^(power/m) |z|^moment."""
         return 2.0 / m * g((moment + 1.0) / m) * g(1.0 + power / m) / g(1.0 + (power + moment + 1.0) / m)
 
-    whole = area * heights(2.0, 0.0)
-    across = square * heights(4.0, 0.0) / whole
-    return a * b * c * whole, (a * a * across, b * b * across, c * c * area * heights(2.0, 2.0) / whole)
+    volume = area * heights(2.0, 0.0)
+    across = square * heights(4.0, 0.0) / volume
+    return a * b * c * volume, (a * a * across, b * b * across, c * c * area * heights(2.0, 2.0) / volume)
 
 
 ROWS = {
-    "plane": ShapeRow((), lambda one: plane(), None, lambda one: (math.inf,)),
+    "plane": ShapeRow((), lambda body: plane(), None, lambda body: (math.inf,)),
     "sphere": ShapeRow(
-        ("radius",), lambda one: sphere(one.radius), lambda one: _solid_ellipsoid((one.radius,) * 3),
-        lambda one: (one.radius,),
+        ("radius",), lambda body: sphere(body.radius), lambda body: _solid_ellipsoid((body.radius,) * 3),
+        lambda body: (body.radius,),
     ),
     "ellipsoid": ShapeRow(
-        ("semi_axes",), lambda one: ellipsoid(*one.semi_axes), lambda one: _solid_ellipsoid(one.semi_axes),
-        lambda one: one.semi_axes,
+        ("semi_axes",), lambda body: ellipsoid(*body.semi_axes), lambda body: _solid_ellipsoid(body.semi_axes),
+        lambda body: body.semi_axes,
     ),
     SUPERELLIPSOID: ShapeRow(
-        ("semi_axes", "exponents"), lambda one: superquadric(*one.semi_axes, *one.exponents), _solid_superellipsoid,
-        lambda one: one.semi_axes,
+        ("semi_axes", "exponents"), lambda body: superquadric(*body.semi_axes, *body.exponents), _solid_superellipsoid,
+        lambda body: body.semi_axes,
     ),
     "beam": ShapeRow(
-        (), None, lambda one: (one.span * one.width * one.height, None), lambda one: (0.5 * one.height,)
+        (), None, lambda body: (body.span * body.width * body.height, None), lambda body: (0.5 * body.height,)
     ),
     "disc": ShapeRow(
-        (), None, lambda one: (math.pi * one.radius**2 * one.thickness, None), lambda one: (one.radius,)
+        (), None, lambda body: (math.pi * body.radius**2 * body.thickness, None), lambda body: (body.radius,)
     ),
     "groove": ShapeRow(
-        ("radius", "ring_radius"), lambda one: torus(one.ring_radius, one.radius, hollow=True), None,
-        lambda one: (one.radius, one.ring_radius + one.radius),
+        ("radius", "ring_radius"), lambda body: torus(body.ring_radius, body.radius, hollow=True), None,
+        lambda body: (body.radius, body.ring_radius + body.radius),
     ),
 }  # fmt: skip
 """THE table of shapes: another body is a surface in `shapes` and a row here."""
@@ -150,50 +152,52 @@ ROWS = {
 # Bodies of all kinds
 
 
-def homogeneous_mass(one: Body | Shaped) -> float:
+def homogeneous_mass(body: Body | Shaped) -> float:
     """Mass [kg] by size and density, whatever mass is given; numbers or arrays that broadcast."""
-    return ROWS[one.shape].solid(one)[0] * one.material.density
+    return ROWS[body.shape].solid(body)[0] * body.material.density
 
 
-def mass_of(one: Body | Shaped) -> float:
+def mass_of(body: Body | Shaped) -> float:
     """Mass [kg]: given, or that of the homogeneous body; numbers or arrays that broadcast."""
-    return np.where(np.greater(one.mass, 0.0), one.mass, homogeneous_mass(one))[()]
+    return np.where(np.greater(body.mass, 0.0), body.mass, homogeneous_mass(body))[()]
 
 
-def inertia_of(one: Body | Shaped) -> tuple[float, float, float]:
+def inertia_of(body: Body | Shaped) -> tuple[float, float, float]:
     """Principal moments of inertia [kg m^2], m (<y^2> + <z^2>) and so on."""
-    mass, (x, y, z) = mass_of(one), ROWS[one.shape].solid(one)[1]
+    mass, (x, y, z) = mass_of(body), ROWS[body.shape].solid(body)[1]
     return mass * (y + z), mass * (z + x), mass * (x + y)
 
 
-def surface_of(one: Body | Shaped) -> Surface:
+def surface_of(body: Body | Shaped) -> Surface:
     """The surface of a body in its own axes."""
-    return ROWS[one.shape].surface(one)
+    return ROWS[body.shape].surface(body)
 
 
-def reach_of(one: Body | Shaped) -> float:
-    """No point of the surface is farther [m] from the centre; inf of a plane."""
-    sizes = ROWS[one.shape].sizes(one)
-    return math.hypot(*sizes) if one.shape == SUPERELLIPSOID else max(sizes)
+def reach_of(body: Body | Shaped) -> float:
+    """The greatest distance [m] of points of the surface from the centre; inf for a plane."""
+    sizes = ROWS[body.shape].sizes(body)
+    return math.hypot(*sizes) if body.shape == SUPERELLIPSOID else max(sizes)
 
 
-def bend_of(one: Shaped) -> float:
-    """How much the extent along a direction bends at most as the body turns [m], over its angular velocity squared.
+def bend_of(body: Shaped) -> float:
+    """Bound [m] of the second derivative of the extent along a direction by the angle of rotation of the body.
 
-    Infinite of a plane that turns and of shapes of which it is not known.
+    Infinite for a turning plane and for shapes whose bound is not known.
     """
-    if one.shape == "plane":
-        return math.inf if any(one.angular_velocity) else 0.0
-    if one.shape not in ("sphere", "ellipsoid"):
+    if body.shape == "plane":
+        return math.inf if any(body.angular_velocity) else 0.0
+    if body.shape not in ("sphere", "ellipsoid"):
         return math.inf
-    low, high = min(ROWS[one.shape].sizes(one)), max(ROWS[one.shape].sizes(one))
+    low, high = min(ROWS[body.shape].sizes(body)), max(ROWS[body.shape].sizes(body))
     return high * high / low - low * low / high + (high * high - low * low) / low
 
 
-def transit_of(one: Body | Shaped) -> float:
-    """Time [s] that a wave takes through a body; 0 of one that has no mass of its own."""
-    solid = ROWS[one.shape].solid
-    return wave_transit(2.0 * reach_of(one), one.material.young_modulus, mass_of(one) / solid(one)[0]) if solid else 0.0
+def transit_of(body: Body | Shaped) -> float:
+    """Time [s] of a wave through a body; 0 for a shape without mass."""
+    solid = ROWS[body.shape].solid
+    if solid is None:
+        return 0.0
+    return wave_transit(2.0 * reach_of(body), body.material.young_modulus, mass_of(body) / solid(body)[0])
 
 
 # Two spheres and two discs
@@ -216,13 +220,13 @@ def sphere_pair(parameters: TwoSpheresScene) -> tuple[float, float, float]:
     masses = mass_of(first), mass_of(second)
     law = sphere_law(parameters)
     radius = first.radius * second.radius / (first.radius + second.radius)
-    bodies, given = (parameters.modulus, radius), contact.stiffness
+    bodies, stiffness = (parameters.modulus, radius), contact.stiffness
     if law == "measured":
-        known = np.greater(contact.measured_alpha, 0.0)  # of many realisations some may not have one
-        alpha = np.where(known, contact.measured_alpha, 1.0)
+        has_alpha = np.greater(contact.measured_alpha, 0.0)  # of many realisations some may not have one
+        alpha = np.where(has_alpha, contact.measured_alpha, 1.0)
         measured = hertz_impact.coefficient_of_alpha(alpha, masses[0] * masses[1] / sum(masses))
-        given = np.where(known, measured, sphere_coefficient("hertz", *bodies))[()]
-    return sphere_coefficient(law, *bodies, given), *masses
+        stiffness = np.where(has_alpha, measured, sphere_coefficient("hertz", *bodies))[()]
+    return sphere_coefficient(law, *bodies, stiffness), *masses
 
 
 def line_law_name(parameters: TwoDiscsScene) -> str:
@@ -315,15 +319,16 @@ def speed_share(parameters: TwoDiscsScene) -> float:
 # Bodies that bounce
 
 
-def placed(parameters) -> tuple[Shaped, Shaped]:
+def bodies_at_start(parameters) -> tuple[Shaped, Shaped]:
     """Both bodies of a scene of bodies that bounce, with their places at the start."""
     if not isinstance(parameters, EllipsoidOnPlaneScene):
         return parameters.bodies
-    one, start = parameters.body, parameters.start
+    body, start = parameters.body, parameters.start
     down = rotation_matrix(quaternion_from_vector(start.turn))[2]
-    place = 0.0, 0.0, start.height + math.hypot(*(np.array(one.semi_axes) * down))
+    position = 0.0, 0.0, start.height + math.hypot(*(np.array(body.semi_axes) * down))
     motion = {"turn": start.turn, "velocity": start.velocity, "angular_velocity": start.angular_velocity}
-    first = Shaped(one.shape, semi_axes=one.semi_axes, mass=one.mass, material=one.material, position=place, **motion)
+    inertial = {"mass": body.mass, "material": body.material}
+    first = Shaped(body.shape, semi_axes=body.semi_axes, position=position, **inertial, **motion)
     return first, Shaped("plane", material=parameters.plane.material, motion=HELD)
 
 
@@ -333,15 +338,15 @@ def shortest_contact(parameters) -> float:
     No bounce is much shorter. The speed is about that at which the bodies meet: at the start, by their turning, and by
     the fall.
     """
-    (one, other), law = placed(parameters), parameters.contact.normal
-    relative, size, inverse, flat = math.dist(one.velocity, other.velocity), size_of(parameters), 0.0, 0.0
-    for turning, against in ((one, other), (other, one)):
+    (first, second), law = bodies_at_start(parameters), parameters.contact.normal
+    relative, size, inverse, flat = math.dist(first.velocity, second.velocity), size_of(parameters), 0.0, 0.0
+    for turning, other in ((first, second), (second, first)):
         sizes, reach = sorted(ROWS[turning.shape].sizes(turning)), reach_of(turning)
         if turning.shape not in ("plane", "groove"):
             flat += sizes[0] / math.prod(sizes[1:]) if len(sizes) > 1 else 1.0 / sizes[0]
         if turning.motion == FREE:
-            away = math.dist(one.position, other.position) + reach_of(against)
-            relative += math.hypot(*turning.angular_velocity) * min(reach, away)
+            distance = math.dist(first.position, second.position) + reach_of(other)
+            relative += math.hypot(*turning.angular_velocity) * min(reach, distance)
             # Of the mass, where an impact beside the centre turns the body.
             inverse += (1.0 + 5.0 * (1.0 - sizes[0] / sizes[-1])) / mass_of(turning)
     gap = max(-opposition_of(*start_points(parameters)).approach, 0.0)
@@ -373,21 +378,21 @@ def coefficient_change(parameters: EllipsoidOnPlaneScene) -> float:
 
 def size_of(parameters) -> float:
     """The least size [m] of the two bodies."""
-    return min(min(ROWS[one.shape].sizes(one)) for one in placed(parameters))
+    return min(min(ROWS[body.shape].sizes(body)) for body in bodies_at_start(parameters))
 
 
-def rigid_numbers(one: Shaped) -> list[float]:
+def rigid_numbers(body: Shaped) -> list[float]:
     """A body as the core reads it: mass [kg], moments of inertia [kg m^2], surface, reach [m], `bend_of`.
 
     A held body has no mass, and moments of 1: its angular velocity is its angular momentum.
     """
-    mass, inertia = (0.0, (1.0, 1.0, 1.0)) if one.motion == HELD else (mass_of(one), inertia_of(one))
-    return [mass, *inertia, *surface_of(one).numbers(), reach_of(one), bend_of(one)]
+    mass, inertia = (0.0, (1.0, 1.0, 1.0)) if body.motion == HELD else (mass_of(body), inertia_of(body))
+    return [mass, *inertia, *surface_of(body).numbers(), reach_of(body), bend_of(body)]
 
 
 def has_closed_form(parameters) -> bool:
     """True if a closed form gives the opposing points of both shapes."""
-    return closed_form_known(*(surface_of(one).kind for one in placed(parameters)))
+    return closed_form_known(*(surface_of(body).kind for body in bodies_at_start(parameters)))
 
 
 def tracking_of(parameters) -> int:
@@ -404,39 +409,40 @@ def start_points(parameters) -> tuple[MovingBody, MovingBody, np.ndarray]:
     Raises SceneError where there are none.
     """
     a, b = (
-        body(surface_of(one), one.position, rotation_matrix(quaternion_from_vector(one.turn)), one.velocity,
-             one.angular_velocity)
-        for one in placed(parameters)
+        moving_body(surface_of(body), body.position, rotation_matrix(quaternion_from_vector(body.turn)), body.velocity,
+             body.angular_velocity)
+        for body in bodies_at_start(parameters)
     )  # fmt: skip
     return a, b, nearest_pair(a, b) if has_closed_form(parameters) else searched(a, b, size_of(parameters))
 
 
 def searched(a: MovingBody, b: MovingBody, size: float) -> np.ndarray:
-    """The nearest of all opposing points that Newton's method finds from places around both bodies.
+    """The nearest opposing points among the solutions of Newton's method from points around both bodies.
 
-    Raises SceneError where none is found, or several are equally near.
+    Raises SceneError where there is none, or several are equally near.
     """
     middle = 0.5 * (a.position + b.position)
-    whole = max(float(np.linalg.norm(a.position - b.position)), size)
-    ways = [np.array(way, float) for way in itertools.product((-1, 0, 1), repeat=3) if any(way)]
-    nears = [middle, *(centre + size * way for centre in (a.position, b.position, middle) for way in ways)]
-    nears += [b.position + whole * way / np.linalg.norm(way) for way in ways]
-    found = []
-    for near in nears:
+    distance = max(float(np.linalg.norm(a.position - b.position)), size)
+    directions = [np.array(direction, float) for direction in itertools.product((-1, 0, 1), repeat=3) if any(direction)]
+    centres = a.position, b.position, middle
+    starts = [middle, *(centre + size * direction for centre in centres for direction in directions)]
+    starts += [b.position + distance * direction / np.linalg.norm(direction) for direction in directions]
+    candidates = []
+    for start in starts:
         try:
-            unknowns = find_opposing(a, b, near)
+            unknowns = find_opposing(a, b, start)
         except SceneError:
             continue
-        at = opposition_of(a, b, unknowns)
-        if at.kind == FOUND or (at.kind == NO_ELLIPSE and unknowns[LAMBDA] < 0.0):
-            found.append((at.approach, unknowns))
-    if not found:
+        opposition = opposition_of(a, b, unknowns)
+        if opposition.kind == FOUND or (opposition.kind == NO_ELLIPSE and unknowns[LAMBDA] < 0.0):
+            candidates.append((opposition.approach, unknowns))
+    if not candidates:
         raise SceneError(
             "no opposing points of the two bodies were found at the start; bring them nearer to each other"
         )
-    nearest, best = max(found, key=lambda one: one[0])
-    for approach, unknowns in found:
-        if nearest - approach < SAME * size and np.linalg.norm(unknowns[:3] - best[:3]) > 1e-6 * size:
+    nearest, best = max(candidates, key=lambda candidate: candidate[0])
+    for approach, unknowns in candidates:
+        if nearest - approach < EQUAL_DISTANCE * size and np.linalg.norm(unknowns[:3] - best[:3]) > 1e-6 * size:
             raise SceneError(
                 "the bodies have several closest points at the start: one contact is all that this kind knows; move "
                 "or turn one of them"
@@ -446,7 +452,7 @@ def searched(a: MovingBody, b: MovingBody, size: float) -> np.ndarray:
 
 def greatest_exponent(parameters: TwoBodiesScene) -> float | None:
     """Of both bodies; None where neither is a superellipsoid."""
-    return max((max(one.exponents) for one in parameters.bodies if one.shape == SUPERELLIPSOID), default=None)
+    return max((max(body.exponents) for body in parameters.bodies if body.shape == SUPERELLIPSOID), default=None)
 
 
 # Curvatures of bodies that bounce
@@ -454,8 +460,8 @@ def greatest_exponent(parameters: TwoBodiesScene) -> float | None:
 
 def start_curvatures(parameters) -> tuple[float, float]:
     """Curvatures (small, large) of the gap [1/m] at the start; raises SceneError where the contact is no ellipse."""
-    at = contact_of(*start_points(parameters))
-    return at.curvature_small, at.curvature_large
+    contact = contact_of(*start_points(parameters))
+    return contact.curvature_small, contact.curvature_large
 
 
 def curvatures_over(parameters) -> Iterator[tuple[float, float]]:
@@ -466,9 +472,9 @@ def curvatures_over(parameters) -> Iterator[tuple[float, float]]:
     if not isinstance(parameters, EllipsoidOnPlaneScene):
         yield start_curvatures(parameters)
         return
-    polar, around = np.meshgrid(*(np.linspace(0.0, 0.5 * math.pi, GRID),) * 2, indexing="ij")
+    polar, azimuth = np.meshgrid(*(np.linspace(0.0, 0.5 * math.pi, GRID),) * 2, indexing="ij")
     flat = np.sin(polar)
-    directions = np.stack([flat * np.cos(around), flat * np.sin(around), np.cos(polar)], axis=-1)
+    directions = np.stack([flat * np.cos(azimuth), flat * np.sin(azimuth), np.cos(polar)], axis=-1)
     low = ellipsoid_on_plane(parameters.body.semi_axes, directions)
     yield from zip(low.curvature_small.ravel().tolist(), low.curvature_large.ravel().tolist(), strict=True)
 
@@ -520,14 +526,14 @@ def check_discs(parameters: TwoDiscsScene) -> list[str]:
         return problems + check_run(parameters.run)
     disc, mass, name = parameters.disc, mass_of(parameters.disc), line_law_name(parameters)
     energy = 0.25 * mass * parameters.motion.speed**2
-    most = greatest_energy(disc_law(disc, name))
-    if energy >= most:
-        others = [one for one in law_names("line", ()) if energy < greatest_energy(disc_law(disc, one))]
-        way_out = f"use contact.normal: {others[0]}, or " if others else ""
+    limit = greatest_energy(disc_law(disc, name))
+    if energy >= limit:
+        alternatives = [law for law in law_names("line", ()) if energy < greatest_energy(disc_law(disc, law))]
+        way_out = f"use contact.normal: {alternatives[0]}, or " if alternatives else ""
         equation = "eq. (14)" if name == "line" else "Johnson's law"
         return [
             f"contact.normal = {name} has no solution: {equation} cannot store the {energy:.4g} J of this impact, only "
-            f"{most:.4g} J; {way_out}let the discs collide below {2.0 * math.sqrt(most / mass):.4g} m/s "
+            f"{limit:.4g} J; {way_out}let the discs collide below {2.0 * math.sqrt(limit / mass):.4g} m/s "
             "(motion.first_velocity)"
         ]
     return _check_step(parameters) + check_run(parameters.run)
@@ -569,10 +575,10 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
         parameters.body.semi_axes, parameters.start, parameters.gravity, parameters.solver.step
     )  # fmt: skip
     problems = _check_aspect(BODY, axes)
-    if start.height < -DEEPEST * min(axes):
+    if start.height < -MAX_APPROACH * min(axes):
         problems.append(
-            f"start.height = {start.height:g} m presses the body in by more than {DEEPEST:g} of its "
-            f"shortest semi-axis; give {-DEEPEST * min(axes):.3g} m or more"
+            f"start.height = {start.height:g} m presses the body in by more than {MAX_APPROACH:g} of its "
+            f"shortest semi-axis; give {-MAX_APPROACH * min(axes):.3g} m or more"
         )
     if gravity[0] or gravity[1] or gravity[2] > 0.0:
         problems.append(f"gravity = {list(gravity)} m/s^2 must point along -z, for the plane is horizontal")
@@ -590,20 +596,20 @@ def check_ellipsoid(parameters: EllipsoidOnPlaneScene) -> list[str]:
 
 def check_pair(parameters: TwoBodiesScene) -> list[str]:
     """Problems of two bodies, as by `check_spheres`."""
-    (one, other), contact = parameters.bodies, parameters.contact
-    problems = [*_check_shape(FIRST, one), *_check_shape(SECOND, other)]
-    if one.motion == HELD and other.motion == HELD:
+    (first, second), contact = parameters.bodies, parameters.contact
+    problems = [*_check_shape(FIRST, first), *_check_shape(SECOND, second)]
+    if first.motion == HELD and second.motion == HELD:
         problems.append("both bodies are held, so nothing moves; give one of them motion: free")
     if not problems:
-        if not {surface_of(one).kind, surface_of(other).kind} & set(CONVEX):
+        if not {surface_of(first).kind, surface_of(second).kind} & set(CONVEX):
             problems.append(
-                f"first.shape = {one.shape} and second.shape = {other.shape} are both open or hollow and may touch at "
-                "several points; one of them must be a sphere, an ellipsoid or a superellipsoid"
+                f"first.shape = {first.shape} and second.shape = {second.shape} are both open or hollow and may touch "
+                "at several points; one of them must be a sphere, an ellipsoid or a superellipsoid"
             )
         elif contact.tracking == "closed" and not has_closed_form(parameters):
             problems.append(
-                f"contact.tracking = closed: a {one.shape} and a {other.shape} have no closed form; use algebraic or "
-                "differential"
+                f"contact.tracking = closed: a {first.shape} and a {second.shape} have no closed form; use algebraic "
+                "or differential"
             )
     if contact.normal == OVERLAP and contact.stiffness:
         problems.append("contact.stiffness belongs to contact.normal: linear; leave it out")
@@ -627,28 +633,28 @@ def _check_aspect(name: str, axes) -> list[str]:
     ]
 
 
-def _check_shape(name: str, one: Shaped) -> list[str]:
+def _check_shape(name: str, body: Shaped) -> list[str]:
     """Problems of the shape of one body."""
-    problems, row, default = [], ROWS[one.shape], Shaped()
+    problems, row, default = [], ROWS[body.shape], Shaped()
     for key in ("radius", "ring_radius", "semi_axes", "exponents"):
-        value, wanted = getattr(one, key), key in row.keys
-        if wanted and not min(value if isinstance(value, tuple) else (value,)) > 0.0:
-            problems.append(f"{name}.shape = {one.shape} needs {name}.{key} above zero")
-        if not wanted and value != getattr(default, key):
-            problems.append(f"{name}.{key} is nothing a {one.shape} has; leave it out")
+        value, is_required = getattr(body, key), key in row.keys
+        if is_required and not min(value if isinstance(value, tuple) else (value,)) > 0.0:
+            problems.append(f"{name}.shape = {body.shape} needs {name}.{key} above zero")
+        if not is_required and value != getattr(default, key):
+            problems.append(f"{name}.{key} is nothing a {body.shape} has; leave it out")
     if problems:
         return problems
-    if one.shape == SUPERELLIPSOID and not all(2.0 <= exponent <= 50.0 for exponent in one.exponents):
+    if body.shape == SUPERELLIPSOID and not all(2.0 <= exponent <= 50.0 for exponent in body.exponents):
         problems.append(
-            f"{name}.exponents = {list(one.exponents)} must lie between 2 (an ellipsoid) and 50: below 2 a "
+            f"{name}.exponents = {list(body.exponents)} must lie between 2 (an ellipsoid) and 50: below 2 a "
             "superellipsoid has edges, and far above it is a box"
         )
     if "semi_axes" in row.keys:
-        problems += _check_aspect(name, one.semi_axes)
-    if one.shape == "groove" and one.radius >= one.ring_radius:
-        problems.append(f"{name}.radius = {one.radius:g} m of the tube must be below {name}.ring_radius")
-    if row.solid is None and one.motion != HELD:
-        problems.append(f"{name}.shape = {one.shape} has no mass of its own; give {name}.motion: held")
+        problems += _check_aspect(name, body.semi_axes)
+    if body.shape == "groove" and body.radius >= body.ring_radius:
+        problems.append(f"{name}.radius = {body.radius:g} m of the tube must be below {name}.ring_radius")
+    if row.solid is None and body.motion != HELD:
+        problems.append(f"{name}.shape = {body.shape} has no mass of its own; give {name}.motion: held")
     return problems
 
 
@@ -658,8 +664,8 @@ def _check_start(parameters: TwoBodiesScene) -> list[str]:
         a, b, unknowns = start_points(parameters)
     except SceneError as error:
         return [str(error)]
-    at, size = opposition_of(a, b, unknowns), size_of(parameters)
-    kind, approach = at.kind, at.approach
+    opposition, size = opposition_of(a, b, unknowns), size_of(parameters)
+    kind, approach = opposition.kind, opposition.approach
     if not np.all(np.isfinite(unknowns)):
         return ["the bodies' centres coincide, so they have no opposing points; move one of them"]
     if kind not in (FOUND, NO_ELLIPSE) or unknowns[LAMBDA] >= 0.0:
@@ -669,12 +675,12 @@ def _check_start(parameters: TwoBodiesScene) -> list[str]:
             f"at the start the contact {REFUSALS[kind].removeprefix('is ')}: contact.normal = "
             f"{parameters.contact.normal} knows none such; use overlap, or turn one of the bodies"
         ]
-    if approach > DEEPEST * size:
+    if approach > MAX_APPROACH * size:
         return [
-            f"at the start the bodies press {approach:.3g} m into each other, more than {DEEPEST:g} of the least size "
-            f"{size:g} m; move one of them"
+            f"at the start the bodies press {approach:.3g} m into each other, more than {MAX_APPROACH:g} of the least "
+            f"size {size:g} m; move one of them"
         ]
-    if kind == FOUND and approach > at.curvature_small * size**2:
+    if kind == FOUND and approach > opposition.curvature_small * size**2:
         return [
             f"at the start the bodies press {approach:.3g} m into each other, so that they would touch over more than "
             f"the least size {size:g} m, which no law here knows; move one of them, or let them fit less closely"
@@ -688,8 +694,8 @@ def _check_start(parameters: TwoBodiesScene) -> list[str]:
 def resolve(parameters):
     """The parameters of a checked pair on a line with the zeros of its run replaced."""
     contact = 1.25 * _stretch(parameters) * impact_time(parameters)
-    whole = parameters.motion.gap / parameters.motion.speed + contact
-    return dataclasses.replace(parameters, run=resolved_run(parameters.run, whole, OUTPUTS))
+    duration = parameters.motion.gap / parameters.motion.speed + contact
+    return dataclasses.replace(parameters, run=resolved_run(parameters.run, duration, OUTPUTS))
 
 
 def _stretch(parameters) -> float:
@@ -701,8 +707,8 @@ def _stretch(parameters) -> float:
     if isinstance(parameters, TwoDiscsScene) or is_steady(parameters.contact):
         return 1.0
     speed = parameters.motion.speed
-    kept = restitution_of(hunt_crossley_damping(parameters.contact, speed) * speed)
-    return max(kept, LEAST) ** -0.5
+    restitution = restitution_of(hunt_crossley_damping(parameters.contact, speed) * speed)
+    return max(restitution, LEAST_RESTITUTION) ** -0.5
 
 
 def resolve_bouncing(parameters):
@@ -715,18 +721,18 @@ def resolve_bouncing(parameters):
 
 def choose_spheres(parameters) -> Choice:
     """Two spheres: closed forms wherever they give all that is requested."""
-    found = answers(SPHERES, parameters)
-    law, stepper = found["contact.normal"].value, found["solver.stepper"].value
+    choices = answers(SPHERES, parameters)
+    law, stepper = choices["contact.normal"].value, choices["solver.stepper"].value
     exact = sphere_coefficient("hertz", 1.0, 1.0)
     error = 0.0 if LAWS[law].measured else abs(float(sphere_coefficient(law, 1.0, 1.0) / exact) - 1.0)
     warnings = _odd_masses(parameters) + _step_warnings(parameters.solver, stepper, FIXED_STEP, impact_time(parameters))
-    return Choice(law, stepper, error, sentences(found), tuple(warnings))
+    return Choice(law, stepper, error, sentences(choices), tuple(warnings))
 
 
 def choose_discs(parameters) -> Choice:
     """Two discs: Johnson's law unless another is specified, by quadrature when only peaks are requested."""
-    found = answers(DISCS, parameters)
-    law, stepper = found["contact.normal"].value, found["solver.stepper"].value
+    choices = answers(DISCS, parameters)
+    law, stepper = choices["contact.normal"].value, choices["solver.stepper"].value
     error, warnings = line_contact_error(parameters)
     difference = disc_impact_time(parameters, law) / disc_impact_time(parameters, "johnson") - 1.0
     if abs(difference) > JOHNSON_ERROR:
@@ -735,7 +741,7 @@ def choose_discs(parameters) -> Choice:
             "which thick discs follow; contact.normal: johnson costs no more"
         )
     warnings += _step_warnings(parameters.solver, stepper, FIXED_STEP, impact_time(parameters))
-    return Choice(law, stepper, error + abs(difference), sentences(found), tuple(warnings))
+    return Choice(law, stepper, error + abs(difference), sentences(choices), tuple(warnings))
 
 
 def line_contact_error(parameters) -> tuple[float, list[str]]:
@@ -744,18 +750,18 @@ def line_contact_error(parameters) -> tuple[float, list[str]]:
     It grows with the speed as a share of that of waves, as the strain does; thin discs are not in plane strain, which
     makes the contact longer by 1 / sqrt(1 - nu^2). Both errors have opposite signs where they are small.
     """
-    disc, share = parameters.disc, speed_share(parameters)
-    error, why, keys = max(JOHNSON_ERROR, LARGE * share), [], "against: disc"
+    disc, speed_ratio = parameters.disc, speed_share(parameters)
+    error, reasons, keys = max(JOHNSON_ERROR, SPEED_ERROR * speed_ratio), [], "against: disc"
     if error > JOHNSON_ERROR:
-        why.append(f"the speed of each disc is {share:.2g} of that of waves in it")
+        reasons.append(f"the speed of each disc is {speed_ratio:.2g} of that of waves in it")
     if disc.thickness < disc.radius:
         error = max(error, (1.0 - disc.material.poisson_ratio**2) ** -0.5 - 1.0)
-        why.append("discs thinner than their radius are not in plane strain")
+        reasons.append("discs thinner than their radius are not in plane strain")
         keys += " and plane: stress"
     if error <= max(2.0 * JOHNSON_ERROR, parameters.wanted.tolerance):
         return error, []
     return error, [
-        f"line contact differs from finite elasticity by about {100.0 * error:.2g} % here: {', '.join(why)}; kind: "
+        f"line contact differs from finite elasticity by about {100.0 * error:.2g} % here: {', '.join(reasons)}; kind: "
         f"soft_discs with {keys} computes it"
     ]
 
@@ -763,8 +769,9 @@ def line_contact_error(parameters) -> tuple[float, list[str]]:
 def choose_bouncing(parameters) -> Choice:
     """Law, method and contact points of bodies that bounce; on a plane a law is judged over the whole surface."""
     on_plane = isinstance(parameters, EllipsoidOnPlaneScene)
-    found, tolerance, warnings = answers(ELLIPSOID if on_plane else BODIES, parameters), parameters.wanted.tolerance, []
-    law, stepper = found["contact.normal"].value, found["solver.stepper"].value
+    choices, tolerance = answers(ELLIPSOID if on_plane else BODIES, parameters), parameters.wanted.tolerance
+    warnings = []
+    law, stepper = choices["contact.normal"].value, choices["solver.stepper"].value
     error = law_error(parameters, law)
     if law != OVERLAP and error > max(tolerance, RATIONAL):
         warnings.append(
@@ -774,13 +781,16 @@ def choose_bouncing(parameters) -> Choice:
     warnings += [*_odd_masses(parameters), *drift(law), *roughness(FRICTIONS[parameters.contact.friction])]
     if on_plane:
         warnings += _step_warnings(parameters.solver, stepper, ("rk4",), shortest_contact(parameters))
-    return Choice(law, stepper, error, sentences(found), tuple(warnings))
+    return Choice(law, stepper, error, sentences(choices), tuple(warnings))
 
 
 def _odd_masses(parameters) -> list[str]:
     pairs = zip(parameters.names, parameters.bodies, strict=True)
-    given = [(name, one) for name, one in pairs if one.mass and one.motion == FREE]
-    return [warning for name, one in given for warning in odd_mass(f"{name}.mass", one.mass, homogeneous_mass(one))]
+    warnings = []
+    for name, body in pairs:
+        if body.mass and body.motion == FREE:
+            warnings += odd_mass(f"{name}.mass", body.mass, homogeneous_mass(body))
+    return warnings
 
 
 def _step_warnings(solver, stepper: str, fixed: tuple[str, ...], contact_time: float) -> list[str]:

@@ -82,8 +82,8 @@ def bouncing_topics(link: str, parameters) -> tuple[Topic, ...]:
 
 
 def _texts(parameters, about: str) -> dict[str, str]:
-    one, other = parameters.names
-    return {one: f"by the {other}, about its centre; gravity is not in it", other: f"by the {one}, about {about}"}
+    first, second = parameters.names
+    return {first: f"by the {second}, about its centre; gravity is not in it", second: f"by the {first}, about {about}"}
 
 
 sphere_topics = functools.partial(impact_topics, "two_spheres_link")
@@ -95,48 +95,49 @@ body_topics = functools.partial(bouncing_topics, "two_bodies_link")
 def pair_of(parameters, sample: Sample) -> ContactPair:
     """The contact of the bodies."""
     if "displacement" not in sample.values:
-        known = {name: sample.values[name] for name in OF_PAIR if name in sample.values}
+        channels = {name: sample.values[name] for name in OF_PAIR if name in sample.values}
         if PLANE in parameters.names:
             turned = {"drilling_torque": -sample["drilling_torque"], "spin_rate": -sample["angular_velocity"][..., 2]}
-            known |= {"second_position": np.zeros(3), "normal": DOWN, **turned}
-        return ContactPair(**known)
-    (first, second), (one, other), load = (
+            channels |= {"second_position": np.zeros(3), "normal": DOWN, **turned}
+        return ContactPair(**channels)
+    (first, second), (first_body, second_body), load = (
         np.moveaxis(sample["displacement"], -1, 0),
         parameters.bodies,
         sample["normal_load"],
     )
-    second = one.radius + other.radius + parameters.motion.gap + second
-    places = first, second, 0.5 * (first + one.radius + second - other.radius)
+    second = first_body.radius + second_body.radius + parameters.motion.gap + second
+    positions = first, second, 0.5 * (first + first_body.radius + second - second_body.radius)
     patch = patch_of(parameters, load)
-    return ContactPair(*(times(place, X) for place in places), X, sample["approach"], load, *patch, major_axis=Z)
+    points = (times(position, X) for position in positions)
+    return ContactPair(*points, X, sample["approach"], load, *patch, major_axis=Z)
 
 
 def solids(parameters) -> dict[str, list[dict]]:
-    """The bodies as markers in their frames; a plane that may be tilted is none of them."""
-    found = dict(zip(parameters.names, shapes_of(parameters), strict=True))
-    return {name: [one] for name, one in found.items() if one["type"] != CUBE or name == PLANE}
+    """The bodies as markers in their frames, without a plane that may be tilted."""
+    markers_by_name = dict(zip(parameters.names, shapes_of(parameters), strict=True))
+    return {name: [shape] for name, shape in markers_by_name.items() if shape["type"] != CUBE or name == PLANE}
 
 
 def shapes_of(parameters) -> list[dict]:
     """Markers of the bodies in their frames: solids where markers have one, else lines on the surface."""
-    longest, found = _longest(parameters), []
-    for name, one, colour in zip(parameters.names, parameters.bodies, COLOURS, strict=True):
-        kind, size, points, middle = SPHERE, tuple(2.0 * axis for axis in 3 * ROWS[one.shape].sizes(one))[:3], (), 0.0
+    longest, shapes = _longest(parameters), []
+    for name, body, colour in zip(parameters.names, parameters.bodies, COLOURS, strict=True):
+        kind, size, points, middle = SPHERE, tuple(2.0 * axis for axis in 3 * ROWS[body.shape].sizes(body))[:3], (), 0.0
         colour = markers.STEEL if parameters.names in POSES else colour
-        if one.shape == "disc":
-            kind, size = CYLINDER, (*size[:2], one.thickness)
-        elif one.shape == "plane":
+        if body.shape == "disc":
+            kind, size = CYLINDER, (*size[:2], body.thickness)
+        elif body.shape == "plane":
             kind, size, colour = CUBE, (8.0 * longest, 8.0 * longest, 0.02 * longest), markers.GLASS
             middle = -0.5 * size[2]
-        elif one.shape not in ("sphere", "ellipsoid"):
-            kind, size, points = LINE_LIST, (0.01 * longest, 0.0, 0.0), lines_of(one)
-        found.append(marker(name, 0, kind, size, colour, (0.0, 0.0, middle), points=points))
-    return found
+        elif body.shape not in ("sphere", "ellipsoid"):
+            kind, size, points = LINE_LIST, (0.01 * longest, 0.0, 0.0), lines_of(body)
+        shapes.append(marker(name, 0, kind, size, colour, (0.0, 0.0, middle), points=points))
+    return shapes
 
 
 def _longest(parameters) -> float:
     """Greatest size [m] of the smaller body."""
-    return min(max(ROWS[one.shape].sizes(one)) for one in parameters.bodies if one.shape != "plane")
+    return min(max(ROWS[body.shape].sizes(body)) for body in parameters.bodies if body.shape != "plane")
 
 
 def marker_fields(output: Output) -> dict:
@@ -145,60 +146,60 @@ def marker_fields(output: Output) -> dict:
     A plane is drawn under the contact. Contact ellipses are those of bodies that bounce.
     """
     sample, parameters, pair = output.sample, output.parameters, output.once(pair_of)
-    longest, turning, found = _longest(parameters), "orientation" in sample.values, []
+    longest, turning, shapes = _longest(parameters), "orientation" in sample.values, []
     outwards = (pair.normal, pair.position, ""), (-pair.normal, pair.second_position, "second_")
-    for (outward, centre, prefix), one, shape in zip(outwards, parameters.bodies, shapes_of(parameters), strict=True):
-        turn = sample.values.get(f"{prefix}orientation", markers.UNTURNED)
-        if one.shape == "plane":
-            deep = ((pair.contact_point - centre) * outward).sum(axis=-1) + 0.01 * longest
-            centre = pair.contact_point - times(deep, outward)
-        found.append(placed(shape, centre, turn))
-        if turning and one.shape not in ("plane", "groove"):
-            sizes = (3 * ROWS[one.shape].sizes(one))[:3]
-            reach = [1.05 * size * axis for size, axis in zip(sizes, own_axes(turn), strict=True)]
-            ends = np.stack([centre + side * way for way in reach for side in (-1.0, 1.0)], axis=-2)
+    for (outward, centre, prefix), body, shape in zip(outwards, parameters.bodies, shapes_of(parameters), strict=True):
+        orientation = sample.values.get(f"{prefix}orientation", markers.UNTURNED)
+        if body.shape == "plane":
+            depth = ((pair.contact_point - centre) * outward).sum(axis=-1) + 0.01 * longest
+            centre = pair.contact_point - times(depth, outward)
+        shapes.append(placed(shape, centre, orientation))
+        if turning and body.shape not in ("plane", "groove"):
+            sizes = (3 * ROWS[body.shape].sizes(body))[:3]
+            arms = [1.05 * size * axis for size, axis in zip(sizes, own_axes(orientation), strict=True)]
+            ends = np.stack([centre + side * arm for arm in arms for side in (-1.0, 1.0)], axis=-2)
             thin = (0.04 * longest, 0.0, 0.0)
-            found.append(marker(f"{shape['ns']}_pins", 0, LINE_LIST, thin, markers.BLUE, points=ends))
+            shapes.append(marker(f"{shape['ns']}_pins", 0, LINE_LIST, thin, markers.BLUE, points=ends))
     if turning:
-        return {"markers": found + pair.markers(longest, pair.contact_point - 0.5 * longest * X)}
-    beside = pair.contact_point + np.array([0.0, 1.3 * reach_of(max(parameters.bodies, key=reach_of)), 0.0])
-    return {"markers": [*found, load_marker(pair.normal_load, longest, beside)]}
+        return {"markers": shapes + pair.markers(longest, pair.contact_point - 0.5 * longest * X)}
+    arrow_foot = pair.contact_point + np.array([0.0, 1.3 * reach_of(max(parameters.bodies, key=reach_of)), 0.0])
+    return {"markers": [*shapes, load_marker(pair.normal_load, longest, arrow_foot)]}
 
 
 @functools.lru_cache(maxsize=16)
-def lines_of(one: Shaped) -> list[list[float]]:
+def lines_of(body: Shaped) -> list[list[float]]:
     """Ends (n, 3) [m] of lines on the surface of a body: its parallels and meridians.
 
     Of a convex body sections through its centre, of a groove circles both ways.
     """
-    surface, turn = surface_of(one), np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
+    surface, angles = surface_of(body), np.linspace(0.0, 2.0 * math.pi, ROUND + 1)
     parallels, meridians = (0.0,), np.linspace(0.0, math.pi, RINGS)[:-1]
     if surface.kind == TORUS:
         parallels, meridians = (np.linspace(0.0, 2.0 * math.pi, count + 1)[:-1] for count in (RINGS, 2 * RINGS))
-    rings = [surface_points(surface, turn, across) for across in parallels]
-    rings += [surface_points(surface, around, turn) for around in meridians]
+    rings = [surface_points(surface, angles, tilt) for tilt in parallels]
+    rings += [surface_points(surface, angle, angles) for angle in meridians]
     return np.concatenate([np.stack([ring[:-1], ring[1:]], axis=1).reshape(-1, 3) for ring in rings]).tolist()
 
 
 # Views
 
-REACH, ABOVE = 0.3, 1.25  # radii of the smaller body: displacement, height of the arrows of an impact
-ARROW, SPOT = 1.6, 0.35  # longest arrow, greatest drawn semi-axis of a contact; in sizes of the body
+DISPLACEMENT, ABOVE = 0.3, 1.25  # radii of the smaller body: displacement, height of the arrows of an impact
+ARROW, PATCH = 1.6, 0.35  # longest arrow, greatest drawn semi-axis of a contact; in sizes of the body
 ENERGIES = (("kinetic_energy", "kinetic"), ("elastic_energy", "in the contact"))
 STORED = (ENERGIES[0], ("potential_energy", "of height"), ENERGIES[1])
 LOST = (("dissipated_viscous", "lost to viscosity"), ("dissipated_friction", "lost to friction"))
 """Channels and words of the energies, in the order in which they are shown."""
-AROUND, ACROSS = 64, 32  # directions of a mesh round its axis and from pole to pole
-EDGE = math.radians(78.0)  # how far up a groove is drawn
-BEHIND = 0.5  # radii of the tube: the ring behind a groove
+MERIDIANS, PARALLELS = 64, 32  # directions of a mesh about its axis and from pole to pole
+EDGE = math.radians(78.0)  # greatest angle at which a groove is drawn
+BEHIND = 0.5  # radii of the tube: thickness of the ring behind a groove
 
 
 def impact_view(parameters, channels) -> View:
     """Of two spheres or two discs."""
     bodies, gap = parameters.bodies, parameters.motion.gap
-    first, second = (one.radius for one in bodies)
+    first, second = (body.radius for body in bodies)
     least, high = min(first, second), ABOVE * max(first, second)
-    apart = 0.04 * least
+    offset = 0.04 * least
     drawn = (
         Channel("middles", "m", (2, 3), "centres at the first contact"),
         Channel("ways", "m", (2, 3), "from there"),
@@ -207,13 +208,13 @@ def impact_view(parameters, channels) -> View:
     )
     fixed = {
         "middles": ((-first, 0.0, 0.0), (second, 0.0, 0.0)),
-        "tails": ((-apart, high, 0.0), (apart, high, 0.0)),
+        "tails": ((-offset, high, 0.0), (offset, high, 0.0)),
     }
 
     def rows(sample):
-        load, moved = sample["normal_load"], sample["displacement"] - (gap, 0.0)
-        still = {name: np.tile(one, (len(load), 1, 1)) for name, one in fixed.items()}
-        return still | {"ways": moved[..., None] * X, "forces": np.multiply.outer(load, (-X, X))}
+        load, displacements = sample["normal_load"], sample["displacement"] - (gap, 0.0)
+        constant = {name: np.tile(body, (len(load), 1, 1)) for name, body in fixed.items()}
+        return constant | {"ways": displacements[..., None] * X, "forces": np.multiply.outer(load, (-X, X))}
 
     return view_of(
         channels,
@@ -227,10 +228,10 @@ def impact_view(parameters, channels) -> View:
         ),
         solids=tuple(
             Solid(
-                name, f"{name} body", SHAPES[one.shape](one, place), (BLUE, ORANGE)[place],
-                place=place, position="middles", deviation="ways", opacity=0.62,
+                name, f"{name} body", SHAPES[body.shape](body, index), (BLUE, ORANGE)[index],
+                place=index, position="middles", deviation="ways", opacity=0.62,
             )
-            for place, (name, one) in enumerate(zip(parameters.names, bodies, strict=True))
+            for index, (name, body) in enumerate(zip(parameters.names, bodies, strict=True))
         ),
         marks=(
             Arrows(
@@ -244,7 +245,7 @@ def impact_view(parameters, channels) -> View:
             middle=(second - first, 0.1 * least, 0.0),
             at_start=((second, 0.0, 0.0), first + second),  # the origin is the first body's centre
         ),
-        enlarged=Enlarged("displacements", ("ways",), REACH * least),
+        enlarged=Enlarged("displacements", ("ways",), DISPLACEMENT * least),
         words="Where the bodies overlap they are pressed flat: the overlap is the approach, as much enlarged.",
     )  # fmt: skip
 
@@ -255,31 +256,32 @@ def bouncing_view(parameters, channels) -> View:
     upward = -fall / np.linalg.norm(fall) if fall.any() else Z
     tilted = abs(upward[2]) < 0.9
     direction = np.array(Z if tilted else (0.35, -1.0, 0.0)) + (0.42 if tilted else 0.3) * upward
-    known, same = {one.name for one in channels}, second.shape == first.shape
-    groove, seen = second.shape == "groove", [one for one in (first, second) if math.isfinite(reach_of(one))]
+    names, same = {body.name for body in channels}, second.shape == first.shape
+    groove, bounded = second.shape == "groove", [body for body in (first, second) if math.isfinite(reach_of(body))]
     if isinstance(parameters, EllipsoidOnPlaneScene):
         start, longest = parameters.start, reach_of(first)
-        amid, far = (0.0, 0.0, 0.5 * max(start.height, 0.0) + longest), 0.5 * max(start.height, 0.0) + 1.15 * longest
+        middle = 0.5 * max(start.height, 0.0)
+        centre, extent = (0.0, 0.0, middle + longest), middle + 1.15 * longest
         travels = min(first.semi_axes) != longest or any(start.velocity[:2]) or any(start.angular_velocity)
     else:
-        places, travels = np.array([one.position for one in seen]), second.shape == "plane"
-        amid = tuple((0.5 * (places.min(axis=0) + places.max(axis=0))).tolist())
-        far = max(math.dist(one.position, amid) + reach_of(one) for one in seen)
+        positions, travels = np.array([body.position for body in bounded]), second.shape == "plane"
+        centre = tuple((0.5 * (positions.min(axis=0) + positions.max(axis=0))).tolist())
+        extent = max(math.dist(body.position, centre) + reach_of(body) for body in bounded)
     look = Look(
-        (1.5 if groove else 1.1) * max(map(reach_of, seen)),
+        (1.5 if groove else 1.1) * max(map(reach_of, bounded)),
         tuple(direction.tolist()),
         tuple(upward.tolist()),
         around=("second_position",) if groove else ("position",),
-        at_start=(amid, far),
+        at_start=(centre, extent),
         follows=parameters.names[0] if travels else "",
     )
-    size = reach_of(first) if first in seen else look.radius
+    size = reach_of(first) if first in bounded else look.radius
 
-    def solid(name: str, one, prefix: str, colour: str) -> Solid:
-        ground = one.shape == "plane"
-        poses = {word: f"{prefix}{word}" for word in ("position", "orientation") if f"{prefix}{word}" in known}
-        look = {"marked": not ground, "opacity": 0.5 if ground else 1.0}
-        return Solid(name, f"{name} body, {one.shape}", SHAPES[one.shape](one, 0), colour, **poses, **look)
+    def solid(name: str, body, prefix: str, colour: str) -> Solid:
+        ground = body.shape == "plane"
+        poses = {word: f"{prefix}{word}" for word in ("position", "orientation") if f"{prefix}{word}" in names}
+        appearance = {"marked": not ground, "opacity": 0.5 if ground else 1.0}
+        return Solid(name, f"{name} body, {body.shape}", SHAPES[body.shape](body, 0), colour, **poses, **appearance)
 
     def rows(sample):
         push = -sample["normal"] if "normal" in sample.values else np.tile(Z, (len(sample["position"]), 1))
@@ -307,7 +309,7 @@ def bouncing_view(parameters, channels) -> View:
                 point="contact_point",
             ),
             ContactEllipses(
-                "contact", "contact", "push", "semi_major", "semi_minor", "peak_pressure", SPOT * size,
+                "contact", "contact", "push", "semi_major", "semi_minor", "peak_pressure", PATCH * size,
                 major_axis="major_axis", point="contact_point",
             ),
         ),
@@ -316,52 +318,53 @@ def bouncing_view(parameters, channels) -> View:
     )  # fmt: skip
 
 
-def directions(around, across) -> np.ndarray:
+def directions(angle, tilt) -> np.ndarray:
     """Unit vectors (..., 3) at angles [rad] round z and up from the plane z = 0; arrays broadcast."""
-    flat = np.cos(across)
-    return np.stack(np.broadcast_arrays(flat * np.cos(around), flat * np.sin(around), np.sin(across)), axis=-1)
+    flat = np.cos(tilt)
+    return np.stack(np.broadcast_arrays(flat * np.cos(angle), flat * np.sin(angle), np.sin(tilt)), axis=-1)
 
 
-def surface_points(surface: Surface, around, across) -> np.ndarray:
+def surface_points(surface: Surface, angle, tilt) -> np.ndarray:
     """Points (..., 3) [m] of a surface.
 
     Of a torus those at angles [rad] round its axis and its tube, of a convex body the farthest along `directions`.
     """
-    ways = directions(around, across)
+    outwards = directions(angle, tilt)
     if surface.kind != TORUS:
-        return support(surface, ways)
+        return support(surface, outwards)
     locus, tube = surface.sizes[:2]
-    return locus * directions(around, np.zeros_like(across)) + tube * ways
+    return locus * directions(angle, np.zeros_like(tilt)) + tube * outwards
 
 
-def _mesh(one: Shaped) -> dict:
-    """A convex body from its support: the farthest point along each of many directions, whose normal it is."""
-    tilts, turns = np.linspace(0.5 * math.pi, -0.5 * math.pi, ACROSS + 1), np.linspace(0.0, 2.0 * math.pi, AROUND + 1)
+def _mesh(body: Shaped) -> dict:
+    """A convex body by its support function: the farthest points along many directions, which are their normals."""
+    tilts = np.linspace(0.5 * math.pi, -0.5 * math.pi, PARALLELS + 1)
+    turns = np.linspace(0.0, 2.0 * math.pi, MERIDIANS + 1)
     angles = turns, tilts[:, None]
-    corner = (np.arange(ACROSS)[:, None] * (AROUND + 1) + np.arange(AROUND)).ravel()
-    below = corner + AROUND + 1
+    corner = (np.arange(PARALLELS)[:, None] * (MERIDIANS + 1) + np.arange(MERIDIANS)).ravel()
+    below = corner + MERIDIANS + 1
     triangles = np.concatenate(
         [np.stack([corner, below, corner + 1], axis=1), np.stack([corner + 1, below, below + 1], axis=1)]
     )
-    both = surface_points(surface_of(one), *angles), directions(*angles)
-    points, normals = (some.reshape(-1, 3).tolist() for some in both)
+    arrays = surface_points(surface_of(body), *angles), directions(*angles)
+    points, normals = (array.reshape(-1, 3).tolist() for array in arrays)
     return {"mesh": {"vertices": points, "normals": normals, "triangles": triangles.tolist()}}
 
 
-def _groove(one: Shaped) -> dict:
+def _groove(body: Shaped) -> dict:
     """The half z < 0 of a ring with a groove of the tube's radius inside."""
-    bottom = one.ring_radius + one.radius
-    strokes = grooved_ring(bottom, one.radius, EDGE, bottom + BEHIND * one.radius, -1.25 * one.radius)
+    bottom = body.ring_radius + body.radius
+    strokes = grooved_ring(bottom, body.radius, EDGE, bottom + BEHIND * body.radius, -1.25 * body.radius)
     return {"turned": {"strokes": strokes}}
 
 
 SHAPES = {
-    "plane": lambda one, place: {"ground": {}},
-    "sphere": lambda one, place: {"ellipsoid": (one.radius,) * 3},
-    "ellipsoid": lambda one, place: {"ellipsoid": one.semi_axes},
-    "superellipsoid": lambda one, place: _mesh(one),
-    "groove": lambda one, place: _groove(one),
+    "plane": lambda body, index: {"ground": {}},
+    "sphere": lambda body, index: {"ellipsoid": (body.radius,) * 3},
+    "ellipsoid": lambda body, index: {"ellipsoid": body.semi_axes},
+    "superellipsoid": lambda body, index: _mesh(body),
+    "groove": lambda body, index: _groove(body),
     # faces in one plane would flicker: the second disc is drawn a little thinner
-    "disc": lambda one, place: {"cylinder": {"radius": one.radius, "length": one.thickness * (1.0 - 0.002 * place)}},
+    "disc": lambda body, index: {"cylinder": {"radius": body.radius, "length": body.thickness * (1.0 - 0.002 * index)}},
 }
-"""How each shape of `derived.ROWS` is drawn, the first or the second body in its place."""
+"""Drawing of each shape of `derived.ROWS`, by the index of the body."""

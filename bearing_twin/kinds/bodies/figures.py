@@ -38,7 +38,7 @@ CONTACT = Table(
     "a contact that has ended",
 )
 FIGURES = ("peak_force_n", "contact_duration_s", "greatest_approach_m", "restitution", "impulse_ns")
-START, DURATION, PEAK_FORCE, IMPULSE, DEEPEST, LEAVING, GAINED = range(1, 8)
+START, DURATION, PEAK_FORCE, IMPULSE, GREATEST_APPROACH, LEAVING, GAINED = range(1, 8)
 
 TOUCH = Table("touch", (Channel("time", "s", (), "begin of the contact"),), "a contact that begins")
 _AT_PEAK = (
@@ -91,7 +91,7 @@ def contact_rows(contacts, deepest, leaving: float, gained: float) -> np.ndarray
     """Rows (n, columns) of CONTACT; the last one carries the speed away and the energy gained in all [J]."""
     rows = np.zeros((len(contacts), len(CONTACT.columns)))
     for row, contact, depth in zip(rows, contacts, deepest, strict=True):
-        row[: DEEPEST + 1] = contact.start + contact.duration, *contact, depth
+        row[: GREATEST_APPROACH + 1] = contact.start + contact.duration, *contact, depth
     rows[-1:, LEAVING], rows[-1:, GAINED] = leaving, gained
     return rows
 
@@ -103,8 +103,8 @@ def contact_warnings(bodies, pressure: float, shortest: float, widths) -> list[s
     small against [m], and its name.
     """
     return gathered(
-        pressure_warning(pressure, yield_pressure(*(one.material for one in bodies))),
-        *(width_warning(*one) for one in widths),
+        pressure_warning(pressure, yield_pressure(*(body.material for body in bodies))),
+        *(width_warning(*width) for width in widths),
         wave_warning(shortest, max(map(transit_of, bodies))),
     )
 
@@ -156,8 +156,8 @@ class ImpactFigures:
         return {
             "peak_force_n": self.peak_force,
             "contact_duration_s": sum(map(float, contacts[:, DURATION])),
-            "contacts": [dict(zip(keys, map(float, row[START:DEEPEST]), strict=True)) for row in contacts],
-            "greatest_approach_m": float(contacts[:, DEEPEST].max(initial=0.0)),
+            "contacts": [dict(zip(keys, map(float, row[START:GREATEST_APPROACH]), strict=True)) for row in contacts],
+            "greatest_approach_m": float(contacts[:, GREATEST_APPROACH].max(initial=0.0)),
             "restitution": self.restitution,
             "energy_closure": self.energy_gained / self.initial_energy if self.initial_energy else 0.0,
             "impulse_ns": math.fsum(contacts[:, IMPULSE]),
@@ -183,13 +183,15 @@ class PairFigures(ImpactFigures):
         if not len(self.contacts):
             return []
         bodies, (_, half_width, pressure) = self.parameters.bodies, patch_of(self.parameters, self.peak_force)
-        shortest, size = float(self.contacts[:, DURATION].min()), min(one.radius for one in bodies)
-        found = contact_warnings(bodies, pressure, shortest, [(half_width, size, "smaller radius")])
+        shortest, size = float(self.contacts[:, DURATION].min()), min(body.radius for body in bodies)
+        warnings = contact_warnings(bodies, pressure, shortest, [(half_width, size, "smaller radius")])
         thickness = getattr(bodies[0], "thickness", math.inf)
         # A law that is specified has a range of thicknesses, which says so.
         if thickness < size and self.parameters.contact.normal == "auto":
-            found.append(f"a thickness of {thickness:g} m is below the radius of {size:g} m: both assume plane strain")
-        return found + super().flags()
+            warnings.append(
+                f"a thickness of {thickness:g} m is below the radius of {size:g} m: both assume plane strain"
+            )
+        return warnings + super().flags()
 
 
 # Bodies that bounce
@@ -245,38 +247,38 @@ class BouncingFigures:
             self._peaks = np.maximum(self._peaks, [block.values[name][rows].max(initial=0.0) for name in PEAKS])
 
     def _instant(self, block, stored, total, row):
-        kept = {name: block.values[name][row] + 0.0 for name in ("velocity", "angular_momentum", "position")}
+        vectors = {name: block.values[name][row] + 0.0 for name in ("velocity", "angular_momentum", "position")}
         names = (*self._spent, "quaternion_drift", "tracking_error")
         numbers = {name: float(block.values[name][row]) for name in names if name in block.values}
-        return {"stored": float(stored[row]), "total": float(total[row]), **numbers, **kept}
+        return {"stored": float(stored[row]), "total": float(total[row]), **numbers, **vectors}
 
     def contacts(self) -> dict[str, np.ndarray]:
         """Columns (n,) of all contacts in SI, the one that goes on last; what its end gives is NaN there."""
         rows = np.concatenate(self._rows) if self._rows else np.empty((0, len(self._columns)))
-        found = dict(zip(self._columns, rows.T, strict=False))
-        found.setdefault("greatest_approach", found["approach"])  # logs of earlier versions lack it
-        loaded, modulus = found["peak_load"] > 0.0, self.parameters.modulus
-        gap = [np.where(loaded, found[f"curvature_{one}"], 1.0) for one in ("small", "large")]
+        columns = dict(zip(self._columns, rows.T, strict=False))
+        columns.setdefault("greatest_approach", columns["approach"])  # logs of earlier versions lack it
+        loaded, modulus = columns["peak_load"] > 0.0, self.parameters.modulus
+        gap = [np.where(loaded, columns[f"curvature_{size}"], 1.0) for size in ("small", "large")]
         if not self.pair:
-            patch = np.where(loaded, ellipse(*gap, modulus, found["peak_load"]), 0.0)
-            found |= dict(zip(("semi_major", "semi_minor", "peak_pressure"), patch, strict=True))
-            found |= {
-                "impulse": found["impulse_z"],
-                "friction_impulse": np.hypot(found["impulse_x"], found["impulse_y"]),
+            patch = np.where(loaded, ellipse(*gap, modulus, columns["peak_load"]), 0.0)
+            columns |= dict(zip(("semi_major", "semi_minor", "peak_pressure"), patch, strict=True))
+            columns |= {
+                "impulse": columns["impulse_z"],
+                "friction_impulse": np.hypot(columns["impulse_x"], columns["impulse_y"]),
             }
         elliptic = loaded & (gap[0] > 0.0) & (self.law != OVERLAP)
         exact = hertz_coefficient(*np.where(elliptic, gap, 1.0), modulus)
-        came = np.where(found["speed_in"] > 0.0, found["speed_in"], math.nan)
-        found |= {
-            "duration": found["time"] - found["start"],
-            "law_error": np.where(elliptic, found["coefficient"] / exact - 1.0, 0.0),
-            "restitution": found["speed_out"] / came,
+        approach_speed = np.where(columns["speed_in"] > 0.0, columns["speed_in"], math.nan)
+        columns |= {
+            "duration": columns["time"] - columns["start"],
+            "law_error": np.where(elliptic, columns["coefficient"] / exact - 1.0, 0.0),
+            "restitution": columns["speed_out"] / approach_speed,
         }
         if self._open is None:
-            return found
+            return columns
         last = {"start": self._open, "duration": self.until - self._open, "law_error": 0.0}
         last |= dict(zip(PEAKS.values(), self._peaks, strict=True))
-        return {name: np.append(column, last.get(name, math.nan)) for name, column in found.items()}
+        return {name: np.append(column, last.get(name, math.nan)) for name, column in columns.items()}
 
     def figures(self) -> dict[str, Any]:
         """Contacts and balances; velocities and angular momentum as changes since the first output."""
@@ -284,11 +286,11 @@ class BouncingFigures:
         velocity, turning = (last[name] - self.first[name] for name in ("velocity", "angular_momentum"))
         listed = {key: contacts[name][:LISTED].tolist() for key, name in LISTED_AS.items()}
         rows = [
-            {key: None if math.isnan(one) else one for key, one in zip(listed, row, strict=True)}
+            {key: None if math.isnan(value) else value for key, value in zip(listed, row, strict=True)}
             for row in zip(*listed.values(), strict=True)
         ]
         greatest = {name: float(contacts[name].max(initial=0.0)) for name in PEAKS.values()}
-        found = {
+        figures = {
             "peak_force_n": greatest["peak_load"],
             "contact_count": len(contacts["start"]),
             "contact_duration_s": math.fsum(contacts["duration"]),
@@ -310,7 +312,7 @@ class BouncingFigures:
             "held_work_j": last.get("held_work"),
             "tracking_error_m": last.get("tracking_error"),
         }
-        return {key: found[key] for key in (MEANINGS_OF_PAIR if self.pair else MEANINGS_OF_ELLIPSOID)}
+        return {key: figures[key] for key in (MEANINGS_OF_PAIR if self.pair else MEANINGS_OF_ELLIPSOID)}
 
     def flags(self) -> list[str]:
         """Warnings of the run, one sentence each: contacts outside Hertz's theory, and the quaternion's drift."""
@@ -323,22 +325,24 @@ class BouncingFigures:
         return flags
 
     def _contact_flags(self) -> list[str]:
-        every = self.contacts()
-        loaded = {name: column[every["peak_load"] > 0.0] for name, column in every.items()}
+        contacts = self.contacts()
+        loaded = {name: column[contacts["peak_load"] > 0.0] for name, column in contacts.items()}
         load, duration = loaded["peak_load"], loaded["duration"]
         if not len(load):
             return []
         deepest = {name: column[np.argmax(loaded["greatest_approach"])] for name, column in loaded.items()}
         curvatures = [("semi_major", "curvature_small"), ("semi_minor", "curvature_large")]
-        widths = [(deepest[axis], 0.5 / deepest[one]) for axis, one in curvatures if deepest[one] > 0.0]
+        widths = [
+            (deepest[axis], 0.5 / deepest[curvature]) for axis, curvature in curvatures if deepest[curvature] > 0.0
+        ]
         heavy = (load > NOTABLE * load.max()) & np.isfinite(loaded["impulse"])
         shortest = float(duration[heavy].min(initial=math.inf))
-        found = contact_warnings(self.parameters.bodies, float(loaded["peak_pressure"].max()), shortest, widths)
+        warnings = contact_warnings(self.parameters.bodies, float(loaded["peak_pressure"].max()), shortest, widths)
         if self.law in LAWS and not LAWS[self.law].measured:
             worst = np.argmax(np.abs(loaded["law_error"]))
             ratio = loaded["semi_minor"][worst] / loaded["semi_major"][worst]
-            found += gathered(law_warning(self.law, loaded["law_error"][worst], ratio))
-        return found
+            warnings += gathered(law_warning(self.law, loaded["law_error"][worst], ratio))
+        return warnings
 
     @property
     def closure(self) -> float:

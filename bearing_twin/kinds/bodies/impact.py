@@ -63,10 +63,10 @@ from bearing_twin.methods import EVALUATIONS, NO_END, NOT_FINITE, REASONS, SEPAR
 SETTING = 0.03  # tolerance of a step over that of forces and times (`tests/test_impact_error.py`)
 PIECES = 400  # of the history of discs by quadrature
 SAMPLES = 2001  # of a contact, for its greatest load
-MOST_NODES = 20 * MOST_STEPS  # of fixed steps until a contact is given up: half a second
-MOST_ENDS = 10_000  # of steps of dop853
+MAX_NODES = 20 * MOST_STEPS  # of fixed steps until a contact is given up: half a second
+MAX_ENDS = 10_000  # of steps of dop853
 FIRST_STEP, LEAST_STEP, LONGEST = 1e-3, 1e-14, 100.0  # of the contact expected: first step at most, least, the whole
-BEGIN_ORDER = 2.5  # power of the first step with which its error goes: the load begins as time^1.5
+START_ORDER = 2.5  # power of the first step with which its error goes: the load begins as time^1.5
 NO_LINE = LineLaw(0.0, 0.0, 0.0)
 CHANNELS = (
     Channel("approach", "m", (), "mutual approach of the two bodies; negative = gap"),
@@ -154,13 +154,13 @@ def collide(
         history, duration, last, cost = _by_fixed_steps(numbers, speed, method, step, expected, touch)
     else:
         scales = tolerance * np.array([speed * expected, speed, reduced_mass * speed**2])
-        first = min(FIRST_STEP, tolerance ** (1.0 / BEGIN_ORDER)) * expected
+        first = min(FIRST_STEP, tolerance ** (1.0 / START_ORDER)) * expected
         history, duration, last, cost = _by_controlled_steps(numbers, speed, scales, first, expected, touch)
     approach, rate = history(np.linspace(0.0, duration, SAMPLES))
     leaving, energy = -float(last[1]), 0.5 * reduced_mass * speed**2
     # Elastic energy that is left at the separation is lost.
-    left = float(spring.loads(np.maximum(last[:1], 0.0), np.zeros(1))[1, 0])
-    closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) + left - energy) / energy
+    remaining = float(spring.loads(np.maximum(last[:1], 0.0), np.zeros(1))[1, 0])
+    closure = (0.5 * reduced_mass * leaving**2 + float(last[2]) + remaining - energy) / energy
     peak = peak_of(spring.loads(approach, rate)[0])
     contact = ContactPeriod(0.0, duration, peak, reduced_mass * (speed + leaving))
     return Collision(contact, peak_of(approach), leaving / speed, closure, history, *cost)
@@ -172,16 +172,16 @@ def _refused(sentence: str, reason: str, seconds: float) -> IntegrationError:
 
 def _by_controlled_steps(numbers, speed, scales, first, expected, touch):
     """History, duration [s], last (approach, rate, energy dissipated) and cost."""
-    nodes, written, counts = np.empty((MOST_ENDS + 1, 4)), np.zeros(1, np.int64), np.zeros(3, np.int64)
+    nodes, written, counts = np.empty((MAX_ENDS + 1, 4)), np.zeros(1, np.int64), np.zeros(3, np.int64)
     least, longest = LEAST_STEP * expected, LONGEST * expected
     status = _follow(numbers, speed, scales, first, least, longest, len(nodes), SIGNALLED, nodes, written, counts)
     nodes = nodes[: written[0]].copy()
-    end, deepest = map(float, nodes[-1, :2])
+    end, approach = map(float, nodes[-1, :2])
     if status == STOPPED:
         raise Stopped("the computation was stopped")
     if status == STALLED:
         raise _refused(
-            f"at {touch + end:.9g} s the contact load is not finite beyond an approach of {deepest:.6g} m; the law "
+            f"at {touch + end:.9g} s the contact load is not finite beyond an approach of {approach:.6g} m; the law "
             "does not reach so far",
             REASONS[NOT_FINITE],
             touch + end,
@@ -192,15 +192,15 @@ def _by_controlled_steps(numbers, speed, scales, first, expected, touch):
 
     def history(times):
         times = np.ascontiguousarray(np.clip(times, 0.0, end), float)
-        found = np.empty((times.size, 2))
-        _states(numbers, len(nodes), nodes, times.size, times, found)
-        return found.T.reshape(2, *times.shape)
+        states = np.empty((times.size, 2))
+        _states(numbers, len(nodes), nodes, times.size, times, states)
+        return states.T.reshape(2, *times.shape)
 
     return history, end, nodes[-1, 1:], (int(counts[STEPS]), int(counts[EVALUATIONS]))
 
 
 def _by_fixed_steps(numbers, speed, method, step, expected, touch):
-    nodes = np.empty((min(int(50 * max(expected / step, 1.0)) + 100, MOST_NODES), 4))
+    nodes = np.empty((min(int(50 * max(expected / step, 1.0)) + 100, MAX_NODES), 4))
     count = _step(numbers, FIXED_STEP.index(method), speed, step, len(nodes), nodes)
     if count < 0:
         last, finite = float(nodes[-count - 1, 0]), np.isfinite(nodes[min(-count, len(nodes) - 1), 1:]).all()
@@ -231,9 +231,9 @@ def peak_of(values) -> float:
     top = int(np.argmax(values))
     if not 0 < top < len(values) - 1:
         return float(values[top])
-    before, here, after = values[top - 1 : top + 2]
-    bend = before - 2.0 * here + after
-    return float(here if bend == 0.0 else here - 0.125 * (after - before) ** 2 / bend)
+    previous, middle, following = values[top - 1 : top + 2]
+    curvature = previous - 2.0 * middle + following
+    return float(middle if curvature == 0.0 else middle - 0.125 * (following - previous) ** 2 / curvature)
 
 
 # Impacts as runs
@@ -246,7 +246,7 @@ class Impact:
     `run` is the resolved one, `records` are the rows of the kind's tables, `costs` those of the solution.
     """
 
-    at: Callable[[np.ndarray], tuple[np.ndarray, ...]]
+    outputs_at: Callable[[np.ndarray], tuple[np.ndarray, ...]]
     run: Any
     records: Mapping[str, np.ndarray]
     costs: dict[str, int]
@@ -281,25 +281,25 @@ class ImpactMotion:
     def first_outputs(self):
         """The outputs at the start."""
         if self._start is None:
-            self._start = self.impact.at(np.zeros(1))
+            self._start = self.impact.outputs_at(np.zeros(1))
         return self._start
 
     def advance(self, times: np.ndarray, duration: float):
         """The outputs at `times` [s] from now; then `duration` [s] have passed."""
-        values = self.impact.at(self._now + times)
+        values = self.impact.outputs_at(self._now + times)
         self._now += duration
         return values
 
     def take_records(self) -> dict[str, np.ndarray]:
         """The records since the last call."""
-        last, found = float(self.impact.time[-1]), {}
+        last, records = float(self.impact.time[-1]), {}
         now = round(1e9 * self._now)
         for name, rows in self.impact.records.items():
             rows = rows.copy()
             rows[:, 0] = np.minimum(rows[:, 0], last)
-            found[name] = records_between(rows, self._given, now)
+            records[name] = records_between(rows, self._given, now)
         self._given = now
-        return found
+        return records
 
     def costs(self) -> dict[str, int]:
         """Costs of the solution."""
@@ -338,38 +338,41 @@ def _solve(parameters, spring: Spring, masses, stepper: str, closed: Callable[[]
     drift = (masses[0] * motion.first_velocity + masses[1] * motion.second_velocity) / total
     touch = motion.gap / motion.speed
     if stepper == "closed_form":
-        found = closed()
+        collision = closed()
     else:
         setting, step = SETTING * parameters.wanted.tolerance, parameters.solver.step or expected / 500.0
-        found = collide(spring, reduced, motion.speed, stepper, setting, step, expected, touch)
-    leaving, duration = found.restitution * motion.speed, found.contact.duration
-    last_approach = float(np.ravel(found.history(np.array([duration]))[0])[0])
+        collision = collide(spring, reduced, motion.speed, stepper, setting, step, expected, touch)
+    leaving, duration = collision.restitution * motion.speed, collision.contact.duration
+    last_approach = float(np.ravel(collision.history(np.array([duration]))[0])[0])
 
-    def at(times):
-        since = np.asarray(times, float) - touch
-        approach, rate = (np.array(part) for part in found.history(np.clip(since, 0.0, duration)))
-        before, after = since < 0.0, since > duration
-        separated = last_approach - leaving * (since - duration)
-        approach = np.where(before, motion.speed * since, np.where(after, separated, approach))
+    def outputs_at(times):
+        elapsed = np.asarray(times, float) - touch
+        approach, rate = (np.array(part) for part in collision.history(np.clip(elapsed, 0.0, duration)))
+        before, after = elapsed < 0.0, elapsed > duration
+        separated = last_approach - leaving * (elapsed - duration)
+        approach = np.where(before, motion.speed * elapsed, np.where(after, separated, approach))
         rate = np.where(before, motion.speed, np.where(after, -leaving, rate))
         inside = ~(before | after)
         load, stored = np.where(inside, spring.loads(approach, rate), 0.0)
-        moved, shares = approach + motion.gap, np.array([masses[1], -masses[0]]) / total
+        distance, mass_ratios = approach + motion.gap, np.array([masses[1], -masses[0]]) / total
         return (
             approach,
             load,
-            drift * np.asarray(times, float)[:, None] + shares * moved[:, None],
-            drift + shares * rate[:, None],
+            drift * np.asarray(times, float)[:, None] + mass_ratios * distance[:, None],
+            drift + mass_ratios * rate[:, None],
             0.5 * reduced * rate**2,
             stored,
         )
 
-    gained = found.energy_closure * 0.5 * reduced * motion.speed**2
-    rows = contact_rows((found.contact._replace(start=touch),), (found.greatest_approach,), leaving, gained)
-    return Impact(at, parameters.run, {"contact": rows}, {"steps": found.steps, "evaluations": found.evaluations})
+    gained = collision.energy_closure * 0.5 * reduced * motion.speed**2
+    contact = collision.contact._replace(start=touch)
+    rows = contact_rows((contact,), (collision.greatest_approach,), leaving, gained)
+    return Impact(
+        outputs_at, parameters.run, {"contact": rows}, {"steps": collision.steps, "evaluations": collision.evaluations}
+    )
 
 
-def _sphere_collision(bodies, power: float, damping: float, wanted: float) -> Collision:
+def _sphere_collision(bodies, power: float, damping: float, expected: float) -> Collision:
     """By closed forms, or with `damping` [s/m] by quadratures; `bodies`: coefficient, reduced mass, speed."""
     coefficient, reduced, speed = bodies
     duration, peak, deepest, restitution = hertz_impact.damped_impact(*bodies, damping, power)
@@ -382,7 +385,7 @@ def _sphere_collision(bodies, power: float, damping: float, wanted: float) -> Co
             slowed = np.sqrt(np.maximum(1.0 - (approach / deepest) ** (power + 1.0), 0.0))
             return approach, np.where(np.asarray(times) < 0.5 * duration, speed, -speed) * slowed
     else:
-        closure = restitution**2 - wanted**2
+        closure = restitution**2 - expected**2
         curve = CubicHermiteSpline(*hertz_impact.damped_history(*bodies, damping, power))
 
         def history(times):
@@ -397,10 +400,10 @@ def _disc_collision(line, reduced: float, speed: float, duration: float) -> Coll
     times *= 0.5 * duration / times[-1]
     curve = CubicHermiteSpline(times, approach, rates)
 
-    def history(since):
-        since = np.asarray(since, float)
-        first = np.minimum(since, duration - since)
-        return curve(first), np.where(since < 0.5 * duration, 1.0, -1.0) * np.maximum(curve(first, 1), 0.0)
+    def history(elapsed):
+        elapsed = np.asarray(elapsed, float)
+        first = np.minimum(elapsed, duration - elapsed)
+        return curve(first), np.where(elapsed < 0.5 * duration, 1.0, -1.0) * np.maximum(curve(first, 1), 0.0)
 
     contact = ContactPeriod(0.0, duration, peak, 2.0 * reduced * speed)
     closure = float(energy_of(line, peak)) / (0.5 * reduced * speed**2) - 1.0

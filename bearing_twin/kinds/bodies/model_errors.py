@@ -72,16 +72,16 @@ class ImpactComparison(Comparison):
             return "halve solver.step, or set solver.stepper: dop853"
         return "set solver.stepper: dop853, or a tenth of wanted.tolerance"
 
-    def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    def differences(self, first: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """Of the force."""
-        force = own["normal_load"]
+        force = first["normal_load"]
         return {"forces": (np.abs(force - second["normal_load"]), force)} if "forces" in self.outputs else {}
 
-    def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    def events(self, first, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Of peak force and contact time."""
-        figures, exact = own.figures(), second.figures()
-        apart = max(relative(figures[key], exact[key]) for key in ("peak_force_n", "contact_duration_s"))
-        return {"peaks": (np.zeros(1), np.array([apart]), np.ones(1))}
+        figures, exact = first.figures(), second.figures()
+        difference = max(relative(figures[key], exact[key]) for key in ("peak_force_n", "contact_duration_s"))
+        return {"peaks": (np.zeros(1), np.array([difference]), np.ones(1))}
 
 
 class ContactComparison(Comparison):
@@ -98,17 +98,17 @@ class ContactComparison(Comparison):
         setting = finer_setting(motion.setting_of(self.parameters, self.choice), *motion.limits_of(self.parameters))
         return self.parameters, self.choice._replace(stepper="dop853", setting=setting)
 
-    def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    def events(self, first, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Of all contacts so far."""
-        contacts = [one.contacts() for one in (own, second)]
-        rows = [np.array([one["start"], one["peak_load"], np.nan_to_num(one["impulse"])]) for one in contacts]
-        both, alone = paired(*rows)
-        times = np.concatenate([both[0, 0], *(one[0] for one in alone)])
-        apart = np.hstack([np.abs(both[0, 1:] - both[1, 1:]), *(one[1:] for one in alone)])
-        most = np.maximum(*(one[1:].max(axis=1, initial=0.0) for one in rows))
-        apart = (apart / np.where(most > 0.0, most, 1.0)[:, None]).max(axis=0)
+        columns = [run.contacts() for run in (first, second)]
+        rows = [np.array([run["start"], run["peak_load"], np.nan_to_num(run["impulse"])]) for run in columns]
+        common, unpaired = paired(*rows)
+        times = np.concatenate([common[0, 0], *(contacts[0] for contacts in unpaired)])
+        difference = np.hstack([np.abs(common[0, 1:] - common[1, 1:]), *(contacts[1:] for contacts in unpaired)])
+        greatest = np.maximum(*(figures[1:].max(axis=1, initial=0.0) for figures in rows))
+        difference = (difference / np.where(greatest > 0.0, greatest, 1.0)[:, None]).max(axis=0)
         order = np.argsort(times, kind="stable")
-        return {"contacts": (times[order], apart[order], np.ones(len(order)))}
+        return {"contacts": (times[order], difference[order], np.ones(len(order)))}
 
 
 def paired(*rows: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
@@ -116,12 +116,12 @@ def paired(*rows: np.ndarray) -> tuple[np.ndarray, list[np.ndarray]]:
 
     Of the motion with more, those of the least load, the second row, are left alone.
     """
-    fewer, kept, alone = min(one.shape[1] for one in rows), [], []
-    for one in rows:
-        least = np.argsort(one[1], kind="stable")[: one.shape[1] - fewer]
-        kept.append(np.delete(one, least, axis=1))
-        alone.append(one[:, least])
-    return np.array(kept), alone
+    count, common, unpaired = min(row.shape[1] for row in rows), [], []
+    for row in rows:
+        least = np.argsort(row[1], kind="stable")[: row.shape[1] - count]
+        common.append(np.delete(row, least, axis=1))
+        unpaired.append(row[:, least])
+    return np.array(common), unpaired
 
 
 class PairErrors(ModelErrors):
@@ -160,17 +160,17 @@ class SphereErrors(PairErrors):
         if not figures["peak_force_n"]:
             return {}
         _, width, _ = patch_of(self.parameters, figures["peak_force_n"])
-        found = self.scaled(figures, (width / min(first.radius, second.radius)) ** 2 / 2.5)
-        waves = min(bar_speed(one.material.young_modulus, one.material.density) for one in (first, second))
+        errors = self.scaled(figures, (width / min(first.radius, second.radius)) ** 2 / 2.5)
+        waves = min(bar_speed(body.material.young_modulus, body.material.density) for body in (first, second))
         lost = restitution_lost_between_spheres(self.parameters.motion.speed, waves)
         impulse = figures["impulse_ns"] * lost / (1.0 + figures["restitution"])
-        return found | {"restitution": lost, "impulse_ns": impulse}
+        return errors | {"restitution": lost, "impulse_ns": impulse}
 
     def notes(self) -> dict[str, str]:
-        found = {"spin": "central impact: friction and spin are not modelled"}
+        notes = {"spin": "central impact: friction and spin are not modelled"}
         if LAWS[self.choice.law].measured:
-            found[LAW] = f"the law {self.choice.law} is given by the scene; its error is not known"
-        return found
+            notes[LAW] = f"the law {self.choice.law} is given by the scene; its error is not known"
+        return notes
 
 
 class DiscErrors(PairErrors):
@@ -235,9 +235,9 @@ class BouncingErrors(ModelErrors):
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of the law by figure: a bounce is harder and shorter where the coefficient is greater."""
-        found = {key: self._share * abs(figures[key]) for key in FIGURES[:3] if figures.get(key) is not None}
+        errors = {key: self._share * abs(figures[key]) for key in FIGURES[:3] if figures.get(key) is not None}
         pressure = (self._law_error + self._share) * abs(figures["peak_pressure_pa"]) / 3.0
-        return found | {"peak_pressure_pa": pressure}
+        return errors | {"peak_pressure_pa": pressure}
 
     def law_of(self, output: str) -> float:
         """Peak loads go with this share of the coefficient's error."""
@@ -264,9 +264,9 @@ class BouncingErrors(ModelErrors):
         energy has a moment as well, which is missing: the energy balance misses as much.
         """
         if self._pair:
-            missing = max(abs(figures["energy_closure"]), abs(figures["greatest_energy_gain"]))
+            imbalance = max(abs(figures["energy_closure"]), abs(figures["greatest_energy_gain"]))
             keys = *FIGURES[:3], "energy_end_j"
-            return {key: missing * abs(figures[key]) for key in keys if figures.get(key) is not None}
+            return {key: imbalance * abs(figures[key]) for key in keys if figures.get(key) is not None}
         first = next(iter(figures["contacts"]), None)
         if first is None or not first["impulse_ns"] or first["restitution"] is None:
             return {}
@@ -276,12 +276,12 @@ class BouncingErrors(ModelErrors):
         return {"restitution": restitution_lost_on_half_space(speed, waves)}
 
     def notes(self) -> dict[str, str]:
-        contact, found = self.parameters.contact, {}
+        contact, notes = self.parameters.contact, {}
         if self._unknown:
-            found[LAW] = f"the error of the law {self.choice.law} is not known"
+            notes[LAW] = f"the error of the law {self.choice.law} is not known"
         if contact.friction_coefficient and not FRICTIONS[contact.friction].over_patch:
-            found[FRICTION_MODEL] = (
+            notes[FRICTION_MODEL] = (
                 "contact.friction: point has no friction of spin about the normal; set "
                 "contact.friction: patch, which computes it"
             )
-        return found | {"vibration": "bodies are rigid outside their contact: waves are not modelled"}
+        return notes | {"vibration": "bodies are rigid outside their contact: waves are not modelled"}

@@ -17,9 +17,9 @@ from bearing_twin.contact.laws import LAWS, damping_for_restitution, steady_rati
 from bearing_twin.contact.materials import compliance
 from bearing_twin.core import FLAG, INTEGER, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bodies.derived import (
+    bodies_at_start,
     longest_creep_step,
     mass_of,
-    placed,
     rigid_numbers,
     shortest_contact,
     size_of,
@@ -32,9 +32,9 @@ from bearing_twin.kinds.error_estimates import TOLERANCE
 from bearing_twin.methods import FULL, NOT_FINITE, OK, REASONS, STALLED, STOPPED, TOO_DEEP, UNTRACKED
 from bearing_twin.shapes import quaternion_from_vector, rotation_matrix
 
-FLOOR = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
+SHORTEST_FLIGHT = 1e-4  # of the shortest contact: lift-offs and touches shorter than that are passed
 RECORDS = 256  # completed in one call of the core
-TIME, STEP, IN_CONTACT, DRIFT, WRITTEN, OFF = range(6)
+TIME, STEP, IN_CONTACT, DRIFT, WRITTEN, CONSTRAINT_ERROR = range(6)
 """Of the clock: seconds, the next step, whether in contact, greatest drift of a quaternion's norm, outputs written,
 greatest distance [m] of the opposing points from meeting their equations at the end of a step."""
 STATES, ENTRIES, RECORD = 46, 6, 20  # numbers of a state, of the clock and of the record of a contact
@@ -42,7 +42,7 @@ BEGAN = 1
 FRICTION_IMPULSE = slice(13, 16)
 """Of ContactRecord: begin of the contact [s], impulse of friction (3,) [N s]."""
 MOVING = ("state", "clock", "record", "counts", "_last", "_ended", "_touched", "_now")  # what `advance` changes
-KEPT = ("state", "clock", "record", "counts", "_last")  # of a snapshot
+SNAPSHOT = ("state", "clock", "record", "counts", "_last")  # of a snapshot
 COUNTED = ("steps", "rejections", "evaluations", "touches")
 PROPORTIONAL, STEADY, STEADY_RATIO = range(3)  # DampingLaw of core/contact/laws.hpp
 FINEST, COARSEST = 1e-12, 1e-10
@@ -71,16 +71,16 @@ OVERLAP_LOST = (
 
 def core_bodies(parameters, law: str) -> tuple[np.ndarray, np.ndarray]:
     """Both bodies as the core takes them, with the elastic law `law`: numbers, points of friction's quadrature."""
-    contact, modulus, over, frozen = parameters.contact, parameters.modulus, law == OVERLAP, 0.0
-    compliances = [compliance(one.material) for one in parameters.bodies]
+    contact, modulus, by_overlap, frozen = parameters.contact, parameters.modulus, law == OVERLAP, 0.0
+    compliances = [compliance(body.material) for body in parameters.bodies]
     sink = compliances[0] / sum(compliances)  # the first body's share
-    numbers = [number for one in placed(parameters) for number in rigid_numbers(one)]
-    numbers += [*parameters.gravity, sink, size_of(parameters), tracking_of(parameters), over]
-    if not over and not LAWS[law].follows and not LAWS[law].measured:
+    numbers = [number for body in bodies_at_start(parameters) for number in rigid_numbers(body)]
+    numbers += [*parameters.gravity, sink, size_of(parameters), tracking_of(parameters), by_overlap]
+    if not by_overlap and not LAWS[law].follows and not LAWS[law].measured:
         frozen = hertz_coefficient(*start_curvatures(parameters), modulus)
-    given = 0.0 if over else LAWS[law].number(contact, frozen)
+    number = 0.0 if by_overlap else LAWS[law].number(contact, frozen)
     patch, points = patch_by(contact.friction, float(contact.friction_coefficient))
-    numbers += [*elasticity("hertz" if over else law, modulus, given), *_damping(contact)]
+    numbers += [*elasticity("hertz" if by_overlap else law, modulus, number), *_damping(contact)]
     return np.array([*numbers, float(contact.friction_regularisation), *patch], float), points
 
 
@@ -98,17 +98,17 @@ def _damping(contact) -> list[float]:
 
 def setting_of(parameters, choice) -> float:
     """The tolerance of a step: errors of bounces add up, and grow where a body tumbles."""
-    wanted = float(parameters.wanted.tolerance)
-    chosen = choice.setting
-    if math.isnan(chosen):
-        pair = min(OF_PAIR * wanted, max(OF_SQUARE * wanted**2, FINEST / TOLERANCE))
-        chosen = OF_ELLIPSOID * wanted if isinstance(parameters, EllipsoidOnPlaneScene) else pair
-    return max(chosen, limits_of(parameters)[0])
+    tolerance = float(parameters.wanted.tolerance)
+    setting = choice.setting
+    if math.isnan(setting):
+        pair = min(OF_PAIR * tolerance, max(OF_SQUARE * tolerance**2, FINEST / TOLERANCE))
+        setting = OF_ELLIPSOID * tolerance if isinstance(parameters, EllipsoidOnPlaneScene) else pair
+    return max(setting, limits_of(parameters)[0])
 
 
 def limits_of(parameters) -> tuple[float, float]:
     """The least tolerance of a step, and the greatest at which the tolerance sets it."""
-    flat = any(one.shape == "superellipsoid" for one in parameters.bodies)
+    flat = any(body.shape == "superellipsoid" for body in parameters.bodies)
     return (FLAT, FLAT) if flat else (FINEST, COARSEST)
 
 
@@ -202,12 +202,12 @@ class PairMotion:
     """Two bodies in motion: `advance` integrates one chunk and returns its outputs; the records are their contacts."""
 
     channels = PAIR_CHANNELS
-    last = DRIFT, OFF  # entries of the clock that are the last of the core's channels
+    last = DRIFT, CONSTRAINT_ERROR  # entries of the clock that are the last of the core's channels
 
     def __init__(self, parameters, choice, fixed: float = 0.0):
         self.parameters, self.stop, self.fixed = parameters, SIGNALLED, fixed
         self.failures = FAILURES | ({UNTRACKED: OVERLAP_LOST} if choice.law == OVERLAP else {})
-        self.body, floor = core_bodies(parameters, choice.law), FLOOR * shortest_contact(parameters)
+        self.body, floor = core_bodies(parameters, choice.law), SHORTEST_FLIGHT * shortest_contact(parameters)
         self.plan = np.array([choice.stepper == "rk4", setting_of(parameters, choice), fixed, floor])
         self._layout = layout_of(PAIR_CHANNELS)
         self.reset()
@@ -215,10 +215,10 @@ class PairMotion:
     def start(self) -> np.ndarray:
         """The state at the start."""
         state = np.zeros(STATES)
-        for first, one in zip(BODIES_AT, placed(self.parameters), strict=True):
-            turn = rotation_matrix(quaternion := quaternion_from_vector(one.turn))
-            momentum = turn @ (rigid_numbers(one)[1:4] * (turn.T @ np.array(one.angular_velocity)))
-            state[first : first + 13] = *one.position, *quaternion, *one.velocity, *momentum
+        for first, body in zip(BODIES_AT, bodies_at_start(self.parameters), strict=True):
+            turn = rotation_matrix(quaternion := quaternion_from_vector(body.turn))
+            momentum = turn @ (rigid_numbers(body)[1:4] * (turn.T @ np.array(body.angular_velocity)))
+            state[first : first + 13] = *body.position, *quaternion, *body.velocity, *momentum
         state[UNKNOWNS] = start_points(self.parameters)[2]
         return state
 
@@ -235,11 +235,11 @@ class PairMotion:
 
     def keep(self) -> None:
         """Keeps what `take_back` needs."""
-        self._before = copy.deepcopy({name: getattr(self, name) for name in MOVING})
+        self._saved = copy.deepcopy({name: getattr(self, name) for name in MOVING})
 
     def take_back(self) -> None:
         """Back to the last `keep`, as before the last `advance`."""
-        vars(self).update(copy.deepcopy(self._before))
+        vars(self).update(copy.deepcopy(self._saved))
 
     def outputs(self, states: np.ndarray) -> Columns:
         """All channels of states (n, states)."""
@@ -294,20 +294,20 @@ class PairMotion:
 
     def snapshot(self) -> dict:
         """The state as plain data; see `resume`."""
-        arrays = {name: getattr(self, name).tolist() for name in KEPT}
+        arrays = {name: getattr(self, name).tolist() for name in SNAPSHOT}
         return arrays | {"touched": self._touched if math.isfinite(self._touched) else None, "now": self._now}
 
-    def resume(self, kept: dict) -> None:
+    def resume(self, snapshot: dict) -> None:
         """To a state that `snapshot` gave; raises KeyError, TypeError or ValueError for one of another scene."""
         self.reset()
-        for name in KEPT:
-            array, given = getattr(self, name), np.array(kept[name], float)
-            if given.shape != array.shape:
+        for name in SNAPSHOT:
+            array, values = getattr(self, name), np.array(snapshot[name], float)
+            if values.shape != array.shape:
                 raise ValueError(name)
-            array[...] = given
+            array[...] = values
         self.clock[STEP] = np.nanmin([self.clock[STEP], math.inf])  # plain data have no infinity
-        self._touched = -math.inf if kept["touched"] is None else float(kept["touched"])
-        self._now = float(kept["now"])
+        self._touched = -math.inf if snapshot["touched"] is None else float(snapshot["touched"])
+        self._now = float(snapshot["now"])
         if not (np.isfinite(self.state).all() and 0.0 <= self.clock[TIME] <= self._now):
             raise ValueError("state")
 
@@ -324,16 +324,16 @@ class EllipsoidMotion(PairMotion):
         if choice.stepper == "rk4":  # its step in contact [s]
             fixed = parameters.solver.step
             fixed = fixed or min(shortest_contact(parameters) / 64.0, 0.5 * longest_creep_step(parameters))
-        one, self._taken = parameters.body, [column for name in self.layout.fields for column in columns_of(name)]
-        self._lowest = mass_of(one) * -parameters.gravity[2] * min(one.semi_axes)
+        body, self._taken = parameters.body, [column for name in self.layout.fields for column in columns_of(name)]
+        self._lowest = mass_of(body) * -parameters.gravity[2] * min(body.semi_axes)
         super().__init__(parameters, choice, fixed)
 
     def outputs(self, states: np.ndarray) -> Columns:
         """All channels of states (n, states): about the vertical, and with the potential energy of the fall."""
-        found = Columns(self.layout, np.take(super().outputs(states).numbers, self._taken, axis=1))
-        found["drilling_torque"][:] = 0.0 - found["drilling_torque"]  # the pair's normal points down
-        found["potential_energy"][:] -= self._lowest
-        return found
+        columns = Columns(self.layout, np.take(super().outputs(states).numbers, self._taken, axis=1))
+        columns["drilling_torque"][:] = 0.0 - columns["drilling_torque"]  # the pair's normal points down
+        columns["potential_energy"][:] -= self._lowest
+        return columns
 
     def contacts(self, records: np.ndarray) -> np.ndarray:
         return records[:, self.recorded]

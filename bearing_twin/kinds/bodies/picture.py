@@ -20,9 +20,9 @@ class PairPicture(RunPicture):
 
     view, peaks = staticmethod(impact_view), (CONTACT, "start", "time", "peak_force")
 
-    def draw_bodies(self, figure, place, values) -> None:
+    def draw_bodies(self, figure, cell, values) -> None:
         """The force over the approach."""
-        axis, inside = figure.add_subplot(place), values["approach"] >= 0.0
+        axis, inside = figure.add_subplot(cell), values["approach"] >= 0.0
         style_axes(axis)
         deep, load = values["approach"][inside], values["normal_load"][inside]
         (by_length, length), (by_force, newtons) = readable_scale(deep, "m"), readable_scale(load, "N")
@@ -36,11 +36,11 @@ class BouncingPicture(RunPicture):
 
     view, peaks = staticmethod(bouncing_view), (BOUNCE, "start", "time", "peak_load")
 
-    def draw_bodies(self, figure, place, values) -> None:
+    def draw_bodies(self, figure, cell, values) -> None:
         """Paths and outlines of the bodies, seen across the direction in which the first one moves most, and along."""
         parameters = self.parameters
         right, up = _directions(parameters, values["position"])
-        side, above = place.subgridspec(2, 1, hspace=0.24).subplots()
+        side, above = cell.subgridspec(2, 1, hspace=0.24).subplots()
         _draw_paths(side, values, parameters.bodies, np.stack([right, up]), "From the side: paths and outlines", True)
         _draw_paths(above, values, parameters.bodies, np.stack([right, np.cross(up, right)]), "From above", False)
 
@@ -66,18 +66,18 @@ def _draw_paths(axis, values, bodies, view, title: str, sections: bool) -> None:
     """
     style_axes(axis)
     cut = []
-    for one, prefix, colour in zip(bodies, ("", "second_"), (0, 4), strict=True):
+    for body, prefix, colour in zip(bodies, ("", "second_"), (0, 4), strict=True):
         centre = values.get(f"{prefix}position", np.zeros((1, 3)))
         turns = values.get(f"{prefix}orientation", np.array([[0.0, 0.0, 0.0, 1.0]]))
-        surface, look = surface_of(one), {"color": BALL_COLOURS[colour]}
+        surface, colour_style = surface_of(body), {"color": BALL_COLOURS[colour]}
         if surface.kind not in CONVEX:
             cut.append((surface, centre[-1], turns[-1]))
             continue
         for row in _rows_along(values["position"]):
             outline = centre[row] + _outline(surface, turns[row], view)
-            axis.plot(*(1e3 * outline @ view.T).T, alpha=0.35, linewidth=1.0, **look)
-        axis.plot(*(1e3 * centre @ view.T).T, linewidth=1.8, label=f"{one.shape}: centre", **look)
-        axis.plot(*(1e3 * view @ centre[0]), "o", markersize=7, **look)
+            axis.plot(*(1e3 * outline @ view.T).T, alpha=0.35, linewidth=1.0, **colour_style)
+        axis.plot(*(1e3 * centre @ view.T).T, linewidth=1.8, label=f"{body.shape}: centre", **colour_style)
+        axis.plot(*(1e3 * view @ centre[0]), "o", markersize=7, **colour_style)
     point = np.where(values["in_contact"][:, None] > 0.0, 1e3 * values["contact_point"] @ view.T, np.nan)
     axis.plot(*point.T, color=BALL_COLOURS[5], linewidth=1.0, label="point of contact")
     axis.set_aspect("equal", adjustable="datalim")
@@ -102,8 +102,8 @@ def _outline(surface, orientation, view):
     """Points (n, 3) [m] of a convex body's outline seen across the two directions `view` (2, 3), about its centre."""
     turn = rotation_matrix(tuple(map(float, orientation)))
     angles = np.linspace(0.0, 2.0 * math.pi, SIDES + 1)
-    ways = np.cos(angles)[:, None] * view[0] + np.sin(angles)[:, None] * view[1]
-    return support(surface, ways @ turn) @ turn.T
+    directions = np.cos(angles)[:, None] * view[0] + np.sin(angles)[:, None] * view[1]
+    return support(surface, directions @ turn) @ turn.T
 
 
 def _draw_section(axis, surface, centre, orientation, right, up, through):
@@ -111,10 +111,10 @@ def _draw_section(axis, surface, centre, orientation, right, up, through):
     x, y = (1e-3 * np.linspace(*limits, GRID) for limits in (axis.get_xlim(), axis.get_ylim()))
     depth = np.cross(right, up)
     points = x[:, None] * right + y[:, None, None] * up + (through @ depth) * depth
-    own = (points - centre) @ rotation_matrix(tuple(map(float, orientation)))
-    outside = own[..., 2]  # above zero outside the body
+    local = (points - centre) @ rotation_matrix(tuple(map(float, orientation)))
+    outside = local[..., 2]  # above zero outside the body
     if surface.kind == TORUS:
         ring, tube = surface.sizes[:2]
-        outside = tube - np.hypot(np.hypot(own[..., 0], own[..., 1]) - ring, own[..., 2])
+        outside = tube - np.hypot(np.hypot(local[..., 0], local[..., 1]) - ring, local[..., 2])
     axis.contourf(1e3 * x, 1e3 * y, outside, levels=[-np.inf, 0.0], colors=[STYLE["ring"]], zorder=0.5)
     axis.contour(1e3 * x, 1e3 * y, outside, levels=[0.0], colors=[STYLE["edge"]], linewidths=2.0)

@@ -41,7 +41,7 @@ def capped_ratio(parameters: SoftDiscsScene) -> float:
     return min(parameters.disc.material.poisson_ratio, GREATEST_RATIO)
 
 
-def of_other(parameters: SoftDiscsScene) -> SoftDiscsScene:
+def seen_from_other(parameters: SoftDiscsScene) -> SoftDiscsScene:
     """The parameters as the other of two discs sees them."""
     radius, material = parameters.other.radius, parameters.other.material
     return dataclasses.replace(
@@ -57,8 +57,8 @@ def mass_share(parameters: SoftDiscsScene) -> float:
         return 1.0
     if parameters.against == "disc":
         return 0.5
-    other = disc_mass(of_other(parameters))
-    return other / (other + disc_mass(parameters))
+    other_mass = disc_mass(seen_from_other(parameters))
+    return other_mass / (other_mass + disc_mass(parameters))
 
 
 def wave_speed(parameters: SoftDiscsScene) -> float:
@@ -95,17 +95,17 @@ def contact_time(parameters: SoftDiscsScene) -> float:
     power = parameters.contact.exponent
     bed = parameters.contact.stiffness_ratio * math.sqrt(2.0) * beta(0.5, power + 1.0)
     penalty = hertz_impact.contact_time(bed, math.pi, speed, power + 0.5)
-    alone = math.hypot(disc if math.isfinite(disc) else BRIEFEST, penalty) * time_unit(parameters)
+    duration = math.hypot(disc if math.isfinite(disc) else BRIEFEST, penalty) * time_unit(parameters)
     if parameters.against != "other_disc":
-        return alone
+        return duration
     softer = parameters.disc.material.young_modulus / parameters.other.material.young_modulus
-    return alone * math.sqrt(mass_share(parameters) * (1.0 + softer))
+    return duration * math.sqrt(mass_share(parameters) * (1.0 + softer))
 
 
 def bodies_of(parameters: SoftDiscsScene) -> dict[str, SoftDiscsScene]:
     """The discs that are meshed by the section that describes them, each as `disc` of parameters."""
-    both = {"disc": parameters, "other": of_other(parameters)}
-    return both if parameters.against == "other_disc" else {"disc": parameters}
+    discs = {"disc": parameters, "other": seen_from_other(parameters)}
+    return discs if parameters.against == "other_disc" else {"disc": parameters}
 
 
 def _error_and_rate(order: int, stiffness_ratio: float) -> tuple[float, float]:
@@ -147,11 +147,11 @@ def predicted_seconds(parameters: SoftDiscsScene) -> float:
 def predicted_step(parameters: SoftDiscsScene) -> float:
     """About the step [s] of a run, from its resolved keys."""
     mesh, step = parameters.mesh, math.inf
-    for one in bodies_of(parameters).values():
-        ratio = capped_ratio(one)
+    for disc in bodies_of(parameters).values():
+        ratio = capped_ratio(disc)
         stiff = math.sqrt((1.0 - ratio) / ((1.0 + ratio) * (1.0 - 2.0 * ratio)) / 1.2)
-        share = STEPS[mesh.order] / mesh.divisions * 2.0 * parameters.solver.step_share / max(stiff, 1.0)
-        step = min(step, share * time_unit(one))
+        steps_share = STEPS[mesh.order] / mesh.divisions * 2.0 * parameters.solver.step_share / max(stiff, 1.0)
+        step = min(step, steps_share * time_unit(disc))
     return step
 
 
@@ -163,33 +163,39 @@ def nodes_of(divisions: int) -> int:
 def check(parameters: SoftDiscsScene) -> list[str]:
     """Problems of numbers that are legal one by one."""
     problems = check_run(parameters.run)
-    for name, one in bodies_of(parameters).items():
-        fast, speed = wave_speed(one), wall_speed(one)
-        if speed >= fast:
+    for name, disc in bodies_of(parameters).items():
+        waves, speed = wave_speed(disc), wall_speed(disc)
+        if speed >= waves:
             problems.append(
                 f"motion.first_velocity brings the disc to the wall at {speed:g} m/s, above the speed of waves in it, "
-                f"sqrt(E/rho) = {fast:.4g} m/s; keep well below, or raise {name}.material.young_modulus"
+                f"sqrt(E/rho) = {waves:.4g} m/s; keep well below, or raise {name}.material.young_modulus"
             )
-    radius, other = parameters.disc.radius, parameters.other.radius
-    if parameters.against == "other_disc" and not 1.0 / UNEQUAL <= other / radius <= UNEQUAL:
+    radius, other_radius = parameters.disc.radius, parameters.other.radius
+    if parameters.against == "other_disc" and not 1.0 / UNEQUAL <= other_radius / radius <= UNEQUAL:
         problems.append(
-            f"other.radius = {other:g} m and disc.radius = {radius:g} m differ by more than a factor of {UNEQUAL:g}: "
-            "take the greater one for a wall (against: wall)"
+            f"other.radius = {other_radius:g} m and disc.radius = {radius:g} m differ by more than a factor of "
+            f"{UNEQUAL:g}: take the greater one for a wall (against: wall)"
         )
     if problems:
         return problems
-    whole = resolve(parameters)
-    seconds = predicted_seconds(whole)
-    memory = 16.0 * len(bodies_of(whole)) * nodes_of(whole.mesh.divisions) * whole.run.duration * whole.run.output_rate
+    resolved = resolve(parameters)
+    seconds = predicted_seconds(resolved)
+    memory = (
+        16.0
+        * len(bodies_of(resolved))
+        * nodes_of(resolved.mesh.divisions)
+        * resolved.run.duration
+        * resolved.run.output_rate
+    )
     if seconds > GREATEST_SECONDS:
         problems.append(
-            f"mesh.divisions = {whole.mesh.divisions} with solver.step_share = {whole.solver.step_share:g} would take "
-            f"about {seconds / 3600.0:.2g} hours; lower the divisions, or raise the share or wanted.tolerance"
+            f"mesh.divisions = {resolved.mesh.divisions} with solver.step_share = {resolved.solver.step_share:g} would "
+            f"take about {seconds / 3600.0:.2g} hours; lower the divisions, or raise the share or wanted.tolerance"
         )
     if memory > GREATEST_MEMORY:
         problems.append(
-            f"the shapes of mesh.divisions = {whole.mesh.divisions} at run.output_rate = {whole.run.output_rate:g} Hz "
-            f"would take {memory:.2g} B; lower one of them"
+            f"the shapes of mesh.divisions = {resolved.mesh.divisions} at run.output_rate = "
+            f"{resolved.run.output_rate:g} Hz would take {memory:.2g} B; lower one of them"
         )
     return problems
 
@@ -208,7 +214,7 @@ def resolve(parameters: SoftDiscsScene) -> SoftDiscsScene:
 def choose(parameters: SoftDiscsScene) -> Choice:
     """The formulation as law; its error is that of the mesh, measured on the mean problem of paper 3, section 5.2."""
     ratio = parameters.contact.stiffness_ratio
-    found, mesh, tolerance = answers(SOFT, parameters), parameters.mesh, parameters.wanted.tolerance
+    choices, mesh, tolerance = answers(SOFT, parameters), parameters.mesh, parameters.wanted.tolerance
     error, seconds = predicted_error(mesh.order, mesh.divisions, ratio), predicted_seconds(parameters)
     warnings = []
     if error > tolerance:
@@ -218,22 +224,22 @@ def choose(parameters: SoftDiscsScene) -> Choice:
         )
     if seconds > LONG:
         warnings.append(f"this run takes about {seconds:.2g} s on one processor")
-    stepper = found["solver.stepper"].value
-    return Choice(parameters.formulation, stepper, error, sentences(found), tuple(warnings))
+    stepper = choices["solver.stepper"].value
+    return Choice(parameters.formulation, stepper, error, sentences(choices), tuple(warnings))
 
 
 def speed_share(parameters) -> float:
     """Speed of the disc that comes fastest for its stiffness, in the frame of both, over that of waves in it."""
-    return max(wall_speed(one) / wave_speed(one) for one in bodies_of(parameters).values())
+    return max(wall_speed(disc) / wave_speed(disc) for disc in bodies_of(parameters).values())
 
 
 def thickness_over_radius(parameters) -> float:
     """Of the smaller disc."""
-    return max(one.disc.thickness / one.disc.radius for one in bodies_of(parameters).values())
+    return max(scene.disc.thickness / scene.disc.radius for scene in bodies_of(parameters).values())
 
 
 def poisson_ratio_in_strain(parameters) -> float | None:
     """The greatest Poisson's ratio, as Lame's first parameter takes it; None in plane stress."""
     if parameters.plane != "strain":
         return None
-    return max(capped_ratio(one) for one in bodies_of(parameters).values())
+    return max(capped_ratio(disc) for disc in bodies_of(parameters).values())

@@ -61,24 +61,23 @@ def pair_of(parameters: SoftDiscsScene, sample: Sample) -> ContactPair:
     The pressure is that of the penalty per undeformed length; the width that of the rim's nodes below the wall.
     """
     disc, height, depth = parameters.disc, sample["position"], sample["penetration"]
-    below = {"wall": 0.0 * height, "disc": -height}.get(parameters.against)
+    opposite = {"wall": 0.0 * height, "disc": -height}.get(parameters.against)
     rim = _rim(parameters, sample, "shape")
     inside, stiffness = rim[..., 1] < 0.0, parameters.contact.stiffness_ratio
-    if below is None:
-        below, stiffness = -sample["other_position"], bodies_in_units(parameters.resolve())[0].stiffness
+    if opposite is None:
+        opposite, stiffness = -sample["other_position"], bodies_in_units(parameters.resolve())[0].stiffness
         inside = _above(rim, _rim(parameters, sample, "other_shape")) > rim[..., 1]
     pressure = stiffness * disc.material.young_modulus * (depth / disc.radius) ** parameters.contact.exponent
     width = np.where(inside, rim[..., 0], 0.0).max(axis=-1)
-    places, load = (times(height, UP), times(below, UP), np.zeros(3)), sample["normal_load"]
-    return ContactPair(*places, -UP, depth, load, 0.5 * disc.thickness, width, pressure, major_axis=AXIS)
+    positions, load = (times(height, UP), times(opposite, UP), np.zeros(3)), sample["normal_load"]
+    return ContactPair(*positions, -UP, depth, load, 0.5 * disc.thickness, width, pressure, major_axis=AXIS)
 
 
-def _above(rim: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _above(rim: np.ndarray, opposite: np.ndarray) -> np.ndarray:
     """Height [m] of the other disc's rim, which is upside down, at the places of this one's."""
-    pairs = zip(rim.reshape(-1, *rim.shape[-2:]), other.reshape(-1, *other.shape[-2:]), strict=True)
-    return -np.array([np.interp(one[:, 0], two[:, 0], two[:, 1], right=np.inf) for one, two in pairs]).reshape(
-        rim.shape[:-1]
-    )
+    pairs = zip(rim.reshape(-1, *rim.shape[-2:]), opposite.reshape(-1, *opposite.shape[-2:]), strict=True)
+    heights = [np.interp(points[:, 0], far[:, 0], far[:, 1], right=np.inf) for points, far in pairs]
+    return -np.array(heights).reshape(rim.shape[:-1])
 
 
 def marker_fields(output: Output) -> dict:
@@ -87,15 +86,15 @@ def marker_fields(output: Output) -> dict:
     radius, against = parameters.disc.radius, parameters.against
     line = _closed(_rim(parameters, sample, "shape"))
     if against == "wall":
-        other = [(-1.5 * radius, 0.0, 0.0), (1.5 * radius, 0.0, 0.0)]
+        opposite = [(-1.5 * radius, 0.0, 0.0), (1.5 * radius, 0.0, 0.0)]
     else:
-        other = _closed(_rim(parameters, sample, "other_shape")) if against == "other_disc" else line
-        other = other * (1.0, -1.0, 1.0)
+        opposite = _closed(_rim(parameters, sample, "other_shape")) if against == "other_disc" else line
+        opposite = opposite * (1.0, -1.0, 1.0)
     width = (0.02 * radius, 0.0, 0.0)
     return {
         "markers": [
             marker("disc", 0, LINE_STRIP, width, ORANGE, points=line),
-            marker("other", 0, LINE_STRIP, width, STEEL if against == "wall" else BLUE, points=other),
+            marker("other", 0, LINE_STRIP, width, STEEL if against == "wall" else BLUE, points=opposite),
             load_marker(sample["normal_load"], 0.7 * radius, (1.2 * radius, 0.3 * radius, 0.0)),
         ]
     }
@@ -135,7 +134,7 @@ def view(parameters, channels) -> View:
     signs = dict(zip(bodies, (HALVES[parameters.against], BELOW), strict=False))
     radius = parameters.disc.radius
     tall = {"wall": radius, "disc": 2.0 * radius, "other_disc": radius + parameters.other.radius}[parameters.against]
-    shared = tuple(one.name for one in densities)
+    shared = tuple(channel.name for channel in densities)
     middle = {"wall": radius, "disc": 0.0, "other_disc": radius - parameters.other.radius}[parameters.against]
     facing = "the wall" if parameters.against == "wall" else "the other disc"
     velocities = (("velocity", "disc"), ("other_velocity", "other disc"))[: len(bodies)]

@@ -61,17 +61,17 @@ class SoftDiscFigures:
     def figures(self) -> dict[str, Any]:
         """Numbers by SI-suffixed keys; none of the impact before it is over."""
         known = self._known
-        found = {f"{one.name}{key_suffix(one.unit)}": known.get(one.name) for one in IMPACT.columns}
-        found["energy_closure"] = known["energy_gained"] / self._brought if known else None
-        found["force_balance"] = known["force_balance"] / known["peak_force"] if known.get("peak_force") else None
-        found["touches"] = int(known["touches"]) if known else None
-        found["wall_speed_m_s"] = wall_speed(self.parameters)
-        return {key: found[key] for key in MEANINGS}
+        warnings = {f"{body.name}{key_suffix(body.unit)}": known.get(body.name) for body in IMPACT.columns}
+        warnings["energy_closure"] = known["energy_gained"] / self._brought if known else None
+        warnings["force_balance"] = known["force_balance"] / known["peak_force"] if known.get("peak_force") else None
+        warnings["touches"] = int(known["touches"]) if known else None
+        warnings["wall_speed_m_s"] = wall_speed(self.parameters)
+        return {key: warnings[key] for key in MEANINGS}
 
     def flags(self) -> list[str]:
         """Warnings of what in this impact lies outside the theory or is uncertain, one sentence each."""
         parameters, known, flags = self.parameters, self._known, []
-        if any(one.disc.material.poisson_ratio > GREATEST_RATIO for one in bodies_of(parameters).values()):
+        if any(body.disc.material.poisson_ratio > GREATEST_RATIO for body in bodies_of(parameters).values()):
             flags.append(f"Poisson's ratio is capped at {GREATEST_RATIO} in Lame's first parameter")
         if not known:
             return flags
@@ -123,8 +123,8 @@ class SoftDiscComparison(ImpactComparison):
     def coarser(self) -> float:
         """By the order of convergence of the elements."""
         order, stiff = self.parameters.mesh.order, self.parameters.contact.stiffness_ratio
-        own, second = (one.mesh.divisions for one in (self.parameters.resolve(), self.refined()[0]))
-        return max(predicted_error(order, second, stiff) / predicted_error(order, own, stiff), 1.0)
+        first, second = (scene.mesh.divisions for scene in (self.parameters.resolve(), self.refined()[0]))
+        return max(predicted_error(order, second, stiff) / predicted_error(order, first, stiff), 1.0)
 
     def refined(self):
         """On another mesh."""
@@ -138,17 +138,17 @@ class SoftDiscComparison(ImpactComparison):
         mesh = self.parameters.mesh
         return f"set mesh.divisions above {mesh.divisions}" if mesh.divisions else "set a third of wanted.tolerance"
 
-    def differences(self, own: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
+    def differences(self, first: Block, second: Block) -> dict[str, tuple[np.ndarray, np.ndarray]]:
         """None at single outputs: squares of force and difference are summed for `events`."""
-        force = own["normal_load"]
-        squares = [float(np.square(one).sum()) for one in (force - second["normal_load"], force)]
+        force = first["normal_load"]
+        squares = [float(np.square(values).sum()) for values in (force - second["normal_load"], force)]
         self._squares = self._squares + squares
         return {}
 
-    def events(self, own, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    def events(self, first, second) -> dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]]:
         """Of the force so far, or of its peak."""
         if "forces" not in self.outputs:
-            return super().events(own, second)
+            return super().events(first, second)
         return {"forces": (np.zeros(1), *np.sqrt(self._squares)[:, None])}
 
 

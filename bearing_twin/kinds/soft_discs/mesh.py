@@ -40,8 +40,8 @@ class Mesh:
     then `reduced` squared for Lame's first parameter; `values` and `slopes` of the Lagrange polynomials along a
     direction (full + reduced, order + 1) are at both.
     `rim_nodes` (edges, nodes of an edge) of the lower half of the rim, from the bottom up, `rim_shapes` (rim points,
-    nodes), `rim_weights` (edges, rim points), `rim_places` of the nodes along an edge; `on_axis` numbers of the nodes
-    on x = 0, `outline` of those on the rim from the bottom to the top; `elements` (e, nodes of an element).
+    nodes), `rim_weights` (edges, rim points), `rim_coordinates` of the nodes along an edge; `on_axis` numbers of the
+    nodes on x = 0, `outline` of those on the rim from the bottom to the top; `elements` (e, nodes of an element).
     """
 
     order: int
@@ -58,7 +58,7 @@ class Mesh:
     rim_nodes: np.ndarray
     rim_shapes: np.ndarray
     rim_weights: np.ndarray
-    rim_places: np.ndarray
+    rim_coordinates: np.ndarray
     on_axis: np.ndarray
     outline: np.ndarray
     elements: np.ndarray
@@ -71,10 +71,10 @@ def half_disc(mesh: DiscMesh) -> Mesh:
     points, elements, edges = _numbered(divisions // (2 * order), order)
     full, reduced = order + 1, order if integration == "selective" else order + 1
     corners = points[elements]
-    both = zip(*(_at_points(corners, order, one) for one in (full, reduced)), strict=True)
-    inverses, weights = (_in_lanes(np.concatenate(one, axis=1)) for one in both)
+    arrays = zip(*(_at_points(corners, order, points_along) for points_along in (full, reduced)), strict=True)
+    inverses, weights = (_in_lanes(np.concatenate(part, axis=1)) for part in arrays)
     polynomials = (lagrange(lobatto(order)[0], gauss(points)[0]) for points in (full, reduced))
-    values, slopes = (np.concatenate(both) for both in zip(*polynomials, strict=True))
+    values, slopes = (np.concatenate(arrays) for arrays in zip(*polynomials, strict=True))
     mass = np.zeros(len(points) + 1)
     np.add.at(mass, elements, _lumped(corners, order))
     mass[-1] = 1.0
@@ -99,14 +99,16 @@ def _numbered(count, order):
     inside = 0.5 * (lobatto(order)[0] + 1.0)
     along = np.append((np.arange(count)[:, None] + inside[:-1]).ravel(), count) / count
     s, t = np.meshgrid(along, along, indexing="ij")  # (first, second) direction of a block
-    middle, right, far, top = np.zeros(2), np.array([CORE, 0.0]), np.array([CORNER, CORNER]), np.array([0.0, CORE])
-    core = _line(s, _line(t, middle, top), _line(t, right, far))
-    outer = [_line(s, _line(t, *inner), _arc(angle + t)) for inner, angle in (((right, far), 0.0), ((far, top), 1.0))]
+    middle, right, corner, top = np.zeros(2), np.array([CORE, 0.0]), np.array([CORNER, CORNER]), np.array([0.0, CORE])
+    core = _line(s, _line(t, middle, top), _line(t, right, corner))
+    outer = [
+        _line(s, _line(t, *inner), _arc(angle + t)) for inner, angle in (((right, corner), 0.0), ((corner, top), 1.0))
+    ]
     upper = np.stack([core, *outer])
     # The mirror image turns the sense of rotation, so its directions change places.
     blocks = np.concatenate([upper, np.swapaxes(upper, 1, 2) * (1.0, -1.0)])
-    places = np.rint(blocks.reshape(-1, 2) / NEAR).astype(np.int64)
-    _, first, number = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    rounded = np.rint(blocks.reshape(-1, 2) / NEAR).astype(np.int64)
+    _, first, number = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
     numbers, side = number.reshape(blocks.shape[:3]), order + 1
     elements = sliding_window_view(numbers, (side, side), axis=(1, 2))[:, ::order, ::order]
     rims = np.concatenate([numbers[1:3, -1], numbers[4:, :, -1]])
@@ -133,8 +135,8 @@ def _jacobians(corners, slopes):
 
 def _at_points(corners, order, points):
     """Inverses of the Jacobian (e, q, 2, 2) and weights (e, q) at points^2 Gauss points."""
-    places, weights = gauss(points)
-    jacobian, determinant = _jacobians(corners, slopes_on_square(order, places))
+    coordinates, weights = gauss(points)
+    jacobian, determinant = _jacobians(corners, slopes_on_square(order, coordinates))
     return np.linalg.inv(jacobian), np.outer(weights, weights).ravel() * determinant
 
 
@@ -146,18 +148,18 @@ def _lumped(corners, order):
 
 def _rim(points, edges, order):
     """Shape functions (c, n) along an edge and weights (edges, c), undeformed lengths."""
-    places, weights = gauss(RIM_POINTS * (order + 1))
-    values, slopes = lagrange(lobatto(order)[0], places)
+    coordinates, weights = gauss(RIM_POINTS * (order + 1))
+    values, slopes = lagrange(lobatto(order)[0], coordinates)
     tangents = np.einsum("ena,cn->eca", points[edges], slopes)
     return values, weights * np.linalg.norm(tangents, axis=2)
 
 
 def _in_lanes(array, fill=0):
     """(e, ...) as (blocks, ..., lanes); what is missing is `fill`."""
-    side_by_side = simd_lanes()
-    missing = -len(array) % side_by_side
-    whole = np.concatenate([array, np.full((missing, *array.shape[1:]), fill, array.dtype)])
-    return np.ascontiguousarray(np.moveaxis(whole.reshape(-1, side_by_side, *array.shape[1:]), 1, -1))
+    lanes = simd_lanes()
+    missing = -len(array) % lanes
+    padded = np.concatenate([array, np.full((missing, *array.shape[1:]), fill, array.dtype)])
+    return np.ascontiguousarray(np.moveaxis(padded.reshape(-1, lanes, *array.shape[1:]), 1, -1))
 
 
 def lobatto(order: int) -> tuple[np.ndarray, np.ndarray]:
@@ -172,21 +174,21 @@ def gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
     return np.polynomial.legendre.leggauss(points)
 
 
-def lagrange(nodes: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def lagrange(nodes: np.ndarray, coordinates: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values and slopes (places, nodes) of the Lagrange polynomials on `nodes` at `places`."""
     basis = KroghInterpolator(nodes, np.eye(len(nodes)))
-    return basis(places), basis.derivative(places)
+    return basis(coordinates), basis.derivative(coordinates)
 
 
-def slopes_on_square(order: int, places: np.ndarray) -> np.ndarray:
+def slopes_on_square(order: int, coordinates: np.ndarray) -> np.ndarray:
     """Gradients (q, n, 2) of the shape functions by reference coordinates at all pairs of `places` (k,) on [-1, 1].
 
     Nodes and points count along the first direction fastest.
     """
-    values, slopes = lagrange(lobatto(order)[0], places)
+    values, slopes = lagrange(lobatto(order)[0], coordinates)
     along = np.einsum("jb,ia->jiba", values, slopes)
     across = np.einsum("jb,ia->jiba", slopes, values)
-    return np.stack([along, across], axis=-1).reshape(len(places) ** 2, -1, 2)
+    return np.stack([along, across], axis=-1).reshape(len(coordinates) ** 2, -1, 2)
 
 
 LEAST_SHARE = 1e-6  # of lambda over mu: less changes the thickness by nothing
@@ -199,10 +201,10 @@ def energy_density(parameters: SoftDiscsScene, gradient: np.ndarray) -> np.ndarr
     lame = material.young_modulus * ratio / ((1.0 + ratio) * (1.0 - 2.0 * ratio))
     stress = parameters.plane == "stress"
     if parameters.formulation == "neo_hookean":
-        trace, grown = np.sum(gradient**2, axis=(-2, -1)), np.log(np.maximum(np.linalg.det(gradient), 1e-12))
-        thick = _thickening(mu, lame, grown) if stress else np.zeros_like(grown)
-        grown = grown + thick
-        return 0.5 * mu * (trace + np.exp(2.0 * thick) - 3.0 - 2.0 * grown) + 0.5 * lame * grown**2
+        trace, log_volume = np.sum(gradient**2, axis=(-2, -1)), np.log(np.maximum(np.linalg.det(gradient), 1e-12))
+        log_thickness = _thickening(mu, lame, log_volume) if stress else np.zeros_like(log_volume)
+        log_volume = log_volume + log_thickness
+        return 0.5 * mu * (trace + np.exp(2.0 * log_thickness) - 3.0 - 2.0 * log_volume) + 0.5 * lame * log_volume**2
     if stress:
         lame = 2.0 * lame * mu / (lame + 2.0 * mu)
     identity = np.eye(2)
@@ -215,11 +217,11 @@ def energy_density(parameters: SoftDiscsScene, gradient: np.ndarray) -> np.ndarr
 
 def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) -> np.ndarray:
     """Energy density [J/m^3] at every node (..., n) of places `shape` (..., n, 2) [m]: mean of the elements there."""
-    by_place = slopes_on_square(mesh.order, lobatto(mesh.order)[0])
-    rest = parameters.disc.radius * np.stack([mesh.across[:-1], mesh.height[:-1]], axis=1)
-    before = np.linalg.inv(np.einsum("ena,qnb->eqab", rest[mesh.elements], by_place))
-    after = np.einsum("...ena,qnb->...eqab", shape[..., mesh.elements, :], by_place, optimize=True)
-    density = energy_density(parameters, after @ before)
+    slopes = slopes_on_square(mesh.order, lobatto(mesh.order)[0])
+    undeformed = parameters.disc.radius * np.stack([mesh.across[:-1], mesh.height[:-1]], axis=1)
+    to_reference = np.linalg.inv(np.einsum("ena,qnb->eqab", undeformed[mesh.elements], slopes))
+    jacobian = np.einsum("...ena,qnb->...eqab", shape[..., mesh.elements, :], slopes, optimize=True)
+    density = energy_density(parameters, jacobian @ to_reference)
     numbers = mesh.elements.ravel()
     joined = sparse.csr_array(
         (np.ones(len(numbers)), (numbers, np.arange(len(numbers)))), (shape.shape[-2], len(numbers))
@@ -229,11 +231,11 @@ def density_at_nodes(parameters: SoftDiscsScene, mesh: Mesh, shape: np.ndarray) 
     return (total / count[:, None]).T.reshape(shape.shape[:-1])
 
 
-def _thickening(mu, lame, grown):
+def _thickening(mu, lame, log_area):
     """Logarithm g of the stretch through the thickness without stress there: mu (e^2g - 1) + lambda (g + grown) = 0."""
-    share = max(lame / mu, LEAST_SHARE)
-    whole = 2.0 / share - 2.0 * grown
-    return 0.5 * (whole - wrightomega(whole - np.log(0.5 * share)))
+    ratio = max(lame / mu, LEAST_SHARE)
+    argument = 2.0 / ratio - 2.0 * log_area
+    return 0.5 * (argument - wrightomega(argument - np.log(0.5 * ratio)))
 
 
 def triangles_of(mesh: Mesh) -> np.ndarray:
@@ -241,7 +243,9 @@ def triangles_of(mesh: Mesh) -> np.ndarray:
     size = mesh.order + 1
     grid = mesh.elements.reshape(-1, size, size)
     a, b, c, d = grid[:, :-1, :-1], grid[:, :-1, 1:], grid[:, 1:, 1:], grid[:, 1:, :-1]
-    return np.concatenate([np.stack([one.ravel() for one in three], axis=1) for three in ((a, b, c), (a, c, d))])
+    return np.concatenate(
+        [np.stack([corner.ravel() for corner in corners], axis=1) for corners in ((a, b, c), (a, c, d))]
+    )
 
 
 def edges_of(mesh: Mesh) -> list[np.ndarray]:

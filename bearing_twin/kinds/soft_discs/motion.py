@@ -25,8 +25,8 @@ from bearing_twin.kinds.soft_discs.derived import (
     capped_ratio,
     contact_time,
     nodes_of,
-    of_other,
     resolve,
+    seen_from_other,
     time_unit,
     wall_speed,
     wave_speed,
@@ -56,7 +56,7 @@ FORMULATIONS = {"stvk": STVK, "neo_hookean": NEO_HOOKEAN, "linear": LINEAR}
 _COUNTS = "nodes", "blocks", "side", "full", "reduced", "edges", "rim_points", "axis_nodes"
 _ARRAYS = (
     "across", "height", "mass", "nodes", "values", "slopes", "inverses", "weights", "rim_nodes", "rim_shapes",
-    "rim_weights", "rim_places", "on_axis",
+    "rim_weights", "rim_coordinates", "on_axis",
 )  # fmt: skip
 _REALS = "mu", "lame", "stiffness", "exponent"  # of a DiscBody, in its order
 
@@ -121,19 +121,19 @@ class Solved:
         """One column of the history."""
         return self.history[:, [*COLUMNS].index(name)]
 
-    def at(self, name: str, times: np.ndarray) -> np.ndarray:
+    def column_at(self, name: str, times: np.ndarray) -> np.ndarray:
         """One column at times [s], by straight lines between steps."""
         return np.interp(times, self.step * np.arange(len(self.history)), self.column(name))
 
-    def shape_at(self, radius: float, which: int, times: np.ndarray) -> np.ndarray:
+    def shape_at(self, radius: float, disc: int, times: np.ndarray) -> np.ndarray:
         """Places (t, n, 2) [m] of the nodes of disc 0 or 1 at times [s], x from the line of flight, y as a height."""
-        place = np.clip(np.asarray(times) / self.frame_step, 0.0, len(self.frames) - 1.0)
-        low = np.minimum(place.astype(int), max(len(self.frames) - 2, 0))
-        share = (place - low)[:, None, None]
+        frame = np.clip(np.asarray(times) / self.frame_step, 0.0, len(self.frames) - 1.0)
+        low = np.minimum(frame.astype(int), max(len(self.frames) - 2, 0))
+        fraction = (frame - low)[:, None, None]
         high = np.minimum(low + 1, len(self.frames) - 1)
-        moved = (1.0 - share) * self.frames[low, which] + share * self.frames[high, which]
-        rest = radius * np.stack([self.mesh.across[:-1], self.mesh.height[:-1]])
-        return np.moveaxis(rest + moved[:, :, :-1], 1, 2)
+        displacement = (1.0 - fraction) * self.frames[low, disc] + fraction * self.frames[high, disc]
+        nodes = radius * np.stack([self.mesh.across[:-1], self.mesh.height[:-1]])
+        return np.moveaxis(nodes + displacement[:, :, :-1], 1, 2)
 
 
 def bodies_in_units(parameters: SoftDiscsScene) -> tuple[DiscBody, DiscBody]:
@@ -142,11 +142,13 @@ def bodies_in_units(parameters: SoftDiscsScene) -> tuple[DiscBody, DiscBody]:
     if parameters.against != "other_disc":
         body = body_of(parameters, penalty.stiffness_ratio)
         return body, body
-    other, power = of_other(parameters), penalty.exponent
-    size, stiff, dense = (one / another for one, another in zip(_scales(other), _scales(parameters), strict=True))
+    second, power = seen_from_other(parameters), penalty.exponent
+    size, stiff, dense = (
+        first / reference for first, reference in zip(_scales(second), _scales(parameters), strict=True)
+    )
     # Two penalties one behind the other: their depths sum up to the overlap.
-    both = penalty.stiffness_ratio / (1.0 + (size**power / stiff) ** (1.0 / power)) ** power
-    body, scaled = body_of(parameters, both), body_of(other, both)
+    stiffness_ratio = penalty.stiffness_ratio / (1.0 + (size**power / stiff) ** (1.0 / power)) ** power
+    body, scaled = body_of(parameters, stiffness_ratio), body_of(second, stiffness_ratio)
     mesh = scaled.mesh
     mesh = dataclasses.replace(
         mesh, across=size * mesh.across, height=size * mesh.height, mass=dense * size**2 * mesh.mass,
@@ -174,9 +176,9 @@ def body_of(parameters: SoftDiscsScene, stiffness: float) -> DiscBody:
 
 def elastic_forces(body: DiscBody, displacement: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Forces (2, n) of elasticity at the nodes; energy, least det F and least stretch (3,) of half the disc."""
-    load, found = np.zeros_like(displacement), np.empty(3)
-    _elastic(body.as_structure(), displacement, load, found)
-    return load, found
+    load, extremes = np.zeros_like(displacement), np.empty(3)
+    _elastic(body.as_structure(), displacement, load, extremes)
+    return load, extremes
 
 
 def stable_step(parameters: SoftDiscsScene) -> float:
@@ -188,12 +190,12 @@ def stable_step(parameters: SoftDiscsScene) -> float:
     radius, density = parameters.disc.radius, parameters.disc.material.density
     shear, volume, penalty = _greatest_eigenvalues(parameters.mesh)
     steps = []
-    for body, one in zip(bodies_in_units(parameters), bodies_of(parameters).values(), strict=False):
-        size, dense = one.disc.radius / radius, one.disc.material.density / density
+    for body, scene in zip(bodies_in_units(parameters), bodies_of(parameters).values(), strict=False):
+        size, dense = scene.disc.radius / radius, scene.disc.material.density / density
         stiffness = body.stiffness * (2.0 if parameters.against == "other_disc" else 1.0)
         if body.exponent > 1.0:
             # The depth that stops a plane wave, twice for what comes after it.
-            pressure = wall_speed(one) / wave_speed(parameters) * math.sqrt((body.lame + 2.0 * body.mu) * dense)
+            pressure = wall_speed(scene) / wave_speed(parameters) * math.sqrt((body.lame + 2.0 * body.mu) * dense)
             depth = min(1.0, 2.0 * (pressure / stiffness) ** (1.0 / body.exponent))
             stiffness *= body.exponent * depth ** (body.exponent - 1.0)
         inner = (body.mu * shear + body.lame * volume) / size**2
@@ -218,11 +220,11 @@ def _greatest_eigenvalue(body) -> float:
         return -(load / root).ravel()
 
     start = np.random.default_rng(1).standard_normal(2 * size)
-    found = eigsh(
+    eigenvalues = eigsh(
         LinearOperator((2 * size, 2 * size), operate, dtype=float), k=1, which="LA", tol=BOUND, v0=start,
         return_eigenvectors=False,
     )  # fmt: skip
-    return float(found[0]) * (1.0 + BOUND)
+    return float(eigenvalues[0]) * (1.0 + BOUND)
 
 
 def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
@@ -234,18 +236,28 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
     step, paired = parameters.solver.step_share * stable_step(parameters), parameters.against == "other_disc"
     size = len(bodies[0].mesh.mass)
     states = np.zeros((2, 3, 2, size))  # of both discs: displacement, velocity, room for forces
-    for state, one in zip(states, bodies_of(parameters).values(), strict=False):
-        state[1, 1, :-1] = -wall_speed(one) / wave_speed(parameters)
-    disc, other = (body.as_structure() for body in bodies)
+    for state, scene in zip(states, bodies_of(parameters).values(), strict=False):
+        state[1, 1, :-1] = -wall_speed(scene) / wave_speed(parameters)
+    disc, second = (body.as_structure() for body in bodies)
     least = parameters.run.duration / unit
-    most = max(LONGEST * contact_time(parameters) / unit, least)
+    longest = max(LONGEST * contact_time(parameters) / unit, least)
     every = max(1, math.ceil(least / step / max(frames - 1, 1)))
-    kept = np.zeros((math.ceil(least / step / every) + 1, 1 + paired, 2, size))
-    pieces, done, last, over, ended = [], 0, -1, False, False
-    while not over:
+    displacements = np.zeros((math.ceil(least / step / every) + 1, 1 + paired, 2, size))
+    pieces, done, last, is_over, ended = [], 0, -1, False, False
+    while not is_over:
         rows = np.zeros((max(PIECE // size, FEWEST_PIECE), len(COLUMNS)))
         filled = _march(
-            *(disc, states[0], other if paired else None, states[1], step, len(rows), rows, len(kept), kept),
+            *(
+                disc,
+                states[0],
+                second if paired else None,
+                states[1],
+                step,
+                len(rows),
+                rows,
+                len(displacements),
+                displacements,
+            ),
             *(every, done),
         )
         rows = rows[:filled]
@@ -255,10 +267,10 @@ def solve(parameters: SoftDiscsScene, frames: int = GREATEST_FRAMES) -> Solved:
         pieces.append(rows)
         done += filled
         ended = last >= 0 and done - last > GONE * last + 1.0
-        over = (ended and step * done > least) or step * done > most
+        is_over = (ended and step * done > least) or step * done > longest
     history = np.concatenate(pieces)
     _give_units(history, parameters)
-    shapes = kept[: min(len(kept), (done - 1) // every + 1)]
+    shapes = displacements[: min(len(displacements), (done - 1) // every + 1)]
     shapes *= radius
     return Solved(step * unit, history, every * step * unit, shapes, half_disc(parameters.mesh), ended)
 
@@ -330,32 +342,34 @@ def solved_impact(parameters: SoftDiscsScene, law: str = "", stepper: str = "") 
     """The impact; raises IntegrationError where the disc collapses."""
     parameters = resolve(parameters)
     outputs = round(parameters.run.duration * parameters.run.output_rate) + 1
-    found = solve(parameters, min(outputs, GREATEST_FRAMES))
-    known = impact_of(found, wall_speed(parameters))
-    records = {IMPACT.name: np.array([[known[column.name] for column in IMPACT.columns]], float)}
-    both = parameters.against == "other_disc"
+    solved = solve(parameters, min(outputs, GREATEST_FRAMES))
+    impact = impact_of(solved, wall_speed(parameters))
+    records = {IMPACT.name: np.array([[impact[column.name] for column in IMPACT.columns]], float)}
+    is_pair = parameters.against == "other_disc"
     shapes = {"shape": (parameters.disc.radius, 0), "other_shape": (parameters.other.radius, 1)}
 
-    def at(times):
+    def outputs_at(times):
         return tuple(
-            found.shape_at(*shapes[one.name], times) if one.name in shapes else found.at(one.name, times)
-            for one in channels(parameters)
+            solved.shape_at(*shapes[channel.name], times)
+            if channel.name in shapes
+            else solved.column_at(channel.name, times)
+            for channel in channels(parameters)
         )
 
     costs = {
-        "steps": len(found.history),
-        "nodes": (1 + both) * (len(found.mesh.mass) - 1),
-        "elements": (1 + both) * len(found.mesh.elements),
+        "steps": len(solved.history),
+        "nodes": (1 + is_pair) * (len(solved.mesh.mass) - 1),
+        "elements": (1 + is_pair) * len(solved.mesh.elements),
     }
-    return Impact(at, parameters.run, records, costs)
+    return Impact(outputs_at, parameters.run, records, costs)
 
 
-def duration_and_touches(found: Solved) -> tuple[float, int]:
+def duration_and_touches(solved: Solved) -> tuple[float, int]:
     """From first touch to last contact [s], gaps included, and how often the disc touched the wall.
 
     The force of the last steps is drawn on by a straight line to where it is zero, at most one step.
     """
-    force = found.column("normal_load")
+    force = solved.column("normal_load")
     inside = force > 0.0
     touching = np.flatnonzero(inside)
     if not len(touching):
@@ -364,26 +378,26 @@ def duration_and_touches(found: Solved) -> tuple[float, int]:
     fall = force[last - 1] - force[last] if last else 0.0
     beyond = min(1.0, force[last] / fall) if fall > 0.0 else 1.0
     touches = int(np.sum(inside[1:] & ~inside[:-1]) + inside[0])
-    return float((last + beyond) * found.step), touches
+    return float((last + beyond) * solved.step), touches
 
 
-def impact_of(found: Solved, speed: float) -> dict[str, float]:
+def impact_of(solved: Solved, speed: float) -> dict[str, float]:
     """The columns of IMPACT by name, of a disc that came at this speed [m/s]."""
-    force, (duration, touches) = found.column("normal_load"), duration_and_touches(found)
-    peak, total = int(np.argmax(force)), sum(found.column(name) for name in STORED)
+    force, (duration, touches) = solved.column("normal_load"), duration_and_touches(solved)
+    peak, total = int(np.argmax(force)), sum(solved.column(name) for name in STORED)
     return {
         "time": duration,
         "peak_force": float(force[peak]),
-        "peak_time": peak * found.step,
+        "peak_time": peak * solved.step,
         "contact_duration": duration,
-        "impulse": float(force.sum()) * found.step,
-        "restitution": float(found.column("velocity")[-1]) / speed,
-        "greatest_penetration": float(found.column("penetration").max()),
+        "impulse": float(force.sum()) * solved.step,
+        "restitution": float(solved.column("velocity")[-1]) / speed,
+        "greatest_penetration": float(solved.column("penetration").max()),
         "energy_gained": float(total[int(np.argmax(np.abs(total - total[0])))] - total[0]),
-        "least_stretch": float(found.column("least_stretch").min()),
-        "force_balance": float(np.abs(found.column("balance")).max()),
+        "least_stretch": float(solved.column("least_stretch").min()),
+        "force_balance": float(np.abs(solved.column("balance")).max()),
         "touches": touches,
-        "ended": found.ended,
+        "ended": solved.ended,
     }
 
 
