@@ -409,10 +409,15 @@ def start_points(parameters) -> tuple[MovingBody, MovingBody, np.ndarray]:
     Raises SceneError where there are none.
     """
     a, b = (
-        moving_body(surface_of(body), body.position, rotation_matrix(quaternion_from_vector(body.turn)), body.velocity,
-             body.angular_velocity)
+        moving_body(
+            surface_of(body),
+            body.position,
+            rotation_matrix(quaternion_from_vector(body.turn)),
+            body.velocity,
+            body.angular_velocity,
+        )
         for body in bodies_at_start(parameters)
-    )  # fmt: skip
+    )
     return a, b, nearest_pair(a, b) if has_closed_form(parameters) else searched(a, b, size_of(parameters))
 
 
