@@ -314,28 +314,28 @@ def _by_present_names(where: str, mapping: Mapping, present_name) -> dict:
 def _override(mapping: dict, overrides) -> tuple[dict, str]:
     """The scene's plain data and its name in errors; overrides of the study change `mapping`.
 
-    An override belongs to the study or to the scene by its first word; one that names another scene comes first.
+    An override belongs to the study or to the scene by the first part of its key; one that names another scene comes first.
     """
-    study_keys, first_words = (*FREE_KEYS, *SETTINGS, *FORMER_KEYS), {}
+    study_keys, top_keys = (*FREE_KEYS, *SETTINGS, *FORMER_KEYS), {}
     for override in overrides:
         key, equals, _ = override.partition("=")
-        first_words[override] = key.partition(".")[0].strip()
+        top_keys[override] = key.partition(".")[0].strip()
         require(
-            equals and first_words[override],
+            equals and top_keys[override],
             f"override {echo(override)} must look like samples=500 or motion.first_velocity=50",
         )
-        if first_words[override] in ("scene", "set"):
+        if top_keys[override] in ("scene", "set"):
             _set_override(mapping, None, override)
     legal = (*study_keys, *_open_scene(mapping, ())[0])
-    for override, word in first_words.items():
-        if word in REMOVED_KEYS:
-            raise StudyError(REMOVED_KEYS[word])
-        if word not in legal:
-            hint = legal_hint(word, legal)
-            raise StudyError(f"override {echo(override)}: {echo(word)} is no key of the study or its scene; {hint}")
-    opened = _open_scene(mapping, [override for override, word in first_words.items() if word not in study_keys])
-    for override, word in first_words.items():
-        if word in study_keys and word not in ("scene", "set"):
+    for override, top_key in top_keys.items():
+        if top_key in REMOVED_KEYS:
+            raise StudyError(REMOVED_KEYS[top_key])
+        if top_key not in legal:
+            hint = legal_hint(top_key, legal)
+            raise StudyError(f"override {echo(override)}: {echo(top_key)} is no key of the study or its scene; {hint}")
+    opened = _open_scene(mapping, [override for override, top_key in top_keys.items() if top_key not in study_keys])
+    for override, top_key in top_keys.items():
+        if top_key in study_keys and top_key not in ("scene", "set"):
             _set_override(mapping, opened[0]["kind"], override)
     return opened
 
@@ -376,10 +376,10 @@ def _set_override(mapping, kind, override) -> None:
         longest = max(inputs, key=len)
         path = ["inputs", longest, *filter(None, name.removeprefix(longest).split("."))]
     holder = mapping
-    for word in path[:-1]:
-        inner = holder.get(word, {})
-        require(isinstance(inner, Mapping), f"override {echo(override)}: {word} is a value and has no keys of its own")
-        holder[word] = holder = dict(inner)
+    for step in path[:-1]:
+        inner = holder.get(step, {})
+        require(isinstance(inner, Mapping), f"override {echo(override)}: {step} is a value and has no keys of its own")
+        holder[step] = holder = dict(inner)
     holder[path[-1]] = STUDIES.load(text, f"override {echo(override)}")
 
 
@@ -463,7 +463,7 @@ def _input(kind: str, key: str, specification, targeted) -> tuple[Input, Any, tu
             isinstance(followers, (list, tuple)),
             f"input {key}: also = {echo(followers)} must be a list of further keys that take the same value",
         )
-        specification = {word: value for word, value in specification.items() if word != "also"}
+        specification = {name: value for name, value in specification.items() if name != "also"}
     if isinstance(frozen, rv_frozen):
         try:
             specification = {**(specification if isinstance(specification, Mapping) else {}), **as_mapping(frozen)}
