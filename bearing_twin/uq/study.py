@@ -314,7 +314,8 @@ def _by_present_names(where: str, mapping: Mapping, present_name) -> dict:
 def _override(mapping: dict, overrides) -> tuple[dict, str]:
     """The scene's plain data and its name in errors; overrides of the study change `mapping`.
 
-    An override belongs to the study or to the scene by the first part of its key; one that names another scene comes first.
+    The first part of its key decides whether an override is of the study or of the scene; one that names another scene
+    comes first.
     """
     study_keys, top_keys = (*FREE_KEYS, *SETTINGS, *FORMER_KEYS), {}
     for override in overrides:
