@@ -44,14 +44,14 @@ def test_simulate_prints_one_json_object_with_what_was_requested(run_json):
 
 def test_without_json_the_result_is_a_table_on_standard_output(run_cli):
     short, err = run_cli("simulate", *SHORT)
-    words = ("normal", "ball", "cage speed", "status", "times real time")
-    assert sorted(words, key=short.index) == [*words]  # loads first, then figures, then how it went
+    labels = ("normal", "ball", "cage speed", "status", "times real time")
+    assert sorted(labels, key=short.index) == [*labels]  # loads first, then figures, then how it went
     assert " rpm" in short
-    assert not any(one in err for one in words)
-    whole = run_cli("simulate", *SHORT, "--verbose").out
-    for words in ("cage speed", "choice reason", "ball steps", "model errors", "not included", "pressure"):
-        assert words in whole
-        assert words not in short.replace("with --verbose", "") or words == "cage speed"
+    assert not any(label in err for label in labels)
+    full = run_cli("simulate", *SHORT, "--verbose").out
+    for label in ("cage speed", "choice reason", "ball steps", "model errors", "not included", "pressure"):
+        assert label in full
+        assert label not in short.replace("with --verbose", "") or label == "cage speed"
 
 
 def test_a_run_is_logged_reported_and_verified(log, run_json):
@@ -70,22 +70,22 @@ def test_a_run_is_logged_reported_and_verified(log, run_json):
 
 
 def test_pictures_are_drawn_while_simulating_and_from_a_log(log, tmp_path, pictures_once, run_json):
-    for words in (["simulate", *SHORT], ["report", log]):
-        picture = tmp_path / f"{words[0]}.png"
-        assert run_json(*words, "--plot", picture)["plot"] == str(picture)
+    for arguments in (["simulate", *SHORT], ["report", log]):
+        picture = tmp_path / f"{arguments[0]}.png"
+        assert run_json(*arguments, "--plot", picture)["plot"] == str(picture)
         assert picture.read_bytes().startswith(b"\x89PNG")
 
 
 def test_strict_turns_doubt_into_exit_code_3(run_json):
     # far too much interference for the half-space: the ellipse is as wide as the ball's cap
-    words = ["simulate", *SHORT, "--set", "geometry.radial_clearance=-1.3e-4"]
-    assert run_json(*words)["flags"]
-    assert run_json(*words, "--strict", code=DOUBTFUL)["flags"]
+    arguments = ["simulate", *SHORT, "--set", "geometry.radial_clearance=-1.3e-4"]
+    assert run_json(*arguments)["flags"]
+    assert run_json(*arguments, "--strict", code=DOUBTFUL)["flags"]
 
 
 def test_scenes_and_keys_are_listed(run_json, run_cli):
     loaded = [load_scene(name) for name in scene_names()]
-    listed = [{"name": one.name, "kind": one.kind, "description": one.description} for one in loaded]
+    listed = [{"name": scene.name, "kind": scene.kind, "description": scene.description} for scene in loaded]
     assert run_json("scenes")["scenes"] == listed
     shown = run_cli("scenes").out.split()
     assert set(shown) >= {word for row in listed for word in row["description"].split()}, "words are cut"
@@ -97,7 +97,7 @@ def test_scenes_and_keys_are_listed(run_json, run_cli):
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         (["simulat", "x"], "did you mean simulate?"),
         (["simulate"], "required: scene"),
@@ -122,20 +122,20 @@ def test_scenes_and_keys_are_listed(run_json, run_cli):
         (["contact", "--radii-1", "0.01", "--speed", "1", "--mass", "nan"], "--mass nan is not finite; must be"),
     ],
 )
-def test_each_mistake_gets_one_sentence_and_exit_code_2(words, sentence, tmp_path, monkeypatch, refused):
+def test_each_mistake_gets_one_sentence_and_exit_code_2(arguments, sentence, tmp_path, monkeypatch, refused):
     monkeypatch.chdir(tmp_path)
-    assert sentence in refused(*words)
+    assert sentence in refused(*arguments)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_help_is_a_word_too(capsys):
-    said = []
-    for words in (["help", "simulate"], ["simulate", "--help"]):
-        with pytest.raises(SystemExit) as ended:
-            main(words)
-        assert ended.value.code == 0
-        said.append(capsys.readouterr().out)
-    assert said[0] == said[1]
+    texts = []
+    for arguments in (["help", "simulate"], ["simulate", "--help"]):
+        with pytest.raises(SystemExit) as caught:
+            main(arguments)
+        assert caught.value.code == 0
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1]
 
 
 def test_no_subcommand_shows_the_help(run_cli):
@@ -144,15 +144,15 @@ def test_no_subcommand_shows_the_help(run_cli):
 
 
 @pytest.mark.parametrize(
-    ("commands", "more"),
+    ("commands", "further"),
     [
         ([["--help"]], ("rich", "yaml", "mcap", "rosbags")),
         ([["scenes"], ["scenes", "--keys"], ["study", "--list"]], ()),
     ],
     ids=["help", "lists"],
 )
-def test_help_and_lists_import_nothing_heavy(commands, more):
-    heavy = ("numpy", "scipy", "matplotlib", *more)
+def test_help_and_lists_import_nothing_heavy(commands, further):
+    heavy = ("numpy", "scipy", "matplotlib", *further)
     code = (
         f"import sys\nfrom bearing_twin.command.cli import BAD_INPUT, main\nfor words in {commands}:\n"
         f"    try:\n        code = main(words)\n    except SystemExit as end:\n        code = end.code\n"
@@ -160,20 +160,20 @@ def test_help_and_lists_import_nothing_heavy(commands, more):
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=600)
     assert done.stderr.splitlines() == ["[]"] * len(commands)
-    assert all(word in done.stdout for word in (["simulate"] if more else ["two_spheres", "drive.speed"]))
+    assert all(word in done.stdout for word in (["simulate"] if further else ["two_spheres", "drive.speed"]))
 
 
 def test_ctrl_c_while_modules_load_is_one_line(tmp_path):
     (tmp_path / "argparse.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
-    places = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
-    found = subprocess.run(
+    paths = os.pathsep.join([str(tmp_path), os.environ.get("PYTHONPATH", "")])
+    done = subprocess.run(
         [sys.executable, "-m", "bearing_twin", "scenes"],
-        env={**os.environ, "PYTHONPATH": places},
+        env={**os.environ, "PYTHONPATH": paths},
         capture_output=True,
         text=True,
         timeout=60,
     )
-    assert (found.returncode, found.stdout, found.stderr) == (INTERRUPTED, "", "bearing_twin: interrupted\n")
+    assert (done.returncode, done.stdout, done.stderr) == (INTERRUPTED, "", "bearing_twin: interrupted\n")
 
 
 @pytest.mark.parametrize(
@@ -186,9 +186,9 @@ def test_ctrl_c_while_modules_load_is_one_line(tmp_path):
 def test_an_interrupted_run_leaves_a_log_that_opens(number, code, tmp_path, run_json):
     path = tmp_path / "run.mcap"
     long = ["bearing_6203", "--duration", "86400", "--set", "run.output_rate=100"]
-    words = [*COMMAND, "simulate", *long, "--out", str(path)]
+    arguments = [*COMMAND, "simulate", *long, "--out", str(path)]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
-    with subprocess.Popen(words, **pipes) as process:
+    with subprocess.Popen(arguments, **pipes) as process:
         while not (path.exists() and path.stat().st_size > 100_000):
             assert process.poll() is None, process.stderr.read()
             time.sleep(0.05)
@@ -225,7 +225,7 @@ def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatc
 
 
 @pytest.mark.parametrize(
-    ("words", "key"),
+    ("arguments", "key"),
     [
         (["simulate", "two_spheres", "--duration", "2e-4", "--set", "run.duration=1e-4"], "run.duration"),
         (["simulate", "bearing_6203", "--set", "solver.allow_invalid=off", "--allow-invalid"], "allow_invalid"),
@@ -235,15 +235,15 @@ def test_a_closed_terminal_ends_a_command_but_not_under_nohup(number, monkeypatc
         (["simulate", "6203", "--set", "solver.companion=on", "--set", "solver.check=none"], "solver.check"),
     ],
 )
-def test_a_key_that_is_given_two_values_is_refused(words, key, refused):
-    assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(*words))
+def test_a_key_that_is_given_two_values_is_refused(arguments, key, refused):
+    assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(*arguments))
 
 
 def test_a_result_of_every_sort_of_value_is_shown(capsys):
     show_result({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
     out = capsys.readouterr().out
-    for words in ("none", "costs steps", "load", "yes"):
-        assert words in out
+    for text in ("none", "costs steps", "load", "yes"):
+        assert text in out
 
 
 def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, monkeypatch, pictures_once, run_json, refused):
@@ -259,11 +259,11 @@ def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, monkeypatc
         "run.mcap": ["simulate", *SHORT, "--out", "run.mcap"],
         "saved.mcap": ["recover", log, "saved.mcap"],
     }
-    for name, words in commands.items():
+    for name, arguments in commands.items():
         (tmp_path / name).write_text("precious")
-        assert "exists and is not overwritten; give another name, or --force" in refused(*words)
+        assert "exists and is not overwritten; give another name, or --force" in refused(*arguments)
         assert (tmp_path / name).read_text() == "precious"
-        run_json(*words, "--force")
+        run_json(*arguments, "--force")
         assert (tmp_path / name).stat().st_size > 100
     assert "pipe.png exists" in refused("simulate", *SHORT, "--plot", "pipe.png", "--force")
     assert "the file that is read" in refused("recover", "run.mcap", "run.mcap", "--force")

@@ -35,13 +35,13 @@ def shown(capsys, result):
 
 def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch, run_json, run_cli):
     out = shown(capsys, RESULT)
-    for words in ("668.08 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.057296, 0 °", "20 ms", "12.346 kN", "1066"):
-        assert words in out, out
+    for text in ("668.08 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.057296, 0 °", "20 ms", "12.346 kN", "1066"):
+        assert text in out, out
     assert "MPa" in out
     monkeypatch.setattr(commands, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
     out = run_cli("scenes", "--si").out
-    for words in ("69.961 rad/s", "0.0015 N m", "0, -2.5e-06, 1e-05 m", "1.066e+09"):
-        assert words in out, out
+    for text in ("69.961 rad/s", "0.0015 N m", "0, -2.5e-06, 1e-05 m", "1.066e+09"):
+        assert text in out, out
     assert run_json("scenes", "--si") == RESULT
 
 
@@ -104,8 +104,8 @@ def test_every_help_has_examples_that_parse_and_fits_eighty_columns(monkeypatch)
     """An example of `node` that names a type of ROS may be longer: broken, it could not be copied."""
     monkeypatch.setenv("COLUMNS", "80")
     parser, _ = cli._parsers()
-    for one in list(parsers_below(parser))[1:]:
-        text = one.format_help()
+    for subparser in list(parsers_below(parser))[1:]:
+        text = subparser.format_help()
         assert re.search(r"^examples?:\n  bearing_twin ", text, flags=re.MULTILINE), text
         long = [line for line in text.splitlines() if len(line) > 80]
         assert all(re.search("/(msg|srv|action)/", line) for line in long), long
@@ -113,12 +113,12 @@ def test_every_help_has_examples_that_parse_and_fits_eighty_columns(monkeypatch)
         assert command.examples, f"{name} has no example in its --help"
         for line in command.examples:
             program, *words = shlex.split(line)
-            arguments, rest = parser.parse_known_args(words)
-            assert (program, words[0], arguments.command, rest) == ("bearing_twin", name, name, []), line
+            arguments, unknown = parser.parse_known_args(words)
+            assert (program, words[0], arguments.command, unknown) == ("bearing_twin", name, name, []), line
 
 
 @pytest.mark.parametrize(
-    ("key", "wrong", "right", "others"),
+    ("key", "wrong", "right", "units"),
     [
         ("drive.speed", "3000rps", "3000rpm", ["rad/s"]),
         ("geometry.radial_clearance", "10mic", "10µm", ["m", "mm"]),
@@ -126,18 +126,20 @@ def test_every_help_has_examples_that_parse_and_fits_eighty_columns(monkeypatch)
         ("run.duration", "3weeks", "3ms", ["s", "µs"]),
     ],
 )
-def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, wrong, right, others, run_cli):
+def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, wrong, right, units, run_cli):
     assert load_scene("bearing_6203", [f"{key}={right}"]).kind == "bearing"
     named = run_cli("simulate", "bearing_6203", "--set", f"{key}={wrong}", code=BAD_INPUT).err.rpartition(
         "units that are read:"
     )[2]
-    assert {re.sub(r"[\d\[\], ]", "", right), *others} <= {one.strip() for one in named.split(",")}
+    assert {re.sub(r"[\d\[\], ]", "", right), *units} <= {unit.strip() for unit in named.split(",")}
 
 
 @pytest.mark.parametrize(("speed", "noted"), [("3000", True), ("100", False), ("30000rpm", False)])
-@pytest.mark.parametrize("words", [("bearing", "6203", "--speed={}"), ("bearing", "6203", "--set=drive.speed={}")])
-def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(words, speed, noted, run_cli):
-    assert ("28648 rpm" in run_cli(*(word.format(speed) for word in words), "--load", "0,-1kN,0").err) == noted
+@pytest.mark.parametrize("arguments", [("bearing", "6203", "--speed={}"), ("bearing", "6203", "--set=drive.speed={}")])
+def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(arguments, speed, noted, run_cli):
+    assert (
+        "28648 rpm" in run_cli(*(argument.format(speed) for argument in arguments), "--load", "0,-1kN,0").err
+    ) == noted
 
 
 def completions(line, tmp_path):

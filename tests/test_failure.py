@@ -67,10 +67,10 @@ def test_a_number_that_no_motion_has_stops_the_run_and_is_named(reason, spoilt, 
     reason = reason.partition(",")[0]
     assert (error.reason, error.body, error.seconds) == (reason, body, pytest.approx(0.24))
     assert error.contact == contact or not contact
-    found = read_failure(write_failure(error, tmp_path))
-    assert (found.sequence, found.good_seconds, found.reason) == (199, pytest.approx(0.239), reason)
-    assert found.scene == BALLS
-    assert all(np.isfinite(value) for _, value, _ in found.body_rows())
+    failure = read_failure(write_failure(error, tmp_path))
+    assert (failure.sequence, failure.good_seconds, failure.reason) == (199, pytest.approx(0.239), reason)
+    assert failure.scene == BALLS
+    assert all(np.isfinite(value) for _, value, _ in failure.body_rows())
 
 
 @pytest.mark.parametrize(
@@ -87,14 +87,14 @@ def test_a_number_that_no_motion_has_stops_the_run_and_is_named(reason, spoilt, 
 )
 def test_a_run_goes_on_from_its_last_good_state_to_the_bit(overrides, spoilt, monkeypatch, tmp_path):
     scene = load_scene("bearing_6203", overrides)
-    whole = np.concatenate([block.matrix() for block in simulate(scene).blocks()])
+    expected = np.concatenate([block.matrix() for block in simulate(scene).blocks()])
     spoilt("normal_load", (40, 3, 1), np.nan)
-    found = read_failure(write_failure(failed(scene), tmp_path))
+    failure = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
     monkeypatch.setattr("bearing_twin.kinds.bearing.motion.LONGEST_CHUNK", 0.1)
-    rest = list(simulate(scene, failure=found).blocks())
-    assert rest[0].first_sequence == 200
-    assert np.concatenate([block.matrix() for block in rest]).tobytes() == whole[200:].tobytes()
+    continued = list(simulate(scene, failure=failure).blocks())
+    assert continued[0].first_sequence == 200
+    assert np.concatenate([block.matrix() for block in continued]).tobytes() == expected[200:].tobytes()
 
 
 @pytest.mark.parametrize("name", ["ellipsoid_rocking", "two_bodies_ellipsoid"])
@@ -110,14 +110,14 @@ def test_bodies_go_on_to_the_bit_in_the_middle_of_a_contact(name, monkeypatch, t
         return out
 
     monkeypatch.setattr(PairMotion, "advance", advance)
-    found = read_failure(write_failure(failed(scene), tmp_path))
+    failure = read_failure(write_failure(failed(scene), tmp_path))
     monkeypatch.undo()
     expected = np.concatenate([block.matrix() for block in whole])
-    rest = list(simulate(scene, failure=found).blocks())
-    assert 0 < found.sequence == rest[0].first_sequence - 1
-    again = np.concatenate([block.matrix() for block in rest])
-    assert again.tobytes() == expected[rest[0].first_sequence :].tobytes()
-    records = [np.concatenate([block.records["contact"] for block in blocks]) for blocks in (whole, rest)]
+    continued = list(simulate(scene, failure=failure).blocks())
+    assert 0 < failure.sequence == continued[0].first_sequence - 1
+    numbers = np.concatenate([block.matrix() for block in continued])
+    assert numbers.tobytes() == expected[continued[0].first_sequence :].tobytes()
+    records = [np.concatenate([block.records["contact"] for block in blocks]) for blocks in (whole, continued)]
     assert records[0][len(records[0]) - len(records[1]) :].tobytes() == records[1].tobytes()
 
 
@@ -129,11 +129,11 @@ def test_failures_of_the_core_leave_a_file_too(tmp_path):
     assert simulation.advance(100).first_sequence == 50  # what was computed ahead of that
     with pytest.raises(IntegrationError) as caught:
         simulation.advance(100)
-    found = read_failure(write_failure(caught.value, tmp_path))
-    assert (found.reason, found.sequence) == ("stalled", 99)
-    assert found.body.startswith("ball ")
-    assert found.contact in ("inner race", "outer race")
-    assert {unit for _, _, unit in found.body_rows()} >= {"N", "m/s"}
+    failure = read_failure(write_failure(caught.value, tmp_path))
+    assert (failure.reason, failure.sequence) == ("stalled", 99)
+    assert failure.body.startswith("ball ")
+    assert failure.contact in ("inner race", "outer race")
+    assert {unit for _, _, unit in failure.body_rows()} >= {"N", "m/s"}
 
 
 def test_a_run_that_fails_in_its_first_step_gives_out_its_start():
@@ -153,15 +153,15 @@ OVERLOADED = (
 )
 
 
-def overloaded_words() -> list[str]:
-    return ["bearing_6203_rig_400N", *(word for override in OVERLOADED for word in ("--set", override))]
+def overloaded_arguments() -> list[str]:
+    return ["bearing_6203_rig_400N", *(argument for override in OVERLOADED for argument in ("--set", override))]
 
 
 def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figures(
     tmp_path, monkeypatch, run_json, run_cli
 ):
     monkeypatch.chdir(tmp_path)
-    reported, error = run_cli("simulate", *overloaded_words(), "--out", "run.mcap", "--json", code=BAD_INPUT)
+    reported, error = run_cli("simulate", *overloaded_arguments(), "--out", "run.mcap", "--json", code=BAD_INPUT)
     ran = json.loads(reported)
     assert "bearing_twin: after 0.01 s: at 0.0105 s a load of" in error
     assert "bearing_twin explain failure_" in error
@@ -176,15 +176,15 @@ def test_a_run_that_breaks_off_within_a_chunk_leaves_all_before_in_log_and_figur
     assert "The run failed after" in run_cli("view", "run.mcap", "--json").err
 
     short = load_scene("bearing_6203_rig_400N", [*OVERLOADED[:3], "run.duration=0.01"])
-    whole = [sample["normal_load"] for sample in simulate(short)]
-    np.testing.assert_allclose([sample["normal_load"] for sample in read_log("run.mcap")], whole, rtol=1e-3, atol=0.1)
+    loads = [sample["normal_load"] for sample in simulate(short)]
+    np.testing.assert_allclose([sample["normal_load"] for sample in read_log("run.mcap")], loads, rtol=1e-3, atol=0.1)
 
 
 def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, capsys, run_json, refused, run_cli):
     monkeypatch.chdir(tmp_path)
     spoilt("normal_load", (40, 3, 1), np.nan)
-    words = [word for override in PINNED for word in ("--set", override)]
-    assert main(["simulate", "bearing_6203", *words]) == BAD_INPUT
+    arguments = [argument for override in PINNED for argument in ("--set", override)]
+    assert main(["simulate", "bearing_6203", *arguments]) == BAD_INPUT
     [file] = tmp_path.glob("failure_*.json")
     assert f"bearing_twin explain {file.name}" in capsys.readouterr().err
     reported = run_json("explain", file.name, "--out", "rest.mcap")
@@ -197,9 +197,9 @@ def test_explain_says_what_happened_and_goes_on(spoilt, tmp_path, monkeypatch, c
     assert (done.returncode, json.loads(done.stdout)) == (BAD_INPUT, {k: v for k, v in reported.items() if k != "log"})
     assert "the log is incomplete: full.mcap cannot grow" in done.stderr
     # fails again where the tolerance is as loose as before, and says so
-    said = run_cli("explain", file.name, "--tolerance", "1e-3", "--strict", code=DOUBTFUL)
-    assert "it fails again" in said.err
-    assert "normal_load outer race" in said.out
+    printed = run_cli("explain", file.name, "--tolerance", "1e-3", "--strict", code=DOUBTFUL)
+    assert "it fails again" in printed.err
+    assert "normal_load outer race" in printed.out
     assert len(list(tmp_path.glob("failure_*.json"))) == 2
     assert main(["explain", file.name, "--until", "0.25"]) == DONE
     assert "continued_to_s" not in json.loads(run_cli("explain", file.name, "--stop", "--json").out.splitlines()[-1])
@@ -214,7 +214,7 @@ def test_a_file_that_is_no_failure_and_a_state_that_no_bearing_is_in_are_refused
     spoilt("normal_load", (40, 3, 1), np.nan)
     path = write_failure(failed(BALLS), tmp_path)
     text = path.read_text(encoding="utf-8")
-    for key, value, words in (
+    for key, value, sentence in (
         ("format", "another", "not the file of a failed run"),
         ("scene", "kind: nothing", "nothing"),
         ("state", {"state": [[1.0]]}, "does not fit its scene"),
@@ -223,7 +223,7 @@ def test_a_file_that_is_no_failure_and_a_state_that_no_bearing_is_in_are_refused
         ("seconds", "soon", "not the file of a failed run"),
     ):
         path.write_text(json.dumps(json.loads(text) | {key: value}), encoding="utf-8")
-        assert words in refused("explain", path)
+        assert sentence in refused("explain", path)
     path.write_text(text, encoding="utf-8")
     failure = read_failure(path)
     Simulation(failure.scene).resume(failure)

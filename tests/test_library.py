@@ -71,27 +71,27 @@ def test_a_form_that_no_log_is_written_in_is_refused_with_the_nearest(tmp_path):
 
 def test_a_pass_is_not_gone_on_with_after_another_has_begun():
     """It would go on with outputs of the other, without a word; a pass that was broken off disturbs nobody."""
-    whole, run = loads(simulate(load_scene(*SCENE))), simulate(load_scene(*SCENE))
+    expected, run = loads(simulate(load_scene(*SCENE))), simulate(load_scene(*SCENE))
     first = iter(run)
     next(first)
-    assert loads(run) == whole
+    assert loads(run) == expected
     with pytest.raises(BearingTwinError, match="begun anew meanwhile; make a run for each pass"):
         list(first)
 
 
 def test_runs_in_threads_are_those_of_one_thread():
-    names, found = ["bearing_6203", "bearing_6203_loose", "bearing_6203"], {}
+    names, results = ["bearing_6203", "bearing_6203_loose", "bearing_6203"], {}
 
-    def work(place: int) -> None:
-        found[place] = loads(simulate(load_scene(names[place], ["run.duration=0.05"])))
+    def work(index: int) -> None:
+        results[index] = loads(simulate(load_scene(names[index], ["run.duration=0.05"])))
 
-    threads = [threading.Thread(target=work, args=(place,)) for place in range(len(names))]
+    threads = [threading.Thread(target=work, args=(index,)) for index in range(len(names))]
     for thread in threads:
         thread.start()
     for thread in threads:
         thread.join()
-    for place, name in enumerate(names):
-        assert found[place] == loads(simulate(load_scene(name, ["run.duration=0.05"])))
+    for index, name in enumerate(names):
+        assert results[index] == loads(simulate(load_scene(name, ["run.duration=0.05"])))
 
 
 @pytest.mark.parametrize(("begin", "loader"), [(simulate, "load_scene"), (run_study, "load_study")])
@@ -124,7 +124,7 @@ def test_a_designation_may_be_a_number_of_numpy():
 
 
 @pytest.mark.parametrize(
-    ("begin", "words"),
+    ("begin", "sentence"),
     [
         (lambda path: simulate("two_spheres", failure=path), "failure = .* must be a Failure"),
         (lambda path: run_study("discs_small_10", cancelled=3), "cancelled = 3 must be a function"),
@@ -132,8 +132,8 @@ def test_a_designation_may_be_a_number_of_numpy():
         (lambda path: bearing_twin.write_study(simulate("two_spheres"), path), r"hand over run_study\(study\)"),
     ],
 )
-def test_arguments_of_another_type_are_refused_in_a_sentence(begin, words, tmp_path):
-    with pytest.raises(BearingTwinError, match=words):
+def test_arguments_of_another_type_are_refused_in_a_sentence(begin, sentence, tmp_path):
+    with pytest.raises(BearingTwinError, match=sentence):
         begin(tmp_path / "x.mcap")
 
 
@@ -179,13 +179,19 @@ FUNCTIONS = [one for one in map(bearing_twin.__getattr__, PUBLIC) if inspect.isf
 
 def parts_of(owner):
     """Public methods and properties of a class, as functions."""
-    members = {name: one for name, one in vars(owner).items() if not name.startswith("_")}
-    return [one.fget if isinstance(one, property) else one for one in members.values() if not isinstance(one, type)]
+    members = {name: member for name, member in vars(owner).items() if not name.startswith("_")}
+    return [
+        member.fget if isinstance(member, property) else member
+        for member in members.values()
+        if not isinstance(member, type)
+    ]
 
 
 def test_checkers_of_types_are_told_every_public_name_and_its_home():
     tree = ast.parse((PACKAGE / "__init__.pyi").read_text())
-    reported = {one.asname: node.module for node in tree.body if isinstance(node, ast.ImportFrom) for one in node.names}
+    reported = {
+        alias.asname: node.module for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names
+    }
     assert sorted(reported) == sorted(PUBLIC)
     for name, home in reported.items():
         assert getattr(bearing_twin, name).__module__ == home
@@ -193,36 +199,36 @@ def test_checkers_of_types_are_told_every_public_name_and_its_home():
 
 
 def test_help_shows_the_public_names_and_an_import_of_all_has_them():
-    shown, found = pydoc.plain(pydoc.render_doc(bearing_twin)), {}
-    exec("from bearing_twin import *", found)
+    shown, namespace = pydoc.plain(pydoc.render_doc(bearing_twin)), {}
+    exec("from bearing_twin import *", namespace)
     for name in PUBLIC:
-        assert found[name] is getattr(bearing_twin, name)
+        assert namespace[name] is getattr(bearing_twin, name)
         assert re.search(rf"^ {{4}}(class )?{name}\(", shown, re.MULTILINE)
 
 
-@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda one: one.__name__)
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda parameter: parameter.__name__)
 def test_public_functions_say_what_they_take_and_give(function):
     signature = inspect.signature(function)
     assert signature.return_annotation is not inspect.Signature.empty
-    assert all(one.annotation is not inspect.Parameter.empty for one in signature.parameters.values())
+    assert all(parameter.annotation is not inspect.Parameter.empty for parameter in signature.parameters.values())
 
 
-@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda one: one.__name__)
+@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda parameter: parameter.__name__)
 def test_docstrings_of_public_functions_have_every_parameter_and_the_errors(function):
     """In the style of NumPy."""
     text = inspect.getdoc(function)
-    for name, one in inspect.signature(function).parameters.items():
-        stars = {inspect.Parameter.VAR_KEYWORD: r"\*\*"}.get(one.kind, "")
+    for name, parameter in inspect.signature(function).parameters.items():
+        stars = {inspect.Parameter.VAR_KEYWORD: r"\*\*"}.get(parameter.kind, "")
         assert re.search(rf"^{stars}{name} : ", text, re.MULTILINE), name
     taken = {"Parameters", "Raises"} if inspect.signature(function).parameters else set()
     assert taken | {"Returns"} <= set(re.findall(r"^(\w+)\n-+$", text, re.MULTILINE)) or not taken
 
 
-@pytest.mark.parametrize("owner", [Run, LogStream, StudyResult], ids=lambda one: one.__name__)
+@pytest.mark.parametrize("owner", [Run, LogStream, StudyResult], ids=lambda function: function.__name__)
 def test_what_they_give_has_types_and_words(owner):
-    for one in filter(inspect.isfunction, parts_of(owner)):
-        assert inspect.signature(one).return_annotation is not inspect.Signature.empty, one
-        assert inspect.getdoc(one), one
+    for function in filter(inspect.isfunction, parts_of(owner)):
+        assert inspect.signature(function).return_annotation is not inspect.Signature.empty, function
+        assert inspect.getdoc(function), function
 
 
 def test_a_run_says_why_it_is_not_copied_and_what_can_be(tmp_path):
@@ -231,16 +237,16 @@ def test_a_run_says_why_it_is_not_copied_and_what_can_be(tmp_path):
     for copied in (pickle.dumps, copy.copy, copy.deepcopy):
         with pytest.raises(BearingTwinError, match=r"take its scene"):
             copied(run)
-    report, scene, again = pickle.loads(pickle.dumps((run.report, run.scene, blocks)))
+    report, scene, copies = pickle.loads(pickle.dumps((run.report, run.scene, blocks)))
     assert report.as_dict() == run.report.as_dict()
     first = next(iter(simulate(scene).blocks()))
-    assert all((first[one.name] == again[0][one.name]).all() for one in run.channels)
+    assert all((first[channel.name] == copies[0][channel.name]).all() for channel in run.channels)
     write_log(run, tmp_path / "run.mcap")
     assert len(pickle.loads(pickle.dumps(list(read_log(tmp_path / "run.mcap"))))) == run.outputs
 
 
 @pytest.mark.parametrize(
-    ("make", "reported"),
+    ("make", "texts"),
     [
         (lambda: bearing_twin.equilibrium("6308", [0.0, -2000.0, 0.0]), ("1 equilibria", "greatest ball load [N]")),
         (lambda: _reported("bearing_6203"), ("bearing_6203: done", "cage_speed_rad_s", "normal_load_inner_n")),
@@ -252,18 +258,18 @@ def test_a_run_says_why_it_is_not_copied_and_what_can_be(tmp_path):
     ],
     ids=["equilibrium", "run", "impact", "study"],
 )
-def test_a_result_is_a_short_table(make, reported):
+def test_a_result_is_a_short_table(make, texts):
     text = repr(make())
     assert len(text) < 2500
-    assert all(one in text for one in reported), text
+    assert all(expected in text for expected in texts), text
 
 
 def test_what_is_iterated_says_what_it_holds(tmp_path):
     run = simulate("two_spheres")
     write_log(run, tmp_path / "run.mcap", max_loss=np.float32(0.0))
-    shown = [repr(one) for one in (run, read_log(tmp_path / "run.mcap"), next(run.blocks()))]
-    for text, words in zip(shown, ("two_spheres: 401 outputs", "two_spheres", "400 outputs from 0"), strict=True):
-        assert words in text
+    shown = [repr(item) for item in (run, read_log(tmp_path / "run.mcap"), next(run.blocks()))]
+    for text, expected in zip(shown, ("two_spheres: 401 outputs", "two_spheres", "400 outputs from 0"), strict=True):
+        assert expected in text
         assert len(text) < 500
 
 

@@ -67,27 +67,27 @@ def test_overrides_change_one_key_each_in_order():
 
 def test_a_key_given_twice_must_have_one_value():
     assert load_scene("bearing_6203", ["drive.speed=1e2", "drive.speed = 100.0"]).parameters.drive.speed == 100.0
-    given = ["run.duration=0.1", "run.duration=100ms", "run.duration=1e-1 s", "geometry.ball_diameter=6.746 mm"]
-    assert load_scene("bearing_6203", [*given, "geometry.ball_diameter=6.746e-3"]).parameters.run.duration == 0.1
-    for other in ("100", "0.1 min", "0.1 mm"):
+    overrides = ["run.duration=0.1", "run.duration=100ms", "run.duration=1e-1 s", "geometry.ball_diameter=6.746 mm"]
+    assert load_scene("bearing_6203", [*overrides, "geometry.ball_diameter=6.746e-3"]).parameters.run.duration == 0.1
+    for duration in ("100", "0.1 min", "0.1 mm"):
         with pytest.raises(SceneError, match="keep one of them"):
-            load_scene("bearing_6203", ["run.duration=100ms", f"run.duration={other}"])
+            load_scene("bearing_6203", ["run.duration=100ms", f"run.duration={duration}"])
     with pytest.raises(SceneError, match=r"drive\.speed is given as '100' and as '200'; keep one of them"):
         load_scene("bearing_6203", ["drive.speed=100", "run.duration=0.1", "drive.speed=200"])
 
 
 def test_long_and_many_overrides_are_shortened_where_they_are_named():
-    with pytest.raises(SceneError) as said:
+    with pytest.raises(SceneError) as caught:
         load_scene("bearing_6203", [f"run.duration={'a' * 100_000}"])
-    assert len(str(said.value)) < 500
-    with pytest.raises(SceneError) as said:
+    assert len(str(caught.value)) < 500
+    with pytest.raises(SceneError) as caught:
         load_scene("bearing_6203", ["run.duration=0.1"] * 5000 + ["run.duration=-1"])
-    assert len(str(said.value)) < 2000
+    assert len(str(caught.value)) < 2000
 
 
 def test_numbers_are_taken_with_their_units():
     """In overrides and in YAML; by the definitions of these units."""
-    given = {
+    values = {
         "drive.speed": ("1750rpm", 1750.0 * math.pi / 30.0),
         "drive.acceleration": ("2e3 rad/s^2", 2000.0),
         "drive.offset": ("0,-9um,0.01 mm", (0.0, -9e-6, 1e-5)),
@@ -107,21 +107,21 @@ def test_numbers_are_taken_with_their_units():
         "run.output_rate": ("2 kHz", 2000.0),
         "run.duration": ("1 min", 60.0),
     }
-    texts = {key: text for key, (text, _) in given.items()}
+    texts = {key: text for key, (text, _) in values.items()}
     scene = read_scene(*open_scene("bearing_6203", [f"{key}={text}" for key, text in texts.items()]))
-    for key, (_, value) in given.items():
+    for key, (_, value) in values.items():
         assert value_at(scene.resolved(), key) == pytest.approx(value, rel=1e-14), key
     nested = functools.reduce(lambda tree, key: put_in(tree, key.split("."), texts[key]), texts, {"kind": "bearing"})
     assert read_scene(yaml.safe_dump(nested), "x").parameters.rings == scene.parameters.rings
 
 
-def put_in(tree, words, value):
-    inner = put_in(tree.get(words[0], {}), words[1:], value) if words[1:] else value
-    return {**tree, words[0]: inner}
+def put_in(tree, path, value):
+    inner = put_in(tree.get(path[0], {}), path[1:], value) if path[1:] else value
+    return {**tree, path[0]: inner}
 
 
 @pytest.mark.parametrize(
-    ("override", "words"),
+    ("override", "sentence"),
     [
         ("contact.norml=hertz", "did you mean normal?"),
         ("contact.normal=hetz", "did you mean hertz?"),
@@ -144,8 +144,8 @@ def put_in(tree, words, value):
         ("kind=bearing", "cannot change kind"),
     ],
 )
-def test_wrong_overrides_are_refused_with_the_reason(override, words):
-    assert words in refusal(load_scene, "bearing_6203", [override])
+def test_wrong_overrides_are_refused_with_the_reason(override, sentence):
+    assert sentence in refusal(load_scene, "bearing_6203", [override])
 
 
 def test_a_long_text_in_place_of_a_number_is_not_searched_for_a_unit():
@@ -157,13 +157,13 @@ def test_a_long_text_in_place_of_a_number_is_not_searched_for_a_unit():
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_key_of_an_earlier_version_is_refused_with_its_new_name(kind):
     for old, new in KINDS[kind].parameters.moved.items():
-        section, _, word = old.partition(".")
-        reported = refusal(parse_scene, {"kind": kind, section: {word or "coefficient": 1.0}}, "a scene")
+        section, _, name = old.partition(".")
+        reported = refusal(parse_scene, {"kind": kind, section: {name or "coefficient": 1.0}}, "a scene")
         assert new in reported
 
 
 @pytest.mark.parametrize(
-    ("overrides", "words"),
+    ("overrides", "sentence"),
     [
         (["geometry.balls=14"], "at most 13 do"),
         (["geometry.ball_diameter=0.03", "geometry.balls=1"], "leaves no inner raceway"),
@@ -180,8 +180,8 @@ def test_a_key_of_an_earlier_version_is_refused_with_its_new_name(kind):
         (["materials.ball.poisson_ratio=0.5"], "below 0.5"),
     ],
 )
-def test_impossible_bearings_are_refused_with_the_limit(overrides, words):
-    assert words in refusal(load_scene, "bearing_6203", overrides)
+def test_impossible_bearings_are_refused_with_the_limit(overrides, sentence):
+    assert sentence in refusal(load_scene, "bearing_6203", overrides)
 
 
 def test_all_problems_of_a_file_are_reported_together():
@@ -193,7 +193,7 @@ def test_all_problems_of_a_file_are_reported_together():
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "sentence"),
     [
         ("", "start it with `kind: bearing`"),
         ("- 1", "start it with `kind: bearing`"),
@@ -215,9 +215,9 @@ def test_all_problems_of_a_file_are_reported_together():
         ("--- 1\n--- 2", "single document"),
     ],
 )
-def test_texts_that_are_no_scene_are_refused_in_one_sentence(text, words):
+def test_texts_that_are_no_scene_are_refused_in_one_sentence(text, sentence):
     message = refusal(parse_scene, text, "scene t")
-    assert words in message
+    assert sentence in message
     assert message.startswith("scene t")
     assert len(message.splitlines()) == 1
 
@@ -238,8 +238,8 @@ def squeezed(overrides):
     key, value = overrides[0].split("=")
     assert key == "geometry.radial_clearance"
     x, y, z = json.loads(overrides[1].split("=")[1])
-    places = np.linspace(0.0, 2.0 * math.pi, 100_001)
-    across = GROOVES - 0.5 * float(value) + x * np.cos(places) + y * np.sin(places)
+    azimuths = np.linspace(0.0, 2.0 * math.pi, 100_001)
+    across = GROOVES - 0.5 * float(value) + x * np.cos(azimuths) + y * np.sin(azimuths)
     return np.max(np.hypot(across, z)) - GROOVES
 
 
@@ -247,7 +247,7 @@ def squeezed(overrides):
 @pytest.mark.parametrize("clearance", [-6e-6, 5e-5])
 def test_an_offset_that_squeezes_a_ball_too_much_is_refused_and_the_longest_told(direction, clearance):
     def scene(length):
-        offset = [length * one / math.hypot(*direction) for one in direction]
+        offset = [length * component / math.hypot(*direction) for component in direction]
         return [f"geometry.radial_clearance={clearance!r}", f"drive.offset={offset!r}"]
 
     message = refusal(load_scene, "bearing_6203", scene(6e-4))
@@ -297,9 +297,9 @@ def test_unusable_paths_are_refused_in_one_sentence_each(tmp_path):
         "a\0b": "there is no scene",
         "": "there is no scene",
     }
-    for path, words in cases.items():
+    for path, sentence in cases.items():
         message = refusal(load_scene, path)
-        assert words in message
+        assert sentence in message
         assert len(message.splitlines()) == 1
 
 
@@ -317,13 +317,13 @@ def test_a_number_of_any_size_is_taken_or_refused_in_one_sentence(kind):
     for row in describe(KINDS[kind].parameters):
         if row.options or row.type == "text":
             continue
-        ends = {one for one in row.bounds if isinstance(one, (int, float)) and math.isfinite(one)}
-        for size in ends | {-one for one in ends} | {1e300, -1e300, 1e-300}:
+        ends = {bound for bound in row.bounds if isinstance(bound, (int, float)) and math.isfinite(bound)}
+        for size in ends | {-bound for bound in ends} | {1e300, -1e300, 1e-300}:
             value = [size] * int(row.type[0]) if row.type.endswith("numbers") else size
             section, _, key = row.key.rpartition(".")
             mapping = {key: value}
-            for word in reversed(section.split(".") if section else []):
-                mapping = {word: mapping}
+            for name in reversed(section.split(".") if section else []):
+                mapping = {name: mapping}
             with suppress(SceneError):
                 parse_scene({"kind": kind, "name": "extreme", **mapping}, "extreme")
 
@@ -336,14 +336,14 @@ def test_outputs_are_a_whole_multiple_of_a_publish_rate_that_stands_alone(publis
 
 
 @pytest.mark.parametrize(
-    ("read", "name", "words"),
+    ("read", "name", "sentence"),
     [
         (load_scene, "spheres_alpha_4e-5", "is a study, not a scene; `bearing_twin study` runs it"),
         (load_study, "bearing_6203", "is a scene, not a study; `bearing_twin simulate` runs it"),
     ],
 )
-def test_a_study_is_no_scene_and_is_told_as_one(read, name, words):
-    with pytest.raises((SceneError, StudyError), match=words):
+def test_a_study_is_no_scene_and_is_told_as_one(read, name, sentence):
+    with pytest.raises((SceneError, StudyError), match=sentence):
         read(name)
 
 
@@ -379,7 +379,7 @@ def test_what_comes_only_after_the_end_of_a_run_is_named(name, override, keys):
 
 
 @pytest.mark.parametrize(
-    ("name", "changes", "said"),
+    ("name", "changes", "sentence"),
     [
         ("two_spheres", ["first.mass=0.2258", "first.radius=19"], "first.mass = 0.2258 kg is 1e-09 times"),
         ("sphere_on_beam", ["sphere.mass=1e-5"], "sphere.mass = 1e-05 kg is 0.0003 times"),
@@ -388,7 +388,7 @@ def test_what_comes_only_after_the_end_of_a_run_is_named(name, override, keys):
         ("two_spheres", ["first.mass=0.2258"], ""),
     ],
 )
-def test_a_mass_that_size_and_density_contradict_is_a_warning(name, changes, said):
-    warnings = [one for one in choose(load_scene(name, changes)).warnings if "size and density" in one]
-    assert len(warnings) == bool(said)
-    assert re.search(said, "".join(warnings))
+def test_a_mass_that_size_and_density_contradict_is_a_warning(name, changes, sentence):
+    warnings = [warning for warning in choose(load_scene(name, changes)).warnings if "size and density" in warning]
+    assert len(warnings) == bool(sentence)
+    assert re.search(sentence, "".join(warnings))

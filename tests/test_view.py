@@ -43,48 +43,48 @@ SHORT = {  # a short run of each kind
 }
 
 
-def unpacked(found):
+def unpack(packed):
     """Times and series of a packed run, as its page reads them."""
-    content, place = zlib.decompress(base64.b64decode(found["data"])), 0
+    content, offset = zlib.decompress(base64.b64decode(packed["data"])), 0
 
     def read(kind, count):
-        nonlocal place
-        numbers = np.frombuffer(content, kind, count, place)
-        place += numbers.nbytes
+        nonlocal offset
+        numbers = np.frombuffer(content, kind, count, offset)
+        offset += numbers.nbytes
         return numbers
 
     count, values = int(read("<f8", 1)[0]), {}
     time = read("<f8", count)
-    assert count == found.get("frames", count)
-    for one in found["series"]:
-        width = math.prod(one["shape"])
-        least, most = read("<f8", width), read("<f8", width)
+    assert count == packed.get("frames", count)
+    for series in packed["series"]:
+        width = math.prod(series["shape"])
+        least, greatest = read("<f8", width), read("<f8", width)
         low, high = (read(np.uint8, count * width) for _ in range(2))
         steps = low.astype(np.int64) + 256 * high.astype(np.int64)
-        whole = np.cumsum(steps.reshape(width, count), axis=1).T % 65536
-        values[one["name"]] = np.where(whole == 65535, np.nan, least + (most - least) / STEPS * whole)
-    assert place == len(content)
+        codes = np.cumsum(steps.reshape(width, count), axis=1).T % 65536
+        values[series["name"]] = np.where(codes == 65535, np.nan, least + (greatest - least) / STEPS * codes)
+    assert offset == len(content)
     return time, values
 
 
 def test_numbers_come_back_within_a_step():
     random = np.random.default_rng(1)
     series = (Channel("one", "m", (), ""), Channel("some", "N", (5,), ""), Channel("many", "Pa", (40, 2), ""))
-    values = {one.name: random.normal(size=(300, one.width)).cumsum(axis=0) for one in series}
+    values = {channel.name: random.normal(size=(300, channel.width)).cumsum(axis=0) for channel in series}
     values["some"][:, 3] = 7.25  # does not move
     values["some"][17, 1] = np.nan
     values["some"][:, 4] = np.nan
-    described = [{"name": one.name, "shape": one.shape} for one in series]
+    described = [{"name": channel.name, "shape": channel.shape} for channel in series]
     text = pack_series(np.arange(300) * 1e-3, values, series)
-    time, found = unpacked({"frames": 300, "series": described, "data": text})
+    time, restored = unpack({"frames": 300, "series": described, "data": text})
     assert (time == np.arange(300) * 1e-3).all()
-    for one in series:
-        array = values[one.name]
-        span = np.nanmax(array) - np.nanmin(array) if one.width > 64 else np.ptp(np.nan_to_num(array), axis=0)
-        assert np.array_equal(np.isnan(found[one.name]), np.isnan(array))
-        missed = np.abs(np.nan_to_num(found[one.name] - array))
-        assert (missed <= 0.51 * span / STEPS + 1e-12).all()
-    assert (found["some"][:, 3] == 7.25).all()
+    for channel in series:
+        array = values[channel.name]
+        span = np.nanmax(array) - np.nanmin(array) if channel.width > 64 else np.ptp(np.nan_to_num(array), axis=0)
+        assert np.array_equal(np.isnan(restored[channel.name]), np.isnan(array))
+        errors = np.abs(np.nan_to_num(restored[channel.name] - array))
+        assert (errors <= 0.51 * span / STEPS + 1e-12).all()
+    assert (restored["some"][:, 3] == 7.25).all()
 
 
 @pytest.mark.parametrize("outputs", [1, 99, 100, 101, 1000, 4321])
@@ -94,16 +94,16 @@ def test_a_run_of_any_length_fits_and_keeps_its_start(monkeypatch, outputs, leng
     monkeypatch.setattr(pages, "GREATEST_NUMBERS", 200)
     channel = Channel("number", "1", (2,), "")
     view = View((channel,), lambda sample: {"number": sample["number"]}, ())
-    kept = Frames(view)
+    frames = Frames(view)
     for first in range(0, outputs, length):
         count = min(length, outputs - first)
         numbers = np.stack([np.arange(first, first + count, dtype=float)] * 2, axis=1)
-        kept.add(Block((channel,), first, 1000 * np.arange(first, first + count), numbers))
-    wanted = np.arange(0, outputs, kept.stride)
-    assert kept.stride == 2 ** max(0, math.ceil(math.log2(outputs / 100)))
-    assert kept.values["number"][:, 0].tolist() == wanted.tolist()
-    assert np.allclose(kept.time, 1e-6 * wanted)
-    assert (f"{outputs} outputs" in kept.note()) == (kept.stride > 1)
+        frames.add(Block((channel,), first, 1000 * np.arange(first, first + count), numbers))
+    rows = np.arange(0, outputs, frames.stride)
+    assert frames.stride == 2 ** max(0, math.ceil(math.log2(outputs / 100)))
+    assert frames.values["number"][:, 0].tolist() == rows.tolist()
+    assert np.allclose(frames.time, 1e-6 * rows)
+    assert (f"{outputs} outputs" in frames.note()) == (frames.stride > 1)
 
 
 def test_a_run_without_an_output_has_no_page():
@@ -138,21 +138,21 @@ def shown(request):
 
 def test_every_kind_has_a_view_whose_names_are_its_series(shown):
     kind, _, document = shown
-    view, held = document["view"], {one["name"]: one for one in document["packed"]["series"]}
-    named = {line["series"] for panel in view["panels"] for line in panel["lines"]}
-    words = (
+    view, series = document["view"], {item["name"]: item for item in document["packed"]["series"]}
+    names_used = {line["series"] for panel in view["panels"] for line in panel["lines"]}
+    fields = (
         *("position", "deviation", "orientation", "turn", "tilt", "vector", "size", "point", "normal", "semi_major"),
         *("semi_minor", "pressure", "major_axis", "nodes", "values", "deflection"),
     )
-    named |= {one[word] for one in (*view["solids"], *view["marks"]) for word in words if one.get(word)}
-    named |= {*view["look"]["around"], *((view["enlarged"] or {}).get("series", ()))}
-    assert named <= set(held)
+    names_used |= {item[field] for item in (*view["solids"], *view["marks"]) for field in fields if item.get(field)}
+    names_used |= {*view["look"]["around"], *((view["enlarged"] or {}).get("series", ()))}
+    assert names_used <= set(series)
     assert len(view["panels"]) >= 2
     for panel in view["panels"]:
         for line in panel["lines"]:
-            assert line["column"] < math.prod(held[line["series"]]["shape"])
+            assert line["column"] < math.prod(series[line["series"]]["shape"])
     assert bool(view["solids"] or view["marks"]) == (kind != "toy")
-    assert {one["on"] for one in view["marks"] if one.get("on")} <= {one["name"] for one in view["solids"]}
+    assert {item["on"] for item in view["marks"] if item.get("on")} <= {item["name"] for item in view["solids"]}
     assert document["packed"]["frames"] > 10
     assert html(document)
 
@@ -162,23 +162,23 @@ def test_every_shipped_scene_has_a_picture_in_space(name):
     scene = load_scene(name)
     view = KINDS[scene.kind].view(scene.parameters, scene.channels)
     assert view.solids or view.marks
-    found = json.loads(json_text(view_data(view)))
-    numbers = [one for solid in found["solids"] for one in re.findall(r"-?\d[\d.e-]*", json.dumps(solid["shape"]))]
-    assert all(math.isfinite(float(one)) for one in numbers)
-    assert "null" not in json.dumps([found["solids"], found["marks"], found["look"]])  # what JSON makes of NaN
+    data = json.loads(json_text(view_data(view)))
+    numbers = [number for solid in data["solids"] for number in re.findall(r"-?\d[\d.e-]*", json.dumps(solid["shape"]))]
+    assert all(math.isfinite(float(number)) for number in numbers)
+    assert "null" not in json.dumps([data["solids"], data["marks"], data["look"]])  # what JSON makes of NaN
 
 
 def test_a_page_shows_the_numbers_of_the_run(shown):
     """Each series that is a channel too has the run's values, to the step of the page."""
     _, scene, document = shown
     blocks = list(simulate(scene).blocks())
-    time, found = unpacked(document["packed"])
+    time, series = unpack(document["packed"])
     assert np.allclose(time, np.concatenate([block.time_ns for block in blocks]) * 1e-9, rtol=0, atol=1e-15)
     compared = 0
-    for name in set(found) & {one.name for one in scene.channels}:
-        whole = np.concatenate([np.reshape(block.values[name], (len(block), -1)) for block in blocks])
-        span = np.ptp(whole) if whole.shape[1] > 64 else np.ptp(whole, axis=0)
-        assert (np.abs(found[name] - whole) <= span / STEPS + 1e-6 * np.abs(whole).max()).all(), name
+    for name in set(series) & {channel.name for channel in scene.channels}:
+        values = np.concatenate([np.reshape(block.values[name], (len(block), -1)) for block in blocks])
+        span = np.ptp(values) if values.shape[1] > 64 else np.ptp(values, axis=0)
+        assert (np.abs(series[name] - values) <= span / STEPS + 1e-6 * np.abs(values).max()).all(), name
         compared += 1
     assert compared >= 3
 
@@ -205,18 +205,18 @@ def log_path(tmp_path, monkeypatch):
 
 
 def test_a_damaged_log_shows_what_can_be_saved(log_path):
-    whole = unpacked(log_document(log_path)["packed"])[0]
+    all_times = unpack(log_document(log_path)["packed"])[0]
     data = bytearray(log_path.read_bytes())
-    for cut, said in ((True, "has no end"), (False, "bearing_twin recover run.mcap")):
+    for cut, note in ((True, "has no end"), (False, "bearing_twin recover run.mcap")):
         damaged = data[: len(data) // 2] if cut else data
         damaged[len(damaged) // 2] ^= not cut
         log_path.write_bytes(damaged)
         document = log_document(log_path)
-        time, _ = unpacked(document["packed"])
+        time, _ = unpack(document["packed"])
         assert 50 < len(time) < 390
-        assert set(time) < set(whole)
-        assert cut == bool((time == whole[: len(time)]).all())
-        assert said in document["notes"][0]
+        assert set(time) < set(all_times)
+        assert cut == bool((time == all_times[: len(time)]).all())
+        assert note in document["notes"][0]
         assert cut or f"the {len(time)} outputs that can be saved" in document["notes"][0]
     log_path.write_bytes(data[:20])
     with pytest.raises(LogError):
@@ -239,7 +239,9 @@ def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
 def test_a_recording_without_its_scene_shows_its_channels():
     scene = made_up_scene(balls=1)
     view = plain_view(None, scene.channels)
-    assert {line.series for panel in view.panels for line in panel.lines} == {one.name for one in scene.channels}
+    assert {line.series for panel in view.panels for line in panel.lines} == {
+        channel.name for channel in scene.channels
+    }
 
 
 @pytest.fixture(scope="module")
@@ -249,14 +251,14 @@ def study():
 
 def test_a_study_shows_densities_with_their_quantiles(study):
     panels = [panel for row in study_sheet(study, study.study.quantities, ()).rows for panel in row]
-    panel = next(one for one in panels if one.title == "Contact duration")
-    bars, smoothed, *rest = panel.parts
+    panel = next(part for part in panels if part.title == "Contact duration")
+    bars, smoothed, *parts = panel.parts
     assert np.isclose(bars.high[:-1] @ np.diff(bars.x), 1.0)
     assert np.isclose(np.trapezoid(smoothed.y, smoothed.x), 1.0, atol=0.03)
-    quantiles = [one.x[0] for one in rest if one.name.startswith("5, 50, 95 %")]
-    intervals = [one.x for one in rest if hasattr(one, "low")]
+    quantiles = [part.x[0] for part in parts if part.name.startswith("5, 50, 95 %")]
+    intervals = [part.x for part in parts if hasattr(part, "low")]
     assert len(quantiles) == len(intervals) == 3
-    assert all(low <= one <= high for one, (low, high) in zip(quantiles, intervals, strict=True))
+    assert all(low <= part <= high for part, (low, high) in zip(quantiles, intervals, strict=True))
     document = study_document(study)
     rows = {row["words"]: row for row in document["statistics"][0]["rows"]}
     assert np.isclose(float(rows["50 % quantile"]["value"]), 1e6 * quantiles[1], rtol=1e-3)
@@ -274,7 +276,7 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, run_cli):
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         (["two_spheres", "--out", "x.png"], "not the name of a page"),
         (["two_spheres", "--gif", "x.mp4"], "not the name of a"),
@@ -287,9 +289,9 @@ def test_view_of_a_scene_says_what_it_wrote(tmp_path, run_cli):
         (["two_spheres", "--topic", "/left/samples"], "give --topic and --run with a log"),
     ],
 )
-def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, monkeypatch, words, sentence, refused):
+def test_what_view_cannot_do_is_said_in_one_sentence(tmp_path, monkeypatch, arguments, sentence, refused):
     monkeypatch.chdir(tmp_path)
-    assert sentence in refused("view", *words)
+    assert sentence in refused("view", *arguments)
     assert list(tmp_path.iterdir()) == []
 
 
