@@ -84,7 +84,7 @@ def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, request, caplog
         assert any(row.status == DONE for row in rows)
         assert all(row.reason for row in rows if row.status != DONE)
         for row in rows:
-            shares = (value for key, value in row.extra.items() if "quantile" in key or key in ("mean", "deviation"))
+            shares = (value for key, value in row.more.items() if "quantile" in key or key in ("mean", "deviation"))
             assert all(0.0 <= value <= 1.0 for value in shares)
 
 
@@ -189,12 +189,14 @@ def test_words_that_do_not_fit_are_refused(arguments, says, tmp_path, monkeypatc
     assert says in refused("chart", *arguments)
 
 
-def test_a_chart_that_exists_is_replaced_with_force_alone(tmp_path, run_cli, refused):
+def test_a_chart_that_exists_is_replaced_with_force_alone(tmp_path, run_json, refused):
     (tmp_path / "laws.csv").touch()
     arguments = ["chart", "laws", "--quick", "--problem", "ellipse", "--out", tmp_path]
     assert "--force" in refused(*arguments)
-    run_cli(*arguments, "--force")
-    assert read_table(tmp_path / "laws.csv")
+    rows = run_json(*arguments, "--force")["rows"]
+    assert len(rows) == len(read_table(tmp_path / "laws.csv")) > 0
+    assert rows[0].keys() == {*engine.COLUMNS, "more"}, "keys that readers of --json rely on"
+    assert {"problem", "method", "setting", "across", "error", "seconds", "status", "reason"} < rows[0].keys()
     (tmp_path / "paper1_bounces.txt").touch()
     assert "paper1_bounces.txt" in refused("chart", "paper1", "--only", "3", "--out", tmp_path)
 
@@ -221,7 +223,7 @@ def test_what_does_not_come_out_is_a_row_with_its_reason():
     assert [row.status for row in rows] == [REFUSED, FAILED, FAILED, DONE]
     assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
     assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
-    assert rows[3].extra == {"of my own": 2.0}
+    assert rows[3].more == {"of my own": 2.0}
     ((panel,),) = contest(judge).sheet(rows).rows
     (lost,) = [part for part in panel.parts if part.name == "m, no result"]
     assert len(lost.x) == 3

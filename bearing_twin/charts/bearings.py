@@ -140,7 +140,7 @@ def _dimension_reading(contest, rows):
     """Differences between equilibria and moving balls at the ends of the speeds, and costs."""
     for name, title in contest.problems.items():
         differences = (
-            f"{row.extra['normal_load_error']:.1g} in loads and {row.extra['contact_angle_error']:.1g} in angles at "
+            f"{row.more['normal_load_error']:.1g} in loads and {row.more['contact_angle_error']:.1g} in angles at "
             f"{row.across:g} rad/s"
             for row in rows_of(rows, name, DONE)
             if row.method == EQUILIBRIUM and row.across in (SPEEDS[0], SPEEDS[-1])

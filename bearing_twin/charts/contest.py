@@ -66,7 +66,7 @@ class Row:
     `setting` is the number a method is tuned by (a tolerance, a step, a size), `across` a number that the problem is
     varied by; NaN where there is none. `error` is relative, infinite without a result. `seconds` are CPU seconds,
     `spread` the range of the middle half of their repeats over the median. `command` repeats the run.
-    `extra` holds further columns of the chart, by name with unit.
+    `more` holds further columns of the chart, by name with unit. The names of the fields are keys of `chart --json`.
     """
 
     problem: str
@@ -80,25 +80,25 @@ class Row:
     status: str = FAILED
     reason: str = ""
     command: str = ""
-    extra: dict[str, Any] = dataclasses.field(default_factory=dict)
+    more: dict[str, Any] = dataclasses.field(default_factory=dict)
 
     def value(self, column: str) -> float:
         """A column of the table, also one of the chart's own."""
-        return getattr(self, column) if column in COLUMNS else self.extra[column]
+        return getattr(self, column) if column in COLUMNS else self.more[column]
 
 
-COLUMNS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "extra")
+COLUMNS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "more")
 TEXT_COLUMNS = ("problem", "method", "status", "reason", "command")
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:
     """Writes rows as comma-separated values; raises BearingTwinError where that is impossible."""
-    further = list(dict.fromkeys(name for row in rows for name in row.extra))
+    further = list(dict.fromkeys(name for row in rows for name in row.more))
     header = [*COLUMNS, *further]
     write_rows(
         path,
         header,
-        ([_cell(({**vars(row), **row.extra}).get(name, "")) for name in header] for row in rows),
+        ([_cell(({**vars(row), **row.more}).get(name, "")) for name in header] for row in rows),
     )
 
 
@@ -113,7 +113,7 @@ def read_table(path: Path) -> list[Row]:
         cells = dict(zip(header, line, strict=True))
         columns = {name: cells[name] if name in TEXT_COLUMNS else float(cells[name]) for name in COLUMNS}
         rows.append(
-            Row(**columns, extra={name: _cell_value(cells[name]) for name in header[len(COLUMNS) : -1] if cells[name]})
+            Row(**columns, more={name: _cell_value(cells[name]) for name in header[len(COLUMNS) : -1] if cells[name]})
         )
     return rows
 
@@ -442,7 +442,7 @@ class Contest:
         columns = {name: measured.pop(name) for name in COLUMNS if name in measured}
         if not math.isfinite(columns["error"]):
             columns |= {"error": math.inf, "status": FAILED, "reason": columns.get("reason", "not finite")}
-        return dataclasses.replace(row, **{"status": DONE, **columns}, extra=measured)
+        return dataclasses.replace(row, **{"status": DONE, **columns}, more=measured)
 
     def measure(self, options: Options) -> list[Row]:
         """All runs, problem by problem and method by method."""

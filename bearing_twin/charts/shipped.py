@@ -189,7 +189,7 @@ def _steps(stepper: str, setting: float) -> tuple[str, ...]:
 
 def met(row: Row) -> bool:
     """True for a run that meets the tolerance requested."""
-    return row.status == DONE and row.error <= float(row.extra["tolerance"])
+    return row.status == DONE and row.error <= float(row.more["tolerance"])
 
 
 def cheaper(rows: list[Row], choice: Row) -> list[Row]:
@@ -225,10 +225,7 @@ def _choice_panels(contest: Contest, rows: list[Row], styles: Styles) -> PanelRo
             continue
         groups = np.array([0 if row.method == CHOICE else 2 - met(row) for row in runs])
         points = np.array(
-            [
-                (max(row.error / float(row.extra["tolerance"]), FLOOR), row.seconds / seconds[row.problem])
-                for row in runs
-            ]
+            [(max(row.error / float(row.more["tolerance"]), FLOOR), row.seconds / seconds[row.problem]) for row in runs]
         )
         x, y = ((coordinates.min(), coordinates.max()) for coordinates in points.T)
         parts = [Line("", [1.0, 1.0], y, edge, False), Line("", x, [CHEAPER_SHARE, CHEAPER_SHARE], edge, False)]

@@ -145,9 +145,9 @@ def coverage_panels(contest, rows, styles):
     def panel(statistic: str, title: str, runs: list) -> Panel:
         parts = [Band("93 to 97 %", COUNTS, 100.0 * CLOSE, 100.0 * WIDE, {"color": STYLE["soft"], "alpha": 0.25})]
         for method, runs_of_method in by_method(runs).items():
-            points = [(row.setting, 100.0 * row.extra[statistic]) for row in runs_of_method]
+            points = [(row.setting, 100.0 * row.more[statistic]) for row in runs_of_method]
             parts += curve(*styles[method], points)
-            is_marked = [float(row.extra.get(f"{statistic} marked unsafe") or 0.0) >= MARKED for row in runs_of_method]
+            is_marked = [float(row.more.get(f"{statistic} marked unsafe") or 0.0) >= MARKED for row in runs_of_method]
             parts.append(Line("interval marked unsafe in nearly all studies", *np.array(points)[is_marked].T, RING))
         return Panel(f"{statistic}, {title}", across, up, parts)
 
@@ -161,7 +161,7 @@ def coverage_reading(contest, rows):
     for problem, title in contest.problems.items():
         runs = rows_of(rows, problem, DONE)
         cells = {
-            f"{name} of {run.setting:.0f} by {LABELS[run.method]}": 100.0 * run.extra[name]
+            f"{name} of {run.setting:.0f} by {LABELS[run.method]}": 100.0 * run.more[name]
             for run in runs
             for name in STATISTICS
         }
