@@ -188,7 +188,7 @@ def entries() -> dict[str, Entry]:
 
 
 def add_file(name) -> list[str]:
-    """Adds the rows of a YAML file to the catalogue of this process; their designations. Raises SceneError."""
+    """Add the rows of a YAML file to the catalogue of this process; returns their designations. Raises SceneError."""
     path = BEARINGS.find(name)
     added = read_entries(BEARINGS.load(BEARINGS.read_text(path), str(path)), str(path))
     entries().update(added)

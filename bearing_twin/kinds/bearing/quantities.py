@@ -95,7 +95,7 @@ def _greatest(meaning: str, name: str, unit: str) -> Quantity:
 
 
 def quantities() -> dict[str, Quantity]:
-    """Quantities that a study may ask of a bearing."""
+    """Quantities of a bearing for studies."""
     return {
         "greatest_ball_load": _greatest("greatest load of any contact during the run", "greatest_normal_load", "n"),
         "greatest_pressure": _greatest("greatest Hertz pressure of any contact", "peak_pressure", "pa"),

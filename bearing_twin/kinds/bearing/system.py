@@ -169,14 +169,13 @@ class MovingHousing(NamedTuple):
 
 
 class CoupledBodies(NamedTuple):
-    """Bodies that couple all balls in a part of a chunk: numbers (PLACES,) of ring and cage, in SI.
+    """Bodies that couple all balls in a part of a chunk: numbers (POSITIONS,) of ring and cage, in SI.
 
-    `ring` says whether the ring moves with its mass; `housing` is empty where the outer ring is held. `land` is empty
-    where the cage stays centred, else what guides it (a `Land`). `shaft` is empty where the ring's speed is prescribed,
-    else what a torque turns (a `Shaft`). `free` is 1 where a place follows its loads, else 0. `load` grows by
-    `load_rate` a second, in the cage's place the torque on the shaft; `unbalance` [kg m] turns with the ring. `scales`
-    (2 PLACES + 1,) are the errors a step may make, the last of the shaft's speed; `light` [m] is as
-    `integrate.light_approach` says.
+    `ring` is True if the ring moves with its mass. `housing` is empty for a held outer ring, `land` (a `Land`) for a
+    centred cage, `shaft` (a `Shaft`) for a prescribed speed. `free` is 1 for coordinates that follow their loads, else
+    0. `load` grows by `load_rate` per second, that of the cage's angle being the torque on the shaft; `unbalance`
+    [kg m] turns with the ring. `scales` (2 POSITIONS + 1,) are the errors that a step may make, the last one of the
+    shaft's speed; `light` [m] is `integrate.light_approach`.
     """
 
     ring: bool
@@ -212,13 +211,11 @@ class Bearing(NamedTuple):
     """Everything the equations of motion need, as numbers (SI).
 
     `friction_coefficient` is that of balls among themselves, `raceway_friction` that of a raceway at the contact
-    point; it is 0 where `patch`, empty else, says how friction acts over the contact patch: coefficient, its model's
-    name and inner and outer semi-axes (`axes_along`).
-    `offset` is the place of the inner ring's centre, `tilt` that of its axis about x and y [rad]; `ring` says how it
-    moves (HELD, ...).
-    `pockets`, empty else, are those of a cage that balls bump into (`Pockets`). `film`, empty else, are
-    the numbers of a lubricant and those of its films on both raceways (`lubricant.film_lubricant`, `films_along`);
-    `defects` are those of `defects.defect_numbers`, empty for smooth surfaces.
+    point, 0 with friction over the `patch`: coefficient, name of the model, inner and outer semi-axes (`axes_along`).
+    `offset` is the displacement of the inner ring's centre, `tilt` that of its axis about x and y [rad], `ring` its
+    motion (HELD, ...). `pockets` are those of a cage that balls hit (`Pockets`), `film` the numbers of a lubricant and
+    those of its films on both raceways (`lubricant.film_lubricant`, `films_along`), `defects` those of
+    `defects.defect_numbers`; each is empty without such parts.
     """
 
     balls: int
