@@ -5,6 +5,7 @@ What means ill is refused in a sentence, in less than a second and 300 MB. Each 
 
 import contextlib
 import io
+import itertools
 import json
 import random
 import sqlite3
@@ -72,19 +73,22 @@ def by_topic(messages):
     return sorted(messages, key=lambda message: message[0])
 
 
+MAGIC, END = b"\x89MCAP0\r\n", (DataEnd(0), Footer(0, 0, 0))
+
+
+def inside(*records):
+    """The bytes of records, as in a chunk or a file."""
+    builder = RecordBuilder()
+    for record in records:
+        record.write(builder)
+    return builder.end()
+
+
 def rewritten(path, change=lambda record: record, behind=b""):
     """The file again, record by record, in which `change` may replace or leave out records, without index and CRCs."""
-    records = RecordBuilder()
-    for record in StreamReader(io.BytesIO(path.read_bytes()), emit_chunks=True).records:
-        if isinstance(record, DataEnd):
-            break
-        if (record := change(record)) is not None:
-            record.write(records)
-    records.write(behind)
-    DataEnd(0).write(records)
-    Footer(0, 0, 0).write(records)
-    magic = path.read_bytes()[:8]
-    path.write_bytes(magic + records.end() + magic)
+    records = StreamReader(io.BytesIO(path.read_bytes()), emit_chunks=True).records
+    data = itertools.takewhile(lambda record: not isinstance(record, DataEnd), records)
+    path.write_bytes(MAGIC + inside(*filter(None, map(change, data))) + behind + inside(*END) + MAGIC)
 
 
 def unknown_record(path, messages):
@@ -118,13 +122,10 @@ def mixed(path, messages):
     """Half of the messages in chunks, half of them outside."""
     half = len(messages) // 2
     by_mcap(path, messages[:half])
-    numbers, loose = {}, RecordBuilder()
-    for record in StreamReader(io.BytesIO(path.read_bytes())).records:
-        if isinstance(record, Channel):
-            numbers[record.topic] = record.id
-    for name, _, time_ns, data in messages[half:]:
-        Message(numbers[name], time_ns, data, time_ns, 0).write(loose)
-    rewritten(path, behind=loose.end())
+    records = StreamReader(io.BytesIO(path.read_bytes())).records
+    numbers = {record.topic: record.id for record in records if isinstance(record, Channel)}
+    loose = (Message(numbers[name], time_ns, data, time_ns, 0) for name, _, time_ns, data in messages[half:])
+    rewritten(path, behind=inside(*loose))
 
 
 def growing(path, messages):
@@ -343,36 +344,20 @@ def of_scene(text):
 
 
 def of_records(*records):
-    builder, magic = RecordBuilder(), b"\x89MCAP0\r\n"
-    for record in (Header("ros2", ""), *records, DataEnd(0), Footer(0, 0, 0)):
-        record.write(builder)
-    return magic + builder.end() + magic
+    return MAGIC + inside(Header("ros2", ""), *records, *END) + MAGIC
 
 
 def of_summary(*records, messages=0):
     """A file without messages whose summary has these records, and statistics that count so many messages."""
-    builder, magic = RecordBuilder(), b"\x89MCAP0\r\n"
-    for record in (Header("ros2", ""), DataEnd(0)):
-        record.write(builder)
-    data = builder.end()
-    covered = len(magic) + len(data)
+    data = inside(Header("ros2", ""), DataEnd(0))
     chunks = sum(isinstance(record, ChunkIndex) for record in records)
     statistics = Statistics(0, 0, {}, chunks, messages, 0, 0, 0, 0)
-    for record in (*records, statistics, Footer(covered, 0, 0)):
-        record.write(builder)
-    return magic + data + builder.end() + magic
+    return MAGIC + data + inside(*records, statistics, Footer(len(MAGIC + data), 0, 0)) + MAGIC
 
 
 def indexed_at(offset):
     """A file without messages whose end says that its index begins there."""
-    return of_records()[:-28] + struct.pack("<QQI", offset, 0, 0) + b"\x89MCAP0\r\n"
-
-
-def inside(*records):
-    builder = RecordBuilder()
-    for record in records:
-        record.write(builder)
-    return builder.end()
+    return of_records()[:-28] + struct.pack("<QQI", offset, 0, 0) + MAGIC
 
 
 SCHEMA, CLOCK = Schema(1, b"", "ros2msg", "a/msg/B"), Channel(1, "/a", "cdr", {}, 1)
@@ -407,7 +392,7 @@ HOSTILE = {  # the bytes of a file, or what makes them, and what is said of it
     "an index behind the end": (indexed_at(1 << 62), "holds no topic"),
     "an index of chunks that are not there": (of_summary(FAR, FAR), "holds no topic"),
     "an index that counts other messages": (of_summary(messages=7), "its index counts 7 messages, and it holds 0"),
-    "zeros": (b"\x89MCAP0\r\n" + bytes(10_000_000), "its end is missing"),
+    "zeros": (MAGIC + bytes(10_000_000), "its end is missing"),
     "a footer in the middle": (of_records(Footer(0, 0, 0), SCHEMA), "damaged"),
     "a message of a channel that nothing describes": (of_records(Message(9, 0, b"", 0, 0)), "holds no topic"),
     "all channels there can be": (
@@ -419,7 +404,7 @@ HOSTILE = {  # the bytes of a file, or what makes them, and what is said of it
     ),
     "nothing": (b"", "is empty"),
     "a table": (b"time,load\n0,1\n", "is not an MCAP file"),
-    "a beginning alone": (b"\x89MCAP0\r\n", "is damaged"),
+    "a beginning alone": (MAGIC, "is damaged"),
     "a database": (b"SQLite format 3\0" + bytes(100), "is not an MCAP file"),
 }  # fmt: skip
 
