@@ -11,14 +11,16 @@ import toy_kind  # noqa: F401 - a kind without topics of its own
 import yaml
 from runs import made_up_block, made_up_run, made_up_scene
 
+from bearing_twin.base.errors import LogError
 from bearing_twin.base.paths import share_path
 from bearing_twin.base.yaml_files import SCENES
 from bearing_twin.command.cli import main
 from bearing_twin.kinds import KINDS, SHIPPED
 from bearing_twin.log import cdr
-from bearing_twin.log.layouts import LAYOUTS, panels, rviz
-from bearing_twin.log.run_log import write_log
-from bearing_twin.log.stream import MessageStream, topics
+from bearing_twin.log.layouts import LAYOUTS, panels, panels_of_log, rviz
+from bearing_twin.log.raw_log import RawLogWriter
+from bearing_twin.log.run_log import read_log, write_log
+from bearing_twin.log.stream import MessageStream, samples_message, topics
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -34,7 +36,7 @@ def shipped(kind):
 def test_every_curve_is_a_number_in_the_messages_of_the_kind(kind):
     scene = shipped(kind)
     shown, table = panels(scene), {topic.full_name: topic for topic in topics(scene)}
-    topic_ = {
+    messages = {
         topic.full_name: cdr.deserialise(topic.ros_type, data)
         for topic, _, data in MessageStream(scene).messages(Simulation(scene).advance(1))
     }
@@ -46,7 +48,7 @@ def test_every_curve_is_a_number_in_the_messages_of_the_kind(kind):
         assert re.search(r"\[.+\]", plot.title), plot.title
         for curve in plot.curves:
             assert table[curve.topic].ros_type == curve.ros_type
-            value = topic_[curve.topic]
+            value = messages[curve.topic]
             for part in curve.path:
                 value = value[part] if isinstance(part, int) else getattr(value, part)
             assert isinstance(value, float)
@@ -154,6 +156,17 @@ def test_a_log_is_laid_out_by_its_own_names(tmp_path, refused, run_json):
     path.write_text("another")
     run_json(*arguments, "--force")
     assert path.read_bytes() == LAYOUTS["plotjuggler"].render(panels(scene))
+
+
+def test_a_replay_in_a_namespace_is_laid_out_there_and_a_log_without_a_scene_is_refused(tmp_path):
+    scene, block = SCENE, made_up_block(SCENE, 50)
+    write_log(made_up_run(scene, [block]), tmp_path / "run.mcap")
+    assert panels_of_log(read_log(tmp_path / "run.mcap"), "/left") == panels(scene, "/left")
+    with RawLogWriter(tmp_path / "bare.mcap") as log:
+        data = samples_message(scene.channels, 0, block.time_ns, block.matrix())
+        log.write(log.add_topic("/bearing/samples", cdr.SAMPLE_BLOCK), 0, 0, data)
+    with pytest.raises(LogError, match="holds no scene"):
+        panels_of_log(read_log(tmp_path / "bare.mcap"), "/left")
 
 
 def test_what_a_scene_is_called_leads_out_of_no_folder(tmp_path):

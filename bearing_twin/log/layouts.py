@@ -82,13 +82,13 @@ def panels(scene: Scene, namespace: str = "", frame_prefix: str = "") -> Panels:
     return Panels(scene.name, f"{frame_prefix}{kind.frame}", *shown, *seen, tuple(plots), follows)
 
 
-def panels_of_log(log: LogStream) -> Panels:
-    """The panels of the run in a log, its topics and frames named as there; raises LogError where it has no scene."""
+def panels_of_log(log: LogStream, namespace: str = "") -> Panels:
+    """The panels of the run in a log, its topics in `namespace` (empty: as logged); raises LogError without a scene."""
     if log.scene is None:
         raise LogError(
             f"{log.path} holds no scene, neither in its metadata nor on a topic; record the topic `scene` too"
         )
-    return panels(log.scene, log.namespace, log.frame.removesuffix(KINDS[log.scene.kind].frame))
+    return panels(log.scene, namespace or log.namespace, log.frame.removesuffix(KINDS[log.scene.kind].frame))
 
 
 def _contact_plots(table: dict[str, Topic], prefix: str, balls: int) -> list[Plot]:

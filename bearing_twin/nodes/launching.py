@@ -20,7 +20,6 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 from bearing_twin.base.errors import ROS_ARGS
 from bearing_twin.base.paths import share_path
-from bearing_twin.kinds import KINDS
 from bearing_twin.log.layouts import Panels, foxglove, panels, panels_of_log, rviz
 from bearing_twin.log.run_log import read_log
 from bearing_twin.nodes.node_parameters import SHARED, SIDES, NodeParameter, as_argument, launch_values
@@ -43,7 +42,7 @@ def simulate() -> LaunchDescription:
 
 def replay() -> LaunchDescription:
     """A replay of a log, its recorder and viewers."""
-    return _launch_of_node("replay_node", _panels_of_log)
+    return _launch_of_node("replay_node", lambda values: panels_of_log(read_log(values["log"]), values["namespace"]))
 
 
 def study() -> LaunchDescription:
@@ -110,14 +109,6 @@ def _launch_description(table: Sequence[NodeParameter], actions: Callable[[dict]
 def _panels(arguments: Mapping) -> Panels:
     scene = load_scene(arguments.get("scene", SIDES[0].default), list(filter(None, arguments.get("overrides", ()))))
     return panels(scene, arguments["namespace"], arguments.get("frame_prefix", ""))
-
-
-def _panels_of_log(arguments: Mapping) -> Panels:
-    """The panels of the run in a log, its topics named as replay_node will name them."""
-    log = read_log(arguments["log"])
-    if not arguments["namespace"]:
-        return panels_of_log(log)
-    return panels(log.scene, arguments["namespace"], log.frame.removesuffix(KINDS[log.scene.kind].frame))
 
 
 def _recorder(arguments: Mapping, **parameters) -> list[Node]:
