@@ -98,7 +98,6 @@ def elementwise(function: Function, results: int, before: tuple, *numbers) -> li
 
 _version = Function("core_version", ctypes.c_char_p)
 simd_lanes = Function("core_lanes", ctypes.c_int)
-self_check = Function("core_self_check", REAL, (REALS_OUT, INTEGER))
 
 
 def version() -> str:

@@ -137,7 +137,7 @@ def contact_under_load(gap: Gap, modulus: float, normal_load: float) -> LoadedCo
 
 
 POWERS = {"normal_load": 1.0, "approach": 1.5, "peak_pressure": 3.0, "semi_major": 3.0, "semi_minor": 3.0}
-"""What may be given, and the power of it that the load follows."""
+"""Quantities that may be specified, and the power of each that the load follows."""
 
 
 def solve(gap: Gap, modulus: float, quantity: str, value: float) -> LoadedContact:

@@ -51,13 +51,13 @@ def elasticity(name: str, modulus: float, given: float) -> Elasticity:
 
 
 def fresh_coefficient(law: Elasticity, curvature_small, curvature_large, modulus=None):
-    """c [N/m^power] of a law, its states, if any, solved afresh; curvatures [1/m] and moduli [Pa] broadcast."""
+    """c [N/m^power] of a law, whose states, if any, are solved for; curvatures [1/m] and moduli [Pa] broadcast."""
     arguments = curvature_small, curvature_large, law.modulus if modulus is None else modulus
     return elementwise(_coefficients, 1, (law.number, law.given), *arguments)[0]
 
 
 def coefficient_of(name: str, curvature_small, curvature_large, modulus, given=0.0):
-    """c [N/m^power] of the law of that name, its states, if any, solved afresh; arrays broadcast."""
+    """c [N/m^power] of the law of that name, whose states, if any, are solved for; arrays broadcast."""
     return fresh_coefficient(elasticity(name, 1.0, given), curvature_small, curvature_large, modulus)
 
 
@@ -110,7 +110,7 @@ def greatest_approaches(coefficient, power, mass, speed):
 def carried_course(name: str, ratios) -> tuple[np.ndarray, np.ndarray]:
     """States m = 1 - (b/a)^2, K(m), E(m) (n, 3) of a law that carries them from step to step along P/Q (n,).
 
-    They begin solved afresh. With them c (n,) [N/m^1.5] for Q = 1/m and E* = 1 Pa.
+    They are solved for at the start. With them c (n,) [N/m^1.5] for Q = 1/m and E* = 1 Pa.
     """
     states, coefficients = np.empty((len(ratios), 3)), np.empty(len(ratios))
     _course(elasticity(name, 1.0, 0.0).number, len(ratios), ratios, states, coefficients)

@@ -31,7 +31,7 @@ PADE1_ERROR, PADE2_ERROR = 0.95, 0.8  # tuned: the same of the closed forms
 its rings; of the closed forms where sliding and spin are alike."""
 
 FORMULAS = ("point", "quadrature", "pade1", "pade2")
-"""What a row names: FrictionModel of the core."""
+"""Formulas of the rows: FrictionModel of the core."""
 
 AUTO, POINT = "auto", "point"  # of contact.friction: to be chosen, and without a patch
 
@@ -40,7 +40,7 @@ class Rule(NamedTuple):
     """A rule of points: so many rings and spokes, and where it takes over from twelve points.
 
     `easy` and `hard` are of the rim's speed by spin, squared, over slip^2 + regularisation^2: up to `easy` twelve
-    points are taken, which err by 8e-7 of mu N, 4e-9 and 1e-11 there, from `hard` on all.
+    points are used, with errors of 8e-7 of mu N, 4e-9 and 1e-11, from `hard` on all.
     """
 
     rings: int

@@ -25,10 +25,10 @@ HERTZIAN = 1.5
 
 FORMULAS = ("hertz", "hertz_exact", "volumetric", "given", "carried", "carried_left")
 LINE_FORMULAS = ("puttock", "johnson")
-"""What rows of point and of line contacts name: PointLaw and LineLaw of the core."""
+"""Formulas of the rows of point and of line contacts: PointLaw and LineLaw of the core."""
 
 MEASURED = {"stiffness": ("stiffness", "N/m"), "alpha": ("measured_alpha", "s (m/s)^0.2")}
-"""What a law may need that only the user knows: the key of `contact` that gives it, and its unit."""
+"""Numbers of a law that only the user knows: their keys in `contact` and units."""
 
 
 @dataclass(frozen=True)

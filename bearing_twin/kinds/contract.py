@@ -27,7 +27,7 @@ ENERGY_GAIN = 0.01  # of the energy brought or the work moved; where less exactn
 
 
 def adds_up(closure: float, parameters) -> bool:
-    """True if the energy that numbers gained or lost, a share, is no more than ENERGY_GAIN or than is wanted."""
+    """True if the relative energy gained or lost by the method is at most ENERGY_GAIN or the requested tolerance."""
     return abs(closure) <= max(ENERGY_GAIN, parameters.wanted.tolerance)
 
 
@@ -85,7 +85,7 @@ class ChannelFigures:
 
 
 PUBLISH, SAMPLES, MARKERS, ONCE, SECOND = "publish", "samples", "markers", "once", "second"
-"""How often a topic is given out: at the scene's publish rate, every output in blocks, at 20 Hz, at the start, 1 Hz."""
+"""Rate of a topic: the scene's publish rate, every output in blocks, at 20 Hz, at the start, 1 Hz."""
 
 
 def lazy_import(target: str) -> Callable:
@@ -200,7 +200,7 @@ class Figures(Protocol):
     """The one writer of a run's figures: blocks in, numbers out, the same for a run, its log, a study and a node."""
 
     def add(self, block: Block) -> None:
-        """Takes a block in; every block but the last ends before a sequence number divisible by 50."""
+        """Add a block; every block but the last ends before a sequence number divisible by 50."""
 
     def figures(self) -> dict[str, Any]:
         """Numbers by SI-suffixed keys; the kind's `meanings` say what each is."""
@@ -216,10 +216,10 @@ class Picture(Protocol):
     """The picture of one run, made from its scene, which is None for a log that does not hold one, and the choice."""
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
+        """Add a block."""
 
     def write(self, path, errors=()) -> Any:
-        """Draws what was taken in, and the `errors` of figures; returns the path. Raises BearingTwinError."""
+        """Draw the blocks and the `errors` of figures; return the path. Raises BearingTwinError."""
 
 
 class Topic(NamedTuple):
@@ -228,7 +228,7 @@ class Topic(NamedTuple):
     `fields(output)` gives the messages' fields by name, nested messages as mappings, arrays as arrays; every header,
     with `frame`, is filled in by who sends it. It takes many outputs at once, as one `Output` whose sample has one row
     an output in front of all its arrays; so have the arrays it gives. What is no array is the same in every message of
-    the topic. None: the stream itself builds the topic (samples, records, scene). Of a topic that is given out once the
+    the topic. None: the stream itself builds the topic (samples, records, scene). Of a topic that is published once the
     output is one; of one at 1 Hz `fields(parameters)` makes what takes blocks by `add(block)` and gives the fields of
     one message by `fields()`.
     `full_name`, with the namespace, and the quality of service `qos` are put in by `log.stream.topics`.

@@ -74,7 +74,7 @@ class ModelErrors:
         self.parameters, self.choice = parameters, choice
 
     def add(self, block: Block) -> None:
-        """Takes a block in, in the same pieces as the figures."""
+        """Add a block, the same as to the figures."""
 
     def law(self, figures: Mapping[str, Any]) -> dict[str, float]:
         """Errors of the elastic law, or what `law_source` names, by figure."""
@@ -93,7 +93,7 @@ class ModelErrors:
         return {}
 
     def notes(self) -> dict[str, str]:
-        """Sentences on what is not in the errors, by source and by what is left out."""
+        """Sentences on errors that are not computed, by source and by effect that is not modelled."""
         return {}
 
     def errors(self, figures: Mapping[str, Any]) -> Errors:

@@ -61,7 +61,7 @@ class RunPicture:
         self._outputs = ThinnedOutputs(GREATEST_ROWS, self._kept_of)
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
+        """Add a block."""
         if not len(block):
             return
         self.first, self.last = self.first or block[0], block[-1]

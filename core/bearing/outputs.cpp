@@ -319,7 +319,8 @@ void write_balls(const Source &source, const RowLayout &layout, double *out) {
   long total = long(source.instants) * source.balls;
   BallRow row;
   RingPose ring{};
-  for (int axis = 0; axis < 3; axis++) (axis == 0 ? ring.centre.x : axis == 1 ? ring.centre.y : ring.centre.z) += source.bearing.offset[axis];
+  const double *offset = source.bearing.offset;
+  ring.centre = {broadcast<Pack>(offset[0]), broadcast<Pack>(offset[1]), broadcast<Pack>(offset[2])};
   bool driven = source.bodies && source.bodies->torque_driven();
   for (long begin = 0; begin < total; begin += LANES) {
     BallState y;
@@ -335,14 +336,12 @@ void write_balls(const Source &source, const RowLayout &layout, double *out) {
       const double *position = source.body_states[instant].data(), *speed = position + COORDINATES;
       if (driven) ring.speed[lane] = speed[SHAFT], ring.angle[lane] = position[SHAFT];
       if constexpr (RING != RingMotion::held) {
-        ring.centre.x[lane] = position[RING_X], ring.centre.y[lane] = position[RING_Y], ring.centre.z[lane] = position[RING_Z];
-        ring.drift.x[lane] = speed[RING_X], ring.drift.y[lane] = speed[RING_Y], ring.drift.z[lane] = speed[RING_Z];
-        ring.tilt.x[lane] = position[TILT_X], ring.tilt.y[lane] = position[TILT_Y];
-        ring.turning.x[lane] = speed[TILT_X], ring.turning.y[lane] = speed[TILT_Y];
-        const double *along = source.bodies->direction;
-        ring.outer.x[lane] = along[0] * position[HOUSING], ring.outer_drift.x[lane] = along[0] * speed[HOUSING];
-        ring.outer.y[lane] = along[1] * position[HOUSING], ring.outer_drift.y[lane] = along[1] * speed[HOUSING];
-        ring.outer.z[lane] = along[2] * position[HOUSING], ring.outer_drift.z[lane] = along[2] * speed[HOUSING];
+        auto set = [lane](Vector &v, double x, double y, double z) { v.x[lane] = x, v.y[lane] = y, v.z[lane] = z; };
+        set(ring.centre, position[RING_X], position[RING_Y], position[RING_Z]);
+        set(ring.drift, speed[RING_X], speed[RING_Y], speed[RING_Z]);
+        set(ring.tilt, position[TILT_X], position[TILT_Y], 0.0), set(ring.turning, speed[TILT_X], speed[TILT_Y], 0.0);
+        const double *along = source.bodies->direction, q = position[HOUSING], w = speed[HOUSING];
+        set(ring.outer, along[0] * q, along[1] * q, along[2] * q), set(ring.outer_drift, along[0] * w, along[1] * w, along[2] * w);
       }
     }
     fill<PATCH, RING>(source.bearing, ring, y, orientation, row);

@@ -20,7 +20,7 @@ def quantities() -> dict[str, Quantity]:
 
 
 def meanings() -> dict[str, str]:
-    """What each figure is."""
+    """Meanings of the figures."""
     from bearing_twin.kinds.bodies import MEANINGS as IMPACT_MEANINGS
 
     return IMPACT_MEANINGS | {

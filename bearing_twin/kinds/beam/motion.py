@@ -123,7 +123,7 @@ def branches(beam: Beam, index):
 
 
 def modes_of(beam: Beam, point: float, count: int) -> BeamModes:
-    """The modes of n = 1 .. `count` that a force at `point` [m] from a support moves; the others are left out."""
+    """The modes of n = 1 .. `count` that a force at `point` [m] from a support excites; the others are omitted."""
     index = np.arange(1, count + 1)
     index, omega, weight, turn = branches(beam, index[np.abs(shapes(index, beam, point)) > NEGLIGIBLE])
     shape, zeta = weight * shapes(index, beam, point), beam.damping_ratio
@@ -303,7 +303,7 @@ def hertz_contact_time(sphere: ImpactingSphere, speed: float) -> float:
 
 
 def highest_mode(beam: Beam, contact_time: float, tolerance: float, peaks: bool = False) -> int:
-    """The highest mode that a relative error of the force wants, for a Hertz contact time tau [s].
+    """The highest mode for a relative error of the force, by the Hertz contact time tau [s].
 
     The error of the force is below 300 (omega_N tau)^-3, omega_N being the highest slow mode's, as of a force that
     begins as time^1.5; that of its peak and of the contact's time (`peaks`) is below a third of that. Measured on
@@ -414,7 +414,7 @@ OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is automatic; wher
 PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is automatic
 MAX_MASS_RATIO = 20.0  # sphere mass / beam mass
 FEWEST = dict.fromkeys(("auto", "modes"), 2)
-"""Steps a contact, at least, of methods other than FEWEST_STEPS: with 2 modes err by up to 6 %, in three contacts."""
+"""Least steps a contact of methods other than FEWEST_STEPS: with 2 the error of modes is up to 6 %, in three contacts."""
 MAX_DEFLECTION = 0.1  # deflection / span: beyond it the beam's own length change carries load
 
 
@@ -514,7 +514,7 @@ MODE_ORDERS = {EULER: 6.0, TIMOSHENKO: 3.0}
 
 
 def steps_required(tolerance: float, stepper: str, peaks: bool = False) -> int:
-    """Steps a Hertz contact time that a relative error of the force, or of its `peaks`, wants.
+    """Steps a Hertz contact time for a relative error of the force, or of its `peaks`.
 
     The error falls as steps^-4, that of hats as steps^-2.
     """
@@ -524,7 +524,7 @@ def steps_required(tolerance: float, stepper: str, peaks: bool = False) -> int:
 
 
 def modes_required(parameters: SphereOnBeamScene) -> int:
-    """Highest mode that the tolerance wants."""
+    """Highest mode for the requested tolerance."""
     tau = hertz_contact_time(sphere_of(parameters), impact_speed(parameters.blow))
     beam, peaks = beam_of(parameters, theory_of(parameters)), parameters.wanted.outputs == "peaks"
     return highest_mode(beam, tau, parameters.wanted.tolerance, peaks)
@@ -591,7 +591,7 @@ def choose(parameters) -> Choice:
     )
 
 
-ROWS_AT_ONCE = 10_000  # states of modes read off at once: they stay in the cache
+ROWS_AT_ONCE = 10_000  # states of modes evaluated at once, which fit into the cache
 
 
 def channels(parameters: SphereOnBeamScene) -> tuple[Channel, ...]:
@@ -683,7 +683,7 @@ class WatchedPoints:
 def solve(parameters: SphereOnBeamScene, law: str = "hertz", stepper: str = "modes", stop=SIGNALLED) -> Impact:
     """The impact by `modes`, `volterra` or `sinusoidal`.
 
-    Raises IntegrationError where it fails, and Stopped, also when outputs are read off, soon after `stop` is not 0.
+    Raises IntegrationError where it fails, and Stopped, also when outputs are evaluated, soon after `stop` is not 0.
     """
     parameters = resolve(parameters)
     beam, sphere = beam_of(parameters, theory_of(parameters)), sphere_of(parameters)

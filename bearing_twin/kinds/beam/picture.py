@@ -1,4 +1,4 @@
-"""What the picture of a sphere on a beam shows beside the curves: the beam at instants (paper 2, figures 2 and 3)."""
+"""Drawing beside the curves of a sphere on a beam: the beam at instants (paper 2, figures 2 and 3)."""
 
 import numpy as np
 

@@ -485,7 +485,7 @@ def curvatures_over(parameters) -> Iterator[tuple[float, float]]:
 
 
 def axis_ratio(parameters) -> float:
-    """b/a of the narrowest contact ellipse; raises SceneError where a contact is none."""
+    """b/a of the narrowest contact ellipse; raises SceneError where a contact has no ellipse."""
     return min(ratio_of(*pair) for pair in curvatures_over(parameters))
 
 

@@ -200,7 +200,7 @@ PEAKS = {
     "normal_load": "peak_load", "approach": "greatest_approach", "semi_major": "semi_major", "semi_minor": "semi_minor",
     "peak_pressure": "peak_pressure",
 }  # fmt: skip
-"""Channels whose greatest is, at the outputs, that of a contact that goes on, and its columns for them."""
+"""Channels whose greatest values at the outputs are those of the present contact, and its columns."""
 LISTED_AS = {
     "start_s": "start", "duration_s": "duration", "peak_force_n": "peak_load", "impulse_ns": "impulse",
     "friction_impulse_ns": "friction_impulse", "restitution": "restitution",
@@ -208,7 +208,7 @@ LISTED_AS = {
 
 
 class BouncingFigures:
-    """Gathers contacts and the books of energy and momentum of the outputs given out.
+    """Contacts and the balances of energy and momentum of the outputs.
 
     Of an ellipsoid on a plane and of two bodies, whose records hold the contact ellipse, whose potential energy has its
     zero anywhere, and which may do work on a held body.
@@ -223,7 +223,7 @@ class BouncingFigures:
         self._spent = ("dissipated_viscous", "dissipated_friction", *(("held_work",) if self.pair else ()))
         self._brought = (self.stored[0], self.stored[2]) if self.pair else self.stored
         self._rows: list[np.ndarray] = []
-        self._open, self._peaks = None, np.zeros(0)  # begin [s] of the contact that goes on
+        self._open, self._peaks = None, np.zeros(0)  # start [s] of the present contact
 
     def add(self, block: Block) -> None:
         stored = sum(block.values[name] for name in self.stored)
@@ -253,7 +253,7 @@ class BouncingFigures:
         return {"stored": float(stored[row]), "total": float(total[row]), **numbers, **vectors}
 
     def contacts(self) -> dict[str, np.ndarray]:
-        """Columns (n,) of all contacts in SI, the one that goes on last; what its end gives is NaN there."""
+        """Columns (n,) of all contacts in SI, the present one last, with NaN for values at its end."""
         rows = np.concatenate(self._rows) if self._rows else np.empty((0, len(self._columns)))
         columns = dict(zip(self._columns, rows.T, strict=False))
         columns.setdefault("greatest_approach", columns["approach"])  # logs of earlier versions lack it

@@ -317,7 +317,7 @@ class EllipsoidMotion(PairMotion):
 
     channels = ELLIPSOID_CHANNELS
     recorded = (0, 1, 2, 3, 4, 5, 6, 10, 11, 13, 14, 12, 16)
-    """Of ContactRecord, what is given out of a contact, as in `figures.BOUNCE`."""
+    """Columns of ContactRecord in `figures.BOUNCE`."""
 
     def __init__(self, parameters: EllipsoidOnPlaneScene, choice):
         fixed, self.layout = 0.0, layout_of(ELLIPSOID_CHANNELS)

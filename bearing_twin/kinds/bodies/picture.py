@@ -1,4 +1,4 @@
-"""What pictures of bodies that collide show beside the curves: force over approach; paths and outlines."""
+"""Drawings beside the curves of bodies that collide: force over approach; paths and outlines."""
 
 import math
 

@@ -33,7 +33,7 @@ falls by the other: with 30 and 100 the error is 4 to 5 and 13 to 27 times that 
 3 in `soft_discs_mean` and `soft_discs_fast`, where it falls by the power 1.9 from 24 to 114 divisions."""
 SECONDS = 5e-8  # a node and step; measured
 UNEQUAL = 20.0  # ratio of radii of two discs, at most
-GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run that is begun
+GREATEST_SECONDS, GREATEST_MEMORY = 3600.0, 2e9  # of a run, at most
 
 
 def capped_ratio(parameters: SoftDiscsScene) -> float:
@@ -128,7 +128,7 @@ def divisions_for(order: int, tolerance: float, stiffness_ratio: float = STIFF) 
 
 
 def divisions_of(parameters: SoftDiscsScene) -> int:
-    """The divisions that a scene's tolerance asks for, at most GREATEST_DIVISIONS."""
+    """The divisions for a scene's tolerance, at most GREATEST_DIVISIONS."""
     order, ratio = parameters.mesh.order, parameters.contact.stiffness_ratio
     return fitting(min(divisions_for(order, parameters.wanted.tolerance, ratio), GREATEST_DIVISIONS), order)
 

@@ -33,7 +33,7 @@ class Mesh:
     """Half a disc of radius, thickness and density 1.
 
     Place `across` the line of flight, `height` above the lowest point and `mass` of the nodes (n,), where the last node
-    is none: it takes what lanes without an element give.
+    is a dummy that collects forces of lanes without an element.
     Blocks are of as many elements as the core computes side by side: `nodes` (blocks, nodes of an element, lanes) by
     their numbers; `inverses` of the Jacobian, reference coordinates by place (blocks, points, 2, 2, lanes); `weights`
     (blocks, points, lanes). There are two sets of Gauss points, `full` squared for the part with the shear modulus,

@@ -47,7 +47,7 @@ COLUMNS = {
     "contact_energy": "J", "penetration": "m", "least_stretch": "1", "least_det": "1", "balance": "N",
     "other_position": "m", "other_velocity": "m/s",
 }  # fmt: skip
-"""What a row of the history holds, and its unit; `balance` is the force less the integral of rho a dA, round-off alone.
+"""Columns of the history and their units; `balance` is the force less the integral of rho a dA, round-off alone.
 
 Those that are channels have their names."""
 

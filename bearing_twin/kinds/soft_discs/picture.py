@@ -1,4 +1,4 @@
-"""What the picture of soft discs shows beside the curves: the deformed meshes at the greatest force."""
+"""Drawing beside the curves of soft discs: the deformed meshes at the greatest force."""
 
 import numpy as np
 from matplotlib.collections import LineCollection
