@@ -414,7 +414,7 @@ OUTPUTS, FEW_OUTPUTS = 1500, 50  # of a run whose output_rate is automatic; wher
 PERIODS = 3.0  # of the beam's first mode: the duration of a run when it is automatic
 MAX_MASS_RATIO = 20.0  # sphere mass / beam mass
 FEWEST = dict.fromkeys(("auto", "modes"), 2)
-"""Least steps a contact of methods other than FEWEST_STEPS: with 2 the error of modes is up to 6 %, in three contacts."""
+"""Least steps a contact of methods other than FEWEST_STEPS: with 2 the error of modes is 6 %, in three contacts."""
 MAX_DEFLECTION = 0.1  # deflection / span: beyond it the beam's own length change carries load
 
 
