@@ -27,8 +27,8 @@ from bearing_twin.charts.scenes import (
     Method,
     Problem,
     RunData,
+    bearing_problem,
     contest_of,
-    load_and_friction,
     log_spaced,
     steps,
     tolerances,
@@ -58,15 +58,12 @@ def methods() -> dict:
 def moving(title: str, scene: str, period: float, count: int, *keys: str) -> Problem:
     """A bearing over `count` outputs `period` [s] apart, by every stepper."""
     rates = (f"run.duration={period * count:g}", f"run.output_rate={1.0 / period:g}", "run.publish_rate=100")
-    return Problem(
+    return bearing_problem(
         title=title,
         scene=scene,
         overrides=(*keys, *rates),
         reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
         methods=methods(),
-        norm=load_and_friction,
-        channels=LOADS,
-        per_second=True,
     )
 
 
@@ -100,9 +97,8 @@ def loads_and_angles(result, exact) -> dict[str, float]:
 
 def held(title: str, *keys: str) -> Problem:
     """A preloaded 6203 in an even cage, its inner ring held, over speed."""
-    return Problem(
+    return bearing_problem(
         title=title,
-        scene="bearing_6203",
         overrides=("gravity=[0,0,0]", "cage.kind=even", f"run.duration={SPIN_SETTLED}", "run.output_rate=1000", *keys),
         reference=("model.dimension=prescribed", "solver.stepper=rodas4", "wanted.tolerance=1e-6"),
         methods={
@@ -116,7 +112,6 @@ def held(title: str, *keys: str) -> Problem:
         channels=("normal_load", "contact_angle"),
         across=lambda speed: (f"drive.speed={speed:.9g}",),
         values=SPEEDS,
-        per_second=True,
     )
 
 
@@ -241,17 +236,13 @@ ADAPTIVE = {
 
 def _ball(title: str, across, values, *keys: str, methods=None) -> Problem:
     """One ball of a 6203."""
-    return Problem(
+    return bearing_problem(
         title=title,
-        scene="bearing_6203",
         overrides=(*ONE_BALL, *keys),
         reference=("solver.stepper=rodas4", "wanted.tolerance=1e-8"),
         methods=FIXED if methods is None else methods,
-        norm=load_and_friction,
-        channels=("normal_load", "friction_force"),
         across=across,
         values=values,
-        per_second=True,
     )
 
 

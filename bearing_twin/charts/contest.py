@@ -39,12 +39,12 @@ from bearing_twin.charts.panels import (
     Sheet,
     curve,
     curves_of,
-    draw,
+    figure_of,
     in_rows,
     legend_entries,
 )
 from bearing_twin.methods import STEPPER_FACTS
-from bearing_twin.pictures import STYLE
+from bearing_twin.pictures import STYLE, save
 
 LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
 LEAST_TIMED, REPEATS, LONG = 0.05, 3, 3.0  # CPU seconds and number of repeats of a timing; what takes LONG is done once
@@ -479,7 +479,7 @@ class Contest:
         rows = self.measure(options)
         picture, table = self.files(folder, name, options)
         write_table(rows, table)
-        draw(self.sheet(rows), picture, provenance())
+        save(figure_of(self.sheet(rows), provenance()), picture)
         return ChartFiles(self.reading(rows), [str(picture)], [str(table)], rows)
 
 
@@ -534,7 +534,7 @@ class Paper:
             picture, table, reading = next(paths), next(paths), next(paths)
             write_curves(sheet, table)
             reading.write_text("".join(f"{sentence}\n" for sentence in sheet.reading), encoding="utf-8")
-            made.pictures.append(str(draw(sheet, picture, provenance())))
+            made.pictures.append(str(save(figure_of(sheet, provenance()), picture)))
             made.tables.append(str(table))
             made.reading.extend(sheet.reading)
             options.update(index / len(parts))

@@ -27,7 +27,7 @@ from bearing_twin.charts.contest import (
 )
 from bearing_twin.charts.panels import Axis
 from bearing_twin.charts.reference import patch_friction_exact
-from bearing_twin.charts.scenes import Problem, contest_of, load_and_friction, log_spaced, tolerances
+from bearing_twin.charts.scenes import Problem, bearing_problem, contest_of, log_spaced, tolerances
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.elasticity import carried_course, coefficient_of, curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, patch_by
@@ -98,15 +98,11 @@ def judge_law(problem: str, law: str, setting: float, ratio: float) -> dict:
 
 def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: str) -> Problem:
     """A choice of the contact inside the run of a 6203."""
-    return Problem(
+    return bearing_problem(
         title=title,
-        scene="bearing_6203",
         overrides=("run.duration=0.1", "run.output_rate=2000", *keys),
         reference=(f"{key}={true}", "wanted.tolerance=1e-8"),
         methods={name: tolerances(1e-3, 1e-6, overrides=(f"{key}={name}",)) for name in names},
-        norm=load_and_friction,
-        channels=("normal_load", "friction_force"),
-        per_second=True,
     )
 
 

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator
 
 from bearing_twin.base.units import axis_label, inverse_unit
-from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_style, heading, readable_scale, save, style_axes
+from bearing_twin.pictures import BALL_COLOURS, STYLE, ball_style, heading, readable_scale, style_axes
 
 WIDTH, ROW = 16.0, 4.4  # inches: of a picture, of a row of panels
 PLAIN_RANGE = 1e-2, 1e4  # numbers beside a wider axis that are no powers
@@ -167,13 +166,8 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
-def draw(sheet: Sheet, path: Path, made: str) -> Path:
-    """Writes the picture, with its provenance `made`; raises BearingTwinError where that is impossible."""
-    return save(figure_of(sheet, made), path)
-
-
 def figure_of(sheet: Sheet, made: str = "") -> Figure:
-    """The picture."""
+    """The picture of a sheet, with its provenance `made`."""
     names = legend_entries(sheet) if sheet.shared_legend else ()
     columns = max(1, min(len(names), int(LEGEND_WIDTH / (7 + max(map(len, names), default=0)))))
     tall = ROW * len(sheet.rows) + 0.9 + 0.3 * -(-len(names) // columns)

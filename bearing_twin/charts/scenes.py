@@ -100,6 +100,15 @@ def load_and_friction(result: RunData, exact: RunData) -> dict[str, float]:
     return {"error": float(max(errors)), "load_error": float(errors[0]), "friction_error": float(errors[1])}
 
 
+bearing_problem = functools.partial(  # of a 6203, judged by loads and friction
+    Problem,
+    scene="bearing_6203",
+    norm=load_and_friction,
+    channels=("normal_load", "friction_force"),
+    per_second=True,
+)
+
+
 def peak_loads(run: RunData, exact: RunData) -> dict[str, float]:
     """Norm of impacts: the greatest relative error of peak loads; 1 where contacts are missing or spurious."""
     peaks, true_peaks = (
