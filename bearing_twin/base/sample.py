@@ -209,12 +209,6 @@ class Block:
         values = self.values.rows(slice(low, high))
         return Block(self.channels, self.first_sequence + low, self.time_ns[low:high], values, records)
 
-    def last(self, count: int) -> "Block":
-        """The last `count` outputs with all the records of the block."""
-        low = len(self) - count
-        rows = self.values.rows(slice(low, None))
-        return Block(self.channels, self.first_sequence + low, self.time_ns[low:], rows, self.records)
-
     def matrix(self) -> np.ndarray:
         """All values in float64, shape (count, total width), channels side by side in declared order."""
         return self.values.numbers

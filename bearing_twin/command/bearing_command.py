@@ -115,8 +115,8 @@ def run(arguments: argparse.Namespace) -> Outcome:
         return list_catalogue()
     if arguments.scene is None:
         raise SceneError("which bearing? give a designation, such as 6308, or a scene; --list lists the designations")
-    picture = picture_path(arguments.plot) if arguments.plot else None
-    out = new_path(arguments.out, (".html", ".htm", ".csv"), "sheet") if arguments.out else None
+    picture = picture_path(arguments.plot)
+    out = new_path(arguments.out, (".html", ".htm", ".csv"), "sheet")
     table = out if out and out.suffix.lower() == ".csv" else None
     sheet = out if out != table else None
     support_options = {name: _vector(name, getattr(arguments, name)) for name in VECTORS}
@@ -148,7 +148,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         table.write_text(csv_of(result), encoding="utf-8")
         result["out"] = str(table)
     if arguments.csv:
-        return Outcome(result, result.get("flags", []), lambda: show_csv(result))
+        return Outcome(result, result.get("flags", []), lambda: show_text(csv_of(result).rstrip("\n")))
     return Outcome(result, result.get("flags", []), lambda: show(result), True)
 
 
@@ -688,11 +688,6 @@ def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Pat
 
 
 NOT_CURVES = "values", "flags", "refused"  # lists of a sweep that are no curves
-
-
-def show_csv(result: dict) -> None:
-    """Prints a result as `csv_of` gives it."""
-    show_text(csv_of(result).rstrip("\n"))
 
 
 def csv_of(result: dict) -> str:

@@ -1,4 +1,4 @@
-"""The subcommands, one table: what each takes, does and hands back. Imports are late, so that --help is quick."""
+"""The table of subcommands: arguments, function, examples. Imports are late, so that --help is quick."""
 
 import math
 import shutil
@@ -34,7 +34,7 @@ from bearing_twin.command.terminal import in_shown_units, progress, say
 
 
 def _subcommand(module) -> Subcommand:
-    """The subcommand of a module of its own."""
+    """The subcommand of a module."""
     return Subcommand(module.HELP, module.add_arguments, module.run, module.EXAMPLES)
 
 
@@ -68,8 +68,8 @@ def _simulate(arguments) -> Outcome:
         start = continuation(read_log(arguments.scene), arguments.more, overrides)
         scene = start.scene
     note_bare_speed(scene, overrides)
-    picture = picture_path(arguments.plot) if arguments.plot else None
-    log = new_log(arguments.out) if arguments.out else None
+    picture = picture_path(arguments.plot)
+    log = new_log(arguments.out)
 
     from bearing_twin.command.results import show_report
     from bearing_twin.run.failure import failure_sentence

@@ -71,7 +71,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
     from bearing_twin.contact import calculator, validity
     from bearing_twin.contact.materials import effective_modulus
 
-    picture = picture_path(arguments.plot) if arguments.plot else None
+    picture = picture_path(arguments.plot)
     gap, scene_bodies = _gap(arguments)
     first, second = _materials(arguments, scene_bodies)
     modulus = effective_modulus(first, second)

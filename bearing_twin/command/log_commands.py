@@ -26,7 +26,7 @@ from bearing_twin.command.terminal import progress, say, show_rows, show_text, w
 
 
 class DrawnStream:
-    """A run or log whose blocks, gone through once, are shown to its picture, if there is one."""
+    """A run or log whose blocks are added to its picture, if there is one, while they are iterated once."""
 
     def __init__(self, stream, with_picture: bool = False):
         self._stream, self._blocks = stream, None
@@ -40,7 +40,7 @@ class DrawnStream:
         return getattr(self._stream, name)
 
     def blocks(self):
-        """The blocks that nobody has taken yet: whoever stops half way leaves the others."""
+        """The remaining blocks: a later call continues where an earlier one stopped."""
         self._blocks = self._blocks or self._drawn_blocks()
         return self._blocks
 
@@ -51,7 +51,7 @@ class DrawnStream:
             yield block
 
     def write(self, path, report, errors: bool = False) -> str:
-        """Draws the picture of what has gone past, with `errors` those of the figures of the report below."""
+        """Draw the picture of the blocks so far, with `errors` those of the figures of the report below."""
         from bearing_twin.run.report import figure_errors
 
         with progress(f"drawing {path}"):
@@ -59,14 +59,14 @@ class DrawnStream:
 
 
 class RunEnd(NamedTuple):
-    """End of a run: why its log is incomplete ("" if it is not), and the error that ended the run, or None."""
+    """End of a run: the reason why its log is incomplete, or "", and the error that ended the run, or None."""
 
     incomplete: str
     failure: IntegrationError | None
 
 
 def run_to_end(run: DrawnStream, log: Path | None) -> RunEnd:
-    """Has a run go to its end, into a new `log` if one is given; where there is no room for that, on without it.
+    """Run to the end, into a new `log` if one is given; on a full disk the run continues without it.
 
     Raises LogError where no log can be begun for another reason, before anything is computed.
     """
@@ -159,7 +159,7 @@ def _report(arguments) -> Outcome:
     from bearing_twin.log.study_log import STUDY_RECORD
     from bearing_twin.run.report import report_of
 
-    picture = picture_path(arguments.plot) if arguments.plot else None
+    picture = picture_path(arguments.plot)
     stream = read_log(arguments.log, True, arguments.topic, last_run=True, run=arguments.run)
     if STUDY_RECORD in stream.metadata:
         return study_command.report(arguments.log, picture)
@@ -244,7 +244,7 @@ def _explain(arguments: argparse.Namespace) -> Outcome:
     if (path := Path(arguments.failure)).exists() and not path.is_file():
         raise BearingTwinError(f"{path} is no file; give the one that a failed run left")
     failure = read_failure(arguments.failure)
-    log = new_log(arguments.out) if arguments.out else None
+    log = new_log(arguments.out)
     result = {
         "failure": failure.sentence,
         "reason": failure.reason or "unknown",

@@ -23,6 +23,7 @@ from bearing_twin.base.process import AT_END
 from bearing_twin.base.report import json_text
 from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import ALLOW_INVALID, Outcome, Subcommand, listed, number, overrides_of
+from bearing_twin.command.terminal import progress, say, show_text
 
 NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
 SHOWN_NUMBERS = 128  # numbers of an array that are shown
@@ -33,7 +34,7 @@ REPORT_PERIOD = 1.0  # s
 
 
 def node_arguments(node: str, arguments: Sequence[str]) -> list[str]:
-    """The words after the name of Python; `--ros-args` is added where it is missing. Raises BearingTwinError."""
+    """The arguments of Python that start a node; a missing `--ros-args` is added. Raises BearingTwinError."""
     if node not in NODES:
         raise BearingTwinError(f"{echo(node)} is no node of this package; {legal_hint(node, NODES)}")
     arguments_of_node = list(arguments)
@@ -66,7 +67,7 @@ def _yaml(text: str | None):
 
 
 def _message_text(data) -> str:
-    """A message as YAML; what could steer a terminal is escaped."""
+    """A message as YAML, with control characters escaped."""
     import yaml
 
     text = yaml.safe_dump(data, sort_keys=False, default_flow_style=None, width=100, allow_unicode=False)
@@ -102,9 +103,7 @@ def _set_parameter(graph, arguments) -> Outcome:
 
 
 def _receive(graph, arguments, handle: Callable, raw: bool = False) -> None:
-    """Hands messages to `take` until --count of them or Ctrl-C, which interrupts who waits for the first."""
-    from bearing_twin.command.terminal import say
-
+    """Pass messages to `handle` up to --count or Ctrl-C, which is an interruption before the first message."""
     silence = f"no message on {arguments.topic} for {arguments.wait} s: its node may be paused, or still preparing"
     received, limit = 0, _count(arguments)
     try:
@@ -118,7 +117,6 @@ def _receive(graph, arguments, handle: Callable, raw: bool = False) -> None:
 
 
 def _echo(graph, arguments) -> Outcome:
-    from bearing_twin.command.terminal import show_text
     from bearing_twin.nodes.messages import plain_data
 
     longest = None if arguments.full_length or arguments.json else SHOWN_NUMBERS
@@ -133,7 +131,7 @@ def _echo(graph, arguments) -> Outcome:
 
 
 def _field(data, path: str | None):
-    """The part of a message that `path`, such as wrench.force, leads to."""
+    """The part of a message at a `path`, such as wrench.force."""
     for name in path.split(".") if path else ():
         if not isinstance(data, dict) or name not in data:
             legal = legal_hint(name, data) if isinstance(data, dict) else "there are no fields below"
@@ -180,8 +178,6 @@ class Traffic:
 
 def _measuring(figures: Callable[[Traffic], dict]) -> Callable:
     def run(graph, arguments) -> Outcome:
-        from bearing_twin.command.terminal import say
-
         window = number("--window", arguments.window, limits=Limits(at_least=1, at_most=1_000_000), integer=True)
         traffic, reported = Traffic(window), time.monotonic()
 
@@ -200,9 +196,7 @@ def _measuring(figures: Callable[[Traffic], dict]) -> Callable:
 
 
 def _publish(graph, arguments) -> Outcome:
-    """Publishes, and prints what subscribers warn of meanwhile, as of a command that they refuse."""
-    from bearing_twin.command.terminal import say
-
+    """Publish, and print the warnings of subscribers meanwhile, as of a refused command."""
     rate = number("--rate", arguments.rate, limits=Limits(above=0.0, at_most=1000.0))
     message, count = _yaml(arguments.message), _count(arguments)
     sent = graph.publish(arguments.topic, arguments.type, message, count, rate, say)
@@ -210,7 +204,7 @@ def _publish(graph, arguments) -> Outcome:
 
 
 def _call(graph, arguments) -> Outcome:
-    """The answer of a service; one that reports no success ends as bad input does."""
+    """The answer of a service; without success the exit code is that of bad input."""
     answer = graph.call(arguments.service, arguments.type, _yaml(arguments.message))
     refused = f"{arguments.service}: {answer.get('message')}" if answer.get("success") is False else ""
     return Outcome(answer, [], lambda: print(_message_text(answer), end=""), problem=refused)
@@ -219,7 +213,6 @@ def _call(graph, arguments) -> Outcome:
 def _study(graph, arguments) -> Outcome:
     """Sends a study to a uq_node and shows its result as `bearing_twin study` does."""
     from bearing_twin.command import study_command
-    from bearing_twin.command.terminal import progress
     from bearing_twin.log.study_log import NAMESPACE
     from bearing_twin.uq.result import warnings_of
 
@@ -239,7 +232,7 @@ def _study(graph, arguments) -> Outcome:
 
 
 class Verb(NamedTuple):
-    """One command below `node`: its words, what it does, who runs it, its arguments and options, an example."""
+    """A command below `node`: its words, help, function, arguments and options, and an example."""
 
     words: str
     help: str

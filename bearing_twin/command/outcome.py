@@ -13,7 +13,7 @@ from bearing_twin.command.terminal import show_rows
 
 
 class Outcome(NamedTuple):
-    """Of a subcommand: the JSON object (None: already printed), warnings, how to show it (None: as tables).
+    """The result of a subcommand: the JSON object (None: already printed), warnings, a function that shows it or None.
 
     `engineering`: `show` knows engineering units only; with --si the result is shown as tables. `problem`: a sentence
     on why there is no more of the result; the exit code is then that of bad input.
@@ -125,7 +125,7 @@ def quantity(unit: str, limits: Limits | None = None) -> Callable[[str], float]:
 
 
 def number(option: str, text: str, unit: str = "", limits: Limits = NO_LIMITS, integer: bool = False) -> float:
-    """The number that an option was given as text; raises BearingTwinError with what it must be."""
+    """The number in the text of an option; raises BearingTwinError naming the legal numbers."""
     value, problem = read_number(text, unit, limits, integer=integer)
     if problem:
         raise BearingTwinError(f"{option} {echo(text)} {problem}")
@@ -142,7 +142,7 @@ def refuse_existing(path: Path) -> None:
 
 
 def new_file(text, source=None) -> Path:
-    """A path at which nothing is: with --force a file is removed, unless it is the `source` that is read."""
+    """A path without a file: with --force a file is removed, unless it is the `source` that is read."""
     path = Path(text)
     refuse_existing(path)
     if path.exists():
@@ -152,18 +152,20 @@ def new_file(text, source=None) -> Path:
     return path
 
 
-def new_log(text, source=None) -> Path:
-    """The path of a log to be; raises BearingTwinError, before anything is computed, where none can be written."""
+def new_log(text: str | None, source=None) -> Path | None:
+    """The path of a new log, None without one; raises BearingTwinError where it is unusable."""
     from bearing_twin.log.raw_log import refuse_existing as refuse_log
 
+    if text is None:
+        return None
     path = new_file(text, source)
     refuse_log(path)
     return path
 
 
-def picture_path(text) -> Path:
-    """The path of a picture to be; raises BearingTwinError where none can be written."""
-    if Path(text).suffix.lower() == ".gif":
+def picture_path(text: str | None) -> Path | None:
+    """The path of a new picture, None without one; raises BearingTwinError for an unusable path."""
+    if text and Path(text).suffix.lower() == ".gif":
         raise BearingTwinError(
             f"{Path(text)}: a picture does not move; give a name that ends in .png, or animate a run by "
             "bearing_twin view RUN --gif FILE"
@@ -171,11 +173,13 @@ def picture_path(text) -> Path:
     return new_path(text, (".png",), "picture")
 
 
-def new_path(text, suffixes: tuple[str, ...], noun: str, replaced: bool = False) -> Path:
-    """The path of a file to be with one of these suffixes; raises BearingTwinError where none can be written.
+def new_path(text: str | None, suffixes: tuple[str, ...], noun: str, replaced: bool = False) -> Path | None:
+    """The path of a new file with one of these suffixes, None without one; raises BearingTwinError if it is unusable.
 
-    A file that exists is refused without --force, unless it is `replaced` by what the command says.
+    A file that exists is refused without --force, unless the command documents that it is `replaced`.
     """
+    if text is None:
+        return None
     path = Path(text)
     if path.suffix.lower() not in suffixes:
         raise BearingTwinError(f"{path} is not the name of a {noun}; give one that ends in {suffixes[0]}")

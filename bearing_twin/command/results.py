@@ -7,11 +7,10 @@ from bearing_twin.base.units import label_and_unit, readable_label, unit_suffix
 from bearing_twin.command.terminal import (
     SI,
     in_shown_units,
-    named_values,
+    show_pairs,
     show_rows,
     show_text,
     split_columns,
-    width_of_terminal,
 )
 from bearing_twin.run.report import model_error_lines
 from bearing_twin.view.tables import (
@@ -59,7 +58,7 @@ def show_report(report: Report, result: Mapping, verbose: bool = False) -> None:
     if report.compute_seconds > 0.0:
         computed = in_shown_units(f"{report.compute_seconds:.3g} s")
         rows.append(("computed in", f"{computed}, {report.real_time_factor:.2g} times real time"))
-    show_text("\n".join(named_values(rows, width_of_terminal())))
+    show_pairs(rows)
     omitted_columns = "further columns, " if omitted else ""
     show_text(f"with --verbose: {omitted_columns}why this model, costs, errors of the model")
 
@@ -89,7 +88,7 @@ def _show_single(figures: list[Figure]) -> None:
         text = text if figure.unit else in_shown_units(text)
         text += f" ± {figure.error}" if figure.error else ""
         rows.append((figure.words, f"{text} {figure.unit}".rstrip() + " (doubtful)" * figure.doubtful))
-    show_text("\n".join(named_values(rows, width_of_terminal())))
+    show_pairs(rows)
 
 
 def _show_events(events: Mapping[str, list[Mapping]]) -> None:
@@ -110,7 +109,7 @@ def _show_columns(figures: list[Figure], everything: bool = True) -> bool:
         if any(figure.error for figure in columns):
             for column, error in zip(cells, ["±", *(figure.error for figure in columns)], strict=True):
                 column.append(error)
-        tables = split_columns(header, cells, width_of_terminal())
+        tables = split_columns(header, cells)
         for lines in tables if everything else tables[:1]:
             show_text("\n".join(["", *(line for line in lines if line.strip() != "±")]))
         omitted = omitted or (len(tables) > 1 and not everything)

@@ -42,7 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Reads the record and judges it; raises BearingTwinError with a sentence for what cannot be judged."""
-    picture = picture_path(arguments.plot) if arguments.plot else None
+    picture = picture_path(arguments.plot)
     speed = None if arguments.speed is None else number("--speed", arguments.speed, "rad/s")
     band = None if arguments.band is None else _band(arguments.band)
     geometry, uncertain = (None, []) if arguments.bearing is None else _geometry(arguments.bearing)

@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
         return _list()
     if arguments.study is None:
         raise StudyError("which study? give its name or a path; `bearing_twin study --list` lists them")
-    picture = picture_path(arguments.plot) if arguments.plot else None
+    picture = picture_path(arguments.plot)
     from bearing_twin.log.mcap_write import FullDisk
     from bearing_twin.log.study_log import StudyLog, read_study
     from bearing_twin.uq.run import run_study
@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
     study = load_study(arguments.study, overrides_of(arguments, samples="samples", seed="seed", workers="workers"))
     start = read_study(arguments.resume, unfinished=True) if arguments.resume else None
-    log = new_log(arguments.out, arguments.resume) if arguments.out else None
+    log = new_log(arguments.out, arguments.resume)
     cancelled = threading.Event()
     result = problem = writer = None
     try:

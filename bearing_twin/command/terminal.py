@@ -27,26 +27,12 @@ def width_of_terminal() -> int:
     return max(shutil.get_terminal_size((80, 24)).columns, 40)
 
 
-def named_values(pairs: Sequence[tuple[str, str]], width: int) -> list[str]:
-    """Lines of names and values in two columns."""
-    return _lines(None, pairs, width, ("left", "left"), (NAMES, None))
+def split_columns(header: Sequence[str], columns: Sequence[Sequence[str]]) -> list[list[str]]:
+    """Lines of tables of numbers below each other, each the first column and as many further ones as fit.
 
-
-def table(header: Sequence[str], rows: Iterable[Sequence], width: int) -> list[str]:
-    """Lines of a table, numbers to the right; where words do not fit into `width`, a paragraph for each row."""
-    cells = [[str(cell) for cell in row] for row in rows]
-    columns = list(zip(*([list(header), *cells]), strict=True))
-    if sum(map(_longest_word, columns)) + len(GAP) * (len(columns) - 1) > width:
-        return _paragraphs(header, cells, width)
-    numbers = [bool(cells) and all(map(_is_number, column[1:])) for column in columns]
-    return _lines(header, cells, width, ["right" if number else "left" for number in numbers])
-
-
-def split_columns(header: Sequence[str], columns: Sequence[Sequence[str]], width: int) -> list[list[str]]:
-    """Tables of numbers under each other, as many of `columns` side by side as fit; each begins with the first column.
-
-    Names in the header may hold line breaks: what stands behind one begins a line.
+    Names in the header may hold line breaks.
     """
+    width = width_of_terminal()
     sizes = [max(_longest_word([name, *column]), HEADER) for name, column in zip(header, columns, strict=True)]
     sizes[0] = _longest_word([header[0], *columns[0]])
     tables, start = [], 1
@@ -57,12 +43,12 @@ def split_columns(header: Sequence[str], columns: Sequence[Sequence[str]], width
         shown = [0, *range(start, end)]
         rows = zip(*(columns[index] for index in shown), strict=True)
         names, widest = [header[index] for index in shown], [sizes[index] for index in shown]
-        tables.append(_lines(names, rows, width, ["right"] * len(shown), widest))
+        tables.append(_lines(names, rows, ["right"] * len(shown), widest))
         start = end
     return tables
 
 
-def _lines(header, rows, width: int, sides: Sequence[str], widest: Sequence[int | None] = ()) -> list[str]:
+def _lines(header, rows, sides: Sequence[str], widest: Sequence[int | None] = ()) -> list[str]:
     """Lines of a table of columns with these sides, at most as wide as `widest`."""
     from rich.console import Console
     from rich.table import Table
@@ -75,21 +61,21 @@ def _lines(header, rows, width: int, sides: Sequence[str], widest: Sequence[int 
         grid.add_column(name, justify=side, min_width=min(longest, limit or longest), max_width=limit)
     for row in rows:
         grid.add_row(*row)
-    width += len(GAP)  # behind the last column, too: without it rich cuts words there
+    width = width_of_terminal() + len(GAP)  # behind the last column, too: without it rich cuts words there
     console = Console(file=io.StringIO(), width=width, highlight=False, markup=False, emoji=False, color_system=None)
     console.print(grid)
     return [line.rstrip() for line in console.file.getvalue().splitlines()]
 
 
-def _paragraphs(header, rows, width) -> list[str]:
-    """A paragraph a row: what names it, what stands between under its name, then the last cell, which is text."""
+def _paragraphs(header, rows) -> list[str]:
+    """A paragraph a row: its names, below them the middle cells with their headers, then the last cell, a text."""
     lead = 1 if len({row[0] for row in rows}) == len(rows) or len(header) < 3 else 2
     lines = [f"{' '.join(header[:lead])}: {', '.join(header[lead:])}", ""]
     for row in rows:
         middle = "; ".join(f"{name} {cell}" for name, cell in zip(header[lead:-1], row[lead:-1], strict=True) if cell)
         lines.append("  ".join(row[:lead]))
-        indented = {"initial_indent": INDENT, "subsequent_indent": INDENT}
-        lines += [textwrap.fill(text, width, **indented) for text in (middle, row[-1]) if text]
+        indents = {"initial_indent": INDENT, "subsequent_indent": INDENT}
+        lines += [textwrap.fill(text, width_of_terminal(), **indents) for text in (middle, row[-1]) if text]
     return lines
 
 
@@ -112,21 +98,30 @@ SI: ContextVar[bool] = ContextVar("si", default=False)  # whether people read SI
 
 
 def show_rows(header: Iterable[str], rows: Iterable[Iterable]) -> None:
-    """Print a plain table on standard output."""
-    cells = [["" if cell is None else cell for cell in row] for row in rows]
-    show_text("\n".join(table(list(header), cells, width_of_terminal())))
+    """Print a table, numbers to the right; where its words do not fit into the terminal, a paragraph for each row."""
+    header, cells = list(header), [["" if cell is None else str(cell) for cell in row] for row in rows]
+    columns = list(zip(header, *cells, strict=True))
+    if sum(map(_longest_word, columns)) + len(GAP) * (len(columns) - 1) > width_of_terminal():
+        lines = _paragraphs(header, cells)
+    else:
+        numbers = [bool(cells) and all(map(_is_number, column[1:])) for column in columns]
+        lines = _lines(header, cells, ["right" if number else "left" for number in numbers])
+    show_text("\n".join(lines))
 
 
 def show_columns(header: Sequence[str], rows: Iterable[Sequence]) -> None:
-    """Print a table of numbers whose first column are names; what stands behind a line break begins a line."""
-    sides = ["left", *["right"] * (len(header) - 1)]
-    show_text("\n".join(_lines(header, rows, width_of_terminal(), sides)))
+    """Print a table of numbers whose first column are names; names in the header may hold line breaks."""
+    show_text("\n".join(_lines(header, rows, ["left", *["right"] * (len(header) - 1)])))
+
+
+def show_pairs(pairs: Iterable[tuple[str, str]]) -> None:
+    """Print names and texts in two columns."""
+    show_text("\n".join(_lines(None, pairs, ("left", "left"), (NAMES, None))))
 
 
 def show_named(rows: Mapping[str, str]) -> None:
-    """Print names and texts, those that are not empty."""
-    pairs = [(name, text) for name, text in rows.items() if text]
-    show_text("\n".join(named_values(pairs, width_of_terminal())))
+    """Print names and texts in two columns, without those whose text is empty."""
+    show_pairs((name, text) for name, text in rows.items() if text)
 
 
 def show_paragraph(text: str) -> None:

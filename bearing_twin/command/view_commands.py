@@ -40,8 +40,8 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _view(arguments: argparse.Namespace) -> Outcome:
     """Makes the page; raises BearingTwinError with a sentence for what makes none."""
-    out = new_path(arguments.out, (".html", ".htm"), "page", replaced=True) if arguments.out else None
-    gif = new_path(arguments.gif, (".gif",), "animation") if arguments.gif else None
+    out = new_path(arguments.out, (".html", ".htm"), "page", replaced=True)
+    gif = new_path(arguments.gif, (".gif",), "animation")
     if gif:
         import_optional("playwright.sync_api", "view")  # said before a scene is run
     kind = _source_kind(arguments)
