@@ -26,7 +26,7 @@ from bearing_twin.base.paths import replace_file
 from bearing_twin.base.process import DeferredSignals
 from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.log import cdr
-from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, log_files, path_of, qos_text, reader_of
+from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, list_some, log_files, path_of, qos_text, reader_of
 from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage
 from bearing_twin.log.mcap_write import McapWriter, StoredTopic, log_error
 from bearing_twin.log.stream import SLOW_RATE, checked_block
@@ -478,16 +478,13 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
                 if (key := item.topic.identity) not in numbers:
                     numbers[key] = log.copy_topic(item.topic)
                 log.write(numbers[key], item.log_time, item.publish_time, item.data)
-        problems += [
-            f"{count} messages of {name} are left out: no record says how they are encoded"
-            for name, count in unknown.items()
-        ]
-        sentence = "; ".join(problems)
+        if unknown:
+            names = list_some(sorted(unknown))
+            problems.append(f"{unknown.total()} messages of {names} are left out: no record says how they are encoded")
         if not messages:
-            raise LogError(f"nothing in {path} can be recovered ({sentence or 'it holds no message'})")
-        log.add_metadata(
-            RECOVERY_RECORD, {"from": escape_controls(Path(path).name), "problems": escape_controls(sentence or "none")}
-        )
+            raise LogError(f"nothing in {path} can be recovered ({[*problems, 'it holds no message'][0]})")
+        sentences = escape_controls("; ".join(problems) or "none")
+        log.add_metadata(RECOVERY_RECORD, {"from": escape_controls(Path(path).name), "problems": sentences})
     return Recovered(messages, samples, tuple(problems))
 
 
