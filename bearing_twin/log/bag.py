@@ -196,7 +196,6 @@ class LogReader:
                 self.counts[key] += contents.counts.get(number, 0)
         self.topics = list(topics.values())
         self.first_ns = min((contents.first_ns for contents in self._contents.values() if contents.last_ns), default=0)
-        self.last_ns = max((contents.last_ns for contents in self._contents.values()), default=0)
 
     @property
     def foreign(self) -> dict[str, int]:
