@@ -68,4 +68,4 @@ NO_END = "no end"
 """The reason that an `IntegrationError` gives for such an end, and for a contact that does not end."""
 
 STEPS, REJECTIONS, EVALUATIONS, JACOBIANS = range(4)
-"""What a stretch cost: steps made, steps made again, right-hand sides, linearisations."""
+"""Costs of a stretch: steps, rejected steps, right-hand sides, linearisations."""

@@ -85,7 +85,7 @@ def style_axes(axis) -> None:
 
 
 def save(figure, path, **options) -> Path:
-    """Writes a figure as a PNG, whole or not at all; raises BearingTwinError where that is impossible."""
+    """Write a figure as a PNG, whole or not at all; raises BearingTwinError where that is impossible."""
     drawn = io.BytesIO()
     figure.savefig(drawn, format="png", **options)
     return write_atomic(path, drawn.getvalue())

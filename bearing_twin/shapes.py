@@ -37,7 +37,7 @@ class Surface(NamedTuple):
     side: float
 
     def numbers(self) -> np.ndarray:
-        """The same (7,) as the core reads it."""
+        """The surface as the numbers (7,) of the core."""
         return np.array([self.kind, *self.sizes, self.side], float)
 
 
@@ -123,7 +123,7 @@ class Body(NamedTuple):
     spin: np.ndarray
 
     def numbers(self) -> np.ndarray:
-        """The same (25,) as the core reads it."""
+        """The body as the numbers (25,) of the core."""
         return np.concatenate([self.surface.numbers(), *(np.ravel(field) for field in self[1:])])
 
 
@@ -185,7 +185,7 @@ def opposition_of(a: Body, b: Body, unknowns) -> Opposition:
 
 
 def contact_of(a: Body, b: Body, unknowns) -> Opposition:
-    """The same of a contact in an ellipse; raises SceneError at a wrong root."""
+    """Properties of a contact in an ellipse; raises SceneError at a wrong root."""
     opposition = opposition_of(a, b, unknowns)
     if opposition.kind != FOUND:
         raise SceneError(f"the pair of points found {REFUSALS[opposition.kind]}; start nearer to the contact")

@@ -48,7 +48,7 @@ def user_folder(name: str) -> Path:
 
 
 def write_atomic(path, content: bytes) -> Path:
-    """Writes a file as `replace_file` does; raises BearingTwinError where it cannot be written."""
+    """Write a file as `replace_file` does; raises BearingTwinError where it cannot be written."""
     try:
         replace_file(Path(path), content)
     except OSError as error:
@@ -57,7 +57,7 @@ def write_atomic(path, content: bytes) -> Path:
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Writes a file by `draft_file`; raises OSError where it cannot be written."""
+    """Write a file by `draft_file`; raises OSError where it cannot be written."""
     with draft_file(path) as draft:
         draft.write_bytes(content)
 

@@ -82,11 +82,11 @@ def name_standard_output() -> Iterator[None]:
 
 
 AT_END: list[Callable[[int], None]] = []
-"""What `exit_process` calls with the exit code: what must wait until all is printed, as it may never return."""
+"""Functions that `exit_process` calls with the exit code once all is printed, as they may never return."""
 
 
 def exit_process(code: int) -> NoReturn:
-    """Ends the process, which has printed everything: Python itself would take up to a second to forget."""
+    """End the process, which has printed everything, without the up to a second that Python's own clean-up takes."""
     with contextlib.suppress(KeyboardInterrupt):
         for end in AT_END:
             end(code)
@@ -159,7 +159,7 @@ def signals_as_exceptions() -> Iterator[None]:
         _thread.start_new_thread(send, ())  # not `threading`: its locks may be held by what was interrupted
 
     def report_dropped(unraisable):
-        """Sends a signal again whose exception Python drops, as where its handler ran while garbage was collected."""
+        """Send a signal again whose exception Python drops, as in a handler that ran while garbage was collected."""
         number = signal_of(unraisable.exc_value)
         send_again(number) if number in previous else hook(unraisable)
 

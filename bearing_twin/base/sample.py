@@ -263,7 +263,7 @@ def split_block(block: Block, length: int) -> Iterator[Block]:
 
 
 class BlockAligner:
-    """Cuts a stream at the same outputs however it arrives: pieces end before sequence numbers divisible by `length`.
+    """Splits a stream at the same outputs for any blocks: pieces end before sequence numbers divisible by `length`.
 
     Pieces may be several times as long; `split_block` makes them shorter. Sums over the short ones are then the same
     to the bit in a run, in its log and in a node.

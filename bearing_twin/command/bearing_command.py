@@ -58,7 +58,7 @@ HELP_TEXTS = {
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `bearing` to its parser."""
+    """Add the options of `bearing` to its parser."""
     parser.add_argument(
         "scene",
         nargs="?",
@@ -189,14 +189,11 @@ def _support(options: dict, parameters):
 
 
 def _bearing_scene(arguments, overrides=()):
-    from bearing_twin.run.scene import load_scene
+    from bearing_twin.run.scene import load_scene, require_bearing
 
     control = [f"model.control={arguments.control}"] if arguments.control else []
     changed = overrides_of(arguments, **SHORT_KEYS)
-    scene = load_scene(arguments.scene, [*changed, *control, *overrides])
-    if scene.kind != "bearing":
-        raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
-    return scene
+    return require_bearing(load_scene(arguments.scene, [*changed, *control, *overrides]))
 
 
 def _catalogue_name(parameters) -> str:
@@ -301,7 +298,7 @@ def _solve_sweep(arguments, options, angle, sweep) -> dict:
 
 
 def _conditions(parameters, options, path: str) -> str:
-    """What a sweep over the key `path` keeps, in words: load and speed."""
+    """Load and speed that a sweep over the key `path` holds constant, in words."""
     loads = _support(options, parameters).loads[:3]
     load = f"load ({', '.join(map(short, loads))}) N" if any(loads) else ""
     conditions = {"load": load, "drive.speed": f"{parameters.drive.speed * 30.0 / math.pi:.5g} rpm"}
@@ -410,7 +407,7 @@ def list_catalogue() -> Outcome:
 
 
 def show_row(result: dict) -> None:
-    """Prints one row of the catalogue with its ratings."""
+    """Print one row of the catalogue with its ratings."""
     sizes = " x ".join(_millimetres(result[f"{key}_m"]) for key in ("bore", "outside_diameter", "width"))
     error, clearance = result["pitch_diameter_doubt_m"], result["radial_clearance_m"]
     show_text(f"{_ball_set(result)}\n")
@@ -432,7 +429,7 @@ def show_row(result: dict) -> None:
 
 
 def show_equilibrium(result: dict) -> None:
-    """Prints one equilibrium: ring, balls, lives, then what they rest on."""
+    """Print one equilibrium: ring, balls, lives, then models and their errors."""
     balls = _ball_set(result["catalogue"]) if "catalogue" in result else result["scene"]
     show_text(f"{balls}, {_rpm(result)}, law {result['law']}\n")
     tilts, moments = result["misalignment_rad"], result["ring_moment_nm"]
@@ -570,7 +567,7 @@ def _life(result: dict, name: str) -> str:
 
 
 def show_sweep(result: dict) -> None:
-    """Prints the curves of a sweep, one line a value."""
+    """Print the curves of a sweep, one line a value."""
     label, _, unit = result["axis"]["label"].partition(" [")
     conditions = filter(None, (result["held"], f"law {result['law']}", f"arm of tilts {result['arm']}"))
     show_paragraph(f"{result['scene']} over {label}: {', '.join(conditions)}")
@@ -652,7 +649,7 @@ def limiting(speeds: dict[str, float]) -> str:
 
 
 def note_bare_speed(scene, overrides: Iterable[str]) -> None:
-    """Says on standard error that a speed without a unit is in rad/s, where it is above the limiting speed."""
+    """Note on standard error that a speed without a unit is in rad/s, if it is above the limiting speed."""
     speeds = [
         text.strip()
         for override in overrides
@@ -668,7 +665,7 @@ def note_bare_speed(scene, overrides: Iterable[str]) -> None:
 
 
 def write_sheet(result: dict, show: Callable, draw: Callable, path: Path) -> Path:
-    """Writes a page with the table that `show` prints, the picture of `draw`, and its warnings; one new file."""
+    """Write a page with the table that `show` prints, the picture of `draw`, and the warnings."""
     printed = io.StringIO()
     with contextlib.redirect_stdout(printed):
         show(result)

@@ -15,7 +15,7 @@ ALL = "all"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `chart` to its parser."""
+    """Add the options of `chart` to its parser."""
     text = f"its name; --list says what each shows and how long it takes; {ALL}: every one of them"
     parser.add_argument("chart", nargs="?", metavar="CHART", help=text)
     parser.add_argument("--list", action="store_true", help="what each chart compares, and about how long it takes")
@@ -28,7 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
-    """Makes one chart, or all; raises BearingTwinError with a sentence for a folder or a word that does not fit."""
+    """Make one chart, or all; raises BearingTwinError for a folder or a name that cannot be used."""
     from bearing_twin.charts import CHARTS, chart_of
     from bearing_twin.charts.contest import LIMIT, Options
 

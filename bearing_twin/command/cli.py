@@ -162,7 +162,7 @@ def _main(argv) -> int:
 
 
 def _present(outcome, arguments) -> None:
-    """Prints the result to standard output and the warnings to standard error."""
+    """Print the result on standard output and the warnings on standard error."""
     from bearing_twin.command.terminal import in_shown_units
 
     with name_standard_output():

@@ -49,7 +49,7 @@ QUANTITIES = [name[2:].replace("-", "_") for name, (group, *_) in OPTIONS.items(
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `contact` to its parser."""
+    """Add the options of `contact` to its parser."""
     groups = {
         title: parser.add_argument_group(title) for title in (BODY_GROUP, MATERIAL_GROUP, QUANTITY_GROUP, OTHER_GROUP)
     }
@@ -62,7 +62,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
-    """Answers one contact; raises SceneError with a sentence for what makes no contact."""
+    """Solve one contact; raises SceneError for arguments that make no contact."""
     if arguments.shapes is not None:
         raise SceneError(
             "--shapes was removed: simulate the scene, whose channels are curvatures, approach and load; to compare "

@@ -143,7 +143,7 @@ def _verify(arguments) -> Outcome:
 
 
 def _thinning(log) -> dict[str, float]:
-    """How many outputs a second a thinned log holds."""
+    """The rate of outputs of a thinned log; empty for another."""
     return {"kept_outputs_hz": log.kept_rate} if log.kept_rate else {}
 
 
@@ -193,7 +193,7 @@ EXPORTS = ("csv", "parquet", "netcdf")
 
 
 def _export_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `export` to its parser."""
+    """Add the options of `export` to its parser."""
     _samples_arguments(parser)
     parser.add_argument("--to", required=True, choices=EXPORTS, help="csv needs nothing, the others the extra export")
     parser.add_argument(
@@ -206,7 +206,7 @@ def _export_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _export(arguments: argparse.Namespace) -> Outcome:
-    """Writes the files; what is missing from the log is a warning. Raises BearingTwinError."""
+    """Write the files; outputs missing from the log are a warning. Raises BearingTwinError."""
     from bearing_twin.log.export import export_log
 
     def watch(blocks, stream):
@@ -220,7 +220,7 @@ def _export(arguments: argparse.Namespace) -> Outcome:
 
 
 def _explain_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `explain` to its parser."""
+    """Add the options of `explain` to its parser."""
     parser.add_argument(
         "failure", metavar="SCENE|FILE", help="a scene, or the file that a failed run left, failure_<date>_<time>.json"
     )

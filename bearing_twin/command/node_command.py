@@ -147,7 +147,7 @@ class Traffic:
         self._last, self.count = deque(maxlen=window + 1), 0
 
     def add(self, time_s: float, size: int) -> None:
-        """Takes a message."""
+        """Take a message."""
         self.count += 1
         self._last.append((time_s, size))
 
@@ -211,7 +211,7 @@ def _call(graph, arguments) -> Outcome:
 
 
 def _study(graph, arguments) -> Outcome:
-    """Sends a study to a uq_node and shows its result as `bearing_twin study` does."""
+    """Send a study to a uq_node and show its result as `bearing_twin study` does."""
     from bearing_twin.command import study_command
     from bearing_twin.log.study_log import NAMESPACE
     from bearing_twin.uq.result import warnings_of
@@ -326,7 +326,7 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(arguments) -> Outcome:
-    """Runs a verb, all but `start` with the graph of nodes; raises MissingInterfacesError where ROS is missing."""
+    """Run a verb, all but `start` with the graph of nodes; raises MissingInterfacesError without ROS."""
     if arguments.verb == "start":
         return arguments.run_verb(arguments)
     importlib.import_module("bearing_twin.nodes.messages")  # raises in one sentence where ROS is missing

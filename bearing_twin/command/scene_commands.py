@@ -6,7 +6,7 @@ from bearing_twin.command.outcome import Outcome, Subcommand, listed
 
 
 def _scenes_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `scenes` to its parser."""
+    """Add the options of `scenes` to its parser."""
     lists = parser.add_mutually_exclusive_group()
     lists.add_argument("--keys", action="store_true", help="list every key of a scene: default, unit, limits, meaning")
     lists.add_argument("--figures", action="store_true", help="list every figure of a run: unit, meaning")

@@ -19,7 +19,7 @@ EXAMPLES = (
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `spectrum` to its parser."""
+    """Add the options of `spectrum` to its parser."""
     parser.add_argument("file", help="a log of ours, any MCAP log or bag, .csv, .npz or .mat")
     parser.add_argument("--topic", metavar="TOPIC", help="of a log: the topic with the record")
     parser.add_argument("--key", metavar="NAME", help="column, variable, channel, or field of the messages")
@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
-    """Reads the record and judges it; raises BearingTwinError with a sentence for what cannot be judged."""
+    """Read a record and judge it; raises BearingTwinError for one that cannot be judged."""
     picture = picture_path(arguments.plot)
     speed = None if arguments.speed is None else number("--speed", arguments.speed, "rad/s")
     band = None if arguments.band is None else _band(arguments.band)

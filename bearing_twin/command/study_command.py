@@ -24,7 +24,7 @@ OPEN_NOTE = f"{OPEN_END}: the samples are too few to bound the interval on this 
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `study` to its parser."""
+    """Add the options of `study` to its parser."""
     parser.add_argument("study", nargs="?", help="name of a study (see --list), or path of a YAML file")
     parser.add_argument("--list", action="store_true", help="list the studies and the quantities of each kind of scene")
     add_changes(parser, "change a key of the study, of an input (inputs.KEY.std=4e-5) or of the scene")
@@ -37,7 +37,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
-    """Runs one study; raises StudyError with a sentence for what makes none, KeyboardInterrupt after Ctrl-C."""
+    """Run one study; raises StudyError where it is not possible, KeyboardInterrupt after Ctrl-C."""
     if arguments.list:
         return _list()
     if arguments.study is None:
@@ -141,7 +141,7 @@ def _list() -> Outcome:
 
 
 def show(summary) -> None:
-    """Prints the summary of a study as tables."""
+    """Print the summary of a study as tables."""
     from bearing_twin.uq.result import (
         SweepDescription,
         model_error_sentences,

@@ -175,7 +175,7 @@ _PROGRESS: ContextVar[Any] = ContextVar("bars", default=None)  # of the work tha
 
 
 def with_progress(blocks: Iterable["Block"], duration: float, what: str) -> Iterator["Block"]:
-    """The same blocks; `progress` shows how far their time has come towards `duration` [s]."""
+    """The blocks; `progress` shows their time as a share of `duration` [s]."""
     with progress(what) as update:
         for block in blocks:
             yield block

@@ -24,7 +24,7 @@ LONGEST_RUN = 10.0  # simulated seconds of a scene that is run for its page
 
 
 def _view_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the options of `view` to its parser."""
+    """Add the options of `view` to its parser."""
     text = "an MCAP log or a bag folder; or the name or file of a scene or a study, which is run first"
     parser.add_argument("source", metavar="LOG|SCENE|STUDY", help=text)
     parser.add_argument("--out", metavar="HTML", help="the page (default: NAME.html here); an earlier one is replaced")
@@ -39,7 +39,7 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _view(arguments: argparse.Namespace) -> Outcome:
-    """Makes the page; raises BearingTwinError with a sentence for what makes none."""
+    """Make the page; raises BearingTwinError where it is not possible."""
     out = new_path(arguments.out, (".html", ".htm"), "page", replaced=True)
     gif = new_path(arguments.gif, (".gif",), "animation")
     if gif:

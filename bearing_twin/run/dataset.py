@@ -65,7 +65,7 @@ TIME = "time"
 
 
 def dataset_of(stream, blocks=None):
-    """All outputs of a run or a log, or its `blocks` where they are handed in, as an `xarray.Dataset`, bit for bit.
+    """All outputs of a run or a log, or its given `blocks`, as an `xarray.Dataset`, bit for bit.
 
     One variable a channel, (time, *axes), with `units` and `long_name`; coordinates `time` [s], `time_ns` (int64) and
     `sequence`, and labels along the axes. Tables of records are variables `<table>_<column>` over `<table>_record`.

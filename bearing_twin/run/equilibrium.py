@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from bearing_twin.base.errors import SceneError, echo
 from bearing_twin.kinds.bearing import Equilibria, azimuths_on, solve_scenes
-from bearing_twin.run.scene import Scene, choose, load_scene
+from bearing_twin.run.scene import Scene, choose, load_scene, require_bearing
 
 
 def equilibrium(
@@ -122,13 +122,7 @@ def _distinct_scenes(scene, keys, columns, cases: int) -> tuple[list[Scene], np.
         _, firsts, scene_of_case = np.unique(codes, axis=0, return_index=True, return_inverse=True)
         rows = [tuple(column[first].item() for column in columns) for first in firsts]
     elif isinstance(scene, Scene):
-        return [_require_bearing(scene)], scene_of_case
+        return [require_bearing(scene)], scene_of_case
     source = scene.resolved() if isinstance(scene, Scene) else scene
     overrides = [[f"{key}={value}" for key, value in zip(keys, row, strict=False)] for row in rows]
-    return [_require_bearing(load_scene(source, row)) for row in overrides], scene_of_case.ravel()
-
-
-def _require_bearing(scene: Scene) -> Scene:
-    if scene.kind != "bearing":
-        raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
-    return scene
+    return [require_bearing(load_scene(source, row)) for row in overrides], scene_of_case.ravel()

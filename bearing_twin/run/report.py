@@ -394,7 +394,7 @@ def figure_errors(report: Report) -> list[tuple[str, dict[str, float]]]:
 
 
 def plot(stream, path) -> Path:
-    """Draws a run (which is then simulated) or a log to a PNG; returns its path. Raises BearingTwinError."""
+    """Draw a run, which is simulated for it, or a log as a PNG; returns its path. Raises BearingTwinError."""
     picture = picture_of(stream)
     for block in stream.blocks():
         picture.add(block)

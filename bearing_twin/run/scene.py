@@ -284,7 +284,7 @@ def _kind_of(mapping: Mapping, origin: str) -> str:
 
 
 def _canonical(mapping: dict) -> dict:
-    """The same with keys and values by today's names; a key given under both names stays, to be refused."""
+    """The mapping with today's names of keys and values; a key under both names stays, to be refused."""
     mapping = copy.deepcopy(mapping)
     for alias, target in ALIASES.items():
         section, key = alias.split(".")
@@ -396,6 +396,13 @@ def check_ranges(scene: Scene) -> None:
             f"scene {scene.name}: {fault}, or let it run all the same by --allow-invalid (solver.allow_invalid: on), "
             "which marks every output"
         )
+
+
+def require_bearing(scene: Scene) -> Scene:
+    """The scene of a bearing; raises SceneError for another kind."""
+    if scene.kind != "bearing":
+        raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
+    return scene
 
 
 def unreached_keys(scene: Scene, until: float) -> list[str]:

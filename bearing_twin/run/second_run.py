@@ -197,12 +197,12 @@ class CheckedMotion:
         self._motion.goal_speed = self._second.goal_speed = speed
 
     def set_load(self, force, moment) -> None:
-        """Sets the load of both motions."""
+        """Set the load of both motions."""
         self._motion.set_load(force, moment)
         self._second.set_load(force, moment)
 
     def set_torque(self, torque: float) -> None:
-        """Sets the torque of both motions."""
+        """Set the torque of both motions."""
         self._motion.set_torque(torque)
         self._second.set_torque(torque)
 
@@ -323,7 +323,7 @@ class CheckedMotion:
         self._records = self._records | {SECOND_RUN: np.array([[*row, *self._row]])}
 
     def take_records(self) -> dict[str, np.ndarray]:
-        """Those of the first run since the last call, and the row of the comparison."""
+        """Records of the first run since the last call, and the row of the comparison."""
         records, self._records = self._records, {}
         return records
 
@@ -371,7 +371,7 @@ class Estimate:
         self._row: np.ndarray | None = None
 
     def add(self, block: Block) -> None:
-        """Takes a block in."""
+        """Take a block."""
         rows = block.records.get(SECOND_RUN, ())
         if len(rows) and rows.shape[1] == len(HEAD) + OUTPUT_COLUMNS * len(self._outputs) + len(self._keys):
             self._row = np.array(rows[-1])  # rows of another version have another length

@@ -252,7 +252,7 @@ class Simulation:
         return Block(self.channels, first, time_ns, numbers, self._motion.take_records())
 
     def _compute_chunk(self, first: int) -> None:
-        """Puts the outputs up to the end of a chunk into `_pending`; those before where the run breaks off."""
+        """Compute the outputs up to the end of a chunk into `_pending`, or up to where the run breaks off."""
         if self._breakdown is not None:
             raise self._recorded_failure(self._breakdown) from self._breakdown.error
         start, start_ns = time.perf_counter(), (first - 1) * self.output_period_ns

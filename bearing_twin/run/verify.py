@@ -44,7 +44,7 @@ class Verification:
         return result | ({"records_missing": list(self.lacks)} if self.lacks else {})
 
     def differences(self) -> dict[str, str]:
-        """What deviates, in SI units."""
+        """The deviations by channel or table, as texts in SI units."""
         sizes = {name: self._size(name) for name, size in self.deviations.items() if size}
         return sizes | dict.fromkeys(self.recounted, "more or fewer records than in a new run")
 

@@ -72,7 +72,7 @@ def _safe(script: str) -> str:
 
 
 def write_page(document: Mapping[str, Any], path) -> Path:
-    """Writes the page; returns the path. Raises BearingTwinError where there is no place for it."""
+    """Write the page; returns the path. Raises BearingTwinError where it cannot be written."""
     return write_atomic(path, html(document).encode())
 
 
@@ -165,7 +165,7 @@ class Frames(ThinnedOutputs):
 
 
 def collect_frames(blocks: Iterable[Block], frames: Frames) -> Iterator[Block]:
-    """The same blocks, each shown to `frames` on its way."""
+    """The blocks, each added to `frames`."""
     for block in blocks:
         frames.add(block)
         yield block

@@ -45,7 +45,7 @@ POINT_STYLE = {"marker": "o", "markersize": 3.5}
 
 
 def plot_study(result: StudyResult, png_path) -> Path:
-    """Writes the picture of a result; returns the path. Raises BearingTwinError where that is impossible."""
+    """Write the picture of a result; returns the path. Raises BearingTwinError where that is impossible."""
     study = result.study
     sheet = study_sheet(result, study.quantities[:MOST_DRAWN], study.histories[:1])
     sheet.title = study.description[:1].upper() + study.description[1:] or study.name
