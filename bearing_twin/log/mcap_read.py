@@ -272,9 +272,10 @@ class McapReader:
         if self._indexed_count not in (None, counts.total()):
             reason = f"its index counts {self._indexed_count} messages, and it holds {counts.total()}"
             raise DamagedLog(self.path, self._position, reason)
-        times = min((one.first_ns for one in stretches), default=0), max((one.last_ns for one in stretches), default=0)
+        first_ns = min((stretch.first_ns for stretch in stretches), default=0)
+        last_ns = max((stretch.last_ns for stretch in stretches), default=0)
         topics = self._topics_of(counts)
-        return Contents(topics, dict(counts), *times, metadata, self._position, self._end_found, stretches)
+        return Contents(topics, dict(counts), first_ns, last_ns, metadata, self._position, self._end_found, stretches)
 
     def _topics_of(self, counts: dict[int, int]) -> dict[int, StoredTopic]:
         """The channels by number: all with messages, and at most MOST_SILENT without."""
