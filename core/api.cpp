@@ -12,7 +12,7 @@ namespace {
 volatile std::sig_atomic_t code_at_alarm = 0;
 }
 
-// From now on SIGALRM ends this process with an exit code, at once and whatever its threads do.
+// From now on SIGALRM ends this process at once with an exit code, whatever its threads do.
 CORE_EXPORT void core_exit_at_alarm(int code) {
   code_at_alarm = code;
   std::signal(SIGALRM, [](int) { _exit(code_at_alarm); });
@@ -37,7 +37,7 @@ CORE_EXPORT std::int64_t core_within_limits(const double *numbers, std::int64_t 
 
 // The first row with more energy than there can be (-1: none). `stored` are the columns of kinetic, elastic and
 // potential energy, `brought` that of work (-1: none), `begin` (4,) [J] these numbers at the start. `state` (2,) [J]:
-// the most there was so far, moved on; what was gained in that row.
+// the greatest energy so far, which is updated; the gain in that row.
 CORE_EXPORT std::int64_t core_first_gain(const double *numbers, std::int64_t rows, std::int64_t columns, const std::int64_t *stored,
                                          std::int64_t brought, const double *begin, double allowed, double rounding, double *state) {
   double total = begin[0] + begin[1] + begin[2];

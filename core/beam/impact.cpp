@@ -87,7 +87,7 @@ class Collocation {
     }
   }
 
-  // Newton's method for the approaches, from one that goes on at its rate; true where it converged.
+  // Newton's method for the approaches, from linear extrapolation; true where it converged.
   bool solve(int piece, double alpha, double alpha_rate) {
     Values free, slope;
     for (int i = 0; i < UNKNOWN; i++) {
@@ -171,7 +171,7 @@ class Collocation {
 //
 // s_0 and w_0 being sphere and beam without the force. The force is piecewise linear on even steps and the kernel is
 // integrated exactly against it, so that the error falls as step^2. The kernel is a sum of exponentials and a power of
-// time: what the force has done so far is known from the modes and the sphere alone, and each step is one scalar
+// time: the effect of the past force is known from the modes and the sphere alone, and each step is one scalar
 // equation, solved by Newton's method; Picard's iteration diverges in steps longer than a fifth to a half of the contact.
 
 class Volterra {

@@ -27,7 +27,7 @@ inline Complex exponential(Complex z) {
   return {size * std::cos(z.im), size * std::sin(z.im)};
 }
 
-// A force [N] by powers of the share u = 0 .. 1 of a span of time.
+// A force [N] by powers of the fraction u = 0 .. 1 of a time span.
 struct Force : std::array<double, TERMS> {
   bool is_zero() const { return (*this)[0] == 0.0 && (*this)[1] == 0.0 && (*this)[2] == 0.0 && (*this)[3] == 0.0; }
   double value_at(double share) const {
@@ -138,7 +138,7 @@ struct ModeSteps {
 // The motion of a sphere and a beam in pieces of time: contacts and the free flights between them. Within each piece the force is
 // a cubic.
 
-// Shares of a piece at which work is summed and forces are found: the points of Gauss and Lobatto for four values.
+// Fractions of a piece at which work is summed and forces are computed: the points of Gauss and Lobatto for four values.
 constexpr double ROOT5 = 2.23606797749978969641;
 constexpr double POINTS[TERMS] = {0.0, 0.5 - 0.1 * ROOT5, 0.5 + 0.1 * ROOT5, 1.0};
 constexpr double WEIGHTS[TERMS] = {1.0 / 12.0, 5.0 / 12.0, 5.0 / 12.0, 1.0 / 12.0};
@@ -175,7 +175,7 @@ struct Impact {
   Modes modes;
   Sphere sphere;
   double end_time;                       // [s]
-  const volatile std::uint8_t *stop;  // not 0 once somebody wants it to stop
+  const volatile std::uint8_t *stop;  // not 0 once a stop is requested
   int capacity;                           // pieces that the arrays hold
   double *start, *length;
   Force *force;
@@ -185,7 +185,7 @@ struct Impact {
 
   Complex *state(int piece) const { return states + std::int64_t(piece) * modes.count; }
 
-  // Closes a piece of that length and force, and begins the next.
+  // Ends a piece with that length and force, and starts the next one.
   void close(int piece, double span, const Force &piece_force, const ModeSteps &steps) const {
     length[piece] = span, force[piece] = piece_force;
     start[piece + 1] = start[piece] + span;
@@ -236,9 +236,8 @@ inline Approach approach_after(const Impact &impact, int piece, double time) {
 
 // Time [s] until sphere and freely swinging beam touch again, `limit` if not before, infinite if never.
 //
-// No touch is stepped over: the approach bends at most by  B = g + sum |shape lambda^2 z| / Im lambda, so from a gap it
-// stays one until alpha + alpha' t + B t^2 / 2 = 0, and so on from there; gaps that close for less than `shortest` [s]
-// are passed.
+// No contact is missed: the second derivative of the approach is at most  B = g + sum |shape lambda^2 z| / Im lambda, so that a gap
+// remains until alpha + alpha' t + B t^2 / 2 = 0, which is iterated; contacts shorter than `shortest` [s] are ignored.
 inline double next_touch(const Impact &impact, int piece, double limit, double shortest) {
   const Sphere &sphere = impact.sphere;
   SphereMotion start = impact.motion[piece];

@@ -26,7 +26,7 @@ namespace core::equilibria {
 //
 //     0 = Q_i n_i - Q_o n_o + F_c e_r + weight + (M_g / D) (lambda_i t_i - lambda_o t_o).
 //
-// Raceway control says what the shares (lambda_i, lambda_o) and the pitch beta of the ball's axis are: `outer` has (0, 2)
+// Raceway control determines the shares (lambda_i, lambda_o) and the pitch beta of the ball's axis: `outer` has (0, 2)
 // and tan(beta) = sin(a_o)/(cos(a_o) + gamma), gamma = D/d_m; `inner` (2, 0) and sin(a_i)/(cos(a_i) - gamma); `shared`
 // (1, 1) and the pitch of outer control.
 

@@ -453,7 +453,7 @@ class RosenbrockBalls {
       for (int c = 0; c < 4; c++) block.start_orientation[c] = select(moved, block.end_orientation[c], block.start_orientation[c]);
     }
     if (!touching.active()) return;
-    BallBlock &tail = blocks.back();  // no contact holds what spare lanes repeat
+    BallBlock &tail = blocks.back();  // balls in spare lanes have no contact forces of neighbours
     int last = (int(numbers.size()) - 1) % LANES;
     for (int lane = last + 1; lane < LANES; lane++)
       for (int c = 0; c < COLUMNS; c++) tail.start[c][lane] = tail.start[c][last];

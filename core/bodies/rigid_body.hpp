@@ -84,7 +84,7 @@ inline ContactLaws contact_laws_of(const double *n, const double *points) {
 // The record of a contact from touch to parting.
 
 // Times [s]; the greatest load [N] with approach, curvatures, coefficient, semi-axes [m] and pressure [Pa] there; speeds [m/s];
-// impulses [N s], in a contact that goes on those at its begin; greatest approach [m]; loads at ends of steps.
+// impulses [N s], in the present contact those at its start; greatest approach [m]; loads at ends of steps.
 struct ContactRecord {
   double ended, began, peak_load, peak_approach, peak_small, peak_large, peak_coefficient, peak_major, peak_minor, peak_pressure;
   double speed_in, speed_out, impulse;

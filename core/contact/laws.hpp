@@ -15,7 +15,7 @@ enum class PointLaw { hertz, hertz_exact, volumetric, given, carried, carried_le
 constexpr double HERTZIAN = 1.5;  // power of a point contact between smooth curved bodies
 constexpr double LEAST_DEPTH = 1e-12;  // m: derivatives of a root no nearer to the onset of a contact than this
 
-// The depth's root h^(1/2), whose slope stays finite where a contact begins.
+// The root h^(1/2) of the depth, whose slope is bounded where a contact starts.
 template <Number X>
 CORE_INLINE auto root_of_depth(const X &depth) {
   return with_slope(depth, square_root(value_of(depth)), [&] {
@@ -216,7 +216,7 @@ struct Damping {
 
   // Normal load [N] with the viscous part, below zero where the bodies would have to pull. The elastic contact has the
   // coefficient c [N/m^p], a load [N] and a stiffness d(load)/dh [N/m] at its approach [m], which changes at a rate [m/s];
-  // `mass` [kg] is what moves, m1 m2/(m1 + m2) in central impact.
+  // `mass` [kg] is the reduced mass, m1 m2/(m1 + m2) in central impact.
   double pulling_load(double coefficient, double power, double elastic_load, double stiffness, double mass, double approach,
                       double approach_rate) const {
     double factor = number;

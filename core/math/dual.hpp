@@ -246,7 +246,7 @@ using Index = std::integral_constant<int, C>;
 template <int C>
 constexpr Index<C> index{};
 
-// The independent variable C where derivatives are wanted, else the value.
+// The independent variable C with DERIVATIVES, else the value.
 template <bool DERIVATIVES, int C, class T>
 CORE_INLINE auto input(const T &value) {
   if constexpr (DERIVATIVES) return variable<C>(value);
@@ -260,7 +260,7 @@ CORE_INLINE auto local(const X &x) {
   else return x;
 }
 
-// A function of one number, differentiated by that number and then by what the number depends on.
+// A function of one number, differentiated by that number and by the chain rule by the variables of the number.
 template <class Function, Number X>
 CORE_INLINE auto chained(Function function, const X &x) { return composed(function(local<0>(x)), x); }
 

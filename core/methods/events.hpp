@@ -75,7 +75,7 @@ double step_to_sign_change(const Value &value, const MakeStep &make_step, State 
 }
 
 // The greater of `greatest` and the maximum of a function within a step [s], located by the zero of its rate by regula falsi;
-// what remains to the maximum is a parabola of the rate. `evaluate(time)` is the function `time` [s] after the start.
+// the remaining distance to the maximum is that of a parabola with this rate. `evaluate(time)` is the function `time` [s] after the start.
 template <class Evaluate>
 double greatest_within(const Evaluate &evaluate, double step, const ValueAndRate &start, const ValueAndRate &end, double greatest) {
   greatest = std::max({greatest, start.value, end.value});

@@ -68,7 +68,7 @@ struct Rotor {
   double inertia(int i) const { return i < 3 ? mass : transverse; }
 };
 
-// A part of the course since `begin` [s]: the shaft had turned by `angle` and turns with even acceleration. From outside acts
+// A part of the course since `begin` [s]: the shaft had turned by `angle` and turns at constant acceleration. The external
 // `load` [N, N m] about the centre of mass, which grows by `growth` a second.
 struct CoursePart {
   double begin, angle, speed, acceleration;

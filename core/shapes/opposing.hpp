@@ -346,7 +346,7 @@ CORE_INLINE PlaneOpposition plane_opposition(const MovingSurface &a, const Movin
   return result;
 }
 
-// In closed form: of a plane and a convex body, of a sphere and what has a nearest point.
+// In closed form: of a plane and a convex body, of a sphere and a surface with a nearest point.
 
 // The farthest point [m] of a sphere, ellipsoid or superquadric along a direction, in the body's axes: the gradient of the
 // dual norm, whose exponents are n/(n - 1) and m/(m - 1).

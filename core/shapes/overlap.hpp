@@ -41,7 +41,7 @@ class Side {
       : surface(body.surface), origin(body.from_fixed(origin - body.position)), x_axis(body.from_fixed(axes.x)),
         y_axis(body.from_fixed(axes.y)), z_axis(body.from_fixed(normal)) {}
 
-  double value, slope_x, slope_y, rise;  // of the function at the place looked at last
+  double value, slope_x, slope_y, rise;  // of the function at the last point
 
   void evaluate(double x, double y, double z) {
     point_level = level(surface, origin + x * x_axis + y * y_axis + z * z_axis);

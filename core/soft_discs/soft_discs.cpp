@@ -140,7 +140,7 @@ using LoosePack = double __attribute__((vector_size(8 * LANES), aligned(8)));  /
 // Arrays: `across`, `height`, `mass` (nodes,); `node` (blocks, side squared, LANES); `value` and `slope` of the Lagrange
 // polynomials (full + reduced, side) along a direction; `inverse` of the Jacobian, reference coordinates by place (blocks,
 // points, 2, 2, LANES); `weight` (blocks, points, LANES). Of the lower half of the rim, from the bottom up: `rim_node`
-// (edges, side), `rim_shape` (rim_points, side), `rim_weight` (edges, rim_points) and the `rim_place` of nodes (side,) on
+// (edges, side), `rim_shape` (rim_points, side), `rim_weight` (edges, rim_points) and the `rim_coordinate` of nodes (side,) on
 // [-1, 1]; `axis_node` (axis_nodes,) on x = 0. Pressure is stiffness depth^exponent.
 struct HalfDisc {
   std::int64_t nodes, blocks, side, full, reduced, edges, rim_points, axis_nodes, law;
