@@ -90,10 +90,10 @@ def quick_pictures(monkeypatch):
 
     measured = RendererAgg.get_text_width_height_descent
 
-    def size(renderer, words, font, ismath):
+    def size(renderer, text, font, ismath):
         """About that of words, which are set letter by letter as they are drawn, not before, too."""
         points = font.get_size_in_points()
-        return measured(renderer, words, font, ismath) if ismath else (0.3 * points * len(words), 0.4 * points, 0.1)
+        return measured(renderer, text, font, ismath) if ismath else (0.3 * points * len(text), 0.4 * points, 0.1)
 
     monkeypatch.setitem(rcParams, "axes.titley", 1.0)  # which else makes room for ticks above
     monkeypatch.setattr(Figure, "savefig", saved)
@@ -123,9 +123,9 @@ def pictures_once(quick_pictures, monkeypatch):
 def run_cli(capsys):
     """A function that runs a command and returns what it prints, `out` and `err`; `code`: its exit code."""
 
-    def run(*words, code=cli.DONE):
+    def run(*arguments, code=cli.DONE):
         capsys.readouterr()
-        ended = cli.main([*map(str, words)])
+        ended = cli.main([*map(str, arguments)])
         printed = capsys.readouterr()
         assert ended == code, printed.err
         return printed
@@ -137,10 +137,10 @@ def run_cli(capsys):
 def run_json(run_cli):
     """A function that runs a command and returns the object that it prints as one line of JSON."""
 
-    def run(*words, code=cli.DONE):
-        out = run_cli(*words, "--json", code=code).out
+    def run(*arguments, code=cli.DONE):
+        out = run_cli(*arguments, "--json", code=code).out
         assert out.count("\n") == 1
-        return json.loads(out, parse_constant=lambda word: pytest.fail(f"{word} is not JSON"))
+        return json.loads(out, parse_constant=lambda constant: pytest.fail(f"{constant} is not JSON"))
 
     return run
 
@@ -149,8 +149,8 @@ def run_json(run_cli):
 def refused(run_cli):
     """A function that runs a command and returns the sentence with which it refuses its arguments."""
 
-    def run(*words):
-        out, err = run_cli(*words, code=cli.BAD_INPUT)
+    def run(*arguments):
+        out, err = run_cli(*arguments, code=cli.BAD_INPUT)
         assert out == ""
         assert err.startswith("bearing_twin: ")
         assert len(err.splitlines()) == 1
@@ -167,7 +167,7 @@ def here(monkeypatch, capfd):
     from bearing_twin.base import process
     from bearing_twin.nodes import entry
 
-    kept, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
+    handlers, environment = [signal.getsignal(number) for number in SIGNALS], dict(os.environ)
 
     monkeypatch.setattr(process, "exit_process", lambda code: None)  # which would end the tests, too
     monkeypatch.setattr(process, "prepare_streams", lambda: None)  # streams are those of the tests
@@ -179,7 +179,7 @@ def here(monkeypatch, capfd):
         return subprocess.CompletedProcess(name, code, *capfd.readouterr())
 
     yield call
-    for number, handler in zip(SIGNALS, kept, strict=True):
+    for number, handler in zip(SIGNALS, handlers, strict=True):
         signal.signal(number, handler)
     for name in {*os.environ} - {*environment}:
         del os.environ[name]
@@ -207,7 +207,7 @@ def pytest_xdist_make_scheduler(config, log):
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
     """Begins with what forks most."""
-    first = {name: place for place, name in enumerate(FORKING)}
+    first = {name: index for index, name in enumerate(FORKING)}
     items.sort(key=lambda item: first.get(item.path.stem, len(first)))
 
 

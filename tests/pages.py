@@ -28,14 +28,14 @@ class Block(NamedTuple):
     @property
     def lines(self) -> list[str]:
         """The shell lines, without comments behind them."""
-        found = (line.split("  #")[0].strip() for line in self.text.splitlines())
-        return [line for line in found if line and not line.startswith("#")]
+        commands = (line.split("  #")[0].strip() for line in self.text.splitlines())
+        return [line for line in commands if line and not line.startswith("#")]
 
 
 def blocks(page: Path) -> list[Block]:
     """All blocks of a page, in order."""
     return [
-        Block(language, text, found[1] if (found := _FILE.match(text.splitlines()[0])) else None)
+        Block(language, text, match[1] if (match := _FILE.match(text.splitlines()[0])) else None)
         for language, text in _BLOCK.findall(page.read_text(encoding="utf-8"))
         if text.strip()
     ]
@@ -43,12 +43,12 @@ def blocks(page: Path) -> list[Block]:
 
 def copied_sources(folder: Path) -> Path:
     """A copy of the checkout in a new folder, without what builds and set-ups leave in its top folder."""
-    left = {"build", "install", "log", "demo"}
+    generated = {"build", "install", "log", "demo"}
     copytree = partial(shutil.copytree, ignore=shutil.ignore_patterns("__pycache__"))
     folder.mkdir(parents=True)
-    for one in ROOT.iterdir():
-        if one.name not in left and not one.name.startswith(".") and one.suffix != ".egg-info":
-            (copytree if one.is_dir() else shutil.copy)(one, folder / one.name)
+    for path in ROOT.iterdir():
+        if path.name not in generated and not path.name.startswith(".") and path.suffix != ".egg-info":
+            (copytree if path.is_dir() else shutil.copy)(path, folder / path.name)
     return folder
 
 
@@ -71,23 +71,34 @@ class Shell:
 
     def __init__(self, folder: Path):
         self.folder, self.nodes, self.said = folder, [], {}
-        kept = ("HOME", "PATH", "XDG_CACHE_HOME", "LANG", "ROS_DOMAIN_ID")
-        keep = {key: os.environ[key] for key in kept if key in os.environ}
+        names = ("HOME", "PATH", "XDG_CACHE_HOME", "LANG", "ROS_DOMAIN_ID")
+        keep = {key: os.environ[key] for key in names if key in os.environ}
         self.environment = keep | {"MPLBACKEND": "Agg", "COLUMNS": "80"}
 
     def run(self, line: str) -> str:
         """The line's standard output; fails the test where it ends with another code than 0."""
-        words = ["bash", "-c", f"source {ROOT}/env.bash; export PYTHONPATH={ROOT}:$PYTHONPATH; {line}"]
+        command = ["bash", "-c", f"source {ROOT}/env.bash; export PYTHONPATH={ROOT}:$PYTHONPATH; {line}"]
         if line.startswith(LASTING):
-            with (self.folder / f"node_{len(self.nodes)}.txt").open("wb") as said:
+            with (self.folder / f"node_{len(self.nodes)}.txt").open("wb") as output:
                 self.nodes.append(
                     subprocess.Popen(
-                        words, cwd=self.folder, env=self.environment, stdout=said, stderr=said, start_new_session=True
+                        command,
+                        cwd=self.folder,
+                        env=self.environment,
+                        stdout=output,
+                        stderr=output,
+                        start_new_session=True,
                     )
                 )
             return ""
         done = subprocess.run(
-            words, cwd=self.folder, env=self.environment, capture_output=True, text=True, timeout=PATIENCE, check=False
+            command,
+            cwd=self.folder,
+            env=self.environment,
+            capture_output=True,
+            text=True,
+            timeout=PATIENCE,
+            check=False,
         )
         assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}\n{self.words_of_nodes()}"
         return done.stdout

@@ -56,24 +56,26 @@ def texts():
                 yield f"{path.relative_to(PACKAGE)}:{node.lineno}", node.value
 
 
-def found(pattern):
-    return [(where, match) for where, text in sentences() for match in re.finditer(pattern, text)]
+def matches_in(pattern):
+    return [(location, match) for location, text in sentences() for match in re.finditer(pattern, text)]
 
 
 @functools.cache
-def keys_at(where):
-    """The keys that a sentence at this place may name: those of the kinds in its folder, or of all."""
-    folder = re.match(r"kinds/(\w+)/", where)
+def keys_at(location):
+    """The keys that a sentence at this location may name: those of the kinds in its folder, or of all."""
+    folder = re.match(r"kinds/(\w+)/", location)
     kinds = [kind for kind, row in KINDS.items() if folder and f".kinds.{folder[1]}." in row.parameters.__module__]
     return {row.key for kind in kinds for row in ROWS[kind]} or KEYS
 
 
 def test_every_key_in_a_sentence_is_one():
-    words = found(rf"(?<![\w./\[{{])({'|'.join(sorted(SECTIONS))})((?:\.[a-z]\w*)+)(?![\w/(\0])")
-    assert len(words) > 60
-    keys = ((where, match.group()) for where, match in words if not match.group().endswith(FILES))
+    keys_named = matches_in(rf"(?<![\w./\[{{])({'|'.join(sorted(SECTIONS))})((?:\.[a-z]\w*)+)(?![\w/(\0])")
+    assert len(keys_named) > 60
+    keys = ((location, match.group()) for location, match in keys_named if not match.group().endswith(FILES))
     assert [
-        one for one in keys if not any(key == one[1] or key.startswith(f"{one[1]}.") for key in keys_at(one[0]))
+        (location, name)
+        for location, name in keys
+        if not any(key == name or key.startswith(f"{name}.") for key in keys_at(location))
     ] == []
 
 
@@ -83,48 +85,53 @@ def test_every_word_recommended_for_a_key_is_legal():
     for row in itertools.chain(*ROWS.values()):
         options.setdefault(row.key, set()).update(row.options)
     options["contact.friction"].update(PATCH_NAMES)
-    words = [
-        (where, match.group(1), match.group(2))
-        for where, match in found(r"(?<![\w.])([a-z]+(?:\.[a-z_]+)+): ([a-z]\w*)")
+    values_named = [
+        (location, match.group(1), match.group(2))
+        for location, match in matches_in(r"(?<![\w.])([a-z]+(?:\.[a-z_]+)+): ([a-z]\w*)")
         if options.get(match.group(1))
     ]
-    assert len(words) > 5
-    assert [(where, key, word) for where, key, word in words if word not in options[key]] == []
+    assert len(values_named) > 5
+    assert [(location, key, value) for location, key, value in values_named if value not in options[key]] == []
 
 
 def options_of(parser):
     """The options of a parser and of the parsers of its own subcommands."""
-    found, inner = set(), []
+    options, subparsers = set(), []
     for action in parser._actions:
-        found.update(action.option_strings)
-        inner += action.choices.values() if isinstance(action, argparse._SubParsersAction) else ()
-    return found.union(*map(options_of, inner))
+        options.update(action.option_strings)
+        subparsers += action.choices.values() if isinstance(action, argparse._SubParsersAction) else ()
+    return options.union(*map(options_of, subparsers))
 
 
 def test_every_option_in_a_sentence_is_one():
     options = set().union(*map(options_of, _parsers()[1].values())) | OF_OTHERS
-    words = found(r"(?<![\w-])--[a-z][a-z0-9-]*(?![\w\0-])")
-    assert len(words) > 15
-    assert [(where, match.group()) for where, match in words if match.group() not in options | {"--version"}] == []
+    options_named = matches_in(r"(?<![\w-])--[a-z][a-z0-9-]*(?![\w\0-])")
+    assert len(options_named) > 15
+    assert [
+        (location, match.group()) for location, match in options_named if match.group() not in options | {"--version"}
+    ] == []
 
 
 def test_every_subcommand_in_a_sentence_is_one():
-    words = found(r"`bearing_twin ([a-z]+)")
-    assert len(words) > 3
-    there = _parsers()[1]
-    assert [(where, match.group(1)) for where, match in words if match.group(1) not in there] == []
+    commands_named = matches_in(r"`bearing_twin ([a-z]+)")
+    assert len(commands_named) > 3
+    commands = _parsers()[1]
+    assert [(location, match.group(1)) for location, match in commands_named if match.group(1) not in commands] == []
 
 
 def test_every_function_in_a_sentence_is_a_public_name_and_takes_what_is_told():
     """As `recover(path, out) in Python`: whoever follows it writes `from bearing_twin import recover`."""
     public = {name: getattr(bearing_twin, name) for name in bearing_twin.__all__}
-    words = [(where, match[1]) for where, match in found(r"(?<![\w.])([a-z]\w*)\(") if match[1] not in NO_ADVICE]
-    assert {"simulate", "read_log"} <= {name for _, name in words}
-    assert [one for one in words if one[1] not in public and not hasattr(Run, one[1])] == []
-    reported = [(where, match[1]) for where, match in found(r"(?<![\w.])([a-z]+(?:_[a-z]+)+)=True")]
+    calls = [
+        (location, match[1]) for location, match in matches_in(r"(?<![\w.])([a-z]\w*)\(") if match[1] not in NO_ADVICE
+    ]
+    assert {"simulate", "read_log"} <= {name for _, name in calls}
+    assert [call for call in calls if call[1] not in public and not hasattr(Run, call[1])] == []
+    reported = [(location, match[1]) for location, match in matches_in(r"(?<![\w.])([a-z]+(?:_[a-z]+)+)=True")]
     assert {"allow_gaps", "last_run"} <= {name for _, name in reported}
-    taken = set().union(*(inspect.signature(one).parameters for one in public.values() if not isinstance(one, type)))
-    assert [one for one in reported if one[1] not in taken] == []
+    functions = [value for value in public.values() if not isinstance(value, type)]
+    parameters = set().union(*(inspect.signature(function).parameters for function in functions))
+    assert [call for call in reported if call[1] not in parameters] == []
 
 
 @pytest.mark.parametrize("theory", ["boundary element", "multigrid", "theory of line contact"])

@@ -64,8 +64,8 @@ def test_frames_stand_where_the_wrenches_are_taken(prefix):
     scene = made_up_scene(balls=2)
     block = made_up_block(scene, 1)
     messages = stream_of(scene, [block], frame_prefix=prefix)
-    [(_, found)] = named(messages, "/tf")
-    placed = {one.child_frame_id: one for one in found.transforms}
+    [(_, tf)] = named(messages, "/tf")
+    placed = {transform.child_frame_id: transform for transform in tf.transforms}
     assert list(placed) == [f"{prefix}{name}" for name in ("ball_0", "ball_1", "inner_ring", "outer_ring")]
     taken = {wrench.body: wrench for wrench in wrenches(scene.parameters, block[0])}
     for name, origin in origins(scene.parameters, block[0]).items():
@@ -74,12 +74,12 @@ def test_frames_stand_where_the_wrenches_are_taken(prefix):
         assert (transform.rotation.x, transform.rotation.y, transform.rotation.z, transform.rotation.w) == (0, 0, 0, 1)
         [(_, message)] = named(messages, f"{name}/wrench")
         assert message.header.frame_id == f"{prefix}{name}"
-        for word in ("force", "torque"):
-            vector = getattr(message.wrench, word)
-            assert [vector.x, vector.y, vector.z] == getattr(taken[name], word).tolist()
-    assert {one.header.frame_id for one in found.transforms} == {f"{prefix}bearing_link"}
+        for part in ("force", "torque"):
+            vector = getattr(message.wrench, part)
+            assert [vector.x, vector.y, vector.z] == getattr(taken[name], part).tolist()
+    assert {transform.header.frame_id for transform in tf.transforms} == {f"{prefix}bearing_link"}
     [(_, array)] = named(messages, "markers")
-    assert {one.header.frame_id for one in array.markers} == {f"{prefix}bearing_link"}
+    assert {marker.header.frame_id for marker in array.markers} == {f"{prefix}bearing_link"}
     [(_, samples)] = named(messages, "samples")
     assert samples.header.frame_id == f"{prefix}bearing_link"
 
@@ -127,8 +127,8 @@ def test_messages_come_in_order_of_time_and_table():
 def test_how_the_blocks_are_cut_does_not_matter(rows):
     scene = made_up_scene()
     block = made_up_block(scene, 120)
-    pieces, whole = stream_of(scene, cut(block, *rows)), stream_of(scene, [block])
-    assert [(t.name, stamp, data) for t, stamp, data in pieces] == [(t.name, stamp, data) for t, stamp, data in whole]
+    pieces, unsplit = stream_of(scene, cut(block, *rows)), stream_of(scene, [block])
+    assert [(t.name, stamp, data) for t, stamp, data in pieces] == [(t.name, stamp, data) for t, stamp, data in unsplit]
 
 
 def test_start_time_moves_stamps_but_not_the_samples_own_times():
@@ -152,10 +152,10 @@ def test_markers():
     """Balls stand where they are, their pins at right angles; arrows are as long as loads, their tips at contacts."""
     scene = made_up_scene(balls=2)
     block, diameter = made_up_block(scene, 7, seed=3), scene.parameters.geometry.ball_diameter
-    [topic] = (one for one in topics(scene) if one.name == "markers")
-    found = topic.fields(Output(scene.parameters, "hertz", block.sample_rows(range(7))))["markers"]
-    marker = {(one["ns"], one["id"]): one for one in found}
-    assert len(marker) == len(found)
+    [topic] = (row for row in topics(scene) if row.name == "markers")
+    markers = topic.fields(Output(scene.parameters, "hertz", block.sample_rows(range(7))))["markers"]
+    marker = {(entry["ns"], entry["id"]): entry for entry in markers}
+    assert len(marker) == len(markers)
     assert marker["balls", 0]["points"] == pytest.approx(block.values["position"])
     assert marker["balls", 0]["scale"] == (diameter,) * 3
     loads = block.values["normal_load"]
@@ -165,7 +165,7 @@ def test_markers():
     lengths = np.linalg.norm(arrows[..., 1, :] - arrows[..., 0, :], axis=-1)
     assert lengths * greatest[:, None, None] == pytest.approx(diameter * loads, abs=1e-9 * diameter)
     assert [text.decode().split(" N")[0] for text in marker["scale", 0]["text"]] == [
-        f"longest arrow = {max(one, 1e-30):.4g}" for one in greatest
+        f"longest arrow = {max(size, 1e-30):.4g}" for size in greatest
     ]
     pins = marker["ball_pins", 0]["points"].reshape(7, 2, 2, 2, 3)
     along = pins[..., 1, :] - pins[..., 0, :]
@@ -211,11 +211,11 @@ def test_many_messages_at_once_are_those_one_by_one(name):
             Output(scene.parameters, "hertz", block.sample_rows(rows)),
             Encoder(topic.ros_type, topic.frame),
         )
-        ones = (Output(scene.parameters, "hertz", block.sample_rows(range(row, row + 1))) for row in rows)
+        outputs = (Output(scene.parameters, "hertz", block.sample_rows(range(row, row + 1))) for row in rows)
         stamps = 5 + several.sample.time_ns
         alone = [
-            encode(topic.ros_type, without_rows(topic.fields(one)), int(stamp), topic.frame)
-            for one, stamp in zip(ones, stamps, strict=True)
+            encode(topic.ros_type, without_rows(topic.fields(output)), int(stamp), topic.frame)
+            for output, stamp in zip(outputs, stamps, strict=True)
         ]
         for _ in range(2):  # laid out, then by the layout kept
             assert encoder.encode(topic.fields(several), stamps) == alone

@@ -32,7 +32,7 @@ def test_every_row_applies_to_its_example_and_is_the_reason_that_a_report_gives(
 def test_the_table_is_short_and_every_key_of_it_has_a_last_row_and_exists():
     assert len(RULES) <= 40
     for kind in {kind for row in RULES for kind in row.kinds}:
-        known = {one.key: one for one in describe(KINDS[kind].parameters)}
+        known = {row.key: row for row in describe(KINDS[kind].parameters)}
         for key in {row.key for row in RULES if kind in row.kinds}:
             *_, last = (row for row in RULES if kind in row.kinds and row.key == key)
             assert not last.when, f"{kind}: {key}"
@@ -42,18 +42,18 @@ def test_the_table_is_short_and_every_key_of_it_has_a_last_row_and_exists():
 
 @pytest.mark.parametrize("name", scene_names())
 def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, run_json):
-    reported = {one["key"]: one for one in run_json("explain", name)["choices"]}
+    reported = {entry["key"]: entry for entry in run_json("explain", name)["choices"]}
     scene = load_scene(name)
-    for key, one in answers(scene.kind, scene.parameters).items():
-        assert (reported[key]["value"], reported[key]["why"]) == (one.value, one.sentence)
-        assert (one.rule is None) == one.sentence.endswith("as given")
+    for key, answer in answers(scene.kind, scene.parameters).items():
+        assert (reported[key]["value"], reported[key]["why"]) == (answer.value, answer.sentence)
+        assert (answer.rule is None) == answer.sentence.endswith("as given")
         if key in RESOLVED:
-            assert answers(scene.kind, load_scene(scene.resolved()).parameters)[key].value == one.value
+            assert answers(scene.kind, load_scene(scene.resolved()).parameters)[key].value == answer.value
 
 
 def test_the_rules_are_listed(run_json):
     rows = run_json("scenes", "--rules")["rules"]
-    assert [(one["key"], one["choice"], one["why"]) for one in rows] == [
+    assert [(row["key"], row["choice"], row["why"]) for row in rows] == [
         (row.key, row.choice, row.why) for row in RULES
     ]
 
@@ -84,9 +84,9 @@ def test_a_large_run_is_announced_before_it_begins(tmp_path, monkeypatch, run_cl
     assert 3e11 < reported.log_bytes < 6e11
     assert f"a log of about {reported.log_bytes:.2g} B where 1e+09 B are free" in reported.sentence(True, 1e9)
     monkeypatch.setattr(cost, "LARGE", 1e6)
-    words = ["simulate", "bearing_6203", "--duration", "0.3", "--json"]
-    assert "bearing_6203: 301 outputs, a log of about 1." in run_cli(*words, "--out", tmp_path / "run.mcap").err
-    assert "a log" not in run_cli(*words).err
+    command = ["simulate", "bearing_6203", "--duration", "0.3", "--json"]
+    assert "bearing_6203: 301 outputs, a log of about 1." in run_cli(*command, "--out", tmp_path / "run.mcap").err
+    assert "a log" not in run_cli(*command).err
 
 
 @pytest.mark.parametrize("terminal_there", [True, False])
@@ -100,5 +100,5 @@ def test_progress_is_shown_on_a_terminal_alone(terminal_there, monkeypatch, caps
     out, err = capsys.readouterr()
     assert out == ""
     assert "a sentence\n" in err
-    for words in ("a work", "50%"):
-        assert (words in err) == terminal_there
+    for text in ("a work", "50%"):
+        assert (text in err) == terminal_there

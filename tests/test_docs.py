@@ -25,7 +25,7 @@ FEWER = re.compile(r"\b(samples[:=] ?|sensitivity=)\d+")  # realisations, which 
 EDITS = "your_law"  # which the last test follows
 
 
-@pytest.mark.parametrize("page", [one for one in TUTORIALS if one.stem != EDITS], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [page for page in TUTORIALS if page.stem != EDITS], ids=lambda page: page.stem)
 def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, quick_workers, pictures_once):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
@@ -37,10 +37,10 @@ def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys,
             if block.language == "python":
                 compile(block.text, block.file, "exec")
         elif block.language == "python":
-            said = io.StringIO()
-            with contextlib.redirect_stdout(said):
+            output = io.StringIO()
+            with contextlib.redirect_stdout(output):
                 exec(compile(text, str(page), "exec"), {})
-            assert said.getvalue().strip()
+            assert output.getvalue().strip()
         elif block.language == "bash":
             ran += sum(follow(line, capsys) for line in block.lines)
     assert ran
@@ -51,13 +51,13 @@ def follow(line, capsys) -> bool:
     if line.startswith(ON_THE_MACHINE):
         return False
     assert line.startswith("bearing_twin "), line
-    words = words_of(FEWER.sub(r"\g<1>12", line))
-    cli._parsers(words[0])[0].parse_args(words)
-    if words[0] == "node":
+    arguments = words_of(FEWER.sub(r"\g<1>12", line))
+    cli._parsers(arguments[0])[0].parse_args(arguments)
+    if arguments[0] == "node":
         return False
-    if words[0] == "study" and "--list" not in words:
-        words.append("--workers=1")  # starting another process takes longer than so few samples
-    assert cli.main(words) == cli.DONE, (line, capsys.readouterr().err)
+    if arguments[0] == "study" and "--list" not in arguments:
+        arguments.append("--workers=1")  # starting another process takes longer than so few samples
+    assert cli.main(arguments) == cli.DONE, (line, capsys.readouterr().err)
     assert capsys.readouterr().out.strip(), line
     return True
 
@@ -72,28 +72,28 @@ MOST_LINES = 40
 NEEDS_ROS = {"live"}
 
 
-def answered(run):
+def answer_here(run):
     """`subprocess.run`, but commands of this package are answered by this process: starting another takes seconds."""
 
-    def asked(words, **more):
-        if words[0] != "bearing_twin":
-            return run(words, **more)
-        said = io.StringIO()
-        with contextlib.redirect_stdout(said):
-            code = cli.main(words[1:])
-        assert code == cli.DONE or not more.get("check")
-        return subprocess.CompletedProcess(words, code, said.getvalue(), "")
+    def run_here(arguments, **options):
+        if arguments[0] != "bearing_twin":
+            return run(arguments, **options)
+        output = io.StringIO()
+        with contextlib.redirect_stdout(output):
+            code = cli.main(arguments[1:])
+        assert code == cli.DONE or not options.get("check")
+        return subprocess.CompletedProcess(arguments, code, output.getvalue(), "")
 
-    return asked
+    return run_here
 
 
 PROGRAM = subprocess.Popen
 
 
-def node_at_once(words):
+def start_node_directly(arguments):
     """`bearing_twin node start` as the process that it becomes, which has imported what it needs."""
-    assert words[:3] == ["bearing_twin", "node", "start"]
-    return PROGRAM([sys.executable, *node_command.node_arguments(words[3], words[4:])])
+    assert arguments[:3] == ["bearing_twin", "node", "start"]
+    return PROGRAM([sys.executable, *node_command.node_arguments(arguments[3], arguments[4:])])
 
 
 def covers_a_curve(axes):
@@ -111,12 +111,12 @@ def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick
     if example.stem in NEEDS_ROS:
         import ros  # noqa: F401  (skips where ROS is missing)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(subprocess, "run", answered(subprocess.run))
-    monkeypatch.setattr(subprocess, "Popen", node_at_once)
+    monkeypatch.setattr(subprocess, "run", answer_here(subprocess.run))
+    monkeypatch.setattr(subprocess, "Popen", start_node_directly)
     monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
     matplotlib.use("Agg")
     runpy.run_path(str(example), run_name="__main__")
-    hidden = [axes for one in map(plt.figure, plt.get_fignums()) for axes in one.axes if covers_a_curve(axes)]
+    hidden = [axes for figure in map(plt.figure, plt.get_fignums()) for axes in figure.axes if covers_a_curve(axes)]
     plt.close("all")
     assert not hidden, "a legend lies over a curve"
     assert capsys.readouterr().out.strip()
@@ -138,9 +138,9 @@ def test_an_example_is_short_and_in_the_docs(example):
 def test_the_pages_are_built_without_a_warning_and_without_a_network(tmp_path):
     if importlib.util.find_spec("sphinx") is None and not os.environ.get("CI"):
         pytest.skip("Sphinx is not installed: `make docs` installs it")
-    words = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", ROOT / "docs", tmp_path]
-    there = os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))}
-    done = subprocess.run(words, env=there, capture_output=True, text=True, check=False)
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html", ROOT / "docs", tmp_path]
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     pages = list(tmp_path.rglob("*.html"))
     built = {page.relative_to(tmp_path).with_suffix("").as_posix() for page in pages}
@@ -154,16 +154,16 @@ def test_the_pages_are_built_without_a_warning_and_without_a_network(tmp_path):
     assert "A scene by its name, its file or its plain data" in api
 
 
-def placed(block, folder) -> bool:
+def apply_edit(block, folder) -> bool:
     """Edits a file below the folder as the first line of a block says; False of blocks that are no edits."""
     head, _, code = block.text.partition("\n")
-    found = re.fullmatch(r'(?:#|//) (\S+), (in place of|before|after) the line "(.+)"', head)
-    if not found:
+    match = re.fullmatch(r'(?:#|//) (\S+), (in place of|before|after) the line "(.+)"', head)
+    if not match:
         return False
-    path, where, begin = folder / found[1], found[2], found[3]
+    path, position, begin = folder / match[1], match[2], match[3]
     lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
-    (place,) = (number for number, line in enumerate(lines) if line.startswith(begin))
-    lines[place + (where == "after") : place + (where != "before")] = [code]
+    (index,) = (number for number, line in enumerate(lines) if line.startswith(begin))
+    lines[index + (position == "after") : index + (position != "before")] = [code]
     path.write_text("".join(lines), encoding="utf-8")
     return True
 
@@ -175,17 +175,21 @@ def test_the_law_of_the_tutorial_is_a_law_of_the_checkout(tmp_path):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "_core"))
     shutil.copy(ROOT / "package.xml", tmp_path)
     (page,) = (page for page in TUTORIALS if page.stem == "your_law")
-    assert sum(placed(block, tmp_path) for block in blocks(page)) == 5
+    assert sum(apply_edit(block, tmp_path) for block in blocks(page)) == 5
     for room in ("bearing", "shaft", "beam", "soft_discs"):  # no command below calls them: they need not be compiled
         for unit in (tmp_path / "core" / room).glob("*.cpp"):
             unit.unlink()
     subprocess.run([sys.executable, "core/build.py", "--flags=-O0"], cwd=tmp_path, check=True)
 
-    there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {"PYTHONPATH": str(tmp_path)}
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {
+        "PYTHONPATH": str(tmp_path)
+    }
 
-    def reported(*words):
-        command = [sys.executable, "-m", "bearing_twin", *words, "--json"]
-        return json.loads(subprocess.run(command, cwd=tmp_path, env=there, stdout=subprocess.PIPE, check=True).stdout)
+    def reported(*arguments):
+        command = [sys.executable, "-m", "bearing_twin", *arguments, "--json"]
+        return json.loads(
+            subprocess.run(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, check=True).stdout
+        )
 
     forces = [
         reported("simulate", "two_spheres", "--set", f"contact.normal={law}")["peak_force_n"]

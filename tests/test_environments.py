@@ -42,10 +42,10 @@ def busy(core):
 def test_the_demo_passes_at_the_first_try_with_an_empty_cache_and_a_quarter_of_a_core(tmp_path):
     import ros  # noqa: F401  (skips where ROS is missing)
 
-    words = [*NODE, "demo", "--duration", "1", "--out", str(tmp_path), "--scene", "bearing_6203_loose"]
+    command = [*NODE, "demo", "--duration", "1", "--out", str(tmp_path), "--scene", "bearing_6203_loose"]
     with busy(max(os.sched_getaffinity(0))) as pin:
         done = subprocess.run(
-            words,
+            command,
             env=surroundings(XDG_CACHE_HOME=str(tmp_path / "cache")),
             cwd=ROOT,
             preexec_fn=pin,
@@ -61,30 +61,30 @@ def test_the_demo_passes_at_the_first_try_with_an_empty_cache_and_a_quarter_of_a
 def python_of(minor):
     """A Python 3.<minor> that runs, on the path or of pyenv; None if there is none."""
     name = f"python3.{minor}"
-    for one in (shutil.which(name), *Path.home().glob(f".pyenv/versions/*/bin/{name}")):
-        if one and subprocess.run([one, "-c", ""], stderr=subprocess.DEVNULL, check=False).returncode == 0:
-            return one
+    for python in (shutil.which(name), *Path.home().glob(f".pyenv/versions/*/bin/{name}")):
+        if python and subprocess.run([python, "-c", ""], stderr=subprocess.DEVNULL, check=False).returncode == 0:
+            return python
     return None
 
 
-@pytest.mark.parametrize("minor", [one for one in range(10, 14) if one != sys.version_info.minor])
+@pytest.mark.parametrize("minor", [version for version in range(10, 14) if version != sys.version_info.minor])
 def test_the_package_runs_with_another_python(minor, tmp_path):
     """Installed with what it needs into an environment of its own; versions as pip finds them for this Python."""
     python = python_of(minor)
     if python is None:
         pytest.skip(f"there is no Python 3.{minor} here")
     subprocess.run([python, "-m", "venv", tmp_path / "venv"], check=True)
-    own = tmp_path / "venv" / "bin" / "python"
-    there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    there["XDG_CACHE_HOME"] = str(tmp_path / "cache")
+    venv_python = tmp_path / "venv" / "bin" / "python"
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    environment["XDG_CACHE_HOME"] = str(tmp_path / "cache")
     copied_sources(tmp_path / "source")
     subprocess.run(
-        [own, "-m", "pip", "install", "--quiet", "--retries", "20", "--timeout", "60", tmp_path / "source"],
-        env=there,
+        [venv_python, "-m", "pip", "install", "--quiet", "--retries", "20", "--timeout", "60", tmp_path / "source"],
+        env=environment,
         check=True,
     )
-    words = [own, "-m", "bearing_twin", "simulate", "two_spheres", "--json", "--out", "run.mcap"]
-    done = subprocess.run(words, env=there, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
+    command = [venv_python, "-m", "bearing_twin", "simulate", "two_spheres", "--json", "--out", "run.mcap"]
+    done = subprocess.run(command, env=environment, cwd=tmp_path, stdout=subprocess.PIPE, check=True)
     assert json.loads(done.stdout)["status"] == "done"
-    words = [own, "-c", "from bearing_twin import core; print(core.simd_lanes())"]
-    assert int(subprocess.run(words, env=there, cwd=tmp_path, stdout=subprocess.PIPE, check=True).stdout) > 1
+    command = [venv_python, "-c", "from bearing_twin import core; print(core.simd_lanes())"]
+    assert int(subprocess.run(command, env=environment, cwd=tmp_path, stdout=subprocess.PIPE, check=True).stdout) > 1

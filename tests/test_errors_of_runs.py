@@ -28,38 +28,38 @@ def estimate(figures=None, error=0.0, horizon=None, until=None):
 def test_errors_of_method_and_model_stand_apart():
     """The error of a figure is the method's alone; a figure without one has null."""
     model = Errors({"torque_nm": {LAW: 0.02}, "load_n": {LAW: [1.0, 2.0, 3.0]}, "none_j": {LAW: 1.0}})
-    found = judge_errors(model, estimate({"torque_nm": 0.01, "speed_rad_s": None}), FIGURES, "done", CHOICE)
-    assert found.keys["torque_nm_error"] == 0.01
-    assert found.keys["speed_rad_s_error"] is None
-    assert found.keys["load_n_error"] is None
-    assert "none_j_error" not in found.keys
-    assert found.keys["model_errors"] == {LAW: {"torque_nm": 0.02, "load_n": [1.0, 2.0, 3.0]}}
-    assert (found.status, found.flags) == ("done", ())
+    judged = judge_errors(model, estimate({"torque_nm": 0.01, "speed_rad_s": None}), FIGURES, "done", CHOICE)
+    assert judged.keys["torque_nm_error"] == 0.01
+    assert judged.keys["speed_rad_s_error"] is None
+    assert judged.keys["load_n_error"] is None
+    assert "none_j_error" not in judged.keys
+    assert judged.keys["model_errors"] == {LAW: {"torque_nm": 0.02, "load_n": [1.0, 2.0, 3.0]}}
+    assert (judged.status, judged.flags) == ("done", ())
 
 
 @pytest.mark.parametrize(("error", "status"), [(2e-3, DOUBTFUL), (math.nan, DOUBTFUL), (1e-3, "done"), (None, "done")])
 def test_above_the_tolerance_a_run_is_doubtful_and_says_what_would_mend_it(error, status):
-    found = judge_errors(Errors(), estimate(error=error), FIGURES, "done", CHOICE)
-    assert found.status.partition(":")[0] == status
-    assert found.status.partition(":")[0] in STATUSES
-    assert len(found.exceeded) == (status == DOUBTFUL)
-    assert all("tighten it" in one and "0.001" in one for one in found.exceeded)
+    judged = judge_errors(Errors(), estimate(error=error), FIGURES, "done", CHOICE)
+    assert judged.status.partition(":")[0] == status
+    assert judged.status.partition(":")[0] in STATUSES
+    assert len(judged.exceeded) == (status == DOUBTFUL)
+    assert all("tighten it" in sentence and "0.001" in sentence for sentence in judged.exceeded)
     failed = judge_errors(Errors(), estimate(error=error), FIGURES, f"{FAILED}: energy", CHOICE)
     assert failed.status == f"{FAILED}: energy"
 
 
 def test_so_it_is_by_an_error_of_the_model():
     model = Errors(outputs={"loads": (ModelError(LAW, 0.03, "hertz costs no more"),)})
-    found = judge_errors(model, estimate(), FIGURES, "done", CHOICE)
-    assert found.status == "doubtful: loads"
-    assert "hertz costs no more" in found.exceeded[0]
-    assert found.keys["wanted_errors"]["loads"]["model_errors"] == {LAW: 0.03}
+    judged = judge_errors(model, estimate(), FIGURES, "done", CHOICE)
+    assert judged.status == "doubtful: loads"
+    assert "hertz costs no more" in judged.exceeded[0]
+    assert judged.keys["wanted_errors"]["loads"]["model_errors"] == {LAW: 0.03}
 
 
 def test_a_horizon_is_told_with_the_error_up_to_it():
-    found = judge_errors(Errors(), estimate(error=0.1, horizon=0.5, until=2e-4), FIGURES, "done", CHOICE)
-    assert found.keys["horizon_s"] == 0.5
-    assert found.keys["wanted_errors"]["loads"]["error_up_to_horizon"] == 2e-4
+    judged = judge_errors(Errors(), estimate(error=0.1, horizon=0.5, until=2e-4), FIGURES, "done", CHOICE)
+    assert judged.keys["horizon_s"] == 0.5
+    assert judged.keys["wanted_errors"]["loads"]["error_up_to_horizon"] == 2e-4
 
 
 def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
@@ -70,17 +70,17 @@ def test_a_figure_whose_error_is_over_a_tenth_of_it_is_marked_with_its_source():
     assert "torque 2 ± 0.3 N m, mostly friction model" in flag
     assert "load" not in flag
     figures = {"torque_nm": 1.0, "load_n": [20.0, 9.0, 1.0]}
-    for kept, named in (
+    for errors, named in (
         ({}, {"torque", "load"}),
         ({"integral_of": {"torque_nm": "load_n"}}, {"load"}),
         ({"negligible": {"torque_nm": 1.0}}, {"load"}),
         ({"negligible": {"torque_nm": 0.9}}, {"torque", "load"}),
     ):
-        (flag,) = judge_errors(Errors(**kept), estimate(figures), FIGURES, "done", CHOICE).flags
-        assert {word for word in ("torque", "load") if word in flag} == named
+        (flag,) = judge_errors(Errors(**errors), estimate(figures), FIGURES, "done", CHOICE).flags
+        assert {name for name in ("torque", "load") if name in flag} == named
     for thrust, error, flags in ((1e-11, 1e-11, 0), (1e-9, 1e-9, 1), (0.0, 1.0, 0)):  # rounding beside 100 N; nothing
-        found = judge_errors(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": thrust}, "done", CHOICE)
-        assert (len(found.flags), len(found.keys["large_errors"])) == (flags, flags)
+        judged = judge_errors(Errors(), estimate({"thrust_n": error}), FIGURES | {"thrust_n": thrust}, "done", CHOICE)
+        assert (len(judged.flags), len(judged.keys["large_errors"])) == (flags, flags)
     assert is_large_error(0.0, 1e-12, "N")
     assert not is_large_error(0.0, 0.0, "N")
     assert is_large_error(1.0, math.nan, "N")
@@ -107,8 +107,8 @@ def test_every_figure_has_an_error_in_its_shape_or_null(scene, overrides):
 def test_no_figure_shows_more_digits_than_its_model_has(capsys):
     """`cage speed 646.524 ± 0.00081 rpm` stood beside 3.2 % off rolling."""
     model = Errors({"speed_rad_s": {LAW: 0.3}})
-    found = judge_errors(model, estimate({"speed_rad_s": 1e-6, "torque_nm": 1e-3}), FIGURES, "done", CHOICE)
-    show_result(FIGURES | found.keys)
+    judged = judge_errors(model, estimate({"speed_rad_s": 1e-6, "torque_nm": 1e-3}), FIGURES, "done", CHOICE)
+    show_result(FIGURES | judged.keys)
     lines = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
     assert "±" not in lines["speed"]
     assert "±" in lines["torque"]

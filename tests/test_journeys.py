@@ -30,9 +30,9 @@ ENDLESS = ("topic echo",)  # these end with Ctrl-C; here after one message
 def shell(tmp_path):
     import ros  # noqa: F401  (skips where ROS is missing)
 
-    one = Shell(tmp_path)
-    yield one
-    for node in one.nodes:
+    shell = Shell(tmp_path)
+    yield shell
+    for node in shell.nodes:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(node.pid, signal.SIGKILL)
         node.wait()
@@ -47,7 +47,7 @@ def lines_of(section: str) -> list[str]:
 
 def ended(line: str) -> str:
     """A line that a reader ends with Ctrl-C, ended after one message."""
-    return f"{line} --once" if any(one in line for one in ENDLESS) and "--once" not in line else line
+    return f"{line} --once" if any(command in line for command in ENDLESS) and "--once" not in line else line
 
 
 def test_the_ros_part_of_the_readme_runs_line_by_line(shell):
@@ -56,8 +56,8 @@ def test_the_ros_part_of_the_readme_runs_line_by_line(shell):
         if "replay_node" in line:
             shell.end()  # sim_node and recorder_node, which completes its log
             assert (shell.folder / "recording.mcap").stat().st_size > 50_000, shell.words_of_nodes()
-        said = shell.run(ended(line))
-        assert said.strip() or line.startswith(LASTING), line
+        output = shell.run(ended(line))
+        assert output.strip() or line.startswith(LASTING), line
     shell.end()
 
 
@@ -87,13 +87,13 @@ def stranger():
     (home / "tools").mkdir()
     for tool in filter(shutil.which, TOOLS):
         (home / "tools" / tool).symlink_to(shutil.which(tool))
-    other = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.geteuid() == 0 else {}
-    if other:
+    user = {"user": NOBODY, "group": NOBODY, "extra_groups": []} if os.geteuid() == 0 else {}
+    if user:
         os.chown(home, NOBODY, NOBODY)
-    there = {"HOME": str(home), "PATH": f"{home}/venv/bin:{home}/tools", "LANG": "C.UTF-8", "MPLBACKEND": "Agg"}
+    environment = {"HOME": str(home), "PATH": f"{home}/venv/bin:{home}/tools", "LANG": "C.UTF-8", "MPLBACKEND": "Agg"}
 
-    def run(*words) -> subprocess.CompletedProcess:
-        return subprocess.run(words, cwd=home, env=there, capture_output=True, text=True, check=False, **other)
+    def run(*command) -> subprocess.CompletedProcess:
+        return subprocess.run(command, cwd=home, env=environment, capture_output=True, text=True, check=False, **user)
 
     run.home = home
     yield run
@@ -102,11 +102,11 @@ def stranger():
 
 def python_of(run) -> str:
     """A Python that this user may run and that makes virtual environments."""
-    for one in (sys.executable, "/usr/bin/python3"):
+    for python in (sys.executable, "/usr/bin/python3"):
         with contextlib.suppress(OSError):
-            made = run(one, "-c", "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))")
-            if made.returncode == 0:
-                return os.path.realpath(one)
+            result = run(python, "-c", "import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 10))")
+            if result.returncode == 0:
+                return os.path.realpath(python)
     return pytest.skip("there is no Python 3.10 with venv that another user may run")
 
 
@@ -114,18 +114,18 @@ def test_what_needs_no_ros_runs_line_by_line_in_a_fresh_environment(stranger, tm
     copied_sources(tmp_path / "source")
     wheels = stranger.home / "wheels"
     make = [sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--wheel-dir", wheels, tmp_path / "source"]
-    made = subprocess.run(make, capture_output=True, text=True, check=False)
-    assert made.returncode == 0, made.stdout + made.stderr
+    result = subprocess.run(make, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stdout + result.stderr
     [wheel] = wheels.glob("*.whl")
-    for words in (
+    for command in (
         [python_of(stranger), "-m", "venv", "venv"],
         ["venv/bin/pip", "install", "--quiet", "--retries", "20", "--timeout", "60", str(wheel)],
     ):
-        made = stranger(*words)
-        assert made.returncode == 0, made.stdout + made.stderr
+        result = stranger(*command)
+        assert result.returncode == 0, result.stdout + result.stderr
     assert stranger("bash", "-c", "command -v cc gcc g++ c++ clang").returncode != 0
     for line in lines_of("Without ROS"):
-        if any(one in line for one in SLOW):
+        if any(command in line for command in SLOW):
             continue
         done = stranger("bash", "-c", line)
         assert done.returncode == 0, f"{line}\n{done.stdout}{done.stderr}"
@@ -142,15 +142,23 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
         pytest.skip("there is no C++ compiler here")
     system, source = tmp_path / "system", tmp_path / "ws" / "src" / "bearing_twin"
     keep = {key: os.environ[key] for key in ("HOME", "LANG") if key in os.environ}
-    there = keep | {"XDG_CACHE_HOME": str(tmp_path / "cache"), "PATH": f"{system}/bin:/usr/local/bin:/usr/bin:/bin"}
+    environment = keep | {
+        "XDG_CACHE_HOME": str(tmp_path / "cache"),
+        "PATH": f"{system}/bin:/usr/local/bin:/usr/bin:/bin",
+    }
 
-    def run(line: str, **more) -> subprocess.CompletedProcess:
+    def run(line: str, **variables) -> subprocess.CompletedProcess:
         return subprocess.run(
-            ["bash", "-c", line], cwd=tmp_path / "ws", env=there | more, capture_output=True, text=True, check=False
+            ["bash", "-c", line],
+            cwd=tmp_path / "ws",
+            env=environment | variables,
+            capture_output=True,
+            text=True,
+            check=False,
         )
 
-    def done(line: str, **more) -> str:
-        result = run(f"set -e; {line}", **more)
+    def done(line: str, **variables) -> str:
+        result = run(f"set -e; {line}", **variables)
         assert result.returncode == 0, f"{line}\n{result.stdout[-3000:]}{result.stderr[-3000:]}"
         return result.stdout
 
@@ -168,16 +176,16 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
     make, install, build, source_it = recipe
     # what --system-site-packages does for Debian's Python, for one that lives in a virtual environment itself
     seen = f"import site; site.addsitedir({str(next((system / 'lib').glob('python3*')) / 'site-packages')!r})"
-    place = f"{tmp_path}/twin_venv/lib/python3.{sys.version_info.minor}/site-packages/system.pth"
+    path_file = f"{tmp_path}/twin_venv/lib/python3.{sys.version_info.minor}/site-packages/system.pth"
     # what /opt/ros/jazzy/setup.bash sets; the wheels keep libraries of others in folders of their own
     libraries = ":".join(map(str, [system / "lib", *(system / "lib").glob("python3*/site-packages/ros_*.libs")]))
-    there |= {"AMENT_PREFIX_PATH": str(system), "ROS_DISTRO": "jazzy", "LD_LIBRARY_PATH": libraries}
+    environment |= {"AMENT_PREFIX_PATH": str(system), "ROS_DISTRO": "jazzy", "LD_LIBRARY_PATH": libraries}
     (tmp_path / "colcon.yaml").write_text(
         f"build: {{cmake-args: [-DCMAKE_PROJECT_INCLUDE={source}/cmake/relocate.cmake, -DBUILD_TESTING=OFF, -Wno-dev]}}"
     )
-    there["COLCON_DEFAULTS_FILE"] = str(tmp_path / "colcon.yaml")
+    environment["COLCON_DEFAULTS_FILE"] = str(tmp_path / "colcon.yaml")
     make = make.replace("python3 -m venv", f"{system}/bin/python3 -m venv")
-    done(f"{make}; echo {seen!r} > {place}; {install}; {build}")
+    done(f"{make}; echo {seen!r} > {path_file}; {install}; {build}")
     node = tmp_path / "ws" / "install" / "bearing_twin" / "lib" / "bearing_twin" / "sim_node"
     assert node.read_text().startswith(f"#!{tmp_path}/twin_venv/bin/python")
     start = f"{source_it}; {node} --ros-args -p scene:=two_spheres"
@@ -185,15 +193,17 @@ def test_the_workspace_recipe_makes_nodes_that_run(tmp_path):
     assert (tmp_path / "run.mcap").stat().st_size > 1000
 
     node.write_text(node.read_text().replace(f"{tmp_path}/twin_venv/bin/python", f"{system}/bin/python"))
-    said = run(start)
-    assert said.returncode == 2
-    assert re.fullmatch(r"sim_node: the Python package \w+ is not installed for .*rosdep.*\n", said.stderr), said.stderr
+    result = run(start)
+    assert result.returncode == 2
+    assert re.fullmatch(r"sim_node: the Python package \w+ is not installed for .*rosdep.*\n", result.stderr), (
+        result.stderr
+    )
 
 
 def lines_of_workspace() -> list[str]:
     """The block of the README that makes a workspace."""
     text = README.read_text(encoding="utf-8")
     block = next(
-        found for found in re.findall(r"```bash\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE) if "colcon" in found
+        block for block in re.findall(r"```bash\n(.*?)^```", text, flags=re.DOTALL | re.MULTILINE) if "colcon" in block
     )
     return [line.split("  #")[0].strip() for line in block.splitlines()]

@@ -28,22 +28,22 @@ SLOW = ("kill",)  # tests/test_log_damage.py has one
     ],
 )
 def test_a_short_torture_is_survived(row, tmp_path):
-    found = row.run(SHARES.get(row.name, 0.05), tmp_path)
-    assert found.tried > 0
-    assert (found.lost, found.silent, found.survived) == (0, 0, found.tried), found.figures
+    result = row.run(SHARES.get(row.name, 0.05), tmp_path)
+    assert result.tried > 0
+    assert (result.lost, result.silent, result.survived) == (0, 0, result.tried), result.figures
 
 
 def test_a_row_takes_the_place_of_its_older_self_in_the_table(tmp_path):
     page = torture.PAGE.read_text(encoding="utf-8")
     cells = ("`full`", "x", "1", "2", "3", "4", "", "1", "5", "now")
     once = torture.written(page, {"full": cells})
-    other = torture.written(once, {"kill": ("`kill`", *cells[1:]), "full": (*cells[:-1], "later")})
-    rows = [line for line in other.splitlines() if line.startswith(("|`full`", "|`kill`"))]
+    both_rows = torture.written(once, {"kill": ("`kill`", *cells[1:]), "full": (*cells[:-1], "later")})
+    rows = [line for line in both_rows.splitlines() if line.startswith(("|`full`", "|`kill`"))]
     assert [row.split("|")[1] for row in rows] == ["`kill`", "`full`"]
     assert "later" in rows[1]
     assert "now" not in rows[1]
-    assert torture.written(other, {}, 12.0).count("All rows took 12 minutes") == 1
-    assert [line for line in other.splitlines() if not line.startswith("|")] == [
+    assert torture.written(both_rows, {}, 12.0).count("All rows took 12 minutes") == 1
+    assert [line for line in both_rows.splitlines() if not line.startswith("|")] == [
         line for line in page.splitlines() if not line.startswith("|")
     ]
 
@@ -56,8 +56,8 @@ SLOW_FOR_NODES = ("soak", "goals", "stops", "calls", "cancels")
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param(one, marks=[pytest.mark.environment] if one in SLOW_FOR_NODES else [])
-        for one in ("hostile", "goals", "calls", "cancels", "stops", "soak")
+        pytest.param(name, marks=[pytest.mark.environment] if name in SLOW_FOR_NODES else [])
+        for name in ("hostile", "goals", "calls", "cancels", "stops", "soak")
     ],
 )
 def test_a_short_torture_of_nodes_loses_nothing(name, tmp_path):
@@ -65,6 +65,6 @@ def test_a_short_torture_of_nodes_loses_nothing(name, tmp_path):
     import ros  # noqa: F401 - skips where there is no ROS
     import torture_nodes
 
-    found = getattr(torture_nodes, name)(SHARES_OF_NODES.get(name, 1e-3), tmp_path)
-    assert found.tried > 0
-    assert (found.lost, found.silent) == (0, 0), found.figures
+    result = getattr(torture_nodes, name)(SHARES_OF_NODES.get(name, 1e-3), tmp_path)
+    assert result.tried > 0
+    assert (result.lost, result.silent) == (0, 0), result.figures

@@ -44,9 +44,9 @@ def manifest():
 
 
 def test_the_manifest_is_valid(manifest):
-    package, found = manifest
+    package, manifest_of_package = manifest
     warnings = []
-    found.validate(warnings)
+    manifest_of_package.validate(warnings)
     assert warnings == []
     messages = package.parse_package(str(ROOT / "msg_schemas" / "package.xml"))
     messages.validate(warnings)
@@ -65,19 +65,19 @@ def test_versions_and_licences_agree(setup_words):
 
 
 def test_rosdep_can_bring_what_pip_would(setup_words, manifest):
-    names = [re.split(r"[<>=]", one)[0] for one in setup_words["install_requires"]]
+    names = [re.split(r"[<>=]", requirement)[0] for requirement in setup_words["install_requires"]]
     assert set(names) == set(ROSDEP)
-    assert {ROSDEP[name] for name in names} <= {one.name for one in manifest[1].exec_depends}
+    assert {ROSDEP[name] for name in names} <= {dependency.name for dependency in manifest[1].exec_depends}
 
 
 def test_what_a_workspace_adds_is_part_of_what_is_required(setup_words):
-    required = {re.split(r"[<>=]", one)[0]: one for one in setup_words["install_requires"]}
+    required = {re.split(r"[<>=]", requirement)[0]: requirement for requirement in setup_words["install_requires"]}
     lines = (ROOT / "requirements" / "workspace.txt").read_text(encoding="utf-8").splitlines()
     added = [line for line in lines if line and not line.startswith("#") and not line.startswith("numpy")]
     assert all(required[re.split(r"[<>=]", line)[0]] == line for line in added)
 
 
 def test_the_pythons_are_those_of_the_classifiers(setup_words):
-    minors = {one.rpartition("3.")[2] for one in setup_words["classifiers"] if ":: 3." in one}
+    minors = {classifier.rpartition("3.")[2] for classifier in setup_words["classifiers"] if ":: 3." in classifier}
     assert minors == {"10", "11", "12", "13"}
     assert setup_words["python_requires"] == ">=3.10,<3.14"

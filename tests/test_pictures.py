@@ -48,9 +48,9 @@ def size_of(png):
 @pytest.fixture
 def figures(monkeypatch):
     """The figures that are drawn, none of which is saved."""
-    found = []
-    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: found.append(figure))
-    return found
+    figures = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: figures.append(figure))
+    return figures
 
 
 @pytest.mark.usefixtures("quick_pictures")
@@ -77,8 +77,10 @@ def test_the_same_run_gives_the_same_picture_which_says_nothing_of_folders(tmp_p
 
 def test_a_log_of_an_earlier_version_that_lacks_channels_is_drawn(tmp_path):
     block = outputs_of(BALLS, 20)
-    values = {one.name: block.values[one.name] for one in block.channels if not one.name.startswith("cage")}
-    channels = tuple(one for one in block.channels if one.name in values)
+    values = {
+        channel.name: block.values[channel.name] for channel in block.channels if not channel.name.startswith("cage")
+    }
+    channels = tuple(channel for channel in block.channels if channel.name in values)
     assert size_of(drawn(tmp_path / "run.png", Block(channels, 0, block.time_ns, values)))[0] == 1600
 
 
@@ -114,8 +116,8 @@ def test_numbers_of_axes_are_whole(tmp_path, figures):
 
 def test_a_ring_moves_from_where_it_starts_and_speeds_are_in_rpm(tmp_path, figures):
     """A load moves the ring of a 6203 by 15 um, and balls that pass by 0.1 um, which was a flat line."""
-    words = ["simulate", "bearing_6203_run_up", "--duration", "0.02", "--plot", str(tmp_path / "run.png"), "--json"]
-    assert main(words) == DONE
+    command = ["simulate", "bearing_6203_run_up", "--duration", "0.02", "--plot", str(tmp_path / "run.png"), "--json"]
+    assert main(command) == DONE
     axes = {axis.get_title(loc="left"): axis for axis in figures[0].axes}
     moved = axes["Inner ring's displacement since the start"]
     assert moved.get_ylabel() == "nm"
@@ -124,7 +126,7 @@ def test_a_ring_moves_from_where_it_starts_and_speeds_are_in_rpm(tmp_path, figur
 
 
 def test_errors_of_figures_are_drawn_below_loads_and_motion(tmp_path):
-    for name, more in (("plain", []), ("errors", ["--plot-errors"])):
-        words = ["simulate", "bearing_6203_loose", "--duration", "2e-3", "--plot", str(tmp_path / f"{name}.png")]
-        assert main([*words, *more, "--json"]) == DONE
+    for name, options in (("plain", []), ("errors", ["--plot-errors"])):
+        command = ["simulate", "bearing_6203_loose", "--duration", "2e-3", "--plot", str(tmp_path / f"{name}.png")]
+        assert main([*command, *options, "--json"]) == DONE
     assert size_of(tmp_path / "errors.png")[1] > 1.2 * size_of(tmp_path / "plain.png")[1]

@@ -95,12 +95,12 @@ def test_every_range_has_a_scene_on_either_side_and_a_fact_of_its_kind():
 
 @pytest.mark.parametrize("case", CASES, ids=" ".join)
 def test_a_model_asked_for_beyond_its_range_is_refused_with_range_number_and_another(case):
-    [row] = [one for one in RANGES if (one.key, one.fact) == case]
-    (within, *differs), (beyond, *others) = CASES[case]
-    assert not any(row.words in one for one in load_scene(within, differs).outside)
+    [row] = [candidate for candidate in RANGES if (candidate.key, candidate.fact) == case]
+    (within, *differs), (beyond, *overrides) = CASES[case]
+    assert not any(row.words in sentence for sentence in load_scene(within, differs).outside)
     choose(load_scene(within, differs))
-    scene = load_scene(beyond, others)
-    [stated] = [one for one in scene.outside if row.words in one and one.startswith(row.key)]
+    scene = load_scene(beyond, overrides)
+    [stated] = [sentence for sentence in scene.outside if row.words in sentence and sentence.startswith(row.key)]
     value = scene.parameters.facts[row.fact](scene.parameters)
     assert not row.least <= value <= row.greatest
     assert f"is {value:.3g}" in stated
@@ -110,20 +110,23 @@ def test_a_model_asked_for_beyond_its_range_is_refused_with_range_number_and_ano
         choose(scene)
     assert stated in str(refused.value)
     assert "--allow-invalid (solver.allow_invalid: on)" in str(refused.value)
-    assert stated in choose(load_scene(beyond, [*others, ON])).outside
+    assert stated in choose(load_scene(beyond, [*overrides, ON])).outside
 
 
 def test_what_is_left_to_be_chosen_is_never_outside():
-    for beyond, *others in (("bearing_6203", CLOSE), ("sphere_on_beam", "beam.theory=auto", "beam.span=0.05"),
-                            ("two_discs", "contact.normal=auto", "disc.thickness=0.5")):  # fmt: skip
-        assert load_scene(beyond, others).outside == ()
+    for beyond, *overrides in (
+        ("bearing_6203", CLOSE),
+        ("sphere_on_beam", "beam.theory=auto", "beam.span=0.05"),
+        ("two_discs", "contact.normal=auto", "disc.thickness=0.5"),
+    ):
+        assert load_scene(beyond, overrides).outside == ()
 
 
 def test_no_shipped_scene_or_study_leaves_a_range():
     assert [name for name in scene_names() if load_scene(name).outside] == []
     for name in study_names():
         study = load_study(name)
-        assert study.scene_at([float(one.ppf(0.5)) for one in study.inputs]).outside == (), name
+        assert study.scene_at([float(distribution.ppf(0.5)) for distribution in study.inputs]).outside == (), name
 
 
 QUICK = {
@@ -148,10 +151,10 @@ def test_what_runs_all_the_same_is_marked_in_every_output_and_never_done(name):
 
 
 def test_command_and_log_say_the_same(tmp_path, run_json, refused):
-    words = ("simulate", "two_discs", "--set", "disc.thickness=0.5")
-    assert "outside its range" in refused(*words)
+    command = ("simulate", "two_discs", "--set", "disc.thickness=0.5")
+    assert "outside its range" in refused(*command)
     log = str(tmp_path / "run.mcap")
-    stated = run_json(*words, "--allow-invalid", "--strict", "--out", log, code=DOUBTFUL)
+    stated = run_json(*command, "--allow-invalid", "--strict", "--out", log, code=DOUBTFUL)
     reported = run_json("report", log)
     for key in ("status", "flags", "outside_range"):
         assert reported[key] == stated[key]
@@ -177,8 +180,8 @@ def test_every_message_of_it_is_marked(name, tmp_path):
     for stamp, ros_type, data in seen["outside_range"]:
         array = deserialise(ros_type, data)
         assert 10**9 * array.header.stamp.sec + array.header.stamp.nanosec == stamp
-        assert tuple(one.message for one in array.status) == run.scene.outside
-        assert {one.level for one in array.status} == {1}
+        assert tuple(status.message for status in array.status) == run.scene.outside
+        assert {status.level for status in array.status} == {1}
     for _, ros_type, data in seen["contacts"]:
         assert deserialise(ros_type, data).law == f"{run.choice.law} (outside_range)"
     recover(path, saved := tmp_path / "saved.mcap")
@@ -213,7 +216,7 @@ def test_a_goal_cannot_allow_what_its_node_does_not():
 
 
 def test_the_volumetric_law_leaves_its_half_per_cent_where_its_range_says():
-    [row] = [one for one in RANGES if one.models == ("volumetric",)]
+    [row] = [candidate for candidate in RANGES if candidate.models == ("volumetric",)]
     errors = []
     for conformity in (0.509, 0.508):
         scene = load_scene("bearing_6203", [f"geometry.inner_conformity={conformity}", "contact.normal=volumetric", ON])
@@ -225,24 +228,26 @@ def test_the_volumetric_law_leaves_its_half_per_cent_where_its_range_says():
 
 @pytest.mark.parametrize("name", [row.name for row in FRICTIONS.values() if row.over_patch])
 def test_friction_over_narrow_spots_errs_little_more_than_over_those_of_bearings(name):
-    [row] = [one for one in RANGES if one.key == "contact.friction"]
+    [row] = [candidate for candidate in RANGES if candidate.key == "contact.friction"]
     worst = max(error for _, error in hardest(name, row.least, 8))
     assert worst < 1.4 * FRICTIONS[name].error
 
 
-@pytest.mark.parametrize(("rate", "least", "most"), [(FASTEST_CHANGE, 0.0, 1e-3), (10.0 * FASTEST_CHANGE, 0.1, 1.0)])
-def test_balls_follow_a_change_of_speed_in_rolling_as_fast_as_is_said(rate, least, most):
+@pytest.mark.parametrize(
+    ("rate", "least", "greatest"), [(FASTEST_CHANGE, 0.0, 1e-3), (10.0 * FASTEST_CHANGE, 0.1, 1.0)]
+)
+def test_balls_follow_a_change_of_speed_in_rolling_as_fast_as_is_said(rate, least, greatest):
     speed, begin = 183.26, 2e-3
     ends = begin + 1.0 / rate
     change = f"drive.acceleration={rate * speed}", f"drive.change={{time: {begin}, speed: {speed}}}"
     finely = f"run.duration={1.2 * ends}", "run.output_rate=1e5", "solver.companion=off"
     _, blocks = ran("bearing_6203", *change, *finely)
-    rolled = np.concatenate([one.values["roll_rate"] / one.values["inner_ring_speed"][:, None] for one in blocks])
-    assert least < np.abs(rolled / rolled[0] - 1.0).max() < most
+    rolled = np.concatenate([block.values["roll_rate"] / block.values["inner_ring_speed"][:, None] for block in blocks])
+    assert least < np.abs(rolled / rolled[0] - 1.0).max() < greatest
 
 
 def test_strains_are_small_up_to_the_speed_that_small_strains_are_for():
-    [row] = [one for one in RANGES if one.models == ("linear",)]
+    [row] = [candidate for candidate in RANGES if candidate.models == ("linear",)]
     speed = row.greatest * math.sqrt(1e5 / 960.0)
     run, _ = ran("soft_discs_mean", "formulation=linear", f"motion.first_velocity={0.999 * speed}", "mesh.divisions=8",
                  "mesh.order=2", "solver.companion=off")  # fmt: skip

@@ -26,19 +26,26 @@ TEXTS = {page.relative_to(ROOT).as_posix(): page.read_text(encoding="utf-8") for
 MOST_WORDS = 1000
 SHORT, FEW = 0.01, 128  # s of a bearing's run, samples of a study: enough to see that a command works
 TO_CUT = 0.2  # s of a run whose log is then cut off, and must hold something that can be saved
-LEFT = {"docs/logs.md": {"whole.mcap", "run_folder", "layouts", "again.png"}}  # what a page's lines leave
+WRITTEN = {
+    "docs/logs.md": {"whole.mcap", "run_folder", "layouts", "again.png"}
+}  # files that the commands of a page write
 _BLOCK = re.compile(r"^```(\w*)\n(.*?)^```$", flags=re.DOTALL | re.MULTILINE)
 
 
 def blocks(language):
     """(page, text) of every block of code in that language."""
-    return [(page, text) for page, whole in TEXTS.items() for found, text in _BLOCK.findall(whole) if found == language]
+    return [
+        (page, text)
+        for page, page_text in TEXTS.items()
+        for block_language, text in _BLOCK.findall(page_text)
+        if block_language == language
+    ]
 
 
 def lines(first_words):
     """(page, line without its comment) of the shell commands that begin with those words."""
-    found = [(page, line.split("  #")[0].strip()) for page, text in blocks("bash") for line in text.splitlines()]
-    return [(page, line) for page, line in found if line.startswith(first_words)]
+    commands = [(page, line.split("  #")[0].strip()) for page, text in blocks("bash") for line in text.splitlines()]
+    return [(page, line) for page, line in commands if line.startswith(first_words)]
 
 
 EXAMPLES = blocks("python")
@@ -75,7 +82,7 @@ def anchors(text):
     return {re.sub(r"[^\w\- ]", "", head).strip().lower().replace(" ", "-") for head in heads}
 
 
-@pytest.mark.parametrize("page", [*TEXTS, "CONTRIBUTING.md", *(str(one.relative_to(ROOT)) for one in TUTORIALS)])
+@pytest.mark.parametrize("page", [*TEXTS, "CONTRIBUTING.md", *(str(page.relative_to(ROOT)) for page in TUTORIALS)])
 def test_links_lead_somewhere(page):
     text = without_code(ROOT / page)
     for link in re.findall(r"\]\(([^)]+)\)", text):
@@ -90,39 +97,39 @@ def test_links_lead_somewhere(page):
 # Commands
 
 
-def shortened(words, short=SHORT):
-    """The words of a command that takes little time, and whether it is to be run or only read."""
-    command = words[0]
-    arguments = cli._parsers(command)[0].parse_args(words)
+def shorten(arguments, short=SHORT):
+    """The arguments of a shorter command, and whether it is run or only parsed."""
+    command = arguments[0]
+    parsed = cli._parsers(command)[0].parse_args(arguments)
     if command == "node":
-        return words, False  # tests/test_journeys.py runs them
+        return arguments, False  # tests/test_journeys.py runs them
     if command == "simulate":
-        overrides = [*arguments.set, *([f"run.duration={arguments.duration}"] if arguments.duration else [])]
-        scene = load_scene(arguments.scene, overrides)
-        key = "--set=run.duration" if any("run.duration=" in one for one in arguments.set) else "--duration"
+        overrides = [*parsed.set, *([f"run.duration={parsed.duration}"] if parsed.duration else [])]
+        scene = load_scene(parsed.scene, overrides)
+        key = "--set=run.duration" if any("run.duration=" in override for override in parsed.set) else "--duration"
         less = ["--set=mesh.divisions=8"] if scene.kind == "soft_discs" else []
-        return [*words, *less, *([f"{key}={short}"] if scene.parameters.run.duration > short else [])], True
-    if command == "study" and arguments.study:
-        study = load_study(arguments.study, arguments.set)
+        return [*arguments, *less, *([f"{key}={short}"] if scene.parameters.run.duration > short else [])], True
+    if command == "study" and parsed.study:
+        study = load_study(parsed.study, parsed.set)
         closed = KINDS[study.kind].parameters().closed_form() is not None
-        return [*words, f"--samples={FEW}", "--workers=1", *two_of_the_sweep(study)], closed
-    if command == "view" and not arguments.source.endswith(".mcap"):
-        if not (arguments.study or arguments.source in study_names()):
-            return [*words, f"--duration={SHORT}"], not arguments.gif
-        study = load_study(arguments.source, arguments.set)
+        return [*arguments, f"--samples={FEW}", "--workers=1", *ends_of_sweep(study)], closed
+    if command == "view" and not parsed.source.endswith(".mcap"):
+        if not (parsed.study or parsed.source in study_names()):
+            return [*arguments, f"--duration={SHORT}"], not parsed.gif
+        study = load_study(parsed.source, parsed.set)
         closed = KINDS[study.kind].parameters().closed_form() is not None
-        return [*words, f"--set=samples={FEW}", "--set=workers=1", *two_of_the_sweep(study)], closed
-    if command == "bearing" and arguments.sweep:
-        return [re.sub(r"^(\w+=[^:]+:[^:]+):\d+$", r"\1:3", word) for word in words], True
+        return [*arguments, f"--set=samples={FEW}", "--set=workers=1", *ends_of_sweep(study)], closed
+    if command == "bearing" and parsed.sweep:
+        return [re.sub(r"^(\w+=[^:]+:[^:]+):\d+$", r"\1:3", argument) for argument in arguments], True
     if command == "chart":
-        known = chart_of(arguments.chart).problems if arguments.problem else ()
-        assert set(arguments.problem or ()) <= set(known)
-        return words, arguments.list
-    return words, command not in ("spectrum", "watch")  # the first reads records that a user has
+        known = chart_of(parsed.chart).problems if parsed.problem else ()
+        assert set(parsed.problem or ()) <= set(known)
+        return arguments, parsed.list
+    return arguments, command not in ("spectrum", "watch")  # the first reads records that a user has
 
 
-def two_of_the_sweep(study):
-    """The word that leaves the ends of what a study sweeps over, each value of which is a study."""
+def ends_of_sweep(study):
+    """An override that reduces the sweep of a study to its ends."""
     if study.sweep is None:
         return []
     key, values = study.sweep
@@ -134,21 +141,21 @@ def test_commands_work(page, tmp_path, monkeypatch, capsys, quick_workers):
     """In the order of the page, in one folder: a log that one line writes is there for the next."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "docs" / "charts").mkdir(parents=True)
-    mine = [line for one, line in lines(("bearing_twin ", "head ")) if one == page]
+    mine = [line for command_page, line in lines(("bearing_twin ", "head ")) if command_page == page]
     short = TO_CUT if any(line.startswith("head") for line in mine) else SHORT
     for line in mine:
         if line.startswith("head"):
             subprocess.run(line, shell=True, check=True)
-            *_, whole, _, cut = line.split()
-            assert Path(cut).stat().st_size < Path(whole).stat().st_size
+            *_, log, _, cut_log = line.split()
+            assert Path(cut_log).stat().st_size < Path(log).stat().st_size
             continue
-        words, run = shortened(shlex.split(line.partition(" > ")[0])[1:], short)
+        arguments, run = shorten(shlex.split(line.partition(" > ")[0])[1:], short)
         if run:
-            assert cli.main(words) == cli.DONE, (line, capsys.readouterr().err)
+            assert cli.main(arguments) == cli.DONE, (line, capsys.readouterr().err)
             assert capsys.readouterr().out.strip(), line
-    left = {path.name for path in tmp_path.iterdir()}
-    assert LEFT.get(page, set()) <= left
-    assert {Path(name).suffix for name in left} >= ({".mcap"} if "--out run" in TEXTS[page] else set())
+    written_files = {path.name for path in tmp_path.iterdir()}
+    assert WRITTEN.get(page, set()) <= written_files
+    assert {Path(name).suffix for name in written_files} >= ({".mcap"} if "--out run" in TEXTS[page] else set())
 
 
 def test_files_shown_are_read():
@@ -172,7 +179,7 @@ def test_charts_and_make_targets_exist():
 def test_nodes_topics_and_launch_files_exist():
     setup = (ROOT / "setup.py").read_text(encoding="utf-8")
     known = {topic.full_name for name in scene_names() for topic in topics(load_scene(name))}
-    own = {f"{kind.namespace}/{command.name}" for kind in KINDS.values() for command in kind.commands()}
+    commands = {f"{kind.namespace}/{command.name}" for kind in KINDS.values() for command in kind.commands()}
     for _, line in lines("ros2 run"):
         assert f'"{line.split()[3]} = ' in setup, line
     for _, line in lines("ros2 launch"):
@@ -181,4 +188,4 @@ def test_nodes_topics_and_launch_files_exist():
         assert line.split()[3] in NODES, line
     for _, line in lines("bearing_twin node topic"):
         (topic,) = (word for word in line.split() if word.startswith("/"))
-        assert topic in known | own, line
+        assert topic in known | commands, line

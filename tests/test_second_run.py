@@ -41,11 +41,11 @@ def test_the_estimate_is_the_true_error(name):
         refined = kind.comparison(*refined).refined()
     true, comparison = Simulation(load_scene(name, (*SCENES[name], "solver.check=none"))), None
     true._motion = kind.motion(*refined)
-    comparison, found = kind.comparison(scene.parameters, choice), Differences(1e-3)
+    comparison, differences = kind.comparison(scene.parameters, choice), Differences(1e-3)
     for block in blocks:
-        found.add(1e-9 * block.time_ns, comparison.differences(block, true.advance(len(block))))
+        differences.add(1e-9 * block.time_ns, comparison.differences(block, true.advance(len(block))))
     for output, reported in report.errors["wanted_errors"].items():
-        assert 0.5 < reported["error"] / found.worst[output].error < 2.0
+        assert 0.5 < reported["error"] / differences.worst[output].error < 2.0
 
 
 def test_no_figure_depends_on_the_check():
@@ -91,14 +91,14 @@ def test_commands_and_threads():
     """A command in mid-chunk holds for both runs, is repeated to the bit, and no thread outlives a chunk."""
     (once, report), (twice, again) = commanded(False), commanded(False)
     assert once.tobytes() == twice.tobytes()
-    errors = [one.errors["wanted_errors"]["loads"]["error"] for one in (report, again)]
+    errors = [report_of_run.errors["wanted_errors"]["loads"]["error"] for report_of_run in (report, again)]
     assert errors[0] == errors[1]
     assert 0.0 < errors[0] < 1e-2
 
 
 def test_what_is_interrupted_is_computed_again_to_the_bit():
     scene = load_scene("bearing_6203_loose", ("run.duration=0.2",))
-    whole, report = finished(scene)
+    one_piece, report = finished(scene)
     halt = Halt()
     run, parts, count = Simulation(scene, halt), [], 0
     timer = threading.Timer
@@ -108,20 +108,20 @@ def test_what_is_interrupted_is_computed_again_to_the_bit():
             parts.append(run.advance(scene.outputs - run.sequence - 1))
         except Interrupted:
             count += 1
-    assert numbers(parts).tobytes() == numbers(whole).tobytes()
-    ours, theirs = (one.errors for one in (run.report(last=True), report))
+    assert numbers(parts).tobytes() == numbers(one_piece).tobytes()
+    ours, theirs = (result.errors for result in (run.report(last=True), report))
     assert ours["wanted_errors"] == theirs["wanted_errors"]
 
 
 def test_a_second_run_that_breaks_off_ends_the_comparison_alone():
     """The run goes on to the bit; its errors are those up to there, which is said."""
     scene = load_scene("bearing_6203", ("run.duration=2",))
-    whole, _ = finished(scene)
+    one_piece, _ = finished(scene)
     run = Simulation(scene)
     parts = [run.advance(401)]
     run._motion._second.scales = run._motion._second.scales * 1e-30
     parts.append(run.advance(scene.outputs - 401))
-    assert numbers(parts).tobytes() == numbers(whole).tobytes()
+    assert numbers(parts).tobytes() == numbers(one_piece).tobytes()
     report = run.report(last=True)
     assert report.errors["wanted_errors"]["loads"]["error"] > 0.0
     assert "broke off" in report.errors["errors_unknown"]["method"]
@@ -139,8 +139,8 @@ def test_at_the_least_tolerance_the_second_run_is_coarser():
 
 def test_fixed_steps_are_halved_after_a_jump_too():
     """Both runs took the same stable step after it, and the estimate was rounding."""
-    words = "solver.stepper=rk4", "run.duration=0.002", "run.output_rate=20000", "drive.change.time=0.001"
-    _, report = finished(load_scene("bearing_6203", (*words, "drive.change.offset=[0,-20e-6,0]")))
+    overrides = "solver.stepper=rk4", "run.duration=0.002", "run.output_rate=20000", "drive.change.time=0.001"
+    _, report = finished(load_scene("bearing_6203", (*overrides, "drive.change.offset=[0,-20e-6,0]")))
     assert report.costs["second_run_ball_steps"] >= 2 * report.costs["ball_steps"]
     assert report.errors["wanted_errors"]["friction"]["error"] > 1e-9
 
@@ -155,13 +155,13 @@ def test_the_horizon_is_where_most_outputs_differ_to_the_end():
         ((times > 0.7) & (np.arange(1001) % 3 > 0), 0.7),
         (times >= 0.0, 0.0),
     ):
-        found = Differences(1e-3)
+        differences = Differences(1e-3)
         for part in np.array_split(np.arange(1001), 7):
-            found.add(times[part], {"loads": (np.where(differs, 1e-2, 1e-5)[part], sizes[part])})
-        assert found.horizon == pytest.approx(horizon, abs=2e-3)
-        assert found.worst["loads"].error == 1e-2
+            differences.add(times[part], {"loads": (np.where(differs, 1e-2, 1e-5)[part], sizes[part])})
+        assert differences.horizon == pytest.approx(horizon, abs=2e-3)
+        assert differences.worst["loads"].error == 1e-2
         if horizon > 0.0:
-            assert found.worst["loads"].until == 1e-5
+            assert differences.worst["loads"].until == 1e-5
 
 
 def test_equilibria_have_no_second_run():

@@ -14,8 +14,8 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def stage(folder, seconds, *command):
-    words = [ROOT / ".ci" / "stage", folder / "said.txt", seconds, "a work", *command]
-    return subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False)
+    arguments = [ROOT / ".ci" / "stage", folder / "said.txt", seconds, "a work", *command]
+    return subprocess.run([str(argument) for argument in arguments], capture_output=True, text=True, check=False)
 
 
 def test_a_stage_says_how_long_it_takes_and_keeps_its_output(tmp_path):
@@ -36,9 +36,9 @@ def test_a_stage_that_fails_shows_its_last_words(tmp_path):
 def test_two_makes_in_one_folder_take_turns(tmp_path):
     alone = f"mkdir {tmp_path}/busy && sleep 0.5 && rmdir {tmp_path}/busy"
     with concurrent.futures.ThreadPoolExecutor() as pool:
-        both = list(pool.map(lambda _: stage(tmp_path, 1, "bash", "-c", alone), range(2)))
-    assert [one.returncode for one in both] == [0, 0]
-    assert any("waits for another make" in one.stderr for one in both)
+        results = list(pool.map(lambda _: stage(tmp_path, 1, "bash", "-c", alone), range(2)))
+    assert [result.returncode for result in results] == [0, 0]
+    assert any("waits for another make" in result.stderr for result in results)
 
 
 def test_a_prefix_knows_the_package_after_the_script_twice(tmp_path, monkeypatch):
@@ -66,9 +66,9 @@ def test_a_prefix_knows_the_package_after_the_script_twice(tmp_path, monkeypatch
 def test_the_package_is_found_beside_a_checkout_of_its_name(tmp_path):
     """Python looks where it is started first: folders of a checkout there are no part of the package."""
     (tmp_path / "bearing_twin" / "log").mkdir(parents=True)
-    there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    words = [sys.executable, "-c", "import bearing_twin.log.bag as bag; print(bag.__file__)"]
-    done = subprocess.run(words, cwd=tmp_path, env=there, capture_output=True, text=True, check=False)
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    command = [sys.executable, "-c", "import bearing_twin.log.bag as bag; print(bag.__file__)"]
+    done = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     assert Path(done.stdout.strip()).name == "bag.py"
 
@@ -104,10 +104,10 @@ def test_env_bash_is_enough_for_a_cpp_program_with_our_messages(tmp_path):
         "cmake --build build >&2",
         "build/reader",
     )
-    there = {key: os.environ[key] for key in ("PATH", "HOME")}
+    environment = {key: os.environ[key] for key in ("PATH", "HOME")}
     bash = shutil.which("bash")
     done = subprocess.run(
-        [bash, "-ec", "\n".join(lines)], cwd=tmp_path, env=there, capture_output=True, text=True, check=False
+        [bash, "-ec", "\n".join(lines)], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
     assert done.stdout == "bearing_twin_msgs/msg/Contacts2"
