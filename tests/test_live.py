@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from foreign_writers import message_class, serialise
 from runs import a_choice, made_up_block, made_up_scene
-from test_view import unpacked
+from test_view import unpack
 
 from bearing_twin.base.errors import BearingTwinError, LogError, SceneError
 from bearing_twin.log import cdr
@@ -33,7 +33,7 @@ def samples(low, high, block=BLOCK):
 def decoded(run, event):
     """(times, series) of an event."""
     described = [{"name": array.name, "shape": array.shape} for array in run.view.series]
-    return unpacked({"series": described, "data": event})
+    return unpack({"series": described, "data": event})
 
 
 def test_an_event_has_few_outputs_the_last_among_them_and_their_own_numbers():

@@ -172,9 +172,8 @@ class CheckedMotion:
         if name.startswith("_"):
             raise AttributeError(name)
         attribute = getattr(self._motion, name)
-        return (
-            getattr(self, f"_{name}") if name in ("resume", "take_back") else attribute
-        )  # where the first run has them
+        in_both = name in ("resume", "take_back")  # if the first run has them
+        return getattr(self, f"_{name}") if in_both else attribute
 
     @property
     def stop(self) -> np.ndarray:
@@ -222,9 +221,7 @@ class CheckedMotion:
         """Back to before the last `advance`, for both."""
         self._motion.take_back()
         self._second.take_back()
-        if self._previous:
-            vars(self).update(self._previous)
-            self._blocks = None
+        vars(self).update(self._previous)
 
     def first_outputs(self):
         """The outputs at the present instant."""
@@ -242,19 +239,9 @@ class CheckedMotion:
         """Advance both; raises what the first one raises, and Stopped after both have stopped."""
         for figures, block in zip(self._figures, self._blocks or (), strict=False):
             figures.add(block)
-        self._blocks = None
-        names = (
-            "_now_ns",
-            "_figures_until",
-            "_compared",
-            "_row",
-            "_figures",
-            "_event_differences",
-            "_failure",
-            "_records",
-        )
-        self._previous = {name: getattr(self, name) for name in names}
-        self._previous |= {name: copy.copy(getattr(self, name)) for name in ("_comparison", "_differences")}
+        self._blocks, self._previous = None, {}
+        copies = {name: copy.copy(getattr(self, name)) for name in ("_comparison", "_differences")}
+        self._previous = vars(self) | copies  # other attributes are replaced, not changed
         second: list = []
         thread = threading.Thread(
             target=_advance_second, args=(self._second, times, duration, second), name="second run", daemon=True
