@@ -53,7 +53,7 @@ NEVER_IMPORT = {
 REACH_ROS = {"command/node_command.py"}  # imports rooms with ROS inside functions, when one of them runs
 PHYSICS = ("methods", "coefficients", "shapes", "contact", "kinds")
 NUMERICS_OF_UQ = {  # these know no files and no plots either
-    *("distributions", "inputs", "sampling", "propagation", "statistics", "histories"),
+    *("distributions", "inputs", "sampling", "propagation", "statistics"),
 }
 NO_PHYSICS = {"datetime", "io", "logging", "matplotlib", "mcap", "os", "pathlib", "random", "rich", "time", "yaml"}
 LATE_ROOMS = {

@@ -8,9 +8,9 @@ from scipy import stats
 
 from bearing_twin.charts.paper3 import least_spread
 from bearing_twin.contact import hertz_impact as impact
-from bearing_twin.uq.histories import PROBABILITIES, history_statistics
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.sampling import UnitPoints
+from bearing_twin.uq.statistics import HISTORY_PROBABILITIES, history_statistics
 
 TIMES = np.linspace(0.0, 1.4e-4, 71)
 MASS = 0.5 * 0.2258
@@ -38,7 +38,7 @@ def test_statistics_in_pieces_are_those_of_the_whole(count):
     assert statistics["autocorrelation"][np.ix_(moved, moved)] == pytest.approx(expected, abs=1e-9)
     correlations = np.corrcoef(np.column_stack([alpha, force[:, moving]]).T)
     assert statistics["correlation with alpha"][moving] == pytest.approx(correlations[0, 1:], abs=1e-9)
-    for p in PROBABILITIES:
+    for p in HISTORY_PROBABILITIES:
         assert np.array_equal(statistics[f"{p:.2f}"], np.quantile(force, p, 0, method="median_unbiased"))
     for constant in (
         statistics["skewness"][~moving],

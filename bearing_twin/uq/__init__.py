@@ -10,6 +10,6 @@ Others import
 * `propagation`, `realisations`: distributions by change of variable, for pictures (`derive`, `exact_distributions`).
 * `statistics`: `histogram`, `kernel_density`, `modality` of a sample.
 
-Inside the room: `distributions` with maximum entropy, `sampling` (points of the unit cube), `histories` (statistics
-over time), `workers` (processes, Dask).
+Inside the room: `distributions` with maximum entropy, `sampling` (points of the unit cube), `workers` (processes,
+Dask).
 """

@@ -16,12 +16,11 @@ from bearing_twin.base.report import summary_text
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import axis_label, readable_unit, two_digits, with_unit
 from bearing_twin.run.report import SOURCE_LABELS
-from bearing_twin.uq.histories import history_statistics
 from bearing_twin.uq.inputs import numeric_keys, quantity_of, value_at
 from bearing_twin.uq.propagation import Chaos, Derived
 from bearing_twin.uq.realisations import without_numbers
 from bearing_twin.uq.sampling import UnitPoints
-from bearing_twin.uq.statistics import MOMENTS, Estimate, estimate, modality
+from bearing_twin.uq.statistics import MOMENTS, Estimate, estimate, history_statistics, modality
 from bearing_twin.uq.study import Study
 
 MOST_KINDS = 48  # of reasons or warnings; their bits fit into the digits of a float

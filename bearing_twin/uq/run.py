@@ -22,7 +22,6 @@ from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
 from bearing_twin.kinds.error_estimates import METHOD
 from bearing_twin.run.report import LARGE, SOURCE_LABELS, is_large_error
-from bearing_twin.uq.histories import COLUMNS, ROWS
 from bearing_twin.uq.inputs import quantity_of
 from bearing_twin.uq.propagation import MOST_RUNS, expand
 from bearing_twin.uq.realisations import (
@@ -37,7 +36,14 @@ from bearing_twin.uq.realisations import (
 )
 from bearing_twin.uq.result import StudyResult, Tally, sobol_summary, summary_of, sweep_head
 from bearing_twin.uq.sampling import SAMPLERS, UnitPoints
-from bearing_twin.uq.statistics import Estimate, estimate, sensitivity_points, sobol_indices
+from bearing_twin.uq.statistics import (
+    HISTORIES_AT_ONCE,
+    INSTANTS_AT_ONCE,
+    Estimate,
+    estimate,
+    sensitivity_points,
+    sobol_indices,
+)
 from bearing_twin.uq.study import IN_A_ROW, Study, checkpoints, load_study
 from bearing_twin.uq.workers import Ensemble
 
@@ -296,7 +302,7 @@ def sources_of_variance(study: Study, evaluate: Evaluator) -> dict[str, dict]:
 TABLES = 2**17  # numbers of tables of quantiles and of summaries
 WORKING_COPIES = 8  # of one column, while its statistics are made
 FINITE = 1.125  # histories, and a byte a number that says whether it is one
-BLOCKS = 4  # of ROWS histories, while products of them are summed
+BLOCKS = 4  # of HISTORIES_AT_ONCE, while products of them are summed
 SENSITIVITY_COPIES = 5  # of one quantity at the points of Sobol indices, while these are made
 # Keys that must be the same where the samples of an earlier result are reused.
 SAME = (
@@ -407,8 +413,8 @@ def memory_needed(study: Study) -> float:
     rows = study.sensitivity_rows
     # Their points are held three times: in the unit cube, as values, and as the key by which they are found again.
     further = rows * (inputs + 2) * (3.0 * inputs + quantities + SENSITIVITY_COPIES)
-    columns = settings.samples * 2 * COLUMNS if study.histories else 0.0
-    columns += BLOCKS * ROWS * settings.history_points if study.histories else 0.0
+    columns = settings.samples * 2 * INSTANTS_AT_ONCE if study.histories else 0.0
+    columns += BLOCKS * HISTORIES_AT_ONCE * settings.history_points if study.histories else 0.0
     return 8.0 * (settings.samples * row + further + columns + TABLES)
 
 
