@@ -30,10 +30,10 @@ def a_site():
 
 @pytest.fixture
 def server():
-    found = PageServer(a_site(), "127.0.0.1", 0)
-    found.start()
-    yield found
-    found.close()
+    served = PageServer(a_site(), "127.0.0.1", 0)
+    served.start()
+    yield served
+    served.close()
 
 
 def ask(server, method="GET", path="/", body=None, host=None, **headers):
@@ -41,7 +41,7 @@ def ask(server, method="GET", path="/", body=None, host=None, **headers):
     connection = http.client.HTTPConnection("127.0.0.1", server.server_port, timeout=PATIENCE)
     named = {"Host": host} if host else {}
     try:
-        connection.request(method, path, body, {key.replace("_", "-"): one for key, one in headers.items()} | named)
+        connection.request(method, path, body, {key.replace("_", "-"): value for key, value in headers.items()} | named)
         answer = connection.getresponse()
         return answer.status, answer.read().decode(), answer.headers
     finally:
@@ -73,12 +73,12 @@ def test_a_command_with_the_token_of_this_page_is_executed(server):
     assert server.site.executed == [{"do": "reset"}] * 2
     assert command(server, '{"do": "fail"}')[:2] == (409, "it cannot be done\n")
     assert server.url == f"http://{host}/#{server.token}"  # behind the hash no server or log sees it
-    other = PageServer(a_site(), "127.0.0.1", 0)
-    assert other.token != server.token
+    second_server = PageServer(a_site(), "127.0.0.1", 0)
+    assert second_server.token != server.token
     assert len(server.token) >= 32
     with pytest.raises(BearingTwinError, match=r"\(Address already in use\); give another --port"):
-        PageServer(a_site(), "127.0.0.1", other.server_port)
-    other.server_close()
+        PageServer(a_site(), "127.0.0.1", second_server.server_port)
+    second_server.server_close()
 
 
 def test_without_the_token_nothing_is_executed(server):
@@ -92,7 +92,7 @@ def test_without_the_token_nothing_is_executed(server):
 
 def test_other_pages_are_refused_even_with_the_token_and_names_that_lead_here_from_elsewhere(server):
     origins, sites = ("http://evil.example", "null"), ("cross-site", "same-site")
-    for name, value in (*(("Origin", one) for one in origins), *(("Sec_Fetch_Site", one) for one in sites)):
+    for name, value in (*(("Origin", origin) for origin in origins), *(("Sec_Fetch_Site", site) for site in sites)):
         assert command(server, **{name: value})[:2] == (403, "requests of other pages are refused\n")
         assert ask(server, path="/events", **{name: value})[0] == 403
     assert server.site.executed == []
@@ -105,8 +105,8 @@ def test_other_pages_are_refused_even_with_the_token_and_names_that_lead_here_fr
 
 def test_what_is_no_command_or_no_request_is_answered_with_one_sentence_or_ends_quietly(server):
     for body, status in {"[]": 400, "{": 400, "[" * 4000: 400, "x" * (page_server.LARGEST_COMMAND + 1): 413}.items():
-        found, text, _ = command(server, body)
-        assert found == status
+        answered, text, _ = command(server, body)
+        assert answered == status
         assert len(text.splitlines()) == 1
     assert server.site.executed == []
     assert ask(server, path="/../../etc/passwd")[0] == 404
@@ -169,14 +169,14 @@ def test_connections_that_say_nothing_or_little_at_a_time_take_only_so_many_plac
     idle = [socket.create_connection(("127.0.0.1", server.server_port), timeout=PATIENCE) for _ in range(6)]
 
     def said_little():
-        for one in idle[:3]:
+        for connection in idle[:3]:
             with contextlib.suppress(OSError):
-                one.send(b"G")
+                connection.send(b"G")
         return ask_or_none(server) == 200
 
     until(said_little)  # once the time for a request is over
-    for one in idle:
-        one.close()
+    for connection in idle:
+        connection.close()
     server.close()
 
 

@@ -60,10 +60,10 @@ def test_an_empty_mapping_gives_the_defaults():
 
 
 @pytest.mark.parametrize(
-    ("given", "value"), [(0.5, 0.5), ("1e-6", 1e-6), ("2.1e-1", 0.21), ("-.5", -0.5), (0, 0.0), ("+5.e-1", 0.5)]
+    ("entry", "value"), [(0.5, 0.5), ("1e-6", 1e-6), ("2.1e-1", 0.21), ("-.5", -0.5), (0, 0.0), ("+5.e-1", 0.5)]
 )
-def test_numbers_and_text_that_is_a_number_are_numbers(given, value):
-    slope = read_strict(Cart, {"slope": given}, "here").slope
+def test_numbers_and_text_that_is_a_number_are_numbers(entry, value):
+    slope = read_strict(Cart, {"slope": entry}, "here").slope
     assert slope == value
     assert type(slope) is float
 
@@ -72,25 +72,25 @@ NO_SLOPE = [True, False, "1:30", "0x1", "1_0", "one", "", "1e", "nan", [], {}, [
 NOT_FINITE = [float("nan"), float("inf"), "1e999", 10**400, "9" * 65]
 
 
-@pytest.mark.parametrize("given", NO_SLOPE + NOT_FINITE)
-def test_what_is_no_finite_number_within_limits_is_refused(given):
-    text = problems_of({"slope": given})
+@pytest.mark.parametrize("entry", NO_SLOPE + NOT_FINITE)
+def test_what_is_no_finite_number_within_limits_is_refused(entry):
+    text = problems_of({"slope": entry})
     assert text.startswith("cart.yaml: slope")
     assert "a number, above -1 and below 1" in text
     assert len(text) < 250
 
 
-@pytest.mark.parametrize(("given", "value"), [(4, 4), (4.0, 4), ("40", 40)])
-def test_whole_numbers(given, value):
-    spokes = read_strict(Cart, {"axle": {"spokes": given}}, "here").axle.spokes
+@pytest.mark.parametrize(("entry", "value"), [(4, 4), (4.0, 4), ("40", 40)])
+def test_whole_numbers(entry, value):
+    spokes = read_strict(Cart, {"axle": {"spokes": entry}}, "here").axle.spokes
     assert spokes == value
     assert type(spokes) is int
 
 
-@pytest.mark.parametrize("given", [4.5, True, 2, 101, "4.5"])
-def test_what_is_no_legal_whole_number_is_refused(given):
-    assert "axle.spokes" in problems_of({"axle": {"spokes": given}})
-    assert "a whole number, at least 3 and at most 100" in problems_of({"axle": {"spokes": given}})
+@pytest.mark.parametrize("entry", [4.5, True, 2, 101, "4.5"])
+def test_what_is_no_legal_whole_number_is_refused(entry):
+    assert "axle.spokes" in problems_of({"axle": {"spokes": entry}})
+    assert "a whole number, at least 3 and at most 100" in problems_of({"axle": {"spokes": entry}})
 
 
 def test_tuples_have_a_length_and_each_number_is_checked():
@@ -111,8 +111,8 @@ def test_an_unknown_key_names_the_nearest_and_all_legal_ones():
 
 def test_an_unknown_choice_names_the_nearest_and_all_legal_ones():
     assert "load = 'cole' is not known; did you mean coal? legal: hay, coal" in problems_of({"load": "cole"})
-    for other in (["hay"], {"hay": 1}):
-        assert f"load = {other} is not known; legal: hay, coal" in problems_of({"load": other})
+    for entry in (["hay"], {"hay": 1}):
+        assert f"load = {entry} is not known; legal: hay, coal" in problems_of({"load": entry})
     assert "load = 3" in problems_of({"load": 3})
 
 

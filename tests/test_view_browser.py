@@ -37,7 +37,7 @@ def browser():
     wrong = []
     with contextlib.ExitStack() as stack:
         page = stack.enter_context(browser_page(*DESKTOP))
-        page.on("console", lambda said: NOISE in said.text or wrong.append(f"{said.type}: {said.text}"))
+        page.on("console", lambda message: NOISE in message.text or wrong.append(f"{message.type}: {message.text}"))
         page.on("pageerror", lambda error: wrong.append(str(error)))
         page.on("request", lambda asked: asked.is_navigation_request() or wrong.append(asked.url[:100]))
         yield page, wrong
@@ -73,12 +73,12 @@ def until(page, condition, patience=60.0):
         assert time.monotonic() < end, f"{condition} did not come true"
 
 
-def differs(one, other):
+def differs(first, second):
     """Share of the pixels that differ."""
-    return float((np.abs(one - other).max(axis=-1) > 12.0).mean())
+    return float((np.abs(first - second).max(axis=-1) > 12.0).mean())
 
 
-def kept(page, name):
+def keep_screenshot(page, name):
     SCREENSHOTS.mkdir(parents=True, exist_ok=True)
     page.evaluate(DRAWN)
     page.screenshot(path=SCREENSHOTS / f"{name}.png")
@@ -110,7 +110,7 @@ def test_slider_and_play_move_the_picture_of_every_kind(of_kind, opened):
     go_to(page, 0.4)
     later = seen(page, part)
     assert differs(start, later) > 2e-4
-    kept(page, kind)
+    keep_screenshot(page, kind)
     assert page.evaluate("bearingView.charts.every(({ plot }) => plot.scales.x.max > plot.scales.x.min)")
     page.click("#play")
     far = "bearingView.player.time > 0.6 * bearingView.store.last || !bearingView.player.playing"
@@ -199,7 +199,7 @@ def test_a_study_is_drawn(opened):
     document = study_document(run_study(load_study("discs_small_10", overrides)))
     assert not opened(document, PHONE).evaluate(WIDER)  # wide parts scroll by themselves
     page = opened(document)
-    kept(page, "study")
+    keep_screenshot(page, "study")
     assert page.evaluate("document.querySelector('img').naturalWidth") > 800
     page.click("#tabs button:text-is('Statistics')")
     assert "95 % interval" in page.locator("#panes").inner_text()

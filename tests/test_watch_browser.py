@@ -134,20 +134,20 @@ def test_what_is_missing_breaks_the_curves_and_a_reset_begins_anew(browser, serv
         for _ in range(200):
             served.go_on()
             browser.wait_for_timeout(100)
-            found = browser.evaluate(BREAKS)
-            if found[0]["times"][-1] > until_time:
-                return found
+            curves = browser.evaluate(BREAKS)
+            if curves[0]["times"][-1] > until_time:
+                return curves
         raise AssertionError("the curves do not go on")
 
-    whole = went_on(0.6)
-    assert [one["broken"] for one in whole] == [[]] * len(whole)
+    unbroken = went_on(0.6)
+    assert [curve["broken"] for curve in unbroken] == [[]] * len(unbroken)
     last = browser.evaluate("bearingView.store.last")
     browser.wait_for_timeout(1000)
     parted = went_on(last + 1.6, 20)
-    for one in parted:
-        (place,) = one["broken"]
-        before = max(time for time in one["times"] if time < place)
-        after = min(time for time in one["times"] if time > place)
+    for curve in parted:
+        (gap,) = curve["broken"]
+        before = max(time for time in curve["times"] if time < gap)
+        after = min(time for time in curve["times"] if time > gap)
         assert after - before == pytest.approx(20 * 0.05, abs=0.02)
     assert browser.inner_text("#now").endswith(" s")  # the first output came after 0.05 s, as 50 ms
     assert browser.evaluate("bearingView.charts.every((one) => one.spec.xUnit === 's')")
@@ -157,7 +157,7 @@ def test_what_is_missing_breaks_the_curves_and_a_reset_begins_anew(browser, serv
     went_on(0.3)
     until(lambda: browser.evaluate("bearingView.store.last") < last)
     again = went_on(0.3)
-    assert all(one["broken"] == [] and max(one["times"]) < last for one in again)
+    assert all(curve["broken"] == [] and max(curve["times"]) < last for curve in again)
     assert browser.evaluate("bearingView.store.first") < 0.06
     assert wrong == []
 
