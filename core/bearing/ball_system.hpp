@@ -74,7 +74,7 @@ struct BallBlock : StepStates<BallState> {
 // The bodies in a step; derivatives by positions and velocities of the free coordinates are those of forces other than of balls.
 struct BodyStep : StepStates<BodyState> {
   BodyState y{}, f{}, start_rates{}, rhs{}, time_derivative{};
-  double inverse_inertia[MAX_FREE]{};  // of the free coordinates, at the start of the step
+  double inverse_step = 0.0, inverse_inertia[MAX_FREE]{};  // of the free coordinates, at the start of the step
   double by_position[MAX_FREE + INTEGRALS][MAX_FREE]{}, by_velocity[MAX_FREE + INTEGRALS][MAX_FREE]{};
   double position_coupling[MAX_FREE][MAX_FREE]{}, schur[MAX_FREE][MAX_FREE]{}, inverse[MAX_FREE][MAX_FREE]{};
 };

@@ -225,12 +225,17 @@ class RosenbrockBalls {
     if (DERIVATIVES) std::copy(inverse_inertia, inverse_inertia + MAX_FREE, body_step.inverse_inertia);
   }
 
+  // Calls function(step states) for all blocks of balls and, where they are coupled, for the bodies.
+  template <class Function>
+  void for_each_step(Function function) {
+    for (BallBlock &block : blocks) function(block);
+    if (!uncoupled) function(body_step);
+  }
+
   void linearise() {
-    for (BallBlock &block : blocks) block.y = block.start;
-    body_step.y = body_step.start;
+    for_each_step([](auto &s) { s.y = s.start; });
     evaluate<true>(0.0);
-    for (BallBlock &block : blocks) block.start_rates = block.f;
-    body_step.start_rates = body_step.f;
+    for_each_step([](auto &s) { s.start_rates = s.f; });
     if (!layout.even) return;
     double acceleration = body_step.start_rates[COORDINATES + CAGE_ANGLE];  // the inertia of an even cage grows with its balls' radii
     for (BallBlock &block : blocks)
@@ -239,16 +244,15 @@ class RosenbrockBalls {
 
   // Rates a little later, for df/dt.
   void evaluate_later() {
-    for (BallBlock &block : blocks) block.y = block.start, block.carried.forget_films();
-    body_step.y = body_step.start;
+    for (BallBlock &block : blocks) block.carried.forget_films();
+    for_each_step([](auto &s) { s.y = s.start; });
     evaluate<false>(TIME_DIFFERENCE);
-    for (BallBlock &block : blocks) block.time_derivative = block.f;
-    body_step.time_derivative = body_step.f;
+    for_each_step([](auto &s) { s.time_derivative = s.f; });
   }
   void difference_in_time() {
-    for (BallBlock &block : blocks)
-      for (int c = 0; c < COLUMNS; c++) block.time_derivative[c] = (block.time_derivative[c] - block.start_rates[c]) * (1.0 / TIME_DIFFERENCE);
-    for (int c = 0; c < BODY_NUMBERS; c++) body_step.time_derivative[c] = (body_step.time_derivative[c] - body_step.start_rates[c]) * (1.0 / TIME_DIFFERENCE);
+    for_each_step([](auto &s) {
+      for (std::size_t n = 0; n < s.y.size(); n++) s.time_derivative[n] = (s.time_derivative[n] - s.start_rates[n]) * (1.0 / TIME_DIFFERENCE);
+    });
   }
 
   // The state y + sum_j a_ij u_j of stage I, and sum_j c_ij u_j of its right-hand side.
@@ -277,6 +281,7 @@ class RosenbrockBalls {
     if (!jacobian_is_current) linearise();
     if (explicit_time) difference_in_time();
     for (BallBlock &block : blocks) block.gamma_step = method.gamma * block.step, block.inverse_step = 1.0 / block.step;
+    body_step.inverse_step = 1.0 / step;
     factorise_system();
     make_stage<0>(), make_stage<1>(), make_stage<2>(), make_stage<3>();
     if (method.stages > 4) make_stage<4>(), make_stage<5>();
@@ -285,29 +290,19 @@ class RosenbrockBalls {
 
   template <int I>
   void make_stage() {
-    if constexpr (I == 0) {
-      for (BallBlock &block : blocks) block.rhs = block.f = block.start_rates, block.y = block.start;
-      if (!uncoupled) body_step.rhs = body_step.f = body_step.start_rates, body_step.y = body_step.start;
-    } else {
-      for (BallBlock &block : blocks) combine_stages<I>(method.a[I], method.c[I], block.stage, block.start, block.y, block.rhs);
-      if (!uncoupled) combine_stages<I>(method.a[I], method.c[I], body_step.stage, body_step.start, body_step.y, body_step.rhs);
+    if constexpr (I == 0) for_each_step([](auto &s) { s.rhs = s.f = s.start_rates, s.y = s.start; });
+    else {
+      for_each_step([&](auto &s) { combine_stages<I>(method.a[I], method.c[I], s.stage, s.start, s.y, s.rhs); });
       if (!method.repeats_first(I)) evaluate<false>(method.alpha[I]);
-      for (BallBlock &block : blocks) add_rates(block.f, block.inverse_step, block.rhs);
-      if (!uncoupled) add_rates(body_step.f, 1.0 / step, body_step.rhs);
+      for_each_step([](auto &s) {
+        for (std::size_t n = 0; n < s.rhs.size(); n++) s.rhs[n] = s.f[n] + s.inverse_step * s.rhs[n];
+      });
     }
-    if (time_dependent || crosses_defects) {
-      for (BallBlock &block : blocks) add_slope(method.d[I], block.time_derivative, block.rhs);
-      if (!uncoupled) add_slope(method.d[I], body_step.time_derivative, body_step.rhs);
-    }
+    if (time_dependent || crosses_defects)
+      for_each_step([&](auto &s) {
+        for (std::size_t n = 0; n < s.rhs.size(); n++) s.rhs[n] += method.d[I] * s.time_derivative[n];
+      });
     call_sized(layout, [&]<bool EVEN, int M>() { solve_stage<EVEN, M>(I); });
-  }
-  template <class S, class T>
-  static void add_rates(const S &rates, const T &inverse_step, S &right) {
-    for (std::size_t n = 0; n < right.size(); n++) right[n] = rates[n] + inverse_step * right[n];
-  }
-  template <class S>
-  static void add_slope(double weight, const S &slope, S &right) {
-    for (std::size_t n = 0; n < right.size(); n++) right[n] += weight * slope[n];
   }
 
   // Solves for a stage; M is the capacity for unknowns of the bodies, padded with zeros.
