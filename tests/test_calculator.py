@@ -176,30 +176,32 @@ def test_what_makes_no_contact_is_refused_with_the_reason(make, reason):
         make()
 
 
-def asked(line):
+def contact_command(line):
     parser = argparse.ArgumentParser()
     add_arguments(parser)
     return run(parser.parse_args(line.split()))
 
 
 def test_a_bearing_by_its_designation_and_by_its_curvatures_agree():
-    bearing = asked("--bearing 6203 --race outer --load 100").result
+    bearing = contact_command("--bearing 6203 --race outer --load 100").result
     small, large = bearing["curvature_small_per_m"], bearing["curvature_large_per_m"]
-    gap = asked(f"--curvature-small {small!r} --curvature-large {large!r} --young 2.075e11 --load 100").result
+    gap = contact_command(f"--curvature-small {small!r} --curvature-large {large!r} --young 2.075e11 --load 100").result
     assert gap["approach_m"] == pytest.approx(bearing["approach_m"], rel=1e-13)
     assert bearing["normal_load_n"] / bearing["approach_m"] ** 1.5 == pytest.approx(2.502e10, rel=2.5e-4)
-    assert asked("--bearing 6203 --load 100").result["axis_ratio"] == pytest.approx(0.1043, abs=6e-5)
+    assert contact_command("--bearing 6203 --load 100").result["axis_ratio"] == pytest.approx(0.1043, abs=6e-5)
 
 
 def test_yield_is_judged_where_it_is_known():
-    assert "yield" in asked("--radii-1 0.01 --peak-pressure 3.3e9").warnings[0]
-    assert asked("--radii-1 0.01 --peak-pressure 3.1e9").warnings == []
-    assert asked("--radii-1 0.01 --young 1e11 --poisson 0.2 --peak-pressure 1e9").warnings == []
-    assert "yield" in asked("--radii-1 0.01 --young 1e11 --peak-pressure 1e9 --yield-strength 5e8").warnings[0]
+    assert "yield" in contact_command("--radii-1 0.01 --peak-pressure 3.3e9").warnings[0]
+    assert contact_command("--radii-1 0.01 --peak-pressure 3.1e9").warnings == []
+    assert contact_command("--radii-1 0.01 --young 1e11 --poisson 0.2 --peak-pressure 1e9").warnings == []
+    assert (
+        "yield" in contact_command("--radii-1 0.01 --young 1e11 --peak-pressure 1e9 --yield-strength 5e8").warnings[0]
+    )
 
 
 def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formulas(capsys):
-    outcome = asked("--radii-1 0.01 --speed 2 --mass 0.1 --restitution 0.5")
+    outcome = contact_command("--radii-1 0.01 --speed 2 --mass 0.1 --restitution 0.5")
     results = outcome.result["damping"]
     assert [scale["restitution"] for scale in results.values()] == pytest.approx([0.5, 0.663, 0.725, 0.470], abs=6e-4)
     chi = results["exact"]["damping_s_per_m"] * 2.0
@@ -213,7 +215,7 @@ def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formul
 
 def test_the_picture_is_a_png(tmp_path, quick_pictures):
     path = tmp_path / "contact.png"
-    assert asked(f"--bearing 6203 --load 300 --plot {path}").result["plot"] == str(path)
+    assert contact_command(f"--bearing 6203 --load 300 --plot {path}").result["plot"] == str(path)
     content = path.read_bytes()
     assert content.startswith(b"\x89PNG")
     assert len(content) > 20_000
@@ -242,12 +244,12 @@ def test_the_picture_is_a_png(tmp_path, quick_pictures):
 )  # fmt: skip
 def test_bad_input_is_refused_with_the_reason(line, reason):
     with pytest.raises(BearingTwinError, match=reason):
-        asked(line)
+        contact_command(line)
 
 
 def test_a_law_that_diverges_has_no_error(capsys):
     """It was shown as a load of nan with an error of +0 %."""
-    outcome = asked("--radii-1 0.01 --load 1")
+    outcome = contact_command("--radii-1 0.01 --load 1")
     outcome.result["laws"]["hertz_unprojected"]["normal_load_n"] = math.nan
     outcome.show()
     row = next(line for line in capsys.readouterr().out.splitlines() if line.startswith("hertz_unprojected"))
@@ -256,14 +258,14 @@ def test_a_law_that_diverges_has_no_error(capsys):
 
 def test_the_law_constant_is_exact_where_it_is_frozen(capsys):
     line = "--bearing 6203 --load 50"
-    circle, frozen = asked(line), asked(f"{line} --frozen-at 0.104322")
+    circle, frozen = contact_command(line), contact_command(f"{line} --frozen-at 0.104322")
     assert circle.result["laws"]["constant"]["error"] == pytest.approx(-0.203, abs=1e-3)
     assert frozen.result["laws"]["constant"]["error"] == pytest.approx(0.0, abs=1e-5)
     frozen.show()
     assert "exact for b/a = 0.104322" in capsys.readouterr().out
     for ratio in ("0", "1.5", "nan"):
         with pytest.raises(SceneError, match="frozen_at"):
-            asked(f"{line} --frozen-at {ratio}")
+            contact_command(f"{line} --frozen-at {ratio}")
 
 
 CALM = {

@@ -63,9 +63,9 @@ def system_jacobian(*system):
     sizes = np.array([*(*OF_BALL, *(1e-6,) * 3) * balls, *OF_BODIES, *(1e-6,) * 4])
     solutions = linear_answers(*system, np.diag(sizes))[1].T / sizes[:, None]
     moves = np.flatnonzero(np.abs(solutions).max(axis=0))
-    there = np.ix_(moves, moves)
+    moving = np.ix_(moves, moves)
     jacobian = np.zeros_like(solutions)
-    jacobian[there] = np.eye(len(moves)) / GAIN - np.linalg.inv(solutions[there])
+    jacobian[moving] = np.eye(len(moves)) / GAIN - np.linalg.inv(solutions[moving])
     jacobian[np.abs(jacobian) < 1e-9 * np.abs(jacobian).max(axis=1, keepdims=True)] = 0.0  # rounding
     jacobian *= sizes[:, None] / sizes
     of_balls = (np.arange(balls)[:, None] * COLUMNS + np.arange(MOTION)).ravel()
@@ -97,11 +97,11 @@ CASES = {
 }
 
 
-def places_in_state(guided):
+def indices_in_state(guided):
     """Where the bodies' places and velocities (2 COORDINATES,) stand in a body_state, -1 where they do not."""
-    places = [0, 1, 2, *((-1, -1, CAGE_X, CAGE_X + 1) if guided else (3, 4, -1, -1)), 5]
-    speeds = (-1 if place < 0 else POSITIONS + place for place in places)
-    return [*places, HOUSING_POSITION, SHAFT_ANGLE, *speeds, HOUSING_SPEED, SHAFT_SPEED]
+    positions = [0, 1, 2, *((-1, -1, CAGE_X, CAGE_X + 1) if guided else (3, 4, -1, -1)), 5]
+    speeds = (-1 if index < 0 else POSITIONS + index for index in positions)
+    return [*positions, HOUSING_POSITION, SHAFT_ANGLE, *speeds, HOUSING_SPEED, SHAFT_SPEED]
 
 
 class System:
@@ -123,21 +123,21 @@ class System:
     def rates(self, state, body_state):
         """Rates of balls (N, COLUMNS) and of the body_state (BODY_COLUMNS,)."""
         rates = system_rates(*self.system(state, body_state))
-        balls, own = rates[: state.size].reshape(-1, COLUMNS).copy(), np.zeros(BODY_COLUMNS)
+        balls, body_rates = rates[: state.size].reshape(-1, COLUMNS).copy(), np.zeros(BODY_COLUMNS)
         orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
         balls[:, TANGENTIAL_VELOCITY] *= state[:, AXIS_DISTANCE]  # from that of the orbit rate
         balls[:, TANGENTIAL_VELOCITY] += state[:, RADIAL_VELOCITY] * orbit
-        for number, place in enumerate(places_in_state(bool(self.bodies.land))):
-            if place >= 0:
-                own[place] = rates[state.size + number]
-        return balls, own
+        for number, index in enumerate(indices_in_state(bool(self.bodies.land))):
+            if index >= 0:
+                body_rates[index] = rates[state.size + number]
+        return balls, body_rates
 
     def jacobian(self):
         """The Jacobian of all motions in one matrix, balls first (9 each), then the bodies' places and velocities."""
         jacobian = system_jacobian(*self.system(self.state, self.body_state))
         balls = len(self.state)
-        own = (np.arange(balls)[:, None] * COLUMNS + np.arange(MOTION)).ravel()
-        return jacobian[np.append(own, balls * COLUMNS + np.arange(2 * COORDINATES))]
+        body_rates = (np.arange(balls)[:, None] * COLUMNS + np.arange(MOTION)).ravel()
+        return jacobian[np.append(body_rates, balls * COLUMNS + np.arange(2 * COORDINATES))]
 
 
 def disturbed(name, seed=3, more=()):

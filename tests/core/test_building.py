@@ -24,8 +24,8 @@ MADE_UP = {
 }
 
 
-def run(*words, **more):
-    return subprocess.run([str(word) for word in words], capture_output=True, text=True, check=False, **more)
+def run(*arguments, **options):
+    return subprocess.run([str(word) for word in arguments], capture_output=True, text=True, check=False, **options)
 
 
 @pytest.fixture
@@ -54,14 +54,14 @@ def test_numbers_go_through_the_door(library):
 
 
 def test_a_library_that_cannot_be_used_is_refused_in_one_sentence(library, tmp_path, monkeypatch):
-    whole, build = library.read_bytes(), core.version()[6:18].encode()
-    assert whole.count(build) == 1
+    sound, build = library.read_bytes(), core.version()[6:18].encode()
+    assert sound.count(build) == 1
     cases = {
         "missing": None,
-        "not whole": whole[: len(whole) // 2],
-        "still not whole": whole[:-1],
+        "not whole": sound[: len(sound) // 2],
+        "still not whole": sound[:-1],
         "no library": b"#!/bin/sh\n" + b"\n" * 4096,
-        "is of other sources": whole.replace(build, b"0" * 12),
+        "is of other sources": sound.replace(build, b"0" * 12),
     }
     for case, content in cases.items():
         folder = tmp_path / case
@@ -137,12 +137,12 @@ def test_sanitizers_find_nothing_in_what_the_tests_of_the_core_do(tmp_path, need
     assert done.returncode == 0, done.stderr
     # the library of C++ too, without which AddressSanitizer finds no `throw` to watch in extensions of other packages
     preloaded = [run("g++", f"-print-file-name={name}").stdout.strip() for name in ("libasan.so", "libstdc++.so")]
-    there = os.environ | {
+    environment = os.environ | {
         "LD_PRELOAD": " ".join(preloaded),
         "ASAN_OPTIONS": "detect_leaks=0",
         "BEARING_TWIN_CORE": str(tmp_path),
     }
-    words = [
+    command = [
         sys.executable,
         "-m",
         "pytest",
@@ -155,7 +155,7 @@ def test_sanitizers_find_nothing_in_what_the_tests_of_the_core_do(tmp_path, need
         "-k",
         "not compiled_again and not turning",  # where rounding, which is another without optimising, decides of bounces
     ]
-    done = run(*words, env=there, cwd=ROOT)
+    done = run(*command, env=environment, cwd=ROOT)
     assert done.returncode == 0, done.stdout[-4000:] + done.stderr[-4000:]
 
 
@@ -163,25 +163,27 @@ def test_sanitizers_find_nothing_in_what_the_tests_of_the_core_do(tmp_path, need
 def test_the_core_compiles_for_aarch64(tmp_path):
     if not shutil.which("aarch64-linux-gnu-g++"):
         pytest.skip("there is no aarch64-linux-gnu-g++ here (Debian: apt install g++-aarch64-linux-gnu)")
-    words = [sys.executable, ROOT / "core" / "build.py", "--march", "armv8-a", "--into", tmp_path]
-    done = run(*words, env=os.environ | {"CXX": "aarch64-linux-gnu-g++"})
+    command = [sys.executable, ROOT / "core" / "build.py", "--march", "armv8-a", "--into", tmp_path]
+    done = run(*command, env=os.environ | {"CXX": "aarch64-linux-gnu-g++"})
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "libbearing_twin_core-armv8-a.so").is_file()
 
 
 @pytest.mark.environment
 def test_the_wheel_is_for_every_python_and_brings_the_core_to_a_fresh_environment(tmp_path, needs_compiler):
-    there = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {"BEARING_TWIN_MARCH": "all"}
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"} | {
+        "BEARING_TWIN_MARCH": "all"
+    }
     pip = [sys.executable, "-m", "pip", "wheel", "--no-deps", "--no-build-isolation", "--wheel-dir", tmp_path, ROOT]
-    done = run(*pip, env=there)
+    done = run(*pip, env=environment)
     assert done.returncode == 0, done.stderr
     (wheel,) = tmp_path.glob("*.whl")
     assert re.search(r"-py3-none-linux_\w+\.whl$", wheel.name)
     run(sys.executable, "-m", "venv", tmp_path / "venv")
-    own = tmp_path / "venv" / "bin" / "python"
-    done = run(own, "-m", "pip", "install", "--no-deps", wheel, f"numpy=={np.__version__}", env=there)
+    python = tmp_path / "venv" / "bin" / "python"
+    done = run(python, "-m", "pip", "install", "--no-deps", wheel, f"numpy=={np.__version__}", env=environment)
     assert done.returncode == 0, done.stderr
-    words = [own, "-c", "from bearing_twin import core; print(core.version(), core.simd_lanes())"]
-    done = run(*words, env=there, cwd=tmp_path)
+    command = [python, "-c", "from bearing_twin import core; print(core.version(), core.simd_lanes())"]
+    done = run(*command, env=environment, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert core.version()[:18] in done.stdout

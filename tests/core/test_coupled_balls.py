@@ -12,7 +12,7 @@ from ring_systems import (
     OF_BODIES,
     System,
     disturbed,
-    places_in_state,
+    indices_in_state,
     system_jacobian,
     system_rates,
 )
@@ -66,16 +66,16 @@ def differences(*system):
     balls = len(state)
 
     def rates(column, change):
-        there, places = state.copy(), body_state.copy()
-        ball, of = divmod(column, MOTION)
+        ball_state, body_changed = state.copy(), body_state.copy()
+        ball, number = divmod(column, MOTION)
         if ball >= balls:
-            places[places_in_state(bool(bodies.land))[column - balls * MOTION]] += change
+            body_changed[indices_in_state(bool(bodies.land))[column - balls * MOTION]] += change
         else:
-            orbit = there[ball, TANGENTIAL_VELOCITY] / there[ball, AXIS_DISTANCE]
-            there[ball, of] += change * (of != TANGENTIAL_VELOCITY)
-            orbit += change * (of == TANGENTIAL_VELOCITY)
-            there[ball, TANGENTIAL_VELOCITY] = orbit * there[ball, AXIS_DISTANCE]
-        return system_rates(bearing, drive, bodies, near, there, places)
+            orbit = ball_state[ball, TANGENTIAL_VELOCITY] / ball_state[ball, AXIS_DISTANCE]
+            ball_state[ball, number] += change * (number != TANGENTIAL_VELOCITY)
+            orbit += change * (number == TANGENTIAL_VELOCITY)
+            ball_state[ball, TANGENTIAL_VELOCITY] = orbit * ball_state[ball, AXIS_DISTANCE]
+        return system_rates(bearing, drive, bodies, near, ball_state, body_changed)
 
     jacobian = system_jacobian(*system)
     assert jacobian.shape == (balls * COLUMNS + BODY_NUMBERS, balls * MOTION + 2 * COORDINATES)
@@ -118,17 +118,17 @@ def test_derivatives_know_that_friction_falls_as_films_grow():
         moving.bearing, moving.drive, moving.bodies, near, moving.state, moving.body_state
     )
     spins = np.add.outer(COLUMNS * np.arange(len(near)), np.arange(SPIN, SPIN + 3)).ravel()
-    places = (columns < len(near) * MOTION) & (columns % MOTION == AXIS_DISTANCE)
+    radii = (columns < len(near) * MOTION) & (columns % MOTION == AXIS_DISTANCE)
     size = np.abs(expected[spins]).max(axis=1, keepdims=True)
     assert (size > 0.0).sum() > 10
-    assert (np.abs(result - expected)[np.ix_(spins, places)] <= 0.02 * size).all()
+    assert (np.abs(result - expected)[np.ix_(spins, radii)] <= 0.02 * size).all()
 
 
 def test_oil_takes_few_more_evaluations_than_dry_contacts():
     """1.44 times as many; a Jacobian that lacks the slopes of films makes it 3.9 times."""
     costs = []
-    for more in ((), ("lubricant={kind: oil, name: VG100}",)):
-        run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.1", "solver.check=none", *more]))
+    for lubricant in ((), ("lubricant={kind: oil, name: VG100}",)):
+        run = simulate(load_scene("bearing_6203_loose", ["run.duration=0.1", "solver.check=none", *lubricant]))
         assert all(len(block) for block in run.blocks())
         costs.append(run.report.costs["ball_rates"])
     assert costs[0] < costs[1] < 2.0 * costs[0]
@@ -170,10 +170,10 @@ def test_what_balls_lose_of_momentum_the_cage_gains(name):
     """Linear in the plane, angular about the axis: rates with the walls less those without."""
     system = disturbed(name)
     bearing, state, body_state = system.bearing, system.state, system.body_state
-    balls, own = system.rates(state, body_state)
+    balls, body_rates = system.rates(state, body_state)
     system.bearing = bearing._replace(pockets=bearing.pockets._replace(stiffness=0.0))
     without, alone = system.rates(state, body_state)
-    rates, changes = balls - without, (own - alone)[POSITIONS : 2 * POSITIONS] * system.bodies.mass
+    rates, changes = balls - without, (body_rates - alone)[POSITIONS : 2 * POSITIONS] * system.bodies.mass
     cosine, sine = np.cos(state[:, ORBIT_ANGLE]), np.sin(state[:, ORBIT_ANGLE])
     radial, along = bearing.ball_mass * rates[:, RADIAL_VELOCITY], bearing.ball_mass * rates[:, TANGENTIAL_VELOCITY]
     force = np.array([cosine * radial - sine * along, sine * radial + cosine * along])
@@ -189,11 +189,11 @@ def test_what_balls_lose_of_momentum_the_cage_gains(name):
 def test_what_the_land_takes_from_the_cage_its_ring_gets(name):
     """Forces on cage and ring cancel, so do torques about the axis; the outer ring is at rest."""
     system = disturbed(name)
-    _, own = system.rates(system.state, system.body_state)
+    _, body_rates = system.rates(system.state, system.body_state)
     land = system.bodies.land
     system.bodies = system.bodies._replace(land=land._replace(stiffness=0.0))
     _, without = system.rates(system.state, system.body_state)
-    changes = (own - without)[POSITIONS : 2 * POSITIONS] * system.bodies.mass
+    changes = (body_rates - without)[POSITIONS : 2 * POSITIONS] * system.bodies.mass
     assert np.abs(changes[CAGE_X:CAGE]).max() > 0.1
     expected = -changes[CAGE_X:CAGE] if land.side < 0.0 else np.zeros(2)
     assert changes[:2] == pytest.approx(expected, abs=1e-9)
@@ -216,9 +216,9 @@ def test_what_balls_and_inner_ring_lose_of_momentum_along_it_the_housing_gains()
     """The rest comes from the loads, from gravity, and from the springs and dampers of support and housing."""
     housed = "cage.kind=none", "sensor.on=housing", "sensor.direction=1,-2,3", "housing.stiffness=1e7"
     system = disturbed("ring", more=housed)
-    bearing, bodies, state, place = system.bearing, system.bodies, system.state, system.body_state
-    place[[HOUSING_POSITION, HOUSING_SPEED]] = 1e-6, 2e-3
-    balls, own = system.rates(state, place)
+    bearing, bodies, state, body_state = system.bearing, system.bodies, system.state, system.body_state
+    body_state[[HOUSING_POSITION, HOUSING_SPEED]] = 1e-6, 2e-3
+    balls, body_rates = system.rates(state, body_state)
     along, housing = np.array(bodies.housing.direction), bodies.housing
     orbit = state[:, TANGENTIAL_VELOCITY] / state[:, AXIS_DISTANCE]
     outwards = balls[:, RADIAL_VELOCITY] - orbit * state[:, TANGENTIAL_VELOCITY]
@@ -229,26 +229,28 @@ def test_what_balls_and_inner_ring_lose_of_momentum_along_it_the_housing_gains()
     )
     moved = bearing.ball_mass * (result.sum(axis=1) - len(state) * np.array(bearing.gravity)) @ along
     ring, speed = slice(0, 3), slice(POSITIONS, POSITIONS + 3)
-    loads = bodies.load[ring] + bodies.weight[ring] - bodies.stiffness[ring] * (place[ring] - bodies.rest[ring])
-    moved += (bodies.mass[ring] * own[speed] - loads + bodies.damping[ring] * place[speed]) @ along
-    held = housing.load - housing.stiffness * place[HOUSING_POSITION] - housing.damping * place[HOUSING_SPEED]
-    gained = housing.mass * own[HOUSING_SPEED] - held
+    loads = bodies.load[ring] + bodies.weight[ring] - bodies.stiffness[ring] * (body_state[ring] - bodies.rest[ring])
+    moved += (bodies.mass[ring] * body_rates[speed] - loads + bodies.damping[ring] * body_state[speed]) @ along
+    held = housing.load - housing.stiffness * body_state[HOUSING_POSITION] - housing.damping * body_state[HOUSING_SPEED]
+    gained = housing.mass * body_rates[HOUSING_SPEED] - held
     assert abs(gained) > 1.0  # N
     assert gained == pytest.approx(-moved, rel=1e-9)
 
 
 def test_a_ring_rings_with_its_housing_as_two_masses_on_springs():
     """Axially, 10 um of preload, without friction: the stiffness of the bearing is that at which a held ring rings."""
-    words = (
+    overrides = (
         *FREE, "rings.inner.inertia=[1.0e-4,0]", "gravity=[0,0,0]", "contact.friction_coefficient=0.0",
         "drive.speed=0", f"rings.inner.load=[0,0,{AXIAL_PRELOAD}]",
         "sensor.on=housing", "sensor.direction=0,0,-1", "housing={mass: 0.8, stiffness: 3e6, damping: 0}",
     )  # fmt: skip
-    moving = motion(*words)
+    moving = motion(*overrides)
     system = System(moving, moving.state, np.zeros(BODY_COLUMNS) + moving.body_state)
     system.drive = RingDrive(0.0, 0.0, 0.0)
-    stiffness, own, mass = 0.5 * (2.0 * np.pi * 289.77) ** 2, 3e6, 0.8
-    matrix = np.array([[stiffness / 0.5, -stiffness / 0.5], [-stiffness / mass, (stiffness + own) / mass]])
+    stiffness, housing_stiffness, mass = 0.5 * (2.0 * np.pi * 289.77) ** 2, 3e6, 0.8
+    matrix = np.array(
+        [[stiffness / 0.5, -stiffness / 0.5], [-stiffness / mass, (stiffness + housing_stiffness) / mass]]
+    )
     result = np.linalg.eigvals(system.jacobian()).imag / (2.0 * np.pi)
     for line in np.sqrt(np.linalg.eigvals(matrix)) / (2.0 * np.pi):
         assert np.abs(result / line - 1.0).min() < 1e-2, (line, result)

@@ -39,18 +39,18 @@ def gap_there(ball, circle, across, side, cosine):
     return gap
 
 
-def exact(law, *place):
+def exact(law, *contact):
     """c of the law there, by the gap itself."""
-    gap = gap_there(*place)
+    gap = gap_there(*contact)
     return fresh_coefficient(law, gap.curvature_small, gap.curvature_large)
 
 
 @pytest.mark.parametrize("name", law_names("point", LAW_NEEDS))
 @pytest.mark.parametrize(
-    ("share", "conformity", "off"),
+    ("share", "conformity", "error"),
     [(0.236, 0.52, 6e-14), (0.236, 0.5003, 4e-14), (0.1, 0.515, 2e-15), (0.4, 0.52, 4e-11), (0.5, 0.52, 4e-11)],
 )
-def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, conformity, off):
+def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, conformity, error):
     """Near b/a = 0.01 `hertz` goes over to the exact solution, from which its rational form is 1e-10 off."""
     law, floor = elasticity(name, MODULUS, 1e9), 1e-13 if LAWS[name].carries else 3e-15
     if name == "hertz" and conformity < 0.501:
@@ -62,14 +62,14 @@ def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, con
         assert cosines.min() < 0.4 or not LAWS[name].follows
         result = np.array([along_groove(terms, side * cosine) for cosine in cosines])
         expected = np.array([exact(law, *shape, side, cosine) for cosine in cosines])
-        assert np.abs(result / expected - 1.0).max() < off + floor
+        assert np.abs(result / expected - 1.0).max() < error + floor
         if LAWS[name].follows and cosines.min() > 0.01:
             beyond = side * (cosines.min() - 0.01)
             assert along_groove(terms, beyond) == pytest.approx(result[-1], rel=1e-12)
 
 
 @pytest.mark.parametrize(
-    ("share", "conformity", "off"),
+    ("share", "conformity", "error"),
     [
         (0.236, 0.52, 7e-14),
         (0.236, 0.501, 7e-14),
@@ -79,14 +79,14 @@ def test_a_law_along_a_groove_is_the_law_at_every_contact_angle(name, share, con
         (0.236, 0.5003, 1e-12),
     ],
 )
-def test_the_semi_axes_along_a_groove_are_those_of_every_contact_angle(share, conformity, off):
+def test_the_semi_axes_along_a_groove_are_those_of_every_contact_angle(share, conformity, error):
     for side in (-1.0, 1.0):
         shape = groove(share, conformity, side)
-        both = axes_along(*shape, side)
-        cosines = 1.0 + both[0][TERMS] * COSINES
+        axes = axes_along(*shape, side)
+        cosines = 1.0 + axes[0][TERMS] * COSINES
         assert cosines.min() < 0.4
-        for axis, terms in enumerate(both):
+        for axis, terms in enumerate(axes):
             result = np.array([along_groove(terms, side * cosine) for cosine in cosines])
             gaps = [gap_there(*shape, side, cosine) for cosine in cosines]
             expected = [semi_axes(gap.curvature_small, gap.curvature_large, 4e-6)[axis] for gap in gaps]
-            assert np.abs(2e-3 * result / expected - 1.0).max() < off
+            assert np.abs(2e-3 * result / expected - 1.0).max() < error

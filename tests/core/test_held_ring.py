@@ -25,7 +25,7 @@ def moving_ball(law, friction, tilt=(0.0, 0.0)):
     return state, (bearing, RingDrive(0.0, 300.0, 0.0), moving.bodies, np.zeros(1, bool), moving.body_state)
 
 
-def at(state, system):
+def arguments(state, system):
     """The arguments of `system_rates` for a ball in this state."""
     *before, body_state = system
     ball = state.copy()
@@ -38,12 +38,14 @@ def at(state, system):
 @pytest.mark.parametrize("tilt", [(0.0, 0.0), (2e-3, -1e-3)])
 def test_derivatives_are_those_of_differences(law, friction, tilt):
     state, system = moving_ball(law, friction, tilt)
-    jacobian = system_jacobian(*at(state, system))[:MOTION, :MOTION]
+    jacobian = system_jacobian(*arguments(state, system))[:MOTION, :MOTION]
     for column, size in enumerate(SIZES):
         slopes = []
         for step in (1e-3 * size, 5e-4 * size):  # Richardson's of central differences
             change = step * np.eye(COLUMNS)[column]
-            ahead, behind = (system_rates(*at(one, system))[:MOTION] for one in (state + change, state - change))
+            ahead, behind = (
+                system_rates(*arguments(changed, system))[:MOTION] for changed in (state + change, state - change)
+            )
             slopes.append((ahead - behind) / (2.0 * step))
         expected = (4.0 * slopes[1] - slopes[0]) / 3.0
         greatest = np.abs(jacobian[:, column]).max()
@@ -68,7 +70,7 @@ def test_power_goes_into_motion_contacts_and_losses(friction):
     """Drive's power = rate of kinetic energy + of elastic energy + losses, of a law whose coefficient is constant."""
     state, (bearing, *system) = moving_ball("constant", friction)
     bearing = bearing._replace(gravity=(0.0, 0.0, 0.0))
-    rates = system_rates(*at(state, (bearing, *system)))[:COLUMNS]
+    rates = system_rates(*arguments(state, (bearing, *system)))[:COLUMNS]
     orbit, spin = state[4], state[6:9]
     velocity = np.array([state[3], state[0] * orbit, state[5]])
     rates[4] = state[0] * rates[4] + state[3] * orbit  # of the velocity along the orbit

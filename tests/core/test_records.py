@@ -28,12 +28,12 @@ def test_a_run_has_the_loads_places_and_contacts_of_its_record(known):
     run = simulate(load_scene(known["scene"], known["set"]))
     blocks = list(run.blocks())
     assert {
-        cost: run.report.costs[cost] for cost, most in known["costs"].items() if run.report.costs[cost] > most
+        cost: run.report.costs[cost] for cost, limit in known["costs"].items() if run.report.costs[cost] > limit
     } == {}
-    for name, one in known["channels"].items():
-        result = np.concatenate([block[name] for block in blocks])[tuple(np.transpose(one["at"]))]
-        off = np.abs(result - one["values"]).reshape(len(result), -1)
-        assert (off <= np.array(one["within"])[:, None]).all(), name
-    for name, one in known["tables"].items():
-        rows = np.concatenate([block.records[name] for block in blocks])[: len(one["values"])]
-        assert (np.abs(rows - one["values"]) <= one["within"]).all(), name
+    for name, record in known["channels"].items():
+        result = np.concatenate([block[name] for block in blocks])[tuple(np.transpose(record["at"]))]
+        difference = np.abs(result - record["values"]).reshape(len(result), -1)
+        assert (difference <= np.array(record["within"])[:, None]).all(), name
+    for name, record in known["tables"].items():
+        rows = np.concatenate([block.records[name] for block in blocks])[: len(record["values"])]
+        assert (np.abs(rows - record["values"]) <= record["within"]).all(), name
