@@ -13,7 +13,7 @@ import pytest
 from hypothesis import settings
 from processes import own_domain
 
-from bearing_twin.base.process import limit_blas_threads
+from bearing_twin.base.process import AT_END, limit_blas_threads
 from bearing_twin.command import cli
 
 limit_blas_threads()
@@ -33,6 +33,14 @@ SIGNALS = signal.SIGINT, signal.SIGTERM, signal.SIGHUP  # what executables take 
 # Files that fork most: first, while there is little to copy.
 FORKING = "test_workers", "test_ensemble", "test_model_error", "test_study", "test_kinds"
 DRAWN: set[tuple] = set()  # titles and labels of the panels of pictures drawn
+
+
+@pytest.fixture(autouse=True)
+def ended():
+    """What a command leaves to the end of its process, as a node of ROS, ends with the test."""
+    yield
+    while AT_END:
+        AT_END.pop()(cli.BAD_INPUT)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -12,7 +12,6 @@ import time
 import pytest
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.process import AT_END
 from bearing_twin.base.units import label_and_unit
 from bearing_twin.command import cli, node_command
 from bearing_twin.command.node_command import Traffic, node_arguments
@@ -118,8 +117,6 @@ def answer(toy, capsys):
     def run(*arguments, code=cli.DONE):
         patience = ["--wait", "300"] if code == cli.DONE and "--wait" not in arguments else []  # of a busy machine
         result = cli.main(["node", *arguments, *patience])
-        while AT_END:
-            AT_END.pop()(code)
         assert result == code, capsys.readouterr().err
         output = capsys.readouterr()
         return json.loads(output.out) if "--json" in arguments else output.out if code == cli.DONE else output.err
