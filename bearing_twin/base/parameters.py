@@ -114,7 +114,7 @@ class _Problems(list):
 
 
 def raise_problems(origin: str, problems: list[str]) -> None:
-    """Raise one SceneError naming all `problems` of `where`, or return when there are none."""
+    """Raise one SceneError naming all `problems` of `origin`, or return when there are none."""
     if len(problems) == 1:
         raise SceneError(f"{origin}: {problems[0]}")
     if problems:

@@ -311,7 +311,7 @@ def _labelled_value(axis: dict, value: float) -> str:
 
 
 def _changes(arguments, options, sweep) -> tuple:
-    """Path, axis and values of a sweep, and what a value changes, as arguments of `_solved`."""
+    """Path, axis and values of a sweep, and what a value changes, as arguments of `_solve`."""
     from bearing_twin.run.scene import has_override
 
     key, first_value, last_value, count = sweep
@@ -709,10 +709,10 @@ def _rows(result: dict) -> list[dict]:
     return [
         {key: value}
         | {
-            name: column
+            name: item
             for curve in curves
             if curve not in NOT_CURVES
-            for name, column in _flat_numbers(curve, result[curve][index])
+            for name, item in _flat_numbers(curve, result[curve][index])
         }
         for index, value in enumerate(values)
     ]

@@ -250,7 +250,7 @@ def _refuse_unknown(unknown_arguments, subparser):
     if not unknown_arguments[0].startswith("-"):
         raise BearingTwinError(f"{echo(unknown_arguments[0])} is one word too many; see {subparser.prog} --help")
     options = [name for action in subparser._actions for name in action.option_strings if name.startswith("--")]
-    option = unknown_arguments[0].partition("=")[0]  # without the value, which `_joined` tied to it
+    option = unknown_arguments[0].partition("=")[0]  # without the value, which `_join_negative_values` tied to it
     if option in options:
         raise BearingTwinError(f"options go behind the command: {subparser.prog} ... {option}")
     if option in REMOVED:

@@ -318,7 +318,7 @@ MOST_LAYOUTS = 200  # of one topic that are cached
 class Encoder:
     """Encoder of the messages of one topic, many at once; the layout of each size of message is cached.
 
-    Fields are those of `encoded`, but arrays have a leading axis of messages, and texts may be an array of bytes;
+    Fields are those of `encode`, but arrays have a leading axis of messages, and texts may be an array of bytes;
     other values are the same in all messages of this encoder.
     """
 

@@ -37,7 +37,7 @@ GOALS = "/_action/send_goal"  # the service of an action that takes its goals
 OWN = "/bearing_twin_command"
 NAME = re.compile(r"/[\w/]*", flags=re.ASCII)  # anybody on the network can send names with control characters
 
-T = TypeVar("Found")
+T = TypeVar("T")
 
 
 class GraphError(BearingTwinError):

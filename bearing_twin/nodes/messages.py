@@ -147,7 +147,7 @@ class MessageError(BearingTwinError):
 
 
 def plain_data(message, limit: int | None = None) -> Any:
-    """A message as mappings, lists, numbers and text; of arrays longer than `most`, if given, the first ones and ..."""
+    """A message as mappings, lists, numbers and text; of arrays longer than `limit` the first items and ..."""
     if hasattr(message, "get_fields_and_field_types"):
         return {name: plain_data(getattr(message, name), limit) for name in message.get_fields_and_field_types()}
     if isinstance(message, bytes):

@@ -1,6 +1,7 @@
 """Parameters of nodes as data: name, default, unit, range and meaning, and the check of the values a user gave.
 
-ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `checked` does the opposite of all three.
+ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `checked_values` does the opposite of all
+three.
 """
 
 import itertools

@@ -100,7 +100,7 @@ def log_path(path: str | Path, run: int) -> Path:
 class SimulationLoop(PacedStream):
     """A simulation that is computed ahead by a chunk, and whose messages are delivered when they are due.
 
-    Every method runs in the worker's thread, except `look`. `run` counts from 1. A run that fails raises
+    Every method runs in the worker's thread, except `status`. `run` counts from 1. A run that fails raises
     IntegrationError. One without an end that peers have changed, by commands or another scene, keeps it as `failure`
     instead and waits for a reset.
 

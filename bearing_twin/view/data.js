@@ -30,7 +30,7 @@ class Store {
     return series.values[frame * series.width + column];
   }
 
-  // Between two outputs; `place` is a number of frames with its part.
+  // Between two outputs; `index` is a number of frames with its fraction.
   between(name, index, column = 0) {
     const low = Math.min(Math.floor(index), this.count - 1), high = Math.min(low + 1, this.count - 1);
     const first = this.value(name, low, column), second = this.value(name, high, column);
@@ -62,7 +62,7 @@ class Store {
     return this.count ? this.time[this.count - 1] : 0.0;
   }
 
-  // The place of a time among the outputs, with its part between two of them.
+  // The index of a time among the outputs, with its fraction between two of them.
   indexOf(time) {
     let low = 0, high = this.count - 1;
     if (high <= 0 || time <= this.time[0]) return 0;

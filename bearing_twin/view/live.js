@@ -90,7 +90,7 @@ function liveBar({ commands, speed: initialSpeed, load: initialLoad }) {
       button("reset", () => send({ do: "reset" }))),
   ];
   if (!liveToken) {
-    for (const input of controls) input.querySelectorAll("input, button").forEach((each) => (each.disabled = true));
+    for (const control of controls) control.querySelectorAll("input, button").forEach((each) => (each.disabled = true));
     say.textContent = "only to look at: commands need the whole address that watch printed";
   }
   document.body.insertBefore(
@@ -98,7 +98,7 @@ function liveBar({ commands, speed: initialSpeed, load: initialLoad }) {
   let paceEdited = false; // a pace that somebody is about to set stays
   pace.addEventListener("input", () => (paceEdited = true));
   const paced = (value) => paceEdited || (pace.value = value);
-  const refused = (label) => ((say.textContent = label), say.classList.add("refused"));
+  const refused = (sentence) => ((say.textContent = sentence), say.classList.add("refused"));
   return { state, paced, refused, turns: () => turns.valueAsNumber, held: () => !follow.checked, hold: () => (follow.checked = false) };
 }
 

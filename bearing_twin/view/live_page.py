@@ -25,7 +25,7 @@ MOST_ROWS = 100  # outputs in one event, at most
 
 
 class LiveRun:
-    """The run of a scene as its topics tell it; `said` is the text of the topic `scene`.
+    """The run of a scene as its topics describe it; `scene_text` is the text of the topic `scene`.
 
     `latest` are times [s] and the series of the last event. Raises BearingTwinError for a text that is no scene.
     """

@@ -58,7 +58,7 @@ class Feed:
         return len(self._viewers)
 
     def join(self) -> queue.Queue:
-        """A new viewer's events; raises Refused where there are MOST_VIEWERS."""
+        """A new viewer's events; raises RequestRefused where there are MOST_VIEWERS."""
         with self._lock:
             if len(self._viewers) >= MOST_VIEWERS:
                 raise RequestRefused(
@@ -77,10 +77,10 @@ class Feed:
         """One event of one line to all viewers."""
         event = f"event: {name}\ndata: {data}\n\n".encode()
         with self._lock:
-            for waiting in self._viewers:
-                if waiting.full():
-                    waiting.get_nowait()
-                waiting.put_nowait(event)
+            for events in self._viewers:
+                if events.full():
+                    events.get_nowait()
+                events.put_nowait(event)
 
 
 class PageServer(ThreadingHTTPServer):

@@ -279,7 +279,7 @@ class Mark {
     this.group.add(...parts);
   }
 
-  // The vector of a row at a index among the outputs, of length 1, in `normalOf`; its length before, 0 for none.
+  // The vector of a row at an index among the outputs, of length 1, in `normalOf`; its length before, 0 for none.
   aim(name, index, row) {
     addVector(normalOf.set(0.0, 0.0, 0.0), this.store, name, index, 3 * row, 1.0);
     const length = normalOf.length();
@@ -631,7 +631,7 @@ class Stage {
     this.requestRender();
   }
 
-  // Everything as it is at a place among the outputs.
+  // Everything as it is at an index among the outputs.
   show(index) {
     this.index = index;
     if (!this.store.count) return;

@@ -211,9 +211,9 @@ def _sweep(quantity, name, sweep) -> Panel:
     values = [study["value"] for study in sweep["studies"]]
     rows = [study["quantities"][name] for study in sweep["studies"]]
     low, median, high = (
-        np.array([study["quantiles"].get(key, {}).get("value", math.nan) for study in rows]) for key in SHOWN_QUANTILES
+        np.array([row["quantiles"].get(key, {}).get("value", math.nan) for row in rows]) for key in SHOWN_QUANTILES
     )
-    mean = np.array([math.nan if study["mean"] is None else study["mean"] for study in rows])
+    mean = np.array([math.nan if row["mean"] is None else row["mean"] for row in rows])
     parts = [
         _band("5 to 95 %", values, low, high),
         Line("median", values, median, BLUE | POINT_STYLE),

@@ -115,7 +115,7 @@ def value_text(value, factor: float = 1.0, error=None, digits: int = DIGITS) -> 
 
 
 def _without_rounding(value, limit: float):
-    """A value or a list with 0 in the place of numbers up to `least`."""
+    """A value or a list with 0 in the place of numbers up to `limit`."""
     if isinstance(value, (list, tuple)):
         return [_without_rounding(item, limit) for item in value]
     return 0.0 if isinstance(value, float) and abs(value) <= limit else value
@@ -188,7 +188,7 @@ def page_tables(
             header, cells = readable_events(events[:MOST_ROWS])
             title_end = f"; the first {MOST_ROWS} of {len(events)}" if len(events) > MOST_ROWS else ""
             heading = {"title": meanings.get(key, "") + title_end, "noun": key.replace("_", " ")}
-            tables.append(heading | {"header": [(*figure, "") for figure in header], "rows": cells, "errors": []})
+            tables.append(heading | {"header": [(*column, "") for column in header], "rows": cells, "errors": []})
     return {"figures": rows, "tables": tables, "errors": error_notes(errors)}
 
 
