@@ -99,14 +99,14 @@ def vector(x=0.0, y=0.0, z=0.0):
 
 def wrench(force=(), torque=(), frame="bearing_link"):
     """Attributes of a WrenchStamped."""
-    header = SimpleNamespace(force=vector(*force), torque=vector(*torque))
-    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), wrench=header)
+    vectors = SimpleNamespace(force=vector(*force), torque=vector(*torque))
+    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), wrench=vectors)
 
 
 def twist(linear=(), angular=(), frame="bearing_link"):
     """Attributes of a TwistStamped."""
-    header = SimpleNamespace(linear=vector(*linear), angular=vector(*angular))
-    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), twist=header)
+    vectors = SimpleNamespace(linear=vector(*linear), angular=vector(*angular))
+    return SimpleNamespace(header=SimpleNamespace(frame_id=frame), twist=vectors)
 
 
 def obeying(scene, overrides=(), load_timeout_ns=0, frame_prefix=""):

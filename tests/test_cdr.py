@@ -146,9 +146,9 @@ def test_texts_of_many_messages_keep_their_lengths():
     marker = {"text": np.array([text.encode() for text in texts]), "scale": np.arange(12.0).reshape(4, 3)}
     fields = {"markers": [marker]}
     several = Encoder("visualization_msgs/msg/MarkerArray", "link").encode(fields, np.arange(4))
-    messages = [cdr.deserialise("visualization_msgs/msg/MarkerArray", text).markers[0] for text in several]
-    assert [text.text for text in messages] == texts
-    assert [text.scale.x for text in messages] == [0.0, 3.0, 6.0, 9.0]
+    messages = [cdr.deserialise("visualization_msgs/msg/MarkerArray", data).markers[0] for data in several]
+    assert [message.text for message in messages] == texts
+    assert [message.scale.x for message in messages] == [0.0, 3.0, 6.0, 9.0]
 
 
 def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
@@ -157,8 +157,8 @@ def test_rows_of_other_length_are_refused_and_another_size_is_laid_out_anew():
         encoder.encode({"position": np.zeros((2, 4))}, stamps)
     for size in (4, 0, 2):
         data = encoder.encode({"name": ["a", "bcd"], "position": np.arange(3.0 * size).reshape(3, size)}, stamps)
-        messages = [cdr.deserialise(cdr.JOINT_STATE, row) for row in data]
-        assert [row.position.tolist() for row in messages] == np.arange(3.0 * size).reshape(3, size).tolist()
+        messages = [cdr.deserialise(cdr.JOINT_STATE, content) for content in data]
+        assert [message.position.tolist() for message in messages] == np.arange(3.0 * size).reshape(3, size).tolist()
         headers = [message.header for message in messages]
         assert [(header.stamp.sec, header.frame_id) for header in headers] == [(k, "bearing_link") for k in range(3)]
-        assert [serialise(cdr.JOINT_STATE, row) for row in messages] == data
+        assert [serialise(cdr.JOINT_STATE, message) for message in messages] == data

@@ -61,9 +61,9 @@ def test_what_a_run_took_is_unknown_in_a_recording_and_not_0(tmp_path, run_json,
 
 
 @pytest.mark.parametrize(
-    ("law", "arguments"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")]
+    ("law", "sentence"), [(None, "does not name its law"), ("nonsense", "names the law 'nonsense'")]
 )
-def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, arguments, tmp_path, run_json):
+def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law, sentence, tmp_path, run_json):
     def renamed(topic, ros_type, time_ns, data):
         if topic.endswith("/scene"):
             content = json.loads(cdr.deserialise(cdr.STRING, data).data)
@@ -76,7 +76,7 @@ def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law
     by_mcap(path, (renamed(*message) for message in wire(SCENE, ["/bearing"])))
     report = run_json("report", str(path))
     assert report["law"] == "hertz"
-    assert arguments in report["warnings"][-1]
+    assert sentence in report["warnings"][-1]
     assert run_json("verify", str(path))["greatest_deviation"] == 0.0
 
 

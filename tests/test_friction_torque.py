@@ -189,7 +189,7 @@ def test_viscosities_of_grades_and_between_two_temperatures():
     ],
 )
 def test_bad_lubricants_get_a_sentence(changes, phrase, refused):
-    arguments = [phrase for change in changes for phrase in ("--set", change)]
+    arguments = [argument for change in changes for argument in ("--set", change)]
     assert phrase in refused("bearing", "6203", "--load", "0,-400,0", *arguments)
 
 

@@ -129,12 +129,12 @@ def at_once(toy, monkeypatch):
     """Commands of a test share one view of the graph, as each own one takes seconds to find a node."""
     from bearing_twin.nodes import graph
 
-    future = graph.Graph(300.0)
-    with monkeypatch.context() as pool:
-        pool.setattr(graph, "Graph", lambda wait: future)
-        pool.setattr(future, "close", lambda code: None)
+    shared = graph.Graph(300.0)
+    with monkeypatch.context() as patched:
+        patched.setattr(graph, "Graph", lambda wait: shared)
+        patched.setattr(shared, "close", lambda code: None)
         yield
-    future.close(2)
+    shared.close(2)
 
 
 def test_topics_are_read_timed_and_written(toy, answer, capsys):

@@ -142,7 +142,7 @@ def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, run_js
     recording.receive_all("/other", [1] * 4, [1] * 4, [b"before", large, large + b"1", b"after"], [1, 2, 3, 4])
     recording.receive_all(SAMPLES, [1] * 4, [1] * 4, [b"none", sample_block(0, 5), b"", b"neither"], [1, 2, 3, 4])
     status = recording.status()
-    assert [status[f"messages{count}"] for count in ("", "_unreadable", "_lost")] == [4, 4, 0]
+    assert [status[f"messages{suffix}"] for suffix in ("", "_unreadable", "_lost")] == [4, 4, 0]
     assert warning_of(status).startswith("4 messages are not logged")
     recording.close()
     assert [len(data) for topic, *_, data in raw_messages(path) if topic.name == "/other"] == [6, LARGEST_MESSAGE, 5]

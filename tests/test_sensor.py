@@ -101,7 +101,7 @@ def test_samples_come_at_their_own_rate_and_do_not_depend_on_how_a_run_is_cut(tm
     }
     firsts, lengths = zip(*((message.first_sequence, len(message.samples)) for message in waveforms), strict=True)
     assert list(firsts) == [0, *np.cumsum(lengths)[:-1]]
-    assert all(1230 - 13 <= message <= 1230 + 13 for message in lengths[1:-1])
+    assert all(1230 - 13 <= length <= 1230 + 13 for length in lengths[1:-1])
     stamps = [message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec for message in waveforms]
     assert stamps == pytest.approx(np.array(firsts) / 12300.0, abs=1e-9)
     rates = "run.duration=0.2", "run.output_rate=200", "run.publish_rate=50"

@@ -146,7 +146,7 @@ def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, run_json):
     header = 'time,"acceleration, along z"'
     np.savetxt(tmp_path / "a.csv", np.c_[times, samples], delimiter=",", header=header, comments="")
     np.savetxt(tmp_path / "b.csv", samples)
-    rows = (f"{1e3 * time:.9g};{result:.9g}".replace(".", ",") for time, result in zip(times, samples, strict=True))
+    rows = (f"{1e3 * time:.9g};{sample:.9g}".replace(".", ",") for time, sample in zip(times, samples, strict=True))
     (tmp_path / "c.csv").write_text("\n".join(["Zeit [ms];Beschl. [m/s^2]", *rows]))
     np.savez(tmp_path / "c.npz", x=samples, y=np.zeros(100))
     scipy.io.savemat(

@@ -139,7 +139,7 @@ def test_intervals_of_quantiles_cover_and_are_open_where_samples_lack(probabilit
     """Hold 95 %, whatever the number of samples: whole ranks held up to 99 %. One end alone is open at most."""
     random = np.random.default_rng(int(100 * probability))
     for count in (30, 80, 200):
-        estimates = [estimate(interval, probability) for interval in random.random((1500, count))]
+        estimates = [estimate(sample, probability) for sample in random.random((1500, count))]
         covered = np.mean([interval.low <= probability <= interval.high for interval in estimates])
         assert 0.935 <= covered <= (0.965 if np.isfinite(estimates[0][1:3]).all() else 0.99)
         lacks = count * min(probability, 1.0 - probability) < 3.6  # (1 - p)^n = 2.5 %

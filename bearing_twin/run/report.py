@@ -211,7 +211,7 @@ def is_large_error(value, error, unit: str) -> bool:
 
 
 def unit_sizes(figures: Mapping[str, Any]) -> dict[str, float]:
-    """The greatest size of a run's figures by unit, also by MADE_OF; 1 rad at least."""
+    """The greatest size of a run's figures by unit, also by DERIVED_UNITS; 1 rad at least."""
     sizes = {"rad": 1.0}
     for key, value in figures.items():
         values = value if isinstance(value, list) else [value]

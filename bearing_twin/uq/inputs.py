@@ -235,7 +235,8 @@ def read_input(key: str, mapping) -> Input:
             build = DISTRIBUTIONS[name].build if name in DISTRIBUTIONS else partial(of_scipy, name.removeprefix(SCIPY))
             source = Input(key, name, parameters, build(**parameters), stated)
             if not np.isfinite([source.mean, source.std]).all():
-                require(not name.startswith(SCIPY), f"{name} with these parameters has no finite mean and deviation")
+                reason = f"{name} with these parameters has no finite mean and deviation; give another one"
+                require(not name.startswith(SCIPY), reason)
                 raise FloatingPointError
         return source
     except (StudyError, ValueError) as error:

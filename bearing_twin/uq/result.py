@@ -367,8 +367,7 @@ def _quantity_summary(
         if study.joint.independent:
             pairs = zip(study.joint.keys, propagated.first, propagated.total, strict=True)
             details["sobol"] = {
-                key: {"first": _estimate_data(statistics), "total": _estimate_data(total)}
-                for key, statistics, total in pairs
+                key: {"first": _estimate_data(first), "total": _estimate_data(total)} for key, first, total in pairs
             }
     else:
         method = "ensemble"

@@ -132,7 +132,7 @@ def _columns(n: int, films: bool) -> np.ndarray:
 
 @functools.cache
 def _columns_of_sums(n: int) -> tuple[np.ndarray, int]:
-    """As `_places`, in rows without contacts; and the first number of the force on the outer ring."""
+    """As `_columns`, in rows without contacts; and the first number of the force on the outer ring."""
     first = {name: columns.start for name, (columns, _) in _layout(n, False).fields.items()}
     names = "inner_ring_angle", "inner_ring_force", "outer_ring_force", "neighbour_approach"
     ring, sums, force, end = (first[name] - first["inner_ring_angle"] for name in names)
