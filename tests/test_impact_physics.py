@@ -257,15 +257,18 @@ def logged(run, block, path):
 
 
 def test_verify_looks_at_what_happened_between_outputs_too(tmp_path, run_json):
-    """A record that was altered by 1 uN, and one that is not there."""
+    """A record that was altered by 1 uN, one that is NaN, and one that is not there."""
     run = simulate(load_scene("two_spheres", ["run.output_rate=5e5"]))
     outputs = join_blocks(list(run.blocks()))
     rows = outputs.records["contact"]
     altered = rows + 1e-6 * np.array([channel.name == "peak_force" for channel in CONTACT.columns])
-    for name, contacts, deviation in (("same", rows, 0.0), ("altered", altered, 1e-6), ("none", rows[:0], np.inf)):
+    unknown = np.where([channel.name == "peak_force" for channel in CONTACT.columns], np.nan, rows)
+    cases = {"same": (rows, 0.0), "altered": (altered, 1e-6), "nan": (unknown, np.inf), "none": (rows[:0], np.inf)}
+    for name, (contacts, deviation) in cases.items():
         path = tmp_path / f"{name}.mcap"
         log = logged(run, dataclasses.replace(outputs, records=outputs.records | {"contact": contacts}), path)
         assert verify(log).greatest == pytest.approx(deviation, rel=1e-3)
+        assert verify(log).recounted == (("contact",) if name == "none" else ())
         assert main(["verify", str(path), "--strict"]) == (DOUBTFUL if deviation else DONE)
     assert run_json("verify", path)["records_not_as_many"] == ["contact"]
 

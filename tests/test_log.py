@@ -126,6 +126,8 @@ def test_a_log_with_fewer_channels_is_verified_by_those_it_has():
     log.has_records = True
     blocks[0].values["approach"][3] += 1e-9
     assert verify(log).deviations["approach"] == pytest.approx(1e-9)
+    blocks[0].values["approach"][3] = np.nan
+    assert verify(log).deviations["approach"] == np.inf
     log.channels = (*channels, run.channels[0]._replace(name="temperature"))
     with pytest.raises(LogError, match="its channels differ"):
         verify(log)

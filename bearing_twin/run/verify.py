@@ -111,17 +111,17 @@ def verify(log, progress: Progress | None = None) -> Verification:
                 f"outputs of this log from number {block.first_sequence} on stand at other times than its scene's"
             )
         for name in names:
-            difference = np.abs(block.values[name] - fresh.values[name])
-            deviations[name] = max(deviations[name], float(difference.max()))
+            deviations[name] = max(deviations[name], _deviation(block.values[name], fresh.values[name]))
         logged_tables.update(block.records)
         fresh_tables.update(name for name, rows in fresh.records.items() if len(rows))
         for name, rows in (fresh.records if log.has_records else {}).items():  # earlier versions wrote none
             if name == SECOND_RUN and (name not in logged_tables or getattr(log, "begins", 0)):
                 continue  # written by later versions alone, or begun later
-            difference = _record_deviation(name, rows, block, gap)
-            deviations[name] = max(deviations.get(name, 0.0), difference)
-            if difference == np.inf:
+            deviation = _record_deviation(name, rows, block, gap)
+            if deviation is None:
                 recounted.add(name)
+                deviation = np.inf
+            deviations[name] = max(deviations.get(name, 0.0), deviation)
         samples += len(block)
         if progress:
             progress(1e-9 * block.time_ns[-1])
@@ -129,15 +129,22 @@ def verify(log, progress: Progress | None = None) -> Verification:
     return Verification(samples, deviations, missing, lacks, log.cut_short, units, tuple(sorted(recounted)))
 
 
-def _record_deviation(name: str, rows: np.ndarray, block: Block, gap: int) -> float:
-    """The greatest deviation of the records of a table in a block from the fresh `rows`; inf where more or fewer."""
+def _deviation(logged: np.ndarray, fresh: np.ndarray) -> float:
+    """The greatest difference of two arrays; inf where one of them alone is NaN."""
+    difference = np.abs(logged - fresh)
+    difference[np.isnan(logged) & np.isnan(fresh)] = 0.0
+    return float(np.nan_to_num(difference, nan=np.inf, posinf=np.inf).max(initial=0.0))
+
+
+def _record_deviation(name: str, rows: np.ndarray, block: Block, gap: int) -> float | None:
+    """The greatest deviation of the records of a table in a block from the fresh `rows`; None where more or fewer."""
     logged = block.records.get(name, np.empty((0, rows.shape[1])))
     rows = rows[:, : logged.shape[1]]  # earlier versions wrote fewer columns
     if gap:  # records of outputs that the log lacks may be missing, too
         rows = rows[max(len(rows) - len(logged), 0) :]
     if len(logged) > len(rows):  # a recording may end before the outputs that its last records preceded
         logged = logged[np.rint(1e9 * logged[:, 0]) <= block.time_ns[-1]]
-    return float(np.abs(logged - rows).max(initial=0.0)) if logged.shape == rows.shape else np.inf
+    return _deviation(logged, rows) if logged.shape == rows.shape else None
 
 
 def _fresh_block(simulation: Simulation, block: Block, progress: Progress | None) -> Block:
