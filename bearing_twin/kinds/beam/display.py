@@ -136,7 +136,7 @@ def watched_points(parameters) -> dict[int, str]:
 
 
 def _rows(sample, impact_x: float, radius: float, offset: float) -> dict[str, np.ndarray]:
-    """The arrow of the force stands `beside` the sphere, which would hide it."""
+    """The arrow of the force stands at `offset` from the sphere, which would hide it."""
     sphere_centre, way, blow, above = (np.zeros((len(sample["normal_load"]), 3)) for _ in range(4))
     sphere_centre[:, 0], sphere_centre[:, 1] = impact_x, radius
     way[:, 1] = -sample["sphere_position"]

@@ -176,7 +176,7 @@ def theory_errors(parameters: SphereOnBeamScene) -> TheoryErrors:
     options = dataclasses.replace(parameters.wanted, tolerance=max(SHARE * parameters.wanted.tolerance, TRIAL))
     coarse = dataclasses.replace(parameters, solver=BeamSolver(), wanted=options)
     scenes = [
-        dataclasses.replace(coarse, beam=dataclasses.replace(coarse.beam, theory=scene)) for scene in BEAM_THEORIES
+        dataclasses.replace(coarse, beam=dataclasses.replace(coarse.beam, theory=theory)) for theory in BEAM_THEORIES
     ]
     with signal_flag():
         impacts = [solve(scene) for scene in scenes]

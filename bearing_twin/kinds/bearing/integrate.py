@@ -9,8 +9,8 @@ with an amplitude v of its radial velocity has an error of m w v in load. This v
 errors of many steps add up, and they matter most for light contacts: without a scale of the radial velocity, runs with
 lift-off missed their tolerance in friction 4 to 19 times, with it 0.4 to 0.7 times. The lightest contact whose friction
 counts carries LIGHT of the greatest load. Slip of a ball that carries less counts as much less (`light_approach`).
-Every impact on a pocket changes a ball's speed along its orbit: there such errors count by the load (`weight_of_light`
-of `core/bearing/elements.hpp`), else balls that carry next to nothing determine all steps.
+Every impact on a pocket changes a ball's speed along its orbit: there such errors count by the load
+(`groove_error_weight` of `core/bearing/elements.hpp`), else balls that carry next to nothing determine all steps.
 
 Fixed steps. Two motions of a ball are fast: vibration between its contacts, x'' + c x' + w^2 x = 0, and decay of slip,
 at the rate 5 mu N / (m v_s) between two contacts with the load N each. A method is stable where it damps both. `imex`

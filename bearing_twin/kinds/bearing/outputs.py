@@ -121,7 +121,7 @@ def place_of(channel: Channel, index: tuple[int, ...]) -> tuple[str, str]:
 
 @functools.cache
 def _columns(n: int, films: bool) -> np.ndarray:
-    """Columns of a row of all channels of a bearing with n balls, as RowPlaces of the core."""
+    """Columns of a row of all channels of a bearing with n balls, as RowLayout of the core."""
     rows, layout = _channels(n, films), _layout(n, films)
     edges = {name: columns.start for name, (columns, _) in layout.fields.items()}
     ball_rows = [(edges[channel.name], channel.width // n) for channel in rows[: BALL_CHANNELS + films * FILM_CHANNELS]]

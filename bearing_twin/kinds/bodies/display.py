@@ -213,7 +213,7 @@ def impact_view(parameters, channels) -> View:
 
     def rows(sample):
         load, displacements = sample["normal_load"], sample["displacement"] - (gap, 0.0)
-        constant = {name: np.tile(body, (len(load), 1, 1)) for name, body in fixed.items()}
+        constant = {name: np.tile(vectors, (len(load), 1, 1)) for name, vectors in fixed.items()}
         return constant | {"ways": displacements[..., None] * X, "forces": np.multiply.outer(load, (-X, X))}
 
     return view_of(
@@ -256,7 +256,7 @@ def bouncing_view(parameters, channels) -> View:
     upward = -fall / np.linalg.norm(fall) if fall.any() else Z
     tilted = abs(upward[2]) < 0.9
     direction = np.array(Z if tilted else (0.35, -1.0, 0.0)) + (0.42 if tilted else 0.3) * upward
-    names, same = {body.name for body in channels}, second.shape == first.shape
+    names, same = {channel.name for channel in channels}, second.shape == first.shape
     groove, bounded = second.shape == "groove", [body for body in (first, second) if math.isfinite(reach_of(body))]
     if isinstance(parameters, EllipsoidOnPlaneScene):
         start, longest = parameters.start, reach_of(first)

@@ -198,7 +198,7 @@ class ShaftFigures:
         for side, (loads, angles) in self._greatest.items():
             pressure = max(contact_ellipse.peak_pressure for contact_ellipse in self._ellipses(side))
             warnings = contact_flags(self._scenes[side], pressure, angles[1:], loads[:1])
-            flags += [f"{side} bearing: {contact_ellipse}" for contact_ellipse in gathered(*warnings)]
+            flags += [f"{side} bearing: {warning}" for warning in gathered(*warnings)]
         return flags
 
     def status(self) -> str:

@@ -61,12 +61,12 @@ class SoftDiscFigures:
     def figures(self) -> dict[str, Any]:
         """Numbers by SI-suffixed keys; none of the impact before it is over."""
         known = self._known
-        warnings = {f"{body.name}{key_suffix(body.unit)}": known.get(body.name) for body in IMPACT.columns}
-        warnings["energy_closure"] = known["energy_gained"] / self._brought if known else None
-        warnings["force_balance"] = known["force_balance"] / known["peak_force"] if known.get("peak_force") else None
-        warnings["touches"] = int(known["touches"]) if known else None
-        warnings["wall_speed_m_s"] = wall_speed(self.parameters)
-        return {key: warnings[key] for key in MEANINGS}
+        figures = {f"{column.name}{key_suffix(column.unit)}": known.get(column.name) for column in IMPACT.columns}
+        figures["energy_closure"] = known["energy_gained"] / self._brought if known else None
+        figures["force_balance"] = known["force_balance"] / known["peak_force"] if known.get("peak_force") else None
+        figures["touches"] = int(known["touches"]) if known else None
+        figures["wall_speed_m_s"] = wall_speed(self.parameters)
+        return {key: figures[key] for key in MEANINGS}
 
     def flags(self) -> list[str]:
         """Warnings of what in this impact lies outside the theory or is uncertain, one sentence each."""
