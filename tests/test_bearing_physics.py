@@ -281,7 +281,7 @@ def _speed_after(tolerance, first_steps):
 
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
 def test_no_landing_is_missed_by_chance(tolerance):
-    """Without `stepping/landings` one of 384 is wrong by some hundred times what a step may err by."""
+    """Without error control of landings one of 384 misses by some hundred times the tolerance of a step."""
     exact = _speed_after(1e-9, np.full(8, 1e-6))[0][0]
     assert -THROWN < exact < -0.5 * THROWN
     first_steps = 1e-6 * 10.0 ** np.random.default_rng(1).uniform(-1.0, 1.0, (BOUNCES, 8))

@@ -26,7 +26,7 @@ from bearing_twin.contact.friction import FrictionLoads
 
 
 def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, gravity: float = 0.0):
-    """Contact time [s] and restitution with `steady_damped_load` at a damping ratio in [0, 0.5).
+    """Contact time [s] and restitution with steady damping at a damping ratio in [0, 0.5).
 
     With s = (2/sqrt 5) h^(5/4) and d theta = k h^(1/4) dt, k^2 = 5c/(4m):  s'' + 2 z s' + s = 0, s(0) = 0. The load
     ends where s + 2 z s' = 0; the bodies then part freely at the speed e v until h = 0. Gravity enters to first order
@@ -62,7 +62,7 @@ def steady_contact(coefficient: float, mass: float, speed: float, ratio: float, 
 
 
 def impact_instants(count: int, fall: float, gravity: float, coefficient: float, mass: float, ratio: float):
-    """Instants [s] (count,) of the touches of a body that falls `fall` [m] and bounces with `steady_damped_load`.
+    """Instants [s] (count,) of the touches of a body that falls `fall` [m] and bounces with steady damping.
 
     `ratio` is d/sqrt(5 m c) of the law's viscosity d: a given d means another ratio, and so another restitution e, for
     another coefficient c. Flights last 2 e v/g. First order in g tau/v of each contact.

@@ -60,9 +60,7 @@ class Errors:
 class ModelErrors:
     """The model errors of a kind, from the blocks of a run, so that a log gives the same.
 
-    A kind gives those it has: by its law, its friction model, and what it does not model. `errorless`, if it has that,
-    are figures that have none: the scene's own, closed forms, what checks the numbers, and those of which a note tells.
-    All others without an error are named as not known.
+    A kind gives those it has: by its law, its friction model, and what it does not model.
     """
 
     in_stretches = False  # blocks may hold many outputs
