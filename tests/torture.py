@@ -89,7 +89,7 @@ def main() -> int:
         bad += outcome.survived < outcome.tried or bool(outcome.lost or outcome.silent)
         print(f"{name}: {outcome.tried} tried, {outcome.survived} survived, {outcome.lost} lost, "
               f"{outcome.silent} silent; {outcome.figures} ({seconds:.0f} s)", flush=True)  # fmt: skip
-        counts = (str(result) for result in outcome[:4])
+        counts = (str(count) for count in outcome[:4])
         measured = outcome.figures, f"{selected.share:g}", f"{seconds:.0f}", when()
         cells[name] = (f"`{name}`", row.what, *counts, *measured)
         if selected.write:

@@ -148,16 +148,16 @@ def mutants(share: float, folder: Path) -> Found:
             taken += 1
             survived += 1
         except BearingTwinError as error:
-            mutant = str(error)
-            survived += bool(mutant) and "Traceback" not in mutant
+            sentence = str(error)
+            survived += bool(sentence) and "Traceback" not in sentence
         except Exception as error:
             silent += 1
             strange.setdefault(f"{type(error).__name__}: {str(error)[:80]}", 0)
             strange[f"{type(error).__name__}: {str(error)[:80]}"] += 1
         took = time.process_time() - began
         worst = max(worst, took)
-    problem = f"{taken} legal, the others refused; greatest {worst:.2f} s"
-    return Found(trials, survived, 0, silent, "; ".join([problem, *(f"{k} x {n}" for k, n in strange.items())]))
+    figures = f"{taken} legal, the others refused; greatest {worst:.2f} s"
+    return Found(trials, survived, 0, silent, "; ".join([figures, *(f"{k} x {n}" for k, n in strange.items())]))
 
 
 ROWS = (Row("mutant", "scenes, studies, overrides, parameters, goals and commands, mutated", mutants),)
