@@ -272,7 +272,7 @@ def test_every_quantity_of_a_kind_is_a_number_of_its_report(name):
     scene, report = load_scene(name), reported(name, *QUICK_SCENES[name])
     for quantity, row in quantities_of(scene.kind).items():
         known = math.isfinite(row.figure(report.figures))
-        assert known == (not set(row.keys) & set(KINDS[scene.kind].missing(scene.parameters))), quantity
+        assert known == (not set(row.keys) & set(scene.parameters.missing_figures())), quantity
 
 
 @pytest.mark.parametrize(

@@ -135,6 +135,10 @@ class SceneParameters:
         """The parameters of a checked scene with what it leaves open chosen."""
         return self
 
+    def missing_figures(self) -> Mapping[str, str]:
+        """Figures that a run of the scene does not have, by their keys, with the reason."""
+        return {}
+
     def closed_form(self) -> ClosedForm | None:
         """The closed forms of the scene's quantities, many scenes at once; None where it has none."""
         return None
@@ -369,8 +373,6 @@ class Kind:
         Tables of what happens between outputs.
     figures, meanings : callable
         The `Figures` of parameters and a choice, and what each of their keys is; None: of the channels.
-    missing : callable
-        Why a scene of these parameters has none of some figures, by their keys.
     quantities : callable
         What a study may ask, by name; None: every figure drawn from the channels.
     model_errors : callable
@@ -398,7 +400,6 @@ class Kind:
     records: Callable[[Any], tuple[Table, ...]] = nothing
     figures: Callable[[Any, Choice], Figures] | None = None
     meanings: Callable[[], Mapping[str, str]] | None = None
-    missing: Callable[[Any], Mapping[str, str]] = lambda parameters: {}
     quantities: Callable[[], dict[str, Quantity]] | None = None
     model_errors: Callable[[Any, Choice], ModelErrors] = UnknownErrors
     comparison: Callable[[Any, Choice], Comparison] | None = None

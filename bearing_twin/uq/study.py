@@ -15,7 +15,6 @@ from bearing_twin.base.errors import SceneError, StudyError, is_text
 from bearing_twin.base.parameters import choice, echo, legal_hint, plain, quantity, read, section, text
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
-from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import Scene, check_overrides, open_scene, parse_scene
 from bearing_twin.uq.distributions import as_mapping, require
 from bearing_twin.uq.inputs import (
@@ -533,7 +532,7 @@ def _quantities(names, kind) -> tuple[str, ...]:
 
 
 def _check_quantity(name, kind, parameters) -> None:
-    reasons = KINDS[kind].missing(parameters)
+    reasons = parameters.missing_figures()
     for key in quantity_of(kind, name).keys:
         require(key not in reasons, f"quantities: {name}: {reasons.get(key)}")
 

@@ -36,7 +36,6 @@ BEARING = Kind(
         figures="figures:BearingFigures",
         records="accelerometer:tables",
         meanings="quantities:MEANINGS",
-        missing="quantities:missing",
         model_errors="model_error:BearingErrors",
         commands="display:commands",
         quantities="quantities:quantities",

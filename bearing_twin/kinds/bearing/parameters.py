@@ -36,7 +36,7 @@ from bearing_twin.kinds.bearing.rings import (
     ring_problems,
     torque_problems,
 )
-from bearing_twin.kinds.contract import SceneParameters
+from bearing_twin.kinds.contract import SceneParameters, lazy_import
 from bearing_twin.kinds.rules import BEARING, facts_at, pick
 from bearing_twin.kinds.sections import (
     LOOSEST,
@@ -289,6 +289,7 @@ class BearingScene(SceneParameters):
         f"{PACKAGE}.models:relative_acceleration",
         f"{PACKAGE}.models:centrifugal_share",
     )
+    missing_figures: ClassVar = lazy_import(f"{PACKAGE}.quantities:missing")
 
     @staticmethod
     def completed(scene: dict) -> tuple[dict, list[str]]:
