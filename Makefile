@@ -175,6 +175,7 @@ ANOTHER_STYLE := D213 D401 D402 D403 D413 D417
 lint: $(TOOLS)
 	@.venv/bin/ruff check .
 	@.venv/bin/ruff format --check .
+	@git ls-files 'core/*.[ch]pp' | xargs .venv/bin/clang-format --dry-run --Werror
 	@.ci/stage $(LOGS)/ament_flake8.txt 15 "ament_flake8" .venv/bin/ament_flake8 --config setup.cfg $(LINTED)
 	@.ci/stage $(LOGS)/ament_pep257.txt 10 "ament_pep257" .venv/bin/ament_pep257 --add-ignore $(ANOTHER_STYLE) -- $(LINTED)
 	@.venv/bin/reuse lint --quiet || { .venv/bin/reuse lint --lines; exit 1; }
@@ -182,6 +183,7 @@ lint: $(TOOLS)
 format: $(TOOLS)
 	@.venv/bin/ruff check --fix .
 	@.venv/bin/ruff format .
+	@git ls-files 'core/*.[ch]pp' | xargs .venv/bin/clang-format -i
 
 demo: base
 	$(call stage,demo)

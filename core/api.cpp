@@ -39,7 +39,8 @@ CORE_EXPORT std::int64_t core_within_limits(const double *numbers, std::int64_t 
 // potential energy, `brought` that of work (-1: none), `begin` (4,) [J] these numbers at the start. `state` (2,) [J]:
 // the greatest energy so far, which is updated; the gain in that row.
 CORE_EXPORT std::int64_t core_first_gain(const double *numbers, std::int64_t rows, std::int64_t columns, const std::int64_t *stored,
-                                         std::int64_t brought, const double *begin, double allowed, double rounding, double *state) {
+                                         std::int64_t brought, const double *begin, double allowed, double rounding,
+                                         double *state) {
   double total = begin[0] + begin[1] + begin[2];
   for (std::int64_t row = 0; row < rows; row++, numbers += columns) {
     double kinetic = numbers[stored[0]], elastic = numbers[stored[1]], potential = numbers[stored[2]];

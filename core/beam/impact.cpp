@@ -19,7 +19,8 @@ constexpr Force lagrange_cubic(int point) {
   for (int node = 0, degree = 0; node < TERMS; node++) {
     if (node == point) continue;
     double scale = 1.0 / (POINTS[point] - POINTS[node]);
-    for (int k = ++degree; k >= 0; k--) coefficients[k] = scale * ((k ? coefficients[k - 1] : 0.0) - POINTS[node] * coefficients[k]);
+    for (int k = ++degree; k >= 0; k--)
+      coefficients[k] = scale * ((k ? coefficients[k - 1] : 0.0) - POINTS[node] * coefficients[k]);
   }
   return coefficients;
 }
@@ -37,7 +38,8 @@ class Collocation {
     force[0] = 0.0;
     for (; piece + 1 < impact.capacity; piece++) {
       if (*impact.stop) return STOPPED;
-      double span = std::min(longest, std::max(shortest, impact.start[piece] - contact_start)), left = impact.end_time - impact.start[piece];
+      double span = std::min(longest, std::max(shortest, impact.start[piece] - contact_start)),
+             left = impact.end_time - impact.start[piece];
       if (alpha_rate < 0.0) span = std::min(span, std::max(shortest, -0.5 * alpha / alpha_rate));
       Status ended = step(piece, std::min(span, left), alpha, alpha_rate);
       if (ended == NOT_FINITE || ended == STALLED) return ended;
@@ -217,7 +219,8 @@ class Volterra {
   // Approach [m] lost at the end of a step by a force that goes from `low` to `high` in it.
   double response(const ModeSteps &step, double low, double high) const {
     Force force = line(low, high);
-    return drop(impact.sphere.mass, step.span, force) + force[0] * step.compliance_of_powers[0] + force[1] * step.compliance_of_powers[1];
+    return drop(impact.sphere.mass, step.span, force) + force[0] * step.compliance_of_powers[0] +
+           force[1] * step.compliance_of_powers[1];
   }
 
   // Approach [m] at the end of a step over which the force falls from `low` to zero.
@@ -246,18 +249,26 @@ using namespace core::beam;
 
 // Arguments of all functions: `count` modes, their `rate` (count, 2) and `shape` (count,); `numbers`: modal mass, tail,
 // mass, Hertz's coefficient and gravity of the sphere, time to reach; arrays of `capacity` pieces as in Impact.
-#define IMPACT_ARGUMENTS                                                                                  \
-  std::int64_t count, const double *rate, const double *shape, const double *numbers,                     \
-      const volatile std::uint8_t *stop, std::int64_t capacity, double *start, double *length, double *force, \
-      double *states, double *motion, double *work
+#define IMPACT_ARGUMENTS                                                                                                 \
+  std::int64_t count, const double *rate, const double *shape, const double *numbers, const volatile std::uint8_t *stop, \
+      std::int64_t capacity, double *start, double *length, double *force, double *states, double *motion, double *work
 #define IMPACT impact_of(count, rate, shape, numbers, stop, capacity, start, length, force, states, motion, work)
 
 namespace {
 
 Impact impact_of(IMPACT_ARGUMENTS) {
   Modes modes(int(count), reinterpret_cast<const Complex *>(rate), shape, numbers[0], numbers[1]);
-  return {modes, {numbers[2], numbers[3], numbers[4]}, numbers[5], stop, int(capacity), start, length,
-          reinterpret_cast<Force *>(force), reinterpret_cast<Complex *>(states), reinterpret_cast<SphereMotion *>(motion), work};
+  return {modes,
+          {numbers[2], numbers[3], numbers[4]},
+          numbers[5],
+          stop,
+          int(capacity),
+          start,
+          length,
+          reinterpret_cast<Force *>(force),
+          reinterpret_cast<Complex *>(states),
+          reinterpret_cast<SphereMotion *>(motion),
+          work};
 }
 
 }  // namespace
@@ -268,8 +279,7 @@ CORE_EXPORT std::int64_t core_beam_contact(IMPACT_ARGUMENTS, std::int64_t by_vol
                                            std::int64_t *reached) {
   Impact impact = IMPACT;
   int piece = int(*reached);
-  Status status = by_volterra ? Volterra(impact, longest).contact(piece)
-                              : Collocation(impact, shortest, longest).contact(piece);
+  Status status = by_volterra ? Volterra(impact, longest).contact(piece) : Collocation(impact, shortest, longest).contact(piece);
   *reached = piece;
   return status;
 }

@@ -124,8 +124,7 @@ struct ModeSteps {
     }
   }
   void move(const Modes &modes, const Force &force, const Complex *start, Complex *end) const {
-    for (int n = 0; n < modes.count; n++)
-      end[n] = mode[n].turn * start[n] + modes.push[n] * span * mode[n].pushed(force);
+    for (int n = 0; n < modes.count; n++) end[n] = mode[n].turn * start[n] + modes.push[n] * span * mode[n].pushed(force);
   }
   // Deflection [m] at the point of impact after the span without a force.
   double free_deflection(const Modes &modes, const Complex *start) const {

@@ -22,9 +22,11 @@ constexpr int MAX_FREE = 8;
 // Columns of a ball's Jacobian: unknown positions and velocities of the ball, its spin, positions and velocities of the free
 // coordinates of bodies; the last column collects derivatives by held coordinates. Rows: accelerations of the ball, power and
 // loss, forces on the free coordinates, and again a spare one.
-constexpr int BALL_POSITIONS = 0, BALL_VELOCITIES = 3, BALL_SPINS = 6, BODY_POSITIONS = 9, BODY_VELOCITIES = BODY_POSITIONS + MAX_FREE;
+constexpr int BALL_POSITIONS = 0, BALL_VELOCITIES = 3, BALL_SPINS = 6, BODY_POSITIONS = 9,
+              BODY_VELOCITIES = BODY_POSITIONS + MAX_FREE;
 constexpr int SPARE_COLUMN = BODY_VELOCITIES + MAX_FREE, JACOBIAN_COLUMNS = SPARE_COLUMN + 1;
-constexpr int MOTION_ROWS = 0, SPIN_ROWS = 3, POWER_ROWS = 6, BODY_ROWS = 8, SPARE_ROW = BODY_ROWS + MAX_FREE, JACOBIAN_ROWS = SPARE_ROW + 1;
+constexpr int MOTION_ROWS = 0, SPIN_ROWS = 3, POWER_ROWS = 6, BODY_ROWS = 8, SPARE_ROW = BODY_ROWS + MAX_FREE,
+              JACOBIAN_ROWS = SPARE_ROW + 1;
 
 // The free coordinates, and the rows and columns of a ball's Jacobian by rows and variables of elements.
 struct Layout {
@@ -119,23 +121,26 @@ template <bool PATCH, bool TILTED, bool DERIVATIVES>
     if constexpr (ROW < FORCE_ROW) {
       block.f[VELOCITY + ROW] = value_of(x);
       if constexpr (DERIVATIVES)
-        for_each_slope(x, [&](int variable, const Pack &slope) __attribute__((always_inline)) { block.jacobian[ROW][variable] = slope; });
+        for_each_slope(
+            x, [&](int variable, const Pack &slope) __attribute__((always_inline)) { block.jacobian[ROW][variable] = slope; });
     }
   };
   raceway_forces<TILTED ? RingMotion::tilted : RingMotion::held, PATCH>(
-      bearing, PrescribedInput<DERIVATIVES>{block.y, bearing, ring_speed, bearing.carries() ? &block.carried : nullptr, block.heights}, put);
+      bearing,
+      PrescribedInput<DERIVATIVES>{block.y, bearing, ring_speed, bearing.carries() ? &block.carried : nullptr, block.heights}, put);
 }
 
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
-[[gnu::noinline]] inline void block_raceway_forces(const Bearing &bearing, const double *housing, const Layout &layout, BallBlock &block,
-                                                const BodyState &y, BodyForces &forces) {
+[[gnu::noinline]] inline void block_raceway_forces(const Bearing &bearing, const double *housing, const Layout &layout,
+                                                   BallBlock &block, const BodyState &y, BodyForces &forces) {
   ElementStore<false, DERIVATIVES> store{layout, block, forces};
   ElementInput<DERIVATIVES> in{block.y, y, bearing.carries() ? &block.carried : nullptr, block.heights, housing};
   raceway_forces<RING, PATCH>(bearing, in, store);
 }
 
 template <bool DERIVATIVES>
-[[gnu::noinline]] inline void block_pocket_forces(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &block, const BodyState &y, BodyForces &forces) {
+[[gnu::noinline]] inline void block_pocket_forces(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout,
+                                                  BallBlock &block, const BodyState &y, BodyForces &forces) {
   ElementStore<true, DERIVATIVES> store{layout, block, forces};
   ElementInput<DERIVATIVES> in{block.y, y};
   cage_pocket(bearing, bodies, block.pocket_angle, in, store);
@@ -143,11 +148,14 @@ template <bool DERIVATIVES>
 
 // Forces of raceways and pockets on a block of balls and on the bodies; with DERIVATIVES its Jacobian, too.
 template <bool PATCH, bool DERIVATIVES>
-inline void block_forces(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &block, const BodyState &y, BodyForces &forces) {
+inline void block_forces(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &block,
+                         const BodyState &y, BodyForces &forces) {
   if (DERIVATIVES && bodies.cage == CageKind::pockets)
     for (auto &row : block.jacobian)
       for (Pack &entry : row) entry = Pack{};  // pockets add to entries that raceways do not set
-  auto raceways = [&]<RingMotion RING>() { block_raceway_forces<RING, PATCH, DERIVATIVES>(bearing, bodies.direction, layout, block, y, forces); };
+  auto raceways = [&]<RingMotion RING>() {
+    block_raceway_forces<RING, PATCH, DERIVATIVES>(bearing, bodies.direction, layout, block, y, forces);
+  };
   switch (bodies.ring) {
     case RingMotion::held: raceways.template operator()<RingMotion::held>(); break;
     case RingMotion::level: raceways.template operator()<RingMotion::level>(); break;
@@ -177,8 +185,8 @@ inline void finish_rates(const Bearing &bearing, const Layout &layout, BallBlock
 
 // Rates of the bodies at `time` by their inertia there and the `forces` of balls; with DERIVATIVES those of all other forces, too.
 template <bool DERIVATIVES>
-inline void body_rates(const CoupledBodies &bodies, const Layout &layout, double time, const double *inverse_inertia, BodyStep &body,
-                       const BodyForces &forces) {
+inline void body_rates(const CoupledBodies &bodies, const Layout &layout, double time, const double *inverse_inertia,
+                       BodyStep &body, const BodyForces &forces) {
   double force[COORDINATES + INTEGRALS] = {};
   if constexpr (DERIVATIVES)
     for (int i = 0; i < MAX_FREE + INTEGRALS; i++)
@@ -211,9 +219,13 @@ struct Unknown {
 };
 
 template <class T>
-CORE_INLINE T reduced_ball_entry(const T *row, int j, const T &g) { return row[BALL_VELOCITIES + j] + g * row[BALL_POSITIONS + j]; }
+CORE_INLINE T reduced_ball_entry(const T *row, int j, const T &g) {
+  return row[BALL_VELOCITIES + j] + g * row[BALL_POSITIONS + j];
+}
 template <class T>
-CORE_INLINE T reduced_body_entry(const T *row, int c, const T &g) { return row[BODY_VELOCITIES + c] + g * row[BODY_POSITIONS + c]; }
+CORE_INLINE T reduced_body_entry(const T *row, int c, const T &g) {
+  return row[BODY_VELOCITIES + c] + g * row[BODY_POSITIONS + c];
+}
 
 using BodyMatrix = Pack[MAX_FREE][MAX_FREE];
 
@@ -278,8 +290,8 @@ template <bool EVEN, int M>
 // Back substitution: the stage of the balls, once `positions` and `velocities` (M,) of the bodies are known; `cage` (2,) are those
 // of an even cage.
 template <bool EVEN, int M>
-[[gnu::noinline]] inline void back_substitute_block(BallBlock &block, const double *positions, const double *velocities, const double *cage,
-                                                 BallState &stage) {
+[[gnu::noinline]] inline void back_substitute_block(BallBlock &block, const double *positions, const double *velocities,
+                                                    const double *cage, BallState &stage) {
   constexpr int N = Unknown<EVEN>::count;
   const Pack g = block.gamma_step;
   Pack p[M], s[M], v[N + 3];

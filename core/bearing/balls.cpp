@@ -45,8 +45,10 @@ class PrescribedBalls {
     }
   }
   void store(int row) const {
-    for (int ball = 0; ball < number; ball++) chunk.store(row, ball, blocks[ball / LANES].start, blocks[ball / LANES].start_orientation, ball % LANES);
-    for (int ball = 0; ball < number && row < 0; ball++) store_carried(blocks[ball / LANES].carried, ball % LANES, chunk.carried + ball * CARRIED);
+    for (int ball = 0; ball < number; ball++)
+      chunk.store(row, ball, blocks[ball / LANES].start, blocks[ball / LANES].start_orientation, ball % LANES);
+    for (int ball = 0; ball < number && row < 0; ball++)
+      store_carried(blocks[ball / LANES].carried, ball % LANES, chunk.carried + ball * CARRIED);
   }
   std::pair<Status, int> check() const {
     for (int ball = 0; ball < number; ball++) {
@@ -74,7 +76,8 @@ class PrescribedBalls {
   // Of raceways alone: defects of balls need their orientations, which are integrated at longer intervals.
   Heights heights(double time, const Pack &speed, const BallState &y) const {
     Pack ring_angle = broadcast<Pack>(chunk.drive.angle_at(time));
-    return heights_at(bearing.defects, surface_positions(y[ANGLE], y[ORBIT_RATE], ring_angle, speed, Quaternion{}, Triple{}, Mask{}), Pack{});
+    return heights_at(bearing.defects,
+                      surface_positions(y[ANGLE], y[ORBIT_RATE], ring_angle, speed, Quaternion{}, Triple{}, Mask{}), Pack{});
   }
 };
 
@@ -82,7 +85,12 @@ class PrescribedBalls {
 class ExplicitBalls : public PrescribedBalls {
  public:
   ExplicitBalls(const Chunk &chunk, const RungeKuttaMethod &method)
-      : PrescribedBalls(chunk), method(method), adapts(method.adapts()), before(blocks.size()), before_rates(before), errors(blocks.size()),
+      : PrescribedBalls(chunk),
+        method(method),
+        adapts(method.adapts()),
+        before(blocks.size()),
+        before_rates(before),
+        errors(blocks.size()),
         slopes(method.stages + 1, before) {
     for (int c = 0; c < MOTION; c++) inverse_scale[c] = 1.0 / chunk.scale[c];
   }
@@ -124,8 +132,10 @@ class ExplicitBalls : public PrescribedBalls {
     for (std::size_t b = 0; b < blocks.size(); b++) {
       BallBlock &block = blocks[b];
       BallState middle;
-      for (int c = 0; c < MOTION; c++) middle[c] = hermite(0.5, seconds, before[b][c], before_rates[b][c], block.start[c], slopes[0][b][c]);
-      block.start_orientation = rotated(block.start_orientation, spin_in_frame(before[b]), spin_in_frame(middle), spin_in_frame(block.start), broadcast<Pack>(seconds));
+      for (int c = 0; c < MOTION; c++)
+        middle[c] = hermite(0.5, seconds, before[b][c], before_rates[b][c], block.start[c], slopes[0][b][c]);
+      block.start_orientation = rotated(block.start_orientation, spin_in_frame(before[b]), spin_in_frame(middle),
+                                        spin_in_frame(block.start), broadcast<Pack>(seconds));
       before[b] = block.start, before_rates[b] = slopes[0][b];
     }
   }
@@ -185,7 +195,8 @@ class ImexBalls : public PrescribedBalls {
         Pack mean = (1.0 / steps) * (spin_sum[b][i] + 0.5 * (first_spin[b][i] - last[i]));
         middle[i] = 0.25 * (6.0 * mean - (first_spin[b][i] + last[i]));
       }
-      blocks[b].start_orientation = rotated(blocks[b].start_orientation, first_spin[b], middle, last, broadcast<Pack>(steps * step));
+      blocks[b].start_orientation =
+          rotated(blocks[b].start_orientation, first_spin[b], middle, last, broadcast<Pack>(steps * step));
     }
     start_turning();
   }
@@ -236,18 +247,20 @@ enum Family { IMEX, RUNGE_KUTTA, LINEARLY_IMPLICIT };
 
 // Integrates balls, and ring, cage and shaft, over a chunk by a method of this family. Methods without an error estimate take equal
 // steps between two outputs, none longer than `longest` [s].
-CORE_EXPORT int core_integrate(
-    const double *bearing_numbers, const double *points, std::int64_t family, const double *method_numbers, const double *body_numbers,
-    const double *load, const double *load_rate, const double *drive, const double *scales, double longest, double duration,
-    std::int64_t instants, const double *times, const volatile std::uint8_t *stop, std::int64_t balls, const std::uint8_t *near, double *state,
-    double *orientation, double *steps, double *carried, double *border, double *states, double *orientations, double *borders,
-    std::int64_t *counts, double *failure) {
+CORE_EXPORT int core_integrate(const double *bearing_numbers, const double *points, std::int64_t family,
+                               const double *method_numbers, const double *body_numbers, const double *load,
+                               const double *load_rate, const double *drive, const double *scales, double longest, double duration,
+                               std::int64_t instants, const double *times, const volatile std::uint8_t *stop, std::int64_t balls,
+                               const std::uint8_t *near, double *state, double *orientation, double *steps, double *carried,
+                               double *border, double *states, double *orientations, double *borders, std::int64_t *counts,
+                               double *failure) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate);
   BodyState body_state = state_of(bearing, bodies, border);
   std::vector<double> body_states(instants * BODY_NUMBERS);
-  Chunk chunk{bearing, bodies, drive_of(drive), duration, scales, int(instants), times, stop, int(balls), near, state, orientation, steps,
-              carried, body_state.data(), states, orientations, body_states.data(), counts, failure};
+  Chunk chunk{bearing, bodies, drive_of(drive), duration, scales,  int(instants),     times,  stop,         int(balls),
+              near,    state,  orientation,     steps,    carried, body_state.data(), states, orientations, body_states.data(),
+              counts,  failure};
   auto with_common_steps = [&](auto &&motion, const Pace &pace) {
     double next = 0.0;
     Status status = integrate_together(motion, pace, duration, int(instants), times, stop, counts, failure, next);
@@ -257,7 +270,8 @@ CORE_EXPORT int core_integrate(
   if (family == IMEX) return with_common_steps(ImexBalls(chunk), {longest, 0, true});
   if (family == RUNGE_KUTTA) {
     RungeKuttaMethod method = runge_kutta_of(method_numbers);
-    return with_common_steps(ExplicitBalls(chunk, method), {method.adapts() ? steps[0] : longest, method.adapts() ? method.order : 0, false});
+    return with_common_steps(ExplicitBalls(chunk, method),
+                             {method.adapts() ? steps[0] : longest, method.adapts() ? method.order : 0, false});
   }
   Status status = by_rosenbrock(chunk, rosenbrock_of(method_numbers));
   if (status != OK || Layout(bodies).unknowns == 0) return status;
@@ -270,13 +284,14 @@ CORE_EXPORT int core_integrate(
 }
 
 // Rates (balls, COLUMNS) of all balls in a state (balls, COLUMNS) with the ring at this speed [rad/s] and angle [rad].
-CORE_EXPORT void core_all_rates(const double *bearing_numbers, const double *points, double ring_speed, double ring_angle, std::int64_t balls,
-                                const std::uint8_t *near, double *state, double *rates) {
+CORE_EXPORT void core_all_rates(const double *bearing_numbers, const double *points, double ring_speed, double ring_angle,
+                                std::int64_t balls, const std::uint8_t *near, double *state, double *rates) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   CoupledBodies bodies{};
   std::vector<double> orientations(4 * balls), carried(CARRIED * balls);
-  Chunk chunk{bearing, bodies, {ring_angle, ring_speed, 0.0}, 0.0, nullptr, 0, nullptr, nullptr, int(balls), near, state, orientations.data(), nullptr,
-              carried.data(), nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
+  Chunk chunk{bearing, bodies, {ring_angle, ring_speed, 0.0}, 0.0,     nullptr,        0,       nullptr, nullptr, int(balls),
+              near,    state,  orientations.data(),           nullptr, carried.data(), nullptr, nullptr, nullptr, nullptr,
+              nullptr, nullptr};
   PrescribedBalls(chunk).start_rates(rates);
 }
 
@@ -288,7 +303,8 @@ CORE_EXPORT void core_add_stored(const double *bearing_numbers, const double *po
 }
 
 // See `neighbours`.
-CORE_EXPORT void core_mark_near(double ball_radius, const double *state, std::int64_t balls, double reach, double ahead, std::uint8_t *near) {
+CORE_EXPORT void core_mark_near(double ball_radius, const double *state, std::int64_t balls, double reach, double ahead,
+                                std::uint8_t *near) {
   neighbours::mark_near(ball_radius, {state, int(balls)}, reach, ahead, near);
 }
 CORE_EXPORT std::int64_t core_mark_met(double ball_radius, const double *state, std::int64_t balls, const double *states,

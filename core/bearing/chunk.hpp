@@ -20,7 +20,9 @@ CORE_INLINE auto outer_approach(const Bearing &bearing, const State &y) {
   return raceway_approach(bearing, bearing.outer, y[RADIUS], y[HEIGHT]);
 }
 // Distance of a ball's centre from a ring's axis and its height above that ring's plane [m]; `y` begins with the ball's position.
-struct RingPosition { double axis_distance, height; };
+struct RingPosition {
+  double axis_distance, height;
+};
 template <class Y>
 inline RingPosition position_in_ring(const double *centre, const double *tilt, const Y &y) {
   double c = std::cos(y[ANGLE]), s = std::sin(y[ANGLE]);
@@ -66,7 +68,8 @@ inline void advance_carried(const Bearing &bearing, const RingPositions &positio
     double radial = outwards / std::sqrt(outwards * outwards + position.height * position.height + 1e-300);
     contact.advance(bearing.carried, bearing.curvature_across(raceway) / bearing.curvature_along(raceway, radial));
   };
-  advance(bearing.inner, positions[0], carried.inner.contact[lane]), advance(bearing.outer, positions[1], carried.outer.contact[lane]);
+  advance(bearing.inner, positions[0], carried.inner.contact[lane]),
+      advance(bearing.outer, positions[1], carried.outer.contact[lane]);
 }
 // States of laws between chunks (CARRIED,): of the inner and the outer contact P/Q, m, K and E.
 constexpr int CARRIED = 8;
@@ -149,8 +152,11 @@ CORE_INLINE Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN +
 template <bool DERIVATIVES>
 inline void prescribed_forces(const Bearing &bearing, const Pack &ring_speed, BallBlock &block) {
   if (bearing.over_patch())
-    bearing.tilted() ? prescribed_raceway_forces<true, true, DERIVATIVES>(bearing, ring_speed, block) : prescribed_raceway_forces<true, false, DERIVATIVES>(bearing, ring_speed, block);
-  else bearing.tilted() ? prescribed_raceway_forces<false, true, DERIVATIVES>(bearing, ring_speed, block) : prescribed_raceway_forces<false, false, DERIVATIVES>(bearing, ring_speed, block);
+    bearing.tilted() ? prescribed_raceway_forces<true, true, DERIVATIVES>(bearing, ring_speed, block)
+                     : prescribed_raceway_forces<true, false, DERIVATIVES>(bearing, ring_speed, block);
+  else
+    bearing.tilted() ? prescribed_raceway_forces<false, true, DERIVATIVES>(bearing, ring_speed, block)
+                     : prescribed_raceway_forces<false, false, DERIVATIVES>(bearing, ring_speed, block);
 }
 
 // Sum of the squares of errors of a ball's motion over their scales; the orbit rate counts as a velocity.

@@ -28,12 +28,20 @@ constexpr bool tilts_and_moves(RingMotion ring) { return ring == RingMotion::til
 enum class CageKind { none, even, pockets };
 
 // A wall of the cage: a spring and a parallel damper, whose force sets in over the roughness of the wall.
-struct Wall { double stiffness, relaxation_time, friction; };
+struct Wall {
+  double stiffness, relaxation_time, friction;
+};
 constexpr double ONSET = 1e-6;  // m
 
-struct Pockets { double radius, half_clearance; Wall wall; };  // on a circle of this radius [m]
+struct Pockets {
+  double radius, half_clearance;
+  Wall wall;
+};  // on a circle of this radius [m]
 // The land of the outer ring (side 1) or the inner (-1) that guides a cage; 0 without one.
-struct Land { double side, radius, clearance, smoothing; Wall wall; };
+struct Land {
+  double side, radius, clearance, smoothing;
+  Wall wall;
+};
 
 struct CoupledBodies {
   RingMotion ring;
@@ -164,9 +172,16 @@ struct ElementInput {
   const CarriedBalls *carried = nullptr;
   const Heights &heights = NO_HEIGHTS;
   const double *direction = nullptr;  // of the housing
-  template <int C> CORE_INLINE auto ball(Index<C>) const { return input<DERIVATIVES, C>(ball_state[C]); }
-  template <int C> CORE_INLINE auto position(Index<C>) const { return input<DERIVATIVES, BODY_POSITION + C>(broadcast<Pack>(bodies[C])); }
-  template <int C> CORE_INLINE auto speed(Index<C>) const {
+  template <int C>
+  CORE_INLINE auto ball(Index<C>) const {
+    return input<DERIVATIVES, C>(ball_state[C]);
+  }
+  template <int C>
+  CORE_INLINE auto position(Index<C>) const {
+    return input<DERIVATIVES, BODY_POSITION + C>(broadcast<Pack>(bodies[C]));
+  }
+  template <int C>
+  CORE_INLINE auto speed(Index<C>) const {
     return input<DERIVATIVES, BODY_VELOCITY + C>(broadcast<Pack>(bodies[COORDINATES + C]));
   }
 };
@@ -178,7 +193,10 @@ struct PrescribedInput {
   const Pack &ring_speed;
   const CarriedBalls *carried;
   const Heights &heights;
-  template <int C> CORE_INLINE auto ball(Index<C>) const { return input<DERIVATIVES, C>(ball_state[C]); }
+  template <int C>
+  CORE_INLINE auto ball(Index<C>) const {
+    return input<DERIVATIVES, C>(ball_state[C]);
+  }
   CORE_INLINE double position(int c) const { return c < TILT_X ? bearing.offset[c] : bearing.tilt[c - TILT_X]; }
   CORE_INLINE Pack speed(int) const { return ring_speed; }
 };
@@ -186,9 +204,10 @@ struct PrescribedInput {
 // Action of a raceway in its ring's axes: differentiated by the ball's offset, velocity and spin relative to the ring and by the
 // ring's speed, and by the chain rule by the variables of these.
 template <bool PATCH, class O, class V, class S, class W>
-CORE_INLINE auto ring_contact_action(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
-                             const O &offset, const V &velocity, const S &spin, const W &speed) {
-  auto action = raceway_action<PATCH>(bearing, raceway, carried, height, local<0>(offset), local<3>(velocity), local<6>(spin), local<9>(speed));
+CORE_INLINE auto ring_contact_action(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried,
+                                     const Height &height, const O &offset, const V &velocity, const S &spin, const W &speed) {
+  auto action = raceway_action<PATCH>(bearing, raceway, carried, height, local<0>(offset), local<3>(velocity), local<6>(spin),
+                                      local<9>(speed));
   auto chain = [&](const auto &x) __attribute__((always_inline)) {
     return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed);
   };
@@ -196,33 +215,40 @@ CORE_INLINE auto ring_contact_action(const Bearing &bearing, const Raceway &race
   return BallAction{chain(action.force), chain(action.torque), chain(action.moment), chain(action.loss), heights};
 }
 template <bool PATCH, class O, class V, class S, class W>
-CORE_INLINE auto inner_contact_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity,
-                              const S &spin, const W &speed) {
-  return ring_contact_action<PATCH>(bearing, bearing.inner, carried ? &carried->inner : nullptr, height, offset, velocity, spin, speed);
+CORE_INLINE auto inner_contact_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset,
+                                      const V &velocity, const S &spin, const W &speed) {
+  return ring_contact_action<PATCH>(bearing, bearing.inner, carried ? &carried->inner : nullptr, height, offset, velocity, spin,
+                                    speed);
 }
 
 // The same for a ring of any motion, in the ball's frame: `offset` of the ball's centre and its `velocity` relative to the
 // ring's centre, its spin, the ring's tilt (x, y), tilt rate and speed.
 template <class A, class X, class Y>
-struct TiltedAction { A action; X moment_x; Y moment_y; };  // moments about the ring's centre, conjugate to its tilts
-template <class A, class X, class Y> TiltedAction(A, X, Y) -> TiltedAction<A, X, Y>;
+struct TiltedAction {
+  A action;
+  X moment_x;
+  Y moment_y;
+};  // moments about the ring's centre, conjugate to its tilts
+template <class A, class X, class Y>
+TiltedAction(A, X, Y) -> TiltedAction<A, X, Y>;
 template <bool PATCH, class O, class V, class S, class T, class R, class W>
-CORE_INLINE auto tilted_contact_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset, const V &velocity,
-                               const S &spin, const T &tilt, const R &tilt_rate, const W &speed) {
+CORE_INLINE auto tilted_contact_action(const Bearing &bearing, const CarriedBalls *carried, const Height &height, const O &offset,
+                                       const V &velocity, const S &spin, const T &tilt, const R &tilt_rate, const W &speed) {
   auto t = local<10>(tilt), rate = local<13>(tilt_rate);
   auto axes = ring_axes(t.x, t.y);
   auto from_centre = into_ring(axes, local<0>(offset));
-  auto action = inner_contact_action<PATCH>(bearing, carried, height, from_centre, into_ring(axes, local<3>(velocity) - cross(rate, from_centre)),
-                                   into_ring(axes, local<6>(spin) - rate), local<9>(speed));
+  auto action = inner_contact_action<PATCH>(bearing, carried, height, from_centre,
+                                            into_ring(axes, local<3>(velocity) - cross(rate, from_centre)),
+                                            into_ring(axes, local<6>(spin) - rate), local<9>(speed));
   auto chain = [&](const auto &x) __attribute__((always_inline)) {
-    return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed,
-                    tilt.x, tilt.y, tilt.z, tilt_rate.x, tilt_rate.y, tilt_rate.z);
+    return composed(x, offset.x, offset.y, offset.z, velocity.x, velocity.y, velocity.z, spin.x, spin.y, spin.z, speed, tilt.x,
+                    tilt.y, tilt.z, tilt_rate.x, tilt_rate.y, tilt_rate.z);
   };
   auto force = out_of_ring(axes, action.force), torque = out_of_ring(axes, action.torque);
   auto moment = cross(from_centre, force) + torque;
   auto heights = if_heights_move(height.rate, [&]() __attribute__((always_inline)) { return chain(action.height_power); });
-  return TiltedAction{BallAction{chain(force), chain(torque), chain(action.moment), chain(action.loss), heights},
-                      chain(moment.x), chain(moment.y)};
+  return TiltedAction{BallAction{chain(force), chain(torque), chain(action.moment), chain(action.loss), heights}, chain(moment.x),
+                      chain(moment.y)};
 }
 
 // A ball between its raceways: all rows but forces on the cage. Newton's and Euler's equations in the frame that turns
@@ -244,8 +270,9 @@ CORE_INLINE void raceway_forces(const Bearing &bearing, const Input &in, Put put
   auto outer = [&]() __attribute__((always_inline)) {
     if constexpr (RING == RingMotion::housed) {
       auto along = in_ball_frame(Vector3{in.direction[0], in.direction[1], in.direction[2]});
-      auto action = ring_contact_action<PATCH>(bearing, bearing.outer, at_outer, in.heights.outer, position - in.position(index<HOUSING>) * along,
-                                      velocity - in.speed(index<HOUSING>) * along, spin, broadcast<Pack>(0.0));
+      auto action = ring_contact_action<PATCH>(bearing, bearing.outer, at_outer, in.heights.outer,
+                                               position - in.position(index<HOUSING>) * along,
+                                               velocity - in.speed(index<HOUSING>) * along, spin, broadcast<Pack>(0.0));
       put(index<FORCE_ROW + HOUSING>, -dot(along, action.force));
       return action;
     } else return raceway_action<PATCH>(bearing, bearing.outer, at_outer, in.heights.outer, position, velocity, spin, Zero{});
@@ -291,7 +318,8 @@ CORE_INLINE void raceway_forces(const Bearing &bearing, const Input &in, Put put
     } else {
       auto tilt = in_ball_frame(Vector3{coordinate_of(index<TILT_X>), coordinate_of(index<TILT_Y>), Zero{}});
       auto tilt_rate = in_ball_frame(Vector3{rate(index<TILT_X>), rate(index<TILT_Y>), Zero{}});
-      auto inner = tilted_contact_action<PATCH>(bearing, carried, in.heights.inner, offset, relative, spin, tilt, tilt_rate, shaft_speed);
+      auto inner =
+          tilted_contact_action<PATCH>(bearing, carried, in.heights.inner, offset, relative, spin, tilt, tilt_rate, shaft_speed);
       finish(inner.action);
       if constexpr (tilts_and_moves(RING)) {
         auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});
@@ -307,7 +335,8 @@ CORE_INLINE void raceway_forces(const Bearing &bearing, const Input &in, Put put
 
 // Load [N], loss [W], and friction on the ball along the pocket's radius and along the axis [N], from the slip there.
 template <class A, class R, class S, class T>
-CORE_INLINE auto wall_action(const Bearing &bearing, const Wall &wall, const A &approach, const R &rate, const S &radial, const T &axial) {
+CORE_INLINE auto wall_action(const Bearing &bearing, const Wall &wall, const A &approach, const R &rate, const S &radial,
+                             const T &axial) {
   auto [elastic, load] = wall_load(wall, approach, rate);
   auto square = radial * radial + axial * axial;
   auto resistance = point_resistance(wall.friction * load, square, bearing.regularisation);
@@ -315,22 +344,24 @@ CORE_INLINE auto wall_action(const Bearing &bearing, const Wall &wall, const A &
 }
 
 // Approach of balls to a wall of their pockets [m], its rate [m/s], and whether that is the one ahead (1) or behind (-1).
-struct PocketGap { Pack approach, rate, side; };
+struct PocketGap {
+  Pack approach, rate, side;
+};
 
 CORE_INLINE Pack pocket_side(const Pack &ahead) { return select(ahead >= 0.0, broadcast<Pack>(1.0), broadcast<Pack>(-1.0)); }
 
 // A cage whose centre is fixed: the ball leaves the middle of its pocket along the pitch circle.
 template <bool DERIVATIVES, class Put>
-CORE_INLINE PocketGap fixed_cage_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Put put) {
+CORE_INLINE PocketGap fixed_cage_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket,
+                                        const ElementInput<DERIVATIVES> &in, Put put) {
   auto ahead = (in.ball(index<ANGLE>) - in.position(index<CAGE_ANGLE>)) - pocket;
   auto cage_speed = in.speed(index<CAGE_ANGLE>);
   Pack side = pocket_side(value_of(ahead)), arc = pockets.radius * side, lever = bearing.ball_radius * side;
   auto rate = arc * (in.ball(index<ORBIT_RATE>) - cage_speed);
   auto approach = arc * ahead - pockets.half_clearance;
-  auto [load, loss, radial, axial] = wall_action(
-      bearing, pockets.wall, approach, rate,
-      in.ball(index<VELOCITY>) - lever * (in.ball(index<SPIN + 2>) - cage_speed),
-      in.ball(index<VELOCITY + 2>) + lever * in.ball(index<SPIN>));
+  auto [load, loss, radial, axial] =
+      wall_action(bearing, pockets.wall, approach, rate, in.ball(index<VELOCITY>) - lever * (in.ball(index<SPIN + 2>) - cage_speed),
+                  in.ball(index<VELOCITY + 2>) + lever * in.ball(index<SPIN>));
   double inverse_mass = 1.0 / bearing.ball_mass, inverse_inertia = 1.0 / bearing.ball_inertia;
   auto push = arc * load;
   put(index<RADIAL_ROW>, inverse_mass * radial), put(index<AXIAL_ROW>, inverse_mass * axial);
@@ -343,7 +374,8 @@ CORE_INLINE PocketGap fixed_cage_pocket(const Bearing &bearing, const Pockets &p
 
 // A cage whose centre moves: the pocket's walls are flat, across its tangent, and open along its radius.
 template <bool DERIVATIVES, class Put>
-CORE_INLINE PocketGap guided_cage_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Put put) {
+CORE_INLINE PocketGap guided_cage_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket,
+                                         const ElementInput<DERIVATIVES> &in, Put put) {
   auto radius = in.ball(index<RADIUS>), angle = in.ball(index<ANGLE>);
   auto cage_speed = in.speed(index<CAGE_ANGLE>);
   auto [cosine, sine] = cosine_sine(angle);
@@ -358,10 +390,9 @@ CORE_INLINE PocketGap guided_cage_pocket(const Bearing &bearing, const Pockets &
   Pack side = pocket_side(value_of(along)), lever = bearing.ball_radius * side;
   auto rate = side * (u * across_s + v * across_c - cage_speed * out);
   auto approach = side * along - pockets.half_clearance;
-  auto [load, loss, radial, axial] = wall_action(
-      bearing, pockets.wall, approach, rate,
-      u * across_c - v * across_s - lever * spin_z + cage_speed * (along + lever),
-      in.ball(index<VELOCITY + 2>) + lever * (spin_x * across_c - spin_y * across_s));
+  auto [load, loss, radial, axial] = wall_action(bearing, pockets.wall, approach, rate,
+                                                 u * across_c - v * across_s - lever * spin_z + cage_speed * (along + lever),
+                                                 in.ball(index<VELOCITY + 2>) + lever * (spin_x * across_c - spin_y * across_s));
   auto push = -side * load;
   auto force_x = push * across_s + radial * across_c, force_y = push * across_c - radial * across_s;
   double inverse_mass = 1.0 / bearing.ball_mass, inverse_inertia = 1.0 / bearing.ball_inertia;
@@ -378,8 +409,10 @@ CORE_INLINE PocketGap guided_cage_pocket(const Bearing &bearing, const Pockets &
 
 // A cage of either kind: rows, and the gaps of the balls to the walls.
 template <bool DERIVATIVES, class Put>
-CORE_INLINE PocketGap cage_pocket(const Bearing &bearing, const CoupledBodies &b, const Pack &pocket, const ElementInput<DERIVATIVES> &in, Put put) {
-  return b.guided ? guided_cage_pocket(bearing, b.pockets, pocket, in, put) : fixed_cage_pocket(bearing, b.pockets, pocket, in, put);
+CORE_INLINE PocketGap cage_pocket(const Bearing &bearing, const CoupledBodies &b, const Pack &pocket,
+                                  const ElementInput<DERIVATIVES> &in, Put put) {
+  return b.guided ? guided_cage_pocket(bearing, b.pockets, pocket, in, put)
+                  : fixed_cage_pocket(bearing, b.pockets, pocket, in, put);
 }
 
 namespace walls {
@@ -406,7 +439,9 @@ inline double time_to_kink(const Wall &wall, double mass, double blur, double ap
 }
 
 // The next step, and the least one after it [s].
-struct StepLimit { double step, least_next; };
+struct StepLimit {
+  double step, least_next;
+};
 
 // Reduced mass [kg] of a ball and the cage.
 inline double reduced_mass(const Bearing &bearing, const CoupledBodies &b) {
@@ -419,7 +454,8 @@ inline auto relative_to_land(const CoupledBodies &b, const BodyState &state, int
   return core::relative_to_land(b, [&](int c) { return state[first + c]; });
 }
 
-inline StepLimit limit_at_land(const CoupledBodies &b, const BodyState &body_state, double acceleration, double uncut, const StepLimit &limit) {
+inline StepLimit limit_at_land(const CoupledBodies &b, const BodyState &body_state, double acceleration, double uncut,
+                               const StepLimit &limit) {
   auto [x, y] = relative_to_land(b, body_state, 0);
   auto [u, v] = relative_to_land(b, body_state, COORDINATES);
   double distance = std::sqrt(x * x + y * y) + LEAST_DISTANCE, rate = (x * u + y * v) / distance, turn = (x * v - y * u) / distance;

@@ -21,7 +21,9 @@ void write(const Matrix5 &matrix, double *out) {
 void write_heights(const SurfaceDefects &defects, double azimuth, double ring_angle, int ball, double *out) {
   Quaternion start{Pack{}, Pack{}, broadcast<Pack>(-std::sin(0.5 * azimuth)), broadcast<Pack>(std::cos(0.5 * azimuth))};
   Mask first = ball == 0 ? ~Mask{} : Mask{};
-  Heights surface_heights = heights_at(defects, surface_positions(broadcast<Pack>(azimuth), Pack{}, broadcast<Pack>(ring_angle), Pack{}, start, Triple{}, first), Pack{});
+  Heights surface_heights = heights_at(
+      defects, surface_positions(broadcast<Pack>(azimuth), Pack{}, broadcast<Pack>(ring_angle), Pack{}, start, Triple{}, first),
+      Pack{});
   out[0] = surface_heights.inner.value[0], out[1] = surface_heights.outer.value[0];
 }
 
@@ -39,15 +41,16 @@ double shared_orbit(const double *contacts, int balls) {
 // `held` (cases, 5). `heights` (cases, N, 2) are those of the raceways under the balls. Stops between two cases.
 CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const std::int64_t *balls, const double *seats,
                                  const double *azimuth, const double *heights, const std::int64_t *free, const double *requested,
-                                 const double *held, const volatile std::uint8_t *stop, double *q, double *load,
-                                 double *stiffness, double *positions, double *contacts, double *imbalance, std::int64_t *status) {
+                                 const double *held, const volatile std::uint8_t *stop, double *q, double *load, double *stiffness,
+                                 double *positions, double *contacts, double *imbalance, std::int64_t *status) {
   System system;
   std::int64_t all = 0;
   for (int i = 0; i < count; i++) all += balls[i];
   for (std::int64_t k = 0; k < cases; k++, seats += count * (sizeof(Seat) / sizeof(double)), azimuth += all, heights += 2 * all) {
     system.set(seats_in(seats), int(count), balls);
     system.place_balls(azimuth, heights);
-    status[k] = *stop ? STOPPED : system.solve_in_parts(free_mask(free), five(requested + COORDINATES * k), five(held + COORDINATES * k));
+    status[k] =
+        *stop ? STOPPED : system.solve_in_parts(free_mask(free), five(requested + COORDINATES * k), five(held + COORDINATES * k));
     imbalance[k] = system.imbalance;
     write(system.q, q + COORDINATES * k);
     write(system.load, load + COORDINATES * k);
@@ -59,7 +62,8 @@ CORE_EXPORT void core_equilibria(std::int64_t cases, std::int64_t count, const s
 
 // Heights (N, 2) [m] of the inner and the outer raceway under balls at these azimuths, the ring turned by an angle [rad]: as
 // in `core_equilibria`; a ball's own are those of its start. `defect_numbers` are those of a bearing.
-CORE_EXPORT void core_surface_heights(const double *defect_numbers, std::int64_t balls, const double *azimuth, double ring_angle, double *heights) {
+CORE_EXPORT void core_surface_heights(const double *defect_numbers, std::int64_t balls, const double *azimuth, double ring_angle,
+                                      double *heights) {
   SurfaceDefects defects = defects_of(defect_numbers);
   for (int k = 0; k < balls; k++) write_heights(defects, azimuth[k], ring_angle, k, heights + 2 * k);
 }
@@ -69,12 +73,13 @@ CORE_EXPORT void core_surface_heights(const double *defect_numbers, std::int64_t
 // from the instant before on, where `cage[0]` [rad] was the azimuth of ball 0, and turn about themselves as at the instant;
 // `attitude` (N, 4) are their orientations in the frame that goes round with each. Returns the status of the last instant,
 // whose number is in `instant`: FOUND for all.
-CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const double *defect_numbers, double ring_angle, std::int64_t balls, std::int64_t instants, const double *step,
-                                     const double *turn, const double *speed, const double *held, const std::int64_t *free,
-                                     const double *requested, const volatile std::uint8_t *stop, double *cage, double *q,
-                                     double *attitude, double *azimuths, double *orbits, double *coordinates,
-                                     double *loads, double *positions, double *attitudes, double *contacts,
-                                     std::int64_t *instant) {
+CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const double *defect_numbers, double ring_angle,
+                                              std::int64_t balls, std::int64_t instants, const double *step, const double *turn,
+                                              const double *speed, const double *held, const std::int64_t *free,
+                                              const double *requested, const volatile std::uint8_t *stop, double *cage, double *q,
+                                              double *attitude, double *azimuths, double *orbits, double *coordinates,
+                                              double *loads, double *positions, double *attitudes, double *contacts,
+                                              std::int64_t *instant) {
   Seat seat = *seats_in(seat_numbers);
   System system;
   const FreeMask mask = free_mask(free);
@@ -108,7 +113,8 @@ CORE_EXPORT std::int64_t core_equilibrium_run(const double *seat_numbers, const 
       const double *contact = contacts + CONTACT_NUMBERS * k;
       const std::int64_t row = balls * t + k;
       Triple spin{broadcast<Pack>(contact[14]), Pack{}, broadcast<Pack>(-contact[13])};
-      Quaternion attitude_in_frame, orbit_rotation{Pack{}, Pack{}, broadcast<Pack>(std::sin(0.5 * azimuth[k])), broadcast<Pack>(std::cos(0.5 * azimuth[k]))};
+      Quaternion attitude_in_frame,
+          orbit_rotation{Pack{}, Pack{}, broadcast<Pack>(std::sin(0.5 * azimuth[k])), broadcast<Pack>(std::cos(0.5 * azimuth[k]))};
       for (int i = 0; i < 4; i++) attitude_in_frame[i] = broadcast<Pack>(attitude[4 * k + i]);
       attitude_in_frame = rotated(attitude_in_frame, spin, spin, spin, broadcast<Pack>(step[t]));
       const Quaternion fixed = product(orbit_rotation, attitude_in_frame);

@@ -14,9 +14,9 @@ namespace core::equilibria {
 // One ball between two grooves in equilibrium (Jones 1960; Harris, Rolling Bearing Analysis), LANES balls side by side.
 //
 // Opening. The ring's centre lies at d = x cos(psi) + y sin(psi) outwards and s = y cos(psi) - x sin(psi) ahead of a ball
-// at the azimuth psi, where its groove, a circle about the ring's own axis, is displaced inwards by s^2/(2 r), r = d_m/2. Of a tilt theta, b = theta_x sin(psi) - theta_y cos(psi) acts in the ball's plane and
-// l = theta_x cos(psi) + theta_y sin(psi) across it. The inner groove's centre against the outer one's is, tilts being of
-// first order,
+// at the azimuth psi, where its groove, a circle about the ring's own axis, is displaced inwards by s^2/(2 r), r = d_m/2. Of a
+// tilt theta, b = theta_x sin(psi) - theta_y cos(psi) acts in the ball's plane and l = theta_x cos(psi) + theta_y sin(psi)
+// across it. The inner groove's centre against the outer one's is, tilts being of first order,
 //
 //     A_r = A_0 + d - s^2/(2 r),   A_z = z + R b - s l.
 //
@@ -59,8 +59,12 @@ constexpr double PROBE = 1e-6;  // m: approach at which a law's coefficient is r
 
 // In the meridian plane.
 template <class R, class Z = R>
-struct Plane { R r; Z z; };
-template <class R, class Z> Plane(R, Z) -> Plane<R, Z>;
+struct Plane {
+  R r;
+  Z z;
+};
+template <class R, class Z>
+Plane(R, Z) -> Plane<R, Z>;
 
 CORE_INLINE Plane<Pack> select(const Mask &which, const Plane<Pack> &yes, const Plane<Pack> &no) {
   return {select(which, yes.r, no.r), select(which, yes.z, no.z)};
@@ -68,8 +72,11 @@ CORE_INLINE Plane<Pack> select(const Mask &which, const Plane<Pack> &yes, const 
 
 // One contact: approach [m], load [N] and direction.
 template <class X>
-struct ContactLoad { X approach, load, n_r, n_z; };
-template <class X> ContactLoad(X, X, X, X) -> ContactLoad<X>;
+struct ContactLoad {
+  X approach, load, n_r, n_z;
+};
+template <class X>
+ContactLoad(X, X, X, X) -> ContactLoad<X>;
 
 // The contact where `v` [m] points from the ball's centre to the inner groove's, or from the outer one's to it.
 template <class R, class Z>
@@ -82,7 +89,9 @@ CORE_INLINE auto contact_load(const Seat &seat, const Groove &groove, const Plan
 }
 
 // Forces on a ball other than of contacts [N], and heights of the raceways under it [m].
-struct ExternalLoad : Plane<Pack> { Pack inner{}, outer{}; };
+struct ExternalLoad : Plane<Pack> {
+  Pack inner{}, outer{};
+};
 
 // For `ball_speeds`: cosine and sine of a contact angle a, beyond 60 degrees those of 120 - |a| degrees, at least 0.
 template <class X>
@@ -101,7 +110,9 @@ constexpr double ROLLING_LOAD = 0.25;  // tuned: below the share of 0.7 at which
 // Centrifugal load F_c = m d_m omega_m^2 / 2 [N] and M_g / D [N], M_g = J omega_R omega_m sin(beta), J = m D^2/10; and over
 // the ring's speed: the orbit's, and the roll's along the ball's axis times gamma, and times its pitch.
 template <class X>
-struct BallSpeeds { X centrifugal, gyroscopic, orbit, roll, pitch; };
+struct BallSpeeds {
+  X centrifugal, gyroscopic, orbit, roll, pitch;
+};
 
 // The speeds of a ball that rolls on both raceways follow from both contact angles. A ball without contact to the inner one
 // orbits and rolls as at angle zero, without a gyroscopic moment. In between speeds are interpolated by the load on the
@@ -131,7 +142,10 @@ constexpr unsigned BY_PLACES = 0b1111;
 // Residual of a ball's balance [N], and its part of the ring's load: external `force` [N] and `moment` [N m] on the ring that
 // balance the ball. `scale` [N] is that of its loads.
 template <class X>
-struct Balance { X residual_r, residual_z, force_r, force_z, moment; ValueOf<X> scale; };
+struct Balance {
+  X residual_r, residual_z, force_r, force_z, moment;
+  ValueOf<X> scale;
+};
 
 template <class I, class O>
 CORE_INLINE auto balance(const Seat &seat, const ContactLoad<I> &inner, const ContactLoad<O> &outer, const ExternalLoad &weight) {
@@ -144,20 +158,26 @@ CORE_INLINE auto balance(const Seat &seat, const ContactLoad<I> &inner, const Co
     gyroscopic = speeds.gyroscopic;
   }
   auto gyroscopic_inner = seat.share_inner * gyroscopic, gyroscopic_outer = seat.share_outer * gyroscopic;
-  auto force_r = inner.load * inner.n_r - gyroscopic_inner * inner.n_z, force_z = inner.load * inner.n_z + gyroscopic_inner * inner.n_r;
+  auto force_r = inner.load * inner.n_r - gyroscopic_inner * inner.n_z,
+       force_z = inner.load * inner.n_z + gyroscopic_inner * inner.n_r;
   auto residual_r = force_r - outer.load * outer.n_r + gyroscopic_outer * outer.n_z + centrifugal + weight.r;
   auto residual_z = force_z - outer.load * outer.n_z - gyroscopic_outer * outer.n_r + weight.z;
-  return Balance<decltype(residual_r)>{residual_r, residual_z, force_r, force_z, -seat.lever * gyroscopic_inner,
-                                   value_of(inner.load) + value_of(outer.load) + value_of(centrifugal)};
+  return Balance<decltype(residual_r)>{residual_r,
+                                       residual_z,
+                                       force_r,
+                                       force_z,
+                                       -seat.lever * gyroscopic_inner,
+                                       value_of(inner.load) + value_of(outer.load) + value_of(centrifugal)};
 }
 
 using Number = Dual<BY_PLACES, Pack>;
 
 inline Balance<Number> differentiated_balance(const Seat &seat, const Plane<Pack> &opening, const Plane<Pack> &position,
-                                  const ExternalLoad &weight) {
+                                              const ExternalLoad &weight) {
   Plane inner{variable<0>(Pack(opening.r - position.r)), variable<1>(Pack(opening.z - position.z))};
   Plane outer{variable<2>(position.r), variable<3>(position.z)};
-  return balance(seat, contact_load(seat, seat.inner, inner, weight.inner), contact_load(seat, seat.outer, outer, weight.outer), weight);
+  return balance(seat, contact_load(seat, seat.inner, inner, weight.inner), contact_load(seat, seat.outer, outer, weight.outer),
+                 weight);
 }
 
 // Derivatives by the ball's position at constant opening, and by the opening at constant position.
@@ -170,10 +190,10 @@ struct PositionEquations {
   Plane<Pack> radial, axial;
   Pack determinant;
   explicit PositionEquations(const Balance<Number> &current)
-      : radial(by_position(current.residual_r)), axial(by_position(current.residual_z)), determinant(radial.r * axial.z - radial.z * axial.r) {}
-  Mask singular() const {
-    return ~(absolute(determinant) > 1e-14 * (absolute(radial.r * axial.z) + absolute(radial.z * axial.r)));
-  }
+      : radial(by_position(current.residual_r)),
+        axial(by_position(current.residual_z)),
+        determinant(radial.r * axial.z - radial.z * axial.r) {}
+  Mask singular() const { return ~(absolute(determinant) > 1e-14 * (absolute(radial.r * axial.z) + absolute(radial.z * axial.r))); }
   // The step that cancels this residual; 0 where the ball has no contact.
   Plane<Pack> solved(const Pack &residual_r, const Pack &residual_z) const {
     Pack inverse = select(determinant == 0.0, Pack{}, 1.0 / determinant);
@@ -181,12 +201,16 @@ struct PositionEquations {
   }
 };
 
-struct BallEquilibrium { Plane<Pack> position; Balance<Number> balance; Mask done; };
+struct BallEquilibrium {
+  Plane<Pack> position;
+  Balance<Number> balance;
+  Mask done;
+};
 
 CORE_INLINE Balance<Number> select(const Mask &which, const Balance<Number> &yes, const Balance<Number> &no) {
   return {select(which, yes.residual_r, no.residual_r), select(which, yes.residual_z, no.residual_z),
-          select(which, yes.force_r, no.force_r), select(which, yes.force_z, no.force_z),
-          select(which, yes.moment, no.moment), select(which, yes.scale, no.scale)};
+          select(which, yes.force_r, no.force_r),       select(which, yes.force_z, no.force_z),
+          select(which, yes.moment, no.moment),         select(which, yes.scale, no.scale)};
 }
 
 // Damped Newton steps from an initial position, individual for each ball.
@@ -200,7 +224,8 @@ inline BallEquilibrium newton(const Seat &seat, const Plane<Pack> &opening, cons
     Balance<Number> current = differentiated_balance(seat, opening, trial, weight);
     Pack residual = absolute(current.residual_r.value) + absolute(current.residual_z.value);
     // Without contact the residual may be smaller, but the equations are singular.
-    Mask better = running & (residual < size) & ~(PositionEquations(current).singular() & (residual > BALANCE_TOLERANCE * current.scale));
+    Mask better =
+        running & (residual < size) & ~(PositionEquations(current).singular() & (residual > BALANCE_TOLERANCE * current.scale));
     best.balance = iteration == 0 ? current : select(better, current, best.balance);
     best.position = select(better, trial, best.position);
     size = select(better, residual, size);
@@ -231,11 +256,15 @@ inline Plane<Pack> resting_position(const Seat &seat, const Groove &groove, cons
   Plane<Pack> n{along.r / load, along.z / load};
   const double deep = seat.reach(groove) + PROBE;
   Pack coefficient = contact_load(seat, groove, Plane<Pack>{n.r * deep, n.z * deep}).load / std::pow(PROBE, seat.power);
-  Pack length = seat.reach(groove) - height + each_lane(load / coefficient, [&](double x) { return std::pow(x, 1.0 / seat.power); });
+  Pack length =
+      seat.reach(groove) - height + each_lane(load / coefficient, [&](double x) { return std::pow(x, 1.0 / seat.power); });
   return {n.r * length, n.z * length};
 }
 
-struct InitialGuess { Plane<Pack> position; Mask floats; };
+struct InitialGuess {
+  Plane<Pack> position;
+  Mask floats;
+};
 
 // Initial position of a ball, and whether it floats free of forces, so that any position is a solution. The energy of both contacts
 // is convex in the position, so that rest on one raceway without contact to the other is the solution but for the gyroscopic moment.
@@ -258,7 +287,8 @@ inline InitialGuess initial_guess(const Seat &seat, const Plane<Pack> &opening, 
   // In contact with both, the ball is at an intersection of circles about their centres, on the side of the force. The initial
   // loads exceed those of the solution: from there Newton's method loses no contact.
   Plane<Pack> greatest{absolute(force.r - weight.r) + absolute(weight.r) + absolute(weight.z), Pack{}};
-  Pack r_o = resting_position(seat, seat.outer, greatest, weight.outer).r, r_i = resting_position(seat, seat.inner, greatest, weight.inner).r;
+  Pack r_o = resting_position(seat, seat.outer, greatest, weight.outer).r,
+       r_i = resting_position(seat, seat.inner, greatest, weight.inner).r;
   Pack along = 0.5 * (distance + (r_o * r_o - r_i * r_i) / distance);
   Pack across = square_root(maximum(r_o * r_o - along * along, 0.0) + 1e-300);
   across = select(force.z * opening.r - force.r * opening.z < 0.0, -across, across);
@@ -272,7 +302,8 @@ inline InitialGuess initial_guess(const Seat &seat, const Plane<Pack> &opening, 
 inline Plane<Pack> bisected(const Seat &seat, const Plane<Pack> &opening, const ExternalLoad &weight) {
   auto balance_at = [&](const Plane<Pack> &position) {
     Plane<Pack> inner{opening.r - position.r, opening.z - position.z};
-    return balance(seat, contact_load(seat, seat.inner, inner, weight.inner), contact_load(seat, seat.outer, position, weight.outer), weight);
+    return balance(seat, contact_load(seat, seat.inner, inner, weight.inner),
+                   contact_load(seat, seat.outer, position, weight.outer), weight);
   };
   Pack extent = square_root(opening.r * opening.r + opening.z * opening.z) + (seat.inner.groove_radius + seat.outer.groove_radius);
   Pack low_z = -extent, high_z = extent;
@@ -298,7 +329,8 @@ inline BallEquilibrium ball_equilibrium(const Seat &seat, const Plane<Pack> &ope
   BallEquilibrium result = newton(seat, opening, guess.position, weight);
   if (Mask failed = ~(result.done | guess.floats); any(failed)) {
     BallEquilibrium retried = newton(seat, opening, bisected(seat, opening, weight), weight);
-    result = {select(failed, retried.position, result.position), select(failed, retried.balance, result.balance), result.done | retried.done};
+    result = {select(failed, retried.position, result.position), select(failed, retried.balance, result.balance),
+              result.done | retried.done};
   }
   return result;
 }
@@ -332,15 +364,21 @@ struct Balls {
 // A number with derivatives by the five coordinates, from those by the opening.
 template <class R, class Z>
 CORE_INLINE auto chained_by_opening(const Pack &value, const Plane<Pack> &derivatives, const R &radial, const Z &axial) {
-  return dual<columns_of<R> | columns_of<Z>>(value, [&]<int C>() __attribute__((always_inline)) {
-    return derivatives.r * slope_of<C>(radial) + derivatives.z * slope_of<C>(axial);
-  });
+  return dual < columns_of<R> | columns_of < Z >> (value, [&]<int C>() __attribute__((always_inline)) {
+                                  return derivatives.r * slope_of<C>(radial) + derivatives.z * slope_of<C>(axial);
+                                });
 }
 
 // The inner groove's centre relative to the outer one's [m], and terms of its slopes.
 template <class R, class Z, class S, class L>
-struct Opening { R radial; Z axial; S tangential, side; L across; };
-template <class R, class Z, class S, class L> Opening(R, Z, S, S, L) -> Opening<R, Z, S, L>;
+struct Opening {
+  R radial;
+  Z axial;
+  S tangential, side;
+  L across;
+};
+template <class R, class Z, class S, class L>
+Opening(R, Z, S, S, L) -> Opening<R, Z, S, L>;
 
 class Ring {
  public:
@@ -375,7 +413,8 @@ class Ring {
   template <bool DERIVATIVES>
   CORE_INLINE auto opening(const Balls &b, const Vector5 &q) const {
     auto coordinate = [&]<int C>(Index<C>) __attribute__((always_inline)) { return input<DERIVATIVES, C>(broadcast<Pack>(q[C])); };
-    auto x = coordinate(index<0>), y = coordinate(index<1>), z = coordinate(index<2>), tilt_x = coordinate(index<3>), tilt_y = coordinate(index<4>);
+    auto x = coordinate(index<0>), y = coordinate(index<1>), z = coordinate(index<2>), tilt_x = coordinate(index<3>),
+         tilt_y = coordinate(index<4>);
     auto outwards = b.cosine * x + b.sine * y, tangential = b.cosine * y - b.sine * x;
     auto along = b.sine * tilt_x - b.cosine * tilt_y, across = b.cosine * tilt_x + b.sine * tilt_y;
     auto side = (2.0 / seat->pitch_diameter) * tangential;
@@ -433,7 +472,8 @@ class Ring {
   void write_contacts(const Vector5 &q, double *out) {
     for (Balls &b : balls) {
       Plane<Pack> opening = opening_at(b, q);
-      auto inner = contact_load(*seat, seat->inner, Plane<Pack>{opening.r - b.position.r, opening.z - b.position.z}, b.weight.inner);
+      auto inner =
+          contact_load(*seat, seat->inner, Plane<Pack>{opening.r - b.position.r, opening.z - b.position.z}, b.weight.inner);
       auto outer = contact_load(*seat, seat->outer, b.position, b.weight.outer);
       auto speeds = ball_speeds(*seat, inner, outer);
       for (int lane = 0; lane < LANES; lane++) {
@@ -515,8 +555,9 @@ class System {
   // The coordinates of a seat's ring in its own frame.
   template <class X>
   static std::array<X, COORDINATES> ring_coordinates(const Seat &seat, const std::array<X, COORDINATES> &shaft_coordinates) {
-    return {shaft_coordinates[0] + seat.position * shaft_coordinates[4], shaft_coordinates[1] - seat.position * shaft_coordinates[3], seat.facing * shaft_coordinates[2] + seat.middle, seat.facing * shaft_coordinates[3],
-            seat.facing * shaft_coordinates[4]};
+    return {shaft_coordinates[0] + seat.position * shaft_coordinates[4],
+            shaft_coordinates[1] - seat.position * shaft_coordinates[3], seat.facing * shaft_coordinates[2] + seat.middle,
+            seat.facing * shaft_coordinates[3], seat.facing * shaft_coordinates[4]};
   }
 
   // Load and stiffness at these coordinates, and the scale of the loads.
@@ -693,7 +734,6 @@ class System {
     }
     return is_held;
   }
-
 };
 
 }  // namespace core::equilibria

@@ -12,7 +12,19 @@ namespace core {
 // `spin` [rad/s] the sum of both. Loads act on the first ball; on the other the force is the opposite, the torque about
 // its centre the same. `energy` [J], `loss` and `stored` [W], the power that goes into elastic energy, are of both.
 template <class A, class N, class R, class L, class S, class F, class G, class T, class E, class D, class P>
-struct PairContact { A approach; N normal; R arm; L normal_load; S slip; F friction; G force; T torque; E energy; D loss; P stored; };
+struct PairContact {
+  A approach;
+  N normal;
+  R arm;
+  L normal_load;
+  S slip;
+  F friction;
+  G force;
+  T torque;
+  E energy;
+  D loss;
+  P stored;
+};
 template <class A, class N, class R, class L, class S, class F, class G, class T, class E, class D, class P>
 PairContact(A, N, R, L, S, F, G, T, E, D, P) -> PairContact<A, N, R, L, S, F, G, T, E, D, P>;
 
@@ -30,8 +42,16 @@ CORE_INLINE auto pair_contact(const Bearing &bearing, const B &between, const V 
   auto square = dot(slip, slip);
   auto resistance = point_resistance(bearing.pair_friction * normal_load, square, bearing.regularisation);
   auto friction = (-resistance) * slip;
-  return PairContact{approach, normal, arm, normal_load, slip, friction, friction - normal_load * normal,
-                     cross(arm, friction), energy, resistance * square + (normal_load - load) * approach_rate,
+  return PairContact{approach,
+                     normal,
+                     arm,
+                     normal_load,
+                     slip,
+                     friction,
+                     friction - normal_load * normal,
+                     cross(arm, friction),
+                     energy,
+                     resistance * square + (normal_load - load) * approach_rate,
                      load * approach_rate};
 }
 
@@ -62,7 +82,9 @@ struct Row {
   }
 };
 
-struct Meeting { double gap, closing; };
+struct Meeting {
+  double gap, closing;
+};
 
 // Gap [m] from ball k to the next ahead, and twice the speed [m/s] at which their orbits close it. A gap that cannot
 // close, because there is no other ball or the way round is the longer one, is infinite; one that the ball has passed
@@ -72,7 +94,8 @@ inline Meeting meeting(double ball_radius, const Row &row, int k) {
   if (row.balls == 1 || (row.balls == 2 && angle > M_PI)) return {HUGE_VAL, 0.0};
   const double *ball = row.ball(k), *next = row.ball(k + 1 < row.balls ? k + 1 : 0);
   double x = std::cos(angle) * next[RADIUS] - ball[RADIUS], y = std::sin(angle) * next[RADIUS], z = next[HEIGHT] - ball[HEIGHT];
-  return {std::copysign(std::sqrt(x * x + y * y + z * z), angle) - 2.0 * ball_radius, 2.0 * std::fabs(next[VELOCITY + 1] - ball[VELOCITY + 1])};
+  return {std::copysign(std::sqrt(x * x + y * y + z * z), angle) - 2.0 * ball_radius,
+          2.0 * std::fabs(next[VELOCITY + 1] - ball[VELOCITY + 1])};
 }
 
 // Sets near[k] where ball k and the next ahead may come closer than `reach` [m] within `ahead` [s].

@@ -10,16 +10,24 @@ namespace core {
 class Reader {
  public:
   explicit Reader(const double *numbers) : next(numbers) {}
-  template <class... X> void operator()(X &...x) { (take(x), ...); }
+  template <class... X>
+  void operator()(X &...x) {
+    (take(x), ...);
+  }
   int integer() { return int(*next++); }
   const double *remaining() const { return next; }
 
  private:
   const double *next;
   void take(double &number) { number = *next++; }
-  template <class X, std::size_t N> void take(X (&numbers)[N]) { for (X &x : numbers) take(x); }
+  template <class X, std::size_t N>
+  void take(X (&numbers)[N]) {
+    for (X &x : numbers) take(x);
+  }
   void take(GroovePolynomial &p) { take(p.term), take(p.least); }
-  void take(Raceway &r) { (*this)(r.locus_radius, r.groove_radius, r.nominal_coefficient, r.modulus, r.coefficient, r.semi_major, r.semi_minor); }
+  void take(Raceway &r) {
+    (*this)(r.locus_radius, r.groove_radius, r.nominal_coefficient, r.modulus, r.coefficient, r.semi_major, r.semi_minor);
+  }
   void take(Wall &w) { (*this)(w.stiffness, w.relaxation_time, w.friction); }
 };
 
@@ -44,8 +52,7 @@ inline Bearing bearing_of(const double *numbers, const double *points) {
   b.carried = CarriedLaw(read.integer());
   b.lubricant = lubricant_of(read);
   if (b.lubricant.works())
-    for (Raceway *raceway : {&b.inner, &b.outer})
-      read(raceway->film);
+    for (Raceway *raceway : {&b.inner, &b.outer}) read(raceway->film);
   b.defects = defects_of(read.remaining());
   return b;
 }

@@ -20,8 +20,18 @@ namespace outputs {
 
 // Columns after the ring's angle.
 enum RingColumn {
-  RING_SPEED = 1, RING_OFFSET, RING_TILT = 5, RING_VELOCITY = 7, TILT_RATE = 10, RING_LOAD = 12, RING_LOAD_WORK = 15,
-  DRIVE_TORQUE, CAGE_TURN, CAGE_SPEED, CAGE_SLIP, POCKET_FORCE
+  RING_SPEED = 1,
+  RING_OFFSET,
+  RING_TILT = 5,
+  RING_VELOCITY = 7,
+  TILT_RATE = 10,
+  RING_LOAD = 12,
+  RING_LOAD_WORK = 15,
+  DRIVE_TORQUE,
+  CAGE_TURN,
+  CAGE_SPEED,
+  CAGE_SLIP,
+  POCKET_FORCE
 };
 // Sums over the balls.
 enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KINETIC = 12, ELASTIC, POTENTIAL, WORK, LOSS, GROSS };
@@ -31,7 +41,12 @@ using Vector = Vector3<Pack>;
 // Pose and motion of the inner ring for the balls in lanes, in bearing_link; a held ring has neither tilt nor motion. Then the
 // outer ring's centre and its velocity; lanes of the first ball. Moments on the outer ring are about the origin of its
 // frame, the position of its centre at the start.
-struct RingPose { Vector centre, tilt, drift, turning; Pack speed, angle; Vector outer, outer_drift; Mask first; };
+struct RingPose {
+  Vector centre, tilt, drift, turning;
+  Pack speed, angle;
+  Vector outer, outer_drift;
+  Mask first;
+};
 
 // A contact in the axes in which it is computed.
 struct Contact {
@@ -43,7 +58,7 @@ struct Contact {
 
 template <bool PATCH, class O, class W>
 CORE_INLINE Contact output_contact(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
-                               const Vector &velocity, const Vector &spin, const Height &height) {
+                                   const Vector &velocity, const Vector &spin, const Height &height) {
   auto result = raceway_contact<PATCH>(bearing, raceway, nullptr, height, offset, velocity, spin, speed);
   const auto &geometry = result.geometry;
   const auto &action = result.action;
@@ -52,7 +67,8 @@ CORE_INLINE Contact output_contact(const Bearing &bearing, const Raceway &racewa
   contact.friction = as_packs(action.friction), contact.slip = as_packs(action.slip);
   contact.approach = geometry.approach, contact.normal_load = action.normal_load, contact.spin_rate = result.spin;
   contact.energy = elastic_energy(bearing.power, geometry.load, maximum(geometry.approach, 0.0));
-  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)), contact.large = bearing.curvature_along(raceway, geometry.radial);
+  contact.small = broadcast<Pack>(bearing.curvature_across(raceway)),
+  contact.large = bearing.curvature_along(raceway, geometry.radial);
   contact.spin_moment = as_pack(action.spin_moment);
   if (const auto &film = result.film; bearing.lubricant.works()) {
     Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
@@ -68,7 +84,8 @@ CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, 
                                   const Vector &local, const Vector &velocity, const Vector &spin, const Height &height) {
   auto in_ball_frame = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, Pack(-sine), v); };
   Vector offset = local - in_ball_frame(ring.centre);
-  if constexpr (RING == RingMotion::held) return output_contact<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin, height);
+  if constexpr (RING == RingMotion::held)
+    return output_contact<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin, height);
   Vector relative = velocity - in_ball_frame(ring.drift);
   if constexpr (RING == RingMotion::held || RING == RingMotion::level)
     return output_contact<PATCH>(bearing, bearing.inner, offset, ring.speed, relative, spin, height);
@@ -76,9 +93,11 @@ CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, 
     Vector tilt = in_ball_frame(ring.tilt), turning = in_ball_frame(ring.turning);
     auto axes = ring_axes(tilt.x, tilt.y);
     Vector from_centre = into_ring(axes, offset);
-    Contact contact = output_contact<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
-                                        into_ring(axes, relative - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
-    for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip, &contact.pressure}) *v = out_of_ring(axes, *v);
+    Contact contact =
+        output_contact<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
+                              into_ring(axes, relative - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
+    for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip, &contact.pressure})
+      *v = out_of_ring(axes, *v);
     return contact;
   }
 }
@@ -91,12 +110,20 @@ CORE_INLINE Pack contact_angle(const Contact &contact, double outwards) {
 }
 
 // A contact in bearing_link, the normal in the direction of the load; force and torque on the ball about its centre.
-struct Placed { Vector point, normal, friction, slip, spin_moment, force, torque, pressure; };
+struct Placed {
+  Vector point, normal, friction, slip, spin_moment, force, torque, pressure;
+};
 CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pack &cosine, const Pack &sine) {
   auto turned = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, sine, v); };
   Vector spin_moment = contact.spin_moment * contact.normal;
-  return {turned(local + contact.arm), turned(-1.0 * contact.normal), turned(contact.friction), turned(contact.slip), turned(spin_moment),
-          turned(contact.friction - contact.normal_load * contact.normal), turned(cross(contact.arm, contact.friction) + spin_moment), turned(contact.pressure)};
+  return {turned(local + contact.arm),
+          turned(-1.0 * contact.normal),
+          turned(contact.friction),
+          turned(contact.slip),
+          turned(spin_moment),
+          turned(contact.friction - contact.normal_load * contact.normal),
+          turned(cross(contact.arm, contact.friction) + spin_moment),
+          turned(contact.pressure)};
 }
 
 // Moment of a contact on the inner ring about its centre, as in `raceway_forces`: about x and y by virtual work of tilts of
@@ -127,14 +154,19 @@ template <bool PATCH, RingMotion RING>
   Heights heights;
   if (bearing.defects.count) {
     Pack orbit_rate = y[VELOCITY + 1] / y[RADIUS];
-    heights = heights_at(bearing.defects, surface_positions(y[ANGLE], orbit_rate, ring.angle, ring.speed, ball_orientation, {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first), Pack{});
+    heights = heights_at(bearing.defects,
+                         surface_positions(y[ANGLE], orbit_rate, ring.angle, ring.speed, ball_orientation,
+                                           {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first),
+                         Pack{});
   }
   Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
   Contact at_outer = [&]() __attribute__((always_inline)) {
     if constexpr (RING == RingMotion::housed) {
       Vector offset = local - about_z(c, Pack(-s), ring.outer), against = velocity - about_z(c, Pack(-s), ring.outer_drift);
       return output_contact<PATCH>(bearing, bearing.outer, offset, Zero{}, against, spin, heights.outer);
-    } else return output_contact<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin, heights.outer);
+    } else
+      return output_contact<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin,
+                                   heights.outer);
   }();
   Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
   Vector position = about_z(c, s, local);
@@ -149,9 +181,11 @@ template <bool PATCH, RingMotion RING>
   for (const Pack &part : orientation) row.put(part);
   row.put(about_z(c, s, spin)), row.put(y[VELOCITY + 1] / y[RADIUS] - y[SPIN + 2]);
   row.put(inner.force + outer.force), row.put(inner.torque + outer.torque);
-  for (auto number : {&Contact::approach, &Contact::normal_load, &Contact::contact_angle, &Contact::spin_rate, &Contact::small, &Contact::large})
+  for (auto number :
+       {&Contact::approach, &Contact::normal_load, &Contact::contact_angle, &Contact::spin_rate, &Contact::small, &Contact::large})
     row.put(at_inner.*number), row.put(at_outer.*number);
-  for (auto vector : {&Placed::point, &Placed::normal, &Placed::friction, &Placed::slip}) row.put(inner.*vector), row.put(outer.*vector);
+  for (auto vector : {&Placed::point, &Placed::normal, &Placed::friction, &Placed::slip})
+    row.put(inner.*vector), row.put(outer.*vector);
   row.put(at_inner.spin_moment), row.put(at_outer.spin_moment);
   row.put(at_inner.film), row.put(at_outer.film), row.put(at_inner.film_ratio), row.put(at_outer.film_ratio);
 
@@ -161,13 +195,16 @@ template <bool PATCH, RingMotion RING>
   else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.spin_moment);
   if (films) {  // the pressure acts through the ball's centre
     on_outer = on_outer + cross(outer.point - position, outer.pressure);
-    if constexpr (RING == RingMotion::held || RING == RingMotion::level) on_inner = on_inner + cross(inner.point - position, inner.pressure);
+    if constexpr (RING == RingMotion::held || RING == RingMotion::level)
+      on_inner = on_inner + cross(inner.point - position, inner.pressure);
   }
   Pack *share = row.shares;
-  for (const Vector &v : {-1.0 * inner.force, on_inner, -1.0 * outer.force, on_outer}) *share++ = v.x, *share++ = v.y, *share++ = v.z;
+  for (const Vector &v : {-1.0 * inner.force, on_inner, -1.0 * outer.force, on_outer})
+    *share++ = v.x, *share++ = v.y, *share++ = v.z;
   *share++ = 0.5 * (bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin));
   *share++ = at_inner.energy + at_outer.energy;
-  *share++ = -bearing.ball_mass * (bearing.gravity[0] * position.x + bearing.gravity[1] * position.y + bearing.gravity[2] * position.z);
+  *share++ =
+      -bearing.ball_mass * (bearing.gravity[0] * position.x + bearing.gravity[1] * position.y + bearing.gravity[2] * position.z);
   *share++ = y[DRIVE_WORK], *share++ = y[DISSIPATED], *share++ = y[GROSS_WORK];
 }
 
@@ -194,17 +231,19 @@ inline void write_neighbours(const Bearing &bearing, const double *state, int ba
     };
     row[layout.shared + ELASTIC] += contact.energy;
     load[k] = contact.normal_load;
-    store(Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)} + contact.arm, 0), store(-1.0 * contact.normal, 1), store(contact.friction, 2);
+    store(Vector3{get(k, RADIUS), 0.0, get(k, HEIGHT)} + contact.arm, 0), store(-1.0 * contact.normal, 1),
+        store(contact.friction, 2);
   }
 }
 
 // Forces of an even cage on its balls, which keep them evenly spaced, from the forces of the raceways and the balls' positions.
-inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, const BodyState &body_state, const double *state, int balls,
-                            const RowLayout &layout, double *row) {
+inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, const BodyState &body_state, const double *state,
+                            int balls, const RowLayout &layout, double *row) {
   double *force = row + layout.ring + POCKET_FORCE, mass = bearing.ball_mass, torque = 0.0, inertia = b.inertia[CAGE_ANGLE];
   for (int k = 0; k < balls; k++) {
     const double *position = row + layout.position + 3 * k, *force_on_ball = row + layout.force + 3 * k, *y = state + k * COLUMNS;
-    double moment = position[0] * (force_on_ball[1] + mass * bearing.gravity[1]) - position[1] * (force_on_ball[0] + mass * bearing.gravity[0]) -
+    double moment = position[0] * (force_on_ball[1] + mass * bearing.gravity[1]) -
+                    position[1] * (force_on_ball[0] + mass * bearing.gravity[0]) -
                     2.0 * mass * y[VELOCITY] * body_state[COORDINATES + CAGE_ANGLE] * y[RADIUS];
     force[k] = moment / y[RADIUS];
     torque += moment, inertia += mass * y[RADIUS] * y[RADIUS];
@@ -214,8 +253,8 @@ inline void write_even_cage(const Bearing &bearing, const CoupledBodies &b, cons
 }
 
 // Forces of the pockets on their balls along the orbit; their energy is added to the elastic energy.
-inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const BodyState &body_state, const double *state, int balls,
-                          const RowLayout &layout, double *row) {
+inline void write_pockets(const Bearing &bearing, const CoupledBodies &b, const BodyState &body_state, const double *state,
+                          int balls, const RowLayout &layout, double *row) {
   for (int k = 0; k < balls; k++) {
     double pocket = 2.0 * M_PI * k / balls, motion[COLUMNS], moment = 0.0;
     std::copy(state + k * COLUMNS, state + (k + 1) * COLUMNS, motion);
@@ -238,10 +277,12 @@ inline void write_land(const CoupledBodies &b, const BodyState &start_state, int
   BodyState body_state = start_state;
   body_state[COORDINATES + SHAFT] = row[layout.ring + RING_SPEED];  // also where it is prescribed
   double force[2] = {}, cage_torque = 0.0, inner = b.land.side < 0.0 ? 1.0 : 0.0;
-  land_forces(b, [&](int c) { return body_state[c]; }, [&](int c) { return body_state[COORDINATES + c]; }, [&]<int ROW>(Index<ROW>, double part) {
-    if constexpr (ROW == CAGE_X || ROW == CAGE_Y) force[ROW - CAGE_X] += part;
-    if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
-  });
+  land_forces(
+      b, [&](int c) { return body_state[c]; }, [&](int c) { return body_state[COORDINATES + c]; },
+      [&]<int ROW>(Index<ROW>, double part) {
+        if constexpr (ROW == CAGE_X || ROW == CAGE_Y) force[ROW - CAGE_X] += part;
+        if constexpr (ROW == CAGE_ANGLE) cage_torque += part;
+      });
   double *centre = row + layout.ring + POCKET_FORCE + balls, *sum = row + layout.shared;
   auto [x, y] = walls::relative_to_land(b, body_state, 0);
   double distance = std::sqrt(x * x + y * y);
@@ -382,7 +423,8 @@ void write(const Source &source, const RowLayout &layout, double *out) {
     ring[DRIVE_TORQUE] = -row[layout.shared + INNER_TORQUE + 2];
     if (layout.contacts()) write_neighbours(source.bearing, state, source.balls, layout, row);
     if (source.bodies)
-      write_bodies(source.bearing, *source.bodies, source.body_states[instant], time, source.rolling, state, source.balls, layout, row);
+      write_bodies(source.bearing, *source.bodies, source.body_states[instant], time, source.rolling, state, source.balls, layout,
+                   row);
   }
 }
 
@@ -402,13 +444,15 @@ CORE_EXPORT void core_outputs(const double *bearing_numbers, const double *point
   RowLayout layout;
   for (int &number : layout.first) number = int(*numbers++);
   for (int &number : layout.width) number = int(*numbers++);
-  for (int *number : {&layout.ring, &layout.shared, &layout.neighbours, &layout.position, &layout.force, &layout.columns}) *number = int(*numbers++);
+  for (int *number : {&layout.ring, &layout.shared, &layout.neighbours, &layout.position, &layout.force, &layout.columns})
+    *number = int(*numbers++);
   CoupledBodies bodies{};
   if (coupled) bodies = bodies_of(body_numbers, load, load_rate);
   std::vector<BodyState> moving;
   for (std::int64_t i = 0; coupled && i < instants; i++) moving.push_back(state_of(bearing, bodies, borders + i * BORDER));
-  outputs::Source source{bearing, drive_of(drive), int(instants), int(balls), times, states, orientations,
-                       coupled ? &bodies : nullptr, moving.data(), rolling};
+  outputs::Source source{bearing,       drive_of(drive), int(instants), int(balls),
+                         times,         states,          orientations,  coupled ? &bodies : nullptr,
+                         moving.data(), rolling};
   if (bearing.over_patch()) outputs::write<true>(source, layout, out);
   else outputs::write<false>(source, layout, out);
 }
@@ -420,8 +464,21 @@ namespace {
 
 constexpr int MISSING = -1;  // first column of an absent channel
 enum Column {
-  LOAD, TORQUE, RING_TORQUE, ROLL, SPEED, ANGLE, POCKET, WORK, RING_ANGLE, LOAD_WORK, AT_GREATEST, RING = AT_GREATEST + 4,
-  OFFSET = RING + 4, VELOCITY, LAND_FORCE
+  LOAD,
+  TORQUE,
+  RING_TORQUE,
+  ROLL,
+  SPEED,
+  ANGLE,
+  POCKET,
+  WORK,
+  RING_ANGLE,
+  LOAD_WORK,
+  AT_GREATEST,
+  RING = AT_GREATEST + 4,
+  OFFSET = RING + 4,
+  VELOCITY,
+  LAND_FORCE
 };
 constexpr int RING_PARTS[4] = {3, 2, 3, 2}, RING_WIDTH = 10;
 
@@ -459,7 +516,8 @@ void add_centre(const std::int64_t *column, const double *row, const Greatest &g
   greatest.forces()[1] = std::max(greatest.forces()[1], pull);
 }
 
-void add(const std::int64_t *column, const double *row, double seconds, bool begins, const Greatest &greatest, const Stretch &sums) {
+void add(const std::int64_t *column, const double *row, double seconds, bool begins, const Greatest &greatest,
+         const Stretch &sums) {
   int balls = sums.balls;
   sums.time() = seconds, sums.count() += 1.0;
   for (int contact = 0; contact < 2 * balls; contact++) {
@@ -500,9 +558,9 @@ void add(const std::int64_t *column, const double *row, double seconds, bool beg
 // stretches (capacity, stretch width), of which `done[1]` are in use and the others are 0. Every `stretch_length` outputs one
 // starts. Fills `done` with the numbers of outputs added and of stretches.
 CORE_EXPORT void core_sum_outputs(const std::int64_t *columns, const double *numbers, std::int64_t count, std::int64_t width,
-                                  const std::int64_t *time_ns, std::int64_t before, std::int64_t stretch_length,
-                                  std::int64_t balls, double *greatest, double *stretches, std::int64_t capacity,
-                                  std::int64_t stretch_width, std::int64_t *done) {
+                                  const std::int64_t *time_ns, std::int64_t before, std::int64_t stretch_length, std::int64_t balls,
+                                  double *greatest, double *stretches, std::int64_t capacity, std::int64_t stretch_width,
+                                  std::int64_t *done) {
   std::int64_t &added = done[0], &stretches_filled = done[1];
   for (added = 0; added < count; added++) {
     bool begins = (before + added) % stretch_length == 0;

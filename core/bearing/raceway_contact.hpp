@@ -15,7 +15,9 @@ namespace core {
 
 constexpr int POLYNOMIAL_TERMS = 10;
 // A polynomial in |n| - 1, n the radial part of a contact's normal, and the least |n| - 1 at which it is evaluated.
-struct GroovePolynomial { double term[POLYNOMIAL_TERMS], least; };
+struct GroovePolynomial {
+  double term[POLYNOMIAL_TERMS], least;
+};
 
 // A toroidal groove: the radius of its centre circle and of its meridian [m], the coefficient c [N/m^power] of the
 // elastic law c h^power of its contacts, their effective modulus [Pa], and the semi-axes of their ellipse over the root of the
@@ -53,7 +55,10 @@ struct Bearing {
 struct Drive {
   double angle, speed, acceleration;
   double angle_at(double time) const { return angle + time * (speed + 0.5 * acceleration * time); }
-  template <class T> CORE_INLINE T speed_at(const T &time) const { return speed + acceleration * time; }
+  template <class T>
+  CORE_INLINE T speed_at(const T &time) const {
+    return speed + acceleration * time;
+  }
 };
 
 // A ball's state: position (axis distance, orbit angle, height), velocity and angular velocity (radial, tangential,
@@ -80,14 +85,16 @@ struct CarriedBalls {
 
 template <Number X>
 CORE_INLINE auto along_groove(const GroovePolynomial &polynomial, const X &radial) {
-  return chained([&](auto n) __attribute__((always_inline)) {
-    const double *t = polynomial.term;
-    auto x = maximum(absolute(n) - 1.0, polynomial.least);
-    auto x2 = x * x, x4 = x2 * x2;
-    auto low = (t[0] + t[1] * x) + (t[2] + t[3] * x) * x2;
-    auto high = (t[4] + t[5] * x) + (t[6] + t[7] * x) * x2;
-    return low + (high + (t[8] + t[9] * x) * x4) * x4;
-  }, radial);
+  return chained(
+      [&](auto n) __attribute__((always_inline)) {
+        const double *t = polynomial.term;
+        auto x = maximum(absolute(n) - 1.0, polynomial.least);
+        auto x2 = x * x, x4 = x2 * x2;
+        auto low = (t[0] + t[1] * x) + (t[2] + t[3] * x) * x2;
+        auto high = (t[4] + t[5] * x) + (t[6] + t[7] * x) * x2;
+        return low + (high + (t[8] + t[9] * x) * x4) * x4;
+      },
+      radial);
 }
 
 // The contact of a ball with a raceway (paper 1, section 5), written once over the type of its numbers: geometry, velocities,
@@ -99,8 +106,13 @@ CORE_INLINE auto along_groove(const GroovePolynomial &polynomial, const X &radia
 
 // The axes of a tilted ring, as rows in the frame in which its tilt is x, y: the inverse of 1 + tilt x.
 template <class X, class Y, class Z>
-struct RingAxes { X x; Y y; Z z; };
-template <class X, class Y, class Z> RingAxes(X, Y, Z) -> RingAxes<X, Y, Z>;
+struct RingAxes {
+  X x;
+  Y y;
+  Z z;
+};
+template <class X, class Y, class Z>
+RingAxes(X, Y, Z) -> RingAxes<X, Y, Z>;
 template <class X, class Y>
 CORE_INLINE auto ring_axes(const X &x, const Y &y) {
   auto xx = x * x, yy = y * y;
@@ -109,11 +121,17 @@ CORE_INLINE auto ring_axes(const X &x, const Y &y) {
   return RingAxes{Vector3{share * (1.0 + xx), xy, -sy}, Vector3{xy, share * (1.0 + yy), sx}, Vector3{sy, -sx, share}};
 }
 template <class A, class V>
-CORE_INLINE auto into_ring(const A &axes, const V &v) { return Vector3{dot(axes.x, v), dot(axes.y, v), dot(axes.z, v)}; }
+CORE_INLINE auto into_ring(const A &axes, const V &v) {
+  return Vector3{dot(axes.x, v), dot(axes.y, v), dot(axes.z, v)};
+}
 template <class A, class V>
-CORE_INLINE auto out_of_ring(const A &axes, const V &v) { return (v.x * axes.x + v.y * axes.y) + v.z * axes.z; }
+CORE_INLINE auto out_of_ring(const A &axes, const V &v) {
+  return (v.x * axes.x + v.y * axes.y) + v.z * axes.z;
+}
 
-struct NoHeight { Zero value, rate; };
+struct NoHeight {
+  Zero value, rate;
+};
 
 // A number that is 0 without surface heights, whose slopes seldom matter.
 template <class Function>
@@ -142,8 +160,8 @@ template <class O, class N, class Q, class A, class D, class R, class T, class W
 ContactGeometry(O, N, Q, A, D, R, T, W, L, S, H) -> ContactGeometry<O, N, Q, A, D, R, T, W, L, S, H>;
 
 // The coefficient of a carried law and its derivative by the radial part of the normal, from its states (LANES,).
-[[gnu::noinline]] inline std::pair<Pack, Pack> carried_coefficient(const Bearing &bearing, const Raceway &raceway, const Pack &radial,
-                                                                   const CarriedContact *carried) {
+[[gnu::noinline]] inline std::pair<Pack, Pack> carried_coefficient(const Bearing &bearing, const Raceway &raceway,
+                                                                   const Pack &radial, const CarriedContact *carried) {
   Pack value{}, slope{};
   for (int lane = 0; lane < LANES; lane++) {
     double inverse = 1.0 / (raceway.locus_radius + raceway.groove_radius * radial[lane]);
@@ -165,7 +183,7 @@ CORE_INLINE auto coefficient_at(const Bearing &bearing, const Raceway &raceway, 
 
 template <class O, class W, class H = NoHeight>
 CORE_INLINE auto contact_geometry(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &ring_speed,
-                               const CarriedContact *carried = nullptr, const H &height = {}) {
+                                  const CarriedContact *carried = nullptr, const H &height = {}) {
   auto [axis_distance, over_distance] = [&] {
     if constexpr (IsZero<decltype(offset.y)>) return std::pair{offset.x, 1.0 / offset.x};
     else return root_and_inverse(offset.x * offset.x + offset.y * offset.y);
@@ -182,14 +200,22 @@ CORE_INLINE auto contact_geometry(const Bearing &bearing, const Raceway &raceway
 
   auto coefficient = coefficient_at(bearing, raceway, radial, carried);
   auto spring = elastic(coefficient, bearing.power, approach);
-  return ContactGeometry{offset, normal, radial, approach, axis_distance, arm, surface_velocity, ring_speed, spring.load,
-                      spring.stiffness, height.rate};
+  return ContactGeometry{offset,           normal,     radial,      approach,         axis_distance, arm,
+                         surface_velocity, ring_speed, spring.load, spring.stiffness, height.rate};
 }
 
 // Action of a contact on the ball: force [N], torque about the ball's centre [N m], power lost [W]; normal load [N], slip [m/s],
 // friction force [N], and the friction moment about the normal [N m], zero for friction at a point.
 template <class F, class T, class L, class N, class S, class R, class D>
-struct ContactAction { F force; T torque; L loss; N normal_load; S slip; R friction; D spin_moment; };
+struct ContactAction {
+  F force;
+  T torque;
+  L loss;
+  N normal_load;
+  S slip;
+  R friction;
+  D spin_moment;
+};
 template <class F, class T, class L, class N, class S, class R, class D>
 ContactAction(F, T, L, N, S, R, D) -> ContactAction<F, T, L, N, S, R, D>;
 
@@ -201,14 +227,16 @@ CORE_INLINE auto contact_action(const Bearing &bearing, const Raceway &raceway, 
   auto approach_rate = dot(relative, geometry.normal);
   auto slip = relative - approach_rate * geometry.normal;
   auto closing = approach_rate + geometry.height_rate;
-  auto normal_load = maximum(proportional_load(geometry.load, geometry.stiffness, closing, bearing.damping, bearing.relaxation_time), 0.0);
+  auto normal_load =
+      maximum(proportional_load(geometry.load, geometry.stiffness, closing, bearing.damping, bearing.relaxation_time), 0.0);
   auto damping_loss = (normal_load - geometry.load) * closing;
   if constexpr (!PATCH) {
     auto square = dot(slip, slip);
     auto resistance = point_resistance(coefficient * normal_load, square, bearing.regularisation);
     auto friction = (-resistance) * slip;
     auto force = friction - normal_load * geometry.normal;
-    return ContactAction{force, cross(geometry.arm, friction), resistance * square + damping_loss, normal_load, slip, friction, Zero{}};
+    return ContactAction{force, cross(geometry.arm, friction), resistance * square + damping_loss, normal_load, slip, friction,
+                         Zero{}};
   } else {
     // The patch's axes: major across the groove, minor (x, y, 0) along the ring's circumference.
     auto inverse = 1.0 / geometry.axis_distance;
@@ -249,7 +277,8 @@ CORE_INLINE auto height_power(const F &force, const N &normal, const Pack &rate)
 // the radius of the gap along rolling; R that of the race, below zero for the outer one). The sums of these four forces and of their
 // moments vanish: the action on the ring is that on the ball, reversed. With t along the groove, in the direction in which both
 // surfaces move against the contact at their mean speed u, the ball gets the force (2 R_x/r - 1) F t and about its centre
-// the torque -F arm x t, and 2 F u is lost, where R_x/r is the contact point's distance from the axis over the ball's. A moment M about the ball's axis is taken as F = M/(2 r).
+// the torque -F arm x t, and 2 F u is lost, where R_x/r is the contact point's distance from the axis over the ball's. A moment M
+// about the ball's axis is taken as F = M/(2 r).
 
 constexpr double LIGHT = 1e-6;  // N: resistance sets in smoothly with the load  # tuned: far below the weight of a ball
 constexpr double SLOW = 1e-4;  // m/s: and with the speed  # tuned: far below speeds of interest
@@ -257,10 +286,16 @@ constexpr double SLOW = 1e-4;  // m/s: and with the speed  # tuned: far below sp
 // F [N] and the coefficient of friction, if requested with derivatives by load and speed; the logarithm of thickness over
 // roughness; u [m/s], the x and y of t, 2 R_x/r, and -arm x t [m].
 template <class X>
-struct ContactFilm { X resistance, friction; Pack log_ratio, speed, x, y, lead; Vector3<Pack> turning; };
+struct ContactFilm {
+  X resistance, friction;
+  Pack log_ratio, speed, x, y, lead;
+  Vector3<Pack> turning;
+};
 
 template <class X>
-struct FilmValues { X resistance, friction, log_ratio; };
+struct FilmValues {
+  X resistance, friction, log_ratio;
+};
 
 inline std::array<Pack, FILM_NUMBERS> film_numbers_at(const Raceway &raceway, const Pack &radial) {
   std::array<Pack, FILM_NUMBERS> numbers;
@@ -272,8 +307,8 @@ inline std::array<Pack, FILM_NUMBERS> film_numbers_at(const Raceway &raceway, co
 // Resistance at a load [N] and a speed [m/s] of any sign, coefficient of friction and logarithm of thickness over roughness, where
 // the normal has this radial part; the negligible slopes by that are omitted.
 template <class Q, class U>
-[[gnu::noinline]] inline FilmValues<decltype(Q{} * U{})> film_values(const Bearing &bearing, const Raceway &raceway, const Pack &radial, const Q &load,
-                                                            const U &speed) {
+[[gnu::noinline]] inline FilmValues<decltype(Q{} * U{})> film_values(const Bearing &bearing, const Raceway &raceway,
+                                                                     const Pack &radial, const Q &load, const U &speed) {
   const Lubricant &lubricant = bearing.lubricant;
   auto numbers = film_numbers_at(raceway, radial);
   auto [size, over_size] = root_and_inverse(speed * speed + SLOW * SLOW);
@@ -288,12 +323,14 @@ template <class Q, class U>
 }
 
 // Sets the approximation within the step.
-[[gnu::noinline]] inline void start_film(const FilmValues<Dual<3, Pack>> &values, const Pack &load, const Pack &speed, FilmStart &start) {
+[[gnu::noinline]] inline void start_film(const FilmValues<Dual<3, Pack>> &values, const Pack &load, const Pack &speed,
+                                         FilmStart &start) {
   auto inverse = [](const Pack &x) { return select(absolute(x) > 1e-12, 1.0 / x, Pack{}); };
   start.over_load = inverse(load), start.over_speed = inverse(speed), start.is_set = true;
   int i = 0;
   for (const auto *factor : {&values.resistance, &values.friction}) {
-    Pack inverse_value = inverse(factor->value), by_load = factor->slope[0] * load * inverse_value, by_speed = factor->slope[1] * speed * inverse_value;
+    Pack inverse_value = inverse(factor->value), by_load = factor->slope[0] * load * inverse_value,
+         by_speed = factor->slope[1] * speed * inverse_value;
     start.value[i] = factor->value;
     start.load[i][0] = 1.0 + by_load, start.load[i][1] = 1.0 - by_load;
     start.speed[i][0] = 1.0 + by_speed, start.speed[i][1] = 1.0 - by_speed, i++;
@@ -315,8 +352,8 @@ CORE_INLINE FilmValues<Pack> film_in_step(const FilmStart &start, const Pack &lo
 // `velocity` of the ball's centre relative to the ring's. With DERIVATIVES values and slopes go into `start`, for evaluations within
 // the step.
 template <bool DERIVATIVES, class P, class R, class V>
-CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, const P &geometry, const R &relative, const V &velocity,
-                              FilmStart *start) {
+CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, const P &geometry, const R &relative,
+                              const V &velocity, FilmStart *start) {
   using X = std::conditional_t<DERIVATIVES, Dual<3, Pack>, Pack>;
   ContactFilm<X> film;
   Pack inverse = 1.0 / as_pack(geometry.axis_distance), load = as_pack(geometry.load);
@@ -340,11 +377,23 @@ CORE_INLINE auto contact_film(const Bearing &bearing, const Raceway &raceway, co
 
 // Terms of a contact in the equations of motion: `moment` [N m] about the ring's axis, power of surface heights [W].
 template <class F, class T, class L>
-struct BallLoads { F force; T torque; L loss; };
-template <class F, class T, class L> BallLoads(F, T, L) -> BallLoads<F, T, L>;
+struct BallLoads {
+  F force;
+  T torque;
+  L loss;
+};
+template <class F, class T, class L>
+BallLoads(F, T, L) -> BallLoads<F, T, L>;
 template <class F, class T, class M, class L, class H>
-struct BallAction { F force; T torque; M moment; L loss; H height_power; };
-template <class F, class T, class M, class L, class H> BallAction(F, T, M, L, H) -> BallAction<F, T, M, L, H>;
+struct BallAction {
+  F force;
+  T torque;
+  M moment;
+  L loss;
+  H height_power;
+};
+template <class F, class T, class M, class L, class H>
+BallAction(F, T, M, L, H) -> BallAction<F, T, M, L, H>;
 
 // Loads on the ball with the resistance of the film, and the slopes of its coefficient of friction.
 template <class C, class V, class A>
@@ -362,7 +411,8 @@ CORE_INLINE A with_film(const C &contact, const V &velocity, const A &loads) {
     const auto &mu = film.friction;
     auto change = (1.0 / mu.value) * composed(Dual<3, Pack>{Pack{}, {mu.slope[0], mu.slope[1]}}, geometry.load, speed);
     Vector3<Pack> friction = as_packs(contact.action.friction);
-    Pack friction_power = dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.spin_moment) * as_pack(contact.spin);
+    Pack friction_power =
+        dot(friction, as_packs(contact.action.slip)) + as_pack(contact.action.spin_moment) * as_pack(contact.spin);
     return {force + change * friction, torque + change * as_packs(contact.action.torque), loss - friction_power * change};
   }
 }
@@ -371,13 +421,20 @@ CORE_INLINE A with_film(const C &contact, const V &velocity, const A &loads) {
 // normal as columns FREE to FREE + 3: fewer columns through the friction.
 constexpr int FREE = 10;
 template <class P, class U, class W, class M, class C>
-struct RacewayContact { P geometry; U relative; W spin; M film; C action; };
-template <class P, class U, class W, class M, class C> RacewayContact(P, U, W, M, C) -> RacewayContact<P, U, W, M, C>;
+struct RacewayContact {
+  P geometry;
+  U relative;
+  W spin;
+  M film;
+  C action;
+};
+template <class P, class U, class W, class M, class C>
+RacewayContact(P, U, W, M, C) -> RacewayContact<P, U, W, M, C>;
 
 // `offset` and `velocity` of the ball's centre relative to the ring's, its spin and the ring's speed; `carried` may be null.
 template <bool PATCH, class O, class V, class S, class W>
-CORE_INLINE auto raceway_contact(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
-                                 const O &offset, const V &velocity, const S &spin, const W &speed) {
+CORE_INLINE auto raceway_contact(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried,
+                                 const Height &height, const O &offset, const V &velocity, const S &spin, const W &speed) {
   auto geometry = contact_geometry(bearing, raceway, offset, speed, carried ? carried->contact : nullptr, height);
   auto relative = (velocity + cross(spin, geometry.arm)) - geometry.surface_velocity;
   auto about_normal = dot(spin, geometry.normal) - speed * geometry.normal.z;
@@ -388,14 +445,15 @@ CORE_INLINE auto raceway_contact(const Bearing &bearing, const Raceway &raceway,
     film = contact_film<DERIVATIVES>(bearing, raceway, geometry, relative, velocity, carried ? &carried->film : nullptr);
     coefficient = value_of(film.friction);
   }
-  auto action = contact_action<PATCH>(bearing, raceway, geometry, local<FREE>(relative), local<FREE + 3>(about_normal), coefficient);
+  auto action =
+      contact_action<PATCH>(bearing, raceway, geometry, local<FREE>(relative), local<FREE + 3>(about_normal), coefficient);
   return RacewayContact{geometry, relative, about_normal, film, action};
 }
 
 // Action of a raceway on a ball, differentiated by the variables of its motion.
 template <bool PATCH, class O, class V, class S, class W>
-CORE_INLINE auto raceway_action(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried, const Height &height,
-                                const O &offset, const V &velocity, const S &spin, const W &speed) {
+CORE_INLINE auto raceway_action(const Bearing &bearing, const Raceway &raceway, const CarriedContacts *carried,
+                                const Height &height, const O &offset, const V &velocity, const S &spin, const W &speed) {
   auto contact = raceway_contact<PATCH>(bearing, raceway, carried, height, offset, velocity, spin, speed);
   const auto &relative = contact.relative;
   auto chain = [&]<class Y>(const Y &y) __attribute__((always_inline)) {

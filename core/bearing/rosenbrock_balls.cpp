@@ -45,7 +45,12 @@ inline double least_error(const Chunk &chunk, double step, const Approaches &fir
 class RosenbrockBalls {
  public:
   RosenbrockBalls(const Chunk &chunk, const RosenbrockMethod &method)
-      : chunk(chunk), bearing(chunk.bearing), method(method), bodies(chunk.bodies), layout(bodies), uncoupled(layout.unknowns == 0) {
+      : chunk(chunk),
+        bearing(chunk.bearing),
+        method(method),
+        bodies(chunk.bodies),
+        layout(bodies),
+        uncoupled(layout.unknowns == 0) {
     for (int c = 0; c < MOTION; c++) inverse_scale[c] = 1.0 / chunk.scale[c];
     time_dependent = !bodies.torque_driven() && chunk.drive.acceleration != 0.0;
     for (int k = 0; k < layout.unknowns; k++) time_dependent |= bodies.load_rate[layout.coordinate[k]] != 0.0;
@@ -75,7 +80,8 @@ class RosenbrockBalls {
 
   // For tests: the rates of balls and bodies (count COLUMNS + BODY_NUMBERS,), and the solutions x (sides, as the rates) of
   // x/gamma_step - J x = rhs, with an orbit rate instead of the tangential velocity.
-  void linear_solutions(const std::vector<int> &numbers, double gamma_step, int sides, const double *rhs, double *rates, double *solutions) {
+  void linear_solutions(const std::vector<int> &numbers, double gamma_step, int sides, const double *rhs, double *rates,
+                        double *solutions) {
     start(numbers, true);
     int count = int(numbers.size());
     linearise();
@@ -192,9 +198,11 @@ class RosenbrockBalls {
         speed[lane] = bodies.torque_driven() ? body_step.start[COORDINATES + SHAFT] : chunk.drive.speed_at(block.time[lane]);
         first[lane] = block.ball[lane] == 0 ? -1 : 0;
       }
-      block.surface = surface_positions(block.start[ANGLE], block.start[ORBIT_RATE], turned, speed, block.start_orientation, spin_in_frame(block.start), first);
+      block.surface = surface_positions(block.start[ANGLE], block.start[ORBIT_RATE], turned, speed, block.start_orientation,
+                                        spin_in_frame(block.start), first);
       block.crosses_defects = false;
-      for (int lane = 0; lane < LANES; lane++) block.crosses_defects |= crosses_defect(bearing.defects, block.surface, lane, block.step[lane]);
+      for (int lane = 0; lane < LANES; lane++)
+        block.crosses_defects |= crosses_defect(bearing.defects, block.surface, lane, block.step[lane]);
       block.heights = block.crosses_defects ? heights_at(bearing.defects, block.surface, Pack{}) : Heights{};
       crosses_defects |= block.crosses_defects;
     }
@@ -209,7 +217,8 @@ class RosenbrockBalls {
     prescribe_shaft(body_step.y, t);
     for (BallBlock &block : blocks) {
       if (block.crosses_defects) block.heights = heights_at(bearing.defects, block.surface, fraction * block.step);
-      if (DERIVATIVES && touching.active()) std::fill(&block.jacobian[0][0], &block.jacobian[0][0] + JACOBIAN_ROWS * JACOBIAN_COLUMNS, Pack{});
+      if (DERIVATIVES && touching.active())
+        std::fill(&block.jacobian[0][0], &block.jacobian[0][0] + JACOBIAN_ROWS * JACOBIAN_COLUMNS, Pack{});
       follow_cage(block.y, body_step.y, block);
       if (uncoupled) prescribed_forces<DERIVATIVES>(bearing, chunk.drive.speed_at(block.time + fraction * block.step), block);
       else if (bearing.over_patch()) block_forces<true, DERIVATIVES>(bearing, bodies, layout, block, body_step.y, forces);
@@ -237,9 +246,11 @@ class RosenbrockBalls {
     evaluate<true>(0.0);
     for_each_step([](auto &s) { s.start_rates = s.f; });
     if (!layout.even) return;
-    double acceleration = body_step.start_rates[COORDINATES + CAGE_ANGLE];  // the inertia of an even cage grows with its balls' radii
+    double acceleration =
+        body_step.start_rates[COORDINATES + CAGE_ANGLE];  // the inertia of an even cage grows with its balls' radii
     for (BallBlock &block : blocks)
-      block.jacobian[layout.row[ORBIT_ROW]][BALL_POSITIONS] -= masked(block.occupied, 2.0 * bearing.ball_mass * acceleration * block.start[RADIUS]);
+      block.jacobian[layout.row[ORBIT_ROW]][BALL_POSITIONS] -=
+          masked(block.occupied, 2.0 * bearing.ball_mass * acceleration * block.start[RADIUS]);
   }
 
   // Rates a little later, for df/dt.
@@ -251,7 +262,8 @@ class RosenbrockBalls {
   }
   void difference_in_time() {
     for_each_step([](auto &s) {
-      for (std::size_t n = 0; n < s.y.size(); n++) s.time_derivative[n] = (s.time_derivative[n] - s.start_rates[n]) * (1.0 / TIME_DIFFERENCE);
+      for (std::size_t n = 0; n < s.y.size(); n++)
+        s.time_derivative[n] = (s.time_derivative[n] - s.start_rates[n]) * (1.0 / TIME_DIFFERENCE);
     });
   }
 
@@ -328,11 +340,13 @@ class RosenbrockBalls {
     }
     for (int n = 0; n < INTEGRALS && M > 0; n++) {
       double sum = body_step.rhs[2 * COORDINATES + n];
-      for (int j = 0; j < M; j++) sum += body_step.by_position[MAX_FREE + n][j] * positions[j] + body_step.by_velocity[MAX_FREE + n][j] * velocities[j];
+      for (int j = 0; j < M; j++)
+        sum += body_step.by_position[MAX_FREE + n][j] * positions[j] + body_step.by_velocity[MAX_FREE + n][j] * velocities[j];
       x[2 * COORDINATES + n] = g * sum;
     }
     double cage[2] = {x[CAGE_ANGLE], x[COORDINATES + CAGE_ANGLE]};
-    for (BallBlock &block : blocks) back_substitute_block<EVEN, M>(block, positions.data(), velocities.data(), cage, block.stage[stage]);
+    for (BallBlock &block : blocks)
+      back_substitute_block<EVEN, M>(block, positions.data(), velocities.data(), cage, block.stage[stage]);
     if (touching.any_touch()) touching.add_losses(blocks, g, stage);
   }
 
@@ -343,7 +357,8 @@ class RosenbrockBalls {
     for (int c = 0; c < BODY_NUMBERS; c++) body_step.end[c] = body_step.y[c] + body_step.stage[last][c];
     for (int k = 0; k < layout.unknowns; k++) {
       int c = layout.coordinate[k];
-      for (auto [scale, difference] : {std::pair{bodies.position_scale[c], body_step.stage[last][c]}, {bodies.velocity_scale[c], body_step.stage[last][COORDINATES + c]}}) {
+      for (auto [scale, difference] : {std::pair{bodies.position_scale[c], body_step.stage[last][c]},
+                                       {bodies.velocity_scale[c], body_step.stage[last][COORDINATES + c]}}) {
         if (scale == 0.0) continue;
         squares += difference / scale * (difference / scale), numbers_with_scale++;
       }
@@ -355,16 +370,20 @@ class RosenbrockBalls {
       follow_cage(block.end, body_step.end, block);
       Pack weight = broadcast<Pack>(1.0);
       if (bodies.cage == CageKind::pockets)
-        weight = walls::groove_error_weight(outer_approaches(block.start, body_step.start), outer_approaches(block.end, body_step.end), bodies.light);
+        weight = walls::groove_error_weight(outer_approaches(block.start, body_step.start),
+                                            outer_approaches(block.end, body_step.end), bodies.light);
       // A ball that leaves a raceway moves freely while its contact still dissipates the energy it stores.
-      block.error = maximum(absolute(s[DISSIPATED]) * (1.0 / chunk.scale[MOTION]), square_root(scaled_square_sum(block.start, s, weight, inverse_scale) * (1.0 / MOTION)));
+      block.error = maximum(absolute(s[DISSIPATED]) * (1.0 / chunk.scale[MOTION]),
+                            square_root(scaled_square_sum(block.start, s, weight, inverse_scale) * (1.0 / MOTION)));
       if (uncoupled) bound_event_errors(block);
       for (int c : {ORBIT_RATE, int(SPIN), SPIN + 1, SPIN + 2}) block.prepare_dense_output(method, c);
-      block.end_orientation = rotated(block.start_orientation, spin_in_frame(block.start), spin_inside(block, broadcast<Pack>(0.5)), spin_in_frame(block.end), block.step);
+      block.end_orientation = rotated(block.start_orientation, spin_in_frame(block.start), spin_inside(block, broadcast<Pack>(0.5)),
+                                      spin_in_frame(block.end), block.step);
     }
   }
   static Triple spin_inside(const BallBlock &block, const Pack &fraction) {
-    return {block.dense_output(fraction, SPIN), block.dense_output(fraction, SPIN + 1), block.dense_output(fraction, SPIN + 2) - block.dense_output(fraction, ORBIT_RATE)};
+    return {block.dense_output(fraction, SPIN), block.dense_output(fraction, SPIN + 1),
+            block.dense_output(fraction, SPIN + 2) - block.dense_output(fraction, ORBIT_RATE)};
   }
   void bound_event_errors(BallBlock &block) const {
     Heights end_heights = block.crosses_defects ? heights_at(bearing.defects, block.surface, block.step) : Heights{};
@@ -373,7 +392,9 @@ class RosenbrockBalls {
     Pack least = minimum(first, last) + bearing.power * bearing.relaxation_time * minimum(last - first, 0.0) / block.step;
     for (int lane = 0; lane < LANES; lane++)
       if (least[lane] <= 0.0 && block.error[lane] <= 1.0)
-        block.error[lane] = std::max(double(block.error[lane]), least_error(chunk, block.step[lane], approaches(block, block.start, lane, 0.0), approaches(block, block.end, lane, 1.0)));
+        block.error[lane] =
+            std::max(double(block.error[lane]), least_error(chunk, block.step[lane], approaches(block, block.start, lane, 0.0),
+                                                            approaches(block, block.end, lane, 1.0)));
   }
 
   // Accepts or rejects the steps of lanes, all or none where steps are common, and sets up to when each writes outputs.
@@ -389,14 +410,17 @@ class RosenbrockBalls {
     for (BallBlock &block : blocks)
       for (int lane = 0; lane < LANES; lane++) {
         if (common) block.error[lane] = worst;
-        block.accepted_fraction[lane] = block.ball[lane] >= 0 && block.error[lane] <= 1.0 && method.ends_steps_at_contacts ? contact_fraction(block, lane) : 1.0;
+        block.accepted_fraction[lane] = block.ball[lane] >= 0 && block.error[lane] <= 1.0 && method.ends_steps_at_contacts
+                                            ? contact_fraction(block, lane)
+                                            : 1.0;
         fraction = std::min(fraction, block.accepted_fraction[lane]);
       }
     for (BallBlock &block : blocks)
       for (int lane = 0; lane < LANES; lane++) {
         if (common) block.accepted_fraction[lane] = fraction;
         double end = block.time[lane] + block.step[lane];
-        bool accepted = block.error[lane] <= 1.0 && block.accepted_fraction[lane] >= LATE_EVENT && (common || block.ball[lane] >= 0);
+        bool accepted =
+            block.error[lane] <= 1.0 && block.accepted_fraction[lane] >= LATE_EVENT && (common || block.ball[lane] >= 0);
         block.output_end[lane] = !accepted ? -HUGE_VAL : end >= chunk.duration * (1.0 - NEGLIGIBLE) ? HUGE_VAL : end;
       }
   }
@@ -407,7 +431,8 @@ class RosenbrockBalls {
         Pack fraction{};
         bool any_due = false, due[LANES];
         for (int lane = 0; lane < LANES; lane++) {
-          due[lane] = block.ball[lane] >= 0 && block.next_output[lane] < chunk.instants && chunk.instant[block.next_output[lane]] <= block.output_end[lane];
+          due[lane] = block.ball[lane] >= 0 && block.next_output[lane] < chunk.instants &&
+                      chunk.instant[block.next_output[lane]] <= block.output_end[lane];
           if (due[lane]) fraction[lane] = (chunk.instant[block.next_output[lane]] - block.time[lane]) / block.step[lane];
           any_due |= due[lane];
         }
@@ -422,7 +447,8 @@ class RosenbrockBalls {
           if (due[lane]) chunk.store(block.next_output[lane]++, block.ball[lane], state, orientation, lane);
       }
     if (uncoupled) return;
-    for (bool first = true; next_output < chunk.instants && chunk.instant[next_output] <= blocks[0].output_end[0]; next_output++, first = false)
+    for (bool first = true; next_output < chunk.instants && chunk.instant[next_output] <= blocks[0].output_end[0];
+         next_output++, first = false)
       for (int c = 0; c < BODY_NUMBERS; c++) {
         if (first) body_step.prepare_dense_output(method, c);
         chunk.body_states[next_output * BODY_NUMBERS + c] = body_step.dense_output((chunk.instant[next_output] - time) / step, c);
@@ -441,7 +467,8 @@ class RosenbrockBalls {
       Mask moved;
       for (int lane = 0; lane < LANES; lane++) {
         moved[lane] = block.output_end[lane] >= 0.0 ? -1 : 0;
-        if (bearing.carried != CarriedLaw::none && moved[lane]) advance_carried(bearing, positions_in_rings(lane_state(block.end, lane), body_step.start), lane, block.carried);
+        if (bearing.carried != CarriedLaw::none && moved[lane])
+          advance_carried(bearing, positions_in_rings(lane_state(block.end, lane), body_step.start), lane, block.carried);
       }
       block.time = select(moved, block.time + block.step, block.time);
       for (int c = 0; c < COLUMNS; c++) block.start[c] = select(moved, block.end[c], block.start[c]);
@@ -467,11 +494,13 @@ class RosenbrockBalls {
     chunk.counts[0] += 1;
     block.step[lane] = std::max(proposed, least_next);
     if (block.output_end[lane] < HUGE_VAL) return OK;
-    chunk.step[ball] = std::max(block.uncut_step[lane], double(block.step[lane]));  // a step shortened by the end counts only if it is longer
+    chunk.step[ball] =
+        std::max(block.uncut_step[lane], double(block.step[lane]));  // a step shortened by the end counts only if it is longer
     chunk.store(-1, ball, block.start, block.start_orientation, lane);
     store_carried(block.carried, lane, chunk.carried + ball * CARRIED);
     auto y = lane_state(block.start, lane);
-    if (Status status = check_ball(bearing, y, positions_in_rings(y, body_step.start)); status != OK) return chunk.fail(status, chunk.duration, ball);
+    if (Status status = check_ball(bearing, y, positions_in_rings(y, body_step.start)); status != OK)
+      return chunk.fail(status, chunk.duration, ball);
     running -= !start_ball(block, lane);
     return OK;
   }
@@ -482,11 +511,13 @@ class RosenbrockBalls {
     double blur = chunk.scale[ORBIT_RATE] * bearing.ball_mass / bodies.pockets.wall.stiffness;
     walls::StepLimit limit{step, 0.0};
     for (const BallBlock &block : blocks) {
-      PocketGap gap = cage_pocket(bearing, bodies, block.pocket_angle, ElementInput<false>{block.start, body_step.start}, [](int, const auto &) {});
+      PocketGap gap = cage_pocket(bearing, bodies, block.pocket_angle, ElementInput<false>{block.start, body_step.start},
+                                  [](int, const auto &) {});
       for (int lane = 0; lane < LANES; lane++) {
         if (block.ball[lane] < 0) continue;
         double approach = gap.approach[lane], rate = gap.rate[lane];
-        double kink = walls::time_to_kink(bodies.pockets.wall, mass, blur, approach, rate, gap.side[lane] * block.pocket_acceleration[lane]);
+        double kink =
+            walls::time_to_kink(bodies.pockets.wall, mass, blur, approach, rate, gap.side[lane] * block.pocket_acceleration[lane]);
         if (kink < limit.step) limit = {kink, approach < 0.0 ? std::min(uncut, walls::FIRST_DEPTH * ONSET / rate) : uncut};
       }
     }
@@ -521,7 +552,8 @@ class RosenbrockBalls {
   Pack outer_approaches(const BallState &y, const BodyState &body) const {
     if (bodies.ring != RingMotion::housed) return outer_approach(bearing, y);
     Pack approach;
-    for (int lane = 0; lane < LANES; lane++) approach[lane] = raceway_approaches(bearing, positions_in_rings(lane_state(y, lane), body))[1];
+    for (int lane = 0; lane < LANES; lane++)
+      approach[lane] = raceway_approaches(bearing, positions_in_rings(lane_state(y, lane), body))[1];
     return approach;
   }
   // Approaches of a ball at the position `y`, at a fraction of the step.
@@ -583,9 +615,10 @@ Status by_rosenbrock(const Chunk &chunk, const RosenbrockMethod &method) {
 using namespace core;
 
 // For tests, of all balls, their tangential velocities in `state`, and the bodies: see `linear_solutions`.
-CORE_EXPORT void core_linear_solutions(
-    const double *bearing_numbers, const double *points, const double *body_numbers, const double *load, const double *load_rate,
-    const double *drive, std::int64_t balls, const std::uint8_t *near, double *state, const double *border, double gain, std::int64_t sides, const double *right, double *rates, double *solutions) {
+CORE_EXPORT void core_linear_solutions(const double *bearing_numbers, const double *points, const double *body_numbers,
+                                       const double *load, const double *load_rate, const double *drive, std::int64_t balls,
+                                       const std::uint8_t *near, double *state, const double *border, double gain,
+                                       std::int64_t sides, const double *right, double *rates, double *solutions) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   CoupledBodies bodies = bodies_of(body_numbers, load, load_rate);
   RosenbrockMethod method{};
@@ -594,7 +627,9 @@ CORE_EXPORT void core_linear_solutions(
   std::vector<double> orientations(4 * balls), steps(balls, 1.0), carried(CARRIED * balls);
   std::vector<int> numbers(balls);
   for (int ball = 0; ball < balls; ball++) numbers[ball] = ball;
-  Chunk chunk{bearing, bodies, drive_of(drive), 1.0, scale, 0, nullptr, nullptr, int(balls), near, state, orientations.data(), steps.data(), carried.data(),
-              body_state.data(), nullptr, nullptr, nullptr, nullptr, nullptr};
+  Chunk chunk{bearing,      bodies,         drive_of(drive),   1.0,     scale,   0,
+              nullptr,      nullptr,        int(balls),        near,    state,   orientations.data(),
+              steps.data(), carried.data(), body_state.data(), nullptr, nullptr, nullptr,
+              nullptr,      nullptr};
   RosenbrockBalls(chunk, method).linear_solutions(numbers, gain, int(sides), right, rates, solutions);
 }

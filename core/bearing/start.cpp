@@ -49,12 +49,15 @@ inline double radial_rest(const Bearing &bearing, double orbit_rate, double angl
   return distance;
 }
 
-struct RestPosition { double distance, height; };
+struct RestPosition {
+  double distance, height;
+};
 
 // With clearance a ball rests on the raceway to which the centrifugal force presses it, without orbit in the middle.
 inline RestPosition rest_position(const Bearing &bearing, double orbit_rate, double angle) {
   const Raceway &inner = bearing.inner, &outer = bearing.outer;
-  double share = (inner.groove_radius - bearing.ball_radius) / (inner.groove_radius + outer.groove_radius - 2.0 * bearing.ball_radius);
+  double share =
+      (inner.groove_radius - bearing.ball_radius) / (inner.groove_radius + outer.groove_radius - 2.0 * bearing.ball_radius);
   double nominal = inner.locus_radius + (outer.locus_radius - inner.locus_radius) * share;
   nominal += 0.5 * (std::cos(angle) * bearing.offset[0] + std::sin(angle) * bearing.offset[1]);
   double offset = bearing.offset[2], height = 0.5 * offset;
@@ -76,7 +79,10 @@ inline RestPosition rest_position(const Bearing &bearing, double orbit_rate, dou
 
 using Doubles = Vector3<double>;
 
-struct Slips { double slip[6]; bool pressed; };
+struct Slips {
+  double slip[6];
+  bool pressed;
+};
 
 // Slip at both raceways of a ball with this tangential velocity and angular velocity.
 inline Slips slips(const Bearing &bearing, double ring_speed, double angle, const RestPosition &rest, const double (&motion)[4]) {
@@ -136,7 +142,8 @@ inline void least_squares(double (&matrix)[6][4], const double (&right)[6], doub
 
 // Tangential velocity and angular velocity of a ball that slips on neither raceway, by least squares: slip is linear in
 // them. Among several motions the one with least spin; spin that changes slip by less than `share` is zero.
-inline void rolling(const Bearing &bearing, double ring_speed, double angle, const RestPosition &position, double share, double (&motion)[4]) {
+inline void rolling(const Bearing &bearing, double ring_speed, double angle, const RestPosition &position, double share,
+                    double (&motion)[4]) {
   double unit[4] = {}, matrix[6][4], right[6], scale[4];
   Slips none = slips(bearing, ring_speed, angle, position, unit);
   for (int j = 0; j < 4; j++) {

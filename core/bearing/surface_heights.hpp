@@ -25,7 +25,10 @@ struct Defect {
   double order, amplitude, phase, middle, radius, half, half_width, semi_major, bend;
   const double *table;
 };
-struct SurfaceDefects { int count = 0; Defect defect[MAX_DEFECTS]; };
+struct SurfaceDefects {
+  int count = 0;
+  Defect defect[MAX_DEFECTS];
+};
 
 // From their count and numbers, as defects.py writes them; tables are not copied.
 inline SurfaceDefects defects_of(const double *numbers) {
@@ -41,16 +44,24 @@ inline SurfaceDefects defects_of(const double *numbers) {
   return defects;
 }
 
-struct Height { Pack value{}, rate{}; };  // [m], [m/s]
-struct Heights { Height inner, outer; };
+struct Height {
+  Pack value{}, rate{};
+};  // [m], [m/s]
+struct Heights {
+  Height inner, outer;
+};
 // Positions of the balls in lanes on their surfaces [rad] and their rates; that on a ball is of its outer contact, with the sine of
 // its latitude; `first` marks the first ball.
-struct SurfacePositions { Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}, latitude_rate{}; Mask first{}; };
+struct SurfacePositions {
+  Pack inner{}, outer{}, ball{}, latitude{}, inner_rate{}, outer_rate{}, ball_rate{}, latitude_rate{};
+  Mask first{};
+};
 
 inline SurfacePositions surface_positions(const Pack &angle, const Pack &orbit_rate, const Pack &ring_angle, const Pack &ring_speed,
-                                    const Quaternion &q, const Triple &spin_in_frame, const Mask &first) {
+                                          const Quaternion &q, const Triple &spin_in_frame, const Mask &first) {
   Pack across = 2.0 * (q[0] * q[1] - q[2] * q[3]), along = 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]);
-  Pack latitude = 2.0 * (q[0] * q[2] + q[1] * q[3]), tilt = 2.0 * (q[1] * q[2] - q[0] * q[3]), level = 1.0 - 2.0 * (q[0] * q[0] + q[1] * q[1]);
+  Pack latitude = 2.0 * (q[0] * q[2] + q[1] * q[3]), tilt = 2.0 * (q[1] * q[2] - q[0] * q[3]),
+       level = 1.0 - 2.0 * (q[0] * q[0] + q[1] * q[1]);
   Pack rate = (spin_in_frame[2] * level + spin_in_frame[1] * tilt) / maximum(1.0 - latitude * latitude, LEAST_CIRCLE);
   Pack rise = spin_in_frame[1] * level - spin_in_frame[2] * tilt;
   SurfacePositions surface{angle - ring_angle, angle, {}, latitude, orbit_rate - ring_speed, orbit_rate, -rate, rise, first};
@@ -63,13 +74,15 @@ inline double wrapped(double angle) { return angle - 2.0 * M_PI * std::floor(ang
 
 // Fraction of a contact's load on a strip of this half width, whose middle is at `offset` along the semi-major axis, and its slope.
 inline std::pair<double, double> share_of_strip(double half_width, double semi_major, double offset) {
-  double upper = std::clamp((half_width - offset) / semi_major, -1.0, 1.0), lower = std::clamp((-half_width - offset) / semi_major, -1.0, 1.0);
+  double upper = std::clamp((half_width - offset) / semi_major, -1.0, 1.0),
+         lower = std::clamp((-half_width - offset) / semi_major, -1.0, 1.0);
   auto cumulative = [](double s) { return 0.75 * (s - s * s * s / 3.0); };
   return {cumulative(upper) - cumulative(lower), 0.75 * (upper * upper - lower * lower) / semi_major};
 }
 
 // Height [m] and its rate [m/s] of one defect, `delay` [s] after a position that moves at a rate; the latitude matters on balls.
-inline std::pair<double, double> height_of(const Defect &d, double position, double rate, double delay, double latitude, double latitude_rate) {
+inline std::pair<double, double> height_of(const Defect &d, double position, double rate, double delay, double latitude,
+                                           double latitude_rate) {
   if (d.order > 0.0) {
     double phase = d.order * (position + rate * delay) + d.phase;
     return {d.amplitude * std::cos(phase), -d.amplitude * d.order * rate * std::sin(phase)};
@@ -85,7 +98,8 @@ inline std::pair<double, double> height_of(const Defect &d, double position, dou
   double s = u - i, low = t[0], high = t[2], begin = t[1], end = t[3], rise = high - low;
   double value = low + s * (begin + s * (3.0 * rise - 2.0 * begin - end + s * (begin + end - 2.0 * rise)));
   double slope = begin + s * (2.0 * (3.0 * rise - 2.0 * begin - end) + 3.0 * s * (begin + end - 2.0 * rise));
-  return {-strip_load * value, -strip_load * side * slope * d.radius * std::fabs(rate) / piece - by_offset * across * latitude_rate * value};
+  return {-strip_load * value,
+          -strip_load * side * slope * d.radius * std::fabs(rate) / piece - by_offset * across * latitude_rate * value};
 }
 
 // Calls function(defect, position, its rate, member of Heights) for each point of the ball in a lane that may cross a defect.
@@ -119,7 +133,8 @@ inline double resolving_step(const SurfaceDefects &defects, const SurfacePositio
     double speed = std::fabs(rate) + 1e-300;
     if (d.order > 0.0) longest = std::min(longest, 2.0 * M_PI / (STEPS_PER_WAVE * d.order * speed));
     else {
-      double x = std::copysign(d.radius, rate) * wrapped(position - d.middle), to_start = -d.half - x, circumference = 2.0 * M_PI * d.radius;
+      double x = std::copysign(d.radius, rate) * wrapped(position - d.middle), to_start = -d.half - x,
+             circumference = 2.0 * M_PI * d.radius;
       double distance = std::max(d.bend / STEPS_PER_BEND, x < d.half ? to_start : to_start + circumference);
       if (x < -AT_MIDDLE * d.bend) distance = std::min(distance, -x);
       longest = std::min(longest, distance / (d.radius * speed));

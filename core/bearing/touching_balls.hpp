@@ -21,7 +21,8 @@ struct PairBlock {
 // Rows of the ball and, from NEXT on, of the next one, whose motions are columns 0 to 8 and 9 to 17; returns the approach.
 constexpr int NEXT = LOSS_ROW + 1;
 template <bool DERIVATIVES, class Put>
-CORE_INLINE Pack ball_and_next(const Bearing &bearing, double storing, const BallState &ball, const BallState &next, const Pack &full_turn, Put put) {
+CORE_INLINE Pack ball_and_next(const Bearing &bearing, double storing, const BallState &ball, const BallState &next,
+                               const Pack &full_turn, Put put) {
   auto motion = [&]<int FIRST>(Index<FIRST>, const BallState &y) __attribute__((always_inline)) {
     auto number = [&]<int C>(Index<C>) __attribute__((always_inline)) { return input<DERIVATIVES, FIRST + C>(y[C]); };
     auto radius = number(index<RADIUS>);
@@ -42,7 +43,8 @@ CORE_INLINE Pack ball_and_next(const Bearing &bearing, double storing, const Bal
   };
   auto force = chain(contact.force), torque = chain(contact.torque);
   double inverse_mass = 1.0 / bearing.ball_mass, inverse_inertia = 1.0 / bearing.ball_inertia;
-  auto rows = [&]<int FIRST>(Index<FIRST>, double sign, const auto &radius, const auto &f, const auto &t) __attribute__((always_inline)) {
+  auto rows = [&]<int FIRST>(Index<FIRST>, double sign, const auto &radius, const auto &f,
+                             const auto &t) __attribute__((always_inline)) {
     put(index<FIRST + RADIAL_ROW>, (sign * inverse_mass) * f.x), put(index<FIRST + ORBIT_ROW>, sign * (radius * f.y));
     put(index<FIRST + AXIAL_ROW>, (sign * inverse_mass) * f.z), put(index<FIRST + SPIN_ROW>, inverse_inertia * t.x);
     put(index<FIRST + SPIN_ROW + 1>, inverse_inertia * t.y), put(index<FIRST + SPIN_ROW + 2>, inverse_inertia * t.z);
@@ -62,13 +64,14 @@ template <bool DERIVATIVES>
     constexpr int row = ROW == LOSS_ROW ? PAIR_ROWS - 1 : ROW % NEXT;
     if constexpr (ROW >= NEXT) pair.on_next[row] = masked(pair.may_touch, value_of(x));
     else block.f[VELOCITY + ROW] += masked(pair.may_touch, value_of(x));
-    if constexpr (DERIVATIVES) for_each_slope(x, [&](int variable, const Pack &unmasked) __attribute__((always_inline)) {
-      Pack slope = masked(pair.may_touch, unmasked);
-      int column = variable % MOTION;
-      if (ROW >= NEXT) (variable < MOTION ? pair.next_by_own : pair.next_by_next)[row][column] = slope;
-      else if (variable < MOTION) block.jacobian[ROW][column] += slope;  // rows and columns of balls with an orbit of their own
-      else pair.by_next[row][column] = slope;
-    });
+    if constexpr (DERIVATIVES)
+      for_each_slope(x, [&](int variable, const Pack &unmasked) __attribute__((always_inline)) {
+        Pack slope = masked(pair.may_touch, unmasked);
+        int column = variable % MOTION;
+        if (ROW >= NEXT) (variable < MOTION ? pair.next_by_own : pair.next_by_next)[row][column] = slope;
+        else if (variable < MOTION) block.jacobian[ROW][column] += slope;  // rows and columns of balls with an orbit of their own
+        else pair.by_next[row][column] = slope;
+      });
   };
   Pack approach = ball_and_next<DERIVATIVES>(bearing, storing, block.y, pair.next, pair.full_turn, put);
   if (DERIVATIVES) pair.touches = (approach > 0.0) & pair.may_touch;
@@ -97,7 +100,8 @@ class TouchingBalls {
   template <bool DERIVATIVES>
   void add(const Bearing &bearing, std::vector<BallBlock> &blocks) {
     for (int index = 0; index < count; index++)
-      for (int c = 0; c < MOTION; c++) pairs[index / LANES].next[c][index % LANES] = blocks[next(index) / LANES].y[c][next(index) % LANES];
+      for (int c = 0; c < MOTION; c++)
+        pairs[index / LANES].next[c][index % LANES] = blocks[next(index) / LANES].y[c][next(index) % LANES];
     for (std::size_t n = 0; n < pairs.size(); n++) block_pair_forces<DERIVATIVES>(bearing, storing, blocks[n], pairs[n]);
     for (int index = 0; index < count; index++) {
       const PairBlock &pair = pairs[index / LANES];
@@ -134,14 +138,17 @@ class TouchingBalls {
     int first = 6 * int(members.size());
     size = first + layout.unknowns;
     matrix.assign(size * size, 0.0), right.assign(size, 0.0), pivot.resize(size);
-    auto reduced = [&](const auto &row, int j, int lane) { return j < 3 ? row[VELOCITY + j][lane] + g * row[j][lane] : row[VELOCITY + j][lane]; };
+    auto reduced = [&](const auto &row, int j, int lane) {
+      return j < 3 ? row[VELOCITY + j][lane] + g * row[j][lane] : row[VELOCITY + j][lane];
+    };
     for (int t = 0; t < int(members.size()); t++) {
       int index = members[t], lane = index % LANES, row = 6 * t;
       const BallBlock &block = blocks[index / LANES];
       for (int i = 0; i < 6; i++) {
         for (int j = 0; j < 6; j++) entry(row + i, row + j) = (i == j ? 1.0 / g : 0.0) - reduced(block.jacobian[i], j, lane);
         for (int c = 0; c < layout.unknowns; c++) {
-          entry(row + i, first + c) = -(block.jacobian[i][BODY_VELOCITIES + c][lane] + g * block.jacobian[i][BODY_POSITIONS + c][lane]);
+          entry(row + i, first + c) =
+              -(block.jacobian[i][BODY_VELOCITIES + c][lane] + g * block.jacobian[i][BODY_POSITIONS + c][lane]);
           entry(first + c, row + i) = -body.inverse_inertia[c] * block.force_rows[c][i][lane];
         }
       }
@@ -149,7 +156,9 @@ class TouchingBalls {
       const PairBlock &pair = pairs[index / LANES];
       int next_row = 6 * member[next(index)];
       for (int i = 0; i < 6; i++)
-        for (int j = 0; j < 6; j++) entry(row + i, next_row + j) -= reduced(pair.by_next[i], j, lane), entry(next_row + i, row + j) -= reduced(pair.next_by_own[i], j, lane);
+        for (int j = 0; j < 6; j++)
+          entry(row + i, next_row + j) -= reduced(pair.by_next[i], j, lane),
+              entry(next_row + i, row + j) -= reduced(pair.next_by_own[i], j, lane);
     }
     for (int i = 0; i < layout.unknowns; i++)
       for (int j = 0; j < layout.unknowns; j++) entry(first + i, first + j) = body.schur[i][j];
@@ -192,7 +201,8 @@ class TouchingBalls {
       if (!touches_next(index)) continue;
       const BallState &next_stage = blocks[next(index) / LANES].stage[stage];
       double loss = 0.0;
-      for (int c = 0; c < MOTION; c++) loss += pairs[index / LANES].by_next[PAIR_ROWS - 1][c][index % LANES] * next_stage[c][next(index) % LANES];
+      for (int c = 0; c < MOTION; c++)
+        loss += pairs[index / LANES].by_next[PAIR_ROWS - 1][c][index % LANES] * next_stage[c][next(index) % LANES];
       blocks[index / LANES].stage[stage][DISSIPATED][index % LANES] += g * loss;
     }
   }

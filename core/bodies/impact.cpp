@@ -29,7 +29,10 @@ struct ImpactContact {
 
 // Approach [m], its rate [m/s] and the energy dissipated [J]; the same at a time [s] of the collision.
 using ImpactState = Numbers<3>;
-struct ImpactNode { double time; ImpactState state; };
+struct ImpactNode {
+  double time;
+  ImpactState state;
+};
 
 inline void impact_rates(const ImpactContact &contact, const ImpactState &state, Numbers<3> &slopes) {
   double load = contact.load(state[0], state[1]);
@@ -39,12 +42,15 @@ inline void impact_rates(const ImpactContact &contact, const ImpactState &state,
 // State `step` [s] after another by dop853.
 inline ImpactState impact_state_after(const ImpactContact &contact, const ImpactState &state, double step) {
   ImpactState after;
-  explicit_step<3>(DOP853, [&](const ImpactState &trial, Numbers<3> &slopes) { impact_rates(contact, trial, slopes); },
-                   ImpactState{1.0, 1.0, 1.0}, state, step, after);
+  explicit_step<3>(
+      DOP853, [&](const ImpactState &trial, Numbers<3> &slopes) { impact_rates(contact, trial, slopes); },
+      ImpactState{1.0, 1.0, 1.0}, state, step, after);
   return after;
 }
 
-struct ImpactClock { double time, step, written; };
+struct ImpactClock {
+  double time, step, written;
+};
 
 // The contact integrated from start to separation by error-controlled steps, no shorter than `least` [s].
 class Collision : public AdaptiveMotion<Collision, 3, 3, ImpactClock> {
@@ -81,8 +87,8 @@ enum class FixedStep { rk4, symplectic_euler };  // as in kinds/bodies/parameter
 
 // Steps of fixed length through a contact, from half a step before its start to the first node after separation. Returns the number
 // of nodes (capacity,) written, negative where bodies do not separate or the load is not finite.
-inline std::int64_t integrate_by_fixed_steps(const ImpactContact &contact, FixedStep method, double speed, double step, std::int64_t capacity,
-                                          ImpactNode *nodes) {
+inline std::int64_t integrate_by_fixed_steps(const ImpactContact &contact, FixedStep method, double speed, double step,
+                                             std::int64_t capacity, ImpactNode *nodes) {
   auto rates = [&](const ImpactState &at, Numbers<3> &slopes) { impact_rates(contact, at, slopes); };
   ImpactState state{-0.5 * step * speed, speed, 0.0}, after;
   nodes[0] = {-0.5 * step, state};
@@ -139,15 +145,17 @@ CORE_EXPORT void core_impact_states(const double *contact_numbers, std::int64_t 
   ImpactContact contact = contact_of(contact_numbers);
   auto *node = reinterpret_cast<const ImpactNode *>(nodes);
   for (std::int64_t i = 0; i < count; i++) {
-    auto after = std::upper_bound(node + 1, node + number - 1, times[i], [](double time, const ImpactNode &node_after) { return time < node_after.time; });
+    auto after = std::upper_bound(node + 1, node + number - 1, times[i],
+                                  [](double time, const ImpactNode &node_after) { return time < node_after.time; });
     ImpactState state = impact_state_after(contact, after[-1].state, times[i] - after[-1].time);
     *states++ = state[0], *states++ = state[1];
   }
 }
 // See `integrate_by_fixed_steps`.
-CORE_EXPORT std::int64_t core_step_impact(const double *contact_numbers, std::int64_t method, double speed, double step, std::int64_t capacity,
-                                          double *nodes) {
-  return integrate_by_fixed_steps(contact_of(contact_numbers), FixedStep(method), speed, step, capacity, reinterpret_cast<ImpactNode *>(nodes));
+CORE_EXPORT std::int64_t core_step_impact(const double *contact_numbers, std::int64_t method, double speed, double step,
+                                          std::int64_t capacity, double *nodes) {
+  return integrate_by_fixed_steps(contact_of(contact_numbers), FixedStep(method), speed, step, capacity,
+                                  reinterpret_cast<ImpactNode *>(nodes));
 }
 // Normal loads [N] and stored energies [J] (2, count) at approaches [m] and their rates [m/s].
 CORE_EXPORT void core_impact_loads(const double *contact_numbers, std::int64_t count, const double *approach, const double *rate,

@@ -59,7 +59,8 @@ struct RigidBody {
     return {state.velocity, orientation_rate(spin, state.orientation), held() ? Real3{} : gravity, {}};
   }
   // Adds a force and a moment about the centre, by `sign`; returns their power on a held body, which does not follow them.
-  CORE_INLINE double push(double sign, const Real3 &force, const Real3 &moment, const RigidState &state, const Real3 &spin, RigidState &rates) const {
+  CORE_INLINE double push(double sign, const Real3 &force, const Real3 &moment, const RigidState &state, const Real3 &spin,
+                          RigidState &rates) const {
     if (held()) return sign * (dot(force, state.velocity) + dot(moment, spin));
     rates.velocity = rates.velocity + (sign / mass) * force;
     rates.momentum = rates.momentum + sign * moment;
@@ -96,7 +97,8 @@ struct ContactRecord {
   template <class Contact>
   void update_peak(const Contact &contact) {
     if (!(contact.normal_load > peak_load)) return;
-    peak_load = contact.normal_load, peak_approach = contact.approach, peak_small = contact.gap.small, peak_large = contact.gap.large;
+    peak_load = contact.normal_load, peak_approach = contact.approach, peak_small = contact.gap.small,
+    peak_large = contact.gap.large;
     peak_coefficient = contact.coefficient, peak_major = contact.patch.semi_major, peak_minor = contact.patch.semi_minor;
     peak_pressure = contact.patch.peak_pressure;
   }

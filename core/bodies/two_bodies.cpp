@@ -38,7 +38,9 @@ struct ShapedBody : RigidBody {
     return {surface, state.position, rotation, state.velocity, spin(state, rotation)};
   }
   // The greatest possible angular velocity [rad/s] at this angular momentum.
-  double max_spin(const RigidState &state) const { return length_of(state.momentum) / std::min({inertia[0], inertia[1], inertia[2]}); }
+  double max_spin(const RigidState &state) const {
+    return length_of(state.momentum) / std::min({inertia[0], inertia[1], inertia[2]});
+  }
 };
 
 // Both bodies, energies dissipated, impulses on A [N s], work done on held bodies and its absolute sum [J]; opposing points, and
@@ -53,7 +55,8 @@ struct PairState {
   CarriedContact carried;
 };
 constexpr std::size_t PAIR_NUMBERS = sizeof(PairState) / sizeof(double);
-constexpr std::size_t PAIR_MOVING = offsetof(PairState, carried) / sizeof(double), FIRST_MOVING = offsetof(PairState, b) / sizeof(double);
+constexpr std::size_t PAIR_MOVING = offsetof(PairState, carried) / sizeof(double),
+                      FIRST_MOVING = offsetof(PairState, b) / sizeof(double);
 
 // The contact of one state: forces on A at `point`, in fixed axes. `approach_rate` and `slip` are A's velocity relative to B there,
 // along A's outward `normal` and across it; `held` [m] is the approach times the ratio of the load to the elastic one, below zero where
@@ -73,7 +76,7 @@ struct TwoBodies : ContactLaws {
   double sink, size;  // A's share of the compliance; about the least radius [m]
   Tracking tracking;
   bool by_overlap;  // the load is that of the true overlap
-  bool a_alone;     // B is held without velocity, and points are no states
+  bool a_alone;  // B is held without velocity, and points are no states
 
   // True of an ellipsoid or a sphere and a plane whose gap is taken in closed form.
   bool on_plane() const {
@@ -88,10 +91,12 @@ struct TwoBodies : ContactLaws {
     if (tracking == Tracking::closed) points = nearest_pair(surface_a, surface_b);
     else if (tracking == Tracking::algebraic) solve_opposing(surface_a, surface_b, points);
   }
-  PairContact contact(const PairState &state) const { return contact(a.surface_at(state.a), b.surface_at(state.b), state.points, state.carried); }
+  PairContact contact(const PairState &state) const {
+    return contact(a.surface_at(state.a), b.surface_at(state.b), state.points, state.carried);
+  }
   // Without `complete` the patch is omitted where only outputs need it.
-  PairContact contact(const MovingSurface &surface_a, const MovingSurface &surface_b, const OpposingPoints &points, const CarriedContact &carried,
-                      bool complete = true) const;
+  PairContact contact(const MovingSurface &surface_a, const MovingSurface &surface_b, const OpposingPoints &points,
+                      const CarriedContact &carried, bool complete = true) const;
   void rates(const PairState &state, bool loaded, bool &tracked, PairState &rates) const;
 
  private:
@@ -113,7 +118,8 @@ struct TwoBodies : ContactLaws {
     return {law_coefficient(law, opposed.gap.small, opposed.gap.large, shape), 0.0};
   }
   // The axes are exchanged where the second half-width is the longer one; `kind` is no ellipse where the overlap has no outline.
-  NormalContact overlap_contact(const MovingSurface &surface_a, const MovingSurface &surface_b, const Real3 &middle, Opposition &opposed) const {
+  NormalContact overlap_contact(const MovingSurface &surface_a, const MovingSurface &surface_b, const Real3 &middle,
+                                Opposition &opposed) const {
     NormalContact negligible{4.0 / 3.0 * law.modulus * std::sqrt(size), {}, {}, 0.0, 0.0};  // a scale without contact
     if (opposed.approach <= 0.0 || opposed.kind != RootKind::contact) return negligible;
     Overlap overlap = overlap_of(surface_a, surface_b, middle, opposed.axes, opposed.normal, opposed.approach, size, law.modulus);
@@ -127,8 +133,11 @@ struct TwoBodies : ContactLaws {
       std::swap(x, y);
       along_x = overlap.centre_y, along_y = -overlap.centre_x;
     }
-    return {overlap.load / std::pow(opposed.approach, 1.5), {overlap.load, 1.5 * overlap.load / opposed.approach, overlap.energy},
-            {std::sqrt(0.5) * x, std::sqrt(0.5) * y, 3.0 * overlap.load / overlap.area}, along_x, along_y};
+    return {overlap.load / std::pow(opposed.approach, 1.5),
+            {overlap.load, 1.5 * overlap.load / opposed.approach, overlap.energy},
+            {std::sqrt(0.5) * x, std::sqrt(0.5) * y, 3.0 * overlap.load / overlap.area},
+            along_x,
+            along_y};
   }
 };
 
@@ -147,38 +156,44 @@ inline PairContact TwoBodies::contact(const MovingSurface &surface_a, const Movi
     normal_contact = overlap_contact(surface_a, surface_b, point + 0.5 * gap_vector, opposed);
     point = point + normal_contact.along_x * opposed.axes.x + normal_contact.along_y * opposed.axes.y;
   } else {
-    if (opposed.kind == RootKind::contact && !(opposed.gap.small > LEAST_RATIO * opposed.gap.large)) opposed.kind = RootKind::no_ellipse;
+    if (opposed.kind == RootKind::contact && !(opposed.gap.small > LEAST_RATIO * opposed.gap.large))
+      opposed.kind = RootKind::no_ellipse;
     if (opposed.kind == RootKind::contact) {
       auto [coefficient, log_slope] = coefficient_at(opposed, plane ? &*plane : nullptr, carried);
       normal_contact = law_contact(opposed, coefficient);
       if (plane && opposed.approach > 0.0 && follows_curvatures(law.law))
-        point = point + *plane->rotation * (opposed.approach / (law.power + 1.0) * (plane->slopes.size + log_slope * plane->slopes.shape));
+        point = point +
+                *plane->rotation * (opposed.approach / (law.power + 1.0) * (plane->slopes.size + log_slope * plane->slopes.shape));
     }
   }
   if (opposed.approach > 0.0 || !plane) point = point + sink * gap_vector;
   Real3 relative = surface_a.velocity_at(point) - surface_b.velocity_at(point);
   PairContact result{};
-  result.kind = opposed.kind, result.approach = opposed.approach, result.gap = opposed.gap, result.normal = opposed.normal, result.point = point;
+  result.kind = opposed.kind, result.approach = opposed.approach, result.gap = opposed.gap, result.normal = opposed.normal,
+  result.point = point;
   result.major_axis = opposed.axes.x, result.coefficient = normal_contact.coefficient;
   result.elastic_load = normal_contact.spring.load, result.elastic_energy = normal_contact.spring.energy;
   result.approach_rate = dot(relative, opposed.normal), result.slip = relative - result.approach_rate * opposed.normal;
   result.spin_rate = dot(surface_a.spin - surface_b.spin, opposed.normal);
   result.effective_mass = 1.0 / (a.mobility(surface_a.rotation, point - surface_a.position, opposed.normal) +
-                                b.mobility(surface_b.rotation, point - surface_b.position, opposed.normal));
+                                 b.mobility(surface_b.rotation, point - surface_b.position, opposed.normal));
   result.held = opposed.approach;
   if (!(normal_contact.spring.load > 0.0)) return result;
-  double load = damping.pulling_load(normal_contact.coefficient, law.power, normal_contact.spring.load, normal_contact.spring.stiffness,
-                                     result.effective_mass, opposed.approach, result.approach_rate);
+  double load =
+      damping.pulling_load(normal_contact.coefficient, law.power, normal_contact.spring.load, normal_contact.spring.stiffness,
+                           result.effective_mass, opposed.approach, result.approach_rate);
   result.held *= load / normal_contact.spring.load;
   result.normal_load = std::max(load, 0.0);
   if (result.normal_load == 0.0) return result;
   // Half-widths and pressure under the whole load, elastic and viscous, as in all other kinds.
   result.patch = normal_contact.patch;
   if (by_overlap) result.patch.peak_pressure *= result.normal_load / normal_contact.spring.load;
-  else if (complete || friction.model != FrictionModel::point) result.patch = ellipse(opposed.gap.small, opposed.gap.large, law.modulus, result.normal_load);
+  else if (complete || friction.model != FrictionModel::point)
+    result.patch = ellipse(opposed.gap.small, opposed.gap.large, law.modulus, result.normal_load);
   if (friction.coefficient > 0.0) {
-    PatchForce force = contact_friction(friction, regularisation, result.normal_load, result.patch.semi_major, result.patch.semi_minor,
-                                        dot(result.slip, opposed.axes.x), dot(result.slip, opposed.axes.y), result.spin_rate);
+    PatchForce force =
+        contact_friction(friction, regularisation, result.normal_load, result.patch.semi_major, result.patch.semi_minor,
+                         dot(result.slip, opposed.axes.x), dot(result.slip, opposed.axes.y), result.spin_rate);
     result.friction = force.force_major * opposed.axes.x + force.force_minor * opposed.axes.y;
     result.spin_moment = force.torque;
   }
@@ -208,8 +223,10 @@ CORE_INLINE void TwoBodies::rates(const PairState &state, bool loaded, bool &tra
   PairContact contact_now = contact(surface_a, surface_b, points, state.carried, false);
   rates.dissipated_viscous = (contact_now.normal_load - contact_now.elastic_load) * contact_now.approach_rate;
   if (!(contact_now.normal_load > 0.0)) return;
-  Real3 force = contact_now.friction - contact_now.normal_load * contact_now.normal, spin_torque = contact_now.spin_moment * contact_now.normal;
-  double held = a.push(1.0, force, cross(contact_now.point - surface_a.position, force) + spin_torque, state.a, surface_a.spin, rates.a);
+  Real3 force = contact_now.friction - contact_now.normal_load * contact_now.normal,
+        spin_torque = contact_now.spin_moment * contact_now.normal;
+  double held =
+      a.push(1.0, force, cross(contact_now.point - surface_a.position, force) + spin_torque, state.a, surface_a.spin, rates.a);
   rates.dissipated_friction = -(dot(contact_now.friction, contact_now.slip) + contact_now.spin_moment * contact_now.spin_rate);
   rates.load_impulse = contact_now.normal_load, rates.friction_impulse = contact_now.friction;
   if (a_alone) return;
@@ -227,11 +244,15 @@ CORE_INLINE void TwoBodies::rates(const PairState &state, bool loaded, bool &tra
 
 // Method, rk4 (1) or dop853, tolerance of a contact, step of rk4 in contact [s], and the shortest step [s] of flight, which may end in
 // contact.
-struct PairPlan { double rk4, tolerance, fixed, shortest; };
+struct PairPlan {
+  double rk4, tolerance, fixed, shortest;
+};
 
 // Time and next step [s]; 1 in contact; greatest drift of a quaternion's norm; outputs written; greatest error [m] of the opposing
 // points in their equations at the end of a step.
-struct PairClock { double time, step, in_contact, drift, written, constraint_error; };
+struct PairClock {
+  double time, step, in_contact, drift, written, constraint_error;
+};
 
 template <std::size_t MOVING>
 class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMBERS, MOVING, PairClock> {
@@ -242,9 +263,14 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
   using typename Base::Slopes, typename Base::State;
 
   // `record` is of the present contact, `step_start` the state at the start of the last step.
-  TwoBodiesMotion(const TwoBodies &pair, const PairPlan &plan, State &state, PairClock &clock, ContactRecord &record, State &step_start,
-                  Counts &counts, std::int64_t &touch_count)
-      : Base(plan.rk4 != 0.0 ? RK4 : DOP853, state, clock, counts), pair(pair), plan(plan), contact_record(record), step_start(step_start), touch_count(touch_count),
+  TwoBodiesMotion(const TwoBodies &pair, const PairPlan &plan, State &state, PairClock &clock, ContactRecord &record,
+                  State &step_start, Counts &counts, std::int64_t &touch_count)
+      : Base(plan.rk4 != 0.0 ? RK4 : DOP853, state, clock, counts),
+        pair(pair),
+        plan(plan),
+        contact_record(record),
+        step_start(step_start),
+        touch_count(touch_count),
         touch(contact_at(state)) {}
 
   void rates(const State &numbers, bool loaded, Slopes &slopes) {
@@ -293,7 +319,7 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     if (touch.approach > MAX_APPROACH * pair.size) return {TOO_DEEP, false};
     clock.drift = std::max(clock.drift, drift), clock.constraint_error = std::max(clock.constraint_error, constraint_error);
     clock.step = !(touch.approach > 0.0) ? HUGE_VAL : loaded ? proposed : plan.shortest;
-      // A flight ends at the contact, to rounding.
+    // A flight ends at the contact, to rounding.
     bool ended = loaded ? update_record(step, touch_before, pair_state(start), end) : update_record(0.0, touch, end, end);
     if (clock.in_contact > 0.0) record_peak(step), record_depth(step, touch_before, start);
     step_start = start;
@@ -340,7 +366,8 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     constexpr double LONGEST = 1.0, TURN = 0.1, FIXED_TURN = 0.02, ROUNDING = 1e-15;  // s; rad a step in flight; of places
     PairState now = pair_state(state);
     double spin_a = pair.a.max_spin(now.a), spin_b = pair.b.max_spin(now.b), gap = std::max(-touch.approach, 0.0);
-    double acceleration = pair.a.held() != pair.b.held() ? length_of(pair.gravity) : 0.0, rate = touch.approach_rate, safe = HUGE_VAL;
+    double acceleration = pair.a.held() != pair.b.held() ? length_of(pair.gravity) : 0.0, rate = touch.approach_rate,
+           safe = HUGE_VAL;
     double turning = spin_a * spin_a * pair.a.max_curvature + spin_b * spin_b * pair.b.max_curvature;
     const bool bounded = std::isfinite(turning);
     if (bounded) acceleration += turning, gap += ROUNDING * (length_of(now.a.position) + length_of(now.b.position) + pair.size);
@@ -364,7 +391,10 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     s.a.orientation.fill(plan.tolerance), s.b.orientation.fill(plan.tolerance);
     if (pair.tracking == Tracking::differential) {
       double position_error = plan.tolerance * pair.size;
-      s.points = {{position_error, position_error, position_error}, {position_error, position_error, position_error}, plan.tolerance, position_error};
+      s.points = {{position_error, position_error, position_error},
+                  {position_error, position_error, position_error},
+                  plan.tolerance,
+                  position_error};
     }
     scales = std::bit_cast<State>(s);
   }
@@ -373,7 +403,8 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     constexpr double ROUNDING = 1e-15;
     double power = pair.law.power, weight = length_of(pair.gravity) * touch.effective_mass;
     double spent = greatest_approach(touch.coefficient, power, touch.effective_mass, touch.approach_rate);
-    double ahead = std::max({std::max(touch.approach, 0.0) + spent, approach_of_load(touch.coefficient, power, weight), ROUNDING * pair.size});
+    double ahead =
+        std::max({std::max(touch.approach, 0.0) + spent, approach_of_load(touch.coefficient, power, weight), ROUNDING * pair.size});
     double rate = std::sqrt(elastic(touch.coefficient, power, ahead).stiffness / touch.effective_mass), speed = ahead * rate;
     double position_error = std::max(plan.tolerance * ahead, ROUNDING * pair.size);
     double velocity_error = std::max(plan.tolerance * speed, ROUNDING * pair.size * rate);
@@ -387,7 +418,11 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
     }
     s.dissipated_viscous = s.dissipated_friction = s.held_work = s.gross_work = energy;
     s.load_impulse = impulse, s.friction_impulse.fill(impulse);
-    if (pair.tracking == Tracking::differential) s.points = {{position_error, position_error, position_error}, {position_error, position_error, position_error}, position_error / pair.size, position_error};
+    if (pair.tracking == Tracking::differential)
+      s.points = {{position_error, position_error, position_error},
+                  {position_error, position_error, position_error},
+                  position_error / pair.size,
+                  position_error};
     scales = std::bit_cast<State>(s);
     return longest_contact_step(lasted, rate);
   }
@@ -397,7 +432,9 @@ class TwoBodiesMotion : public AdaptiveMotion<TwoBodiesMotion<MOVING>, PAIR_NUMB
   // acts at once.
   bool update_record(double step, const PairContact &at_start, const PairState &start, const PairState &end) {
     bool touches = touch.approach > 0.0;
-    auto fraction = [&] { return crossing(step, {at_start.approach, at_start.approach_rate}, {touch.approach, touch.approach_rate}); };
+    auto fraction = [&] {
+      return crossing(step, {at_start.approach, at_start.approach_rate}, {touch.approach, touch.approach_rate});
+    };
     if (touches && clock.in_contact == 0.0) {
       clock.in_contact = 1.0, touch_count++;
       contact_record = {};
@@ -496,10 +533,11 @@ void write_outputs(const TwoBodies &pair, const PairState &state, double *out) {
 
 // Integrates until a time [s]; `states` are those at the `instants` (outputs,) [s], `records` (capacity,) the `completed` contacts;
 // `counts` (4,) ends with the number of contacts. Returns a status.
-CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const double *points, const double *plan, double *state, double *clock,
-                                                 double *record, double *step_start, double until, std::int64_t outputs, const double *instants,
-                                                 const volatile std::uint8_t *stop, double *states, std::int64_t capacity, double *records,
-                                                 std::int64_t *completed, std::int64_t *counts) {
+CORE_EXPORT std::int64_t core_two_bodies_advance(const double *numbers, const double *points, const double *plan, double *state,
+                                                 double *clock, double *record, double *step_start, double until,
+                                                 std::int64_t outputs, const double *instants, const volatile std::uint8_t *stop,
+                                                 double *states, std::int64_t capacity, double *records, std::int64_t *completed,
+                                                 std::int64_t *counts) {
   using State = Numbers<PAIR_NUMBERS>;
   TwoBodies pair = pair_of(numbers, points, state);
   auto advance = [&]<std::size_t MOVING>(std::integral_constant<std::size_t, MOVING>) {

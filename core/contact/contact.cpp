@@ -31,8 +31,8 @@ Lubricant lubricant_of(const double *n) { return {LubricantKind(int(n[0])), n[1]
 }  // namespace
 
 // The numbers (count, FILM_NUMBERS) of contacts with these curvatures (count,).
-CORE_EXPORT void core_film_numbers(const double *lubricant, std::int64_t count, const double *small, const double *large, double modulus,
-                                   double ball_radius, double *out) {
+CORE_EXPORT void core_film_numbers(const double *lubricant, std::int64_t count, const double *small, const double *large,
+                                   double modulus, double ball_radius, double *out) {
   for (std::int64_t i = 0; i < count; i++) {
     FilmNumbers logarithms = film_numbers(lubricant_of(lubricant), small[i], large[i], modulus, ball_radius);
     out = std::copy(logarithms.begin(), logarithms.end(), out);
@@ -41,8 +41,8 @@ CORE_EXPORT void core_film_numbers(const double *lubricant, std::int64_t count, 
 
 // Of contacts (count, 6) with numbers (count, FILM_NUMBERS), loads and speeds (count,) above 0: thickness [m], thickness over
 // roughness, resistance [N], moments of hysteresis and of differential slip [N m], coefficient of friction.
-CORE_EXPORT void core_films(const double *lubricant, std::int64_t count, const double *numbers, const double *load, const double *speed,
-                            double *out) {
+CORE_EXPORT void core_films(const double *lubricant, std::int64_t count, const double *numbers, const double *load,
+                            const double *speed, double *out) {
   const Lubricant oil = lubricant_of(lubricant);
   for (std::int64_t i = 0; i < count; i++, numbers += FILM_NUMBERS, out += 6) {
     double q = std::log(load[i]), u = std::log(speed[i]), ratio = film_thickness(numbers, q, u) - oil.log_roughness;
@@ -67,7 +67,8 @@ CORE_EXPORT void core_elastic(double power, std::int64_t count, const double *co
   }
 }
 // The states m, K and E (count, 3) of a law carried from step to step along C = P/Q (count,). c (count,) for Q = 1/m, E* = 1 Pa.
-CORE_EXPORT void core_carried_course(std::int64_t number, std::int64_t count, const double *ratio, double *states, double *coefficient) {
+CORE_EXPORT void core_carried_course(std::int64_t number, std::int64_t count, const double *ratio, double *states,
+                                     double *coefficient) {
   Elasticity law{PointLaw(number), HERTZIAN, 1.0, 0.0};
   CarriedContact contact{};
   for (std::int64_t k = 0; k < count; k++) {
@@ -78,7 +79,8 @@ CORE_EXPORT void core_carried_course(std::int64_t number, std::int64_t count, co
   }
 }
 // Scales [m^2] of a line contact's law.
-CORE_EXPORT void core_line_scales(std::int64_t law, std::int64_t count, const double *radius, const double *half_thickness, double *scale) {
+CORE_EXPORT void core_line_scales(std::int64_t law, std::int64_t count, const double *radius, const double *half_thickness,
+                                  double *scale) {
   for (std::int64_t i = 0; i < count; i++) scale[i] = line_scale(LineLaw(law), radius[i], half_thickness[i]);
 }
 // Branch -1 of Lambert's function.
@@ -87,11 +89,12 @@ CORE_EXPORT void core_lambert_lower(std::int64_t count, const double *x, double 
 }
 // Friction (count, 3) by a model: force on the slipping body along the patch's axes [N], and about the normal [N m].
 // `motion` (count, 6): normal load [N], semi-axes [m], slip along them [m/s], spin [rad/s].
-CORE_EXPORT void core_friction(const double *friction, const double *points, std::int64_t count, const double *motion, double regularisation,
-                               double *out) {
+CORE_EXPORT void core_friction(const double *friction, const double *points, std::int64_t count, const double *motion,
+                               double regularisation, double *out) {
   PatchFriction patch = patch_friction_of(friction, points);
   for (std::int64_t i = 0; i < count; i++, motion += 6) {
-    auto [major, minor, torque] = contact_friction(patch, regularisation, motion[0], motion[1], motion[2], motion[3], motion[4], motion[5]);
+    auto [major, minor, torque] =
+        contact_friction(patch, regularisation, motion[0], motion[1], motion[2], motion[3], motion[4], motion[5]);
     *out++ = major, *out++ = minor, *out++ = torque;
   }
 }

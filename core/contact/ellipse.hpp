@@ -63,7 +63,9 @@ inline double coefficient_of_integrals(double k, double d, double small, double 
   return (2.0 * M_PI / 3.0) * modulus * std::sqrt(d / (small * k * k * k));
 }
 
-struct Ellipse { double semi_major, semi_minor, peak_pressure; };
+struct Ellipse {
+  double semi_major, semi_minor, peak_pressure;
+};
 
 // a^3 = 3 F D / (2 pi E* P (b/a)), peak pressure 3 F/(2 pi a b); all zero without load. One contact at a time: side by
 // side, the number of iterations, and with it the last bit, would depend on the others.
@@ -80,7 +82,9 @@ inline Ellipse ellipse(double small, double large, double modulus, double load) 
 
 enum class CarriedLaw { none, projected, unprojected };
 
-struct EllipseShape { double parameter, first_kind, second_kind; };  // m, K(m), E(m)
+struct EllipseShape {
+  double parameter, first_kind, second_kind;
+};  // m, K(m), E(m)
 
 namespace carried {
 
@@ -117,7 +121,8 @@ inline std::pair<double, double> first_kind_slopes(const EllipseShape &shape) {
 inline EllipseShape slopes(const EllipseShape &shape) {
   auto [first, second] = first_kind_slopes(shape);
   double m = shape.parameter, rate = first * first / (1.5 * first * first - 0.5 * shape.first_kind * second);
-  double by_parameter = m < SERIES_BELOW ? (1.0 - m) * first - 0.5 * shape.first_kind : (shape.second_kind - shape.first_kind) / (2.0 * m);
+  double by_parameter =
+      m < SERIES_BELOW ? (1.0 - m) * first - 0.5 * shape.first_kind : (shape.second_kind - shape.first_kind) / (2.0 * m);
   return {rate, first * rate, by_parameter * rate};
 }
 
@@ -136,7 +141,10 @@ inline EllipseShape moved(const EllipseShape &shape, double change) {
 
 // One Newton step on equation (8), K/(2K') - (1-m) = C, from the carried parameter; K and E are evaluated at its end.
 inline EllipseShape projected(const EllipseShape &shape, double ratio) {
-  struct Evaluation { EllipseShape shape; double b, d; };
+  struct Evaluation {
+    EllipseShape shape;
+    double b, d;
+  };
   auto evaluate = [](double parameter) -> Evaluation {
     double m = std::fmin(std::fmax(parameter, 0.0), GREATEST_PARAMETER);
     std::pair<double, double> bd = elliptic_b_d(std::sqrt(1.0 - m));
@@ -162,12 +170,15 @@ struct CarriedContact {
   double ratio;
   EllipseShape shape;
 
-  EllipseShape shape_for(double new_ratio) const { return ratio == 0.0 ? carried::shape_at(new_ratio) : carried::moved(shape, new_ratio - ratio); }
+  EllipseShape shape_for(double new_ratio) const {
+    return ratio == 0.0 ? carried::shape_at(new_ratio) : carried::moved(shape, new_ratio - ratio);
+  }
 
   // Advances to the end of a step at this ratio.
   void advance(CarriedLaw law, double new_ratio) {
     shape = shape_for(new_ratio);
-    if (law == CarriedLaw::projected) shape = new_ratio > carried::SOLVE_ABOVE ? carried::shape_at(new_ratio) : carried::projected(shape, new_ratio);
+    if (law == CarriedLaw::projected)
+      shape = new_ratio > carried::SOLVE_ABOVE ? carried::shape_at(new_ratio) : carried::projected(shape, new_ratio);
     ratio = new_ratio;
   }
 };

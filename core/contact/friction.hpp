@@ -27,7 +27,9 @@ struct PatchFriction {
 };
 
 template <class X>
-struct PatchMeans { X along, across, moment; };
+struct PatchMeans {
+  X along, across, moment;
+};
 
 namespace patch {
 
@@ -52,8 +54,14 @@ CORE_INLINE auto opposite(const A &x, const B &y, double share, const M &motion)
 }
 
 template <class S, class U, class V, class W>
-struct Motion { S square; U slip_major; V slip_minor; W spin; };
-template <class S, class U, class V, class W> Motion(S, U, V, W) -> Motion<S, U, V, W>;
+struct Motion {
+  S square;
+  U slip_major;
+  V slip_minor;
+  W spin;
+};
+template <class S, class U, class V, class W>
+Motion(S, U, V, W) -> Motion<S, U, V, W>;
 
 template <class A, class B, class M>
 CORE_INLINE auto twelve_points(const A &major, const B &minor, const M &motion) {
@@ -87,8 +95,8 @@ inline PatchMeans<R> all_points(const PatchFriction &friction, double smooth, co
 
 // Twelve points below `easy`, all points above `hard`, and a smooth blend in between.
 template <class A, class B, class U, class V, class W>
-inline auto by_quadrature(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u,
-                          const V &v, const W &spin) {
+inline auto by_quadrature(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u, const V &v,
+                          const W &spin) {
   auto square = u * u + v * v + smooth;
   auto rim = spin * spin * (major * major + ROUND * (minor * minor));
   auto transition = (rim - friction.easy * square) / ((friction.hard - friction.easy) * maximum(square, 1e-300));
@@ -140,10 +148,9 @@ inline auto by_closed_form(FrictionModel model, double smooth, const A &major, c
 }
 
 template <class A, class B, class U, class V, class W>
-inline auto means_of(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u,
-                     const V &v, const W &spin) {
-  if (friction.model == FrictionModel::quadrature)
-    return by_quadrature(friction, smooth, major, minor, u, v, spin);
+inline auto means_of(const PatchFriction &friction, double smooth, const A &major, const B &minor, const U &u, const V &v,
+                     const W &spin) {
+  if (friction.model == FrictionModel::quadrature) return by_quadrature(friction, smooth, major, minor, u, v, spin);
   return by_closed_form(friction.model, smooth, major, minor, u, v, spin);
 }
 
@@ -152,8 +159,8 @@ inline auto means_of(const PatchFriction &friction, double smooth, const A &majo
 // The means for semi-axes [m], slip [m/s] and spin [rad/s] of any type, `regularisation` v_s [m/s]. They are
 // differentiated by these five numbers, and then by the chain rule.
 template <class A, class B, class U, class V, class W>
-CORE_INLINE auto patch_means(const PatchFriction &friction, double regularisation, const A &major, const B &minor,
-                             const U &u, const V &v, const W &spin) {
+CORE_INLINE auto patch_means(const PatchFriction &friction, double regularisation, const A &major, const B &minor, const U &u,
+                             const V &v, const W &spin) {
   double smooth = regularisation * regularisation;
   if constexpr ((columns_of<A> | columns_of<B> | columns_of<U> | columns_of<V> | columns_of<W>) == 0)
     return patch::means_of(friction, smooth, major, minor, u, v, spin);
@@ -182,7 +189,9 @@ inline PatchFriction patch_friction_of(const double *numbers, const double *poin
 }
 
 // Friction on the slipping body along the patch's axes [N], and about the normal [N m].
-struct PatchForce { double force_major, force_minor, torque; };
+struct PatchForce {
+  double force_major, force_minor, torque;
+};
 
 // By a model, for the semi-axes [m] of the patch, slip [m/s] along them and spin [rad/s] about the normal.
 inline PatchForce contact_friction(const PatchFriction &friction, double regularisation, double normal_load, double semi_major,
@@ -243,14 +252,16 @@ inline FilmNumbers film_numbers(const Lubricant &lubricant, double small, double
   const bool grease = lubricant.kind != LubricantKind::oil;
   const double flooded = std::log(2.0 * major * e * along);
   FilmNumbers numbers;
-  numbers[RESISTANCE] = grease ? std::log(1.544 * e * along * along) + std::log(beta) / 3.0 - 0.577 * std::log(ratio) +
-                                   0.656 * std::log(2.0 * u) + 0.466 * std::log(w) + 0.022 * std::log(g)
-                             : flooded + std::log(0.77) - std::log(beta) / 3.0 + 0.12 * std::log(ratio) + 2.0 / 3.0 * std::log(2.0 * u);
+  numbers[RESISTANCE] =
+      grease ? std::log(1.544 * e * along * along) + std::log(beta) / 3.0 - 0.577 * std::log(ratio) + 0.656 * std::log(2.0 * u) +
+                   0.466 * std::log(w) + 0.022 * std::log(g)
+             : flooded + std::log(0.77) - std::log(beta) / 3.0 + 0.12 * std::log(ratio) + 2.0 / 3.0 * std::log(2.0 * u);
   numbers[ELASTIC_RESISTANCE] = flooded + std::log(1.8) - 0.25 * std::log(beta) + 0.75 * std::log(2.0 * u);
   numbers[ELASTIC_SHARE] = 0.25 * std::log(beta) + std::log(ratio) + std::log(w) - 0.75 * std::log(2.0 * u) - std::log(6.6);
   numbers[THICKNESS] = std::log(2.69 * along * (1.0 - 0.61 * std::exp(-0.73 / ratio))) + 0.67 * std::log(u) + 0.53 * std::log(g) -
-                     0.067 * std::log(w);
-  numbers[HYSTERESIS] = std::log(7.48e-7 * std::pow(ball_radius, 0.33) * std::max(1.0 - 3.519e-3 * std::pow(std::max(large / small - 1.0, 0.0), 0.8063), 1e-6));
+                       0.067 * std::log(w);
+  numbers[HYSTERESIS] = std::log(7.48e-7 * std::pow(ball_radius, 0.33) *
+                                 std::max(1.0 - 3.519e-3 * std::pow(std::max(large / small - 1.0, 0.0), 0.8063), 1e-6));
   numbers[DIFFERENTIAL_SLIP] = std::log(HEATHCOTE * major * major / curved);
   return numbers;
 }
@@ -272,10 +283,14 @@ CORE_INLINE auto film_resistance(const Lubricant &lubricant, const N &numbers, c
   return inlet * ((rigid - elastic) / (1.0 + exponential(numbers[ELASTIC_SHARE] + load - 0.75 * speed)) + elastic);
 }
 template <class N, class Q>
-CORE_INLINE auto hysteresis_moment(const N &numbers, const Q &load) { return exponential(numbers[HYSTERESIS] + 1.33 * load); }
+CORE_INLINE auto hysteresis_moment(const N &numbers, const Q &load) {
+  return exponential(numbers[HYSTERESIS] + 1.33 * load);
+}
 // For a coefficient of friction of 1.
 template <class N, class Q>
-CORE_INLINE auto slip_moment(const N &numbers, const Q &load) { return exponential(numbers[DIFFERENTIAL_SLIP] + (5.0 / 3.0) * load); }
+CORE_INLINE auto slip_moment(const N &numbers, const Q &load) {
+  return exponential(numbers[DIFFERENTIAL_SLIP] + (5.0 / 3.0) * load);
+}
 // Coefficient of friction at a logarithm of thickness over roughness; 1 - exp(-1.8 Lambda^1.2) of the load is on the film.
 template <class X>
 CORE_INLINE auto mixed_friction(const Lubricant &lubricant, const X &ratio) {

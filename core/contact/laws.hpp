@@ -18,12 +18,12 @@ constexpr double LEAST_DEPTH = 1e-12;  // m: derivatives of a root no nearer to 
 // The root h^(1/2) of the depth, whose slope is bounded where a contact starts.
 template <Number X>
 CORE_INLINE auto root_of_depth(const X &depth) {
-  return with_slope(depth, square_root(value_of(depth)), [&] {
-    return 0.5 / square_root(maximum(value_of(depth), LEAST_DEPTH));
-  });
+  return with_slope(depth, square_root(value_of(depth)), [&] { return 0.5 / square_root(maximum(value_of(depth), LEAST_DEPTH)); });
 }
 [[gnu::noinline]] inline double power_of(double x, double power) { return std::pow(x, power); }
-[[gnu::noinline]] inline Pack power_of(const Pack &x, double power) { return each_lane(x, [=](double depth) { return std::pow(depth, power); }); }
+[[gnu::noinline]] inline Pack power_of(const Pack &x, double power) {
+  return each_lane(x, [=](double depth) { return std::pow(depth, power); });
+}
 
 // h^(p - 1) of a depth h >= 0.
 template <Number X>
@@ -31,19 +31,25 @@ CORE_INLINE auto depth_factor(double power, const X &depth) {
   using T = ValueOf<X>;
   if (power == HERTZIAN) return root_of_depth(depth);
   if (power == 1.0) return with_slope(depth, select(value_of(depth) > 0.0, broadcast<T>(1.0), T{}), [] { return T{}; });
-  return with_slope(depth, power_of(value_of(depth), power - 1.0), [&] {
-    return (power - 1.0) * power_of(maximum(value_of(depth), LEAST_DEPTH), power - 2.0);
-  });
+  return with_slope(depth, power_of(value_of(depth), power - 1.0),
+                    [&] { return (power - 1.0) * power_of(maximum(value_of(depth), LEAST_DEPTH), power - 2.0); });
 }
 
 // Response to an approach, zero for a gap: load [N], stiffness d(load)/dh [N/m] and stored energy [J], the integral of
 // the load at constant coefficient (paper 1, section 4).
 template <class L, class S, class E>
-struct Elastic { L load; S stiffness; E energy; };
-template <class L, class S, class E> Elastic(L, S, E) -> Elastic<L, S, E>;
+struct Elastic {
+  L load;
+  S stiffness;
+  E energy;
+};
+template <class L, class S, class E>
+Elastic(L, S, E) -> Elastic<L, S, E>;
 
 template <class L, class D>
-CORE_INLINE auto elastic_energy(double power, const L &load, const D &depth) { return 1.0 / (power + 1.0) * load * depth; }
+CORE_INLINE auto elastic_energy(double power, const L &load, const D &depth) {
+  return 1.0 / (power + 1.0) * load * depth;
+}
 template <Number C, Number X>
 CORE_INLINE auto elastic(const C &coefficient, double power, const X &approach) {
   auto depth = maximum(approach, 0.0);
@@ -76,15 +82,21 @@ inline auto hertz_exact(const P &small, const Q &large, double modulus) {
 // ln(P/Q), hence a smooth function of u = (P + Q - 2 g)/(P + Q + 2 g), g = sqrt(PQ): 0 for a circle, towards 1 for a line.
 template <Number P, Number Q>
 inline auto hertz(const P &small, const Q &large, double modulus) {
-  constexpr double NUMERATOR[8] = {0.9428090415108946, -2.2748176815803363, 0.9378562259855627, 1.6040560661961734,
-                              -1.5922300284502826, 0.33038099553435757, 0.07054558921003161, -0.018492343366157776};
-  constexpr double DENOMINATOR[8] = {1.0, -2.7461418617107927, 1.7064242073744869, 1.5252752099605271,
-                               -2.226158010720357, 0.7560290750065166, 0.01298585635130083, -0.028403177407893734};
+  constexpr double NUMERATOR[8] = {0.9428090415108946,  -2.2748176815803363, 0.9378562259855627,  1.6040560661961734,
+                                   -1.5922300284502826, 0.33038099553435757, 0.07054558921003161, -0.018492343366157776};
+  constexpr double DENOMINATOR[8] = {1.0,
+                                     -2.7461418617107927,
+                                     1.7064242073744869,
+                                     1.5252752099605271,
+                                     -2.226158010720357,
+                                     0.7560290750065166,
+                                     0.01298585635130083,
+                                     -0.028403177407893734};
   constexpr double LAST = 0.9144848400609057;
   auto g = square_root(small * large), total = small + large;
   auto u = (total - 2.0 * g) / (total + 2.0 * g);
   if (!(value_of(u) <= LAST)) return hertz_exact(small, large, modulus);
-  auto polynomial = [&](const double (&term)[8]) {
+  auto polynomial = [&](const double(&term)[8]) {
     auto sum = u * term[7] + term[6];
     for (int i = 5; i >= 0; i--) sum = sum * u + term[i];
     return sum;
@@ -104,11 +116,16 @@ inline auto volumetric(const P &small, const Q &large, double modulus) {
 }
 
 // A law of a point contact in use. `given`: the number that laws are given which follow no curvatures.
-struct Elasticity { PointLaw law; double power, modulus, given; };
+struct Elasticity {
+  PointLaw law;
+  double power, modulus, given;
+};
 
 CORE_INLINE bool follows_curvatures(PointLaw law) { return law != PointLaw::given; }
 CORE_INLINE CarriedLaw carried_law(PointLaw law) {
-  return law == PointLaw::carried ? CarriedLaw::projected : law == PointLaw::carried_left ? CarriedLaw::unprojected : CarriedLaw::none;
+  return law == PointLaw::carried        ? CarriedLaw::projected
+         : law == PointLaw::carried_left ? CarriedLaw::unprojected
+                                         : CarriedLaw::none;
 }
 CORE_INLINE bool carries_states(PointLaw law) { return carried_law(law) != CarriedLaw::none; }
 
@@ -138,7 +155,9 @@ inline double fresh_coefficient(const Elasticity &law, double small, double larg
 
 // c [N/m^p] of a law and d ln(c)/d(shape) at constant sqrt(PQ), shape = (P + Q)/(2 sqrt(PQ)) = sqrt(1 + excess^2), `excess` = 0
 // for a circle. With ln(Q/P) = 2 arcosh(shape) it is (Q dc/dQ - P dc/dP)/(c excess); near a circle it is that of the circle.
-struct CoefficientAndSlope { double coefficient, log_slope; };
+struct CoefficientAndSlope {
+  double coefficient, log_slope;
+};
 inline CoefficientAndSlope coefficient_and_log_slope(const Elasticity &law, double small, double large, double excess,
                                                      const EllipseShape &shape = {}) {
   constexpr double ROUND = 1e-3;
@@ -152,7 +171,9 @@ inline CoefficientAndSlope coefficient_and_log_slope(const Elasticity &law, doub
 //   x = (F V/a) [ln(B/(F V)) + s],  `scale` = B e^s [m^2].  line: paper 3, eq. (14), after Puttock and Thwaite, B = 8 a^3/r,
 // s = 1; johnson: Johnson, Contact Mechanics, section 5.6, plane strain, B = 8 a r, s = -1.
 enum class LineLaw { puttock, johnson };  // as in laws.py
-struct LineContact { double scale, compliance, half_thickness; };
+struct LineContact {
+  double scale, compliance, half_thickness;
+};
 
 inline double line_scale(LineLaw law, double radius, double half) {
   return law == LineLaw::puttock ? 8.0 * half * half * half / radius * M_E : 8.0 * half * radius / M_E;
@@ -197,7 +218,8 @@ inline Elastic<double, double, double> line_elastic(const LineContact &line, dou
 // Normal load [N] of an elastic one with its stiffness [N/m] and a viscous part in proportion to both; below zero where the
 // bodies would attract each other.
 template <class L, class S, class R>
-CORE_INLINE auto proportional_load(const L &load, const S &stiffness, const R &approach_rate, double damping, double relaxation_time) {
+CORE_INLINE auto proportional_load(const L &load, const S &stiffness, const R &approach_rate, double damping,
+                                   double relaxation_time) {
   return load + (damping * load + relaxation_time * stiffness) * approach_rate;
 }
 

@@ -6,7 +6,8 @@
 #include <type_traits>
 #include <utility>
 
-#define CORE_EXPORT extern "C" [[gnu::visibility("default")]]  // plain C functions on C-contiguous arrays: core.Function in bearing_twin
+#define CORE_EXPORT \
+  extern "C" [[gnu::visibility("default")]]  // plain C functions on C-contiguous arrays: core.Function in bearing_twin
 #ifndef CORE_INLINE  // sanitizers take `inline`: what they add to one large function takes minutes to compile
 #define CORE_INLINE [[gnu::always_inline]] inline
 #endif
@@ -31,17 +32,25 @@ CORE_INLINE Pack each_lane(const Pack &x, Function function) {
 }
 
 CORE_INLINE double square_root(double x) { return __builtin_sqrt(x); }
-CORE_INLINE Pack square_root(const Pack &x) { return each_lane(x, [](double x) { return __builtin_sqrt(x); }); }
+CORE_INLINE Pack square_root(const Pack &x) {
+  return each_lane(x, [](double x) { return __builtin_sqrt(x); });
+}
 CORE_INLINE double floor_of(double x) { return __builtin_floor(x); }
-CORE_INLINE Pack floor_of(const Pack &x) { return each_lane(x, [](double x) { return __builtin_floor(x); }); }
+CORE_INLINE Pack floor_of(const Pack &x) {
+  return each_lane(x, [](double x) { return __builtin_floor(x); });
+}
 CORE_INLINE double absolute(double x) { return __builtin_fabs(x); }
-CORE_INLINE Pack absolute(const Pack &x) { return each_lane(x, [](double x) { return __builtin_fabs(x); }); }
+CORE_INLINE Pack absolute(const Pack &x) {
+  return each_lane(x, [](double x) { return __builtin_fabs(x); });
+}
 
 CORE_INLINE double select(bool mask, double yes, double no) { return mask ? yes : no; }
 CORE_INLINE Pack select(const Mask &mask, const Pack &yes, const Pack &no) { return mask ? yes : no; }
 
 template <class T>
-CORE_INLINE T broadcast(double x) { return T{} + x; }
+CORE_INLINE T broadcast(double x) {
+  return T{} + x;
+}
 
 CORE_INLINE double maximum(double x, double y) { return x > y ? x : y; }
 CORE_INLINE Pack maximum(const Pack &x, const Pack &y) { return x > y ? x : y; }
@@ -110,12 +119,30 @@ CORE_INLINE Zero operator+(Zero, Zero) { return {}; }
 CORE_INLINE Zero operator-(Zero, Zero) { return {}; }
 CORE_INLINE Zero operator-(Zero) { return {}; }
 CORE_INLINE Zero operator*(Zero, Zero) { return {}; }
-template <Number X> CORE_INLINE Zero operator*(Zero, const X &) { return {}; }
-template <Number X> CORE_INLINE Zero operator*(const X &, Zero) { return {}; }
-template <Number X> CORE_INLINE X operator+(Zero, const X &x) { return x; }
-template <Number X> CORE_INLINE X operator+(const X &x, Zero) { return x; }
-template <Number X> CORE_INLINE X operator-(const X &x, Zero) { return x; }
-template <Number X> CORE_INLINE auto operator-(Zero, const X &x) { return -x; }
+template <Number X>
+CORE_INLINE Zero operator*(Zero, const X &) {
+  return {};
+}
+template <Number X>
+CORE_INLINE Zero operator*(const X &, Zero) {
+  return {};
+}
+template <Number X>
+CORE_INLINE X operator+(Zero, const X &x) {
+  return x;
+}
+template <Number X>
+CORE_INLINE X operator+(const X &x, Zero) {
+  return x;
+}
+template <Number X>
+CORE_INLINE X operator-(const X &x, Zero) {
+  return x;
+}
+template <Number X>
+CORE_INLINE auto operator-(Zero, const X &x) {
+  return -x;
+}
 
 template <unsigned COLUMNS, int C = 0, int... FOUND>
 constexpr auto column_numbers() {
@@ -125,7 +152,7 @@ constexpr auto column_numbers() {
 }
 template <unsigned COLUMNS, class T, class Function, int... C>
 CORE_INLINE Dual<COLUMNS, T> filled_dual(const T &value, Function slope, std::integer_sequence<int, C...>) {
-  return {value, {slope.template operator()<C>()...}};
+  return { value, {slope.template operator()<C>()...} };
 }
 // The dual number of this value whose derivative by variable C is slope.operator()<C>().
 template <unsigned COLUMNS, class T, class Function>
@@ -142,52 +169,57 @@ CORE_INLINE auto variable(const T &value) {
 template <Number X, class T, class Function>
 CORE_INLINE auto with_slope(const X &x, const T &value, Function slope) {
   if constexpr (!IsDual<X>) return value;
-  else return dual<columns_of<X>>(value, [&, factor = slope()]<int C>() __attribute__((always_inline)) {
-    return factor * slope_of<C>(x);
-  });
+  else
+    return dual<columns_of<X>>(value,
+                               [&, factor = slope()]<int C>() __attribute__((always_inline)) { return factor * slope_of<C>(x); });
 }
 // The same number with room for more columns, so that branches of different types can return one.
 template <unsigned COLUMNS, class X>
 CORE_INLINE auto widened(const X &x) {
   if constexpr (columns_of<X> == COLUMNS) return x;
-  else return dual<COLUMNS>(value_of(x), [&]<int C>() __attribute__((always_inline)) {
-    auto slope = slope_of<C>(x);
-    if constexpr (IsZero<decltype(slope)>) return ValueOf<X>{};
-    else return slope;
-  });
+  else
+    return dual<COLUMNS>(value_of(x), [&]<int C>() __attribute__((always_inline)) {
+      auto slope = slope_of<C>(x);
+      if constexpr (IsZero<decltype(slope)>) return ValueOf<X>{};
+      else return slope;
+    });
 }
 
-template <class X, class Y> requires WithDual<X, Y>
+template <class X, class Y>
+  requires WithDual<X, Y>
 CORE_INLINE auto operator+(const X &x, const Y &y) {
-  return dual<columns_of<X> | columns_of<Y>>(value_of(x) + value_of(y), [&]<int C>() __attribute__((always_inline)) {
-    return slope_of<C>(x) + slope_of<C>(y);
-  });
+  return dual < columns_of<X> | columns_of < Y >> (value_of(x) + value_of(y), [&]<int C>() __attribute__((always_inline)) {
+                                  return slope_of<C>(x) + slope_of<C>(y);
+                                });
 }
-template <class X, class Y> requires WithDual<X, Y>
+template <class X, class Y>
+  requires WithDual<X, Y>
 CORE_INLINE auto operator-(const X &x, const Y &y) {
-  return dual<columns_of<X> | columns_of<Y>>(value_of(x) - value_of(y), [&]<int C>() __attribute__((always_inline)) {
-    return slope_of<C>(x) - slope_of<C>(y);
-  });
+  return dual < columns_of<X> | columns_of < Y >> (value_of(x) - value_of(y), [&]<int C>() __attribute__((always_inline)) {
+                                  return slope_of<C>(x) - slope_of<C>(y);
+                                });
 }
 template <IsDual X>
 CORE_INLINE auto operator-(const X &x) {
   return dual<columns_of<X>>(-x.value, [&]<int C>() __attribute__((always_inline)) { return -slope_of<C>(x); });
 }
-template <class X, class Y> requires WithDual<X, Y>
+template <class X, class Y>
+  requires WithDual<X, Y>
 CORE_INLINE auto operator*(const X &x, const Y &y) {
-  return dual<columns_of<X> | columns_of<Y>>(value_of(x) * value_of(y), [&]<int C>() __attribute__((always_inline)) {
-    return slope_of<C>(x) * value_of(y) + value_of(x) * slope_of<C>(y);
-  });
+  return dual < columns_of<X> | columns_of < Y >> (value_of(x) * value_of(y), [&]<int C>() __attribute__((always_inline)) {
+                                  return slope_of<C>(x) * value_of(y) + value_of(x) * slope_of<C>(y);
+                                });
 }
-template <class X, class Y> requires WithDual<X, Y>
+template <class X, class Y>
+  requires WithDual<X, Y>
 CORE_INLINE auto operator/(const X &x, const Y &y) {
   auto inverse = 1.0 / value_of(y);
   if constexpr (!IsDual<Y>) return x * inverse;
   else {
     auto quotient = value_of(x) * inverse;
-    return dual<columns_of<X> | columns_of<Y>>(quotient, [&]<int C>() __attribute__((always_inline)) {
-      return (slope_of<C>(x) - quotient * slope_of<C>(y)) * inverse;
-    });
+    return dual < columns_of<X> | columns_of < Y >> (quotient, [&]<int C>() __attribute__((always_inline)) {
+                                    return (slope_of<C>(x) - quotient * slope_of<C>(y)) * inverse;
+                                  });
   }
 }
 template <IsDual X>
@@ -196,7 +228,9 @@ CORE_INLINE auto square_root(const X &x) {
   return with_slope(x, root, [&] { return 0.5 / root; });
 }
 template <IsDual X>
-CORE_INLINE auto floor_of(const X &x) { return floor_of(x.value); }
+CORE_INLINE auto floor_of(const X &x) {
+  return floor_of(x.value);
+}
 template <IsDual X>
 CORE_INLINE auto absolute(const X &x) {
   using T = ValueOf<X>;
@@ -234,9 +268,8 @@ CORE_INLINE auto composed(const Y &y, const X &...x) {
     constexpr unsigned y_columns = columns_of<Y>;
     return [&]<int... N>(std::integer_sequence<int, N...>) __attribute__((always_inline)) {
       constexpr unsigned columns = (0u | ... | (y_columns >> N & 1 ? columns_of<X> : 0u));
-      return dual<columns>(y.value, [&]<int C>() __attribute__((always_inline)) {
-        return (Zero{} + ... + (slope_of<N>(y) * slope_of<C>(x)));
-      });
+      return dual<columns>(
+          y.value, [&]<int C>() __attribute__((always_inline)) { return (Zero{} + ... + (slope_of<N>(y) * slope_of<C>(x))); });
     }(std::make_integer_sequence<int, sizeof...(X)>{});
   }
 }
@@ -262,14 +295,16 @@ CORE_INLINE auto local(const X &x) {
 
 // A function of one number, differentiated by that number and by the chain rule by the variables of the number.
 template <class Function, Number X>
-CORE_INLINE auto chained(Function function, const X &x) { return composed(function(local<0>(x)), x); }
+CORE_INLINE auto chained(Function function, const X &x) {
+  return composed(function(local<0>(x)), x);
+}
 
 // Calls function(number of the variable, partial derivative) for those that x carries.
 template <class X, class Function>
 CORE_INLINE void for_each_slope(const X &x, Function function) {
-  if constexpr (IsDual<X>) [&]<int... C>(std::integer_sequence<int, C...>) __attribute__((always_inline)) {
-    (function(C, slope_of<C>(x)), ...);
-  }(column_numbers<columns_of<X>>());
+  if constexpr (IsDual<X>)
+    [&]<int... C>(std::integer_sequence<int, C...>)
+        __attribute__((always_inline)) { (function(C, slope_of<C>(x)), ...); }(column_numbers<columns_of<X>>());
 }
 
 // The value in lanes, zero where there is none; then the derivative by an independent variable, zero where x carries none.
@@ -279,7 +314,9 @@ CORE_INLINE Pack as_pack(const X &x) {
   else return value_of(x);
 }
 template <int C, class X>
-CORE_INLINE Pack full_slope(const X &x) { return as_pack(slope_of<C>(x)); }
+CORE_INLINE Pack full_slope(const X &x) {
+  return as_pack(slope_of<C>(x));
+}
 
 // Exponential and natural logarithm in lanes, without a branch: the first within 3e-10 of its value, for models of no more
 // digits; the second within 1e-11, and 1e-15 where slopes are taken.

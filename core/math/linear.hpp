@@ -9,8 +9,13 @@ namespace core {
 // Vectors of three numbers, each of a type of its own, and 3 x 3 matrices of packs.
 
 template <class X, class Y = X, class Z = X>
-struct Vector3 { X x; Y y; Z z; };
-template <class X, class Y, class Z> Vector3(X, Y, Z) -> Vector3<X, Y, Z>;
+struct Vector3 {
+  X x;
+  Y y;
+  Z z;
+};
+template <class X, class Y, class Z>
+Vector3(X, Y, Z) -> Vector3<X, Y, Z>;
 
 template <class A, class B, class C, class D, class E, class F>
 CORE_INLINE auto operator+(const Vector3<A, B, C> &a, const Vector3<D, E, F> &b) {
@@ -25,7 +30,9 @@ CORE_INLINE auto operator*(const S &factor, const Vector3<A, B, C> &a) {
   return Vector3{factor * a.x, factor * a.y, factor * a.z};
 }
 template <class A, class B, class C, class D, class E, class F>
-CORE_INLINE auto dot(const Vector3<A, B, C> &a, const Vector3<D, E, F> &b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+CORE_INLINE auto dot(const Vector3<A, B, C> &a, const Vector3<D, E, F> &b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
 template <class A, class B, class C, class D, class E, class F>
 CORE_INLINE auto cross(const Vector3<A, B, C> &a, const Vector3<D, E, F> &b) {
   return Vector3{a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
@@ -38,13 +45,17 @@ CORE_INLINE auto about_z(const C &cosine, const S &sine, const Vector3<X, Y, Z> 
 
 // The independent variables C to C + 2 where numbers have derivatives; a vector differentiated by what x depend on.
 template <int C, class X, class Y, class Z>
-CORE_INLINE auto local(const Vector3<X, Y, Z> &a) { return Vector3{local<C>(a.x), local<C + 1>(a.y), local<C + 2>(a.z)}; }
+CORE_INLINE auto local(const Vector3<X, Y, Z> &a) {
+  return Vector3{local<C>(a.x), local<C + 1>(a.y), local<C + 2>(a.z)};
+}
 template <class A, class B, class C, class... X>
 CORE_INLINE auto composed(const Vector3<A, B, C> &a, const X &...x) {
   return Vector3{composed(a.x, x...), composed(a.y, x...), composed(a.z, x...)};
 }
 template <class X, class Y, class Z>
-CORE_INLINE Vector3<Pack> as_packs(const Vector3<X, Y, Z> &a) { return {as_pack(a.x), as_pack(a.y), as_pack(a.z)}; }
+CORE_INLINE Vector3<Pack> as_packs(const Vector3<X, Y, Z> &a) {
+  return {as_pack(a.x), as_pack(a.y), as_pack(a.z)};
+}
 
 // Three numbers of one type and 3 x 3 matrices of their rows; a sum of matrices is that of their rows.
 template <class T>
@@ -54,19 +65,29 @@ using Matrix3Of = TripleOf<TripleOf<T>>;
 using Triple = TripleOf<Pack>;
 
 template <class T>
-CORE_INLINE TripleOf<T> operator+(const TripleOf<T> &a, const TripleOf<T> &b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+CORE_INLINE TripleOf<T> operator+(const TripleOf<T> &a, const TripleOf<T> &b) {
+  return {a[0] + b[0], a[1] + b[1], a[2] + b[2]};
+}
 template <class T>
-CORE_INLINE TripleOf<T> operator-(const TripleOf<T> &a, const TripleOf<T> &b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+CORE_INLINE TripleOf<T> operator-(const TripleOf<T> &a, const TripleOf<T> &b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 template <class T>
-CORE_INLINE TripleOf<T> operator*(double factor, const TripleOf<T> &a) { return {factor * a[0], factor * a[1], factor * a[2]}; }
+CORE_INLINE TripleOf<T> operator*(double factor, const TripleOf<T> &a) {
+  return {factor * a[0], factor * a[1], factor * a[2]};
+}
 template <class T>
-CORE_INLINE T dot(const TripleOf<T> &a, const TripleOf<T> &b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+CORE_INLINE T dot(const TripleOf<T> &a, const TripleOf<T> &b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 template <class T>
 CORE_INLINE TripleOf<T> cross(const TripleOf<T> &a, const TripleOf<T> &b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 template <class T>
-CORE_INLINE TripleOf<T> operator*(const Matrix3Of<T> &m, const TripleOf<T> &a) { return {dot(m[0], a), dot(m[1], a), dot(m[2], a)}; }
+CORE_INLINE TripleOf<T> operator*(const Matrix3Of<T> &m, const TripleOf<T> &a) {
+  return {dot(m[0], a), dot(m[1], a), dot(m[2], a)};
+}
 template <class T>
 CORE_INLINE Matrix3Of<T> operator*(const Matrix3Of<T> &a, const Matrix3Of<T> &b) {
   Matrix3Of<T> product;
@@ -92,9 +113,8 @@ CORE_INLINE std::pair<T, T> cosine_sine_value(const T &angle) {
   T quarters = floor_of(angle * 0.6366197723675814 + 0.5);
   T x = angle - quarters * 1.5707963267341256;
   x = (x - quarters * 6.077100506303966e-11) - quarters * 2.0222662487959506e-21;
-  auto terms = [](double first, double second, const T &y) __attribute__((always_inline)) {
-    return 1.0 / first - y * (1.0 / second);
-  };
+  auto terms = [](double first, double second, const T &y)
+                   __attribute__((always_inline)) { return 1.0 / first - y * (1.0 / second); };
   T y = x * x, y2 = y * y, y4 = y2 * y2;
   T s = terms(6.0, 120.0, y) + y2 * terms(5040.0, 362880.0, y);
   s += y4 * (terms(39916800.0, 6227020800.0, y) + y2 * terms(1307674368000.0, 355687428096000.0, y));

@@ -19,7 +19,9 @@ constexpr int MAXIMUM_EVALUATIONS = 2;  // of a function about a sign change of 
 constexpr int PARABOLAS = 4;  // about a maximum of a function whose rate is not known
 constexpr double NEAR_GREATEST = 0.9, SAME_MAXIMUM = 1e-3;  // of the greatest value so far; of the interval about a maximum
 
-struct Bracket { double low, high, middle; };  // before the event, after it, the last point evaluated
+struct Bracket {
+  double low, high, middle;
+};  // before the event, after it, the last point evaluated
 
 // Bisects 0 to `longest` about an event down to `width`; `before(x)` is true at 0 and false at `longest`.
 template <class Before>
@@ -33,7 +35,9 @@ Bracket bisected(const Before &before, double longest, double width) {
   return bracket;
 }
 
-struct ValueAndRate { double value, rate; };
+struct ValueAndRate {
+  double value, rate;
+};
 
 // Fraction of a step [s] at which the cubic with these ends changes its sign.
 inline double crossing(double step, const ValueAndRate &start, const ValueAndRate &end) {
@@ -48,7 +52,8 @@ inline double crossing(double step, const ValueAndRate &start, const ValueAndRat
 // the Illinois method. `make_step(length)` writes the end of such a step to `after`, which holds that of `step`, where the sign has
 // changed. A value not above `negligible` counts as zero.
 template <class State, class Value, class MakeStep>
-double step_to_sign_change(const Value &value, const MakeStep &make_step, State &state, State &after, double step, double negligible) {
+double step_to_sign_change(const Value &value, const MakeStep &make_step, State &state, State &after, double step,
+                           double negligible) {
   double first = value(state), low = 0.0, value_low = first, high = step, value_high = value(after), length = step;
   int side = 0;
   bool before = false;
@@ -100,7 +105,9 @@ inline double parabola_maximum(double low, double centre, double high, double fi
 }
 
 // The values at both ends of the step before the last, and its length [s].
-struct Trail { double before, last, step; };
+struct Trail {
+  double before, last, step;
+};
 
 // Refines a maximum, not far below the `greatest` so far, that three ends of steps enclose: evaluates the function at the maximum of
 // the parabola through the three points about the greatest value. `trail` advances to the last step, of `step` [s], with the value

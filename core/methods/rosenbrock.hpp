@@ -84,7 +84,8 @@ class DenseRosenbrock {
     State before, time_derivative, rates;
     system.rates(time - TIME_OFFSET * step, state, before);
     system.rates(time + TIME_OFFSET * step, state, time_derivative);
-    for (int n = 0; n < NUMBERS; n++) time_derivative[n] = (time_derivative[n] - before[n]) / (2.0 * TIME_OFFSET);  // times the step
+    for (int n = 0; n < NUMBERS; n++)
+      time_derivative[n] = (time_derivative[n] - before[n]) / (2.0 * TIME_OFFSET);  // times the step
     for (int i = 0; i < method.stages; i++) {
       after = state;
       for (int j = 0; j < i; j++)

@@ -13,7 +13,9 @@ constexpr double NEGLIGIBLE = 1e-12;  // fraction of an interval that is too sho
 // In the order of bearing_twin/methods.py.
 enum Status { OK, NOT_FINITE, TOO_DEEP, STALLED, FULL, SEPARATED, TIME_UP, STOPPED, UNTRACKED };
 
-struct Counts { std::int64_t steps, rejections, evaluations; };
+struct Counts {
+  std::int64_t steps, rejections, evaluations;
+};
 
 // The step whose error should just be 1, given the error of this step; the ratio of both steps is limited to 0.2 to 6.
 inline double next_step(double step, double error, int order) {
@@ -29,7 +31,11 @@ constexpr int TURN_EVERY = 8, CHECK_EVERY = 64;
 // Steps are at most `longest` [s], which is the first step where an error estimate of this `order` adapts them. Without an
 // estimate `order` is 0 and steps between two outputs are equal. `counted`: times are multiples of the step since the last
 // output instead of sums.
-struct Pace { double longest; int order; bool counted; };
+struct Pace {
+  double longest;
+  int order;
+  bool counted;
+};
 
 // Integrates `bodies` over `duration` [s] with one step size for all, so that the `instants` [s] of outputs are ends of steps;
 // `next` becomes the size of the next step [s].

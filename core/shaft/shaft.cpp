@@ -22,8 +22,8 @@ namespace core::shaft {
 // before, so that its energy changes with the balls' azimuth by y F_x - x F_y + theta_y M_x - theta_x M_y.
 
 using equilibria::COORDINATES;
-using equilibria::Vector5;
 using equilibria::Seat;
+using equilibria::Vector5;
 
 // A state: coordinates and their rates relative to the whirl, and works since the start [J]: of loads and unbalances on the
 // shaft, of the shaft on its bearings without what they dissipate, that, and of both cages; of the first two without those
@@ -92,8 +92,7 @@ class Bearings {
  public:
   equilibria::System system;
 
-  Bearings(const Rotor &rotor, const Seat *seat_numbers, const std::int64_t *balls)
-      : rotor(rotor), azimuth(balls[0] + balls[1]) {
+  Bearings(const Rotor &rotor, const Seat *seat_numbers, const std::int64_t *balls) : rotor(rotor), azimuth(balls[0] + balls[1]) {
     std::copy(seat_numbers, seat_numbers + BEARINGS, seats);
     system.set(seats, BEARINGS, balls);
   }
@@ -183,12 +182,12 @@ class Equations {
       slopes[RATE + i] = force / rotor.inertia(i) - rotor.whirl.acceleration(i, turn);
       load_power = load_power + (outer[i] - rotor.steady[i]) * rate[i];
       bearing_power = bearing_power + (load - (rotor.steady[i] + rotor.weight[i])) * rate[i];
-      for (int j = 0; j < COORDINATES; j++) dissipation = dissipation + relaxation_time * system.stiffness[i][j] * (rate[i] * rate[j]);
+      for (int j = 0; j < COORDINATES; j++)
+        dissipation = dissipation + relaxation_time * system.stiffness[i][j] * (rate[i] * rate[j]);
     }
     slopes[LOAD_WORK] = load_power, slopes[BEARING_WORK] = bearing_power - dissipation, slopes[DISSIPATED] = dissipation;
     slopes[CAGE_WORK] = X{};
-    for (int b = 0; b < BEARINGS; b++)
-      slopes[CAGE_WORK] = slopes[CAGE_WORK] + rotor.ratio[b] * turn.speed * cage_load(b, ahead);
+    for (int b = 0; b < BEARINGS; b++) slopes[CAGE_WORK] = slopes[CAGE_WORK] + rotor.ratio[b] * turn.speed * cage_load(b, ahead);
   }
 
   // The moment that turns the balls of a bearing about its axis.
@@ -211,7 +210,9 @@ struct RowHead {
   double angle, speed, ring_offset[BEARINGS][3], force[BEARINGS][3], moment[BEARINGS][2], orbit[BEARINGS];
   Vector5 load;
 };
-struct Energies { double kinetic, potential, elastic, load_work, bearing_work, cage_work, dissipated, gross_work; };
+struct Energies {
+  double kinetic, potential, elastic, load_work, bearing_work, cage_work, dissipated, gross_work;
+};
 constexpr int HEAD = sizeof(RowHead) / sizeof(double);
 
 class Outputs {
@@ -312,7 +313,9 @@ constexpr double SHORTEST_REST = 1e-3;  // of a step: no shorter step remains at
 
 // Start and end [s] of the last step, the next step [s], and the sum of the absolute works of loads, bearings and damping [J] in all
 // steps up to that end and up to that start.
-struct Clock { double start, time, step, gross, gross_before; };
+struct Clock {
+  double start, time, step, gross, gross_before;
+};
 
 // The last step: states at its ends, and its dense output.
 struct LastStep {
@@ -332,7 +335,11 @@ struct LastStep {
 };
 
 // State of a motion, advanced in place.
-struct Motion { Clock &clock; LastStep &last_step; std::int64_t *counts; };  // steps, rejections, evaluations
+struct Motion {
+  Clock &clock;
+  LastStep &last_step;
+  std::int64_t *counts;
+};  // steps, rejections, evaluations
 
 // The state at `time` [s] of the last step, and the gross work there.
 inline std::pair<State, double> state_at(const Clock &clock, const LastStep &last_step, double time) {
@@ -348,17 +355,33 @@ inline void restart(Clock &clock, LastStep &last_step, double time) {
 }
 
 // Instants [s] of outputs and where their rows go.
-struct Instants { const double *time; int count; double *row; int width; };
+struct Instants {
+  const double *time;
+  int count;
+  double *row;
+  int width;
+};
 
 // Steps are between `shortest` and `longest` [s]; coordinates stay below `furthest`.
-struct Bounds { double shortest, longest; Vector5 furthest; };
+struct Bounds {
+  double shortest, longest;
+  Vector5 furthest;
+};
 
 class Integration {
  public:
   Integration(const Rotor &rotor, const CoursePart *course, int parts, const Bounds &bounds, Bearings &moved, Method &method,
               Outputs &outputs, const Motion &motion)
-      : rotor(rotor), course(course), parts(parts), bounds(bounds), equations(rotor, moved), method(method), outputs(outputs),
-        clock(motion.clock), last_step(motion.last_step), counts(motion.counts) {}
+      : rotor(rotor),
+        course(course),
+        parts(parts),
+        bounds(bounds),
+        equations(rotor, moved),
+        method(method),
+        outputs(outputs),
+        clock(motion.clock),
+        last_step(motion.last_step),
+        counts(motion.counts) {}
 
   // Steps until one reaches `until` [s], and writes the outputs.
   Status run(double until, const Instants &instants, int order, const volatile std::uint8_t *stop) {
@@ -389,8 +412,7 @@ class Integration {
       const double time = instants.time[cursor];
       auto [state, gross] = state_at(clock, last_step, time);
       const Turn turn = course[phase].turn_at(time);
-      for (int i = 0; i < COORDINATES; i++)
-        state[i] += rotor.whirl.along(i, turn), state[RATE + i] += rotor.whirl.rate(i, turn);
+      for (int i = 0; i < COORDINATES; i++) state[i] += rotor.whirl.along(i, turn), state[RATE + i] += rotor.whirl.rate(i, turn);
       if (outputs.write(course[phase], time, state, gross, instants.row + std::int64_t(instants.width) * cursor) > 1.0) {
         clock.time = time;
         return TOO_DEEP;
@@ -450,14 +472,19 @@ using namespace core::shaft;
 namespace {
 
 template <class Struct>
-Struct &as(double *numbers) { return *reinterpret_cast<Struct *>(numbers); }
+Struct &as(double *numbers) {
+  return *reinterpret_cast<Struct *>(numbers);
+}
 template <class Struct>
-const Struct &as(const double *numbers) { return *reinterpret_cast<const Struct *>(numbers); }
+const Struct &as(const double *numbers) {
+  return *reinterpret_cast<const Struct *>(numbers);
+}
 
 template <class Struct>
 constexpr int numbers_in = sizeof(Struct) / sizeof(double);
 static_assert(numbers_in<Rotor> == 41 && numbers_in<CoursePart> == 14 && numbers_in<Bounds> == 7 && numbers_in<Clock> == 5 &&
-              numbers_in<LastStep> == 4 * STATE, "kinds/shaft in bearing_twin writes so many doubles");
+                  numbers_in<LastStep> == 4 * STATE,
+              "kinds/shaft in bearing_twin writes so many doubles");
 
 }  // namespace
 

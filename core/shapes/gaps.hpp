@@ -6,7 +6,9 @@
 namespace core {
 
 // Two unit vectors that complete a unit vector to a right-handed frame (x, y, normal).
-struct TangentAxes { Real3 x, y; };
+struct TangentAxes {
+  Real3 x, y;
+};
 CORE_INLINE TangentAxes tangent_axes(const Real3 &normal) {
   int least = 0;
   for (int i = 1; i < 3; i++)
@@ -51,9 +53,11 @@ struct PlaneGap {
 
   // Direction of the greater radius, along which the contact ellipse is longer.
   Real3 major_axis() const {
-    double twice = std::sqrt(diagonal * diagonal + off_diagonal * off_diagonal), cosine = 1.0, sine = 0.0;  // of half the angle of (apart, together)
+    double twice = std::sqrt(diagonal * diagonal + off_diagonal * off_diagonal), cosine = 1.0,
+           sine = 0.0;  // of half the angle of (apart, together)
     if (twice > 0.0) {
-      double greater = std::sqrt(0.5 + 0.5 * std::fabs(diagonal) / twice), smaller = 0.5 * std::fabs(off_diagonal) / (twice * greater);
+      double greater = std::sqrt(0.5 + 0.5 * std::fabs(diagonal) / twice),
+             smaller = 0.5 * std::fabs(off_diagonal) / (twice * greater);
       cosine = diagonal >= 0.0 ? greater : smaller;
       sine = std::copysign(diagonal >= 0.0 ? smaller : greater, off_diagonal);
     }
@@ -77,7 +81,9 @@ CORE_INLINE PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, co
 
 // Change of the gap with the direction, per radian: gradients of -ln(PQ)/4 and of the shape, across the direction. With p the
 // point, r the extent and T = a^2 + b^2 + c^2, -ln(PQ)/4 + ln r is constant and the shape is (T - p^2) r/(2 a b c).
-struct GapSlopes { Real3 size, shape; };
+struct GapSlopes {
+  Real3 size, shape;
+};
 CORE_INLINE GapSlopes ellipsoid_slopes(const Real3 &axes, const Real3 &direction, const Reach &reach) {
   const Real3 &point = reach.point;
   double square = dot(point, point), remainder = dot(axes, axes) - square, scale = 0.5 / (axes[0] * axes[1] * axes[2]);

@@ -60,7 +60,9 @@ inline Level torus(const Real3 &point, double locus, double tube) {
 }
 
 // |x/a|^n and its first two derivatives.
-struct PowerTerm { double value, first, second; };
+struct PowerTerm {
+  double value, first, second;
+};
 inline PowerTerm power_term(double x, double axis, double exponent) {
   double share = std::fabs(x) / axis, least = std::pow(share, exponent - 2.0), slope = least * share;
   return {slope * share, (x >= 0.0 ? 1.0 : -1.0) * exponent * slope / axis, exponent * (exponent - 1.0) * least / (axis * axis)};
@@ -166,7 +168,8 @@ inline bool project(const MovingSurface &a, const MovingSurface &b, OpposingPoin
 
 // Solves (1) by damped Newton steps from a point `near` the expected contact; `kind_of_root` classifies the root. False where a
 // surface has no normal at the start, or the steps do not converge.
-inline bool find_opposing(const MovingSurface &a, const MovingSurface &b, const Real3 &near, int iterations, OpposingPoints &points) {
+inline bool find_opposing(const MovingSurface &a, const MovingSurface &b, const Real3 &near, int iterations,
+                          OpposingPoints &points) {
   auto project_onto = [&](const MovingSurface &body, Real3 &point, Real3 &gradient) {
     point = near;
     for (int i = 0; i < 20; i++) {
@@ -188,7 +191,9 @@ inline bool find_opposing(const MovingSurface &a, const MovingSurface &b, const 
     for (int i = first; i < end; i++) sum += u[i] * u[i];
     return weight * weight * sum;
   };
-  auto weighted_residual = [&](const Unknowns &residual) { return std::sqrt(norm(residual, 0, 3, length) + norm(residual, 3, 8, 1.0)); };
+  auto weighted_residual = [&](const Unknowns &residual) {
+    return std::sqrt(norm(residual, 0, 3, length) + norm(residual, 3, 8, 1.0));
+  };
   double last = HUGE_VAL;
   for (int i = 0; i < iterations; i++) {
     OpposingEquations equations(a, b, points);
@@ -233,8 +238,7 @@ inline bool opposing_rates(const MovingSurface &a, const MovingSurface &b, const
   Real3 material_a = a.velocity_at(points.a), material_b = b.velocity_at(points.b);
   Real3 carried_a = cross(a.spin, equations.a.gradient) - equations.a.hesse * material_a;
   Real3 carried_b = cross(b.spin, equations.b.gradient) - equations.b.hesse * material_b;
-  for (int i = 0; i < 3; i++)
-    rates[i] = points.lambda * carried_b[i] - carried_a[i], rates[3 + i] = points.mu * carried_b[i];
+  for (int i = 0; i < 3; i++) rates[i] = points.lambda * carried_b[i] - carried_a[i], rates[3 + i] = points.mu * carried_b[i];
   rates[6] = dot(equations.a.gradient, material_a), rates[7] = dot(equations.b.gradient, material_b);
   return solve(equations.jacobian, rates);
 }
@@ -250,7 +254,9 @@ inline Real3 spin_of_frame(const MovingSurface &a, const OpposingPoints &points,
 }
 
 // A symmetric 2 x 2 tensor in tangent axes.
-struct Tensor2 { double xx, xy, yy; };
+struct Tensor2 {
+  double xx, xy, yy;
+};
 inline Tensor2 operator+(const Tensor2 &a, const Tensor2 &b) { return {a.xx + b.xx, a.xy + b.xy, a.yy + b.yy}; }
 
 // Curvature tensor [1/m] of a surface in tangent axes, positive where the body bulges: Hess g/|grad g|. The surface is
@@ -273,7 +279,8 @@ inline RootKind kind_of_root(const Tensor2 &a, const Tensor2 &b, double distance
   Tensor2 total = a + b;
   double determinant = total.xx * total.yy - total.xy * total.xy, trace = total.xx + total.yy;
   if (!(determinant > 1e-12 * trace * trace && trace > 0.0)) return RootKind::no_ellipse;
-  double product[2][2] = {{a.xx * b.xx + a.xy * b.xy, a.xx * b.xy + a.xy * b.yy}, {a.xy * b.xx + a.yy * b.xy, a.xy * b.xy + a.yy * b.yy}};
+  double product[2][2] = {{a.xx * b.xx + a.xy * b.xy, a.xx * b.xy + a.xy * b.yy},
+                          {a.xy * b.xx + a.yy * b.xy, a.xy * b.xy + a.yy * b.yy}};
   double mixed = total.yy * product[0][0] + total.xx * product[1][1] - total.xy * (product[1][0] + product[0][1]);
   double square = product[0][0] * product[1][1] - product[0][1] * product[1][0];
   // determinant + mixed s + square s^2, as a function of t = s/distance in (0, 1]
@@ -284,7 +291,9 @@ inline RootKind kind_of_root(const Tensor2 &a, const Tensor2 &b, double distance
 }
 
 // The gap z = P x^2 + Q y^2 (eqs. 5 and 6), P <= Q [1/m], 0 at least; turns the first of the axes along P.
-struct GapForm { double small, large; };
+struct GapForm {
+  double small, large;
+};
 inline GapForm gap_form(const Tensor2 &a, const Tensor2 &b, const Real3 &normal, TangentAxes &axes) {
   Tensor2 total = a + b;
   double xx = 0.5 * total.xx, xy = 0.5 * total.xy, yy = 0.5 * total.yy;
@@ -364,7 +373,8 @@ inline Real3 support(const Surface &surface, const Real3 &direction) {
   Real3 point{};
   if (flat > 0.0) {
     double factor = std::pow(flat / length, m - 1.0);
-    for (int i = 0; i < 2; i++) point[i] = axes[i] * std::copysign(std::pow(std::fabs(scaled[i]) / flat, n - 1.0), scaled[i]) * factor;
+    for (int i = 0; i < 2; i++)
+      point[i] = axes[i] * std::copysign(std::pow(std::fabs(scaled[i]) / flat, n - 1.0), scaled[i]) * factor;
   }
   point[2] = axes[2] * std::copysign(std::pow(std::fabs(scaled[2]) / length, m - 1.0), scaled[2]);
   return point;

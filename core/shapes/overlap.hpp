@@ -30,7 +30,7 @@ constexpr int MIN_RAYS = 12, MAX_RAYS = 768;
 constexpr double RAY_TOLERANCE = 1e-5;
 constexpr int RADIAL = 6;  // points of a ray, by Gauss: shares of its length and their weights
 constexpr double FRACTION[RADIAL] = {0.033765242898423975, 0.16939530676686776, 0.3806904069584015,
-                                  0.6193095930415985,   0.8306046932331322,  0.966234757101576};
+                                     0.6193095930415985,   0.8306046932331322,  0.966234757101576};
 constexpr double WEIGHT[RADIAL] = {0.08566224618958525, 0.1803807865240693, 0.23395696728634552,
                                    0.23395696728634552, 0.1803807865240693, 0.08566224618958525};
 
@@ -38,14 +38,18 @@ constexpr double WEIGHT[RADIAL] = {0.08566224618958525, 0.1803807865240693, 0.23
 class Side {
  public:
   Side(const MovingSurface &body, const Real3 &origin, const TangentAxes &axes, const Real3 &normal)
-      : surface(body.surface), origin(body.from_fixed(origin - body.position)), x_axis(body.from_fixed(axes.x)),
-        y_axis(body.from_fixed(axes.y)), z_axis(body.from_fixed(normal)) {}
+      : surface(body.surface),
+        origin(body.from_fixed(origin - body.position)),
+        x_axis(body.from_fixed(axes.x)),
+        y_axis(body.from_fixed(axes.y)),
+        z_axis(body.from_fixed(normal)) {}
 
   double value, slope_x, slope_y, rise;  // of the function at the last point
 
   void evaluate(double x, double y, double z) {
     point_level = level(surface, origin + x * x_axis + y * y_axis + z * z_axis);
-    value = point_level.value, slope_x = dot(point_level.gradient, x_axis), slope_y = dot(point_level.gradient, y_axis), rise = dot(point_level.gradient, z_axis);
+    value = point_level.value, slope_x = dot(point_level.gradient, x_axis), slope_y = dot(point_level.gradient, y_axis),
+    rise = dot(point_level.gradient, z_axis);
   }
   // Height of the surface over (x, y), from a near one, where the bodies overlap by `thick`.
   double height(double x, double y, double z, double thick) {
@@ -82,7 +86,9 @@ struct Sums {
 };
 
 // Where the surfaces cross on a ray: as a share of its vector, and the height; none where the share is below zero.
-struct Edge { double fraction, height; };
+struct Edge {
+  double fraction, height;
+};
 
 class Outline {
  public:
@@ -101,7 +107,8 @@ class Outline {
         t *= 0.5, z *= 0.5;
         continue;
       }
-      double step = (b.value * a.rise - a.value * b.rise) / determinant, lift = (slope_b * a.value - slope_a * b.value) / determinant;
+      double step = (b.value * a.rise - a.value * b.rise) / determinant,
+             lift = (slope_b * a.value - slope_a * b.value) / determinant;
       double bound = std::min(std::max(step, -0.6 * t), t);
       if (bound != step) lift *= bound / step;
       t += bound, z += lift;
@@ -121,12 +128,15 @@ class Outline {
     double gap_x = a.slope_x / a.rise - b.slope_x / b.rise, gap_y = a.slope_y / a.rise - b.slope_y / b.rise;
     double steep = std::hypot(gap_x, gap_y), over_x = -half_x * sine, over_y = half_y * cosine;  // d(x, y)/d(angle)
     double change = -t * (gap_x * over_x + gap_y * over_y) / (gap_x * x + gap_y * y);
-    double arc = std::hypot(t * over_x + change * x, t * over_y + change * y), tangent_x = -gap_y / steep, tangent_y = gap_x / steep;
+    double arc = std::hypot(t * over_x + change * x, t * over_y + change * y), tangent_x = -gap_y / steep,
+           tangent_y = gap_x / steep;
     double sector = t * t * half_x * half_y;
     sums.perimeter += arc, sums.area += 0.5 * sector, sums.area_rate += arc / steep;
-    sums.perimeter_rate += arc * (b.second_derivative(tangent_x, tangent_y) - a.second_derivative(tangent_x, tangent_y)) / (steep * steep);
+    sums.perimeter_rate +=
+        arc * (b.second_derivative(tangent_x, tangent_y) - a.second_derivative(tangent_x, tangent_y)) / (steep * steep);
     for (int k = 0; k < RADIAL; k++) {
-      double fraction = FRACTION[k], square = fraction * fraction, thick = approach * (1.0 - square), point_x = fraction * t * x, point_y = fraction * t * y;
+      double fraction = FRACTION[k], square = fraction * fraction, thick = approach * (1.0 - square), point_x = fraction * t * x,
+             point_y = fraction * t * y;
       double top = a.height(point_x, point_y, 0.5 * approach + (z - 0.5 * approach) * square, thick);
       double low = b.height(point_x, point_y, -0.5 * approach + (z + 0.5 * approach) * square, thick);
       double part = (top - low) * WEIGHT[k] * fraction * sector;
@@ -145,8 +155,8 @@ class Outline {
 // The overlap of two bodies that press into each other by `approach` h > 0 [m]. `origin` lies between the opposing points,
 // `normal` is outward of A there, `axes` complete it; `size` [m] is about the bodies' least radius, `modulus` E* [Pa]. Rays are
 // doubled until those in between agree with the others to AGREE: the error of all together is about its square.
-inline Overlap overlap_of(const MovingSurface &body_a, const MovingSurface &body_b, const Real3 &origin, const TangentAxes &axes, const Real3 &normal,
-                          double approach, double size, double modulus) {
+inline Overlap overlap_of(const MovingSurface &body_a, const MovingSurface &body_b, const Real3 &origin, const TangentAxes &axes,
+                          const Real3 &normal, double approach, double size, double modulus) {
   using namespace overlap;
   Outline outline(Side(body_a, origin, axes, normal), Side(body_b, origin, axes, normal), approach);
   double guess = std::sqrt(approach * size);
@@ -168,14 +178,25 @@ inline Overlap overlap_of(const MovingSurface &body_a, const MovingSurface &body
   for (double difference = 1.0; difference >= RAY_TOLERANCE && rays < MAX_RAYS; rays *= 2) {
     Sums between;
     if (!add_rays(rays, 0.5, between)) return {};
-    difference = std::max(std::fabs(sums.area - between.area) / sums.area, std::fabs(sums.perimeter - between.perimeter) / sums.perimeter);
+    difference =
+        std::max(std::fabs(sums.area - between.area) / sums.area, std::fabs(sums.perimeter - between.perimeter) / sums.perimeter);
     sums.add(1.0, between);
   }
   Sums s;
   s.add(2.0 * M_PI / rays, sums);
-  double energy = ENERGY_FACTOR * std::pow(M_PI, 0.75) * modulus * s.volume * s.volume * std::sqrt(s.perimeter) / std::pow(s.area, 1.75);
+  double energy =
+      ENERGY_FACTOR * std::pow(M_PI, 0.75) * modulus * s.volume * s.volume * std::sqrt(s.perimeter) / std::pow(s.area, 1.75);
   double growth = 2.0 * s.area / s.volume + 0.5 * s.perimeter_rate / s.perimeter - 1.75 * s.area_rate / s.area;
-  return {true, energy, energy * growth, s.volume, s.area, s.perimeter, outline.half_x, outline.half_y, s.first_x / s.volume, s.first_y / s.volume};
+  return {true,
+          energy,
+          energy * growth,
+          s.volume,
+          s.area,
+          s.perimeter,
+          outline.half_x,
+          outline.half_y,
+          s.first_x / s.volume,
+          s.first_y / s.volume};
 }
 
 }  // namespace core

@@ -11,7 +11,8 @@ namespace {
 Surface surface_of(const double *n) { return {SurfaceKind(int(n[0])), {n[1], n[2], n[3], n[4], n[5]}, n[6]}; }
 Real3 real3_of(const double *n) { return {n[0], n[1], n[2]}; }
 MovingSurface body_of(const double *n) {
-  return {surface_of(n), real3_of(n + 7), {real3_of(n + 10), real3_of(n + 13), real3_of(n + 16)}, real3_of(n + 19), real3_of(n + 22)};
+  return {
+      surface_of(n), real3_of(n + 7), {real3_of(n + 10), real3_of(n + 13), real3_of(n + 16)}, real3_of(n + 19), real3_of(n + 22)};
 }
 OpposingPoints points_of(const double *u) { return {real3_of(u), real3_of(u + 3), u[6], u[7]}; }
 void write(const OpposingPoints &points, double *unknowns) {
@@ -33,7 +34,9 @@ CORE_EXPORT double core_level(const double *surface, const double *point, double
 CORE_EXPORT void core_support(const double *surface, std::int64_t count, const double *directions, double *points) {
   for (std::int64_t i = 0; i < count; i++) points = write(support(surface_of(surface), real3_of(directions + 3 * i)), points);
 }
-CORE_EXPORT void core_nearest_pair(const double *a, const double *b, double *unknowns) { write(nearest_pair(body_of(a), body_of(b)), unknowns); }
+CORE_EXPORT void core_nearest_pair(const double *a, const double *b, double *unknowns) {
+  write(nearest_pair(body_of(a), body_of(b)), unknowns);
+}
 
 // Residual (8,) of the equations (1); one step of Newton's method on them; Newton's method from a point
 // near the contact. The last two are false where they come to no end.
@@ -47,14 +50,16 @@ CORE_EXPORT std::int64_t core_project(const double *a, const double *b, double *
   write(points, unknowns);
   return regular;
 }
-CORE_EXPORT std::int64_t core_find_opposing(const double *a, const double *b, const double *near, std::int64_t iterations, double *unknowns) {
+CORE_EXPORT std::int64_t core_find_opposing(const double *a, const double *b, const double *near, std::int64_t iterations,
+                                            double *unknowns) {
   OpposingPoints points{};
   bool converged = find_opposing(body_of(a), body_of(b), real3_of(near), int(iterations), points);
   write(points, unknowns);
   return converged;
 }
 // Rates (8,) of the unknowns and the angular velocity (3,) of the contact frame; false where the equations are singular.
-CORE_EXPORT std::int64_t core_opposing_rates(const double *a, const double *b, const double *unknowns, double *rates, double *frame_spin) {
+CORE_EXPORT std::int64_t core_opposing_rates(const double *a, const double *b, const double *unknowns, double *rates,
+                                             double *frame_spin) {
   MovingSurface body_a = body_of(a);
   OpposingPoints points = points_of(unknowns);
   Unknowns unknown_rates;
@@ -73,15 +78,18 @@ CORE_EXPORT std::int64_t core_opposition(const double *a, const double *b, const
   return std::int64_t(opposed.kind);
 }
 // The overlap (10,) of two bodies as `Overlap`, from its origin (3,), tangent axes (2, 3) and normal (3,).
-CORE_EXPORT void core_overlap(const double *a, const double *b, const double *origin, const double *axes, const double *normal, double approach,
-                              double size, double modulus, double *out) {
-  Overlap o = overlap_of(body_of(a), body_of(b), real3_of(origin), {real3_of(axes), real3_of(axes + 3)}, real3_of(normal), approach, size, modulus);
-  for (double number : {double(o.exists), o.energy, o.load, o.volume, o.area, o.perimeter, o.half_width_x, o.half_width_y, o.centre_x, o.centre_y})
+CORE_EXPORT void core_overlap(const double *a, const double *b, const double *origin, const double *axes, const double *normal,
+                              double approach, double size, double modulus, double *out) {
+  Overlap o = overlap_of(body_of(a), body_of(b), real3_of(origin), {real3_of(axes), real3_of(axes + 3)}, real3_of(normal), approach,
+                         size, modulus);
+  for (double number :
+       {double(o.exists), o.energy, o.load, o.volume, o.area, o.perimeter, o.half_width_x, o.half_width_y, o.centre_x, o.centre_y})
     *out++ = number;
 }
-// Curvatures across and along the groove (count,) [1/m] of the gap between a ball and a groove where the contact's normal has these radial parts.
-CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove, std::int64_t count, const double *radial, double *across,
-                                        double *along) {
+// Curvatures across and along the groove (count,) [1/m] of the gap between a ball and a groove where the contact's normal has
+// these radial parts.
+CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove, std::int64_t count, const double *radial,
+                                        double *across, double *along) {
   for (std::int64_t i = 0; i < count; i++)
     across[i] = curvature_across_groove(ball, groove), along[i] = curvature_along_groove(ball, locus, groove, radial[i]);
 }

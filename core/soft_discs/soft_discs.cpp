@@ -27,7 +27,9 @@ namespace core::soft_discs {
 
 enum class Law { stvk, neo_hookean, neo_hookean_plane_stress, linear };
 
-struct Moduli { double mu, lame; };  // shear modulus and Lame's first parameter
+struct Moduli {
+  double mu, lame;
+};  // shear modulus and Lame's first parameter
 
 constexpr int NEWTON_STEPS = 30;  // at most, for the stretch through the thickness
 constexpr double LEAST_DET = 1e-12;  // of det F in a logarithm; a disc with a smaller one has collapsed and its run ends
@@ -39,16 +41,21 @@ CORE_INLINE Pack by_lanes(Pack x, Function function) {
 }
 
 // A displacement gradient, or a first Piola-Kirchhoff stress times the weight of the point.
-struct Tensor { Pack xx, xy, yx, yy; };
+struct Tensor {
+  Pack xx, xy, yx, yy;
+};
 
 // The energy, the least det F and the least eigenvalue of Green's strain E so far, by lanes.
-struct Extremes { Pack energy{}, det = broadcast<Pack>(HUGE_VAL), strain = broadcast<Pack>(HUGE_VAL); };
+struct Extremes {
+  Pack energy{}, det = broadcast<Pack>(HUGE_VAL), strain = broadcast<Pack>(HUGE_VAL);
+};
 
 // Green's strain, without cancellation where it is small.
 struct Strain {
   Pack e11, e22, e12;
   explicit Strain(const Tensor &h)
-      : e11(h.xx + 0.5 * (h.xx * h.xx + h.yx * h.yx)), e22(h.yy + 0.5 * (h.xy * h.xy + h.yy * h.yy)),
+      : e11(h.xx + 0.5 * (h.xx * h.xx + h.yx * h.yx)),
+        e22(h.yy + 0.5 * (h.xy * h.xy + h.yy * h.yy)),
         e12(0.5 * (h.xy + h.yx + h.xx * h.xy + h.yx * h.yy)) {}
   Pack least_eigenvalue() const {
     Pack difference = e11 - e22;
@@ -98,8 +105,8 @@ CORE_INLINE Tensor shear_stress(const Moduli &moduli, const Tensor &h, const Pac
     }
     const Pack ratio = square / volume;
     extremes.energy += factor * (strain.e11 + strain.e22 + 0.5 * (square - 1.0) - log_volume);  // (tr C - 3)/2 - ln J
-    return {factor * (1.0 + h.xx - ratio * (1.0 + h.yy)), factor * (h.xy + ratio * h.yx),
-            factor * (h.yx + ratio * h.xy), factor * (1.0 + h.yy - ratio * (1.0 + h.xx))};
+    return {factor * (1.0 + h.xx - ratio * (1.0 + h.yy)), factor * (h.xy + ratio * h.yx), factor * (h.yx + ratio * h.xy),
+            factor * (1.0 + h.yy - ratio * (1.0 + h.xx))};
   }
 }
 
@@ -171,10 +178,14 @@ struct Field {
   void clear(const HalfDisc &disc) const { std::fill(x, x + 2 * disc.nodes, 0.0); }
 };
 
-struct Elastic { double energy, least_det, least_stretch; };
+struct Elastic {
+  double energy, least_det, least_stretch;
+};
 
 // Displacements of an element's nodes, or forces on them.
-struct NodeValues { Pack x[MAX_SIDE * MAX_SIDE], y[MAX_SIDE * MAX_SIDE]; };
+struct NodeValues {
+  Pack x[MAX_SIDE * MAX_SIDE], y[MAX_SIDE * MAX_SIDE];
+};
 
 // Sums over nodes factor into one along each direction of an element, with N nodes and POINTS Gauss points along it.
 template <int N, int POINTS>
@@ -237,7 +248,8 @@ void set_stresses(const HalfDisc &disc, int block, Tensor *tensor, Extremes &ext
     const Tensor g = tensor[q];
     const Pack xx = inverse[0], xy = inverse[1], yx = inverse[2], yy = inverse[3], point_weight = weight[q];
     const Tensor h{g.xx * xx + g.xy * yx, g.xx * xy + g.xy * yy, g.yx * xx + g.yy * yx, g.yx * xy + g.yy * yy};
-    const Tensor s = q < full ? shear_stress<LAW>(moduli, h, point_weight, extremes) : volume_stress<LAW>(moduli, h, point_weight, extremes);
+    const Tensor s =
+        q < full ? shear_stress<LAW>(moduli, h, point_weight, extremes) : volume_stress<LAW>(moduli, h, point_weight, extremes);
     tensor[q] = {s.xx * xx + s.xy * xy, s.xx * yx + s.xy * yy, s.yx * xx + s.yy * xy, s.yx * yx + s.yy * yy};
   }
 }
@@ -310,7 +322,9 @@ struct ContactSum {
 
   void add(const ContactSum &second) { force += second.force, energy += second.energy, depth = std::max(depth, second.depth); }
   // Adds a point with this force and depth.
-  void add_point(double point_force, double depth, double exponent) { add({point_force, point_force * depth / (exponent + 1.0), depth}); }
+  void add_point(double point_force, double depth, double exponent) {
+    add({point_force, point_force * depth / (exponent + 1.0), depth});
+  }
 };
 
 // Adds the pressure of the wall to `load`.
@@ -349,7 +363,9 @@ class Rim {
   const std::int64_t *edge_node() const { return disc.rim_node + edge * disc.side; }
 
   // Height and slope dy/dx of the present edge at x, by Newton's method within a bracket.
-  struct Point { double height, slope; };
+  struct Point {
+    double height, slope;
+  };
   Point point_at(double target) {
     double low = -1.0, high = 1.0, coordinate = 0.0, height = 0.0, dx = 1.0, dy = 0.0;
     for (int i = 0; i < ROOT_STEPS; i++) {
@@ -392,7 +408,7 @@ class Rim {
 
 // Adds the forces of the points of the rim of `disc` to `load` and, on the `opposite` disc, to `opposite_load`.
 inline ContactSum rim_contact(const HalfDisc &disc, const Field &displacement, const Field &load, const HalfDisc &opposite,
-                         const Field &opposite_displacement, const Field &opposite_load) {
+                              const Field &opposite_displacement, const Field &opposite_load) {
   ContactSum sum;
   Rim rim(opposite, opposite_displacement);
   for (int edge = 0; edge < disc.edges; edge++)
@@ -441,7 +457,9 @@ struct Disc {
 };
 
 // Along y, of the half disc: twice the kinetic energy, momentum, sum of forces, moment of mass.
-struct StepSums { double kinetic = 0.0, momentum = 0.0, gained = 0.0, moment = 0.0; };
+struct StepSums {
+  double kinetic = 0.0, momentum = 0.0, gained = 0.0, moment = 0.0;
+};
 
 // One step by the forces on the disc.
 StepSums advance(Disc &disc, double step) {
@@ -476,7 +494,11 @@ struct Row {
 class History {
  public:
   History(Disc &disc, Disc *opposite, double step)
-      : disc(disc), opposite(opposite), step(step), mass(mass_of(disc.body)), opposite_mass(opposite ? mass_of(opposite->body) : 0.0) {}
+      : disc(disc),
+        opposite(opposite),
+        step(step),
+        mass(mass_of(disc.body)),
+        opposite_mass(opposite ? mass_of(opposite->body) : 0.0) {}
 
   bool make(Row &row) {
     Elastic elastic = disc.load_elastic();
@@ -512,9 +534,9 @@ class History {
 // Fills the rows of `history` (rows, 12), the first of them at step number `first`; returns their number, less than `rows` where an
 // element is inverted in the last one. `state` (3, 2, nodes) is advanced in place. `opposite` is null for a wall. `shapes` (frames,
 // discs, 2, nodes) are the displacements at steps divisible by `interval`.
-CORE_EXPORT std::int64_t core_soft_discs_march(const HalfDisc *body, double *state, const HalfDisc *opposite, double *opposite_state,
-                                               double step, std::int64_t rows, double *history, std::int64_t frames, double *shapes,
-                                               std::int64_t interval, std::int64_t first) {
+CORE_EXPORT std::int64_t core_soft_discs_march(const HalfDisc *body, double *state, const HalfDisc *opposite,
+                                               double *opposite_state, double step, std::int64_t rows, double *history,
+                                               std::int64_t frames, double *shapes, std::int64_t interval, std::int64_t first) {
   Disc disc(body, state), second(opposite ? opposite : body, opposite_state);
   History march(disc, opposite ? &second : nullptr, step);
   const std::int64_t shape = 2 * body->nodes;
