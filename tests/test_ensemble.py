@@ -72,7 +72,7 @@ def test_closed_forms_and_simulations_give_the_same_realisations():
     np.testing.assert_allclose(by_form.quantities[:, 0], alpha * 20.0**-0.2, rtol=1e-12)
     # the published invariant of every impact by Hertz: peak force x duration = 3.67909398 mu v
     np.testing.assert_allclose(by_form.quantities.prod(axis=1), 3.67909398 * 0.1129 * 20.0, rtol=3e-9)
-    assert all(any("yield" in doubt for doubt in doubts) for doubts in by_run.doubts.values())
+    assert all(any("yield" in sentence for sentence in sentences) for sentences in by_run.warnings.values())
 
 
 def test_discs_by_closed_form_are_those_of_the_scene():

@@ -77,7 +77,7 @@ def test_warnings_of_checked_realisations_alone_have_their_number():
     study = parse_study(LOOSE, "study")
     errors = RealisationErrors({name: {} for name in study.quantities}, {})
     realisations = empty(task_of(study), 3)._replace(
-        doubts={0: ("loads wrong by 0.2", "pressure 5 GPa"), 2: ("loads wrong by 0.3",)},
+        warnings={0: ("loads wrong by 0.2", "pressure 5 GPa"), 2: ("loads wrong by 0.3",)},
         errors=dict.fromkeys(range(3), errors),
     )
     notes = model_errors_of_checked(study, realisations, ["pressure 6 GPa"]).notes
@@ -169,9 +169,9 @@ def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():
         "workers": 1,
     }
     result = run_study(parse_study(torque, "study of the torque"))
-    assert [doubt for doubt in result.doubts if doubt.startswith("drive_torque: the error of the model is")]
-    assert not [doubt for doubt in result.doubts if doubt.startswith("greatest_ball_load:")]
-    (reported,) = (doubt for doubt in result.doubts if doubt.startswith("drive_torque:"))
+    assert [sentence for sentence in result.doubts if sentence.startswith("drive_torque: the error of the model is")]
+    assert not [sentence for sentence in result.doubts if sentence.startswith("greatest_ball_load:")]
+    (reported,) = (sentence for sentence in result.doubts if sentence.startswith("drive_torque:"))
     assert "mostly friction model: no sampling" in reported
     parts = result.summary["quantities"]["drive_torque"]["errors_by_source"]
     assert parts["friction_model"] > 100.0 * parts["method"] > 0.0

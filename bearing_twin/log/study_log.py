@@ -77,9 +77,9 @@ class StudyLog:
         """Number of realisations in it."""
         return self._written
 
-    def add(self, values, quantities, histories, status, doubtful, reasons, doubts) -> None:
+    def add(self, values, quantities, histories, status, doubtful, reasons, warnings) -> None:
         """The next realisations, as columns of a `StudyResult`, and the sentences known so far."""
-        self._describe(reasons, doubts)
+        self._describe(reasons, warnings)
         if not len(status):
             return
         flat = histories.reshape(len(status), -1)
@@ -135,12 +135,12 @@ class StudyLog:
         self._arrived = now = max(self._now(), before + count)
         return before + (now - before) * np.arange(1, count + 1) // count
 
-    def _describe(self, reasons, doubts, **counts) -> None:
-        """Writes the study and the sentences of its reasons and doubts if they have changed; the last record counts."""
+    def _describe(self, reasons, warnings, **counts) -> None:
+        """Writes the study, its reasons and warnings if they have changed; the last record counts."""
         record = {
             "study": json.dumps(self._plain),
             "reasons": json.dumps(list(reasons)),
-            "doubts": json.dumps(list(doubts)),
+            "doubts": json.dumps(list(warnings)),
             **counts,
         }
         if record != self._described:

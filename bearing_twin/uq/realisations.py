@@ -108,14 +108,14 @@ class RealisationErrors(NamedTuple):
 class Realised(NamedTuple):
     """Of n realisations: `quantities` (n, q), `histories` (n, h, points), both NaN where it failed.
 
-    `failures` maps the row of a failed realisation to the reason, `doubts` others to their warnings,
+    `failures` maps the row of a failed realisation to the reason, `warnings` others to their warnings,
     `errors` those of a checked task to their errors.
     """
 
     quantities: np.ndarray
     histories: np.ndarray
     failures: dict[int, str]
-    doubts: dict[int, tuple[str, ...]]
+    warnings: dict[int, tuple[str, ...]]
     errors: dict[int, RealisationErrors]
 
 
@@ -132,10 +132,10 @@ def without_numbers(sentence: str) -> str:
 
 def joined(parts: list[Realised], task: Task) -> Realised:
     """Consecutive realisations as one."""
-    failures, doubts, errors, first = {}, {}, {}, 0
+    failures, warnings, errors, first = {}, {}, {}, 0
     for part in parts:
         failures |= {first + row: reason for row, reason in part.failures.items()}
-        doubts |= {first + row: sentences for row, sentences in part.doubts.items()}
+        warnings |= {first + row: sentences for row, sentences in part.warnings.items()}
         errors |= {first + row: realisation_errors for row, realisation_errors in part.errors.items()}
         first += len(part.quantities)
     if not parts:
@@ -144,7 +144,7 @@ def joined(parts: list[Realised], task: Task) -> Realised:
         np.concatenate([part.quantities for part in parts]),
         np.concatenate([part.histories for part in parts]),
         failures,
-        doubts,
+        warnings,
         errors,
     )
 
@@ -224,7 +224,7 @@ def _by_simulation(task, values):
         else:
             realised.quantities[row], realised.histories[row] = numbers, histories
             if report.flags:
-                realised.doubts[row] = tuple(report.flags)
+                realised.warnings[row] = tuple(report.flags)
             if task.checked:
                 by_source = report.errors["errors_by_source"]
                 errors = {name: errors_of(known[name], report.figures, by_source) for name in task.quantities}

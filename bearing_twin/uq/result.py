@@ -156,7 +156,7 @@ class StudyResult:
 def warnings_of(summary: Mapping[str, Any]) -> list[str]:
     """Warnings in the summary of a study, one sentence each; it may have come as JSON."""
     count, failed = summary["samples"], sum(summary["failed"].values())
-    sentences = [f"{number} of {count} realisations: {doubt}" for doubt, number in summary["doubts"].items()]
+    sentences = [f"{number} of {count} realisations: {sentence}" for sentence, number in summary["doubts"].items()]
     if failed and failed == count:
         reason = max(summary["failed"], key=summary["failed"].get)
         sentences.append(f"all {count} realisations failed, so that there are no statistics: {reason}")
@@ -228,11 +228,11 @@ class Tally:
             codes[row] = 1 + self.index(failures[row])
         return codes
 
-    def bits(self, count: int, doubts: dict[int, tuple[str, ...]]) -> np.ndarray:
+    def bits(self, count: int, warnings: dict[int, tuple[str, ...]]) -> np.ndarray:
         """(count,) int64: one bit for each kind among a row's sentences."""
         bits = np.zeros(count, np.int64)
-        for row in sorted(doubts):
-            for sentence in doubts[row]:
+        for row in sorted(warnings):
+            for sentence in warnings[row]:
                 bits[row] |= 1 << self.index(sentence)
         return bits
 

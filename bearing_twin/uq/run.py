@@ -130,7 +130,7 @@ def model_errors_of_checked(
                 f"mostly {SOURCE_LABELS.get(source, source)}: no sampling makes it smaller"
             )
     known, tally = set(map(without_numbers, known)), Tally()
-    bits = tally.bits(len(checked.quantities), checked.doubts)
+    bits = tally.bits(len(checked.quantities), checked.warnings)
     for bit, sentence in enumerate(tally.sentences):
         if without_numbers(sentence) not in known:
             notes.append(f"{np.sum(bits >> bit & 1)} of {len(checked.errors)} checked realisations: {sentence}")
@@ -221,7 +221,7 @@ class Sampling:
                 values, lambda further, first=first: self.report(first + further - self.done)
             ):
                 rows = len(realised.quantities)
-                codes, bits = self.reasons.codes(rows, realised.failures), self.warnings.bits(rows, realised.doubts)
+                codes, bits = self.reasons.codes(rows, realised.failures), self.warnings.bits(rows, realised.warnings)
                 self._add(values[self.done - first :][:rows], realised.quantities, realised.histories, codes, bits)
             if self.done < first + count:
                 return

@@ -26,7 +26,7 @@ class Page {
     } else if (hasDrawing) $("space").prepend(make("p", { class: "note empty" }, NO_WEBGL));
     if (view.details) this.details = new Details($("details"), view, store, (body) => this.select(body));
     const curves = this.panes.add("Curves", "curves");
-    curves.append(sentences("Notes", contents.notes, "doubt"));
+    curves.append(sentences("Notes", contents.notes, "warning"));
     [this.timeFactor, this.timeUnit] = timeUnit(store.last);
     this.charts = view.panels.map((panel) => new Chart(curves, this.panelSpec(panel), (x) => this.seek(x / this.timeFactor)));
     if (!view.panels.length) curves.append(make("p", { class: "note" }, "There is no channel that can be drawn as a curve."));
@@ -153,13 +153,13 @@ function headings(contents) {
   $("subtitle").textContent = contents.subtitle;
   for (const { sort, name, text } of contents.badges) {
     const badge = make("span", { class: `badge ${sort}` }, name ? make("b", {}, name) : "", text);
-    if (sort === "doubt") badge.addEventListener("click", () => $("tabs").lastElementChild.click());
+    if (sort === "warning") badge.addEventListener("click", () => $("tabs").lastElementChild.click());
     $("badges").append(badge);
   }
 }
 
 function showModel(pane, contents, [reasonTitle, runTitle], pictureText = "") {
-  pane.append(sentences("Warnings", [...contents.flags, ...contents.warnings], "doubt"), sentences("Errors", contents.errors, ""));
+  pane.append(sentences("Warnings", [...contents.flags, ...contents.warnings], "warning"), sentences("Errors", contents.errors, ""));
   pane.append(card(reasonTitle, make("p", {}, contents.reason || "The log does not say.")), card(runTitle, factList(contents.facts)));
   if (pictureText) pane.append(card("The picture", make("p", {}, pictureText)));
   pane.append(make("p", { class: "note" }, `Made by bearing_twin ${contents.version} with three.js and uPlot (MIT licence); this file needs no network.`));

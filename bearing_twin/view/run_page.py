@@ -28,7 +28,7 @@ from bearing_twin.view.page import Frames, collect_frames, pack_series, series_d
 from bearing_twin.view.study_page import study_document
 from bearing_twin.view.tables import badge, page_tables, warning_badges
 
-STATUS_CLASSES = {DONE: "good", DOUBTFUL: "doubt"}  # how a status is shown; any other is a failure
+STATUS_CLASSES = {DONE: "good", DOUBTFUL: "warning"}  # how a status is shown; any other is a failure
 
 
 class RunDocument(NamedTuple):

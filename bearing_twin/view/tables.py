@@ -158,7 +158,7 @@ def badge(text: str, name: str = "", sort: str = "") -> dict[str, str]:
 
 def warning_badges(count: int) -> list[dict[str, str]]:
     """The badge with the number of warnings; none without warnings."""
-    return [badge(f"{count} warning{'s' * (count > 1)}", sort="doubt")] if count else []
+    return [badge(f"{count} warning{'s' * (count > 1)}", sort="warning")] if count else []
 
 
 def page_tables(

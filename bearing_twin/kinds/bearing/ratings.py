@@ -294,8 +294,8 @@ def row_in_use(parameters) -> dict:
     given = [name for name, end in SIZES.items() if getattr(geometry, name) != row[f"{name}{end}"]]
     for name in given:
         row[f"{name}{SIZES[name]}"] = getattr(geometry, name)
-        if (doubt := f"{name}_doubt{SIZES[name]}") in row:
-            row[doubt] = 0
+        if (uncertainty := f"{name}_doubt{SIZES[name]}") in row:
+            row[uncertainty] = 0
     if geometry.contact_angle:
         row["radial_clearance_m"] = None
     if given:
