@@ -208,7 +208,7 @@ LOSSES = {
 
 
 def warning_of(status: dict) -> str:
-    """The sentence about losses in the `status` of a recording, or a missing topic; "" if all is well."""
+    """The sentence about losses in the `status` of a recording; "" if there are none."""
     if status["mixed"]:
         return f"several nodes publish {status['mixed']}: their outputs are mixed; start each in its own namespace"
     for key, sentence in LOSSES.items():
