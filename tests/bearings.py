@@ -4,7 +4,7 @@ import numpy as np
 from runs import a_choice
 
 from bearing_twin.charts.scenes import last_overrides
-from bearing_twin.kinds.bearing import BearingMotion
+from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.run.scene import load_scene
 
 TURNED_REST = ("initial.motion=rest", "drive.offset=[0.0, -1.0e-6, 5.0e-6]")

@@ -2,7 +2,6 @@
 
 import ast
 import functools
-import importlib
 import re
 from collections.abc import Iterable
 from pathlib import Path
@@ -298,7 +297,7 @@ def test_public_names_of_the_package_exist():
 
 
 def test_tests_named_in_pages_and_code_exist():
-    name = re.compile(r"\btests/\w+\.py\b")
+    name = re.compile(r"\btests/[\w/]+\.py\b")
     pages = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")]
     programs = [*PACKAGE.rglob("*.py"), *(ROOT / "bench").glob("*.py")]
     names = {path: name.findall(path.read_text(encoding="utf-8")) for path in (*pages, *programs)}
@@ -306,25 +305,66 @@ def test_tests_named_in_pages_and_code_exist():
     assert {str(path): test for path, tests in names.items() for test in tests if not (ROOT / test).exists()} == {}
 
 
-FACES = ("bearing_twin.kinds.bearing",)  # rooms whose __init__.py names what others use, also other kinds
+FACES = ("kinds.bearing",)  # rooms whose docstring names the modules that others may import, deeper ones first
+OPEN = ("tests/core/", "tests/reference/", "docs/")  # these may import below faces
 
 
-def test_tests_and_other_rooms_go_through_the_faces():
+def face_of(room: str) -> dict[str, set[str]]:
+    """The modules in a face, a line "* `module`: sentence." each, with the only names that others may use, if any."""
+    text = ast.get_docstring(tree_of(PACKAGE / room.replace(".", "/") / "__init__.py"))
+    entries = re.findall(r"^\* `(\w+)`: (.+?)(?=^\S|^$|\Z)", text, flags=re.MULTILINE | re.DOTALL)
+    return {module: set(re.findall(r"`(\w+)`", sentence)) for module, sentence in entries}
+
+
+def uses_of_rooms(path: Path):
+    """(line, room, module or name in its __init__, name or "") of what a file uses of other rooms with a face.
+
+    Texts such as "bearing_twin.room.module:name", by which tables import and tests replace names, count as imports.
+    """
+    texts = [node for node in nodes_of(path) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    named = re.compile(r"bearing_twin(\.\w+)+(:\w+)?")
+    names = {(node.lineno, node.value.replace(":", ".")) for node in texts if named.fullmatch(node.value)}
+    for line, name in sorted(names | set(imports_of(path))):
+        room = next((room for room in FACES if f"{name}.".startswith(f"bearing_twin.{room}.")), None)
+        if room and not path.is_relative_to(PACKAGE / room.replace(".", "/")):
+            module, name, *_ = [*name.removeprefix(f"bearing_twin.{room}").lstrip(".").split("."), "", ""]
+            yield line, room, module, name
+
+
+@functools.cache
+def uses_of_faces() -> dict[tuple[str, str, str], list[str]]:
+    """The places at which each module or name of a room with a face is used, but for tests of algorithms."""
+    uses = {}
+    for path in (*SOURCES, *(path for top in ("tests", "bench", "launch") for path in (ROOT / top).rglob("*.py"))):
+        if path.relative_to(ROOT).as_posix().startswith(OPEN):
+            continue
+        for line, *use in uses_of_rooms(path):
+            uses.setdefault(tuple(use), []).append(f"{path.relative_to(ROOT)}:{line}")
+    return uses
+
+
+def test_rooms_and_tests_import_what_faces_name():
+    """Tests of algorithms are in tests/core."""
     wrong = []
-    for path in (*(ROOT / "tests").glob("*.py"), *SOURCES, *(ROOT / "bench").glob("*.py")):
-        for line, name in imports_of(path):
-            for face in FACES:
-                if path.is_relative_to(ROOT / face.replace(".", "/")):
-                    continue
-                below = name.removeprefix(f"{face}.").split(".") if name.startswith(f"{face}.") else []
-                if len(below) > 1 or (below and (PACKAGE.parent / face.replace(".", "/") / f"{below[0]}.py").exists()):
-                    wrong.append(f"{path.relative_to(ROOT)}:{line} imports {name}")
+    for (room, module, name), places in uses_of_faces().items():
+        if not (PACKAGE / room.replace(".", "/") / f"{module}.py").exists():
+            allowed = not module.startswith("_")
+        elif names := face_of(room).get(module, {"nothing"}):
+            allowed = name in names
+        else:
+            allowed = not name.startswith("_")
+        if not allowed:
+            wrong += [f"{place} uses {name or module} of {room}.{module}" for place in places]
     assert wrong == []
 
 
-@pytest.mark.parametrize("face", FACES)
-def test_faces_name_what_is_there(face):
-    room = importlib.import_module(face)
-    assert all(getattr(room, name) is not None for name in room.__all__)
-    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
-        room.nothing  # noqa: B018
+@pytest.mark.parametrize("room", FACES)
+def test_what_faces_name_is_there_and_used(room):
+    used = {use[1:] for use in uses_of_faces() if use[0] == room}
+    for module, names in face_of(room).items():
+        assert module in {module for module, _ in used}
+        tree = tree_of(PACKAGE / room.replace(".", "/") / f"{module}.py")
+        defined = {node.name for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))} | {
+            node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+        }
+        assert names <= defined & {name for used_module, name in used if used_module == module}

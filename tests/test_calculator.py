@@ -31,7 +31,7 @@ from bearing_twin.contact.elasticity import axis_ratio, hertz_coefficient
 from bearing_twin.contact.hertz_impact import bar_speed, contact_time, restitution_lost_on_half_space
 from bearing_twin.contact.materials import MATERIALS, YIELD_ONSET, Material, effective_modulus, yield_pressure
 from bearing_twin.contact.validity import FELT, FEWEST_TRANSITS, WIDEST_ELLIPSE, gap_error, wave_transit
-from bearing_twin.kinds.bearing import nominal_curvatures
+from bearing_twin.kinds.bearing.geometry import nominal_curvatures
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 

@@ -10,20 +10,10 @@ import pytest
 from published_ratings import ANGULAR, F0, FACTORS
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.kinds.bearing import (
-    ANGULAR_CONTACT,
-    DEEP_GROOVE,
-    Entry,
-    Geometry,
-    basic_dynamic_rating,
-    basic_static_rating,
-    by_rule,
-    catalogue_sheet,
-    choose,
-    entries,
-    row_of,
-)
-from bearing_twin.run.scene import load_scene, parse_scene, read_logged_scene
+from bearing_twin.kinds.bearing.catalogue import ANGULAR_CONTACT, DEEP_GROOVE, Entry, by_rule, entries, row_of
+from bearing_twin.kinds.bearing.parameters import Geometry
+from bearing_twin.kinds.bearing.ratings import basic_dynamic_rating, basic_static_rating, catalogue_sheet
+from bearing_twin.run.scene import choose, load_scene, parse_scene, read_logged_scene
 from bearing_twin.vibration import rolling_frequencies
 
 SCATTER = 0.014  # by which a rating may leave the range that makers publish; most in the 6208, sold with two sets
@@ -264,7 +254,7 @@ def test_a_designation_is_found_as_a_number_and_where_it_is_taken_for_a_scene():
 
 
 def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
-    choice = choose(load_scene("6308", ["temperatures.inner_ring=60", "rings.inner.load=[0,-1000,0]"]).parameters)
+    choice = choose(load_scene("6308", ["temperatures.inner_ring=60", "rings.inner.load=[0,-1000,0]"]))
     assert "temperatures.inner_ring = 60 K is -213.15 °C: if °C was meant, give 60°C" in choice.warnings
 
 

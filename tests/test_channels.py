@@ -8,7 +8,7 @@ from runs import a_choice, cut, made_up_block, made_up_scene
 
 from bearing_twin.base.sample import Columns
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import contact_details, origins, wrenches
+from bearing_twin.kinds.bearing.outputs import contact_details, origins, wrenches
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Output
 from bearing_twin.log import cdr
 from bearing_twin.log.cdr import Encoder, encode

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bearing_twin.kinds.bearing import Support, lives_of, ratings_of, solver_of
+from bearing_twin.kinds.bearing.equilibrium import Support, solver_of
+from bearing_twin.kinds.bearing.ratings import lives_of, ratings_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study

@@ -8,7 +8,7 @@ import pytest
 from runs import reported, run_all
 
 from bearing_twin import SceneError, load_scene, simulate
-from bearing_twin.kinds.bearing import scene_equilibrium
+from bearing_twin.kinds.bearing.equilibrium import scene_equilibrium
 from bearing_twin.kinds.contract import STORED
 from bearing_twin.run.scene import choose
 

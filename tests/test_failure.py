@@ -10,7 +10,7 @@ from processes import forked
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.kinds.bearing import BearingMotion
+from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.kinds.bodies.motion import PairMotion
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.failure import read_failure, write_failure

@@ -14,7 +14,6 @@ from bearing_twin.base.units import key_suffix
 from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import BearingFigures, missing
 from bearing_twin.kinds.bodies.figures import GAINED
 from bearing_twin.kinds.soft_discs.figures import IMPACT
 from bearing_twin.log.run_log import write_log
@@ -65,7 +64,7 @@ def test_every_figure_says_what_it_is(name):
     scene, choice, block = blocks_of(name)
     meanings = KINDS[scene.kind].meanings_of()
     keys = list(report_builder(scene, choice, [block]).report(scene.name).figures)
-    absent = missing(scene.parameters, choice.stepper == "quasi_static") if scene.kind == "bearing" else ()
+    absent = scene.parameters.missing_figures()
     assert keys == [key for key in meanings if key not in absent]
     for key, meaning in meanings.items():
         assert len(meaning) > 10, key
@@ -98,13 +97,12 @@ def test_missing_outputs_are_counted(tmp_path, run_cli):
     assert "8 outputs are missing" in err
 
 
-@pytest.mark.parametrize(("outputs", "stretches"), [(400, 256), (32, 256), (4096, 8)])
-def test_means_are_over_the_second_half(outputs, stretches, monkeypatch):
-    """Outputs 1 ms apart, the middle between two of them, of which sums over so many stretches are kept.
+@pytest.mark.parametrize("outputs", [400, 32, 4096])
+def test_means_are_over_the_second_half(outputs):
+    """Outputs 1 ms apart, the middle between two of them.
 
     Sums over 50 outputs took all of a short run; of a long one the first sum came to hold nearly all.
     """
-    monkeypatch.setattr("bearing_twin.kinds.bearing.figures.MOST_STRETCHES", stretches)
     scene = made_up_scene(balls=2)
     block = made_up_block(scene, outputs)
     is_late, values = np.arange(outputs) >= outputs // 2, block.values
@@ -192,7 +190,7 @@ def test_a_channel_that_logs_of_earlier_versions_have_not_changes_no_other_figur
     scene, results = made_up_scene(balls=2), []
     block = made_up_block(scene, 10)
     for outputs in (block, without(block, name)):
-        figures = BearingFigures(scene.parameters, a_choice())
+        figures = KINDS["bearing"].figures_of(scene.parameters, a_choice())
         figures.add(outputs)
         results.append(figures.figures())
     changed = {key for key in results[0] if repr(results[0][key]) != repr(results[1].get(key))}

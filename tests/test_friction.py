@@ -21,7 +21,7 @@ from bearing_twin.contact.elasticity import (
     elliptic_b_d,
 )
 from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR
-from bearing_twin.kinds.bearing import contact_details
+from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.methods import STEPPER_FACTS
 from bearing_twin.run.scene import load_scene
 

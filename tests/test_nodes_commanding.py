@@ -8,7 +8,7 @@ import pytest
 from loops import obeying, twist, wrench
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.kinds.bearing import solver_of, support_of
+from bearing_twin.kinds.bearing.equilibrium import solver_of, support_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 

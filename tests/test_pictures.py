@@ -8,7 +8,7 @@ from runs import a_choice, made_up_block
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block
 from bearing_twin.command.cli import DONE, main
-from bearing_twin.kinds.bearing import BearingPicture
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.run.scene import load_scene
 
@@ -33,7 +33,7 @@ def outputs_of(balls, count):
 
 def drawn(path, *blocks, balls=BALLS):
     """The picture of a bearing with these outputs."""
-    picture = BearingPicture(scene_of(balls), a_choice())
+    picture = KINDS["bearing"].picture(scene_of(balls), a_choice())
     for block in blocks:
         picture.add(block)
     return picture.write(path)

@@ -12,13 +12,8 @@ from bearing_twin.base.errors import SceneError
 from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
-from bearing_twin.kinds.bearing import (
-    Support,
-    bearing_motion,
-    loose_directions,
-    solver_of,
-    support_of,
-)
+from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.bearing.equilibrium import Support, loose_directions, solver_of, support_of
 from bearing_twin.run.scene import load_scene
 
 NO_TILT = (True, True, True, False, False)
@@ -207,10 +202,12 @@ def test_loads_are_those_of_balls_that_move_between_true_circles(offset, clearan
     smooth = ("contact.friction_coefficient=0", "contact.relaxation_time=3e-5", "contact.normal=hertz")
     offsets = f"drive.offset={list(offset)}", f"geometry.radial_clearance={clearance}"
     moving, balanced = (
-        bearing_motion(
+        KINDS["bearing"]
+        .motion(
             parameters(*at_rest, *smooth, *offsets, f"model.dimension={dimension}"),
             Choice("hertz", stepper, 0.0, "", ()),
-        ).advance(np.array([0.05]), 0.05)
+        )
+        .advance(np.array([0.05]), 0.05)
         for dimension, stepper in (("prescribed", "rodas4"), ("quasi_static", "quasi_static"))
     )
     assert np.abs(moving.velocity).max() < 1e-9

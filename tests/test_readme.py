@@ -15,7 +15,7 @@ from bearing_twin.charts import CHARTS, chart_of
 from bearing_twin.command import cli
 from bearing_twin.command.node_command import NODES
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import read_entries
+from bearing_twin.kinds.bearing.catalogue import read_entries
 from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene, parse_scene, scene_names
 from bearing_twin.uq.study import load_study, parse_study, study_names

@@ -15,15 +15,8 @@ from bearing_twin.base.sample import join_blocks
 from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.contact.elasticity import ellipse
 from bearing_twin.contact.materials import effective_modulus
-from bearing_twin.kinds.bearing import (
-    EquilibriumSolver,
-    Support,
-    azimuths_of,
-    equivalent_load,
-    ratings_of,
-    reference_life,
-    setting_of,
-)
+from bearing_twin.kinds.bearing.equilibrium import EquilibriumSolver, Support, azimuths_of, setting_of
+from bearing_twin.kinds.bearing.ratings import equivalent_load, ratings_of, reference_life
 from bearing_twin.kinds.contract import Output
 from bearing_twin.kinds.shaft.display import longest_arrow, ring_centres, topics, wrenches
 from bearing_twin.kinds.shaft.equilibrium import (

@@ -34,7 +34,8 @@ from bearing_twin.charts.scenes import (
     tolerances,
 )
 from bearing_twin.coefficients import ROSENBROCK
-from bearing_twin.kinds.bearing import BearingMotion, rates
+from bearing_twin.kinds.bearing.integrate import rates
+from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.methods import STEPPER_FACTS
 
 LOADS = ("normal_load", "friction_force")

@@ -105,7 +105,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """One equilibrium, or a sweep of them; raises BearingTwinError with a sentence for what has none."""
-    from bearing_twin.kinds.bearing import add_file
+    from bearing_twin.kinds.bearing.catalogue import add_file
 
     if arguments.catalogue is not None:
         add_file(arguments.catalogue)
@@ -137,7 +137,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
             result = (_solve_sweep if sweeps else _solve)(arguments, support_options, angle, *sweeps)
         show = show_sweep if sweeps else show_equilibrium
     if picture or sheet:
-        from bearing_twin.kinds.bearing import draw_equilibrium, draw_sweep
+        from bearing_twin.kinds.bearing.picture import draw_equilibrium, draw_sweep
 
         draw = draw_sweep if sweeps else draw_equilibrium
         if picture:
@@ -169,7 +169,7 @@ def _vector(name: str, text: str | None) -> list[float | None] | None:
 
 def _support(options: dict, parameters):
     """Held coordinates and loads of the ring, by the options, or by the scene where there is none."""
-    from bearing_twin.kinds.bearing import Support, support_of
+    from bearing_twin.kinds.bearing.equilibrium import Support, support_of
 
     if all(values is None for values in options.values()):
         return support_of(parameters)
@@ -198,7 +198,7 @@ def _bearing_scene(arguments, overrides=()):
 
 def _catalogue_name(parameters) -> str:
     """The designation of a bearing whose geometry is that of the catalogue, empty for another."""
-    from bearing_twin.kinds.bearing import entries
+    from bearing_twin.kinds.bearing.catalogue import entries
 
     name = parameters.geometry.designation
     return name if name in entries() else ""
@@ -210,7 +210,8 @@ def _catalogue_only(arguments, options) -> dict | None:
     support, name = _support(options, parameters), _catalogue_name(parameters)
     if not name or any(support.loads) or any(support.held):
         return None
-    from bearing_twin.kinds.bearing import catalogue_sheet, operating_geometry
+    from bearing_twin.kinds.bearing.geometry import operating_geometry
+    from bearing_twin.kinds.bearing.ratings import catalogue_sheet
 
     if operating_geometry(parameters).radial_clearance < 0.0:
         return None
@@ -219,16 +220,9 @@ def _catalogue_only(arguments, options) -> dict | None:
 
 def _solve(arguments, options, angle, overrides=(), factor=None) -> dict:
     """One equilibrium; `factor` multiplies the loads."""
-    from bearing_twin.kinds.bearing import (
-        answer_of,
-        control_reason,
-        controlled_equilibrium,
-        frequency_errors,
-        load_line,
-        natural_frequencies,
-        row_in_use,
-        solver_of,
-    )
+    from bearing_twin.kinds.bearing.equilibrium import control_reason, controlled_equilibrium, load_line, solver_of
+    from bearing_twin.kinds.bearing.equilibrium_report import answer_of, natural_frequencies
+    from bearing_twin.kinds.bearing.ratings import frequency_errors, row_in_use
     from bearing_twin.run.scene import choose
 
     scene = _bearing_scene(arguments, overrides)
@@ -274,7 +268,7 @@ def _linspace(first: str, last: str, count: int, unit: str) -> list[float]:
 
 def _solve_sweep(arguments, options, angle, sweep) -> dict:
     """Curves over a sweep, with how its axis is shown."""
-    from bearing_twin.kinds.bearing import curves_of
+    from bearing_twin.kinds.bearing.equilibrium_report import curves_of
 
     path, axis, values, change = _changes(arguments, options, sweep)
 
@@ -379,7 +373,7 @@ def short(value: float, digits: int = 4) -> str:
 
 def list_catalogue() -> Outcome:
     """Every designation with its row, and what the ways are in which ball sets were found."""
-    from bearing_twin.kinds.bearing import FOUND, designations, row_of
+    from bearing_twin.kinds.bearing.catalogue import FOUND, designations, row_of
 
     rows, folder = [row_of(name) for name in designations()], str(user_folder("bearings"))
 
@@ -526,7 +520,7 @@ def _show_lives(result: dict) -> None:
 
 def _friction(result: dict) -> str:
     """The friction torque by parts, or the catalogue's estimate, in words; "" where there is neither."""
-    from bearing_twin.kinds.bearing import BASE_VISCOSITY
+    from bearing_twin.kinds.bearing.ratings import BASE_VISCOSITY
 
     torques, estimate = result.get("friction_torque_nm"), result.get("catalogue_drive_torque_nm")
     if not torques:
@@ -551,14 +545,14 @@ def _friction(result: dict) -> str:
 
 def _scattered(torque: float) -> str:
     """A friction torque [N m] with the scatter of measured ones."""
-    from bearing_twin.kinds.bearing import TORQUE_SCATTER
+    from bearing_twin.kinds.bearing.ratings import TORQUE_SCATTER
 
     error = MOMENT * TORQUE_SCATTER * torque
     return f"{rounded_to_error(MOMENT * torque, error, 4)} ± {two_digits(error)} N mm"
 
 
 def _life(result: dict, name: str) -> str:
-    from bearing_twin.kinds.bearing import hours_of
+    from bearing_twin.kinds.bearing.ratings import hours_of
 
     turns, speed = result[f"{name}_life_mrev"], result["speed_rad_s"]
     if not math.isfinite(turns):
@@ -641,7 +635,7 @@ def _rating(result: dict, name: str, standard: str) -> str:
 
 def limiting(speeds: dict[str, float]) -> str:
     """Limiting speeds [rad/s] by lubrication, with their source."""
-    from bearing_twin.kinds.bearing import LIMITING, LIMITING_SCATTER
+    from bearing_twin.kinds.bearing.ratings import LIMITING, LIMITING_SCATTER
 
     rounded = ", ".join(f"{name} {float(f'{speed * 30.0 / math.pi:.2g}'):.0f}" for name, speed in speeds.items())
     products = " and ".join(f"{1e-5 * product:g}e5" for product in LIMITING.values())
@@ -658,7 +652,7 @@ def note_bare_speed(scene, overrides: Iterable[str]) -> None:
     ]
     if scene.kind != "bearing" or not speeds or not NUMBER.fullmatch(speeds[-1]):
         return
-    from bearing_twin.kinds.bearing import command_warning
+    from bearing_twin.kinds.bearing.ratings import command_warning
 
     if warning := command_warning(scene.parameters, float(speeds[-1])):
         say(f"drive.speed: {warning}; if it is meant in rpm, give {speeds[-1]}rpm")

@@ -124,7 +124,8 @@ def _band(text: str) -> tuple[float, float]:
 
 def _geometry(name: str) -> tuple:
     """The geometry of a designation or a scene, and a warning where its number of balls is not known."""
-    from bearing_twin.kinds.bearing import entries, row_in_use
+    from bearing_twin.kinds.bearing.catalogue import entries
+    from bearing_twin.kinds.bearing.ratings import row_in_use
     from bearing_twin.run.scene import load_scene
 
     scene = load_scene(name)

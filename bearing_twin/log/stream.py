@@ -21,7 +21,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Channel, Sample, Table, join_blocks
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import update_contact_angles
+from bearing_twin.kinds.bearing.outputs import update_contact_angles
 from bearing_twin.kinds.contract import MARKERS, ONCE, PUBLISH, SAMPLES, SECOND, Output, Topic
 from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.kinds.topics import outside_topic

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from bearing_twin.base.errors import SceneError, echo
-from bearing_twin.kinds.bearing import Equilibria, azimuths_on, solve_scenes
+from bearing_twin.kinds.bearing.equilibrium import Equilibria, azimuths_on, solve_scenes
 from bearing_twin.run.scene import Scene, choose, load_scene, require_bearing
 
 

@@ -32,7 +32,7 @@ from bearing_twin.base.sample import Channel, Table
 from bearing_twin.base.units import UNITS
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, SCENES
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import catalogue_scenes
+from bearing_twin.kinds.bearing.catalogue import catalogue_scenes
 from bearing_twin.kinds.rules import OUTSIDE, allowed, left_by
 from bearing_twin.kinds.sections import ALIASES, FORMER_VALUES, damped_twice
 from bearing_twin.run.second_run import record_tables

@@ -4,12 +4,15 @@ import numpy as np
 from bearings import FREE, motion
 
 from bearing_twin.core import FLAG, INTEGER, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing import (
+from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
     BODY_COLUMNS,
     CAGE_X,
     CAGE_Y,
     COLUMNS,
+    COORDINATES,
+    HOUSING_POSITION,
+    HOUSING_SPEED,
     MOTION,
     POSITIONS,
     RADIAL_VELOCITY,
@@ -17,11 +20,6 @@ from bearing_twin.kinds.bearing import (
     SHAFT_SPEED,
     TANGENTIAL_VELOCITY,
     RingDrive,
-)
-from bearing_twin.kinds.bearing.system import (
-    COORDINATES,
-    HOUSING_POSITION,
-    HOUSING_SPEED,
     numbers_of,
     numbers_of_bodies,
 )

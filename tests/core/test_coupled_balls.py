@@ -18,7 +18,8 @@ from ring_systems import (
 )
 
 from bearing_twin import load_scene, simulate
-from bearing_twin.kinds.bearing import (
+from bearing_twin.kinds.bearing.integrate import MEETING_GAP, mark_met
+from bearing_twin.kinds.bearing.system import (
     AXIAL_SPIN,
     AXIS_DISTANCE,
     BODY_COLUMNS,
@@ -26,6 +27,10 @@ from bearing_twin.kinds.bearing import (
     CAGE_X,
     CAGE_Y,
     COLUMNS,
+    COORDINATES,
+    GROSS_WORK,
+    HOUSING_POSITION,
+    HOUSING_SPEED,
     MOTION,
     ORBIT_ANGLE,
     POSITIONS,
@@ -34,8 +39,6 @@ from bearing_twin.kinds.bearing import (
     TANGENTIAL_VELOCITY,
     RingDrive,
 )
-from bearing_twin.kinds.bearing.integrate import MEETING_GAP, mark_met
-from bearing_twin.kinds.bearing.system import COORDINATES, GROSS_WORK, HOUSING_POSITION, HOUSING_SPEED
 
 # Scene, overrides, instant [s], whether balls are pushed onto each other.
 COUPLED = (

@@ -10,7 +10,7 @@ from bearing_twin.contact.elasticity import (
     semi_axes,
 )
 from bearing_twin.contact.laws import LAWS, law_names
-from bearing_twin.kinds.bearing import LAW_NEEDS
+from bearing_twin.kinds.bearing.parameters import LAW_NEEDS
 from bearing_twin.kinds.bearing.system import TERMS, axes_along, terms_along
 from bearing_twin.shapes import ball_in_groove
 

@@ -5,8 +5,7 @@ import pytest
 from bearings import law_keys, motion
 from ring_systems import system_jacobian, system_rates
 
-from bearing_twin.kinds.bearing import COLUMNS, MOTION, RingDrive
-from bearing_twin.kinds.bearing.system import HELD, TILTED
+from bearing_twin.kinds.bearing.system import COLUMNS, HELD, MOTION, TILTED, RingDrive
 
 FRICTIONS = ("point", "spot", "spot_medium", "spot_fine", "pade1", "pade2")
 LAWS = ("hertz", "volumetric", "constant", "linear", "hertz_differential")

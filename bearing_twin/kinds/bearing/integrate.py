@@ -328,7 +328,7 @@ APPROACH_SCALE = 1e-6  # m, the size of an elastic approach: errors of position 
 STEP_SHARE = 0.2  # of the requested accuracy, for one adaptive step: `chart steppers`, docs/accuracy.md
 LIGHT = 0.01  # of the greatest load
 LOST_SHARE = 10.0  # of what the heaviest contact stores, at a tolerance of 1: a start from rest heats by that
-# With these two, balls that vibrate and loaded rings meet their tolerance: `tests/test_error_scales.py`.
+# With these two, vibrating balls and loaded rings meet their tolerance: `tests/core/algorithms/test_error_scales.py`.
 RINGING_SHARE = 0.08  # of the error of a ball that vibrates: one step of a ball with its own steps
 COMMON_SHARE = 4.0  # the same in common steps, which one ball determines whose vibration soon ends
 STRICTEST, LOOSEST = 0.1, 16.0  # of an error of radial velocity, over one of slip

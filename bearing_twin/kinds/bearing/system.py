@@ -386,7 +386,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     )
 
 
-RING_SHARE = 0.3  # of a ball's errors: for a ring that vibrates (`tests/test_error_scales.py`)
+RING_SHARE = 0.3  # of a ball's errors: for a ring that vibrates (`tests/core/algorithms/test_error_scales.py`)
 
 
 class RingLoading:

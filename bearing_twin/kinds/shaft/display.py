@@ -6,7 +6,7 @@ import numpy as np
 
 from bearing_twin.base.sample import Channel, Sample, Wrench
 from bearing_twin.kinds import views
-from bearing_twin.kinds.bearing import ring_attitude
+from bearing_twin.kinds.bearing.outputs import ring_attitude
 from bearing_twin.kinds.contract import MARKERS, PUBLISH, Command, Output, Topic
 from bearing_twin.kinds.shaft import SHAFT
 from bearing_twin.kinds.shaft.equilibrium import constant_loads

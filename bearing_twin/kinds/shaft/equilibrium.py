@@ -7,31 +7,28 @@ from typing import NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing import (
+from bearing_twin.kinds.bearing.equilibrium import (
     COORDINATES,
-    GREATEST_ANGLE,
     GREATEST_COORDINATE,
-    GREATEST_SQUEEZE,
     OVERLOAD,
-    SAME,
     SPEED_COLUMN,
     TRIAL_POSITIONS,
     UNLOADED_SHARE,
     Contacts,
     Equilibrium,
     EquilibriumSolver,
-    Loading,
     Setting,
     Support,
     azimuths_of,
     commanded_loads,
-    distinct_times,
     limit_ratios,
     load_weighted_mean,
     loose_directions,
     setting_of,
     trial_azimuth,
 )
+from bearing_twin.kinds.bearing.parameters import GREATEST_ANGLE, GREATEST_SQUEEZE
+from bearing_twin.kinds.bearing.system import SAME, Loading, distinct_times
 from bearing_twin.kinds.shaft.parameters import SIDES, ShaftScene, bearing_scene, middle_of
 
 

@@ -15,16 +15,10 @@ from bearing_twin.base.sample import Block
 from bearing_twin.contact.elasticity import Ellipse, ellipse
 from bearing_twin.contact.materials import effective_modulus
 from bearing_twin.contact.validity import gathered
-from bearing_twin.kinds.bearing import (
-    Contacts,
-    contact_flags,
-    ellipses_of,
-    half_space_error,
-    hours_of,
-    lives_of,
-    ratings_of,
-    setting_of,
-)
+from bearing_twin.kinds.bearing.equilibrium import Contacts, ellipses_of, setting_of
+from bearing_twin.kinds.bearing.model_error import half_space_error
+from bearing_twin.kinds.bearing.models import contact_flags
+from bearing_twin.kinds.bearing.ratings import hours_of, lives_of, ratings_of
 from bearing_twin.kinds.contract import adds_up
 from bearing_twin.kinds.error_estimates import (
     NOT_MODELLED,

@@ -11,18 +11,11 @@ from bearing_twin.base.sample import Channel, Columns, layout_of
 from bearing_twin.base.stopping import SIGNALLED
 from bearing_twin.base.units import two_digits
 from bearing_twin.core import INTEGER, INTEGERS, INTEGERS_OUT, REAL, REALS, REALS_OUT, Function
-from bearing_twin.kinds.bearing import (
-    COORDINATES,
-    SPEED,
-    STOP,
-    Loading,
-    Support,
-    check_goal,
-    command_warning,
-    equilibrium_error,
-    method_numbers,
-    nominal_law_error,
-)
+from bearing_twin.kinds.bearing.equilibrium import COORDINATES, STOP, Support, check_goal, equilibrium_error
+from bearing_twin.kinds.bearing.models import nominal_law_error
+from bearing_twin.kinds.bearing.ratings import command_warning
+from bearing_twin.kinds.bearing.rings import SPEED
+from bearing_twin.kinds.bearing.system import Loading, method_numbers
 from bearing_twin.kinds.contract import OperatingPoint
 from bearing_twin.kinds.rules import SHAFT, answers, sentences
 from bearing_twin.kinds.shaft.equilibrium import (

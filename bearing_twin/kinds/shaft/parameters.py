@@ -7,24 +7,25 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bearing_twin.base.parameters import choice, number_table, quantity, section
-from bearing_twin.kinds.bearing import (
-    EVEN,
+from bearing_twin.kinds.bearing.catalogue import completed
+from bearing_twin.kinds.bearing.geometry import Fits, Temperatures
+from bearing_twin.kinds.bearing.parameters import (
     LAW_NEEDS,
-    QUASI_STATIC,
     RELAXATION_TIME,
     BearingContact,
     BearingScene,
-    Cage,
-    Drive,
-    Fits,
     Geometry,
     GivenRatings,
-    LoadChange,
     Materials,
+)
+from bearing_twin.kinds.bearing.rings import (
+    EVEN,
+    QUASI_STATIC,
+    Cage,
+    Drive,
+    LoadChange,
     Model,
     SpeedChange,
-    Temperatures,
-    completed,
     load_table,
     steady_load,
     steady_moment,

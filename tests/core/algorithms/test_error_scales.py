@@ -8,7 +8,8 @@ from bearings import errors, run
 
 from bearing_twin import load_scene
 from bearing_twin.charts.scenes import last_overrides
-from bearing_twin.kinds.bearing import cage_speed, choose, mend_of_method
+from bearing_twin.kinds.bearing.geometry import cage_speed
+from bearing_twin.kinds.bearing.models import choose, mend_of_method
 
 RIG = "bearing_6203_rig_1000N"
 

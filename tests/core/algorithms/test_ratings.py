@@ -9,24 +9,21 @@ from published_ratings import LIMITING_SPEEDS
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.elasticity import ellipse
-from bearing_twin.kinds.bearing import (
-    Geometry,
+from bearing_twin.kinds.bearing.equilibrium import Support, solver_of
+from bearing_twin.kinds.bearing.geometry import clearance_parts, nominal_curvatures, operating_geometry
+from bearing_twin.kinds.bearing.parameters import Geometry
+from bearing_twin.kinds.bearing.ratings import (
     Ratings,
-    Support,
     basic_dynamic_rating,
     basic_static_rating,
-    bearing_of,
-    clearance_parts,
     equivalent_load,
     limiting_speeds,
     lives_of,
-    nominal_curvatures,
-    operating_geometry,
     ratings_of,
     reference_life,
-    solver_of,
     static_load,
 )
+from bearing_twin.kinds.bearing.system import bearing_of
 from bearing_twin.run.scene import load_scene
 
 

@@ -15,7 +15,9 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.parameters import describe
 from bearing_twin.coefficients import EXPLICIT, ROSENBROCK
-from bearing_twin.kinds.bearing import MOTION, VELOCITY, BearingScene, stability_limits
+from bearing_twin.kinds.bearing.integrate import stability_limits
+from bearing_twin.kinds.bearing.parameters import BearingScene
+from bearing_twin.kinds.bearing.system import MOTION, VELOCITY
 from bearing_twin.methods import COUPLED, STEPPER_FACTS
 from bearing_twin.shapes import (
     quaternion_from_vector,

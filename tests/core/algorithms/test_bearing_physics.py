@@ -14,18 +14,17 @@ from scipy.spatial.transform import Rotation
 from bearing_twin.base.errors import SceneError
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, damping_number, law_names, restitution_of
-from bearing_twin.kinds.bearing import (
+from bearing_twin.kinds.bearing.geometry import cage_speed, roll_rate
+from bearing_twin.kinds.bearing.motion import start_state
+from bearing_twin.kinds.bearing.parameters import LAW_NEEDS
+from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
     HEIGHT,
-    LAW_NEEDS,
     ORBIT_ANGLE,
     SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
     bearing_of,
-    cage_speed,
-    roll_rate,
-    start_state,
 )
 from bearing_twin.run.scene import choose, load_scene, open_scene, parse_scene
 from bearing_twin.run.simulation import Simulation

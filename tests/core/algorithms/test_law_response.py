@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from bearing_twin.contact.validity import FELT, gap_error
-from bearing_twin.kinds.bearing import Support, response_of, solver_of
+from bearing_twin.kinds.bearing.equilibrium import Support, solver_of
+from bearing_twin.kinds.bearing.model_error import response_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 

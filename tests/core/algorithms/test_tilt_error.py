@@ -7,7 +7,9 @@ import pytest
 from scipy.optimize import brentq, least_squares
 from scipy.spatial.transform import Rotation
 
-from bearing_twin.kinds.bearing import EquilibriumSolver, Support, answer_of, azimuths_of, response_to_tilt, setting_of
+from bearing_twin.kinds.bearing.equilibrium import EquilibriumSolver, Support, azimuths_of, setting_of
+from bearing_twin.kinds.bearing.equilibrium_report import answer_of
+from bearing_twin.kinds.bearing.model_error import response_to_tilt
 from bearing_twin.run.scene import load_scene
 
 ANGULAR = (

@@ -13,17 +13,9 @@ from bearing_twin.base.sample import Sample
 from bearing_twin.contact.elasticity import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.bearing import (
-    AXIS_DISTANCE,
-    HEIGHT,
-    MOTION,
-    ORBIT_ANGLE,
-    VELOCITY,
-    contacts,
-    origins,
-    setting_of,
-    wrenches,
-)
+from bearing_twin.kinds.bearing.equilibrium import setting_of
+from bearing_twin.kinds.bearing.outputs import contacts, origins, wrenches
+from bearing_twin.kinds.bearing.system import AXIS_DISTANCE, HEIGHT, MOTION, ORBIT_ANGLE, VELOCITY
 from bearing_twin.kinds.contract import Output
 from bearing_twin.log import cdr
 from bearing_twin.log.stream import MessageStream

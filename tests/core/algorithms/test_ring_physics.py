@@ -11,16 +11,9 @@ from runs import reported, run_all
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.base.paths import restrict_reading
 from bearing_twin.charts.scenes import last_overrides
-from bearing_twin.kinds.bearing import (
-    CAGE,
-    CAGE_X,
-    CAGE_Y,
-    LAND_WORK,
-    POSITIONS,
-    land_radius,
-    solver_of,
-    support_of,
-)
+from bearing_twin.kinds.bearing.equilibrium import solver_of, support_of
+from bearing_twin.kinds.bearing.rings import land_radius
+from bearing_twin.kinds.bearing.system import CAGE, CAGE_X, CAGE_Y, LAND_WORK, POSITIONS
 from bearing_twin.kinds.contract import Output
 from bearing_twin.log.stream import topics
 from bearing_twin.run.scene import load_scene

@@ -7,7 +7,9 @@ from contact_reference import about_z, single_contact
 from scipy.integrate import solve_ivp
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
-from bearing_twin.kinds.bearing import (
+from bearing_twin.kinds.bearing.geometry import cage_speed, roll_rate
+from bearing_twin.kinds.bearing.integrate import rates
+from bearing_twin.kinds.bearing.system import (
     AXIS_DISTANCE,
     HEIGHT,
     MOTION,
@@ -16,9 +18,6 @@ from bearing_twin.kinds.bearing import (
     SPIN,
     TANGENTIAL_VELOCITY,
     VELOCITY,
-    cage_speed,
-    rates,
-    roll_rate,
 )
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate

@@ -12,19 +12,10 @@ from scipy.special import ellipe, ellipk
 
 from bearing_twin import load_scene
 from bearing_twin.contact.elasticity import ellipse
-from bearing_twin.kinds.bearing import (
-    contact_torque,
-    controlled_equilibrium,
-    film_lubricant,
-    film_numbers,
-    films,
-    load_line,
-    ratings_of,
-    skf_torque,
-    solver_of,
-    support_of,
-    viscosity_of,
-)
+from bearing_twin.kinds.bearing.equilibrium import controlled_equilibrium, load_line, solver_of, support_of
+from bearing_twin.kinds.bearing.friction_torque import contact_torque, skf_torque
+from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, films, viscosity_of
+from bearing_twin.kinds.bearing.ratings import ratings_of
 from bearing_twin.run.report import figure_errors
 from bearing_twin.run.scene import choose
 from bearing_twin.view.tables import readable_figures
