@@ -223,6 +223,8 @@ def test_balls_that_leave_a_raceway_are_said_to_need_a_cage():
         ("bearing_6203_loose", ("geometry.balls=1",), False),
         ("bearing_6203_loose", ("drive.change={time: 0.1, offset: [0, 9e-6, 0]}",), True),
         ("bearing_6203", ("drive.change={time: 0.1, offset: [0, 5e-6, 0]}", "drive.offset=[0,0,0]"), True),
+        ("bearing_6203_rig_1000N", (), True),
+        ("bearing_6203_rig_1000N", ("geometry.radial_clearance=-1e-5", "rings.inner.load=[0,-10,0]"), False),
     ):
         warnings = choose(load_scene(scene, (bare, *overrides))).warnings
         assert any("cage.kind: even" in warning for warning in warnings) is needed, (scene, overrides)

@@ -190,19 +190,24 @@ def temperature_warnings(parameters) -> list[str]:
     ]
 
 
-def held_ring_warnings(parameters) -> list[str]:
-    """Warnings of a held ring that touches no ball, or leaves some along their orbit."""
-    if not touches_at_rest(parameters):
+def spacing_warnings(parameters, law: str) -> list[str]:
+    """Warnings of a held ring that touches no ball, or of balls without a cage that leave a raceway."""
+    if dimension_of(parameters) == PRESCRIBED and not touches_at_rest(parameters):
         return [
             "the inner ring stands where it touches no ball, so that nothing loads or drives them: move it by "
             "drive.offset by more than the clearance, or free it under a load (rings.inner.load, model.dimension)"
         ]
-    return list(filter(None, [cage_needed(parameters)]))
+    return list(filter(None, [cage_needed(parameters, law)]))
 
 
 def touches_at_rest(parameters) -> bool:
     """True if a held ring squeezes balls somewhere at rest; a tilted one counts as doing so."""
     return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in squeezes(parameters))
+
+
+def has_unloaded_ball(parameters, law: str) -> bool:
+    """True if a ball carries no load on the inner raceway at the start; raises SceneError."""
+    return bool(solver_of(parameters, law).solve(support_with_weight(parameters)).contacts.load[:, 0].min() == 0.0)
 
 
 def falling_ball_warnings(parameters, law: str) -> list[str]:
@@ -213,9 +218,7 @@ def falling_ball_warnings(parameters, law: str) -> list[str]:
     geometry = parameters.geometry
     orbit = math.sqrt(math.hypot(*parameters.gravity[:2]) / (0.5 * geometry.pitch_diameter))
     limit = orbit / (0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter))
-    if abs(parameters.drive.speed) >= limit:
-        return []
-    if solver_of(parameters, law).solve(support_with_weight(parameters)).contacts.load[:, 0].min() > 0.0:
+    if abs(parameters.drive.speed) >= limit or not has_unloaded_ball(parameters, law):
         return []
     return [
         f"below {limit:.3g} rad/s the weight of balls is more than their centrifugal load: those that bear nothing "
@@ -232,15 +235,18 @@ def mend_of_method(parameters, choice) -> str:
         return f"set model.dimension: {'free' if any(free_coordinates(parameters)) else 'prescribed'}, whose balls move"
     if choice.stepper in FIXED_STEP:
         return "halve solver.step, or set solver.stepper: rodas4"
+    if cage_needed(parameters, choice.law):
+        return "set cage.kind: even, as balls that collide amplify every error"
     stepper_advice = "" if choice.stepper in ("rodas4", "auto") else "solver.stepper: rodas4, or "
     return f"set {stepper_advice}a tenth of wanted.tolerance"
 
 
-def cage_needed(parameters) -> str:
+def cage_needed(parameters, law: str) -> str:
     """Warning that balls without a cage bunch up, as some leave a raceway on their orbit; "" where they do not."""
     if parameters.cage.kind != "none" or parameters.geometry.balls == 1:
         return ""
-    if not leaves_raceway(parameters):
+    is_held = dimension_of(parameters) == PRESCRIBED
+    if not (leaves_raceway(parameters) if is_held else has_unloaded_ball(parameters, law)):
         return ""
     return (
         "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
@@ -325,8 +331,7 @@ def choose(parameters) -> Choice:
             warnings.append("solver.stepper does nothing in a run from equilibria, which has no steps")
         return Choice(law, QUASI_STATIC, error, sentences(choices), tuple(warnings))
     stepper, friction = choices["solver.stepper"].value, choices["contact.friction"].value
-    if dimension == PRESCRIBED:
-        warnings += held_ring_warnings(parameters)
+    warnings += spacing_warnings(parameters, law)
     warnings += [*idle_step(parameters.solver.step, stepper, FIXED_STEP), *roughness(FRICTIONS[friction])]
     warnings += [*_coarse_points(parameters, friction), *falling_ball_warnings(parameters, law)]
     friction_name = friction if parameters.contact.friction == AUTO else ""
