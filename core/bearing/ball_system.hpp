@@ -78,16 +78,11 @@ struct BodyStep : StepStates<BodyState> {
   BodyState y{}, f{}, start_rates{}, rhs{}, time_derivative{};
   double inverse_step = 0.0, inverse_inertia[MAX_FREE]{};  // of the free coordinates, at the start of the step
   double by_position[MAX_FREE + INTEGRALS][MAX_FREE]{}, by_velocity[MAX_FREE + INTEGRALS][MAX_FREE]{};
-  double position_coupling[MAX_FREE][MAX_FREE]{}, schur[MAX_FREE][MAX_FREE]{}, inverse[MAX_FREE][MAX_FREE]{};
+  double position_coupling[MAX_FREE][MAX_FREE]{}, schur[MAX_FREE][MAX_FREE]{};
 };
 
 using BodyForces = std::array<Pack, MAX_FREE + 1>;  // forces on the free coordinates, lane by lane
 
-CORE_INLINE double lane_sum(const Pack &x) {
-  double sum = 0.0;
-  for (int lane = 0; lane < LANES; lane++) sum += x[lane];
-  return sum;
-}
 CORE_INLINE Pack masked(const Mask &mask, const Pack &x) { return (Pack)((Mask)x & mask); }
 
 // Stores results of elements: sets rates and Jacobian of a block of balls, or with ADD adds to them.
@@ -114,27 +109,12 @@ struct ElementStore {
   }
 };
 
-// Forces on a block of balls by raceways whose motion is prescribed; with DERIVATIVES its Jacobian, too.
-template <bool PATCH, bool TILTED, bool DERIVATIVES>
-[[gnu::noinline]] inline void prescribed_raceway_forces(const Bearing &bearing, const Pack &ring_speed, BallBlock &block) {
-  auto put = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
-    if constexpr (ROW < FORCE_ROW) {
-      block.f[VELOCITY + ROW] = value_of(x);
-      if constexpr (DERIVATIVES)
-        for_each_slope(
-            x, [&](int variable, const Pack &slope) __attribute__((always_inline)) { block.jacobian[ROW][variable] = slope; });
-    }
-  };
-  raceway_forces<TILTED ? RingMotion::tilted : RingMotion::held, PATCH>(
-      bearing,
-      PrescribedInput<DERIVATIVES>{block.y, bearing, ring_speed, bearing.carries() ? &block.carried : nullptr, block.heights}, put);
-}
-
 template <RingMotion RING, bool PATCH, bool DERIVATIVES>
 [[gnu::noinline]] inline void block_raceway_forces(const Bearing &bearing, const double *housing, const Layout &layout,
-                                                   BallBlock &block, const BodyState &y, BodyForces &forces) {
+                                                   BallBlock &block, const BodyState &y, const Pack &shaft_speed,
+                                                   BodyForces &forces) {
   ElementStore<false, DERIVATIVES> store{layout, block, forces};
-  ElementInput<DERIVATIVES> in{block.y, y, bearing.carries() ? &block.carried : nullptr, block.heights, housing};
+  ElementInput<DERIVATIVES> in{block.y, y, shaft_speed, bearing.carries() ? &block.carried : nullptr, block.heights, housing};
   raceway_forces<RING, PATCH>(bearing, in, store);
 }
 
@@ -147,19 +127,22 @@ template <bool DERIVATIVES>
 }
 
 // Forces of raceways and pockets on a block of balls and on the bodies; with DERIVATIVES its Jacobian, too.
-template <bool PATCH, bool DERIVATIVES>
+template <bool DERIVATIVES>
 inline void block_forces(const Bearing &bearing, const CoupledBodies &bodies, const Layout &layout, BallBlock &block,
-                         const BodyState &y, BodyForces &forces) {
+                         const BodyState &y, const Pack &shaft_speed, BodyForces &forces) {
   if (DERIVATIVES && bodies.cage == CageKind::pockets)
     for (auto &row : block.jacobian)
       for (Pack &entry : row) entry = Pack{};  // pockets add to entries that raceways do not set
   auto raceways = [&]<RingMotion RING>() {
-    block_raceway_forces<RING, PATCH, DERIVATIVES>(bearing, bodies.direction, layout, block, y, forces);
+    bearing.over_patch()
+        ? block_raceway_forces<RING, true, DERIVATIVES>(bearing, bodies.direction, layout, block, y, shaft_speed, forces)
+        : block_raceway_forces<RING, false, DERIVATIVES>(bearing, bodies.direction, layout, block, y, shaft_speed, forces);
   };
-  switch (bodies.ring) {
+  switch (bodies.ring) {  // held coordinates of a ring that moves have the spare row and column
     case RingMotion::held: raceways.template operator()<RingMotion::held>(); break;
+    case RingMotion::tilted: raceways.template operator()<RingMotion::tilted>(); break;
     case RingMotion::level: raceways.template operator()<RingMotion::level>(); break;
-    default: raceways.template operator()<RingMotion::housed>();  // held coordinates have the spare row and column
+    case RingMotion::tilting: raceways.template operator()<RingMotion::tilting>();
   }
   if (bodies.cage == CageKind::pockets) block_pocket_forces<DERIVATIVES>(bearing, bodies, layout, block, y, forces);
 }
@@ -334,27 +317,7 @@ CORE_INLINE void call_sized(const Layout &layout, Function function) {
   else with_capacity.template operator()<false>();
 }
 
-// The inverse of the first n rows and columns, by Gauss and Jordan with pivots.
-inline void invert(const double (&matrix)[MAX_FREE][MAX_FREE], int n, double (&inverse)[MAX_FREE][MAX_FREE]) {
-  double a[MAX_FREE][MAX_FREE];
-  for (int i = 0; i < n; i++)
-    for (int j = 0; j < n; j++) a[i][j] = matrix[i][j], inverse[i][j] = i == j ? 1.0 : 0.0;
-  for (int c = 0; c < n; c++) {
-    int pivot = c;
-    for (int i = c + 1; i < n; i++)
-      if (std::fabs(a[i][c]) > std::fabs(a[pivot][c])) pivot = i;
-    if (pivot != c)
-      for (int j = 0; j < n; j++) std::swap(a[c][j], a[pivot][j]), std::swap(inverse[c][j], inverse[pivot][j]);
-    double inverse_pivot = 1.0 / a[c][c];
-    for (int j = 0; j < n; j++) a[c][j] *= inverse_pivot, inverse[c][j] *= inverse_pivot;
-    for (int i = 0; i < n; i++) {
-      if (i == c) continue;
-      double factor = a[i][c];
-      for (int j = 0; j < n; j++) a[i][j] -= factor * a[c][j], inverse[i][j] -= factor * inverse[c][j];
-    }
-  }
-}
-
+// Factors of all blocks, and the Schur complement of the bodies.
 inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, BodyStep &body, double g) {
   BodyMatrix schur{}, by_position{};
   call_sized(layout, [&]<bool EVEN, int M>() __attribute__((always_inline)) {
@@ -366,7 +329,6 @@ inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, Body
       double derivative = lane_sum(schur[i][j]) + body.by_velocity[i][j] + g * body.by_position[i][j];
       body.schur[i][j] = (i == j ? 1.0 / g : 0.0) - body.inverse_inertia[i] * derivative;
     }
-  invert(body.schur, layout.unknowns, body.inverse);
 }
 
 }  // namespace core

@@ -25,14 +25,14 @@ class PrescribedBalls {
   // With DERIVATIVES those without contacts between balls.
   template <bool DERIVATIVES>
   void evaluate(double time) {
-    BodyForces no_forces{};
-    Pack no_inertia{}, speed = broadcast<Pack>(chunk.drive.speed_at(time));
+    BodyForces forces{};
+    Pack cage_inertia{}, speed = broadcast<Pack>(chunk.drive.speed_at(time));
     for (BallBlock &block : blocks) {
       if (bearing.defects.count) block.heights = heights(time, speed, block.y);
-      prescribed_forces<DERIVATIVES>(bearing, speed, block);
+      block_forces<DERIVATIVES>(bearing, chunk.bodies, layout, block, BodyState{}, speed, forces);
     }
     if (touching.active()) touching.add<false>(bearing, blocks);
-    for (BallBlock &block : blocks) finish_rates<DERIVATIVES>(bearing, layout, block, no_forces, no_inertia);
+    for (BallBlock &block : blocks) finish_rates<DERIVATIVES>(bearing, layout, block, forces, cage_inertia);
   }
   // Rates (balls, COLUMNS) at the start, of the tangential velocity instead of the orbit rate.
   void start_rates(double *rates) {
@@ -288,6 +288,7 @@ CORE_EXPORT void core_all_rates(const double *bearing_numbers, const double *poi
                                 std::int64_t balls, const std::uint8_t *near, double *state, double *rates) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   CoupledBodies bodies{};
+  if (bearing.tilted()) bodies.ring = RingMotion::tilted;
   std::vector<double> orientations(4 * balls), carried(CARRIED * balls);
   Chunk chunk{bearing, bodies, {ring_angle, ring_speed, 0.0}, 0.0,     nullptr,        0,       nullptr, nullptr, int(balls),
               near,    state,  orientations.data(),           nullptr, carried.data(), nullptr, nullptr, nullptr, nullptr,

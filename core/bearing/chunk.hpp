@@ -72,16 +72,14 @@ inline void advance_carried(const Bearing &bearing, const RingPositions &positio
       advance(bearing.outer, positions[1], carried.outer.contact[lane]);
 }
 // States of laws between chunks (CARRIED,): of the inner and the outer contact P/Q, m, K and E.
-constexpr int CARRIED = 8;
+constexpr int CARRIED = 2 * sizeof(CarriedContact) / sizeof(double);
 inline void load_carried(const double *numbers, int lane, CarriedBalls &carried) {
-  carried.inner.contact[lane] = {numbers[0], {numbers[1], numbers[2], numbers[3]}};
-  carried.outer.contact[lane] = {numbers[4], {numbers[5], numbers[6], numbers[7]}};
+  auto *contact = reinterpret_cast<const CarriedContact *>(numbers);
+  carried.inner.contact[lane] = contact[0], carried.outer.contact[lane] = contact[1];
 }
 inline void store_carried(const CarriedBalls &carried, int lane, double *numbers) {
-  for (const CarriedContact &contact : {carried.inner.contact[lane], carried.outer.contact[lane]}) {
-    *numbers++ = contact.ratio;
-    *numbers++ = contact.shape.parameter, *numbers++ = contact.shape.first_kind, *numbers++ = contact.shape.second_kind;
-  }
+  auto *contact = reinterpret_cast<CarriedContact *>(numbers);
+  contact[0] = carried.inner.contact[lane], contact[1] = carried.outer.contact[lane];
 }
 
 // OK if the state `y` of a ball at these positions is possible.
@@ -147,17 +145,6 @@ inline std::array<double, COLUMNS> lane_state(const BallState &y, int lane) {
 
 // Angular velocity [rad/s] relative to the frame that orbits with the ball.
 CORE_INLINE Triple spin_in_frame(const BallState &y) { return {y[SPIN], y[SPIN + 1], y[SPIN + 2] - y[ORBIT_RATE]}; }
-
-// Rates of a block of balls between rings whose motion is prescribed, without contacts between balls.
-template <bool DERIVATIVES>
-inline void prescribed_forces(const Bearing &bearing, const Pack &ring_speed, BallBlock &block) {
-  if (bearing.over_patch())
-    bearing.tilted() ? prescribed_raceway_forces<true, true, DERIVATIVES>(bearing, ring_speed, block)
-                     : prescribed_raceway_forces<true, false, DERIVATIVES>(bearing, ring_speed, block);
-  else
-    bearing.tilted() ? prescribed_raceway_forces<false, true, DERIVATIVES>(bearing, ring_speed, block)
-                     : prescribed_raceway_forces<false, false, DERIVATIVES>(bearing, ring_speed, block);
-}
 
 // Sum of the squares of errors of a ball's motion over their scales; the orbit rate counts as a velocity.
 inline Pack scaled_square_sum(const BallState &y, const BallState &error, const Pack &weight, const double *inverse_scale) {

@@ -22,9 +22,8 @@ constexpr int INTEGRALS = TORQUE_WORK + 1, BODY_NUMBERS = 2 * COORDINATES + INTE
 using BodyState = std::array<double, BODY_NUMBERS>;
 
 // Motion of the rings: an inner ring that is held, held and tilted, that moves and does not tilt, or moves and tilts; the last
-// together with an outer ring that moves with its housing.
-enum class RingMotion { held, tilted, level, tilting, housed };
-constexpr bool tilts_and_moves(RingMotion ring) { return ring == RingMotion::tilting || ring == RingMotion::housed; }
+// together with an outer ring that may move with its housing.
+enum class RingMotion { held, tilted, level, tilting };
 enum class CageKind { none, even, pockets };
 
 // A wall of the cage: a spring and a parallel damper, whose force sets in over the roughness of the wall.
@@ -169,6 +168,7 @@ template <bool DERIVATIVES>
 struct ElementInput {
   const BallState &ball_state;  // its VELOCITY + 1 is the orbit rate
   const BodyState &bodies;
+  Pack shaft_speed{};  // [rad/s]
   const CarriedBalls *carried = nullptr;
   const Heights &heights = NO_HEIGHTS;
   const double *direction = nullptr;  // of the housing
@@ -182,23 +182,8 @@ struct ElementInput {
   }
   template <int C>
   CORE_INLINE auto speed(Index<C>) const {
-    return input<DERIVATIVES, BODY_VELOCITY + C>(broadcast<Pack>(bodies[COORDINATES + C]));
+    return input<DERIVATIVES, BODY_VELOCITY + C>(C == SHAFT ? shaft_speed : broadcast<Pack>(bodies[COORDINATES + C]));
   }
-};
-// The same between rings whose motion is prescribed.
-template <bool DERIVATIVES>
-struct PrescribedInput {
-  const BallState &ball_state;
-  const Bearing &bearing;
-  const Pack &ring_speed;
-  const CarriedBalls *carried;
-  const Heights &heights;
-  template <int C>
-  CORE_INLINE auto ball(Index<C>) const {
-    return input<DERIVATIVES, C>(ball_state[C]);
-  }
-  CORE_INLINE double position(int c) const { return c < TILT_X ? bearing.offset[c] : bearing.tilt[c - TILT_X]; }
-  CORE_INLINE Pack speed(int) const { return ring_speed; }
 };
 
 // Action of a raceway in its ring's axes: differentiated by the ball's offset, velocity and spin relative to the ring and by the
@@ -256,6 +241,7 @@ CORE_INLINE auto tilted_contact_action(const Bearing &bearing, const CarriedBall
 // centrifugal, Coriolis and gyroscopic effects.
 template <RingMotion RING, bool PATCH, class Input, class Put>
 CORE_INLINE void raceway_forces(const Bearing &bearing, const Input &in, Put put) {
+  constexpr bool MOVES = RING == RingMotion::level || RING == RingMotion::tilting;
   Vector3 position{in.ball(index<RADIUS>), Zero{}, in.ball(index<HEIGHT>)};
   Vector3 spin{in.ball(index<SPIN>), in.ball(index<SPIN + 1>), in.ball(index<SPIN + 2>)};
   auto orbit_rate = in.ball(index<ORBIT_RATE>);
@@ -268,7 +254,7 @@ CORE_INLINE void raceway_forces(const Bearing &bearing, const Input &in, Put put
 
   const CarriedContacts *at_outer = carried ? &carried->outer : nullptr;
   auto outer = [&]() __attribute__((always_inline)) {
-    if constexpr (RING == RingMotion::housed) {
+    if constexpr (RING == RingMotion::tilting) {
       auto along = in_ball_frame(Vector3{in.direction[0], in.direction[1], in.direction[2]});
       auto action = ring_contact_action<PATCH>(bearing, bearing.outer, at_outer, in.heights.outer,
                                                position - in.position(index<HOUSING>) * along,
@@ -291,40 +277,36 @@ CORE_INLINE void raceway_forces(const Bearing &bearing, const Input &in, Put put
     put(index<POWER_ROW>, shaft_speed * inner.moment + (inner.height_power + outer.height_power));
     put(index<LOSS_ROW>, inner.loss + outer.loss);
     put(index<FORCE_ROW + SHAFT>, -inner.moment);
-    if constexpr (RING == RingMotion::level || tilts_and_moves(RING)) {
+    if constexpr (MOVES) {
       auto on_ring = about_z(c, s, inner.force);
       put(index<FORCE_ROW + RING_X>, -on_ring.x), put(index<FORCE_ROW + RING_Y>, -on_ring.y);
       put(index<FORCE_ROW + RING_Z>, -on_ring.z);
     }
   };
-  if constexpr (RING == RingMotion::held) {
-    auto offset = position - in_ball_frame(Vector3{bearing.offset[0], bearing.offset[1], bearing.offset[2]});
-    finish(inner_contact_action<PATCH>(bearing, carried, in.heights.inner, offset, velocity, spin, shaft_speed));
+  auto coordinate = [&](auto free, double held) __attribute__((always_inline)) {
+    if constexpr (MOVES) return in.position(free);
+    else return held;
+  };
+  auto rate = [&](auto free) __attribute__((always_inline)) {
+    if constexpr (MOVES) return in.speed(free);
+    else return Zero{};
+  };
+  Vector3 centre{coordinate(index<RING_X>, bearing.offset[0]), coordinate(index<RING_Y>, bearing.offset[1]),
+                 coordinate(index<RING_Z>, bearing.offset[2])};
+  Vector3 drift{rate(index<RING_X>), rate(index<RING_Y>), rate(index<RING_Z>)};
+  auto offset = position - in_ball_frame(centre), relative = velocity - in_ball_frame(drift);
+  if constexpr (RING == RingMotion::held || RING == RingMotion::level) {
+    finish(inner_contact_action<PATCH>(bearing, carried, in.heights.inner, offset, relative, spin, shaft_speed));
   } else {
-    constexpr bool MOVES = RING != RingMotion::tilted;
-    auto coordinate_of = [&](auto coordinate) __attribute__((always_inline)) {
-      if constexpr (MOVES) return in.position(coordinate);
-      else return value_of(in.position(coordinate));
-    };
-    auto rate = [&](auto coordinate) __attribute__((always_inline)) {
-      if constexpr (MOVES) return in.speed(coordinate);
-      else return Zero{};
-    };
-    Vector3 centre{coordinate_of(index<RING_X>), coordinate_of(index<RING_Y>), coordinate_of(index<RING_Z>)};
-    Vector3 drift{rate(index<RING_X>), rate(index<RING_Y>), rate(index<RING_Z>)};
-    auto offset = position - in_ball_frame(centre), relative = velocity - in_ball_frame(drift);
-    if constexpr (RING == RingMotion::level) {
-      finish(inner_contact_action<PATCH>(bearing, carried, in.heights.inner, offset, relative, spin, shaft_speed));
-    } else {
-      auto tilt = in_ball_frame(Vector3{coordinate_of(index<TILT_X>), coordinate_of(index<TILT_Y>), Zero{}});
-      auto tilt_rate = in_ball_frame(Vector3{rate(index<TILT_X>), rate(index<TILT_Y>), Zero{}});
-      auto inner =
-          tilted_contact_action<PATCH>(bearing, carried, in.heights.inner, offset, relative, spin, tilt, tilt_rate, shaft_speed);
-      finish(inner.action);
-      if constexpr (tilts_and_moves(RING)) {
-        auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});
-        put(index<FORCE_ROW + TILT_X>, -moment.x), put(index<FORCE_ROW + TILT_Y>, -moment.y);
-      }
+    auto tilt =
+        in_ball_frame(Vector3{coordinate(index<TILT_X>, bearing.tilt[0]), coordinate(index<TILT_Y>, bearing.tilt[1]), Zero{}});
+    auto tilt_rate = in_ball_frame(Vector3{rate(index<TILT_X>), rate(index<TILT_Y>), Zero{}});
+    auto inner =
+        tilted_contact_action<PATCH>(bearing, carried, in.heights.inner, offset, relative, spin, tilt, tilt_rate, shaft_speed);
+    finish(inner.action);
+    if constexpr (MOVES) {
+      auto moment = about_z(c, s, Vector3{inner.moment_x, inner.moment_y, Zero{}});
+      put(index<FORCE_ROW + TILT_X>, -moment.x), put(index<FORCE_ROW + TILT_Y>, -moment.y);
     }
   }
 }

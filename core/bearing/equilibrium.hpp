@@ -460,10 +460,10 @@ class Ring {
       scale += b.present * current.scale;
     }
     for (int i = 0; i < COORDINATES; i++) {
-      load[i] = sum(total[i].value);
-      for (int j = 0; j < COORDINATES; j++) stiffness[i][j] = sum(total[i].slope[j]);
+      load[i] = lane_sum(total[i].value);
+      for (int j = 0; j < COORDINATES; j++) stiffness[i][j] = lane_sum(total[i].slope[j]);
     }
-    return sum(scale);
+    return lane_sum(scale);
   }
 
   // Of each ball, with the ring at `q`: approach, load, angle, friction, small and large curvature, each inner and outer, then
@@ -499,11 +499,6 @@ class Ring {
   }
 
  private:
-  static double sum(const Pack &lanes) {
-    double total = 0.0;
-    for (int lane = 0; lane < LANES; lane++) total += lanes[lane];
-    return total;
-  }
   // Each lane with its ball, or with the last one, which it repeats.
   template <class Function>
   void for_each_lane(Function function) {

@@ -15,7 +15,8 @@ class Reader {
     (take(x), ...);
   }
   int integer() { return int(*next++); }
-  const double *remaining() const { return next; }
+  // Where so many numbers begin, which are skipped.
+  const double *take(int count) { return std::exchange(next, next + count); }
 
  private:
   const double *next;
@@ -31,13 +32,6 @@ class Reader {
   void take(Wall &w) { (*this)(w.stiffness, w.relaxation_time, w.friction); }
 };
 
-inline Lubricant lubricant_of(Reader &read) {
-  Lubricant l{LubricantKind(read.integer())};
-  read(l.viscosity, l.pressure_coefficient, l.log_roughness, l.boundary_friction, l.film_friction);
-  read(l.heating, l.starvation);
-  return l;
-}
-
 inline Bearing bearing_of(const double *numbers, const double *points) {
   Bearing b{};
   Reader read(numbers);
@@ -45,15 +39,12 @@ inline Bearing bearing_of(const double *numbers, const double *points) {
   read(b.damping, b.relaxation_time, b.friction_coefficient, b.regularisation, b.power);
   read(b.pair_coefficient, b.pair_friction);
   read(b.inner, b.outer);
-  b.patch.model = FrictionModel(read.integer());
-  read(b.patch.coefficient, b.patch.easy, b.patch.hard);
-  b.patch.points = read.integer();
-  b.patch.point = points;
+  b.patch = patch_friction_of(read.take(FRICTION_NUMBERS), points);
   b.carried = CarriedLaw(read.integer());
-  b.lubricant = lubricant_of(read);
+  b.lubricant = lubricant_of(read.take(LUBRICANT_NUMBERS));
   if (b.lubricant.works())
     for (Raceway *raceway : {&b.inner, &b.outer}) read(raceway->film);
-  b.defects = defects_of(read.remaining());
+  b.defects = defects_of(read.take(0));
   return b;
 }
 

@@ -38,98 +38,60 @@ enum Sum { INNER_FORCE, INNER_TORQUE = 3, OUTER_FORCE = 6, OUTER_TORQUE = 9, KIN
 
 using Vector = Vector3<Pack>;
 
-// Pose and motion of the inner ring for the balls in lanes, in bearing_link; a held ring has neither tilt nor motion. Then the
-// outer ring's centre and its velocity; lanes of the first ball. Moments on the outer ring are about the origin of its
-// frame, the position of its centre at the start.
+// Pose and motion of a ring for the balls in lanes, in bearing_link.
 struct RingPose {
   Vector centre, tilt, drift, turning;
   Pack speed, angle;
-  Vector outer, outer_drift;
-  Mask first;
 };
 
-// A contact in the axes in which it is computed.
+// A contact in bearing_link, the normal in the direction of the load; force and torque on the ball about its centre.
 struct Contact {
-  Pack approach, normal_load, energy, contact_angle, spin_rate, small, large, spin_moment;
-  Vector arm, normal, friction, slip;
-  Pack film{}, film_ratio{};
-  Vector pressure{};  // of a film, on the ball's centre
+  Pack approach, normal_load, energy, contact_angle, spin_rate, spin_moment, small, large, film{}, film_ratio{};
+  Vector point, normal, friction, slip, force, torque;
 };
 
-template <bool PATCH, class O, class W>
-CORE_INLINE Contact output_contact(const Bearing &bearing, const Raceway &raceway, const O &offset, const W &speed,
-                                   const Vector &velocity, const Vector &spin, const Height &height) {
-  auto result = raceway_contact<PATCH>(bearing, raceway, nullptr, height, offset, velocity, spin, speed);
+// The contact of a ball with a raceway of this ring. The contact angle is that against the radial plane, above zero where the inner
+// ring is pushed along +z; `outwards` is 1 at the outer ring, -1 at the inner one.
+template <bool PATCH>
+CORE_INLINE Contact output_contact(const Bearing &bearing, const Raceway &raceway, double outwards, const RingPose &ring,
+                                   const Vector &position, const Vector &velocity, const Vector &spin, const Height &height) {
+  auto axes = ring_axes(ring.tilt.x, ring.tilt.y);
+  auto in_link = [&](const auto &v) __attribute__((always_inline)) { return out_of_ring(axes, as_packs(v)); };
+  Vector offset = into_ring(axes, position - ring.centre);
+  Vector relative = into_ring(axes, (velocity - ring.drift) - cross(ring.turning, offset));
+  auto result =
+      raceway_contact<PATCH>(bearing, raceway, nullptr, height, offset, relative, into_ring(axes, spin - ring.turning), ring.speed);
   const auto &geometry = result.geometry;
   const auto &action = result.action;
   Contact contact;
-  contact.normal = as_packs(geometry.normal), contact.arm = as_packs(geometry.arm);
-  contact.friction = as_packs(action.friction), contact.slip = as_packs(action.slip);
+  Vector arm = in_link(geometry.arm);
+  contact.normal = -1.0 * in_link(geometry.normal), contact.point = position + arm;
+  contact.friction = in_link(action.friction), contact.slip = in_link(action.slip);
   contact.approach = geometry.approach, contact.normal_load = action.normal_load, contact.spin_rate = result.spin;
   contact.energy = elastic_energy(bearing.power, geometry.load, maximum(geometry.approach, 0.0));
   contact.small = broadcast<Pack>(bearing.curvature_across(raceway)),
   contact.large = bearing.curvature_along(raceway, geometry.radial);
   contact.spin_moment = as_pack(action.spin_moment);
+  contact.force = contact.normal_load * contact.normal;
   if (const auto &film = result.film; bearing.lubricant.works()) {
-    Vector along = film.resistance * Vector{film.x, film.y, Pack{}};
-    contact.friction = contact.friction - along, contact.pressure = film.lead * along;
+    Vector along = in_link(film.resistance * Vector{film.x, film.y, Pack{}});
+    contact.friction = contact.friction - along;
+    contact.force = contact.force + film.lead * along;  // its pressure, through the ball's centre
     contact.film_ratio = select(geometry.load > 0.0, exponential(film.log_ratio), Pack{});
     contact.film = contact.film_ratio * std::exp(bearing.lubricant.log_roughness);
   }
+  contact.force = contact.force + contact.friction;
+  contact.torque = cross(arm, contact.friction) - contact.spin_moment * contact.normal;
+  Pack in_plane = square_root(contact.normal.x * contact.normal.x + contact.normal.y * contact.normal.y);
+  contact.contact_angle =
+      each_lane((0.0 - outwards * contact.normal.z) / in_plane, [](double tangent) { return std::atan(tangent); });
   return contact;
 }
 
-template <bool PATCH, RingMotion RING>
-CORE_INLINE Contact inner_contact(const Bearing &bearing, const RingPose &ring, const Pack &cosine, const Pack &sine,
-                                  const Vector &local, const Vector &velocity, const Vector &spin, const Height &height) {
-  auto in_ball_frame = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, Pack(-sine), v); };
-  Vector offset = local - in_ball_frame(ring.centre);
-  if constexpr (RING == RingMotion::held)
-    return output_contact<PATCH>(bearing, bearing.inner, offset, ring.speed, velocity, spin, height);
-  Vector relative = velocity - in_ball_frame(ring.drift);
-  if constexpr (RING == RingMotion::held || RING == RingMotion::level)
-    return output_contact<PATCH>(bearing, bearing.inner, offset, ring.speed, relative, spin, height);
-  else {
-    Vector tilt = in_ball_frame(ring.tilt), turning = in_ball_frame(ring.turning);
-    auto axes = ring_axes(tilt.x, tilt.y);
-    Vector from_centre = into_ring(axes, offset);
-    Contact contact =
-        output_contact<PATCH>(bearing, bearing.inner, from_centre, ring.speed,
-                              into_ring(axes, relative - cross(turning, from_centre)), into_ring(axes, spin - turning), height);
-    for (Vector *v : {&contact.arm, &contact.normal, &contact.friction, &contact.slip, &contact.pressure})
-      *v = out_of_ring(axes, *v);
-    return contact;
-  }
-}
-
-// Against the radial plane, above zero where the inner ring is pushed along +z; `outwards` is 1 at the outer ring, -1 at
-// the inner one.
-CORE_INLINE Pack contact_angle(const Contact &contact, double outwards) {
-  Pack in_plane = square_root(contact.normal.x * contact.normal.x + contact.normal.y * contact.normal.y);
-  return arctangent(Pack((outwards * contact.normal.z + 0.0) / in_plane));
-}
-
-// A contact in bearing_link, the normal in the direction of the load; force and torque on the ball about its centre.
-struct Placed {
-  Vector point, normal, friction, slip, spin_moment, force, torque, pressure;
-};
-CORE_INLINE Placed placed(const Contact &contact, const Vector &local, const Pack &cosine, const Pack &sine) {
-  auto turned = [&](const Vector &v) __attribute__((always_inline)) { return about_z(cosine, sine, v); };
-  Vector spin_moment = contact.spin_moment * contact.normal;
-  return {turned(local + contact.arm),
-          turned(-1.0 * contact.normal),
-          turned(contact.friction),
-          turned(contact.slip),
-          turned(spin_moment),
-          turned(contact.friction - contact.normal_load * contact.normal),
-          turned(cross(contact.arm, contact.friction) + spin_moment),
-          turned(contact.pressure)};
-}
-
-// Moment of a contact on the inner ring about its centre, as in `raceway_forces`: about x and y by virtual work of tilts of
+// Moment of a contact on a ring about its centre, as in `raceway_forces`: about x and y by virtual work of tilts of
 // first order, of the ball's position in the ring's axes and the force in those of bearing_link; about z about the
 // ring's axis.
-CORE_INLINE Vector moment_on_tilted(const RingPose &ring, const Vector &position, const Vector &force, const Vector &torque) {
+CORE_INLINE Vector moment_on_ring(const RingPose &ring, const Vector &position, const Vector &force, const Vector &torque) {
   Vector offset = into_ring(ring_axes(ring.tilt.x, ring.tilt.y), position - ring.centre);
   Vector level = cross(offset, force) + torque;
   Vector turned = cross(offset, force - cross(ring.tilt, force)) + (torque - cross(ring.tilt, torque));
@@ -144,65 +106,47 @@ struct BallRow {
   CORE_INLINE void put(const Vector &v) { put(v.x), put(v.y), put(v.z); }
 };
 
-template <bool PATCH, RingMotion RING>
-[[gnu::noinline]] inline void fill(const Bearing &bearing, const RingPose &ring, const BallState &y,
-                                   const Quaternion &ball_orientation, BallRow &row) {
+// `first` are lanes of the first ball.
+template <bool PATCH>
+[[gnu::noinline]] inline void fill(const Bearing &bearing, const RingPose &inner_ring, const RingPose &outer_ring,
+                                   const BallState &y, const Quaternion &ball_orientation, const Mask &first, BallRow &row) {
   auto [cosine, sine] = cosine_sine_value(y[ANGLE]);
   Pack c = cosine, s = sine;
-  Vector local{y[RADIUS], Pack{}, y[HEIGHT]}, velocity{y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]};
-  Vector spin{y[SPIN], y[SPIN + 1], y[SPIN + 2]};
+  auto in_link = [&](const Vector &v) __attribute__((always_inline)) { return about_z(c, s, v); };
+  Vector position = in_link({y[RADIUS], Pack{}, y[HEIGHT]}), velocity = in_link({y[VELOCITY], y[VELOCITY + 1], y[VELOCITY + 2]});
+  Vector spin = in_link({y[SPIN], y[SPIN + 1], y[SPIN + 2]});
   Heights heights;
   if (bearing.defects.count) {
     Pack orbit_rate = y[VELOCITY + 1] / y[RADIUS];
     heights = heights_at(bearing.defects,
-                         surface_positions(y[ANGLE], orbit_rate, ring.angle, ring.speed, ball_orientation,
-                                           {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, ring.first),
+                         surface_positions(y[ANGLE], orbit_rate, inner_ring.angle, inner_ring.speed, ball_orientation,
+                                           {y[SPIN], y[SPIN + 1], y[SPIN + 2] - orbit_rate}, first),
                          Pack{});
   }
-  Contact at_inner = inner_contact<PATCH, RING>(bearing, ring, c, s, local, velocity, spin, heights.inner);
-  Contact at_outer = [&]() __attribute__((always_inline)) {
-    if constexpr (RING == RingMotion::housed) {
-      Vector offset = local - about_z(c, Pack(-s), ring.outer), against = velocity - about_z(c, Pack(-s), ring.outer_drift);
-      return output_contact<PATCH>(bearing, bearing.outer, offset, Zero{}, against, spin, heights.outer);
-    } else
-      return output_contact<PATCH>(bearing, bearing.outer, Vector3{y[RADIUS], Zero{}, y[HEIGHT]}, Zero{}, velocity, spin,
-                                   heights.outer);
-  }();
-  Placed inner = placed(at_inner, local, c, s), outer = placed(at_outer, local, c, s);
-  Vector position = about_z(c, s, local);
-  const bool films = bearing.lubricant.works();
-  if (films) inner.force = inner.force + inner.pressure, outer.force = outer.force + outer.pressure;
+  Contact inner = output_contact<PATCH>(bearing, bearing.inner, -1.0, inner_ring, position, velocity, spin, heights.inner);
+  Contact outer = output_contact<PATCH>(bearing, bearing.outer, 1.0, outer_ring, position, velocity, spin, heights.outer);
   auto [half_cosine, half_sine] = cosine_sine_value(Pack(0.5 * y[ANGLE]));
   Quaternion orientation = product({Pack{}, Pack{}, half_sine, half_cosine}, ball_orientation);
 
-  at_inner.contact_angle = contact_angle(at_inner, -1.0), at_outer.contact_angle = contact_angle(at_outer, 1.0);
   row.count = 0;
-  row.put(y[ANGLE]), row.put(position), row.put(about_z(c, s, velocity));
+  row.put(y[ANGLE]), row.put(position), row.put(velocity);
   for (const Pack &part : orientation) row.put(part);
-  row.put(about_z(c, s, spin)), row.put(y[VELOCITY + 1] / y[RADIUS] - y[SPIN + 2]);
+  row.put(spin), row.put(y[VELOCITY + 1] / y[RADIUS] - y[SPIN + 2]);
   row.put(inner.force + outer.force), row.put(inner.torque + outer.torque);
   for (auto number :
        {&Contact::approach, &Contact::normal_load, &Contact::contact_angle, &Contact::spin_rate, &Contact::small, &Contact::large})
-    row.put(at_inner.*number), row.put(at_outer.*number);
-  for (auto vector : {&Placed::point, &Placed::normal, &Placed::friction, &Placed::slip})
+    row.put(inner.*number), row.put(outer.*number);
+  for (auto vector : {&Contact::point, &Contact::normal, &Contact::friction, &Contact::slip})
     row.put(inner.*vector), row.put(outer.*vector);
-  row.put(at_inner.spin_moment), row.put(at_outer.spin_moment);
-  row.put(at_inner.film), row.put(at_outer.film), row.put(at_inner.film_ratio), row.put(at_outer.film_ratio);
+  for (auto number : {&Contact::spin_moment, &Contact::film, &Contact::film_ratio}) row.put(inner.*number), row.put(outer.*number);
 
-  Vector on_inner, on_outer = -1.0 * (cross(outer.point, outer.force) + outer.spin_moment);
-  if constexpr (RING == RingMotion::tilted || tilts_and_moves(RING))
-    on_inner = moment_on_tilted(ring, position, inner.force, inner.torque);
-  else on_inner = -1.0 * (cross(inner.point - ring.centre, inner.force) + inner.spin_moment);
-  if (films) {  // the pressure acts through the ball's centre
-    on_outer = on_outer + cross(outer.point - position, outer.pressure);
-    if constexpr (RING == RingMotion::held || RING == RingMotion::level)
-      on_inner = on_inner + cross(inner.point - position, inner.pressure);
-  }
+  Vector on_inner = moment_on_ring(inner_ring, position, inner.force, inner.torque);
+  Vector on_outer = -1.0 * (cross(position, outer.force) + outer.torque);  // about the origin
   Pack *share = row.shares;
   for (const Vector &v : {-1.0 * inner.force, on_inner, -1.0 * outer.force, on_outer})
     *share++ = v.x, *share++ = v.y, *share++ = v.z;
   *share++ = 0.5 * (bearing.ball_mass * dot(velocity, velocity) + bearing.ball_inertia * dot(spin, spin));
-  *share++ = at_inner.energy + at_outer.energy;
+  *share++ = inner.energy + outer.energy;
   *share++ =
       -bearing.ball_mass * (bearing.gravity[0] * position.x + bearing.gravity[1] * position.y + bearing.gravity[2] * position.z);
   *share++ = y[DRIVE_WORK], *share++ = y[DISSIPATED], *share++ = y[GROSS_WORK];
@@ -355,14 +299,13 @@ struct Source {
   double rolling;
 };
 
-template <bool PATCH, RingMotion RING>
+template <bool PATCH>
 void write_balls(const Source &source, const RowLayout &layout, double *out) {
   long total = long(source.instants) * source.balls;
   BallRow row;
-  RingPose ring{};
-  const double *offset = source.bearing.offset;
-  ring.centre = {broadcast<Pack>(offset[0]), broadcast<Pack>(offset[1]), broadcast<Pack>(offset[2])};
-  bool driven = source.bodies && source.bodies->torque_driven();
+  RingPose inner_ring{}, outer_ring{};
+  Mask first;
+  auto set = [](Vector &v, int lane, double x, double y, double z) { v.x[lane] = x, v.y[lane] = y, v.z[lane] = z; };
   for (long begin = 0; begin < total; begin += LANES) {
     BallState y;
     Quaternion orientation;
@@ -370,22 +313,23 @@ void write_balls(const Source &source, const RowLayout &layout, double *out) {
       long pair = std::min(begin + lane, total - 1), instant = pair / source.balls;
       for (int c = 0; c < COLUMNS; c++) y[c][lane] = source.states[pair * COLUMNS + c];
       for (int c = 0; c < 4; c++) orientation[c][lane] = source.orientations[pair * 4 + c];
-      ring.speed[lane] = source.drive.speed_at(source.times[instant]);
-      ring.first[lane] = pair % source.balls == 0 ? -1 : 0;
-      ring.angle[lane] = source.drive.angle_at(source.times[instant]);
+      first[lane] = pair % source.balls == 0 ? -1 : 0;
+      inner_ring.speed[lane] = source.drive.speed_at(source.times[instant]);
+      inner_ring.angle[lane] = source.drive.angle_at(source.times[instant]);
+      set(inner_ring.centre, lane, source.bearing.offset[0], source.bearing.offset[1], source.bearing.offset[2]);
       if (!source.bodies) continue;
       const double *position = source.body_states[instant].data(), *speed = position + COORDINATES;
-      if (driven) ring.speed[lane] = speed[SHAFT], ring.angle[lane] = position[SHAFT];
-      if constexpr (RING != RingMotion::held) {
-        auto set = [lane](Vector &v, double x, double y, double z) { v.x[lane] = x, v.y[lane] = y, v.z[lane] = z; };
-        set(ring.centre, position[RING_X], position[RING_Y], position[RING_Z]);
-        set(ring.drift, speed[RING_X], speed[RING_Y], speed[RING_Z]);
-        set(ring.tilt, position[TILT_X], position[TILT_Y], 0.0), set(ring.turning, speed[TILT_X], speed[TILT_Y], 0.0);
-        const double *along = source.bodies->direction, q = position[HOUSING], w = speed[HOUSING];
-        set(ring.outer, along[0] * q, along[1] * q, along[2] * q), set(ring.outer_drift, along[0] * w, along[1] * w, along[2] * w);
-      }
+      if (source.bodies->torque_driven()) inner_ring.speed[lane] = speed[SHAFT], inner_ring.angle[lane] = position[SHAFT];
+      if (source.bodies->ring == RingMotion::held) continue;
+      set(inner_ring.centre, lane, position[RING_X], position[RING_Y], position[RING_Z]);
+      set(inner_ring.drift, lane, speed[RING_X], speed[RING_Y], speed[RING_Z]);
+      set(inner_ring.tilt, lane, position[TILT_X], position[TILT_Y], 0.0);
+      set(inner_ring.turning, lane, speed[TILT_X], speed[TILT_Y], 0.0);
+      const double *along = source.bodies->direction, q = position[HOUSING], w = speed[HOUSING];
+      set(outer_ring.centre, lane, along[0] * q, along[1] * q, along[2] * q);
+      set(outer_ring.drift, lane, along[0] * w, along[1] * w, along[2] * w);
     }
-    fill<PATCH, RING>(source.bearing, ring, y, orientation, row);
+    fill<PATCH>(source.bearing, inner_ring, outer_ring, y, orientation, first, row);
     for (int lane = 0; lane < LANES && begin + lane < total; lane++) {
       long instant = (begin + lane) / source.balls, ball = (begin + lane) % source.balls;
       double *to_row = out + instant * layout.columns;
@@ -404,12 +348,7 @@ void write_balls(const Source &source, const RowLayout &layout, double *out) {
 
 template <bool PATCH>
 void write(const Source &source, const RowLayout &layout, double *out) {
-  switch (source.bodies ? source.bodies->ring : RingMotion::held) {
-    case RingMotion::held: write_balls<PATCH, RingMotion::held>(source, layout, out); break;
-    case RingMotion::level: write_balls<PATCH, RingMotion::level>(source, layout, out); break;
-    case RingMotion::housed: write_balls<PATCH, RingMotion::housed>(source, layout, out); break;
-    default: write_balls<PATCH, RingMotion::tilting>(source, layout, out);
-  }
+  write_balls<PATCH>(source, layout, out);
   for (int instant = 0; instant < source.instants; instant++) {
     double *row = out + long(instant) * layout.columns, *ring = row + layout.ring, time = source.times[instant];
     const double *state = source.states + long(instant) * source.balls * COLUMNS;

@@ -127,6 +127,7 @@ class RosenbrockBalls {
     touching.start(chunk.near, chunk.balls, numbers);
     blocks.assign(common ? (numbers.size() + LANES - 1) / LANES : 1, BallBlock{});
     std::copy(chunk.body_state, chunk.body_state + BODY_NUMBERS, body_step.start.begin());
+    body_step.y = body_step.start;
     for (BallBlock &block : blocks) {
       for (int lane = 0; lane < LANES; lane++) running += start_ball(block, lane);
       follow_cage(block.start, body_step.start, block);
@@ -216,13 +217,13 @@ class RosenbrockBalls {
     double t = time + fraction * step;
     prescribe_shaft(body_step.y, t);
     for (BallBlock &block : blocks) {
+      Pack shaft_speed = broadcast<Pack>(body_step.y[COORDINATES + SHAFT]);
+      if (uncoupled) shaft_speed = chunk.drive.speed_at(block.time + fraction * block.step);
       if (block.crosses_defects) block.heights = heights_at(bearing.defects, block.surface, fraction * block.step);
       if (DERIVATIVES && touching.active())
         std::fill(&block.jacobian[0][0], &block.jacobian[0][0] + JACOBIAN_ROWS * JACOBIAN_COLUMNS, Pack{});
       follow_cage(block.y, body_step.y, block);
-      if (uncoupled) prescribed_forces<DERIVATIVES>(bearing, chunk.drive.speed_at(block.time + fraction * block.step), block);
-      else if (bearing.over_patch()) block_forces<true, DERIVATIVES>(bearing, bodies, layout, block, body_step.y, forces);
-      else block_forces<false, DERIVATIVES>(bearing, bodies, layout, block, body_step.y, forces);
+      block_forces<DERIVATIVES>(bearing, bodies, layout, block, body_step.y, shaft_speed, forces);
     }
     if (touching.active()) touching.add<DERIVATIVES>(bearing, blocks);
     for (BallBlock &block : blocks) finish_rates<DERIVATIVES>(bearing, layout, block, forces, cage_inertia);
@@ -282,9 +283,9 @@ class RosenbrockBalls {
 
   void factorise_system() {
     double g = blocks[0].gamma_step[0];
-    if (touching.active()) touching.choose_members(blocks);
+    touching.choose_members(blocks);
     factorise(layout, blocks, body_step, g);
-    if (touching.any_touch()) touching.factorise(layout, blocks, body_step, g);
+    touching.factorise(layout, blocks, body_step, g);
   }
 
   void solve_stages() {
@@ -320,21 +321,18 @@ class RosenbrockBalls {
   // Solves for a stage; M is the capacity for unknowns of the bodies, padded with zeros.
   template <bool EVEN, int M>
   [[gnu::noinline]] void solve_stage(int stage) {
-    std::array<double, M> known_positions{}, positions{}, velocities{}, rhs{};
+    std::array<double, M> known_positions{}, positions{}, velocities{};
     std::array<Pack, M> force_sum{};
     BodyState &x = body_step.stage[stage];
     double g = blocks[0].gamma_step[0];
     for (int k = 0; k < layout.unknowns; k++) known_positions[k] = g * body_step.rhs[layout.coordinate[k]];
     for (BallBlock &block : blocks) forward_eliminate_block<EVEN, M>(block, known_positions.data(), force_sum.data());
     for (int i = 0; i < layout.unknowns; i++) {
-      rhs[i] = body_step.rhs[COORDINATES + layout.coordinate[i]] + body_step.inverse_inertia[i] * lane_sum(force_sum[i]);
-      for (int j = 0; j < M; j++) rhs[i] += body_step.position_coupling[i][j] * known_positions[j];
+      velocities[i] = body_step.rhs[COORDINATES + layout.coordinate[i]] + body_step.inverse_inertia[i] * lane_sum(force_sum[i]);
+      for (int j = 0; j < M; j++) velocities[i] += body_step.position_coupling[i][j] * known_positions[j];
     }
-    if (touching.any_touch()) touching.solve(layout, blocks, g, rhs.data());
+    touching.solve(layout, blocks, g, velocities.data());
     for (int i = 0; i < layout.unknowns; i++) {
-      if (touching.any_touch()) velocities[i] = rhs[i];
-      else
-        for (int j = 0; j < M; j++) velocities[i] += body_step.inverse[i][j] * rhs[j];
       positions[i] = known_positions[i] + g * velocities[i];
       x[layout.coordinate[i]] = positions[i], x[COORDINATES + layout.coordinate[i]] = velocities[i];
     }
@@ -347,7 +345,7 @@ class RosenbrockBalls {
     double cage[2] = {x[CAGE_ANGLE], x[COORDINATES + CAGE_ANGLE]};
     for (BallBlock &block : blocks)
       back_substitute_block<EVEN, M>(block, positions.data(), velocities.data(), cage, block.stage[stage]);
-    if (touching.any_touch()) touching.add_losses(blocks, g, stage);
+    touching.add_losses(blocks, g, stage);
   }
 
   // States and orientations at the end, and the errors: root mean squares of the motion of each ball and of the bodies.
@@ -540,17 +538,13 @@ class RosenbrockBalls {
   // Positions of a ball in the axes of both rings.
   template <class Y>
   RingPositions positions_in_rings(const Y &y, const BodyState &body) const {
-    if (bodies.ring == RingMotion::held) return prescribed_positions(bearing, y);
-    RingPositions positions{position_in_ring(&body[RING_X], &body[TILT_X], y), RingPosition{y[RADIUS], y[HEIGHT]}};
-    if (bodies.ring == RingMotion::housed) {
-      double centre[3], level[2] = {};
-      for (int i = 0; i < 3; i++) centre[i] = body[HOUSING] * bodies.direction[i];
-      positions[1] = position_in_ring(centre, level, y);
-    }
-    return positions;
+    if (bodies.ring == RingMotion::held || bodies.ring == RingMotion::tilted) return prescribed_positions(bearing, y);
+    double housing[3], level[2] = {};
+    for (int i = 0; i < 3; i++) housing[i] = body[HOUSING] * bodies.direction[i];
+    return {position_in_ring(&body[RING_X], &body[TILT_X], y), position_in_ring(housing, level, y)};
   }
   Pack outer_approaches(const BallState &y, const BodyState &body) const {
-    if (bodies.ring != RingMotion::housed) return outer_approach(bearing, y);
+    if (!bodies.free[HOUSING]) return outer_approach(bearing, y);
     Pack approach;
     for (int lane = 0; lane < LANES; lane++)
       approach[lane] = raceway_approaches(bearing, positions_in_rings(lane_state(y, lane), body))[1];

@@ -1,5 +1,5 @@
-// Balls that touch each other: the contact of a ball with the next ahead, and the dense linear system of those that touch. The
-// bodies' coordinates come last, where elimination fills least; all other balls are eliminated before.
+// Balls that touch each other: the contact of a ball with the next ahead, and the dense linear system of those that touch and of the
+// bodies, whose coordinates come last, where elimination fills least; all other balls are eliminated before.
 #pragma once
 #include "../math/linear.hpp"
 #include "ball_system.hpp"
@@ -94,7 +94,6 @@ class TouchingBalls {
     }
   }
   bool active() const { return !pairs.empty(); }
-  bool any_touch() const { return !members.empty(); }
 
   // Adds all contacts to the rates, after the forces of raceways and before `finish_rates`.
   template <bool DERIVATIVES>
@@ -126,7 +125,7 @@ class TouchingBalls {
   // Determines the balls that touch, which are not eliminated one by one.
   void choose_members(std::vector<BallBlock> &blocks) {
     members.clear(), member.assign(count, -1);
-    for (int index = 0; index < count; index++) {
+    for (int index = 0; index < count && active(); index++) {
       bool touches = touches_next(index) || touches_next((index + count - 1) % count);
       blocks[index / LANES].separate[index % LANES] = touches ? 0 : -1;
       if (touches) member[index] = int(members.size()), members.push_back(index);

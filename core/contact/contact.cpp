@@ -24,12 +24,6 @@ CORE_EXPORT void core_elliptic(std::int64_t count, const double *complementary, 
   for (std::int64_t i = 0; i < count; i++) std::tie(b[i], d[i]) = elliptic_b_d(complementary[i]);
 }
 
-namespace {
-
-Lubricant lubricant_of(const double *n) { return {LubricantKind(int(n[0])), n[1], n[2], n[3], n[4], n[5], n[6], n[7]}; }
-
-}  // namespace
-
 // The numbers (count, FILM_NUMBERS) of contacts with these curvatures (count,).
 CORE_EXPORT void core_film_numbers(const double *lubricant, std::int64_t count, const double *small, const double *large,
                                    double modulus, double ball_radius, double *out) {

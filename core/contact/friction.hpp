@@ -232,6 +232,9 @@ struct Lubricant {
   double boundary_friction = 0.0, film_friction = 0.0, heating = 0.0, starvation = 0.0;
   bool works() const { return kind != LubricantKind::none; }
 };
+// From its numbers in this order.
+constexpr int LUBRICANT_NUMBERS = 8;
+inline Lubricant lubricant_of(const double *n) { return {LubricantKind(int(n[0])), n[1], n[2], n[3], n[4], n[5], n[6], n[7]}; }
 
 // Logarithms of the coefficients: resistance [N], flooded in its two limits; M; thickness [m]; moments of hysteresis and, for
 // a coefficient of friction of 1, of differential slip [N m].

@@ -133,25 +133,6 @@ CORE_INLINE auto cosine_sine(const X &angle) {
   return std::pair{with_slope(angle, c, [&] { return -s; }), with_slope(angle, s, [&] { return c; })};
 }
 
-// The angle [rad] within a right angle of zero whose tangent is x, within 3e-16 and without a branch: reduced at
-// tan(pi/8) and tan(3 pi/8), there a quotient of polynomials (Moshier, Cephes, `atan`).
-template <class T>
-CORE_INLINE T arctangent(const T &x) {
-  T size = absolute(x), unit = broadcast<T>(1.0), none{};
-  auto steep = size > 2.414213562373095, middle = size > 0.66;
-  T inverse = select(steep, -unit, select(middle, size - 1.0, size));
-  T under = select(steep, size, select(middle, size + 1.0, unit));
-  T start = select(steep, 1.5707963267948966 * unit, select(middle, 0.7853981633974483 * unit, none));
-  T low_part = select(steep, 6.123233995736766e-17 * unit, select(middle, 3.061616997868383e-17 * unit, none));
-  T z = inverse / under, y = z * z;
-  T p = -8.750608600031904e-1 * y - 1.615753718733365e1;
-  p = ((p * y - 7.500855792314705e1) * y - 1.228866684490136e2) * y - 6.485021904942025e1;
-  T q = (y + 2.485846490142306e1) * y + 1.650270098316989e2;
-  q = ((q * y + 4.328810604912903e2) * y + 4.853903996359137e2) * y + 1.945506571482614e2;
-  T angle = start + (z * (y * p / q) + low_part + z);
-  return select(x >= 0.0, angle, -angle);
-}
-
 using Quaternion = std::array<Pack, 4>;
 
 CORE_INLINE Quaternion product(const Quaternion &p, const Quaternion &q) {

@@ -34,12 +34,6 @@ struct Moduli {
 constexpr int NEWTON_STEPS = 30;  // at most, for the stretch through the thickness
 constexpr double LEAST_DET = 1e-12;  // of det F in a logarithm; a disc with a smaller one has collapsed and its run ends
 
-template <class Function>
-CORE_INLINE Pack by_lanes(Pack x, Function function) {
-  for (int lane = 0; lane < LANES; lane++) x[lane] = function(x[lane]);
-  return x;
-}
-
 // A displacement gradient, or a first Piola-Kirchhoff stress times the weight of the point.
 struct Tensor {
   Pack xx, xy, yx, yy;
@@ -97,10 +91,10 @@ CORE_INLINE Tensor shear_stress(const Moduli &moduli, const Tensor &h, const Pac
     return {factor * h.xx, factor * shear, factor * shear, factor * h.yy};
   } else {
     const Pack volume = maximum(det, LEAST_DET), factor = moduli.mu * weight;
-    Pack log_volume = by_lanes(volume, [](double x) { return std::log(x); }), square = broadcast<Pack>(1.0);
+    Pack log_volume = each_lane(volume, [](double x) { return std::log(x); }), square = broadcast<Pack>(1.0);
     if constexpr (LAW == Law::neo_hookean_plane_stress) {
-      const Pack thick = by_lanes(log_volume, [&](double x) { return thickness_log_stretch(moduli, x); });
-      log_volume += thick, square = by_lanes(thick, [](double x) { return std::exp(2.0 * x); });
+      const Pack thick = each_lane(log_volume, [&](double x) { return thickness_log_stretch(moduli, x); });
+      log_volume += thick, square = each_lane(thick, [](double x) { return std::exp(2.0 * x); });
       extremes.energy += 0.5 * moduli.lame * weight * log_volume * log_volume;
     }
     const Pack ratio = square / volume;
@@ -129,7 +123,7 @@ CORE_INLINE Tensor volume_stress(const Moduli &moduli, const Tensor &h, const Pa
       extremes.energy += 0.5 * stress * trace;
       return {stress * (1.0 + h.xx), stress * h.xy, stress * h.yx, stress * (1.0 + h.yy)};
     } else {
-      const Pack volume = maximum(det, LEAST_DET), log_volume = by_lanes(volume, [](double x) { return std::log(x); });
+      const Pack volume = maximum(det, LEAST_DET), log_volume = each_lane(volume, [](double x) { return std::log(x); });
       Pack stress = moduli.lame * weight * log_volume;
       extremes.energy += 0.5 * stress * log_volume;
       stress /= volume;

@@ -119,7 +119,7 @@ def films_along(lubricant: np.ndarray, raceway, ball_radius: float, side: float)
     return np.linalg.solve(np.vander(FILM_POINTS, increasing=True), numbers).T
 
 
-HELD, TILTED, LEVEL, TILTING, HOUSED = range(5)  # RingMotion of elements.hpp
+HELD, TILTED, LEVEL, TILTING = range(4)  # RingMotion of elements.hpp
 NO_LAND = math.inf  # the clearance of a cage that balls alone guide
 
 
@@ -357,7 +357,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
     dimension, cage, pockets = dimension_of(parameters), parameters.cage, ()
     ring = HELD
     if dimension == FREE_RING:
-        ring = HOUSED if housing_of(parameters) else TILTING if tilts(parameters) else LEVEL
+        ring = TILTING if tilts(parameters) or housing_of(parameters) else LEVEL
     elif dimension == PRESCRIBED and any(parameters.drive.tilt):
         ring = TILTED
     if cage.kind == POCKETS and dimension != QUASI_STATIC:
@@ -380,7 +380,7 @@ def bearing_of(parameters: BearingScene, law: str) -> Bearing:
         raceway_friction=0.0 if friction.over_patch else coefficient,
         patch=patch,
         ring=ring,
-        tilt=tuple(map(float, parameters.drive.tilt)) if ring in (TILTED, TILTING, HOUSED) else (0.0, 0.0),
+        tilt=tuple(map(float, parameters.drive.tilt)) if ring in (TILTED, TILTING) else (0.0, 0.0),
         pockets=pockets,
         film=film,
     )
