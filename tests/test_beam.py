@@ -8,19 +8,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from runs import reported
-from scipy.integrate import quad, solve_ivp
 from solved_impact import SolvedImpact
 
 from bearing_twin.base.errors import IntegrationError, SceneError, Stopped
-from bearing_twin.base.stopping import SIGNALLED, Halt
+from bearing_twin.base.stopping import Halt
 from bearing_twin.charts.reference import strike
 from bearing_twin.kinds.beam.motion import (
-    BeamImpact,
-    ImpactingSphere,
-    Pieces,
-    beam_energy,
     beam_of,
-    branches,
     deflection_shapes,
     impact_speed,
     modes_of,
@@ -35,57 +29,6 @@ from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
 CLASSICAL = rectangular_beam(0.1535, 0.01, 0.01, 2.158e11, 7960.0)
-
-
-def test_frequencies_are_squares_of_the_first_and_a_blow_moves_modes_that_have_no_node_there():
-    """omega_n = n^2 omega_1 (paper 2, below eq. 7), omega_1 = (pi/l)^2 sqrt(EI / (mass per length))."""
-    omega = (math.pi / 0.1535) ** 2 * math.sqrt(2.158e11 * 0.01**4 / 12.0 / (7960.0 * 0.01**2))
-    modes = modes_of(CLASSICAL, CLASSICAL.span / 3.0, 8)
-    assert list(modes.index) == [1, 2, 4, 5, 7, 8]
-    assert modes.omega == pytest.approx(omega * modes.index**2.0, rel=1e-13)
-    assert modes.modal_mass == pytest.approx(0.5 * CLASSICAL.mass, rel=1e-15)
-
-
-@pytest.mark.parametrize("damping", [0.0, 0.05])
-def test_a_cubic_force_is_propagated_exactly(damping):
-    """q'' + 2 zeta omega q' + omega^2 q = f phi / M, against a tight adaptive integration of two modes."""
-    beam = CLASSICAL._replace(damping_ratio=damping)
-    modes = modes_of(beam, 0.3 * beam.span, 3)
-    force, step = np.array([1.0, -2.0, 3.0, 5.0]), 4e-4
-    start = np.array([0.01 + 0.02j, -0.03j, 0.02 + 0.0j])
-    piece = Pieces.of(1, 3)
-    piece.lengths[0], piece.forces[0], piece.states[0] = step, force, start
-    motion = BeamImpact(beam, modes, ImpactingSphere(2.0, 1.0, 3.0), piece, (), True, SIGNALLED, assumed=True)
-    (end,), (load,), (position,), (velocity,) = motion.at([0.75 * step])
-    assert load == pytest.approx(np.polyval(force[::-1], 0.75), rel=1e-14)
-    taken, moved = np.polyint(force[::-1]), np.polyint(force[::-1], 2)
-    assert velocity == pytest.approx(3.0 * 0.75 * step - step * np.polyval(taken, 0.75) / 2.0, rel=1e-13)
-    assert position == pytest.approx(1.5 * (0.75 * step) ** 2 - step**2 * np.polyval(moved, 0.75) / 2.0, rel=1e-13)
-    for n in range(3):
-        omega, push = modes.omega[n], modes.shape[n] / modes.modal_mass
-        q = start[n].imag / modes.rate[n].imag
-
-        def right_hand_side(t, y, omega=omega, push=push):
-            return [y[1], push * np.polyval(force[::-1], t / step) - 2.0 * damping * omega * y[1] - omega**2 * y[0]]
-
-        first = [q, start[n].real + modes.rate[n].real * q]
-        exact = solve_ivp(right_hand_side, (0.0, 0.75 * step), first, "DOP853", rtol=1e-12, atol=1e-18).y[:, -1]
-        end_q = end[n].imag / modes.rate[n].imag
-        assert end_q == pytest.approx(exact[0], rel=1e-9)
-        assert end[n].real + modes.rate[n].real * end_q == pytest.approx(exact[1], rel=1e-8)
-
-
-def test_modal_energy_is_the_energy_of_the_deflected_line():
-    """Half the integral of E I w''^2, by quadrature over the span."""
-    modes = modes_of(CLASSICAL, 0.3 * CLASSICAL.span, 3)
-    q = np.array([1e-6, -2e-7, 5e-8])
-
-    def bending(x):
-        wave = modes.index * math.pi / CLASSICAL.span
-        return 0.5 * CLASSICAL.rigidity * float(np.sum(-(wave**2) * np.sin(wave * x) * q)) ** 2
-
-    expected, _ = quad(bending, 0.0, CLASSICAL.span, epsabs=0.0, epsrel=1e-10)
-    assert beam_energy(modes, 1j * modes.rate.imag * q) == pytest.approx(expected, rel=1e-9)
 
 
 STEEL = 2.158e11, 7960.0, 0.0, 0.3
@@ -163,31 +106,6 @@ def test_a_program_without_modes_finds_the_same():
     assert len(impact.contacts) >= 2
     assert limit == pytest.approx(np.array(exact), rel=3e-4)
     assert limit[:1] == pytest.approx(exact[:1], rel=2e-6)
-
-
-def test_both_branches_obey_the_determinant_and_share_the_inertia():
-    index = np.arange(1, 400)
-    n, omega, weight, turn = branches(CLASSICAL_BLOW, index)
-    k, shear = n * math.pi / CLASSICAL_BLOW.span, CLASSICAL_BLOW.shear_rigidity
-    inertia = CLASSICAL_BLOW.mass / CLASSICAL_BLOW.span
-    translation = shear * k**2 - inertia * omega**2
-    rotation = CLASSICAL_BLOW.rigidity * k**2 + shear - CLASSICAL_BLOW.rotary_inertia * omega**2
-    scale = np.abs(shear * k) ** 2 + np.abs(translation * rotation)
-    assert np.abs(translation * rotation - (shear * k) ** 2).max() < 1e-9 * scale.max()
-    assert np.abs(translation - shear * k * turn).max() < 1e-9 * (shear * k**2).max()
-    assert weight[:399] ** 2 + weight[399:] ** 2 == pytest.approx(np.ones(399), rel=1e-12)
-    assert (omega[399:] > math.sqrt(shear / CLASSICAL_BLOW.rotary_inertia)).all()
-    waves = math.sqrt(shear / inertia), math.sqrt(CLASSICAL_BLOW.rigidity / CLASSICAL_BLOW.rotary_inertia)
-    assert (omega / k)[[398, -1]] == pytest.approx(waves, rel=1e-3)
-
-
-def test_long_waves_are_those_of_euler():
-    slender = rectangular_beam(10.0, 0.01, 0.01, *STEEL)
-    _, omega, weight, turn = branches(slender, np.arange(1, 4))
-    plain = branches(slender._replace(shear_rigidity=math.inf), np.arange(1, 4))
-    assert omega[:3] == pytest.approx(plain[1], rel=1e-4)
-    assert weight[:3] == pytest.approx(np.ones(3), abs=1e-5)
-    assert turn[:3] == pytest.approx(plain[3], rel=1e-4)
 
 
 @pytest.mark.parametrize("beam", [CLASSICAL, CLASSICAL_BLOW], ids=["euler", "timoshenko"])

@@ -28,34 +28,6 @@ from bearing_twin.shapes import (
 BALL, GROOVE = 3.373e-3, 0.52 * 6.746e-3
 
 
-def torus_point(locus, phi, tube):
-    radial = locus + GROOVE * np.cos(tube)
-    return np.array([radial * np.cos(phi), radial * np.sin(phi), GROOVE * np.sin(tube)])
-
-
-@pytest.mark.parametrize(("locus", "tube"), [(10.7e-3, 0.0), (10.7e-3, 0.2), (17.7e-3, np.pi), (17.7e-3, np.pi - 0.15)])
-def test_curvatures_are_those_of_the_torus(locus, tube):
-    """Principal curvatures by finite differences of the parametrised torus, half the relative ones of the pair."""
-    step = 1e-4
-    normal = np.array([np.cos(tube), 0.0, np.sin(tube)])  # outwards from the tube: from ball to raceway
-    point = torus_point(locus, 0.0, tube)
-    along = (
-        (torus_point(locus, 0.0, tube + step) + torus_point(locus, 0.0, tube - step) - 2.0 * point)
-        @ normal
-        / (step * GROOVE) ** 2
-    )
-    radius = locus + GROOVE * np.cos(tube)
-    around = (
-        (torus_point(locus, step, tube) + torus_point(locus, -step, tube) - 2.0 * point) @ normal / (step * radius) ** 2
-    )
-    centre = point - (BALL - 1e-6) * normal
-    contact = ball_in_groove(centre[0], centre[2], BALL, locus, GROOVE)
-    assert contact.approach == pytest.approx(1e-6, abs=1e-12)
-    assert contact.curvature_small == pytest.approx(0.5 * (1.0 / BALL + along), rel=1e-4)
-    assert contact.curvature_large == pytest.approx(0.5 * (1.0 / BALL + around), rel=1e-4)
-    assert 0.0 < contact.curvature_small < contact.curvature_large
-
-
 AXES = (0.03, 0.02, 0.012)
 TURNS = [(0.0, 0.0, 0.0), (0.4, -0.3, 0.2), (1.2, 0.7, -2.0), (0.0, 1.5, 0.1), (2.0, 0.1, 0.3)]
 
@@ -80,22 +52,6 @@ def test_the_ellipsoids_lowest_point_is_what_the_opposing_points_of_two_surfaces
     assert low.excess == pytest.approx(math.sqrt(max(shape**2 - 1.0, 0.0)), rel=1e-9, abs=1e-7)
     if not opposed_contact.circular:
         assert abs(opposed_contact.major_axis @ (rotation @ low.major_axis)) == pytest.approx(1.0, rel=1e-12)
-
-
-@pytest.mark.parametrize("turn", TURNS)
-def test_slopes_of_the_gap_are_its_differences(turn):
-    down = -rotation_matrix(quaternion_from_vector(turn))[2]
-    low = ellipsoid_on_plane(AXES, down)
-    size, shape = low.size_slope, low.shape_slope
-    assert abs(np.dot(size, down)) + abs(np.dot(shape, down)) < 1e-14
-    for axis in np.eye(3):
-        aside = axis - (axis @ down) * down
-        moved = down + 1e-5 * np.outer([1.0, -1.0], aside)
-        lows = ellipsoid_on_plane(AXES, moved / np.linalg.norm(moved, axis=1)[:, None])
-        sizes = -0.25 * np.log(lows.curvature_small * lows.curvature_large)
-        shapes = np.hypot(1.0, lows.excess)
-        assert (sizes[0] - sizes[1]) / 2e-5 == pytest.approx(np.dot(size, axis), abs=1e-7)
-        assert (shapes[0] - shapes[1]) / 2e-5 == pytest.approx(np.dot(shape, axis), abs=1e-7)
 
 
 EXAMPLES = {
@@ -144,16 +100,6 @@ def test_ball_in_torus_groove_agrees_with_the_closed_form(locus, axis_distance, 
     assert contact.curvature_small == pytest.approx(closed.curvature_small, rel=1e-10)
     assert contact.curvature_large == pytest.approx(closed.curvature_large, rel=1e-10)
     assert abs(contact.major_axis @ frame @ along) == pytest.approx(1.0, rel=1e-10)
-
-
-def test_superquadric_of_exponent_two_is_an_ellipsoid():
-    turn = turned(0.4, 0.7, -0.2)
-    floor = body(plane())
-    near = [0.0, 0.0, 0.0]
-    smooth = opposed_contact(body(superquadric(0.3, 0.2, 0.1, 2.0, 2.0), (0, 0, 0.2), turn), floor, near)
-    round_ = opposed_contact(body(ellipsoid(0.3, 0.2, 0.1), (0, 0, 0.2), turn), floor, near)
-    assert smooth.point_a == pytest.approx(round_.point_a, abs=1e-13)
-    assert smooth.curvature_large == pytest.approx(round_.curvature_large, rel=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -216,24 +162,7 @@ def test_differential_form_converges_to_newton_and_projection_keeps_it_there():
     assert np.abs(followed(40, True) - exact).max() < 1e-11
 
 
-@pytest.mark.parametrize(
-    "make",
-    [
-        lambda: sphere(0.0),
-        lambda: ellipsoid(1.0, -1.0, 1.0),
-        lambda: torus(0.1, 0.2),
-        lambda: superquadric(1, 1, 1, 1.5, 2),
-        lambda: find_opposing(body(sphere(1.0)), body(plane()), (0.0, 0.0, 0.0)),
-    ],
-)
-def test_impossible_surfaces_and_starts_are_refused(make):
-    with pytest.raises(SceneError):
-        make()
-
-
-MODULUS, APPROACH = 1.14e11, 1e-6
-
-
+MODULUS = 1.14e11
 LOCUS, TUBE, BALL_IN_GROOVE = 14.1e-3, 3.508e-3, 3.373e-3
 PAIRS = {
     "sphere on plane": lambda h: (body(sphere(0.01), (0, 0, 0.01 - h)), body(plane()), (0, 0, 0)),

@@ -243,22 +243,37 @@ STUDIES = (
 
 
 def commands() -> list[list[str]]:
-    """Each of them as a command, and every second scene in a node, where another thread computes."""
+    """Each of them as a command, and some scenes in a node, where another thread computes."""
     program = [sys.executable, "-m", "bearing_twin"]
     rows = [*(("simulate", *row) for row in LONG), *(("study", *row) for row in STUDIES)]
     lines = [[*program, verb, name, *(f"--set={change}" for change in changes)] for verb, name, changes in rows]
-    lines += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG[::2]]
+    lines += [node_command("sim_node", {"scene": name, "overrides": changes}) for name, changes in LONG[::4]]
     return [*lines, node_command("uq_node", {"log_folder": ""})]
 
 
-def held_up(process: int) -> float:
-    """Time [s] for which the machine let the threads of a process and of its children wait for a processor."""
-    waited = 0.0
+def waits_of(process: int) -> dict[str, float]:
+    """Time [s] for which the machine let each thread of a process and of its children wait for a processor."""
+    waits = {}
     for task in Path(f"/proc/{process}/task").glob("*"):
         with contextlib.suppress(OSError):  # it has ended meanwhile
-            waited += 1e-9 * int((task / "schedstat").read_text().split()[1])
-            waited += sum(held_up(int(child)) for child in (task / "children").read_text().split())
-    return waited
+            waits[task.name] = 1e-9 * int((task / "schedstat").read_text().split()[1])
+            for child in (task / "children").read_text().split():
+                waits |= waits_of(int(child))
+    return waits
+
+
+def ended_by(process: subprocess.Popen, number: int) -> tuple[float, float]:
+    """Time [s] until a signal ended a process, and for how long of it threads waited for a processor."""
+    before = waits = waits_of(process.pid)
+    began = time.monotonic()
+    process.send_signal(number)
+    gone = lambda: os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)  # noqa: E731
+    while not gone() and time.monotonic() < began + KILLED:
+        waits = waits | waits_of(process.pid)  # also of threads that have ended
+        time.sleep(0.005)
+    took = time.monotonic() - began
+    waits = waits | waits_of(process.pid)
+    return took, sum(waits.values()) - sum(before.values())
 
 
 def stops(share: float, folder: Path, seed: int = 9) -> Found:
@@ -279,18 +294,12 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
                 time.sleep(chance.uniform(0.0, 1.0))
                 if process.poll() is not None:
                     raise RuntimeError(f"{' '.join(arguments)} has ended by itself: {stderr.read_text()[-500:]}")
-                before = waited = held_up(process.pid)
-                began = time.monotonic()
-                process.send_signal(number)
-                while process.poll() is None and time.monotonic() < began + KILLED:
-                    waited = max(waited, held_up(process.pid))
-                    time.sleep(0.005)
-                took = time.monotonic() - began
+                took, waited = ended_by(process, number)
             finally:
                 process.kill()
                 process.wait()
         longest = max(longest, took)
-        times.append(took - (waited - before))
+        times.append(took - waited)
         event = f"{signal.Signals(number).name} to {' '.join(arguments[2:])}"
         if process.returncode not in (0, 130, 143) or "Traceback" in stderr.read_text():
             silent += 1

@@ -71,8 +71,3 @@ def until(done: Callable[[], bool], seconds: float, period: float = 0.01) -> boo
             return False
         time.sleep(period)
     return True
-
-
-def megabytes(number: float) -> str:
-    """Bytes for people."""
-    return f"{number / 1e6:.0f} MB"

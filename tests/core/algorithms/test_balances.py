@@ -96,18 +96,6 @@ def test_the_drive_works_by_the_rings_torque_at_its_speed(started):
     assert integral(power) == pytest.approx(out.drive_work[-1] - out.drive_work[0], rel=2e-5)
 
 
-def test_stored_energies_are_those_of_speeds_heights_and_approaches(started):
-    bearing, out = started
-    kinetic = 0.5 * bearing.ball_mass * (out.velocity**2).sum(axis=(1, 2))
-    kinetic += 0.2 * bearing.ball_mass * bearing.ball_radius**2 * (out.angular_velocity**2).sum(axis=(1, 2))
-    assert out.kinetic_energy == pytest.approx(kinetic, rel=1e-12)
-    potential = -bearing.ball_mass * np.einsum("skv,v->s", out.position, bearing.gravity)
-    assert out.potential_energy == pytest.approx(potential, rel=1e-9, abs=1e-15)
-    coefficient = np.vectorize(hertz_coefficient)(out.curvature_small, out.curvature_large, STEEL)
-    elastic = (0.4 * coefficient * np.maximum(out.approach, 0.0) ** 2.5).sum(axis=(1, 2))
-    assert out.elastic_energy == pytest.approx(elastic, rel=1e-8)
-
-
 def test_a_ball_moves_and_turns_as_its_wrench_says(started):
     """Newton and Euler for every ball, integrated: the published wrench is all that acts besides the weight."""
     bearing, out = started

@@ -9,20 +9,16 @@ import pytest
 from bearings import TURNED_REST, motion, run, stored_energy
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.linalg import lu_factor, lu_solve
 from scipy.spatial.transform import Rotation
 
 from bearing_twin.base.errors import IntegrationError, SceneError
-from bearing_twin.base.parameters import describe
 from bearing_twin.coefficients import EXPLICIT, ROSENBROCK
 from bearing_twin.kinds.bearing.integrate import stability_limits
-from bearing_twin.kinds.bearing.parameters import BearingScene
 from bearing_twin.kinds.bearing.system import MOTION, VELOCITY
 from bearing_twin.methods import COUPLED, STEPPER_FACTS
 from bearing_twin.shapes import (
     quaternion_from_vector,
     quaternion_product,
-    rotate_by_step,
     rotation_matrix,
 )
 
@@ -32,58 +28,6 @@ def errors_against(reference, out):
     load = np.abs(out.normal_load - reference.normal_load).max() / reference.normal_load.max()
     torque = np.abs(out.raceway_torque - reference.raceway_torque).max() / np.abs(reference.raceway_torque).max()
     return np.array([load, torque])
-
-
-@pytest.mark.parametrize("name", ROSENBROCK)
-def test_rosenbrock_methods_have_their_order_on_a_stiff_problem_with_a_known_solution(name):
-    """y1' = -5 (y1 - cos t) - sin t and y2' = y1 - y2 in the method's own transformed form, constant steps."""
-    from math import cos, exp, sin
-
-    method = ROSENBROCK[name]
-    stages = len(method.alpha)
-
-    def rates(t, y):
-        return np.array([-5.0 * (y[0] - cos(t)) - sin(t), y[0] - y[1]])
-
-    jacobian = np.array([[-5.0, 0.0], [1.0, -1.0]])
-
-    def slope(t):
-        return np.array([-5.0 * sin(t) - cos(t), 0.0])
-
-    def exact(t):
-        return np.array([cos(t), 0.5 * (cos(t) + sin(t)) + 0.5 * exp(-t)])
-
-    def step(t, y, h):
-        k = np.zeros((stages, 2))
-        factors = lu_factor(np.eye(2) / (h * method.gamma) - jacobian)
-        for stage in range(stages):
-            trial = y + method.a[stage, :stage] @ k[:stage]
-            right = rates(t + method.alpha[stage] * h, trial) + method.c[stage, :stage] @ k[:stage] / h
-            k[stage] = lu_solve(factors, right + h * method.d[stage] * slope(t))
-        return trial + k[-1], k
-
-    def end(steps):
-        y, h = np.array([1.0, 1.0]), 2.0 / steps
-        for i in range(steps):
-            y, _ = step(i * h, y, h)
-        return y
-
-    def inside(h):
-        """Greatest error of the interpolant over one step from the exact solution."""
-        y = exact(0.4)
-        new, k = step(0.4, y, h)
-        columns = min(stages, method.dense.shape[1])
-        third, fourth = method.dense[:, :columns] @ k[:columns]
-        fractions = np.linspace(0.1, 0.9, 9)
-        return max(
-            np.abs((1 - f) * y + f * (new + (1 - f) * (third + f * fourth)) - exact(0.4 + f * h)).max()
-            for f in fractions
-        )
-
-    errors = np.array([np.abs(end(steps) - exact(2.0)).max() for steps in (80, 160, 320)])
-    assert np.log2(errors[:-1] / errors[1:]) == pytest.approx(method.order, abs=0.15)
-    # An interpolant of order p has an error of h^(p + 1) over one step.
-    assert np.log2(inside(0.02) / inside(0.01)) > method.order - 0.15
 
 
 @pytest.fixture(scope="module")
@@ -107,16 +51,6 @@ def test_dense_output_is_as_good_as_the_steps():
     many_motion, many = run(*TURNED_REST, count=100, period=1e-5)
     assert few_motion.costs() == many_motion.costs()
     assert many.normal_load[9::10] == pytest.approx(few.normal_load, rel=1e-9, abs=1e-9)
-
-
-def test_no_fixed_step_serves_a_tiny_regularisation_but_rodas4_does():
-    tiny = ("contact.friction_regularisation=1e-4",)
-    with pytest.raises(SceneError, match="friction answers at"):
-        motion(*tiny, "solver.step=2e-7", stepper="rk4")
-    moving, out = run(*tiny, count=10, period=1e-3)
-    assert moving.costs()["ball_steps"] < 8 * 400
-    finer = run(*tiny, "wanted.tolerance=1e-5", count=10, period=1e-3)[1]
-    assert np.all(errors_against(finer, out)[0] < 1e-3)
 
 
 @pytest.mark.parametrize("stepper", ["rk4", "imex"])
@@ -144,7 +78,7 @@ def test_a_fixed_step_follows_a_jump_of_the_ring():
 
 @pytest.mark.parametrize(
     ("stepper", "value"),
-    [("rodas4", np.nan), ("rodas4", 1e200), ("imex", np.inf), ("rk4", np.nan), ("dopri5", np.inf)],
+    [("rodas4", 1e200), ("imex", np.inf), ("rk4", np.nan)],
 )
 def test_a_state_that_is_no_number_or_too_great_names_its_ball(stepper, value):
     moving = motion(stepper=stepper)
@@ -152,12 +86,6 @@ def test_a_state_that_is_no_number_or_too_great_names_its_ball(stepper, value):
     with pytest.raises(IntegrationError, match="ball 3 is not finite") as caught:
         moving.advance(np.array([1e-3]), 1e-3)
     assert (caught.value.reason, caught.value.body) == ("not finite", "ball 3")
-
-
-def test_every_method_says_where_it_comes_from_and_can_be_asked_for():
-    assert all(len(method.source) > 10 and method.order >= 2 for method in STEPPER_FACTS.values())
-    options = next(row.options for row in describe(BearingScene) if row.key == "solver.stepper")
-    assert options == ("auto", *STEPPER_FACTS)
 
 
 def test_every_rosenbrock_method_that_does_not_land_moves_a_ring_and_a_cage():
@@ -191,18 +119,6 @@ def test_imex_rings_where_slip_ought_to_die_within_a_step():
     assert torque > 1e-2
     with pytest.raises(SceneError, match="friction answers at"):
         motion(*tiny, "solver.step=7e-7", stepper="imex")
-
-
-def test_landing_on_the_instants_where_contacts_change_gives_the_same_answer():
-    """Steps end at gap = 0; error control had found those instants before, so errors and steps change little."""
-    reference = run("wanted.tolerance=1e-7", scene="bearing_6203_loose", count=10, period=1e-3)[1]
-    plain, _ = run("wanted.tolerance=1e-4", scene="bearing_6203_loose", count=10, period=1e-3)
-    landing, out = run(
-        "wanted.tolerance=1e-4", scene="bearing_6203_loose", stepper="rodas4_landing", count=10, period=1e-3
-    )
-    assert max(errors_against(reference, out)) < 1e-2
-    assert landing.costs() != plain.costs()
-    assert landing.costs()["ball_steps"] < 1.5 * plain.costs()["ball_steps"]
 
 
 @pytest.mark.parametrize("speed", [0.1, 3.0])
@@ -332,23 +248,6 @@ def test_products_agree_with_scipy(a, b):
     p, q = Rotation.from_rotvec(a), Rotation.from_rotvec(b)
     mine = quaternion_product(quaternion_from_vector(a), quaternion_from_vector(b))
     assert rotation_matrix(mine) == pytest.approx((p * q).as_matrix(), abs=1e-12)
-
-
-def test_orientation_step_is_of_fourth_order_and_keeps_unit_norm():
-    def omega(t):
-        return (30.0 * np.cos(9.0 * t), 20.0 * np.sin(7.0 * t), 25.0 + 5.0 * t)
-
-    def end(steps):
-        q, h = (0.0, 0.0, 0.0, 1.0), 0.5 / steps
-        for i in range(steps):
-            q = rotate_by_step(q, omega(i * h), omega((i + 0.5) * h), omega((i + 1) * h), h)
-        assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-15)
-        return np.array(q)
-
-    exact = end(4096)
-    errors = [np.linalg.norm(end(n) - exact) for n in (64, 128, 256)]
-    orders = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert orders == pytest.approx(4.0, abs=0.15)
 
 
 HEUN = """
