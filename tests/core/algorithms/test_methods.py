@@ -30,6 +30,26 @@ def errors_against(reference, out):
     return np.array([load, torque])
 
 
+@pytest.mark.parametrize("name", ROSENBROCK)
+def test_within_a_step_a_rosenbrock_method_has_its_order(name):
+    """Its interpolant over one step of y' = -5 (y - cos t) - sin t from the solution, which is cos t."""
+    method, t, fractions = ROSENBROCK[name], 0.4, np.linspace(0.1, 0.9, 9)
+    stages = len(method.alpha)
+
+    def error(h):
+        k = np.zeros(stages)
+        for i in range(stages):
+            y, now = math.cos(t) + method.a[i, :i] @ k[:i], t + method.alpha[i] * h
+            right = -5.0 * (y - math.cos(now)) - math.sin(now) + method.c[i, :i] @ k[:i] / h
+            k[i] = (right - h * method.d[i] * (5.0 * math.sin(t) + math.cos(t))) / (1.0 / (h * method.gamma) + 5.0)
+        columns = min(stages, method.dense.shape[1])
+        third, fourth = method.dense[:, :columns] @ k[:columns]
+        inside = y + k[-1] + (1.0 - fractions) * (third + fractions * fourth)
+        return np.abs((1.0 - fractions) * math.cos(t) + fractions * inside - np.cos(t + fractions * h)).max()
+
+    assert math.log2(error(0.02) / error(0.01)) > method.order - 0.15
+
+
 @pytest.fixture(scope="module")
 def reference():
     """The start from rest by SciPy's Radau, far tighter than any contestant."""
