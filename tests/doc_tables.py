@@ -17,7 +17,7 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.base.units import label_and_unit, two_digits, with_unit
 from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.charts import CHARTS, chart_of
-from bearing_twin.charts.contest import cheapest, read_table
+from bearing_twin.charts.contest import by_method, cheapest, read_table
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, MEASURED
 from bearing_twin.kinds import KINDS, SHIPPED
@@ -146,8 +146,9 @@ def _speeds(steppers: tuple[str, ...] = ()) -> str:
     rows, chart = read_table(CHARTED / "steppers.csv"), chart_of("steppers")
     steppers = steppers or tuple(dict.fromkeys(row.method for row in rows))
     lines = []
-    for problem, title in chart.problems.items():
-        best = (cheapest(rows, problem, stepper, chart.requested_error) for stepper in steppers)
+    for title, runs in chart.by_title(rows):
+        by_stepper = by_method(runs)
+        best = (cheapest(by_stepper.get(stepper, ()), chart.requested_error) for stepper in steppers)
         lines.append((title, *(two_digits(1.0 / row.seconds) if row else "never" for row in best)))
     return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), lines)
 

@@ -14,7 +14,7 @@ from bearing_twin.base.errors import CoreError
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
 from bearing_twin.charts.bodies import DISCS
-from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Contest, Options, read_table, timed
+from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Contest, Options, Problem, read_table, timed
 
 PART = {  # the problem or sheet that is tried of each, else the first
     "laws": "ellipse",
@@ -203,16 +203,12 @@ def test_a_chart_that_exists_is_replaced_with_force_alone(tmp_path, run_json, re
 
 def contest(judge, count=3):
     """A contest of one problem and so many settings."""
-    return Contest(
-        title="made up",
-        problems={"p": "a problem"},
-        entries=lambda name, quick: (("m", float(setting), math.nan) for setting in range(count)),
-        judge=judge,
-    )
+    entries = [("m", float(setting), math.nan) for setting in range(count)]
+    return Contest(title="made up", problems={"p": Problem("a problem", lambda quick: entries, judge)})
 
 
 def test_what_does_not_come_out_is_a_row_with_its_reason():
-    def judge(problem, method, setting, across):
+    def judge(method, setting, across):
         if setting == 0.0:
             raise SceneError("too long")
         if setting == 1.0:
@@ -257,7 +253,7 @@ def test_an_installation_that_cannot_run_makes_no_chart():
 
 
 def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
-    def judge(problem, method, setting, across):
+    def judge(method, setting, across):
         while setting == 1.0:
             pass
         return {"error": 0.5}

@@ -11,6 +11,7 @@ from bearing_twin.command.cli import DONE, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.run.scene import load_scene
+from bearing_twin.run.simulation import simulate
 
 BALLS = 2
 
@@ -102,6 +103,57 @@ def test_a_peak_of_a_long_run_that_is_thinned_is_named(tmp_path, figures):
     (line, *_) = next(axis for axis, title in zip(figures[0].axes, titles, strict=True) if "peak" in title).lines
     assert len(line.get_xdata()) < 1000
     assert line.get_xdata()[-1] - line.get_xdata()[0] == pytest.approx(8 * 2 * np.pi / 0.1 * 1e-3, rel=0.02)
+
+
+def test_rounding_is_not_enlarged_and_a_load_is_not_negative(tmp_path, figures):
+    """Noise of 1e-9 filled its panel, with numbers of nine digits; without a load the axis went down to -0.05 N."""
+    block = outputs_of(BALLS, 30)
+    block.values["normal_load"][..., 0] = 0.0
+    block.values["normal_load"][..., 1] = 48.5 * (1.0 + 1e-9 * np.sin(np.arange(30)))[:, None]
+    drawn(tmp_path / "run.png", block)
+    inner, outer = (axis.get_ylim() for axis in figures[0].axes if "Load on each ball" in axis.get_title(loc="left"))
+    assert inner[0] == 0.0
+    assert outer[1] - outer[0] > 1e-4
+
+
+def extents(words):
+    """Left, right, lower and upper edges of texts of a drawn figure, as rows."""
+    boxes = [text.get_window_extent() for text in words]
+    return np.array([(box.x0, box.x1, box.y0, box.y1) for box in boxes])
+
+
+def test_numbers_stand_inside_their_balls(tmp_path, figures):
+    """Of 40 balls the numbers were wider than the balls."""
+    block = outputs_of(40, 2)
+    block.values["point"][:] = block.values["position"][:, :, None] * np.array([0.93, 1.07])[:, None]
+    drawn(tmp_path / "run.png", block, balls=40)
+    figures[0].draw_without_rendering()
+    axis = figures[0].axes[-3]
+    numbers = extents([text for text in axis.texts if text.get_text().isdecimal()])
+    balls = [patch.get_window_extent().width for patch in axis.patches if hasattr(patch, "radius")]
+    assert len(numbers) == len(balls) == 40
+    assert np.ptp(numbers[:, :2], axis=1).max() < min(balls)
+
+
+def test_titles_stay_inside_the_picture_and_apart(tmp_path, figures):
+    """The heading of a round contact ran into its neighbour's; a long description out of the picture."""
+    contact = ["contact", "--radii-1", "10mm", "--load", "1000", "--plot", str(tmp_path / "contact.png"), "--json"]
+    assert main(contact) == DONE
+    words = "a rotor between two bearings that somebody describes at length " * 4
+    scene = load_scene({"kind": "shaft", "name": "long", "description": words, "run": {"duration": 1e-3}})
+    picture = KINDS["shaft"].picture(scene, simulate(scene).choice)
+    for block in simulate(scene).blocks():
+        picture.add(block)
+    picture.write(tmp_path / "shaft.png")
+    for figure in figures:
+        figure.draw_without_rendering()
+        titles = [axis.title if axis.title.get_text() else axis._left_title for axis in figure.axes]
+        rows = extents([*filter(lambda title: title.get_text(), titles), *figure.texts])
+        for k, (left, right, low, high) in enumerate(rows):
+            assert right <= figure.bbox.width
+            others = np.delete(rows, k, axis=0)
+            apart = (others[:, 0] > right) | (others[:, 1] < left) | (others[:, 2] > high) | (others[:, 3] < low)
+            assert apart.all()
 
 
 def test_numbers_of_axes_are_whole(tmp_path, figures):

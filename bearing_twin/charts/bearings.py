@@ -21,22 +21,13 @@ from scipy.integrate import solve_ivp
 from bearing_twin.base.errors import IntegrationError
 from bearing_twin.base.report import Choice
 from bearing_twin.charts.bodies import OUTSIDE, beam_impact, disc
-from bearing_twin.charts.contest import DONE, REFUSED, by_method, cost_comparison, panels_over, rows_of
-from bearing_twin.charts.panels import Axis, Line, Map, Panel, in_rows
-from bearing_twin.charts.scenes import (
-    Method,
-    Problem,
-    RunData,
-    bearing_problem,
-    contest_of,
-    log_spaced,
-    steps,
-    tolerances,
-)
+from bearing_twin.charts.contest import DONE, REFUSED, Contest, by_method, cost_comparison, panels_over, rows_of
+from bearing_twin.charts.scenes import Method, RunData, SceneProblem, bearing_problem, log_spaced, steps, tolerances
 from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.kinds.bearing.integrate import rates
 from bearing_twin.kinds.bearing.motion import BearingMotion
 from bearing_twin.methods import STEPPER_FACTS
+from bearing_twin.pictures import Axis, Line, Map, Panel, in_rows
 
 LOADS = ("normal_load", "friction_force")
 FROM_REST = ("initial.motion=rest", "drive.offset=[0.0,-1e-6,5e-6]")
@@ -56,7 +47,7 @@ def methods() -> dict:
     return by_name
 
 
-def moving(title: str, scene: str, period: float, count: int, *keys: str) -> Problem:
+def moving(title: str, scene: str, period: float, count: int, *keys: str) -> SceneProblem:
     """A bearing over `count` outputs `period` [s] apart, by every stepper."""
     rates = (f"run.duration={period * count:g}", f"run.output_rate={1.0 / period:g}", "run.publish_rate=100")
     return bearing_problem(
@@ -96,7 +87,7 @@ def loads_and_angles(result, exact) -> dict[str, float]:
     return {"error": max(errors.values()), **errors}
 
 
-def held(title: str, *keys: str) -> Problem:
+def held(title: str, *keys: str) -> SceneProblem:
     """A preloaded 6203 in an even cage, its inner ring held, over speed."""
     return bearing_problem(
         title=title,
@@ -123,22 +114,25 @@ HELD_RINGS = {
 }
 
 
-def _dimension_panels(contest, rows, styles):
-    columns = {
+COST_OF_SECOND = "CPU time of a simulated second"
+SPEED_PANELS = functools.partial(
+    panels_over,
+    across=Axis("speed of the inner ring", "rad/s", log=True),
+    columns={
         "normal_load_error": Axis("error of ball loads", log=True),
         "contact_angle_error": Axis("error of contact angles", log=True),
-        "seconds": Axis(contest.cost, "s", log=True),
-    }
-    return panels_over(contest, rows, styles, Axis("speed of the inner ring", "rad/s", log=True), columns)
+        "seconds": Axis(COST_OF_SECOND, "s", log=True),
+    },
+)
 
 
 def _dimension_reading(contest, rows):
     """Differences between equilibria and moving balls at the ends of the speeds, and costs."""
-    for name, title in contest.problems.items():
+    for title, runs in contest.by_title(rows, DONE):
         differences = (
             f"{row.more['normal_load_error']:.1g} in loads and {row.more['contact_angle_error']:.1g} in angles at "
             f"{row.across:g} rad/s"
-            for row in rows_of(rows, name, DONE)
+            for row in runs
             if row.method == EQUILIBRIUM and row.across in (SPEEDS[0], SPEEDS[-1])
         )
         if differences := ", by ".join(differences):
@@ -213,8 +207,7 @@ NEWCOMERS = {
 
 def _newcomer_reading(contest, rows):
     """Error of each method as it is first tried, and the cost of the requested error."""
-    known = {row.problem for row in rows}
-    titles = (title for name, title in contest.problems.items() if name in known)
+    titles = (title for title, _ in contest.by_title(rows))
     attempts = []
     for method, attempt in FIRST_ATTEMPTS.items():
         first = attempt.settings[0]
@@ -235,7 +228,7 @@ ADAPTIVE = {
 }
 
 
-def _ball(title: str, across, values, *keys: str, methods=None) -> Problem:
+def _ball(title: str, across, values, *keys: str, methods=None) -> SceneProblem:
     """One ball of a 6203."""
     return bearing_problem(
         title=title,
@@ -286,7 +279,7 @@ MAPS = {
         values=(5.0, 9, 17, 33, 65, 129, 257),
     ),
     "disc": dataclasses.replace(
-        disc("soft disc: 1 - 2 (Poisson's ratio)", LOCKING, finer="mesh.divisions=32"),
+        disc("soft disc: 1 - 2 × Poisson's ratio", LOCKING, finer="mesh.divisions=32"),
         across=lambda value: (f"disc.material.poisson_ratio={0.5 - 0.5 * value:g}",),
         values=(0.002, 0.01, 0.04, 0.1, 0.4),
     ),
@@ -309,7 +302,7 @@ def _has_failed(row) -> bool:
 def _map_panels(contest, rows, styles) -> list[list[Panel]]:
     """A map a problem and method; crosses where a run fails, dots where the software refuses."""
     panels = []
-    for name, problem in MAPS.items():
+    for name, problem in contest.problems.items():
         for method, runs in by_method(rows_of(rows, name)).items():
             across, settings = sorted({row.across for row in runs}), sorted({row.setting for row in runs})
             z = np.full((len(settings), len(across)), math.nan)
@@ -342,33 +335,32 @@ def _map_reading(contest, rows):
 
 
 CHARTS = {
-    "steppers": contest_of(
-        MOVING,
+    "steppers": Contest(
+        problems=MOVING,
         title="Integration methods on a 6203: error against cost, one core",
         error="greatest error of load or friction",
-        cost="CPU time of a simulated second",
+        cost=COST_OF_SECOND,
         reference_methods=tuple(ROSENBROCK),
     ),
-    "dimensions": contest_of(
-        HELD_RINGS,
+    "dimensions": Contest(
+        problems=HELD_RINGS,
         title="A preloaded 6203 over speed: equilibria against balls that move",
-        cost="CPU time of a simulated second",
+        cost=COST_OF_SECOND,
         requested_error=1e-2,
-        panels=_dimension_panels,
+        panels=SPEED_PANELS,
         read=_dimension_reading,
         labels={MOVING_BALLS.get(name, name): MOVING_BALLS.get(name, name) for name in STEPPER_FACTS},
     ),
-    "newcomers": contest_of(
-        NEWCOMERS,
+    "newcomers": Contest(
+        problems=NEWCOMERS,
         title="What one tries first, against the product's rodas4",
         read=_newcomer_reading,
         error="greatest error of load or friction",
-        cost="CPU time of a simulated second",
+        cost=COST_OF_SECOND,
         reference_methods=("rodas4",),
     ),
-    "stability": contest_of(
-        MAPS,
-        timed_runs=False,
+    "stability": Contest(
+        problems={name: dataclasses.replace(problem, is_timed=False) for name, problem in MAPS.items()},
         title="Where methods fail, and where the software refuses",
         panels=_map_panels,
         read=_map_reading,

@@ -1,14 +1,7 @@
 """Charts of impacts and bodies: spheres, discs, ellipsoids, tracked surfaces, a sphere on a beam, soft discs."""
 
-from bearing_twin.charts.scenes import (
-    Method,
-    Problem,
-    contest_of,
-    greatest_difference,
-    root_mean_square,
-    steps,
-    tolerances,
-)
+from bearing_twin.charts.contest import Contest
+from bearing_twin.charts.scenes import Method, SceneProblem, greatest_difference, root_mean_square, steps, tolerances
 
 LADDER = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 ONCE = Method(("solver.stepper=closed_form",))
@@ -21,7 +14,7 @@ def pair(title: str, scene: str, contact: float, *keys: str, closed: bool = Fals
     methods |= {name: steps(*settings_of_steps, overrides=(f"solver.stepper={name}",)) for name in fixed}
     rate = 360.0 / contact
     span = (f"run.duration={1.23 * contact:.3g}", f"run.output_rate={rate:.3g}", f"run.publish_rate={rate:.3g}")
-    return Problem(
+    return SceneProblem(
         title=title,
         scene=scene,
         overrides=(*keys, *span),
@@ -39,7 +32,7 @@ BODIES = {
         "a tri-axial ellipsoid meets a plane", "ellipsoid_tumbling", 5.1e-5, "start.height=1e-6",
         "start.velocity=[0,0,-1]", fixed=("rk4",),
     ),
-    "groove": Problem(
+    "groove": SceneProblem(
         title="a ball in a groove: opposing points",
         scene="two_bodies_groove",
         overrides=("run.duration=0.02",),
@@ -57,14 +50,14 @@ BODIES = {
 }  # fmt: skip
 
 
-def beam_impact(title: str, scene: str, *keys: str) -> Problem:
+def beam_impact(title: str, scene: str, *keys: str) -> SceneProblem:
     """A sphere on Euler's beam."""
     counts = (12, 24, 48, 96, 192, 384)
 
     def with_modes(stepper: str, modes: int, settings: tuple) -> Method:
         return Method((f"solver.stepper={stepper}", f"solver.modes={modes}"), "solver.steps", settings)
 
-    return Problem(
+    return SceneProblem(
         title=title,
         scene=scene,
         overrides=("beam.theory=euler", "run.output_rate=1e6", "run.publish_rate=1e6", *keys),
@@ -86,10 +79,10 @@ BEAMS = {
 }
 
 
-def disc(title: str, methods: dict[str, Method], *keys: str, finer: str = "mesh.divisions=48") -> Problem:
+def disc(title: str, methods: dict[str, Method], *keys: str, finer: str = "mesh.divisions=48") -> SceneProblem:
     """The mean problem of paper 3, section 5.2: a soft disc on a rigid wall."""
     rates = ("run.output_rate=20000", "run.publish_rate=20000", "run.duration=0.07")
-    return Problem(
+    return SceneProblem(
         title=title,
         scene="soft_discs_mean",
         overrides=(*rates, *keys),
@@ -131,20 +124,20 @@ DISCS = {
 }
 
 CHARTS = {
-    "bodies": contest_of(
-        BODIES,
+    "bodies": Contest(
+        problems=BODIES,
         title="Two bodies meet: closed forms, adaptive and fixed steps, opposing points",
         error="greatest error of the force, over the greatest",
         reference_methods=("dop853", "points in closed form"),
     ),
-    "beams": contest_of(
-        BEAMS,
+    "beams": Contest(
+        problems=BEAMS,
         title="A sphere on a beam: modes, Volterra's equation, a sinusoidal force",
         error="greatest error of the force, over the greatest",
         reference_methods=("automatic, by tolerance", "9 modes", "41 modes"),
     ),
-    "discs": contest_of(
-        DISCS,
+    "discs": Contest(
+        problems=DISCS,
         title="A soft disc on a wall: error of the force against cost",
         error="root mean square error of the force",
         requested_error=5e-3,

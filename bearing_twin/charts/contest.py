@@ -1,9 +1,9 @@
 """The engine of all charts: problems, methods and their settings in; a table, a picture and sentences out.
 
-A chart is a table of problems, each a row. Every run is a `Row`: its error against a reference far tighter than what is
-judged, its CPU seconds, or why there is no result. A run that exceeds the limit of CPU seconds is stopped. The table of
-a chart has the same columns for all, and says what its numbers were made with. A paper is a chart whose parts are the
-sheets of its figures.
+A chart is a table of problems, each a row: a `Problem`, or a `scenes.SceneProblem`. Every run is a `Row`: its error
+against a reference far tighter than what is judged, its CPU seconds, or why there is no result. A run that exceeds the
+limit of CPU seconds is stopped. The table of a chart has the same columns for all, and says what its numbers were made
+with. A paper is a chart whose parts are the sheets of its figures.
 """
 
 import contextlib
@@ -31,32 +31,32 @@ from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
 from bearing_twin.base.parameters import echo, legal_hint
 from bearing_twin.base.paths import draft_file
 from bearing_twin.base.units import prefixed_unit, two_digits
-from bearing_twin.charts.panels import (
-    WITHOUT_RESULT,
+from bearing_twin.methods import STEPPER_FACTS
+from bearing_twin.pictures import (
+    STYLE,
     Axis,
     Line,
     Panel,
     Sheet,
-    curve,
     curves_of,
     figure_of,
     in_rows,
     legend_entries,
+    line_style,
+    save,
 )
-from bearing_twin.methods import STEPPER_FACTS
-from bearing_twin.pictures import STYLE, save
 
 LIMIT = 60.0  # CPU seconds of a run unless the user says otherwise
 LEAST_TIMED, REPEATS, LONG = 0.05, 3, 3.0  # CPU seconds and number of repeats of a timing; what takes LONG is done once
 LEAST_ERROR, GREATEST_ERROR = 1e-12, 3.0  # of the axis of errors: smaller ones stand at its start, failures at its end
 MOST_ENTRIES = 10  # entries of a common legend
+WITHOUT_RESULT = ", no result"  # behind the name of a method
+CROSS = {"marker": "x", "markersize": 9, "markeredgewidth": 2.5, "linestyle": ""}
 HALF_DECADE = math.sqrt(10.0)
 REQUESTED_STYLE = {"color": STYLE["soft"], "linewidth": 1.2, "linestyle": ":"}
 DONE, REFUSED, FAILED, STOPPED = "done", "refused", "failed", "stopped"
 MADE = "made"  # the last column: software with its commit, libraries, processor, day
 LIBRARIES = "numpy", "scipy"
-
-Entry = tuple[str, str, float, float]  # problem, method, setting, across
 
 
 @dataclasses.dataclass(frozen=True)
@@ -254,9 +254,9 @@ def rows_of(rows: Iterable[Row], problem: str, *status: str) -> list[Row]:
     return [row for row in rows if row.problem == problem and (not status or row.status in status)]
 
 
-def cheapest(rows: Iterable[Row], problem: str, method: str, requested_error: float) -> Row | None:
-    """The cheapest run of a method within the requested error; None if there is none."""
-    good = (row for row in rows_of(rows, problem, DONE) if row.method == method and row.error <= requested_error)
+def cheapest(rows: Iterable[Row], requested_error: float) -> Row | None:
+    """The cheapest of these runs within the requested error; None if there is none."""
+    good = (row for row in rows if row.status == DONE and row.error <= requested_error)
     return min(good, key=lambda row: row.seconds, default=None)
 
 
@@ -278,6 +278,16 @@ def method_styles(rows: Iterable[Row], labels: Mapping[str, str]) -> Styles:
     used = {style.colour for method, style in fixed.items() if method in methods}
     free = (index for index in itertools.count() if index not in used)
     return {method: fixed.get(method) or MethodStyle(method, next(free)) for method in methods}
+
+
+def curve(name: str, index: int, points, failed_points=()) -> list[Line]:
+    """A method in the colour of that number: a line through points (x, y), crosses at those without a result."""
+    style = line_style(index)
+    parts = [Line(name, *(np.reshape(points, (-1, 2)).T), style | {"marker": "o", "markersize": 5})]
+    if failed_points:
+        cross = {**CROSS, "color": style["color"]}
+        parts.append(Line(name + WITHOUT_RESULT, *np.transpose(failed_points), cross, False))
+    return parts
 
 
 def curves(rows: Iterable[Row], styles: Styles, x, y, cross=None) -> list[Line]:
@@ -316,10 +326,9 @@ def error_against_cost(contest: "Contest", rows: list[Row], styles: Styles) -> P
             lambda row: (edge, row.seconds if row.seconds > 0.0 else min(costs) * 1.3 ** indices[row.method]),
         )
         limit = Line(f"error of {contest.requested_error:g}", [contest.requested_error] * 2, ends, REQUESTED_STYLE)
-        return Panel(title, across, Axis(contest.cost, "s", log=True, limits=ends), [limit, *parts])
+        return Panel(title, across, Axis(contest.cost, "s", log=True, limits=ends), [*parts, limit])
 
-    pairs = ((title, rows_of(rows, name)) for name, title in contest.problems.items())
-    panels = [panel(title, runs) for title, runs in pairs if runs]
+    panels = [panel(*pair) for pair in contest.by_title(rows)]
     return in_rows(panels, 2 if len(panels) in (2, 4) else 3)
 
 
@@ -334,8 +343,7 @@ def panels_over(
             title, across, up, curves(runs, styles, lambda row: row.across, lambda row: row.value(column), cross)
         )
 
-    pairs = ((title, rows_of(rows, name)) for name, title in contest.problems.items())
-    return [[panel(title, runs, *column) for column in columns.items()] for title, runs in pairs if runs]
+    return [[panel(*pair, *column) for column in columns.items()] for pair in contest.by_title(rows)]
 
 
 def cost_comparison(contest: "Contest", rows: list[Row]) -> list[str]:
@@ -343,14 +351,13 @@ def cost_comparison(contest: "Contest", rows: list[Row]) -> list[str]:
     shares: dict[str, list[float]] = {}
     never: dict[str, list[str]] = {}
     least = []
-    for name, title in contest.problems.items():
-        cheapest_rows = {
-            method: cheapest(rows, name, method, contest.requested_error) for method in by_method(rows_of(rows, name))
-        }
-        costs = {method: row.seconds for method, row in cheapest_rows.items() if row}
+    for title, runs in contest.by_title(rows):
+        groups = by_method(runs)
+        best = {method: cheapest(group, contest.requested_error) for method, group in groups.items()}
+        costs = {method: row.seconds for method, row in best.items() if row}
         if costs:
             least.append(f"{title} {time_text(min(costs.values()))}")
-        for method in cheapest_rows:
+        for method in groups:
             if method in costs:
                 shares.setdefault(method, []).append(costs[method] / min(costs.values()))
             else:
@@ -393,29 +400,42 @@ def confirmation(rows: Iterable[Row], reference_methods: Iterable[str]) -> list[
     return [f"Methods of other families confirm the references within {worst:.1g}."] if nearest else []
 
 
-def failure_sentences(problems: Mapping[str, str], rows: Iterable[Row]) -> list[str]:
+def failure_sentences(contest: "Contest", rows: Iterable[Row]) -> list[str]:
     """A sentence on the runs that failed or were stopped; what is refused is in the picture alone."""
-    lost = by_method(row for row in rows if row.status in (FAILED, STOPPED))
-    titles = {method: [*dict.fromkeys(problems[row.problem] for row in runs)] for method, runs in lost.items()}
-    return [f"Failed or stopped at some settings: {with_problems(titles)}."] if titles else []
+    lost: dict[str, list[str]] = {}
+    for title, runs in contest.by_title(rows, FAILED, STOPPED):
+        for method in by_method(runs):
+            lost.setdefault(method, []).append(title)
+    return [f"Failed or stopped at some settings: {with_problems(lost)}."] if lost else []
+
+
+class Problem(NamedTuple):
+    """A problem of a chart.
+
+    `entries(quick)` gives methods with setting and across. `judge(method, setting, across)` gives error, seconds, ...
+    and further columns by name; it raises BearingTwinError where there is no result.
+    """
+
+    title: str
+    entries: Callable[[bool], Iterable[tuple[str, float, float]]]
+    judge: Callable[[str, float, float], dict[str, Any]]
+
+    def command(self, method: str, setting: float, across: float) -> str:
+        """The command that repeats a run: none."""
+        return ""
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
 class Contest:
     """A chart of runs.
 
-    `problems`: title by name. `entries(problem, quick)` gives methods with setting and across. `judge(problem, method,
-    setting, across)` gives error, seconds, ... and further columns by name; it raises BearingTwinError where there is
-    no result. `panels(contest, rows, styles)` draws the rows, `read(contest, rows)` says what they show. `labels` are
-    names of methods in the picture, and their order is that of the colours. Costs are compared at `requested_error`;
-    `reference_methods` are those of the reference's own family.
+    `problems` by name: each a `Problem`, or what has its attributes. `panels(contest, rows, styles)` draws the rows,
+    `read(contest, rows)` says what they show. `labels` are names of methods in the picture, and their order is that of
+    the colours. Costs are compared at `requested_error`; `reference_methods` are those of the reference's own family.
     """
 
     title: str
-    problems: Mapping[str, str]
-    entries: Callable[[str, bool], Iterable[tuple[str, float, float]]]
-    judge: Callable[[str, str, float, float], dict[str, Any]]
-    command: Callable[[str, str, float, float], str] = lambda *entry: ""
+    problems: Mapping[str, Any]
     panels: Callable[["Contest", list[Row], Styles], PanelRows] = error_against_cost
     read: Callable[["Contest", list[Row]], Iterable[str]] = cost_comparison
     labels: Mapping[str, str] = dataclasses.field(default_factory=lambda: {name: name for name in STEPPER_FACTS})
@@ -424,12 +444,19 @@ class Contest:
     requested_error: float = 1e-3
     reference_methods: tuple[str, ...] = ()
 
-    def run(self, entry: Entry, limit: float = 0.0) -> Row:
-        """One run as a row, also where it fails; raises CoreError where nothing can run."""
-        row = Row(*entry, command=self.command(*entry))
+    def by_title(self, rows: Iterable[Row], *status: str) -> list[tuple[str, list[Row]]]:
+        """The title and the rows of each problem that has rows, as of `rows_of`."""
+        rows = list(rows)
+        pairs = ((problem.title, rows_of(rows, name, *status)) for name, problem in self.problems.items())
+        return [pair for pair in pairs if pair[1]]
+
+    def run(self, name: str, *entry, limit: float = 0.0) -> Row:
+        """One run of a problem as a row, also where it fails; raises CoreError where nothing can run."""
+        problem = self.problems[name]
+        row = Row(name, *entry, command=problem.command(*entry))
         try:
             with limited(limit), np.errstate(all="ignore"):
-                measured = self.judge(*entry)
+                measured = problem.judge(*entry)
         except CoreError:
             raise
         except SceneError as error:
@@ -447,10 +474,10 @@ class Contest:
     def measure(self, options: Options) -> list[Row]:
         """All runs, problem by problem and method by method."""
         names = selected_names(options.problems, self.problems)
-        tasks = [(problem, *entry) for problem in names for entry in self.entries(problem, options.quick)]
+        tasks = [(name, *entry) for name in names for entry in self.problems[name].entries(options.quick)]
         rows = []
         for task in tasks:
-            rows.append(self.run(task, options.limit))
+            rows.append(self.run(*task, limit=options.limit))
             options.update(len(rows) / len(tasks))
         return rows
 
@@ -467,7 +494,7 @@ class Contest:
         return [
             *self.read(self, rows),
             *confirmation(rows, self.reference_methods),
-            *failure_sentences(self.problems, rows),
+            *failure_sentences(self, rows),
         ]
 
     def files(self, folder: Path, name: str, options: Options) -> list[Path]:

@@ -17,6 +17,7 @@ from bearing_twin.charts.contest import (
     DONE,
     LEAST_ERROR,
     Contest,
+    Problem,
     by_method,
     cost_comparison,
     error_against_cost,
@@ -25,16 +26,15 @@ from bearing_twin.charts.contest import (
     time_text,
     timed,
 )
-from bearing_twin.charts.panels import Axis
 from bearing_twin.charts.reference import patch_friction_exact
-from bearing_twin.charts.scenes import Problem, bearing_problem, contest_of, log_spaced, tolerances
+from bearing_twin.charts.scenes import SceneProblem, bearing_problem, log_spaced, tolerances
 from bearing_twin.contact.calculator import COMPARED, Gap, laws_at
 from bearing_twin.contact.elasticity import carried_course, coefficient_of, curvature_ratio, hertz_coefficient
 from bearing_twin.contact.friction import FRICTIONS, patch_by
 from bearing_twin.contact.laws import LAWS
+from bearing_twin.pictures import Axis
 
 BEARING = (0.08, 0.18)  # b/a of steel balls in raceways
-SHAPES = {"ellipse": log_spaced(1e-3, 1.0, 25), "raceway": log_spaced(*BEARING, 5)}  # b/a
 FROZEN_AT = 0.1  # b/a at which `constant` is exact
 SCIPY = "SciPy"
 LAW_LABELS = {
@@ -84,10 +84,8 @@ def by_scipy(small: float, large: float, modulus: float) -> float:
     return 2.0 * math.pi / 3.0 * modulus * math.sqrt(second_integral / (small * first_integral)) / first_integral
 
 
-def judge_law(problem: str, law: str, setting: float, ratio: float) -> dict:
+def judge_law(law: str, setting: float, ratio: float) -> dict:
     """A law at one shape b/a."""
-    if problem not in SHAPES:
-        return RUNS.judge(problem, law, setting, ratio)
     large = float(curvature_ratio(ratio))
     if law == SCIPY:
         error = abs(by_scipy(1.0, large, 1.0) / hertz_coefficient(1.0, large, 1.0) - 1.0)
@@ -96,7 +94,16 @@ def judge_law(problem: str, law: str, setting: float, ratio: float) -> dict:
     return {"error": error, **law_cost(law), "evaluations": 1.0}
 
 
-def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: str) -> Problem:
+def _shapes(title: str, shapes: tuple[float, ...]) -> Problem:
+    """All laws over these shapes b/a."""
+
+    def entries(quick: bool):
+        return ((law, math.nan, ratio) for law in (*COMPARED, SCIPY) for ratio in shapes[:: 8 if quick else 1])
+
+    return Problem(title, entries, judge_law)
+
+
+def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: str) -> SceneProblem:
     """A choice of the contact inside the run of a 6203."""
     return bearing_problem(
         title=title,
@@ -104,37 +111,6 @@ def _in_a_run(title: str, key: str, names: tuple[str, ...], true: str, *keys: st
         reference=(f"{key}={true}", "wanted.tolerance=1e-8"),
         methods={name: tolerances(1e-3, 1e-6, overrides=(f"{key}={name}",)) for name in names},
     )
-
-
-RUNS = contest_of(
-    {
-        "law in a run": _in_a_run(
-            "a second of a 6203, by law",
-            "contact.normal",
-            ("hertz", "hertz_exact", "volumetric", "constant", "hertz_differential"),
-            "hertz_exact",
-        ),
-        "friction in a run": _in_a_run(
-            "a second of a 6203, by friction",
-            "contact.friction",
-            tuple(FRICTIONS),
-            "spot_fine",
-            "drive.speed=300",
-        ),
-    },
-    title="",
-)
-
-
-def _command(*entry) -> str:
-    return RUNS.command(*entry) if entry[0] in RUNS.problems else ""
-
-
-def _law_entries(problem, quick):
-    if problem not in SHAPES:
-        return RUNS.entries(problem, quick)
-    shapes = SHAPES[problem][:: 8 if quick else 1]
-    return ((law, math.nan, ratio) for law in (*COMPARED, SCIPY) for ratio in shapes)
 
 
 def _law_panels(contest, rows, styles):
@@ -149,18 +125,17 @@ def _law_panels(contest, rows, styles):
 
 def _reading(contest, rows):
     """Cost of an evaluation and greatest errors of each row of the table of laws or of frictions; then the runs."""
-    alone = (row for row in rows if row.status == DONE and row.problem not in RUNS.problems)
-    for name, runs in by_method(alone).items():
+    alone = (row for row in rows if row.status == DONE and not row.command)
+    for method, runs in by_method(alone).items():
         worst = {row.problem: max(row.error, LEAST_ERROR) for row in sorted(runs, key=lambda row: row.error)}
         errors_text = ", ".join(
-            f"{worst[problem]:.1g} for {title}" for problem, title in contest.problems.items() if problem in worst
+            f"{worst[name]:.1g} for {problem.title}" for name, problem in contest.problems.items() if name in worst
         )
-        title_of_method = f"{name} ({contest.labels[name]})" if name in contest.labels else name
+        title_of_method = f"{method} ({contest.labels[method]})" if method in contest.labels else method
         yield f"{title_of_method}: {time_text(runs[0].seconds)} an evaluation; greatest error {errors_text}."
-    yield from cost_comparison(contest, [row for row in rows if row.problem in RUNS.problems])
+    yield from cost_comparison(contest, [row for row in rows if row.command])
 
 
-PATCHES = {"b/a = 1": 1.0, "b/a = 0.3": 0.3, "b/a = 0.1": 0.1}
 SPINS = log_spaced(0.01, 100.0, 25)  # spin times major semi-axis over slip
 DIRECTIONS = np.linspace(0.0, 0.5 * math.pi, 5)
 POLES = (0.03, 1.1), (0.0, 0.5 * math.pi)
@@ -208,11 +183,8 @@ def hardest(model: str, shape: float, grid: int = 24) -> list[tuple[tuple[float,
     return motions
 
 
-def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict:
+def judge_friction(shape: float, name: str, _: float, spin: float) -> dict:
     """A model at one shape and ratio of spin to slip; without one (NaN) at the motions of its greatest errors."""
-    if problem not in PATCHES:
-        return RUNS.judge(problem, name, setting, spin)
-    shape = PATCHES[problem]
     if math.isnan(spin):
         errors_of_motions, cost = np.array([[error for _, error in hardest(name, shape)]]), _friction_cost(name)
     else:
@@ -222,11 +194,8 @@ def judge_friction(problem: str, name: str, setting: float, spin: float) -> dict
     return {"error": max(force, torque), **cost, "force_error": force, "torque_error": torque}
 
 
-def _friction_entries(problem, quick):
-    if problem not in PATCHES:
-        return RUNS.entries(problem, quick)
-    spins = SPINS[::6] if quick else (*SPINS, math.nan)
-    return [(name, math.nan, spin) for name in MODELS for spin in spins]
+def _friction_entries(quick: bool):
+    return [(name, math.nan, spin) for name in MODELS for spin in (SPINS[::6] if quick else (*SPINS, math.nan))]
 
 
 def _friction_panels(contest, rows, styles):
@@ -235,9 +204,9 @@ def _friction_panels(contest, rows, styles):
         "force_error": Axis("error of the force, over that of sliding", log=True, limits=(1e-6, 2.0)),
         "torque_error": Axis("error of the torque, over that of pure spin", log=True, limits=(1e-6, 2.0)),
     }
-    over_spin = [row for row in rows if row.problem in PATCHES and not math.isnan(row.across)]
-    runs = [row for row in rows if row.problem in RUNS.problems]
-    across = Axis("spin x major semi-axis / slip", log=True)
+    over_spin = [row for row in rows if not math.isnan(row.across)]
+    runs = [row for row in rows if row.command]
+    across = Axis("spin × major semi-axis / slip", log=True)
     return [*panels_over(contest, over_spin, styles, across, columns), *error_against_cost(contest, runs, styles)]
 
 
@@ -245,13 +214,15 @@ CHARTS = {
     "laws": Contest(
         title="Elastic laws: error over the shape of the contact, and cost",
         problems={
-            "ellipse": "b/a from 0.001 to 1",
-            "raceway": "balls in raceways (b/a from 0.08 to 0.18)",
-            "law in a run": RUNS.problems["law in a run"],
+            "ellipse": _shapes("b/a from 0.001 to 1", log_spaced(1e-3, 1.0, 25)),
+            "raceway": _shapes("balls in raceways (b/a from 0.08 to 0.18)", log_spaced(*BEARING, 5)),
+            "law in a run": _in_a_run(
+                "a second of a 6203, by law",
+                "contact.normal",
+                ("hertz", "hertz_exact", "volumetric", "constant", "hertz_differential"),
+                "hertz_exact",
+            ),
         },
-        entries=_law_entries,
-        judge=judge_law,
-        command=_command,
         panels=_law_panels,
         read=_reading,
         labels=LAW_LABELS,
@@ -260,10 +231,17 @@ CHARTS = {
     ),
     "friction": Contest(
         title="Friction over a contact patch that slides and spins: error of each model",
-        problems={**{name: name for name in PATCHES}, "friction in a run": RUNS.problems["friction in a run"]},
-        entries=_friction_entries,
-        judge=judge_friction,
-        command=_command,
+        problems={
+            **{
+                f"b/a = {shape:g}": Problem(
+                    f"b/a = {shape:g}", _friction_entries, functools.partial(judge_friction, shape)
+                )
+                for shape in (1.0, 0.3, 0.1)
+            },
+            "friction in a run": _in_a_run(
+                "a second of a 6203, by friction", "contact.friction", tuple(FRICTIONS), "spot_fine", "drive.speed=300"
+            ),
+        },
         panels=_friction_panels,
         read=_reading,
         labels=FRICTION_LABELS,

@@ -13,12 +13,11 @@ import numpy as np
 from bearing_twin.charts import reference
 from bearing_twin.charts.contest import Figures, Paper
 from bearing_twin.charts.laws import LAW_LABELS
-from bearing_twin.charts.panels import Axis, Line, Panel, Sheet, line_style
 from bearing_twin.charts.scenes import run_scene
 from bearing_twin.contact.elasticity import coefficient_of
 from bearing_twin.contact.laws import steady_damping, steady_ratio
 from bearing_twin.kinds.bodies.derived import mass_of
-from bearing_twin.pictures import BALL_COLOURS
+from bearing_twin.pictures import BALL_COLOURS, Axis, Line, Panel, Sheet, line_style
 from bearing_twin.run.scene import load_scene
 
 TIME = Axis("time", "s")

@@ -12,11 +12,10 @@ import math
 import numpy as np
 
 from bearing_twin.charts.contest import Figures, Paper
-from bearing_twin.charts.panels import Axis, Line, Panel, Sheet
 from bearing_twin.charts.reference import strike
 from bearing_twin.charts.scenes import RunData, run_scene
 from bearing_twin.kinds.beam.motion import beam_of
-from bearing_twin.pictures import BALL_COLOURS
+from bearing_twin.pictures import BALL_COLOURS, Axis, Line, Panel, Sheet
 from bearing_twin.run.scene import load_scene
 
 HEIGHTS = {50: (2, 4), 600: (3, 5)}  # mm: the paper's figures of bodies and of curves

@@ -12,8 +12,10 @@ from scipy import stats
 from scipy.interpolate import CubicSpline
 
 from bearing_twin.charts.contest import Figures, Paper
-from bearing_twin.charts.panels import (
+from bearing_twin.charts.scenes import run_scene
+from bearing_twin.pictures import (
     OUTSIDE,
+    STYLE,
     Axis,
     Band,
     Line,
@@ -24,8 +26,6 @@ from bearing_twin.charts.panels import (
     line_style,
     reference_style,
 )
-from bearing_twin.charts.scenes import run_scene
-from bearing_twin.pictures import STYLE
 from bearing_twin.uq.distributions import DISTRIBUTIONS, greatest_entropy
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of

@@ -1,4 +1,4 @@
-"""Contests of scenes: a problem is a scene with overrides, a method is overrides and the key its settings go to.
+"""Problems of scenes: a problem is a scene with overrides, a method is overrides and the key its settings go to.
 
 Every run is what a user runs: `simulate` with these overrides, without a check beside it. Errors are of public channels
 and figures, against the same scene with the overrides of the reference. Costs are of the motion with its outputs: start
@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.charts.contest import Contest, timed
+from bearing_twin.charts.contest import timed
 from bearing_twin.kinds.sections import solved_whole
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Run, simulate
@@ -48,11 +48,12 @@ class Method:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Problem:
+class SceneProblem:
     """A scene with overrides, those of the reference, methods by name, and the norm of errors.
 
-    `across(value)` are overrides by a second number that the reference shares, at `values`. Costs are of a simulated
-    second where `per_second`. `channels` are kept of a run, `extra` are further columns of rows.
+    Every method runs at each of its settings and each second number. `across(value)` are overrides by a second number
+    that the reference shares, at `values`. Costs are of a simulated second where `per_second`, and none without
+    `is_timed`. `channels` are kept of a run, `extra` are further columns of rows.
     """
 
     title: str
@@ -65,7 +66,42 @@ class Problem:
     across: Callable[[float], tuple[str, ...]] = lambda value: ()
     values: tuple[float, ...] = (math.nan,)
     per_second: bool = False
+    is_timed: bool = True
     extra: Mapping[str, Any] = field(default_factory=dict)
+
+    def entries(self, quick: bool) -> Iterator[tuple[str, float, float]]:
+        """Methods with setting and second number; `quick`: the loosest two settings, the ends of the second numbers."""
+        values = (self.values[0], self.values[-1]) if quick and len(self.values) > 1 else self.values
+        for name, method in self.methods.items():
+            settings = method.settings[:2] if quick else method.settings
+            yield from ((name, setting, value) for value in values for setting in settings)
+
+    def overrides_of(self, method: str, setting: float, across: float) -> tuple[str, ...]:
+        """The overrides of one run."""
+        row = self.methods[method]
+        setting_override = (f"{row.tuned_key}={setting:.9g}",) if row.tuned_key else ()
+        return last_overrides((*self.overrides, *self.across(across), *row.overrides, *setting_override))
+
+    def command(self, *entry) -> str:
+        """The command that repeats a run; empty for a method that is none of the product."""
+        if self.methods[entry[0]].solve:
+            return ""
+        options = (f"--set {override}" for override in self.overrides_of(*entry))
+        return " ".join(["bearing_twin simulate", self.scene, *options])
+
+    def judge(self, method: str, setting: float, across: float) -> dict[str, Any]:
+        """Error and cost of one run; raises what `run_scene` raises."""
+        overrides = self.overrides_of(method, setting, across)
+        load_scene(self.scene, overrides)  # a refusal comes before the reference is computed
+        exact = _reference(self.scene, (*self.overrides, *self.across(across), *self.reference), self.channels)
+        if solve := self.methods[method].solve:
+            work, data_of_work = solve(exact, setting)
+        else:
+            work, data_of_work = simulation_work(self.scene, overrides, self.channels)
+        times = exact.scene.parameters.run.duration if self.per_second else 1.0
+        ended, cost = timed(work, times) if self.is_timed else (work(), {})
+        result = data_of_work(ended)
+        return {**self.norm(result, exact), **cost, "evaluations": result.evaluations, **self.extra}
 
 
 def greatest_difference(*channels: str) -> Callable[[RunData, RunData], dict[str, float]]:
@@ -101,7 +137,7 @@ def load_and_friction(result: RunData, exact: RunData) -> dict[str, float]:
 
 
 bearing_problem = functools.partial(  # of a 6203, judged by loads and friction
-    Problem,
+    SceneProblem,
     scene="bearing_6203",
     norm=load_and_friction,
     channels=("normal_load", "friction_force"),
@@ -158,52 +194,6 @@ def run_data(run: Run, blocks: list[tuple[np.ndarray, dict[str, np.ndarray]]]) -
 @functools.lru_cache(maxsize=4)
 def _reference(scene: str, overrides: tuple[str, ...], channels: tuple[str, ...]) -> RunData:
     return run_scene(scene, overrides, channels)
-
-
-def contest_of(table: Mapping[str, Problem], timed_runs: bool = True, **options) -> Contest:
-    """The contest of a table of problems: every method at every setting and second number, against the reference."""
-
-    def entries(name: str, quick: bool) -> Iterator[tuple[str, float, float]]:
-        """`quick`: the loosest two settings, the ends of the second numbers."""
-        problem = table[name]
-        values = (problem.values[0], problem.values[-1]) if quick and len(problem.values) > 1 else problem.values
-        for method, row in problem.methods.items():
-            settings = row.settings[:2] if quick else row.settings
-            yield from ((method, setting, value) for value in values for setting in settings)
-
-    def overrides_of(name: str, method: str, setting: float, across: float) -> tuple[str, ...]:
-        problem = table[name]
-        row = problem.methods[method]
-        setting_override = (f"{row.tuned_key}={setting:.9g}",) if row.tuned_key else ()
-        return last_overrides((*problem.overrides, *problem.across(across), *row.overrides, *setting_override))
-
-    def command(*entry) -> str:
-        """Empty for a method that is none of the product."""
-        problem = table[entry[0]]
-        if problem.methods[entry[1]].solve:
-            return ""
-        return " ".join(
-            ["bearing_twin simulate", problem.scene, *(f"--set {override}" for override in overrides_of(*entry))]
-        )
-
-    def judge(*entry) -> dict[str, Any]:
-        name, method, setting, across = entry
-        problem, overrides = table[name], overrides_of(*entry)
-        load_scene(problem.scene, overrides)  # a refusal comes before the reference is computed
-        exact = _reference(
-            problem.scene, (*problem.overrides, *problem.across(across), *problem.reference), problem.channels
-        )
-        times = exact.scene.parameters.run.duration if problem.per_second else 1.0
-        if solve := problem.methods[method].solve:
-            work, data_of_work = solve(exact, setting)
-        else:
-            work, data_of_work = simulation_work(problem.scene, overrides, problem.channels)
-        ended, cost = timed(work, times) if timed_runs else (work(), {})
-        result = data_of_work(ended)
-        return {**problem.norm(result, exact), **cost, "evaluations": result.evaluations, **problem.extra}
-
-    titles = {name: problem.title for name, problem in table.items()}
-    return Contest(problems=titles, entries=entries, judge=judge, command=command, **options)
 
 
 def log_spaced(low: float, high: float, count: int) -> tuple[float, ...]:

@@ -16,14 +16,23 @@ from pathlib import Path
 
 import numpy as np
 
-from bearing_twin.base.yaml_files import SCENES
-from bearing_twin.charts.contest import DONE, Contest, PanelRows, Row, Styles, by_method, curves, rows_of, timed
-from bearing_twin.charts.panels import CROSS, Axis, Line, Panel, in_rows, line_style, reference_style
+from bearing_twin.charts.contest import (
+    CROSS,
+    DONE,
+    Contest,
+    PanelRows,
+    Problem,
+    Row,
+    Styles,
+    by_method,
+    curves,
+    rows_of,
+    timed,
+)
 from bearing_twin.charts.scenes import (
     WITHOUT_CHECK,
     Method,
-    Problem,
-    contest_of,
+    SceneProblem,
     greatest_difference,
     load_and_friction,
     peak_loads,
@@ -33,7 +42,7 @@ from bearing_twin.charts.scenes import (
 from bearing_twin.kinds import SHIPPED, rules
 from bearing_twin.kinds.rules import SETTING, answers
 from bearing_twin.log.run_log import write_log
-from bearing_twin.pictures import BALL_COLOURS, STYLE
+from bearing_twin.pictures import BALL_COLOURS, STYLE, Axis, Line, Panel, in_rows, line_style, reference_style
 from bearing_twin.run.scene import load_scene, scene_names
 from bearing_twin.run.simulation import simulate
 
@@ -64,7 +73,7 @@ def scenes() -> dict[str, str]:
     }
 
 
-def _problem(name: str, methods: dict[str, Method], tolerance: float | None = None) -> Problem:
+def _problem(name: str, methods: dict[str, Method], tolerance: float | None = None) -> SceneProblem:
     """A scene with these methods, at one tolerance if it is given."""
     kind, run = scenes()[name], load_scene(name).parameters.run
     longest = CHAOTIC.get(name, LONGEST.get(kind, math.inf))
@@ -76,7 +85,7 @@ def _problem(name: str, methods: dict[str, Method], tolerance: float | None = No
     if kind in (rules.BEARING, rules.SHAFT) and parameters.contact.normal == "auto":
         exact.append("contact.normal=hertz_exact")
     norm, channels = NORMS.get(kind, (greatest_difference("normal_load"), ("normal_load",)))
-    return Problem(
+    return SceneProblem(
         title=name,
         scene=name,
         overrides=overrides,
@@ -88,16 +97,15 @@ def _problem(name: str, methods: dict[str, Method], tolerance: float | None = No
     )
 
 
-def _requested(name: str) -> Problem:
+def _requested(name: str) -> SceneProblem:
     """A scene at every tolerance."""
     return _problem(name, {name: tolerances(*(MESHES if scenes()[name] == "soft_discs" else TOLERANCES))})
 
 
 def _by_kind(rows: list[Row]) -> Iterator[tuple[str, list[Row]]]:
     """Rows of each kind of scenes that has some."""
-    kinds = {head["name"]: head["kind"] for head in SCENES.headers()}
     for kind in SHIPPED:
-        if runs := [row for row in rows if kinds.get(row.problem) == kind]:
+        if runs := [row for row in rows if scenes().get(row.problem) == kind]:
             yield kind.replace("_", " "), runs
 
 
@@ -149,7 +157,7 @@ def at_tolerances() -> dict[str, tuple[str, float]]:
     return {f"{name} at {100.0 * tolerance:g} %": (name, tolerance) for name, tolerance in pairs}
 
 
-def _chosen(problem: str) -> Problem:
+def _chosen(problem: str) -> SceneProblem:
     """A scene at one tolerance: the choice, and all other models that it may have."""
     name, tolerance = at_tolerances()[problem]
     bare = _problem(name, {}, tolerance)
@@ -236,11 +244,6 @@ def _choice_panels(contest: Contest, rows: list[Row], styles: Styles) -> PanelRo
 
 
 RATE = 1000  # outputs a second
-RUNS = {  # title, scene, simulated seconds
-    "settled": ("6203, settled", "bearing_6203", 1.0),
-    "loose": ("6203 with clearance, lift-off", "bearing_6203_loose", 0.3),
-    "shaft": ("rotor between two 6203", "shaft_two_6203", 0.1),
-}
 
 
 def _exhaust(outputs) -> None:
@@ -260,34 +263,36 @@ STAGES = {
 }
 
 
-def _judge_cost(problem: str, stage: str, *_) -> dict:
-    """One way to take a run, its CPU seconds a simulated second."""
-    _, scene, span = RUNS[problem]
-    work, keys = STAGES[stage]
-    run = simulate(load_scene(scene, (f"run.duration={span:g}", f"run.output_rate={RATE}", *keys)))
-    return {"error": 0.0, **timed(lambda: work(run), span)[1]}
+def _staged(title: str, scene: str, span: float) -> Problem:
+    """A scene over `span` [s]: each way to take its run, in CPU seconds a simulated second."""
+
+    def judge(stage: str, *_) -> dict:
+        work, keys = STAGES[stage]
+        run = simulate(load_scene(scene, (f"run.duration={span:g}", f"run.output_rate={RATE}", *keys)))
+        return {"error": 0.0, **timed(lambda: work(run), span)[1]}
+
+    return Problem(title, lambda quick: ((stage, math.nan, math.nan) for stage in STAGES), judge)
 
 
 def _cost_panels(contest: Contest, rows: list[Row], styles: Styles) -> PanelRows:
     """A panel a run: a bar a stage, from 0."""
     axis, up = Axis(contest.cost, "s", limits=(0.0, None)), Axis("", limits=(-0.6, len(STAGES) - 0.4))
     bar, panels = {"color": line_style(0)["color"], "linewidth": 14.0, "solid_capstyle": "butt"}, []
-    for name, title in contest.problems.items():
-        if runs := rows_of(rows, name):
-            bars = [Line(row.method, [0.0, row.seconds], [index] * 2, bar, False) for index, row in enumerate(runs)]
-            panels.append(Panel(title, axis, up, bars, None, names=tuple(row.method for row in runs)))
+    for title, runs in contest.by_title(rows):
+        bars = [Line(row.method, [0.0, row.seconds], [index] * 2, bar, False) for index, row in enumerate(runs)]
+        panels.append(Panel(title, axis, up, bars, None, names=tuple(row.method for row in runs)))
     return [panels]
 
 
 CHARTS = {
-    "tolerance": contest_of(
-        {name: _requested(name) for name in scenes()},
+    "tolerance": Contest(
+        problems={name: _requested(name) for name in scenes()},
         title="Error found against tolerance requested, in every shipped scene",
         panels=_tolerance_panels,
         read=_tolerance_reading,
     ),
-    "choice": contest_of(
-        {name: _chosen(name) for name in at_tolerances()},
+    "choice": Contest(
+        problems={name: _chosen(name) for name in at_tolerances()},
         title="Automatic choice against all other models: error and cost",
         panels=_choice_panels,
         read=_choice_reading,
@@ -295,9 +300,11 @@ CHARTS = {
     ),
     "cost": Contest(
         title=f"Where the CPU time of a run goes ({RATE} outputs a simulated second, one core)",
-        problems={name: row[0] for name, row in RUNS.items()},
-        entries=lambda name, quick: ((stage, math.nan, math.nan) for stage in STAGES),
-        judge=_judge_cost,
+        problems={
+            "settled": _staged("6203, settled", "bearing_6203", 1.0),
+            "loose": _staged("6203 with clearance, lift-off", "bearing_6203_loose", 0.3),
+            "shaft": _staged("rotor between two 6203", "shaft_two_6203", 0.1),
+        },
         panels=_cost_panels,
         cost="CPU time of a simulated second",
         requested_error=math.inf,

@@ -10,11 +10,19 @@ import functools
 import math
 
 import numpy as np
-from scipy import stats
 
-from bearing_twin.charts.contest import DONE, Contest, by_method, error_against_cost, panels_over, rows_of, timed
-from bearing_twin.charts.panels import Axis, Band, Line, Panel, curve
-from bearing_twin.pictures import STYLE
+from bearing_twin.charts.contest import (
+    DONE,
+    Contest,
+    Problem,
+    by_method,
+    curve,
+    error_against_cost,
+    panels_over,
+    timed,
+)
+from bearing_twin.pictures import STYLE, Axis, Band, Line, Panel
+from bearing_twin.uq.distributions import DISTRIBUTIONS
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import Study, parse_study
 
@@ -39,18 +47,14 @@ LABELS = {
 @functools.cache
 def truth_of(problem: str):
     """The exact distribution of the contact time [s] of a problem, as a frozen one of SciPy."""
-    name, deviation = ONE_INPUT.get(problem, ("", 0.0))
-    if name == "gamma":
-        shape = (ALPHA / deviation) ** 2
-        return stats.gamma(shape, scale=ALPHA / shape * SPEED**-0.2)
-    if name == "lognormal":
-        spread = math.sqrt(math.log1p((deviation / ALPHA) ** 2))
-        return stats.lognorm(spread, scale=ALPHA * math.exp(-0.5 * spread**2) * SPEED**-0.2)
+    if problem in ONE_INPUT:
+        name, deviation = ONE_INPUT[problem]
+        return DISTRIBUTIONS[name].build(mean=ALPHA * SPEED**-0.2, std=deviation * SPEED**-0.2)
     variances = {key: math.log1p(share**2) for key, (_, share, _, _) in POWERS.items()}
     spread = math.sqrt(sum(row[0] ** 2 * variances[key] for key, row in POWERS.items()))
     at_means = contact_time_summary(study_of("four", "random", 2.0), 1)["at_mean_inputs"]
-    medians = math.exp(sum(-0.5 * row[0] * variances[key] for key, row in POWERS.items()))
-    return stats.lognorm(spread, scale=at_means * medians)
+    logarithm = math.log(at_means) - sum(0.5 * row[0] * variances[key] for key, row in POWERS.items())
+    return DISTRIBUTIONS["lognormal"].build(mean_log=logarithm, std_log=spread)
 
 
 @functools.lru_cache(maxsize=1)
@@ -137,10 +141,17 @@ def judge_coverage(problem: str, method: str, samples: float, studies: float) ->
     return {"error": abs(min(shares.values()) - 0.95), **shares, **marked}
 
 
+def coverage_entries(quick: bool):
+    """Every sampler at each number of samples, and how many studies of it."""
+    counts, studies = (COUNTS[:1], 20.0) if quick else (COUNTS, STUDIES)
+    return ((sampler, count, studies) for sampler in SAMPLERS for count in counts)
+
+
 def coverage_panels(contest, rows, styles):
     """A row a problem, a panel a statistic: coverage over the number of samples, a line a sampler."""
     across = Axis("samples", log=True, limits=(0.7 * COUNTS[0], 1.4 * COUNTS[-1]))
-    up = Axis("share of studies", "%", limits=(90.0, 100.0))
+    least = 100.0 * min(row.more[statistic] for row in rows if row.status == DONE for statistic in STATISTICS)
+    up = Axis("share of studies", "%", limits=(min(90.0, least - 1.0), 100.0))
 
     def panel(statistic: str, title: str, runs: list) -> Panel:
         parts = [Band("93 to 97 %", COUNTS, 100.0 * CLOSE, 100.0 * WIDE, {"color": STYLE["soft"], "alpha": 0.25})]
@@ -151,47 +162,42 @@ def coverage_panels(contest, rows, styles):
             parts.append(Line("interval marked unsafe in nearly all studies", *np.array(points)[is_marked].T, RING))
         return Panel(f"{statistic}, {title}", across, up, parts)
 
-    known = {row.problem for row in rows}
-    pairs = [(title, rows_of(rows, name, DONE)) for name, title in contest.problems.items() if name in known]
-    return [[panel(statistic, *pair) for statistic in STATISTICS] for pair in pairs]
+    return [[panel(statistic, *pair) for statistic in STATISTICS] for pair in contest.by_title(rows, DONE)]
 
 
 def coverage_reading(contest, rows):
     """Coverage by problem, and the cells that hold less or more than they say."""
-    for problem, title in contest.problems.items():
-        runs = rows_of(rows, problem, DONE)
+    for title, runs in contest.by_title(rows, DONE):
         cells = {
             f"{name} of {run.setting:.0f} by {LABELS[run.method]}": 100.0 * run.more[name]
             for run in runs
             for name in STATISTICS
         }
         wide = (f"{cell} {share:.1f} %" for cell, share in cells.items() if not CLOSE <= 0.01 * share <= WIDE)
-        if cells:
-            extremes = f"{min(cells.values()):.1f} to {max(cells.values()):.1f} %"
-            outside = ", ".join(wide) or "none"
-            yield f"{title}: {extremes} of the intervals contain the true value; outside 93 to 97 %: {outside}."
+        extremes = f"{min(cells.values()):.1f} to {max(cells.values()):.1f} %"
+        outside = ", ".join(wide) or "none"
+        yield f"{title}: {extremes} of the intervals contain the true value; outside 93 to 97 %: {outside}."
 
 
 CHARTS = {
     "samplers": Contest(
         title="How fast mean and deviation of a contact time converge",
-        problems={"one": "alpha uncertain", "four": "modulus, radius, mass, speed uncertain"},
-        entries=sampler_entries,
-        judge=judge_sampler,
+        problems={
+            name: Problem(title, functools.partial(sampler_entries, name), functools.partial(judge_sampler, name))
+            for name, title in {"one": "alpha uncertain", "four": "modulus, radius, mass, speed uncertain"}.items()
+        },
         panels=sampler_panels,
         labels=LABELS,
         error="relative error of the mean",
+        cost="CPU time of a study",
         requested_error=1e-4,
     ),
     "coverage": Contest(
         title="Share of studies whose 95 % interval contains the true value",
-        problems={"gamma": "gamma", "four": "four inputs", "heavy": "lognormal"},
-        entries=lambda problem, quick: (
-            (sampler, size, 20.0 if quick else STUDIES)
-            for sampler in SAMPLERS
-            for size in (COUNTS[:1] if quick else COUNTS)
-        ),
-        judge=judge_coverage,
+        problems={
+            name: Problem(title, coverage_entries, functools.partial(judge_coverage, name))
+            for name, title in {"gamma": "gamma", "four": "four inputs", "heavy": "lognormal"}.items()
+        },
         panels=coverage_panels,
         labels=LABELS,
         read=coverage_reading,

@@ -32,6 +32,7 @@ MAX_PANELS, ROWS = 16, 5  # panels of curves; in one column
 ERROR_ROW = 0.26  # inches: of a figure's error
 BODIES, ROW = 2.2, 2.1  # height of bodies above the curves in rows; of a row in inches
 ABOVE, BELOW = 1.2, 0.9  # inches above and below all panels
+LEAST_SPAN = 1e-5  # of a panel over its greatest value: smaller changes are below what is computed
 POINT = 0.01  # of what is shown of time: a shorter contact is a point
 MISSED = 10  # outputs in a contact: fewer may pass its peak by
 LABEL = "peak of a contact"
@@ -138,8 +139,8 @@ class RunPicture:
         curves = np.stack([values[curve.series].reshape(len(time), -1)[:, curve.column] for curve in panel.lines])
         loads, labels = panel.lines[0].series == LOAD, [curve.label for curve in panel.lines]
         begin, end, peak = np.concatenate(self._contacts if loads else self._contacts[:1]).T
-        greatest = np.nanmax(np.abs(np.concatenate([curves.ravel(), peak])))
-        unit, factor = readable_unit(panel.unit, float(greatest))
+        size = float(np.nanmax(np.abs(np.concatenate([curves.ravel(), peak]))))
+        unit, factor = readable_unit(panel.unit, size)
         title, up, is_map = panel.title, with_unit(unit).strip(), len(curves) > GREATEST_LINES
         if is_map:
             _draw_map(axis, time, factor * curves, up)
@@ -157,6 +158,8 @@ class RunPicture:
             first, last = np.searchsorted(values["time"], begin), np.searchsorted(values["time"], end, "right")
             unseen = last - first < MISSED
             _draw_peaks(axis, time, seconds * begin[unseen], seconds * end[unseen], factor * peak[unseen])
+        if not is_map:
+            _widen(axis, LEAST_SPAN * factor * size)
         axis.margins(x=0.0)
         heading(axis, title[:90], up=labels[0].rstrip("0123456789, ") or "number" if is_map else up)
         if not is_map and panel.lines[0].series not in self.named:
@@ -174,10 +177,21 @@ class RunPicture:
         return f"{', '.join(parts)}; bearing_twin {__version__}"
 
 
+def _widen(axis, least: float) -> None:
+    """Widens the values that an axis shows to a `least` span; nothing but zeros stands at its foot."""
+    low, high = axis.get_ylim()
+    if not least:
+        axis.set_ylim(0.0, 1.0)
+    elif high - low < least:
+        axis.set_ylim(0.5 * (low + high - least), 0.5 * (low + high + least))
+
+
 def _draw_map(axis, time, curves, unit: str) -> None:
     """Many curves as a map: their numbers upwards, their values as colours."""
     axis.grid(False)
-    image = axis.pcolormesh(time, np.arange(len(curves)), curves, cmap=LOAD_MAP, shading="nearest", rasterized=True)
+    limits = {} if curves.any() else {"vmin": 0.0, "vmax": 1.0}
+    style = {"cmap": LOAD_MAP, "shading": "nearest", "rasterized": True}
+    image = axis.pcolormesh(time, np.arange(len(curves)), curves, **style, **limits)
     axis.figure.colorbar(image, ax=axis, pad=0.015, label=unit)
 
 

@@ -443,35 +443,28 @@ def _verdict(lines: _Lines, families, shaft: float) -> tuple[str, dict[str, floa
 
 def draw_spectrum(spectrum: Spectrum, name: str, path):
     """Draws amplitude and level over frequency, the harmonics of each family dashed where they were found."""
-    from matplotlib.figure import Figure
-
-    from bearing_twin.pictures import BALL_COLOURS, STYLE, finish_picture, heading, style_axes
+    from bearing_twin.pictures import BALL_COLOURS, STYLE, Axis, Line, Panel, Sheet, figure_of, save
 
     colours = {"BPFO": BALL_COLOURS[5], "BPFI": BALL_COLOURS[0], "2BSF": BALL_COLOURS[2], "FTF": BALL_COLOURS[3]}
-    figure = Figure(figsize=(15.0, 9.0), dpi=100, facecolor="white")
-    grid = figure.add_gridspec(2, 1, left=0.07, right=0.975, top=0.86, bottom=0.1, hspace=0.34)
-    rows = (
-        (spectrum.amplitude, "Amplitude of the envelope", "amplitude [m/s²]"),
-        (spectrum.level, "Level over the median around each frequency", "level [dB]"),
-    )
+    lines = {line.name: line for line in spectrum.lines}
     shown = spectrum.orders > 0.3
     hertz = spectrum.shaft_hz * spectrum.orders[shown]
-    lines = {line.name: line for line in spectrum.lines}
-    for row, (values, title, label) in enumerate(rows):
-        panel = figure.add_subplot(grid[row])
-        style_axes(panel)
-        panel.plot(hertz, values[shown], lw=0.8, color=STYLE["ink"])
+    rows = []
+    for values, title, label, unit in (
+        (spectrum.amplitude[shown], "Amplitude of the envelope", "amplitude", "m/s²"),
+        (spectrum.level[shown], "Level over the median around each frequency", "level", "dB"),
+    ):
+        top, parts = 1.05 * float(np.max(values)), []
         for family, colour in colours.items():
+            style = {"color": colour, "linestyle": "--", "linewidth": 1.4, "alpha": 0.8}
             for harmonic in HARMONICS:
-                line = lines[f"{harmonic}x{family}" if harmonic > 1 else family]
-                key = family if harmonic == 1 else None
-                panel.axvline(line.found_hz, color=colour, ls="--", lw=1.4, alpha=0.8, zorder=1.5, label=key)
-        panel.set_xlim(0.0, hertz[-1])
-        panel.set_ylim(0.0, 1.05 * float(np.max(values[shown])))
-        heading(panel, title, "frequency [Hz]", label)
-        if row == 0:
-            panel.legend(frameon=False, fontsize=11, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncol=4)
+                found = lines[f"{harmonic}x{family}" if harmonic > 1 else family].found_hz
+                parts.append(Line(family, [found] * 2, [0.0, top], style, harmonic == 1))
+        parts.append(Line("", hertz, values, {"color": STYLE["ink"], "linewidth": 0.8}, False))
+        across, up = Axis("frequency", "Hz", limits=(0.0, hertz[-1])), Axis(label, unit, limits=(0.0, top))
+        rows.append([Panel(title, across, up, parts)])
     low, high = (round(edge) for edge in spectrum.band_hz)
     subtitle = f"shaft {spectrum.shaft_hz:.4g} Hz   ·   band {low} to {high} Hz   ·   {spectrum.seconds:.4g} s"
     verdict = DAMAGE.get(spectrum.verdict, spectrum.verdict)
-    return finish_picture(figure, f"{name}: {verdict}", f"{subtitle}   ·   bearing_twin {__version__}", path)
+    footer = f"{subtitle}   ·   bearing_twin {__version__}"
+    return save(figure_of(Sheet(f"{name}: {verdict}", rows, footer, [], shared_legend=True)), path)

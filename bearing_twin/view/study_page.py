@@ -5,7 +5,7 @@ import io
 from typing import Any
 
 from bearing_twin.base.units import readable_sentence, rounded_to_error, two_digits
-from bearing_twin.charts.panels import figure_of
+from bearing_twin.pictures import figure_of
 from bearing_twin.uq.result import (
     StudyResult,
     SweepDescription,

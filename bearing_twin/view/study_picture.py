@@ -9,7 +9,9 @@ import numpy as np
 
 from bearing_twin.base.errors import StatisticError, StudyError
 from bearing_twin.base.units import readable_unit, with_unit
-from bearing_twin.charts.panels import (
+from bearing_twin.pictures import (
+    BALL_COLOURS,
+    STYLE,
     Axis,
     Band,
     Line,
@@ -20,8 +22,8 @@ from bearing_twin.charts.panels import (
     in_rows,
     line_style,
     reference_style,
+    save,
 )
-from bearing_twin.pictures import BALL_COLOURS, STYLE, save
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
 from bearing_twin.uq.result import BANDS, StudyResult, SweepDescription, shares_of, size_of, sweep_of
@@ -263,5 +265,4 @@ def _footer(result) -> str:
     parts += [description.incomplete] if description and description.incomplete else []
     omitted = result.study.quantities[MOST_DRAWN:]
     parts += [f"not drawn: {', '.join(omitted)}"] if omitted else []
-    text = "; ".join(parts)
-    return text if len(text) < 190 else text[:187] + "..."
+    return "; ".join(parts)

@@ -21,12 +21,19 @@ from bearing_twin.pictures import (
     RACEWAY_COLOURS,
     RACEWAYS,
     STYLE,
+    Axis,
+    Line,
+    Panel,
+    Sheet,
     ball_style,
     contrast_colour,
     draw_load_distribution,
+    figure_of,
     finish_picture,
     heading,
-    legend_above,
+    in_rows,
+    line_style,
+    save,
     style_axes,
 )
 
@@ -103,7 +110,7 @@ def _draw_bearing(figure, cell, sample: Sample) -> None:
         fill = {"fc": "white", "ec": colour, "ls": "--"} if loose else {"fc": colour, "ec": "white"}
         axis.add_artist(Circle(centre, radius, lw=1.6, zorder=3, **fill))
         if len(position) <= GREATEST_NUMBERED:
-            size = np.clip(234.0 * radius / reach, 6.0, 15.0)
+            size = min((234.0 if len(position) <= 10 else 150.0) * radius / reach, 15.0)
             ink = colour if loose else contrast_colour(colour)
             axis.text(*centre, f"{ball}", ha="center", va="center", fontsize=size, color=ink, weight="bold", zorder=4)
         outward = centre / np.linalg.norm(centre)
@@ -115,9 +122,9 @@ def _draw_bearing(figure, cell, sample: Sample) -> None:
                 axis.add_artist(FancyArrowPatch(tail, tip, shrinkA=0, shrinkB=0, lw=0.6, zorder=5, **style))
     most = rounded_to_error(greatest, None, 4)
     heading(axis, f"The bearing at {sample.time_ns * 1e-9:.6g} s: load on each ball, up to {most} N")
-    for row, (name, colour) in enumerate(zip(RACEWAYS, RACEWAY_COLOURS, strict=True)):
+    for name, colour, side in zip(RACEWAYS, RACEWAY_COLOURS, ("left", "right"), strict=True):
         style = {"transform": axis.transAxes, "va": "top", "fontsize": 11, "color": colour, "weight": "bold"}
-        axis.text(0.0, 0.97 - 0.06 * row, f"➤ by the {name} ring", **style)
+        axis.text(float(side == "right"), 0.97, f"➤ by the {name} ring", ha=side, **style)
     corner = np.array([-1.22, -0.9]) * reach
     for direction, name in (((0.2, 0.0), "x"), ((0.0, 0.2), "y")):
         end = corner + reach * np.array(direction)
@@ -172,34 +179,28 @@ def draw_equilibrium(result: dict, path) -> Path:
     return finish_picture(figure, title, footer, path, size=15)
 
 
-SWEPT = {  # panels of a sweep: title, axis, factor into its unit, labels of its curves
-    "ring_displacement_m": ("Displacement of the inner ring", "displacement [µm]", 1e6, "xyz"),
-    "stiffness": ("Stiffness against a small further load", "stiffness [N/µm]", 1e-6, "xyz"),
-    "greatest_normal_load_inner_n": ("Greatest load of a ball on the inner raceway", "load [N]", 1.0, ""),
-    "reference_life_mrev": ("Reference life L10r (ISO/TS 16281)", "life [10⁶ turns]", 1.0, ""),
+SWEPT = {  # panels of a sweep: title, axis, labels of its curves
+    "ring_displacement_m": ("Displacement of the inner ring", Axis("displacement", "m"), "xyz"),
+    "stiffness": ("Stiffness against a small further load", Axis("stiffness", shown=("N/µm", 1e-6)), "xyz"),
+    "greatest_normal_load_inner_n": ("Greatest load of a ball on the inner raceway", Axis("load", "N"), ""),
+    "reference_life_mrev": ("Reference life L10r (ISO/TS 16281)", Axis("life [10⁶ turns]"), ""),
 }
 
 
 def draw_sweep(result: dict, path) -> Path:
     """Draw displacement, stiffness, greatest ball load and reference life over the swept number."""
-    figure = Figure(figsize=(15.0, 9.0), dpi=100, facecolor="white")
-    edges = {"left": 0.07, "right": 0.975, "top": 0.87, "bottom": 0.11}
-    axes = figure.subplots(2, 2, gridspec_kw={"wspace": 0.2, "hspace": 0.34, **edges})
     scale, label = result["axis"]["scale"], result["axis"]["label"]
     values, refused = scale * np.asarray(result["values"]), len(result["refused"])
     solved = [k for k, stiffness in enumerate(result["stiffness"]) if stiffness is not None]
-    for axis, (key, (title, unit_label, factor, names)) in zip(axes.ravel(), SWEPT.items(), strict=True):
-        style_axes(axis)
-        rows = factor * np.array([result[key][k] for k in solved], float)
+    panels = []
+    for key, (title, up, names) in SWEPT.items():
+        rows = np.array([result[key][k] for k in solved], float)
         rows = np.diagonal(rows, axis1=1, axis2=2) if key == "stiffness" else rows.reshape(len(solved), -1)
         curves = np.full((len(values), rows.shape[1]), np.nan)  # broken where there is no equilibrium
         curves[solved] = rows
-        for k in range(max(len(names), 1)):
-            axis.plot(values, curves[:, k], lw=2.0, **ball_style(k), **({"label": names[k]} if names else {}))
-        if key == "reference_life_mrev" and np.nanmax(rows, initial=0.0) > 20.0 * np.nanmin(rows, initial=np.inf):
-            axis.set_yscale("log")
-        heading(axis, title, label, unit_label)
-        legend_above(axis)
+        lines = [Line(name, values, curves[:, k], line_style(k), bool(name)) for k, name in enumerate(names or [""])]
+        is_log = key == "reference_life_mrev" and np.nanmax(rows, initial=0.0) > 20.0 * np.nanmin(rows, initial=np.inf)
+        panels.append(Panel(title, Axis(label), up._replace(log=bool(is_log)), lines))
     note = f"{refused} of {len(values)} values have no equilibrium" if refused else ""
-    title = f"{result['scene']}: equilibria over {label}"
-    return finish_picture(figure, title, _footer(result["held"], f"law {result['law']}", note), path)
+    footer = _footer(result["held"], f"law {result['law']}", note)
+    return save(figure_of(Sheet(f"{result['scene']}: equilibria over {label}", in_rows(panels, 2), footer, [])), path)
