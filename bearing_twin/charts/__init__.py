@@ -1,7 +1,7 @@
 """Charts: methods compared on accuracy and cost, maps of where they fail, the figures of three papers.
 
 The face of this room: `CHARTS`, a row a chart, and `chart_of(name)`, which has `make(folder, name, options)`,
-`files(folder, name, options)` that it writes, and `problems`. `panels` draws pictures from data, also those of studies.
+`files(folder, name, options)` that it writes, and `problems`.
 """
 
 import importlib
