@@ -80,6 +80,13 @@ def test_a_recording_whose_scene_names_no_law_is_judged_by_that_of_the_scene(law
     assert run_json("verify", str(path))["greatest_deviation"] == 0.0
 
 
+def test_samples_that_were_remapped_into_another_namespace_keep_their_scene(tmp_path, run_json):
+    path = tmp_path / "run.mcap"
+    by_mcap(path, ((name.replace("/bearing/samples", "/x/y"), *rest) for name, *rest in wire(SCENE, ["/bearing"])))
+    assert read_log(path).scene.parameters == SCENE.parameters
+    assert run_json("verify", str(path))["greatest_deviation"] == 0.0
+
+
 def test_of_two_bearings_in_one_recording_one_is_chosen(tmp_path, refused, run_json):
     path = tmp_path / "both.mcap"
     by_mcap(path, wire(SCENE, ["/left", "/right"]))

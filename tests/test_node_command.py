@@ -160,6 +160,32 @@ def test_topics_are_read_timed_and_written(toy, answer, capsys):
     assert "/toy/speed takes std_msgs/msg/Float64, not std_msgs/msg/String" in other
 
 
+def test_a_publisher_at_best_effort_is_received_where_another_subscription_was_known_before_it(monkeypatch):
+    """As /clock, to which every node with use_sim_time subscribes."""
+    import ros
+
+    from bearing_twin.nodes.graph import Graph
+
+    ended = threading.Event()
+
+    def publish():
+        publisher = talker.create_publisher(ros.Clock, "/clock", ros.qos_profile(ros.Qos(1, "best_effort")))
+        while not ended.wait(0.05):
+            publisher.publish(ros.Clock())
+
+    with ros.ros_executor() as executor:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(executor.context.get_domain_id()))
+        talker, later = ros.plain_node(executor, "talker"), threading.Timer(1.0, publish)
+        talker.create_subscription(ros.Clock, "/clock", print, 10)
+        listener = Graph(60.0)
+        later.start()
+        received = next(listener.messages("/clock", lambda: pytest.fail("nothing was received")))
+        ended.set()
+        later.join()
+        listener.close(2)
+    assert received == ros.Clock()
+
+
 @pytest.mark.parametrize("received", [0, 1])
 @pytest.mark.parametrize("verb", ["echo", "hz"])
 def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(verb, received, answer, monkeypatch):
@@ -248,6 +274,7 @@ def test_parameters_are_read_and_set(at_once, answer):
 
 def test_services_are_called(at_once, answer):
     assert answer("service", "call", "/toy/pause", "std_srvs/srv/SetBool", "{data: true}", "--json")["success"] is True
+    assert answer("service", "call", "/toy/pause", "{data: true}", "--json")["success"] is True
     assert answer("service", "call", "/toy/pause", "--json", code=cli.BAD_INPUT) == {
         "success": False,
         "message": "as you say",

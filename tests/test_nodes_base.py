@@ -22,6 +22,7 @@ from ros import (
 from bearing_twin.nodes import base_node, outlet
 from bearing_twin.nodes.pacing import Timed
 from bearing_twin.nodes.recorder_node import RecorderNode
+from bearing_twin.nodes.sim_node import SimNode
 
 
 def test_a_parameter_of_no_known_type_ends_no_node(tmp_path, monkeypatch):
@@ -73,15 +74,21 @@ def test_a_topic_on_which_publishing_takes_most_of_the_time_is_named_with_its_su
 
 
 def test_two_nodes_of_one_name_are_told(tmp_path):
+    """Those of a namespace are advised to take another one: a name alone would leave both on the same topics."""
     with ros_executor() as executor:
         seen = statuses(plain_node(executor))
         alone = started(executor, RecorderNode, log=str(tmp_path / "one.mcap"))
         spin_until(executor, lambda: seen, "diagnostics")
         assert "problem" not in values_of(seen[0])
         started(executor, RecorderNode, log=str(tmp_path / "two.mcap"))
-        spin_until(executor, lambda: values_of(seen[-1]).get("problem") == base_node.NAMESAKE, "a warning")
+        problems = lambda: [text for status in seen if (text := values_of(status).get("problem"))]  # noqa: E731
+        spin_until(executor, problems, "a warning")
+        assert "-r __node:=" in problems()[0]
         assert seen[-1].level >= DiagnosticStatus.WARN
         assert alone.failure is None
+        for _ in range(2):
+            started(executor, SimNode)
+        spin_until(executor, lambda: any("-r __ns:=/" in text for text in problems()), "the advice of sim_node")
 
 
 def test_a_node_says_which_subscribers_it_waits_for(monkeypatch):

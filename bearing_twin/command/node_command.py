@@ -104,7 +104,8 @@ def _set_parameter(graph, arguments) -> Outcome:
 
 def _receive(graph, arguments, handle: Callable, raw: bool = False) -> None:
     """Pass messages to `handle` up to --count or Ctrl-C, which is an interruption before the first message."""
-    silence = f"no message on {arguments.topic} for {arguments.wait} s: its node may be paused, or still preparing"
+    reasons = "nobody publishes it, or its node is paused or still preparing"
+    silence = f"no message on {arguments.topic} for {arguments.wait} s: {reasons}"
     received, limit = 0, _count(arguments)
     try:
         for received, message in enumerate(graph.messages(arguments.topic, lambda: say(silence), raw), start=1):
@@ -205,7 +206,10 @@ def _publish(graph, arguments) -> Outcome:
 
 def _call(graph, arguments) -> Outcome:
     """The answer of a service; without success the exit code is that of bad input."""
-    answer = graph.call(arguments.service, arguments.type, _yaml(arguments.message))
+    ros_type, fields = arguments.type, arguments.message
+    if fields is None and (ros_type or "").startswith("{"):
+        ros_type, fields = None, ros_type
+    answer = graph.call(arguments.service, ros_type, _yaml(fields))
     refused = f"{arguments.service}: {answer.get('message')}" if answer.get("success") is False else ""
     return Outcome(answer, [], lambda: print(_message_text(answer), end=""), problem=refused)
 
@@ -255,7 +259,7 @@ ARGUMENTS = {
     "service": {"help": "full name of a service, such as /bearing/sim_node/pause"},
     "name": {"help": "a parameter"},
     "value": {"help": "its value in YAML"},
-    "type": {"help": "its type; of a service looked up if omitted"},
+    "type": {"help": "its type; that of a service may be omitted"},
     "message": {"nargs": "?", "help": "its fields in YAML; others keep their defaults"},
     "study": {"help": "name of a study, or path of a YAML file where the node runs"},
     "--field": {"metavar": "PATH", "help": "only this part of it, such as wrench.force"},

@@ -161,7 +161,7 @@ class LogStream:
             self._refuse_unfinished()
         self.topic = _selected_topic(path, {name for name in sampled if "/records/" not in name}, topic)
         self.kept_rate: float = max(kept_rate(channel.metadata) for channel in stored if channel.name == self.topic)
-        self.namespace = self.topic.rpartition("/")[0]
+        self.namespace = self._namespace()
         self._tables: dict[str, set[str]] = {}  # topics of records with their types
         for channel in stored:
             if channel.name.startswith(f"{self.namespace}/records/"):
@@ -193,6 +193,13 @@ class LogStream:
         refuse_misfits(self.path, self.scene, self.channels)
         self.frame: str = "" if first is None else first.header.frame_id
         self.begins_s: float = 1e-9 * int(first.time_ns[0]) if first is not None and first.first_sequence else 0.0
+
+    def _namespace(self) -> str:
+        """Namespace of the run: that of the samples, or where these were remapped that of the only scene."""
+        own = self.topic.rpartition("/")[0]
+        names = {channel.name for channel in self._reader.topics if channel.ros_type == cdr.STRING}
+        scenes = {name for name in names if name.endswith("/scene")}
+        return own if f"{own}/scene" in scenes or len(scenes) != 1 else scenes.pop().removesuffix("/scene")
 
     def _refuse_unfinished(self) -> None:
         """Raises LogError where the log, which has no outputs, has no end either."""

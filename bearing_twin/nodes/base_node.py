@@ -49,7 +49,6 @@ SETTLED = 10.0  # s of a log, after which its size in an hour is reported
 LITTLE = 1e9  # B free on the disk of a log, below which a node warns
 THREADS = 8  # in which callbacks run; up to five goals of uq_node wait in theirs
 POLL = 0.1  # s: how soon the main thread sees that a node is done
-NAMESAKE = "another node has this name in this namespace, and both publish on the same topics: rename one of them"
 ANSWER_PERIOD = 0.01  # s between answers of one service: a client keeps ten answers to all clients
 LONGEST_GOODBYE = 5.0  # s a node that has put all away may take to leave ROS
 LOG_PERIOD = 1.0  # s between log entries that peers cause: ROS keeps them in files, which must not fill the disk
@@ -152,8 +151,11 @@ class BaseNode(Node):
         """Publishes a status on /diagnostics; a namesake and faults of callbacks are added, and turn OK into WARN."""
         identity = self.get_name(), self.get_namespace()
         if self.get_node_names_and_namespaces().count(identity) > 1:
-            level, values = max(level, WARN), values | {"problem": NAMESAKE}
-            self.get_logger().warning(NAMESAKE, once=True)
+            # Two nodes with other names in one namespace would still publish on the same topics.
+            apart = "-r __node:=NAME" if self.get_namespace() == "/" else "-r __ns:=/NAMESPACE"
+            problem = f"another node has this name in this namespace: start one of them with {apart}"
+            level, values = max(level, WARN), values | {"problem": problem}
+            self.get_logger().warning(problem, once=True)
         if faults := getattr(self.executor, "faults", 0):
             level, values = max(level, WARN), values | {"faults": faults}
         name = f"{self.get_fully_qualified_name().lstrip('/')}: {self._task}"

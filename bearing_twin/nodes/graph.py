@@ -107,9 +107,11 @@ class Graph:
         """The messages of a topic from now on, bytes if `raw`; calls `silent()` if none is received within the wait."""
         kind, waiting = interface(self._type_of(topic), "msg"), []
         on_message = lambda message: waiting.append(message)  # noqa: E731  (rclpy needs a signature)
-        offered = [publisher.qos_profile for publisher in self._node.get_publishers_info_by_topic(topic)]
+        # A subscription may be discovered before the publishers, of which some are reached by best effort alone.
+        publishers = self._spin(self._wait, lambda: self._node.get_publishers_info_by_topic(topic))
+        offered = [publisher.qos_profile for publisher in publishers]
         self._node.create_subscription(kind, topic, on_message, compatible_profile(offered, DEPTH), raw=raw)
-        if not self._spin(self._wait, lambda: waiting):
+        if not (publishers and self._spin(self._wait, lambda: waiting)):
             silent()
         while True:
             self._executor.spin_once(timeout_sec=TURN)

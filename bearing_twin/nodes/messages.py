@@ -70,7 +70,7 @@ def burst_profile(qos: Qos) -> QoSProfile:
 
 def compatible_profile(offered: Sequence[QoSProfile], depth: int) -> QoSProfile:
     """A quality of service that publishers who offer these can serve, with `depth` messages that may wait."""
-    reliable = all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
+    reliable = bool(offered) and all(profile.reliability == ReliabilityPolicy.RELIABLE for profile in offered)
     latched = bool(offered) and all(profile.durability == DurabilityPolicy.TRANSIENT_LOCAL for profile in offered)
     policies = "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile"
     return qos_profile(Qos(depth, *policies))
