@@ -15,6 +15,8 @@ from processes import own_domain
 
 from bearing_twin.base.process import AT_END, limit_blas_threads
 from bearing_twin.command import cli
+from bearing_twin.command.commands import COMMANDS
+from bearing_twin.command.outcome import Outcome
 
 limit_blas_threads()
 gc.disable()  # until all tests are collected: what modules hold is no garbage
@@ -151,6 +153,17 @@ def run_json(run_cli):
         return json.loads(out, parse_constant=lambda constant: pytest.fail(f"{constant} is not JSON"))
 
     return run
+
+
+@pytest.fixture
+def shown(run_cli, monkeypatch):
+    """A function that returns what a command prints of this result."""
+
+    def show(result):
+        monkeypatch.setitem(COMMANDS, "scenes", COMMANDS["scenes"]._replace(run=lambda _: Outcome(result, [])))
+        return run_cli("scenes").out
+
+    return show
 
 
 @pytest.fixture

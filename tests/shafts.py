@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from bearing_twin.kinds.shaft.motion import ShaftMotion
+from bearing_twin.kinds import KINDS
 from bearing_twin.run.scene import choose, load_scene
 
 
@@ -13,7 +13,7 @@ def parameters_of(*changes, scene="shaft_two_6203"):
 def motion_of(*changes, scene="shaft_two_6203", share=1.0):
     loaded = load_scene(scene, (*changes, "solver.check=none"))
     tolerance = f"wanted.tolerance={share * loaded.parameters.wanted.tolerance}"
-    return ShaftMotion(load_scene(loaded.resolved(), (tolerance,)).parameters, choose(loaded))
+    return KINDS["shaft"].motion(load_scene(loaded.resolved(), (tolerance,)).parameters, choose(loaded))
 
 
 def outputs_of(motion, duration, count):

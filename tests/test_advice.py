@@ -12,9 +12,9 @@ from sources import PACKAGE, nodes_of, package_trees
 
 import bearing_twin
 from bearing_twin.base.parameters import describe
-from bearing_twin.command.cli import _parsers
+from bearing_twin.command.cli import parsers
 from bearing_twin.contact.friction import PATCH_NAMES
-from bearing_twin.run.scene import KINDS
+from bearing_twin.kinds import KINDS
 from bearing_twin.run.simulation import Run
 from bearing_twin.uq.study import Settings
 
@@ -104,7 +104,7 @@ def options_of(parser):
 
 
 def test_every_option_in_a_sentence_is_one():
-    options = set().union(*map(options_of, _parsers()[1].values())) | OF_OTHERS
+    options = set().union(*map(options_of, parsers()[1].values())) | OF_OTHERS
     options_named = matches_in(r"(?<![\w-])--[a-z][a-z0-9-]*(?![\w\0-])")
     assert len(options_named) > 15
     assert [
@@ -115,7 +115,7 @@ def test_every_option_in_a_sentence_is_one():
 def test_every_subcommand_in_a_sentence_is_one():
     commands_named = matches_in(r"`bearing_twin ([a-z]+)")
     assert len(commands_named) > 3
-    commands = _parsers()[1]
+    commands = parsers()[1]
     assert [(location, match.group(1)) for location, match in commands_named if match.group(1) not in commands] == []
 
 

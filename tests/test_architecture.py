@@ -305,49 +305,62 @@ def test_tests_named_in_pages_and_code_exist():
     assert {str(path): test for path, tests in names.items() for test in tests if not (ROOT / test).exists()} == {}
 
 
-FACES = ("kinds.bearing",)  # rooms whose docstring names the modules that others may import, deeper ones first
-OPEN = ("tests/core/", "tests/reference/", "docs/")  # these may import below faces
+# Rooms, whose docstring names the modules that others may import, deeper ones first.
+FACES = sorted(
+    (".".join(path.parent.relative_to(PACKAGE).parts) for path in PACKAGE.rglob("*/__init__.py")), reverse=True
+)
+BELOW_FACES = ("tests/core/", "tests/reference/")  # these may import any name
+
+
+def folder_of(room: str) -> Path:
+    return PACKAGE / room.replace(".", "/")
 
 
 def face_of(room: str) -> dict[str, set[str]]:
     """The modules in a face, a line "* `module`: sentence." each, with the only names that others may use, if any."""
-    text = ast.get_docstring(tree_of(PACKAGE / room.replace(".", "/") / "__init__.py"))
+    text = ast.get_docstring(tree_of(folder_of(room) / "__init__.py"))
     entries = re.findall(r"^\* `(\w+)`: (.+?)(?=^\S|^$|\Z)", text, flags=re.MULTILINE | re.DOTALL)
     return {module: set(re.findall(r"`(\w+)`", sentence)) for module, sentence in entries}
 
 
 def uses_of_rooms(path: Path):
-    """(line, room, module or name in its __init__, name or "") of what a file uses of other rooms with a face.
+    """(line, room, module or name in its __init__, name or "") of what a file uses of other rooms.
 
     Texts such as "bearing_twin.room.module:name", by which tables import and tests replace names, count as imports.
     """
     texts = [node for node in nodes_of(path) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     named = re.compile(r"bearing_twin(\.\w+)+(:\w+)?")
     names = {(node.lineno, node.value.replace(":", ".")) for node in texts if named.fullmatch(node.value)}
+    own = next((room for room in FACES if path.is_relative_to(folder_of(room))), "")
     for line, name in sorted(names | set(imports_of(path))):
-        room = next((room for room in FACES if f"{name}.".startswith(f"bearing_twin.{room}.")), None)
-        if room and not path.is_relative_to(PACKAGE / room.replace(".", "/")):
+        room = next((room for room in FACES if f"{name}.".startswith(f"bearing_twin.{room}.")), own)
+        if room != own:
             module, name, *_ = [*name.removeprefix(f"bearing_twin.{room}").lstrip(".").split("."), "", ""]
             yield line, room, module, name
 
 
+def users() -> Iterable[Path]:
+    """The package, its tests, but for those of algorithms, benchmarks and launch files."""
+    paths = (
+        path for folder in (PACKAGE, *map(ROOT.joinpath, ("tests", "bench", "launch"))) for path in folder.rglob("*.py")
+    )
+    return (path for path in paths if not path.relative_to(ROOT).as_posix().startswith(BELOW_FACES))
+
+
 @functools.cache
 def uses_of_faces() -> dict[tuple[str, str, str], list[str]]:
-    """The places at which each module or name of a room with a face is used, but for tests of algorithms."""
+    """The places at which each module, or name of a module, is used from other rooms and tests."""
     uses = {}
-    for path in (*SOURCES, *(path for top in ("tests", "bench", "launch") for path in (ROOT / top).rglob("*.py"))):
-        if path.relative_to(ROOT).as_posix().startswith(OPEN):
-            continue
+    for path in users():
         for line, *use in uses_of_rooms(path):
             uses.setdefault(tuple(use), []).append(f"{path.relative_to(ROOT)}:{line}")
     return uses
 
 
 def test_rooms_and_tests_import_what_faces_name():
-    """Tests of algorithms are in tests/core."""
     wrong = []
     for (room, module, name), places in uses_of_faces().items():
-        if not (PACKAGE / room.replace(".", "/") / f"{module}.py").exists():
+        if not (folder_of(room) / f"{module}.py").exists():
             allowed = not module.startswith("_")
         elif names := face_of(room).get(module, {"nothing"}):
             allowed = name in names
@@ -359,12 +372,26 @@ def test_rooms_and_tests_import_what_faces_name():
 
 
 @pytest.mark.parametrize("room", FACES)
-def test_what_faces_name_is_there_and_used(room):
+def test_what_faces_name_is_used(room):
     used = {use[1:] for use in uses_of_faces() if use[0] == room}
     for module, names in face_of(room).items():
         assert module in {module for module, _ in used}
-        tree = tree_of(PACKAGE / room.replace(".", "/") / f"{module}.py")
-        defined = {node.name for node in tree.body if isinstance(node, (ast.FunctionDef, ast.ClassDef))} | {
-            node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
-        }
-        assert names <= defined & {name for used_module, name in used if used_module == module}
+        assert names <= {name for used_module, name in used if used_module == module}
+
+
+def imported_names(path: Path) -> set[str]:
+    """Names that a module of the package has from others of it."""
+    nodes = (node for node in imports_at_top(path) if isinstance(node, ast.ImportFrom))
+    ours = (node for node in nodes if f"{node.module}.".startswith("bearing_twin."))
+    return {alias.asname or alias.name for node in ours for alias in node.names}
+
+
+def test_names_are_imported_from_the_module_that_defines_them():
+    wrong = []
+    for path in users():
+        for line, full_name in imports_of(path):
+            module, _, name = full_name.rpartition(".")
+            home = ROOT / f"{module.replace('.', '/')}.py"
+            if home.is_relative_to(PACKAGE) and home.exists() and name in imported_names(home):
+                wrong.append(f"{path.relative_to(ROOT)}:{line} imports {full_name}")
+    assert wrong == []

@@ -14,7 +14,7 @@ from scipy.special import ellipe
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.command.cli import main
-from bearing_twin.command.contact_command import add_arguments, run
+from bearing_twin.command.commands import COMMANDS
 from bearing_twin.contact.calculator import (
     POWERS,
     axis_stresses,
@@ -136,8 +136,8 @@ def test_greatest_shear_below_circle_and_line():
 
 def contact_command(line):
     parser = argparse.ArgumentParser()
-    add_arguments(parser)
-    return run(parser.parse_args(line.split()))
+    COMMANDS["contact"].arguments(parser)
+    return COMMANDS["contact"].run(parser.parse_args(line.split()))
 
 
 def test_a_bearing_by_its_designation_and_by_its_curvatures_agree():

@@ -1,20 +1,13 @@
 """Charts: each is made in its quick form, written, read again, and says in the right order who is more accurate."""
 
-import ctypes
-import dataclasses
-import math
 from pathlib import Path
 
-import numpy as np
 import pytest
 from PIL import Image
 
-from bearing_twin import IntegrationError, SceneError
-from bearing_twin.base.errors import CoreError
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
-from bearing_twin.charts.bodies import DISCS
-from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Contest, Options, Problem, read_table, timed
+from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Options, read_table
 
 PART = {  # the problem or sheet that is tried of each, else the first
     "laws": "ellipse",
@@ -37,7 +30,6 @@ PART = {  # the problem or sheet that is tried of each, else the first
 }
 PAPERS = ("paper1", "paper2", "paper3")
 WHOLE = "laws"  # is drawn as it is shown
-COARSER = "mesh.divisions=24", "mesh.order=4", "solver.step_share=0.9"  # a reference in a quarter of the time
 
 
 @pytest.fixture(scope="module")
@@ -49,8 +41,6 @@ def made(tmp_path_factory):
         with pytest.MonkeyPatch.context() as patch:
             # Costs are not asserted: once is enough. With a limit the clock ticks more coarsely than runs take.
             patch.setattr(engine, "LONG", 0.0)
-            patch.setattr("bearing_twin.charts.uncertainty.SEEDS", 9)
-            patch.setitem(DISCS, "locking", dataclasses.replace(DISCS["locking"], reference=COARSER))
             return once(name)
 
     def once(name):
@@ -201,31 +191,6 @@ def test_a_chart_that_exists_is_replaced_with_force_alone(tmp_path, run_json, re
     assert "paper1_bounces.txt" in refused("chart", "paper1", "--only", "3", "--out", tmp_path)
 
 
-def contest(judge, count=3):
-    """A contest of one problem and so many settings."""
-    entries = [("m", float(setting), math.nan) for setting in range(count)]
-    return Contest(title="made up", problems={"p": Problem("a problem", lambda quick: entries, judge)})
-
-
-def test_what_does_not_come_out_is_a_row_with_its_reason():
-    def judge(method, setting, across):
-        if setting == 0.0:
-            raise SceneError("too long")
-        if setting == 1.0:
-            raise IntegrationError("at 1 s")
-        return {"error": math.nan if setting == 2.0 else 0.1, "seconds": 1.0, "of my own": 2.0}
-
-    rows = contest(judge, 4).measure(Options())
-    assert [row.status for row in rows] == [REFUSED, FAILED, FAILED, DONE]
-    assert [row.reason for row in rows] == ["too long", "at 1 s", "not finite", ""]
-    assert [row.error for row in rows] == [math.inf, math.inf, math.inf, 0.1]
-    assert rows[3].more == {"of my own": 2.0}
-    ((panel,),) = contest(judge).sheet(rows).rows
-    (lost,) = [part for part in panel.parts if part.name == "m, no result"]
-    assert len(lost.x) == 3
-    assert np.isfinite([lost.x, lost.y]).all(), "a cross each in the picture"
-
-
 def test_a_law_without_a_label_and_a_stopped_run_are_read_by_their_names():
     rows = [engine.Row("raceway", "new", error=0.1, seconds=1e-6, status=DONE)]
     rows += [engine.Row("raceway", "hertz", seconds=1.0, status=STOPPED, reason="stopped after 1 CPU seconds")]
@@ -242,51 +207,3 @@ def test_a_method_has_one_colour_in_all_charts(made):
             colours.setdefault(method, set()).add(style.colour)
         assert len(set(engine.method_styles(rows, chart_of(name).labels).values())) == len({row.method for row in rows})
     assert {method: len(numbers) for method, numbers in colours.items()} == dict.fromkeys(colours, 1)
-
-
-def test_an_installation_that_cannot_run_makes_no_chart():
-    def judge(*entry):
-        raise CoreError("of other sources")
-
-    with pytest.raises(CoreError, match="of other sources"):
-        contest(judge).measure(Options())
-
-
-def test_a_run_that_goes_on_is_stopped_and_the_others_go_on():
-    def judge(method, setting, across):
-        while setting == 1.0:
-            pass
-        return {"error": 0.5}
-
-    rows = contest(judge).measure(Options(limit=0.2))
-    assert [row.status for row in rows] == [DONE, STOPPED, DONE]
-    assert "0.2 CPU seconds" in rows[1].reason
-
-
-def test_a_run_is_stopped_where_arguments_of_the_core_are_converted():
-    """`ctypes` makes an ArgumentError of whatever is raised there."""
-
-    class Slow:
-        @classmethod
-        def from_param(cls, value):
-            while True:
-                pass
-
-    function = ctypes.CDLL(None).abs
-    function.argtypes = (Slow,)
-    rows = contest(lambda *entry: function(1)).measure(Options(limit=0.02))
-    assert {row.status for row in rows} == {STOPPED}
-
-
-def test_a_timing_is_of_one_run_over_what_it_did():
-    result, cost = timed(lambda: sum(range(10**6)), 10**6)
-    assert result == 499_999_500_000
-    assert 0.0 < cost["seconds"] < 1e-5
-
-
-def test_a_clock_that_ticks_more_coarsely_than_a_run_takes_does_not_repeat_it_for_ever(monkeypatch):
-    ran = []
-    monkeypatch.setattr(engine.time, "process_time", lambda: len(ran) // 10 * 0.01)
-    _, cost = timed(lambda: ran.append(1))
-    assert cost["seconds"] == pytest.approx(1e-3, rel=0.2)
-    assert len(ran) < 1000

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from bearing_twin.base.parameters import describe
-from bearing_twin.command import terminal
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.rules import RESOLVED, RULES, SETTING, answers
 from bearing_twin.log.run_log import write_log
@@ -90,15 +89,9 @@ def test_a_large_run_is_announced_before_it_begins(tmp_path, monkeypatch, run_cl
 
 
 @pytest.mark.parametrize("terminal_there", [True, False])
-def test_progress_is_shown_on_a_terminal_alone(terminal_there, monkeypatch, capsys):
+def test_progress_is_shown_on_a_terminal_alone(terminal_there, monkeypatch, run_cli):
     monkeypatch.setattr(sys.stderr, "isatty", lambda: terminal_there)
     monkeypatch.setenv("TERM", "xterm")
-    with terminal.progress("a work") as update, terminal.progress("its part") as part:
-        update(0.5)
-        part(0.25)
-        terminal.say("a sentence")
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert "a sentence\n" in err
-    for text in ("a work", "50%"):
-        assert (text in err) == terminal_there
+    printed = run_cli("simulate", "bearing_6203", "--duration", "0.02", "--json")
+    assert printed.out.count("\n") == 1
+    assert ("100%" in printed.err) == terminal_there

@@ -13,8 +13,8 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, INTERRUPTED, main
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.command.outcome import Outcome
-from bearing_twin.command.results import show_result
-from bearing_twin.run.scene import KINDS, load_scene, scene_names
+from bearing_twin.kinds import KINDS
+from bearing_twin.run.scene import load_scene, scene_names
 
 COMMAND = [sys.executable, "-m", "bearing_twin"]
 SHORT = ["bearing_6203", "--duration", "0.02"]
@@ -239,9 +239,8 @@ def test_a_key_that_is_given_two_values_is_refused(arguments, key, refused):
     assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(*arguments))
 
 
-def test_a_result_of_every_sort_of_value_is_shown(capsys):
-    show_result({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
-    out = capsys.readouterr().out
+def test_a_result_of_every_sort_of_value_is_shown(shown):
+    out = shown({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
     for text in ("none", "costs steps", "load", "yes"):
         assert text in out
 

@@ -11,10 +11,9 @@ import pytest
 
 from bearing_twin.base.errors import LONGEST_ECHO, peer_name
 from bearing_twin.base.units import UNITS, readable_label, readable_unit, rounded_to_error
-from bearing_twin.command import cli, commands
+from bearing_twin.command import cli
 from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.command.commands import COMMANDS
-from bearing_twin.command.results import show_result
 from bearing_twin.run.scene import load_scene
 
 RESULT = {
@@ -28,17 +27,12 @@ RESULT = {
 }
 
 
-def shown(capsys, result):
-    show_result(result)
-    return capsys.readouterr().out
-
-
-def test_people_read_engineering_units_and_si_where_they_ask(capsys, monkeypatch, run_json, run_cli):
-    out = shown(capsys, RESULT)
+def test_people_read_engineering_units_and_si_where_they_ask(shown, monkeypatch, run_json, run_cli):
+    out = shown(RESULT)
     for text in ("668.08 rpm", "1.5 N mm", "0, -2.5, 10 µm", "0.057296, 0 °", "20 ms", "12.346 kN", "1066"):
         assert text in out, out
     assert "MPa" in out
-    monkeypatch.setattr(commands, "COMMANDS", {"scenes": COMMANDS["scenes"]._replace(run=lambda _: cli_outcome())})
+    monkeypatch.setitem(COMMANDS, "scenes", COMMANDS["scenes"]._replace(run=lambda _: cli_outcome()))
     out = run_cli("scenes", "--si").out
     for text in ("69.961 rad/s", "0.0015 N m", "0, -2.5e-06, 1e-05 m", "1.066e+09"):
         assert text in out, out
@@ -103,7 +97,7 @@ def parsers_below(parser):
 def test_every_help_has_examples_that_parse_and_fits_eighty_columns(monkeypatch):
     """An example of `node` that names a type of ROS may be longer: broken, it could not be copied."""
     monkeypatch.setenv("COLUMNS", "80")
-    parser, _ = cli._parsers()
+    parser, _ = cli.parsers()
     for subparser in list(parsers_below(parser))[1:]:
         text = subparser.format_help()
         assert re.search(r"^examples?:\n  bearing_twin ", text, flags=re.MULTILINE), text

@@ -18,7 +18,8 @@ import pytest
 from pages import ROOT, TUTORIALS, blocks, words_of
 from PIL import Image
 
-from bearing_twin.command import cli, node_command
+from bearing_twin.command import cli
+from bearing_twin.command.node_command import node_arguments
 
 ON_THE_MACHINE = ("make ", "source ", "python ")  # run by tests/test_journeys.py, as lines that need nodes
 FEWER = re.compile(r"\b(samples[:=] ?|sensitivity=)\d+")  # realisations, which take longer than what is done with them
@@ -28,7 +29,7 @@ EDITS = "your_law"  # which the last test follows
 @pytest.mark.parametrize("page", [page for page in TUTORIALS if page.stem != EDITS], ids=lambda page: page.stem)
 def test_a_tutorial_runs_from_top_to_bottom(page, tmp_path, monkeypatch, capsys, quick_workers, pictures_once):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0}, raising=False)
     ran = 0
     for block in blocks(page):
         text = FEWER.sub(r"\g<1>12", block.text)
@@ -52,7 +53,7 @@ def follow(line, capsys) -> bool:
         return False
     assert line.startswith("bearing_twin "), line
     arguments = words_of(FEWER.sub(r"\g<1>12", line))
-    cli._parsers(arguments[0])[0].parse_args(arguments)
+    cli.parsers(arguments[0])[0].parse_args(arguments)
     if arguments[0] == "node":
         return False
     if arguments[0] == "study" and "--list" not in arguments:
@@ -93,7 +94,7 @@ PROGRAM = subprocess.Popen
 def start_node_directly(arguments):
     """`bearing_twin node start` as the process that it becomes, which has imported what it needs."""
     assert arguments[:3] == ["bearing_twin", "node", "start"]
-    return PROGRAM([sys.executable, *node_command.node_arguments(arguments[3], arguments[4:])])
+    return PROGRAM([sys.executable, *node_arguments(arguments[3], arguments[4:])])
 
 
 def covers_a_curve(axes):
@@ -113,7 +114,7 @@ def test_an_example_runs_and_draws(example, tmp_path, monkeypatch, capsys, quick
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(subprocess, "run", answer_here(subprocess.run))
     monkeypatch.setattr(subprocess, "Popen", start_node_directly)
-    monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0}, raising=False)
     matplotlib.use("Agg")
     runpy.run_path(str(example), run_name="__main__")
     hidden = [axes for figure in map(plt.figure, plt.get_fignums()) for axes in figure.axes if covers_a_curve(axes)]

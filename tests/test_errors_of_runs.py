@@ -8,7 +8,6 @@ import pytest
 from runs import reported
 
 from bearing_twin.base.report import Choice
-from bearing_twin.command.results import show_result
 from bearing_twin.kinds.error_estimates import FRICTION_MODEL, LAW, Errors, ModelError
 from bearing_twin.run.report import DOUBTFUL, FAILED, STATUSES, is_large_error, judge_errors
 from bearing_twin.run.second_run import OutputError
@@ -104,12 +103,11 @@ def test_every_figure_has_an_error_in_its_shape_or_null(scene, overrides):
     assert (report.stepper == "quasi_static") == all(error is None for error in known.values())
 
 
-def test_no_figure_shows_more_digits_than_its_model_has(capsys):
+def test_no_figure_shows_more_digits_than_its_model_has(shown):
     """`cage speed 646.524 ± 0.00081 rpm` stood beside 3.2 % off rolling."""
     model = Errors({"speed_rad_s": {LAW: 0.3}})
     judged = judge_errors(model, estimate({"speed_rad_s": 1e-6, "torque_nm": 1e-3}), FIGURES, "done", CHOICE)
-    show_result(FIGURES | judged.keys)
-    lines = {line.split()[0]: line for line in capsys.readouterr().out.splitlines() if line.strip()}
+    lines = {line.split()[0]: line for line in shown(FIGURES | judged.keys).splitlines() if line.strip()}
     assert "±" not in lines["speed"]
     assert "±" in lines["torque"]
     assert "4.3 %" in lines["model"]

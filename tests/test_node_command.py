@@ -11,22 +11,9 @@ import time
 
 import pytest
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.units import label_and_unit
-from bearing_twin.command import cli, node_command
-from bearing_twin.command.node_command import Traffic, node_arguments
-
-
-def test_rate_and_sizes_are_those_of_the_window():
-    traffic = Traffic(3)
-    for time_s, size in ((0.0, 9000), (10.0, 10), (10.5, 20), (11.0, 30), (12.0, 40)):
-        traffic.add(time_s, size)
-    figures, sizes = traffic.periods(), traffic.sizes()
-    assert (figures["messages"], figures["rate_hz"], figures["window"]) == (5, 1.5, 3)
-    assert (figures["least_period_s"], figures["greatest_period_s"]) == (0.5, 1.0)
-    assert figures["std_of_period_s"] == pytest.approx((2.0 / 36.0) ** 0.5)
-    assert label_and_unit("bytes_per_s") == ("bytes", "1/s")  # in the table
-    assert [sizes[row] for row in ("bytes_per_s", "mean_bytes", "least_bytes", "greatest_bytes")] == [45, 30, 20, 40]
+from bearing_twin.base.errors import BearingTwinError, MissingInterfacesError
+from bearing_twin.command import cli
+from bearing_twin.command.node_command import VERBS, node_arguments
 
 
 def test_the_words_of_a_node_are_those_of_ros2_run():
@@ -46,7 +33,7 @@ def test_the_words_of_a_node_are_those_of_ros2_run():
         node_arguments("sim_nod", [])
 
 
-@pytest.mark.parametrize("verb", node_command.VERBS, ids=lambda verb: verb.words)
+@pytest.mark.parametrize("verb", VERBS, ids=lambda verb: verb.words)
 def test_examples_of_the_help_are_legal(verb):
     arguments = ["node", *verb.words.split(), *shlex.split(verb.example)]
     assert parser().parse_args(arguments).run_verb is verb.run
@@ -54,7 +41,7 @@ def test_examples_of_the_help_are_legal(verb):
 
 @functools.cache
 def parser():
-    return cli._parsers("node")[0]
+    return cli.parsers("node")[0]
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +176,8 @@ def test_a_publisher_at_best_effort_is_received_where_another_subscription_was_k
 @pytest.mark.parametrize("received", [0, 1])
 @pytest.mark.parametrize("verb", ["echo", "hz"])
 def test_ctrl_c_ends_who_listens_and_interrupts_who_waits_for_the_first_message(verb, received, answer, monkeypatch):
-    from bearing_twin.nodes.graph import Graph, interface
+    from bearing_twin.nodes.graph import Graph
+    from bearing_twin.nodes.messages import interface
 
     def messages(*_, **__):
         message = interface("std_msgs/msg/Float64", "msg")(data=2.5)
@@ -335,7 +323,6 @@ def test_messages_become_data_and_back(toy):
     from bearing_twin.nodes.messages import (
         InterfaceError,
         MessageError,
-        MissingInterfacesError,
         interface,
         message_from,
         plain_data,

@@ -5,6 +5,7 @@ import math
 import os
 
 import pytest
+from mcap.reader import make_reader
 from mcap.writer import Writer
 from runs import made_up_block, made_up_run, made_up_scene, no_room
 
@@ -13,7 +14,8 @@ from bearing_twin.command.cli import DOUBTFUL
 from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos, offered_qos, raw_messages
-from bearing_twin.log.mcap_read import LARGEST_MESSAGE, McapReader, StoredTopic
+from bearing_twin.log.mcap_read import LARGEST_MESSAGE
+from bearing_twin.log.mcap_write import StoredTopic
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import samples_message, topics
@@ -48,8 +50,8 @@ def receive(recording, topic, received_ns, sent_ns, data, number):
 
 def counted(path):
     """The counts that the recorder wrote into a log, one set after the other."""
-    with McapReader(path) as reader:
-        return [item.metadata for item in reader.content() if getattr(item, "name", "") == RECORDING_RECORD]
+    with path.open("rb") as file:
+        return [item.metadata for item in make_reader(file).iter_metadata() if item.name == RECORDING_RECORD]
 
 
 def clock_log(path, times):

@@ -1,5 +1,6 @@
 """README and docs: examples run, commands are executed, names and links exist, tables are those of the code."""
 
+import os
 import re
 import shlex
 import subprocess
@@ -54,7 +55,7 @@ EXAMPLES = blocks("python")
 @pytest.mark.parametrize("example", [text for _, text in EXAMPLES], ids=[page for page, _ in EXAMPLES])
 def test_examples_run(example, tmp_path, monkeypatch, capsys, quick_workers):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("bearing_twin.uq.workers.processor_count", lambda: 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda process: {0}, raising=False)
     exec(compile(example, "<example>", "exec"), {"__name__": "__main__"})
     assert capsys.readouterr().out.strip()
 
@@ -100,7 +101,7 @@ def test_links_lead_somewhere(page):
 def shorten(arguments, short=SHORT):
     """The arguments of a shorter command, and whether it is run or only parsed."""
     command = arguments[0]
-    parsed = cli._parsers(command)[0].parse_args(arguments)
+    parsed = cli.parsers(command)[0].parse_args(arguments)
     if command == "node":
         return arguments, False  # tests/test_journeys.py runs them
     if command == "simulate":

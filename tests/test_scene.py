@@ -17,9 +17,9 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.base.paths import share_path
 from bearing_twin.base.yaml_files import GREATEST_FILE
 from bearing_twin.contact.materials import MATERIALS
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.sections import RunSettings, resolved_run
 from bearing_twin.run.scene import (
-    KINDS,
     choose,
     load_scene,
     open_scene,

@@ -8,8 +8,9 @@ import pytest
 from bearing_twin.base.errors import Interrupted
 from bearing_twin.base.stopping import Halt
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.error_estimates import SECOND_RUN
 from bearing_twin.run.scene import choose, load_scene
-from bearing_twin.run.second_run import SECOND_RUN, Differences
+from bearing_twin.run.second_run import Differences
 from bearing_twin.run.simulation import Simulation, simulate
 
 SCENES = {

@@ -10,11 +10,10 @@ from loops import obeying, twist, wrench
 from shafts import motion_of
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Output
-from bearing_twin.kinds.shaft.display import topics
-from bearing_twin.kinds.shaft.motion import ShaftMotion, choose
 from bearing_twin.run.failure import read_failure, write_failure
-from bearing_twin.run.scene import load_scene
+from bearing_twin.run.scene import choose, load_scene
 from bearing_twin.run.simulation import Simulation
 
 DAMPED = "contact.relaxation_time=2e-5"  # what rings dies out within some milliseconds
@@ -142,7 +141,7 @@ def test_pose_and_frames_follow_the_shaft():
     simulation = running.loop.simulation
     sample = simulation.advance(60)[59]
     output = Output(simulation.scene.parameters, "hertz", sample)
-    by_name = {topic.name: topic for topic in topics(simulation.scene.parameters)}
+    by_name = {topic.name: topic for topic in KINDS["shaft"].topics(simulation.scene.parameters)}
     pose = by_name["shaft/pose"].fields(output)["pose"]
     frames = {
         frame["child_frame_id"]: frame["transform"]["translation"]
@@ -162,7 +161,7 @@ def test_a_motion_goes_on_from_a_snapshot_to_the_bit():
     """With a commanded load and speed, and a change still to come; by way of JSON, as in the file of a failure."""
     change = "shaft.change={time: 0.001, load: [0, -30, 0]}", "drive.change={time: 0.02, speed: 5.0}"
     scene = load_scene("shaft_two_6203", change)
-    first, second = (ShaftMotion(scene.parameters, choose(scene.parameters)) for _ in range(2))
+    first, second = (KINDS["shaft"].motion(scene.parameters, choose(scene)) for _ in range(2))
     times = 5e-4 * np.arange(1, 20)
     for it in (first, second):
         it.first_outputs()

@@ -1,7 +1,6 @@
 """Study files: what they hold, what their overrides change, what is refused and in which words."""
 
 import dataclasses
-import itertools
 import math
 
 import pytest
@@ -15,9 +14,8 @@ from bearing_twin.run.report import BLOCK_OUTPUTS
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.inputs import numeric_keys, put, quantities_of, value_at
-from bearing_twin.uq.realisations import has_closed_form
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.study import checkpoints, load_study, parse_study, study_names
+from bearing_twin.uq.study import load_study, parse_study, study_names
 
 ALPHA = "contact.measured_alpha"
 GAMMA = {"distribution": "gamma", "mean": 1.138e-4, "std": 2e-5}
@@ -240,31 +238,6 @@ def test_the_last_report_is_the_report():
     assert sum(len(block) for block in run.blocks()) % BLOCK_OUTPUTS
     before = run.report
     assert dataclasses.replace(run.simulation.report(last=True), compute_seconds=before.compute_seconds) == before
-
-
-def test_closed_forms_are_used_only_where_they_describe_the_scene():
-    def closed(overrides, names=("contact_duration",), varied=()):
-        study = parse_study(PLAIN, "s", overrides)
-        return has_closed_form("two_spheres", study.scene_at([1e-4]).parameters, names, varied=varied)
-
-    assert closed([])
-    assert not closed(["contact.restitution=0.9"])
-    assert not closed(["solver.stepper=rk4"])
-    assert not closed([], ("restitution",))
-    assert not closed([], varied=("contact.restitution",))
-
-
-def test_looks_grow_and_end_with_all_samples():
-    sizes = list(checkpoints(100_000, 100, 200, "random"))
-    assert sizes[0] == 200
-    assert sizes[-1] == 100_000
-    steps = [b - a for a, b in itertools.pairwise(sizes)]
-    assert min(steps[:-1]) == 100
-    assert all(step <= 0.3 * size for step, size in zip(steps[5:], sizes[5:], strict=False))
-    assert len(sizes) < 60
-    assert list(checkpoints(100, 100, 200, "random")) == [100]
-    assert list(checkpoints(4096, 100, 200, "sobol")) == [256, 512, 1024, 2048, 4096]
-    assert list(checkpoints(4096, 100, 200, "latin_hypercube")) == [4096]
 
 
 @pytest.mark.parametrize("name", QUICK_SCENES)

@@ -12,10 +12,9 @@ import pytest
 from runs import full_after
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.command import study_command
 from bearing_twin.command.cli import BAD_INPUT, DOUBTFUL, INTERRUPTED
 from bearing_twin.kinds import KINDS
-from bearing_twin.log.study_log import StudyLog, read_study
+from bearing_twin.log.study_log import StudyLog, read_study, write_study
 from bearing_twin.uq.result import SweepDescription, names_by_sentence, refusals, sweep_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
@@ -189,11 +188,10 @@ def test_the_open_end_of_an_interval_of_the_convergence_lies_beyond_the_panel():
     assert floor < low < ceiling < high
 
 
-def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and_view(quick_workers, capsys):
+def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and_view(tmp_path, quick_workers, run_cli):
     result = run_study(load_study("bearing_6203_tolerances", ["samples=12", "workers=1", "run.duration=0.01"]))
     panels, document = panels_of(result), study_document(result)
-    study_command.show(result.as_dict())
-    table = capsys.readouterr().out
+    table = run_cli("report", write_study(result, tmp_path / "study.mcap")).out
     viewed = {statistics["title"]: {row["unit"] for row in statistics["rows"]} for statistics in document["statistics"]}
     units = {"greatest_ball_load": ("N", 1.0), "greatest_pressure": ("MPa", 1e-6), "cage_speed": ("rpm", 30.0 / np.pi)}
     for name, (unit, factor) in units.items():

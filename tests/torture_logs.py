@@ -9,12 +9,12 @@ import time
 from pathlib import Path
 
 import numpy as np
+from mcap.writer import MCAP0_MAGIC
 from torture_rows import Found, Row, part_of, until
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.log.mcap_write import MAGIC
 from bearing_twin.log.raw_log import RawLogWriter, Safety, recover
 
 MAX_LOSS, ALLOWED = 0.1, 0.15  # s: of the log, and with 50 ms for the flush itself
@@ -229,7 +229,7 @@ def flips(share: float, folder: Path) -> Found:
         data[int(random.integers(len(data)))] ^= 1 << int(random.integers(8))
         path.write_bytes(data)
         read, saved, well = _tried(path, complete, folder)
-        header = data[: len(MAGIC)] != MAGIC  # of a file that is no log any more, nothing is promised
+        header = data[: len(MCAP0_MAGIC)] != MCAP0_MAGIC  # of a file that is no log any more, nothing is promised
         wrong = (read is not None and read != complete) or not known.issuperset(saved) or not well
         few = len(saved) < len(complete) - CHUNK_MESSAGES and not header
         silent += wrong

@@ -12,8 +12,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
-from bearing_twin.base.errors import SceneError, StudyError, did_you_mean, legal_hint, nearest
-from bearing_twin.base.parameters import echo
+from bearing_twin.base.errors import SceneError, StudyError, did_you_mean, echo, legal_hint, nearest
 from bearing_twin.base.paths import READABLE, share_path, user_folder
 
 GREATEST_FILE = 128_000  # bytes

@@ -1,7 +1,11 @@
 """Charts: methods compared on accuracy and cost, maps of where they fail, the figures of three papers.
 
-The face of this room: `CHARTS`, a row a chart, and `chart_of(name)`, which has `make(folder, name, options)`,
-`files(folder, name, options)` that it writes, and `problems`.
+`CHARTS` has a row a chart, and `chart_of(name)` has `make(folder, name, options)`, `files(folder, name, options)` that
+it writes, and `problems`.
+
+* `contest`: tables of methods, one row an error and a cost: measured, written, read and drawn.
+* `scenes`: overrides of which the last counts (`last_overrides`), and those of a run alone (`WITHOUT_CHECK`).
+* `laws`: the motions for which a friction model errs most, `hardest`.
 """
 
 import importlib

@@ -27,8 +27,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from bearing_twin import __version__
-from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError
-from bearing_twin.base.parameters import echo, legal_hint
+from bearing_twin.base.errors import BearingTwinError, CoreError, SceneError, echo, legal_hint
 from bearing_twin.base.paths import draft_file
 from bearing_twin.base.units import prefixed_unit, two_digits
 from bearing_twin.methods import STEPPER_FACTS

@@ -1,8 +1,7 @@
 """The command line `bearing_twin`; nothing heavy is imported before a command runs.
 
-* `cli`: `program`, the executable, and `main(words)`, which returns the exit code (`DONE`, `BAD_INPUT`, `DOUBTFUL`).
-* `commands`: `COMMANDS`, the table of commands; `outcome`: what a command hands back, and paths it may write to.
-* `terminal`: results as tables, and progress.
-
-Inside the room: a module a command, or for a few that belong together.
+* `cli`: the program, the main function, its parsers and its exit codes.
+* `commands`: the table of commands, `COMMANDS`.
+* `outcome`: what a command hands back, its `Outcome`.
+* `node_command`: the names of `NODES`, `VERBS` of other nodes, and the `node_arguments` with which one starts.
 """

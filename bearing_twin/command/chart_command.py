@@ -52,7 +52,7 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
 
 def _refuse(name: str) -> None:
-    from bearing_twin.base.parameters import echo, legal_hint
+    from bearing_twin.base.errors import echo, legal_hint
     from bearing_twin.charts import CHARTS, RENAMED
 
     if name in RENAMED:

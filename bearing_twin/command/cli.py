@@ -132,7 +132,7 @@ def _main(argv) -> int:
     if argv[:1] == ["help"]:
         argv = [*argv[1:2], "--help"]
     command = next((argument for argument in argv if not argument.startswith("-")), None)
-    parser, subparsers = _parsers(None if COMPLETING in os.environ else command)
+    parser, subparsers = parsers(None if COMPLETING in os.environ else command)
     if COMPLETING in os.environ:
         import_optional("argcomplete", "completion").autocomplete(parser)  # ends the program
     if not argv:
@@ -197,7 +197,7 @@ def _show(outcome, si: bool) -> None:
     show_result(json_data(outcome.result))
 
 
-def _parsers(only: str | None = None):
+def parsers(only: str | None = None):
     """The parser and those of its commands by name; with `only` one, the others know no arguments."""
     from bearing_twin.command.commands import COMMANDS
 

@@ -146,7 +146,8 @@ def _raceway(name, race):
 
 def _materials(arguments, bodies):
     """The two materials: the scene's or steel, or those named, with moduli and ratios given replaced."""
-    from bearing_twin.base.parameters import echo, legal_hint, plain, read_strict
+    from bearing_twin.base.errors import echo, legal_hint
+    from bearing_twin.base.parameters import plain, read_strict
     from bearing_twin.contact.materials import MATERIALS, Material
 
     bodies = bodies or (MATERIALS["steel"],) * 2

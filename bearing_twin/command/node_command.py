@@ -17,8 +17,7 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, legal_hint
-from bearing_twin.base.parameters import echo
+from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo, legal_hint
 from bearing_twin.base.process import AT_END
 from bearing_twin.base.report import json_text
 from bearing_twin.base.units import Limits

@@ -6,8 +6,8 @@ from contextvars import ContextVar
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.parameters import echo, read_number
+from bearing_twin.base.errors import BearingTwinError, echo
+from bearing_twin.base.parameters import read_number
 from bearing_twin.base.units import NO_LIMITS, Limits
 from bearing_twin.command.terminal import show_rows
 

@@ -1,6 +1,14 @@
-"""THE table of kinds of scenes: `KINDS`, one row a kind; see `contract`.
+"""THE table of kinds of scenes: `KINDS`, one row a kind.
 
 A row is imported when it is wanted. That imports parameter files alone: it plots and reads no files.
+
+* `contract`: what a kind can give: the row Kind and its parts.
+* `sections`: sections of scenes that kinds share.
+* `rules`: rules by which models are chosen, and the ranges in which they are valid.
+* `error_estimates`: errors of figures, by a second run and by the model.
+* `topics`: types of messages, markers and frames.
+* `views`: what the browser shows of a kind.
+* `picture`: the picture of a run.
 """
 
 import importlib

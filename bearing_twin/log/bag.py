@@ -19,8 +19,8 @@ from bearing_twin.log.mcap_read import (
     Contents,
     LoggedMessage,
     McapReader,
-    StoredTopic,
 )
+from bearing_twin.log.mcap_write import StoredTopic
 
 SUFFIX, SQLITE = ".mcap", ".db3"
 STORAGES = "mcap", "sqlite3"

@@ -15,8 +15,7 @@ from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
 from rclpy.signals import SignalHandlerOptions
 
-from bearing_twin.base.errors import BearingTwinError, escape_controls, peer_name
-from bearing_twin.base.parameters import echo, legal_hint
+from bearing_twin.base.errors import BearingTwinError, echo, escape_controls, legal_hint, peer_name
 from bearing_twin.log.bag import Qos
 from bearing_twin.nodes.base_node import leave_ros
 from bearing_twin.nodes.messages import (

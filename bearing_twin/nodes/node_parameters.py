@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo
-from bearing_twin.base.parameters import legal_hint, read_number
+from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo, legal_hint
+from bearing_twin.base.parameters import read_number
 from bearing_twin.base.units import Limits, axis_label, with_unit
 from bearing_twin.log.raw_log import KEPT_RATE, Safety
 

@@ -11,7 +11,7 @@ from std_srvs.srv import SetBool
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import LogReader, topic_qos
-from bearing_twin.log.mcap_read import StoredTopic
+from bearing_twin.log.mcap_write import StoredTopic
 from bearing_twin.nodes.base_node import (
     CLOCK_PERIOD,
     BaseNode,

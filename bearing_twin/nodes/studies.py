@@ -11,8 +11,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from bearing_twin.base.errors import BearingTwinError, LogError, StudyError
-from bearing_twin.base.parameters import echo
+from bearing_twin.base.errors import BearingTwinError, LogError, StudyError, echo
 from bearing_twin.base.paths import file_name, restrict_reading
 from bearing_twin.base.process import processor_count
 from bearing_twin.base.report import json_text

@@ -20,8 +20,8 @@ from rclpy.parameter import Parameter
 from std_msgs.msg import Float64, String
 from std_srvs.srv import SetBool, Trigger
 
-from bearing_twin.base.errors import BearingTwinError, Stopped
-from bearing_twin.base.parameters import echo, legal_hint, read_number
+from bearing_twin.base.errors import BearingTwinError, Stopped, echo, legal_hint
+from bearing_twin.base.parameters import read_number
 from bearing_twin.base.units import readable_unit
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos

@@ -15,11 +15,9 @@ from typing import Any
 
 import yaml
 
-from bearing_twin.base.errors import MOST_NAMED, MOST_NEAR, SceneError, is_text, shorten
+from bearing_twin.base.errors import MOST_NAMED, MOST_NEAR, SceneError, echo, is_text, legal_hint, shorten
 from bearing_twin.base.parameters import (
     describe,
-    echo,
-    legal_hint,
     names_at,
     plain,
     raise_problems,

@@ -10,7 +10,7 @@ from bearing_twin.base.errors import LogError
 from bearing_twin.base.report import CutShort
 from bearing_twin.base.sample import Block
 from bearing_twin.base.units import UNITS, with_unit
-from bearing_twin.run.second_run import SECOND_RUN
+from bearing_twin.kinds.error_estimates import SECOND_RUN
 from bearing_twin.run.simulation import Simulation
 
 

@@ -1,15 +1,12 @@
 """Studies: uncertain numbers of a scene, and what follows from them.
 
-Others import
-
-* `study`: `load_study`, `parse_study`, `study_names`; the dataclasses `Study` and `Settings`.
-* `run`: `run_study` with its `Progress`; `memory_needed` and `refuse_too_large`, the memory of a study before it runs.
-* `result`: `StudyResult` with its table, what is shown of a summary (`warnings_of`, `refusals`, `shares_of`,
-  `SweepDescription`, `model_error_sentences`).
-* `inputs`: `numeric_keys` and `quantities_of` a kind of scene; inputs as distributions (`read_input`, `Joint`).
-* `propagation`, `realisations`: distributions by change of variable, for pictures (`derive`, `exact_distributions`).
-* `statistics`: `histogram`, `kernel_density`, `modality` of a sample.
-
-Inside the room: `distributions` with maximum entropy, `sampling` (points of the unit cube), `workers` (processes,
-Dask).
+* `study`: studies as they are found, read and checked.
+* `run`: a study as it runs, its progress, and the memory that it needs.
+* `result`: the result of a study, its table, and sentences on it.
+* `inputs`: `numeric_keys` of scenes, of which `value_at` reads one and `put` changes one; `quantities_of` a kind.
+* `distributions`: the table of `DISTRIBUTIONS` with their `FACTS` and other `FORMS`; that of `greatest_entropy`.
+* `sampling`: the table of `SAMPLERS`.
+* `propagation`: a distribution by change of variable, `Derived`.
+* `realisations`: what is realised (`task_of` a study), and `exact_distributions` of its quantities.
+* `statistics`: `histogram`, `kernel_density` and `modality` of a sample.
 """

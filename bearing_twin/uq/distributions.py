@@ -13,8 +13,7 @@ from scipy import stats
 from scipy.optimize import brentq, root
 from scipy.special import digamma, ndtr
 
-from bearing_twin.base.errors import StatisticError, StudyError
-from bearing_twin.base.parameters import echo, legal_hint
+from bearing_twin.base.errors import StatisticError, StudyError, echo, legal_hint
 from bearing_twin.base.units import Limits
 
 GREATEST_TILT = 500.0  # of `truncated_exponential`; a mean nearer to a bound than 1/500 of the range is refused

@@ -14,8 +14,8 @@ import numpy as np
 from scipy import stats
 from scipy.special import ndtr, ndtri
 
-from bearing_twin.base.errors import StudyError
-from bearing_twin.base.parameters import Parameter, describe, echo, element_at, legal_hint, read_number
+from bearing_twin.base.errors import StudyError, echo, legal_hint
+from bearing_twin.base.parameters import Parameter, describe, element_at, read_number
 from bearing_twin.base.units import NO_LIMITS, Limits
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.contract import Quantity

@@ -20,8 +20,8 @@ import numpy as np
 from bearing_twin.base.errors import StatisticError, Stopped, StudyError, echo, progress_error
 from bearing_twin.base.stopping import stop_condition, stop_if_requested
 from bearing_twin.base.units import with_unit
-from bearing_twin.kinds.error_estimates import METHOD
-from bearing_twin.run.report import LARGE, SOURCE_LABELS, is_large_error
+from bearing_twin.kinds.error_estimates import LARGE, METHOD
+from bearing_twin.run.report import SOURCE_LABELS, is_large_error
 from bearing_twin.uq.inputs import quantity_of
 from bearing_twin.uq.propagation import MOST_RUNS, expand
 from bearing_twin.uq.realisations import (

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from scipy.stats.distributions import rv_frozen
 
-from bearing_twin.base.errors import SceneError, StudyError, is_text
-from bearing_twin.base.parameters import choice, echo, legal_hint, plain, quantity, read, section, text
+from bearing_twin.base.errors import SceneError, StudyError, echo, is_text, legal_hint
+from bearing_twin.base.parameters import choice, plain, quantity, read, section, text
 from bearing_twin.base.units import si_value
 from bearing_twin.base.yaml_files import LONGEST_DESCRIPTION, LONGEST_NAME, STUDIES
 from bearing_twin.run.scene import Scene, check_overrides, open_scene, parse_scene

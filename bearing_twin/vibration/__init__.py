@@ -1,6 +1,6 @@
 """Vibration of a damaged bearing: frequencies at which damage of raceways, balls and cage is rolled over.
 
-`envelope` has the envelope spectrum of a record, the lines of damage in it, a verdict and their picture.
+* `envelope`: the envelope spectrum of a record, the lines of damage in it, a verdict and their picture.
 """
 
 import math

@@ -1,8 +1,10 @@
 """The page of a run, a log or a study for the browser: one file that needs no network.
 
-* `run_page`: `run_document`, `log_document`; `live_page`: `live_page` of a run that goes on.
-* `study_page`: `study_document`; `study_picture`: `plot_study`.
-* `page`: `write_page` puts a document into the page, `write_gif` animates it; outputs thinned and packed.
-* `page_server`: `PageServer` serves the page of a run that goes on, its events and its commands.
+* `run_page`: the document of a run or a log.
+* `study_page`: the document of a study, `study_document`.
+* `study_picture`: the picture of a study.
+* `live_page`: the page of a run that goes on, and its frames.
+* `page`: a document as a page or as an animation, and the browser that draws it.
+* `page_server`: the page of a run that goes on as it is served, its events and its commands.
 * `tables`: figures as rows in engineering units.
 """

@@ -1,4 +1,7 @@
-"""The row of a sphere on a beam in the table of kinds, and the quantities of its studies."""
+"""A sphere on a beam: its row in the table of kinds, and the quantities of its studies.
+
+* `motion`: the beam of a scene (`beam_of`), the modes and steps that a tolerance needs (`modes_for`, `steps_of`).
+"""
 
 from bearing_twin.kinds.beam.parameters import SphereOnBeamScene
 from bearing_twin.kinds.contract import Kind, Quantity, parts_in

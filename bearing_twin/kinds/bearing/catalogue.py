@@ -12,8 +12,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bearing_twin.base.errors import SceneError, legal_hint
-from bearing_twin.base.parameters import LONGEST_TEXT, choice, echo, quantity, raise_problems, read, text
+from bearing_twin.base.errors import SceneError, echo, legal_hint
+from bearing_twin.base.parameters import LONGEST_TEXT, choice, quantity, raise_problems, read, text
 from bearing_twin.base.units import key_suffix
 from bearing_twin.base.yaml_files import BEARINGS
 

@@ -14,8 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from bearing_twin.base.errors import SceneError
-from bearing_twin.base.parameters import choice, echo, quantity, read, section
+from bearing_twin.base.errors import SceneError, echo
+from bearing_twin.base.parameters import choice, quantity, read, section
 from bearing_twin.core import INTEGER, REAL, REALS, REALS_OUT, Function
 from bearing_twin.kinds.bearing.geometry import moduli, nominal_curvatures, operating_geometry
 

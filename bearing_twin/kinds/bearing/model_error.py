@@ -40,8 +40,9 @@ from bearing_twin.kinds.bearing.equilibrium_motion import NEGLIGIBLE
 from bearing_twin.kinds.bearing.integrate import FIXED_STEP
 from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.models import law_error, mend_of_method, rule_error
-from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, LOADS, BearingScene, with_chosen_friction
+from bearing_twin.kinds.bearing.parameters import LEAST_TOLERANCE, BearingScene, with_chosen_friction
 from bearing_twin.kinds.bearing.rings import (
+    LOADS,
     PRESCRIBED,
     QUASI_STATIC,
     TORQUE,

@@ -1,6 +1,14 @@
 """Bodies that collide: spheres and discs on a line, an ellipsoid on a plane, any two bodies with implicit surfaces.
 
 The rows of their kinds in the table of kinds, and the quantities of their studies.
+
+* `parameters`: the scenes, with their sections.
+* `derived`: the masses of bodies (`homogeneous_mass`, `mass_of`), and conditions of the rules (`is_measured`,
+  `spheres_closed`, `has_closed_form`).
+* `impact`: impacts of two bodies, their motion and their periods of contact.
+* `motion`: the motion of two bodies that bounce, `PairMotion`.
+* `figures`: figures of impacts, and the records of contacts that they follow from.
+* `model_errors`: the second run of an impact (`ImpactComparison`), and a `relative` error.
 """
 
 from bearing_twin.kinds.bodies.parameters import (

@@ -78,14 +78,16 @@ SUPERELLIPSOID = "superellipsoid"  # the only shape that may have flat places
 EQUAL_DISTANCE = 1e-9  # of the size: difference of approaches that count as equal
 RATIONAL = 1e-9  # error of the rational form of hertz: no warning of a law within it
 JOHNSON_ERROR = 0.04
-"""Of force and contact time of slow discs by Johnson in plane strain (`tests/test_impact_physics.py`)."""
+"""Of force and contact time of slow discs by Johnson in plane strain.
+
+Study: `tests/core/algorithms/test_impact_physics.py`."""
 SPEED_ERROR = 3.0
 """Error of force or contact time by Johnson's law over the disc's speed as a share of that of waves in it.
 
 Against `soft_discs` (against: disc, contact.stiffness_ratio: 300, 24 divisions of order 3, Poisson's ratio 0.3, force
 averaged over 2 % of the contact), at shares of 0.01, 0.03, 0.06, 0.1 and 0.14 the force is 3, 10, 18, 30 and 42 % too
 great and the contact time 3, 0, -5, -9 and -14 % off; the force is 2 to 5 % less off with a ratio of 0, more with
-0.45 (`tests/test_impact_physics.py`).
+0.45 (`tests/core/algorithms/test_impact_physics.py`).
 """
 
 

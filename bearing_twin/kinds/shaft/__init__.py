@@ -1,4 +1,4 @@
-"""The row of a shaft on two bearings in the table of kinds, and the quantities of its studies."""
+"""The row of a shaft on two bearings in the table of kinds, and the quantities of its studies; all else is private."""
 
 import math
 

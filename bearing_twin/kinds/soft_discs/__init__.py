@@ -1,4 +1,7 @@
-"""The row of soft discs in the table of kinds, and the quantities of its studies."""
+"""Soft discs: their row in the table of kinds, and the quantities of their studies.
+
+* `derived`: the mesh that a tolerance needs, `divisions_of`.
+"""
 
 from bearing_twin.kinds.contract import Kind, figure_quantities, parts_in
 from bearing_twin.kinds.soft_discs.parameters import SoftDiscsScene

@@ -25,7 +25,7 @@ the mean problem of paper 3, section 5.2, against 64 divisions of order 4 (`bear
 STEPS = {1: 0.37, 2: 0.27, 3: 0.21, 4: 0.17}
 """By order: step at half the bound times divisions over r sqrt(rho/E), Poisson's ratio 0.25.
 
-Study: `tests/test_soft_discs.py`."""
+Study: `tests/core/algorithms/test_soft_discs.py`."""
 FEWEST = 6  # divisions that are chosen
 STIFF, STIFF_POWER, SLOWER_POWER = 10.0, 1.17, 0.083
 """Beyond this ratio of stiffness of the penalty the error with 16 divisions grows by this power of it, and its rate

@@ -6,6 +6,7 @@ from runs import reported
 
 from bearing_twin.base.errors import IntegrationError, SceneError
 from bearing_twin.kinds.soft_discs.derived import disc_mass, seen_from_other
+from bearing_twin.kinds.soft_discs.figures import second_divisions
 from bearing_twin.kinds.soft_discs.mesh import ORDERS, energy_density, half_disc
 from bearing_twin.kinds.soft_discs.motion import bodies_in_units, elastic_forces, solve, stable_step
 from bearing_twin.run.scene import choose, load_scene
@@ -243,3 +244,7 @@ def test_units_scale():
 def test_what_cannot_be_is_refused_with_a_sentence(override, sentence):
     with pytest.raises(SceneError, match=sentence):
         load_scene("soft_discs_mean", [override, *(["against=other_disc"] if override.startswith("other") else [])])
+
+
+def test_the_second_mesh_is_coarser_where_there_is_a_coarser_one():
+    assert [second_divisions(count, 3) for count in (6, 12, 24, 48)] == [12, 6, 12, 24]

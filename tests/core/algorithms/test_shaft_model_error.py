@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from runs import reported
 
-from bearing_twin.kinds.shaft import MEANINGS
+from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.shaft.equilibrium import balance_of
 from bearing_twin.kinds.shaft.figures import response_of
 from bearing_twin.kinds.shaft.parameters import SIDES
@@ -58,7 +58,7 @@ def test_every_figure_of_a_shaft_says_what_it_is_off():
     report = reported(*keys, "wanted.tolerance=1e-2")
     exact = reported(*keys, "wanted.tolerance=1e-7", "solver.check=none")
     without_error = {"shaft_speed_at_end_rad_s", "energy_closure", "forward_shares"}
-    assert {key for key in MEANINGS if f"{key}_error" not in report.errors} == without_error
+    assert {key for key in KINDS["shaft"].meanings_of() if f"{key}_error" not in report.errors} == without_error
     for key in ("displacement_m", "displacement_range_m", "tilt_rad", "tilt_range_rad"):
         error = np.abs(np.array(report.figures[key]) - exact.figures[key])
         method_error = report.errors["errors_by_source"][key]["method"]
