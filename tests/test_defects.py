@@ -282,9 +282,10 @@ def test_a_defect_that_no_bearing_has_is_refused(defect, message):
         simulate(scene_of({"model.dimension": "prescribed", "geometry.radial_clearance": -6e-6}, [defect]))
 
 
-def test_friction_on_waves_is_within_the_tolerance():
+def test_friction_on_waves_and_spalls_is_within_the_tolerance():
     wavy = "cage.kind=none", "run.duration=0.05", "defects=[{on: inner, waviness: [5, 1 um, 0]}]"
     assert reported("bearing_6203_rig_1000N", *wavy).status == "done"
+    assert reported("bearing_6205_spall_inner", "run.duration=1.301").status == "done"
 
 
 def test_waviness_has_the_unit_of_each_number():

@@ -240,8 +240,13 @@ RULES = (
         lazy_import(f"{FACTS}:balls_may_hop"), _times(0.002), ("bearing_6203_run_up",),
     ),
     Rule(
+        (BEARING,), SETTING, "wanted.tolerance / 10", "balls cross waves or spalls",
+        "because a ball that a spall unloads bounces on the outer raceway, and every bounce adds an error",
+        lazy_import(f"{FACTS}:has_defects"), _times(0.1), ("bearing_6205_spall_inner",),
+    ),
+    Rule(
         (BEARING,), SETTING, "wanted.tolerance / 5",
-        "contacts ring: a sudden change, unbalance, defects, or little damping",
+        "contacts ring: a sudden change, unbalance, or little damping",
         "because contacts ring after a sudden change, and little stops them, so that the errors of many steps add up",
         lazy_import(f"{FACTS}:contacts_vibrate"), _times(0.2), ("bearing_6203_sudden",),
     ),

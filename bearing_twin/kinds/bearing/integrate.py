@@ -330,7 +330,7 @@ LIGHT = 0.01  # of the greatest load
 LOST_SHARE = 10.0  # of what the heaviest contact stores, at a tolerance of 1: a start from rest heats by that
 # With these two, vibrating balls and loaded rings meet their tolerance: `tests/core/algorithms/test_error_scales.py`.
 RINGING_SHARE = 0.08  # of the error of a ball that vibrates: one step of a ball with its own steps
-COMMON_SHARE = 2.0  # the same in common steps, which one ball determines whose vibration soon ends
+COMMON_SHARE = 4.0  # the same in common steps, which one ball determines whose vibration soon ends
 STRICTEST, LOOSEST = 0.1, 16.0  # of an error of radial velocity, over one of slip
 
 

@@ -159,12 +159,17 @@ def balls_may_hop(parameters) -> bool:
     return parameters.drive.kind == TORQUE
 
 
+def has_defects(parameters) -> bool:
+    """True if surfaces have waves or spalls."""
+    return bool(parameters.defects)
+
+
 def contacts_vibrate(parameters) -> bool:
-    """True if contacts vibrate: after a sudden change, by unbalance or defects, or with hardly any damping."""
+    """True if contacts vibrate: after a sudden change, by unbalance, or with hardly any damping."""
     drive, ring, damping = parameters.drive, parameters.rings.inner, parameters.contact.relaxation_time
     sudden = ring_shift(parameters) > 0.0 or relative_acceleration(parameters) > FASTEST_CHANGE
     changed = dimension_of(parameters) == FREE_RING and (ring.change.time or len(ring.table) or ring.unbalance)
-    return bool(sudden or changed or parameters.defects or 0.0 < damping < LEAST_DAMPING) and drive.kind != TORQUE
+    return bool(sudden or changed or 0.0 < damping < LEAST_DAMPING)
 
 
 def rolls_steadily(parameters) -> bool:
