@@ -166,7 +166,7 @@ def has_defects(parameters) -> bool:
 
 def contacts_vibrate(parameters) -> bool:
     """True if contacts vibrate: after a sudden change, by unbalance, or with hardly any damping."""
-    drive, ring, damping = parameters.drive, parameters.rings.inner, parameters.contact.relaxation_time
+    ring, damping = parameters.rings.inner, parameters.contact.relaxation_time
     sudden = ring_shift(parameters) > 0.0 or relative_acceleration(parameters) > FASTEST_CHANGE
     changed = dimension_of(parameters) == FREE_RING and (ring.change.time or len(ring.table) or ring.unbalance)
     return bool(sudden or changed or 0.0 < damping < LEAST_DAMPING)
