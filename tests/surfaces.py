@@ -27,7 +27,7 @@ class Level(NamedTuple):
 class Overlap(NamedTuple):
     """An overlap: energy [J], load [N], volume [m^3], area [m^2], perimeter [m], half-widths [m], centre (2,) [m].
 
-    `centre_x`, `centre_y` are the centre of the volume in the tangent axes; `found` is False where there is none.
+    `centre_x`, `centre_y` are where the load acts in the tangent axes; `found` is False where there is none.
     """
 
     found: bool

@@ -219,3 +219,17 @@ def test_the_load_over_rays_is_the_derivative_of_their_energy(turn):
         overlap_of(*rounded_box(approach * (1.0 + share), turn), 0.01, MODULUS) for share in (-step, 0.0, step)
     )
     assert centre.load == pytest.approx((after.energy - before.energy) / (2.0 * step * approach), rel=1e-5)
+
+
+@pytest.mark.parametrize("turn", [(0.1, 0.2, 0.05), (0.5, -0.4, 0.3)])
+def test_the_load_of_an_overlap_acts_where_its_moment_is_the_derivative_of_the_energy_by_a_tilt(turn):
+    a, *rest = rounded_box(1e-5, turn)
+    (axes, normal), step = rest[2:4], 1e-6
+    contact = overlap_of(a, *rest, 0.01, MODULUS)
+    point = contact.centre_x * axes[0] + contact.centre_y * axes[1]
+    for axis in axes:
+        tilts = (Rotation.from_rotvec(angle * axis).as_matrix() for angle in (-step, step))
+        tilted = (body(a.surface, tilt @ a.position, tilt @ a.rotation) for tilt in tilts)
+        before, after = (overlap_of(each, *rest, 0.01, MODULUS).energy for each in tilted)
+        moment = contact.load * np.cross(axis, point) @ normal
+        assert (after - before) / (2.0 * step) == pytest.approx(moment, rel=1e-4)

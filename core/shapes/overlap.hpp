@@ -5,7 +5,8 @@
 // with volume V, area S of its projection along the normal and that projection's perimeter p. The outline is where the surfaces
 // cross: on each ray two equations f_A = f_B = 0 for distance and height. All sums around the outline are of smooth periodic
 // functions, so that equal weights converge faster than any power; dV/dh = S, and with the gap's gradient g and its second
-// derivative g_tt along the outline's tangent dS/dh = sum ds/g, dp/dh = sum g_tt ds/g^2.
+// derivative g_tt along the outline's tangent dS/dh = sum ds/g, dp/dh = sum g_tt ds/g^2. By a tilt that raises the gap by x these
+// are sums over the same terms times x; their ratio dU/d(tilt) / dU/dh is where the load acts, which so conserves energy on a plane.
 //
 // Breaks: where the outline is no single curve around the contact, or leans so far that no normal is common to it; for patches
 // far from an ellipse the law itself is a guess (a flat punch comes out 50 % too stiff).
@@ -14,8 +15,8 @@
 
 namespace core {
 
-// Energy [J], load [N], volume [m^3], area [m^2], perimeter [m], half-widths [m] and the centre of the volume [m] in the tangent
-// axes; not `found` where there is none.
+// Energy [J], load [N], volume [m^3], area [m^2], perimeter [m], half-widths [m] and where the load acts [m] in the tangent axes;
+// not `exists` where there is none.
 struct Overlap {
   bool exists;
   double energy, load, volume, area, perimeter, half_width_x, half_width_y, centre_x, centre_y;
@@ -75,13 +76,15 @@ class Side {
   Level point_level;
 };
 
+// The area, and the rates of area and perimeter, by the approach and by the tilts about the origin that raise the gap by x and by y.
 struct Sums {
-  double volume = 0.0, area = 0.0, perimeter = 0.0, area_rate = 0.0, perimeter_rate = 0.0, first_x = 0.0, first_y = 0.0;
+  double volume = 0.0, perimeter = 0.0;
+  Real3 area{}, area_rate{}, perimeter_rate{};
 
   void add(double factor, const Sums &other) {
-    volume += factor * other.volume, area += factor * other.area, perimeter += factor * other.perimeter;
-    area_rate += factor * other.area_rate, perimeter_rate += factor * other.perimeter_rate;
-    first_x += factor * other.first_x, first_y += factor * other.first_y;
+    volume += factor * other.volume, perimeter += factor * other.perimeter;
+    area = area + factor * other.area, area_rate = area_rate + factor * other.area_rate;
+    perimeter_rate = perimeter_rate + factor * other.perimeter_rate;
   }
 };
 
@@ -131,16 +134,17 @@ class Outline {
     double arc = std::hypot(t * over_x + change * x, t * over_y + change * y), tangent_x = -gap_y / steep,
            tangent_y = gap_x / steep;
     double sector = t * t * half_x * half_y;
-    sums.perimeter += arc, sums.area += 0.5 * sector, sums.area_rate += arc / steep;
-    sums.perimeter_rate +=
-        arc * (b.second_derivative(tangent_x, tangent_y) - a.second_derivative(tangent_x, tangent_y)) / (steep * steep);
+    double bend = b.second_derivative(tangent_x, tangent_y) - a.second_derivative(tangent_x, tangent_y);
+    Real3 raised{1.0, t * x, t * y}, moments{0.5, t * x / 3.0, t * y / 3.0};
+    sums.perimeter += arc, sums.area = sums.area + sector * moments;
+    sums.area_rate = sums.area_rate + arc / steep * raised;
+    sums.perimeter_rate = sums.perimeter_rate + arc * bend / (steep * steep) * raised;
     for (int k = 0; k < RADIAL; k++) {
       double fraction = FRACTION[k], square = fraction * fraction, thick = approach * (1.0 - square), point_x = fraction * t * x,
              point_y = fraction * t * y;
       double top = a.height(point_x, point_y, 0.5 * approach + (z - 0.5 * approach) * square, thick);
       double low = b.height(point_x, point_y, -0.5 * approach + (z + 0.5 * approach) * square, thick);
-      double part = (top - low) * WEIGHT[k] * fraction * sector;
-      sums.volume += part, sums.first_x += part * point_x, sums.first_y += part * point_y;
+      sums.volume += (top - low) * WEIGHT[k] * fraction * sector;
     }
     return {t, z};
   }
@@ -178,25 +182,25 @@ inline Overlap overlap_of(const MovingSurface &body_a, const MovingSurface &body
   for (double difference = 1.0; difference >= RAY_TOLERANCE && rays < MAX_RAYS; rays *= 2) {
     Sums between;
     if (!add_rays(rays, 0.5, between)) return {};
-    difference =
-        std::max(std::fabs(sums.area - between.area) / sums.area, std::fabs(sums.perimeter - between.perimeter) / sums.perimeter);
+    difference = std::max(std::fabs(sums.area[0] - between.area[0]) / sums.area[0],
+                          std::fabs(sums.perimeter - between.perimeter) / sums.perimeter);
     sums.add(1.0, between);
   }
   Sums s;
   s.add(2.0 * M_PI / rays, sums);
   double energy =
-      ENERGY_FACTOR * std::pow(M_PI, 0.75) * modulus * s.volume * s.volume * std::sqrt(s.perimeter) / std::pow(s.area, 1.75);
-  double growth = 2.0 * s.area / s.volume + 0.5 * s.perimeter_rate / s.perimeter - 1.75 * s.area_rate / s.area;
+      ENERGY_FACTOR * std::pow(M_PI, 0.75) * modulus * s.volume * s.volume * std::sqrt(s.perimeter) / std::pow(s.area[0], 1.75);
+  Real3 growth = 2.0 / s.volume * s.area + 0.5 / s.perimeter * s.perimeter_rate - 1.75 / s.area[0] * s.area_rate;
   return {true,
           energy,
-          energy * growth,
+          energy * growth[0],
           s.volume,
-          s.area,
+          s.area[0],
           s.perimeter,
           outline.half_x,
           outline.half_y,
-          s.first_x / s.volume,
-          s.first_y / s.volume};
+          growth[1] / growth[0],
+          growth[2] / growth[0]};
 }
 
 }  // namespace core
