@@ -331,6 +331,12 @@ def uses_of_rooms(path: Path):
     texts = [node for node in nodes_of(path) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
     named = re.compile(r"bearing_twin(\.\w+)+(:\w+)?")
     names = {(node.lineno, node.value.replace(":", ".")) for node in texts if named.fullmatch(node.value)}
+    imports = (node for node in nodes_of(path) if isinstance(node, ast.ImportFrom))
+    modules = {alias.asname or alias.name: f"{node.module}.{alias.name}" for node in imports for alias in node.names}
+    attributes = (
+        node for node in nodes_of(path) if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
+    )
+    names |= {(node.lineno, f"{modules[node.value.id]}.{node.attr}") for node in attributes if node.value.id in modules}
     own = next((room for room in FACES if path.is_relative_to(folder_of(room))), "")
     for line, name in sorted(names | set(imports_of(path))):
         room = next((room for room in FACES if f"{name}.".startswith(f"bearing_twin.{room}.")), own)
@@ -360,12 +366,13 @@ def uses_of_faces() -> dict[tuple[str, str, str], list[str]]:
 def test_rooms_and_tests_import_what_faces_name():
     wrong = []
     for (room, module, name), places in uses_of_faces().items():
+        names = face_of(room).get(module)
         if not (folder_of(room) / f"{module}.py").exists():
-            allowed = not module.startswith("_")
-        elif names := face_of(room).get(module, {"nothing"}):
-            allowed = name in names
+            allowed = not module.startswith("_")  # a name of __init__
+        elif names:
+            allowed = name in names | {""}
         else:
-            allowed = not name.startswith("_")
+            allowed = names is not None and not name.startswith("_")
         if not allowed:
             wrong += [f"{place} uses {name or module} of {room}.{module}" for place in places]
     assert wrong == []

@@ -15,7 +15,7 @@ from bearing_twin import export_log, load_scene, read_log, read_study, simulate,
 from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Channel, join_blocks
 from bearing_twin.command import cli
-from bearing_twin.log.export import CHANNELS, FORMATS, groups_of
+from bearing_twin.log.export import FORMATS, groups_of
 from bearing_twin.run.dataset import axes_of
 
 ENDINGS = {"csv": ".csv", "parquet": ".parquet"}
@@ -121,7 +121,7 @@ def test_tables_hold_every_number_to_the_bit(to, source, tmp_path, request):
             last = group.axes[-1]
             assert list(map(str, columns[last.name][: len(last.labels)])) == list(map(str, last.labels))
     assert reported >= {channel.name for channel in stream.channels}
-    described = columns_in(out / CHANNELS, "csv")
+    described = columns_in(out / "channels.csv", "csv")
     assert dict(zip(described["column"], described["unit"], strict=True))["normal_load"] == "N"
     assert sorted(map(str, out.iterdir())) == sorted(exported.files)
 

@@ -8,5 +8,5 @@
 * `friction`: the table of friction models, and friction over a contact patch.
 * `validity`: limits of the theory of contacts, and the warnings beyond them.
 * `calculator`: a contact by all laws, from radii, curvatures or a groove.
-* `picture`: the picture of a contact.
+* `picture`: the picture of a contact, `plot_contact`.
 """

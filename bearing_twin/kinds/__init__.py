@@ -8,7 +8,7 @@ A row is imported when it is wanted. That imports parameter files alone: it plot
 * `error_estimates`: errors of figures, by a second run and by the model.
 * `topics`: types of messages, markers and frames.
 * `views`: what the browser shows of a kind.
-* `picture`: the picture of a run.
+* `picture`: the picture of a run, `RunPicture`.
 """
 
 import importlib

@@ -1,7 +1,7 @@
 """Studies: uncertain numbers of a scene, and what follows from them.
 
 * `study`: studies as they are found, read and checked.
-* `run`: a study as it runs, its progress, and the memory that it needs.
+* `run`: `run_study` with its `Progress`; `memory_needed`, and `refuse_too_large`, before it runs.
 * `result`: the result of a study, its table, and sentences on it.
 * `inputs`: `numeric_keys` of scenes, of which `value_at` reads one and `put` changes one; `quantities_of` a kind.
 * `distributions`: the table of `DISTRIBUTIONS` with their `FACTS` and other `FORMS`; that of `greatest_entropy`.

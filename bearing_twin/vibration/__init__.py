@@ -1,6 +1,7 @@
 """Vibration of a damaged bearing: frequencies at which damage of raceways, balls and cage is rolled over.
 
-* `envelope`: the envelope spectrum of a record, the lines of damage in it, a verdict and their picture.
+* `envelope`: the envelope spectrum of a record (`spectrum_of`, of `LEAST_SAMPLES` at least) and its picture
+  (`draw_spectrum`), the words for `DAMAGE`, and the `SPEED_ERROR` within which the shaft's line is searched.
 """
 
 import math

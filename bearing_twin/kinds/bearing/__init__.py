@@ -3,12 +3,12 @@
 Of this room others may import:
 
 * `parameters`: the scene, with its sections.
-* `geometry`: clearances, curvatures of raceways, and speeds of balls that roll.
+* `geometry`: `operating_geometry` with `Fits` and `Temperatures`, and `nominal_curvatures` of raceways.
 * `rings`: sections and tables of speeds and loads of the rings and the cage.
 * `catalogue`: ball sets of designations, by tables and by rule.
 * `ratings`: ratings, lives, limiting speeds and what catalogues print.
 * `equilibrium`: equilibria of balls and ring under loads, and their contacts.
-* `equilibrium_report`: results of an equilibrium or of a sweep of them, with natural frequencies.
+* `equilibrium_report`: results of an equilibrium (`answer_of`), of a sweep (`curves_of`), and `natural_frequencies`.
 * `models`: the choice of a model by rules, errors of laws, warnings.
 * `motion`: the motion of balls, ring and cage, `BearingMotion`, by chunks of `LONGEST_CHUNK` at most.
 * `integrate`: the `rates` of the state of balls.

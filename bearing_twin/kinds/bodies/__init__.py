@@ -2,7 +2,8 @@
 
 The rows of their kinds in the table of kinds, and the quantities of their studies.
 
-* `parameters`: the scenes, with their sections.
+* `parameters`: scenes (`BodiesScene`) with `Body` and `Sphere`; fewer steps than `FEW_STEPS` are warned of, fewer than
+  `FEWEST_STEPS` refused.
 * `derived`: the masses of bodies (`homogeneous_mass`, `mass_of`), and conditions of the rules (`is_measured`,
   `spheres_closed`, `has_closed_form`).
 * `impact`: impacts of two bodies, their motion and their periods of contact.
