@@ -1,6 +1,5 @@
 """`bearing_twin study`: the JSON its readers rely on, what is refused and how, logs to go on from, the picture."""
 
-import itertools
 import json
 import re
 import signal
@@ -15,11 +14,9 @@ from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.command.cli import BAD_INPUT, DOUBTFUL, INTERRUPTED
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.study_log import StudyLog, read_study, write_study
-from bearing_twin.uq.result import SweepDescription, names_by_sentence, refusals, sweep_of
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.sampling import SAMPLERS
 from bearing_twin.uq.study import load_study, parse_study, study_names
-from bearing_twin.view import study_picture
 from bearing_twin.view.study_page import study_document
 from bearing_twin.view.study_picture import OPEN_END, convergence_path, plot_study, study_sheet
 
@@ -70,16 +67,6 @@ def test_a_person_sees_intervals_modes_why_it_stopped_and_warnings(run_cli):
     assert "checked realisations: peak pressure" in err
 
 
-def test_a_chance_of_one_is_100_percent(run_cli):
-    out = " ".join(run_cli("study", *QUICK, "--set", "method=chaos", "--set", "checks=0").out.split())
-    assert "of samples with a single mode 100 % show a second one" in out
-
-
-def test_no_share_of_a_variance_has_its_reason(run_cli):
-    known = ["--set", "inputs={contact.measured_alpha: 1e-4}", "--set", "sensitivity=16", "--set", "checks=0"]
-    assert "all quantities: the quantity does not vary" in " ".join(run_cli("study", *QUICK, *known).out.split())
-
-
 def test_an_open_end_of_an_interval_is_explained_where_there_is_one(run_cli):
     few_samples, many_samples = (
         ["--set", "modality=no", "--set", "method=ensemble", "--samples", count] for count in ("16", "2000")
@@ -120,28 +107,8 @@ def test_pictures_of_little_and_of_nothing(tmp_path, pictures_once):
     mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": ["peak_force", "impulse"], "modality": "no"}
     few = run_study(parse_study({**mapping, "method": "ensemble", "samples": 3}, "few"))
     assert plot_study(few, tmp_path / "few.png").stat().st_size > 10_000
-    swept = mapping | {"sampler": "latin_hypercube", "samples": 8, "sweep": {"contact.restitution": [0.8, 0.9]}}
-    assert not any("sweep" in title for title in panels_of(run_study(parse_study(swept, "few"))))
-    assert study_picture.title_of("bpfo_over_noise") == "BPFO over noise"
     with pytest.raises(BearingTwinError):
         plot_study(few, tmp_path / "nowhere" / "few.png")
-
-
-def test_numbers_below_a_panel_stand_apart_and_what_is_not_drawn_is_named(tmp_path, monkeypatch, quick_workers):
-    """Five quantities of eight samples, which are looked at once."""
-    drawn, draw = [], study_picture.figure_of
-    monkeypatch.setattr(study_picture, "figure_of", lambda sheet: drawn.append((sheet, draw(sheet))) or drawn[0][1])
-    speeds = {"motion.first_velocity": {"distribution": "uniform", "low": 5.0, "high": 15.0}}
-    names = ["peak_force", "contact_duration", "greatest_approach", "impulse", "restitution"]
-    mapping = {"scene": "two_spheres", "inputs": speeds, "quantities": names, "modality": "no", "checks": 0}
-    plot_study(run_study(parse_study({**mapping, "method": "ensemble", "samples": 8}, "few")), tmp_path / "few.png")
-    ((sheet, figure),) = drawn
-    assert sheet.footer.endswith("not drawn: restitution")
-    figure.draw_without_rendering()
-    for axis in figure.axes:
-        shown = [tick.get_window_extent() for tick in axis.get_xticklabels()]
-        assert all(extent.x1 < next_extent.x0 for extent, next_extent in itertools.pairwise(shown)), axis.get_xlabel()
-    assert all(float(tick).is_integer() for tick in figure.axes[-1].get_xticks())
 
 
 def panels_of(result):
@@ -179,15 +146,6 @@ def test_the_interval_of_the_convergence_is_that_of_the_table():
     assert (path["estimate"][-1] - low, high - path["estimate"][-1]) == pytest.approx(half, rel=1e-9)
 
 
-def test_the_open_end_of_an_interval_of_the_convergence_lies_beyond_the_panel():
-    result = spheres("samples=12", "stop.statistic=quantile")
-    panel = panels_of(result)[CONVERGENCE]
-    (interval,) = parts_of(panel, "95 % interval, open to the edge: too few samples")
-    (low, high), (floor, ceiling) = interval.y, panel.y.limits
-    assert low == result.summary["quantities"]["contact_duration"]["quantiles"]["0.95"]["low"]
-    assert floor < low < ceiling < high
-
-
 def test_open_intervals_of_quantiles_and_units_are_the_same_in_picture_table_and_view(tmp_path, quick_workers, run_cli):
     result = run_study(load_study("bearing_6203_tolerances", ["samples=12", "workers=1", "run.duration=0.01"]))
     panels, document = panels_of(result), study_document(result)
@@ -212,13 +170,6 @@ def test_what_cannot_be_said_of_so_few_samples_is_said_once(run_cli):
     text = " ".join(out.split())
     assert text.count("all quantities: no std, skewness or modality, because 2 samples are too few") == 1
     assert (text.count("too few"), text.count("unsafe"), err.count("yield")) == (2, 1, 2)  # one says what ? is
-    two, three = ({"refused": {"mean": "it is so", "std": why}} for why in ("of this", "it is so"))
-    named = names_by_sentence({name: refusals(quantity) for name, quantity in (("a", two), ("b", three), ("c", two))})
-    assert named == {
-        "no mean, because it is so": ["a", "c"],
-        "no std, because of this": ["a", "c"],
-        "no mean or std, because it is so": ["b"],
-    }
 
 
 SWEPT = ["samples=50", "modality=no", "checks=0", "histories=[]"]
@@ -251,22 +202,6 @@ def test_the_picture_has_the_sweep_and_where_the_other_panels_are_in_it():
     assert marker.x == [20.0, 20.0]
     assert (panel.x.log, panel.y.log, panels["Contact duration over the sweep"].y.log) == (True, True, False)
     assert study_document(result)["badges"][0]["text"] == "motion.first_velocity = 20 m/s"
-
-
-def test_a_sweep_reads_in_the_units_of_people_and_says_what_it_lacks():
-    studies = [{"value": 10.0}, {"value": 100.0}]
-    head = {"key": "drive.speed", "unit": "rad/s", "at": 50.0, "values": [10.0, 100.0, 200.0]}
-    description = SweepDescription({**head, "studies": studies})
-    assert (description.label, description.in_scene) == ("drive.speed [rpm]", "drive.speed = 477.465 rpm")
-    assert description.values == pytest.approx([95.493, 954.93], rel=1e-5)
-    assert description.incomplete == "the study ended before 1 of the 3 values of its sweep"
-    assert SweepDescription({**head, "studies": []}).incomplete == "the study ended before its sweep"
-    earlier = SweepDescription({"key": "drive.speed", "studies": studies})
-    assert (earlier.label, earlier.in_scene, earlier.incomplete) == ("drive.speed", "", "")
-    result = run_study(load_study("spheres_alpha_4e-5", SWEPT))
-    sweep = result.summary["sweep"]
-    result.summary["sweep"] = {key: sweep[key] for key in ("key", "studies")}  # as an earlier version wrote it
-    assert sweep_of(result) == sweep
 
 
 @pytest.mark.parametrize("name", [name for name in study_names() if name.startswith("bearing")])

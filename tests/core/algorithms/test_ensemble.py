@@ -21,7 +21,6 @@ from scipy import stats
 import bearing_twin.uq.realisations
 import bearing_twin.uq.result
 from bearing_twin.base.errors import LogError, StudyError
-from bearing_twin.coefficients import ROSENBROCK
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import write_log
@@ -95,17 +94,6 @@ def test_histories_by_closed_form_are_those_of_the_scene():
     exact = coefficient * np.maximum(truth.approach(task.instants), 0.0) ** 1.5
     exact[task.instants > truth.duration] = 0.0
     np.testing.assert_allclose(by_form.histories[0, 0], exact, atol=1e-7 * exact.max())
-
-
-def test_every_realisation_takes_the_stepper_of_the_median_inputs():
-    bearing = parse_study(LONG_RUN, "s")
-    assert bearing.scene["solver"]["stepper"] == "auto"
-    assert task_of(bearing).scene["solver"]["stepper"] in ROSENBROCK  # by costs that were measured
-    assert task_of(parse_study(LONG_RUN, "s", ["solver.stepper=rk4"])).scene["solver"]["stepper"] == "rk4"
-    assert task_of(parse_study(LOSSY, "s")).scene["solver"]["stepper"] == "closed_form"
-    history = {**LOSSY, "histories": ["normal_load"]}
-    assert task_of(parse_study(history, "s")).scene["solver"]["stepper"] == "dop853"
-    assert task_of(parse_study(SPHERES, "s")).scene["solver"]["stepper"] == "auto"
 
 
 def test_one_input_and_closed_forms_need_no_samples():

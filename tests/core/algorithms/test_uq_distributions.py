@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
+from scipy.integrate import cumulative_trapezoid
 
 from bearing_twin import load_study, parse_study, read_study, run_study, write_study
 from bearing_twin.base.errors import BearingTwinError, StudyError
@@ -16,6 +17,9 @@ from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.propagation import derive
 
 CASES = {  # how a study gives a distribution, and the same by SciPy
+    "normal": ({"mean": -3.0, "std": 2.0}, stats.norm(-3.0, 2.0)),
+    "uniform": ({"low": 0.1, "high": 0.4}, stats.uniform(0.1, 0.3)),
+    "exponential": ({"mean": 7.0}, stats.expon(scale=7.0)),
     "weibull": ({"shape": 1.7, "scale": 3.0}, stats.weibull_min(1.7, scale=3.0)),
     "triangular": ({"low": 1.0, "mode": 1.5, "high": 4.0}, stats.triang(1.0 / 6.0, loc=1.0, scale=3.0)),
     "gamma": ({"mean": "2.0", "std": 1.0}, stats.gamma(4.0, scale=0.5)),
@@ -45,8 +49,34 @@ def test_a_distribution_is_that_of_scipy(name):
     assert source.cdf(x) == pytest.approx(u, rel=1e-8)
     assert source.at_score(stats.norm.ppf(u)) == pytest.approx(x, rel=1e-7)
     assert x == pytest.approx(reference.ppf(u), rel=1e-9)
+    assert source.isf(u[2:]) == pytest.approx(reference.isf(u[2:]), rel=1e-9)
     assert source.pdf(x) == pytest.approx(reference.pdf(x), rel=1e-9)
     assert (source.mean, source.std) == pytest.approx((reference.mean(), reference.std()), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"distribution": "empirical", "values": [3.0, 1.0, 2.0, 2.0]},
+        {"distribution": "discrete", "values": [3.0, 1.0, 2.0], "weights": [1, 1, 2]},
+    ],
+)
+def test_values_are_taken_as_often_as_they_are_given(values):
+    source = read_input("x", values)
+    assert (source.mean, source.std) == (2.0, math.sqrt(0.5))
+    assert source.cdf([0.9, 1.0, 2.0, 3.0]).tolist() == [0.0, 0.25, 0.75, 1.0]
+    assert source.ppf([1e-9, 0.25, 0.2501, 0.75, 0.7501, 1.0]).tolist() == [1.0, 1.0, 2.0, 2.0, 3.0, 3.0]
+
+
+def test_a_table_is_a_density_of_straight_lines():
+    table = {"x": [0.0, 1.0, 1.5, 4.0], "density": [0.5, 2.0, 1.0, 0.5]}
+    source, x = read_input("x", {"distribution": "table", **table}), np.linspace(0.0, 4.0, 4001)
+    density = np.interp(x, *table.values())
+    density /= np.trapezoid(density, x)
+    assert source.pdf(x[1:-1]) == pytest.approx(density[1:-1], rel=1e-3)
+    assert source.cdf(x) == pytest.approx(cumulative_trapezoid(density, x, initial=0.0), abs=1e-6)
+    mean = np.trapezoid(x * density, x)
+    assert (source.mean, source.std**2) == pytest.approx((mean, np.trapezoid((x - mean) ** 2 * density, x)), rel=1e-5)
 
 
 def test_a_truncated_gamma_is_a_gamma_between_its_bounds():

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from bearing_twin.charts.paper3 import least_spread
 from bearing_twin.contact import hertz_impact as impact
 from bearing_twin.uq.inputs import read_input
 from bearing_twin.uq.sampling import UnitPoints
@@ -14,8 +13,6 @@ from bearing_twin.uq.statistics import HISTORY_PROBABILITIES, history_statistics
 
 TIMES = np.linspace(0.0, 1.4e-4, 71)
 MASS = 0.5 * 0.2258
-SHARES = np.linspace(0.0, 1.0, 201)
-WAVE = np.sin(np.pi * (SHARES - 0.603) / 0.8)
 
 
 def forces(count=1500, std=4e-5, seed=3):
@@ -72,16 +69,3 @@ def test_little_memory_is_taken_beside_the_histories():
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     assert peak < 5.0 * histories.nbytes
-
-
-def test_the_instant_where_histories_come_together():
-    """A pulse and a random share of a wave that is zero at 0.603; a little noise of its own in each."""
-    random = np.random.default_rng(3)
-    noise = 0.02 * random.standard_normal((2000, 1)) * np.cos(3.0 * SHARES)
-    waves = np.sin(np.pi * SHARES) + 0.3 * random.standard_normal((2000, 1)) * WAVE + noise
-    instant, near = least_spread(SHARES, waves.mean(axis=0), waves.std(axis=0))
-    assert SHARES[near.start] == pytest.approx(0.5, abs=0.02)
-    fine = np.linspace(0.59, 0.61, 2001)
-    truth = fine[np.argmin((0.3 * np.sin(np.pi * (fine - 0.603) / 0.8)) ** 2 + (0.02 * np.cos(3.0 * fine)) ** 2)]
-    assert instant == pytest.approx(truth, abs=2e-3)
-    assert least_spread(SHARES, waves.mean(axis=0), SHARES**2) is None

@@ -34,12 +34,6 @@ def test_seeds_differ_and_repeat(method):
     assert not np.any(points == other_seed)
 
 
-@pytest.mark.parametrize("method", ["random", "sobol"])
-def test_more_samples_begin_with_the_fewer(method):
-    fewer_points, more_points = UnitPoints(method, 3, 9, 128), UnitPoints(method, 3, 9, 4096)
-    assert np.array_equal(fewer_points.chunk(0, 128), more_points.chunk(0, 128))
-
-
 def test_every_replicate_of_a_latin_hypercube_has_one_point_in_each_slice():
     points = UnitPoints("latin_hypercube", 3, 4, 1000)
     every = points.chunk(0, 1000)
