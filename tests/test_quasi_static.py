@@ -9,10 +9,8 @@ from scipy.optimize import root
 from scipy.special import ellipe
 
 from bearing_twin.base.errors import SceneError
-from bearing_twin.base.report import Choice
 from bearing_twin.contact.elasticity import hertz_coefficient
 from bearing_twin.contact.materials import MATERIALS, effective_modulus
-from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.bearing.equilibrium import Support, loose_directions, solver_of, support_of
 from bearing_twin.run.scene import load_scene
 
@@ -193,34 +191,6 @@ def test_a_solve_of_all_equations_at_once_agrees(case, speed, control):
     solution = root(residuals, start * 1.02 + 0.01, tol=1e-13)
     assert np.abs(solution.fun).max() < 1e-9 * equilibrium.contacts.load.max()
     assert solution.x == pytest.approx(start, rel=1e-6, abs=1e-7)
-
-
-@pytest.mark.parametrize(("offset", "clearance"), [((0.0, -22e-6, 0.0), 10e-6), ((0.0, -9e-6, 10e-6), -6e-6)])
-def test_loads_are_those_of_balls_that_move_between_true_circles(offset, clearance):
-    """Without speed and friction, once balls rest: what is left is that r is not quite half the pitch diameter."""
-    at_rest = ("gravity=[0,0,0]", "cage.kind=even", "solver.companion=off", "drive.speed=0", "wanted.tolerance=1e-8")
-    smooth = ("contact.friction_coefficient=0", "contact.relaxation_time=3e-5", "contact.normal=hertz")
-    offsets = f"drive.offset={list(offset)}", f"geometry.radial_clearance={clearance}"
-    moving, balanced = (
-        KINDS["bearing"]
-        .motion(
-            parameters(*at_rest, *smooth, *offsets, f"model.dimension={dimension}"),
-            Choice("hertz", stepper, 0.0, "", ()),
-        )
-        .advance(np.array([0.05]), 0.05)
-        for dimension, stepper in (("prescribed", "rodas4"), ("quasi_static", "quasi_static"))
-    )
-    assert np.abs(moving.velocity).max() < 1e-9
-    greatest = moving.normal_load.max()
-    for name, scale in (
-        ("normal_load", greatest), ("inner_ring_force", greatest), ("outer_ring_force", greatest),
-        ("raceway_force", greatest), ("inner_ring_torque", 0.0145 * greatest), ("outer_ring_torque", 0.0145 * greatest),
-        ("elastic_energy", moving.elastic_energy.max()),
-    ):  # fmt: skip
-        assert getattr(balanced, name) == pytest.approx(getattr(moving, name), abs=3e-6 * scale), name
-    carries = moving.normal_load > 1e-2 * greatest
-    assert balanced.normal[carries] == pytest.approx(moving.normal[carries], abs=3e-6)
-    assert np.abs(balanced.contact_angle - moving.contact_angle)[carries].max() < 1e-6
 
 
 # Always an answer or a reason

@@ -151,22 +151,6 @@ def test_a_held_ring_of_the_rig_feels_balls_pass():
     assert amplitude == pytest.approx(12.7, rel=0.03)
 
 
-def test_errors_of_equilibria_count_over_the_greatest_load_and_hold(run_json):
-    """Against balls that move, whose spin axes have settled; the command flags what the run reports."""
-    keys = NO_GRAVITY, "cage.kind=even", "drive.offset=[0,-3e-6,2e-5]", "drive.speed=1500", OUTSIDE
-    times = "run.duration=0.5", "run.output_rate=100", "solver.check=none"
-    report, equilibria = run_all("bearing_6203", *keys, *times, QUASI_STATIC)
-    _, moving = run_all("bearing_6203", *keys, *times, "model.dimension=prescribed")
-    loads, exact = (np.sort(values["normal_load"][-1], axis=0) for values in (equilibria, moving))
-    reported = report.errors["wanted_errors"]["loads"]["model_errors"]["left_out"]
-    assert 0.1 * reported < np.abs(loads - exact).max() / exact.max() < reported < 1.0
-    arguments = [argument for key in keys for argument in ("--set", key)]
-    (flag,) = [
-        values for values in run_json("bearing", "bearing_6203", *arguments)["flags"] if "of the greatest" in values
-    ]
-    assert f"{100.0 * reported:.2g} %" in flag
-
-
 def test_a_run_does_not_depend_on_how_it_is_cut():
     first, second = equilibrium_motion(scene="bearing_6203_rig_400N"), equilibrium_motion(scene="bearing_6203_rig_400N")
     for moving in (first, second):
@@ -192,15 +176,6 @@ def test_the_drive_is_followed():
     assert values["inner_ring_angle"] == pytest.approx(angle, abs=1e-9)
     # how a ball lies follows from how it turns
     assert np.linalg.norm(values["orientation"], axis=-1) == pytest.approx(1.0, abs=1e-12)
-
-
-def test_auto_is_quasi_static_where_the_ring_is_loaded_free_or_tilted():
-    def stepper(*overrides):
-        return choose(load_scene("bearing_6203", overrides)).stepper
-
-    assert stepper() == "rodas4"
-    for key in ("rings.inner.load=[0,-10,0]", "rings.inner.free=axial", "drive.tilt=[1e-4,0]", QUASI_STATIC):
-        assert stepper(key) == "quasi_static", key
 
 
 def test_equilibria_say_what_they_do_not_give():
@@ -276,7 +251,7 @@ def test_a_change_that_cannot_be_borne_ends_a_run_at_its_time():
 
 def test_a_commanded_speed_is_followed():
     simulation = Simulation(load_scene("bearing_6203_rig_400N", [QUASI_STATIC]))
-    simulation.advance(11)
+    first = simulation.advance(11)
     simulation.set_speed(250.0)
     block = simulation.advance(100)
     assert block.values["inner_ring_speed"][0] > 158.0  # from the next output on
@@ -285,7 +260,7 @@ def test_a_commanded_speed_is_followed():
     assert orbited == pytest.approx(0.5 * (1.0 - 6.75 / 28.55) * turned, rel=1e-6)
     assert block.values["inner_ring_force"][:, 1] == pytest.approx(400.0 + 0.5 * 9.80665, rel=1e-9)
     simulation.reset()
-    assert simulation.advance(1).values["inner_ring_speed"][0] == 157.0796
+    assert np.array_equal(simulation.advance(11).matrix(), first.matrix())
 
 
 def test_a_change_that_comes_while_the_ring_brakes_is_added_to_its_goal():
@@ -337,21 +312,6 @@ def test_the_greatest_contact_angle_is_the_same_for_a_thrust_the_other_way():
         assert angles[-1] == pytest.approx(inner, rel=1e-9)
         assert inner > 1.1 * outer
     assert angles[0] == pytest.approx(angles[1], rel=1e-6)
-
-
-def test_a_change_lasts_and_a_reset_takes_it_back():
-    """Beyond the chunk it came in; the second run is the first and has cost the same."""
-    change = "drive.change={time: 2.0e-3, speed: 10.0, offset: [0.0, -2.0e-6, 0.0]}"
-    simulation = Simulation(load_scene("bearing_6203", [QUASI_STATIC, OUTSIDE, "drive.acceleration=1e5", change]))
-    first, costs = simulation.advance(230), simulation.report().costs
-    offset = first.values["inner_ring_offset"][:, 1]
-    assert offset == pytest.approx([0.0] * np.argmax(offset < 0.0) + [-2e-6] * np.sum(offset < 0.0), rel=1e-9)
-    assert 2 <= np.argmax(offset < 0.0) <= 3
-    assert np.diff(first.values["gross_work"]).min() >= 0.0
-    assert np.diff(first.values["drive_work"]).min() < 0.0
-    simulation.reset()
-    assert np.array_equal(simulation.advance(230).matrix(), first.matrix())
-    assert simulation.report().costs == costs
 
 
 def test_equilibria_that_a_command_takes_back_are_not_counted():

@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 import tracemalloc
 from pathlib import Path
@@ -256,26 +255,6 @@ def test_progress_tells_the_estimate_and_the_seconds_left_of_all_values_of_a_swe
     assert tuple(dict.fromkeys(progress.at for progress in reported)) == values
     widths = [progress.half_width for progress in reported if not progress.at and np.isfinite(progress.half_width)]
     assert widths[-1] < widths[0]
-
-
-@pytest.mark.parametrize("work", ["estimate", "history_statistics"])
-def test_a_cancel_in_the_middle_of_the_statistics_leaves_out_modes_and_histories(work, monkeypatch):
-    everything = {**ENSEMBLE, "modality": "yes", "histories": ["normal_load"]}
-    complete, event, compute = run(everything), threading.Event(), getattr(bearing_twin.uq.result, work)
-
-    def cancelling(*arguments, **options):
-        event.set()
-        return compute(*arguments, **options)
-
-    monkeypatch.setattr(bearing_twin.uq.result, work, cancelling)
-    result = run(everything, cancelled=event)
-    assert np.array_equal(result.quantities, complete.quantities)
-    assert (result.summary["samples"], result.summary["failed"]) == (400, complete.summary["failed"])
-    for name, quantity in result.summary["quantities"].items():
-        assert quantity["modality"] is None
-        assert quantity["mean_interval"] == complete.summary["quantities"][name]["mean_interval"]
-    assert result.summary["histories"]["normal_load"].keys() <= {"realisations", "time_s", "at_mean_inputs"}
-    assert any(note.startswith("cancelled") for note in result.doubts)
 
 
 @pytest.mark.parametrize("way", ["closed", "by workers"])

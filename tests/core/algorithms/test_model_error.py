@@ -1,7 +1,6 @@
 """Errors of a study's quantities: how they follow from those of figures, where they are found, and who tells them."""
 
 import json
-import math
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from bearing_twin.log.study_log import read_study, write_study
 from bearing_twin.uq.inputs import quantities_of
 from bearing_twin.uq.realisations import RealisationErrors, empty, errors_of, simulated_scene, task_of
 from bearing_twin.uq.result import model_error_sentences
-from bearing_twin.uq.run import checked_rows, model_errors_of_checked
+from bearing_twin.uq.run import model_errors_of_checked
 from bearing_twin.uq.study import parse_study
 from bearing_twin.uq.workers import Ensemble
 from bearing_twin.view.study_page import study_document
@@ -48,14 +47,6 @@ def test_errors_go_through_what_a_quantity_makes_of_figures():
     assert errors_of(greatest, loads, errors) == pytest.approx({"method": 1.0})
 
 
-def test_realisations_are_chosen_by_the_watched_quantity_first():
-    sample = np.array([[5.0, 0.0], [1.0, 9.0], [np.nan, np.nan], [9.0, 1.0], [3.0, 2.0]])
-    assert checked_rows(sample, 0, 3) == [0, 3, 1]
-    assert checked_rows(sample, 1, 2) == [4, 1]
-    assert checked_rows(sample, 0, 9) == [0, 3, 1, 4]
-    assert checked_rows(np.full((3, 2), np.nan), 0, 5) == []
-
-
 LOOSE = {
     "scene": "bearing_6203_loose",
     "set": ["run.duration=0.012", "run.output_rate=1000", "wanted.tolerance=0.01"],
@@ -71,17 +62,6 @@ def test_a_realisation_has_no_second_run_unless_it_is_checked():
     task = task_of(parse_study(LOOSE, "study"))
     asked = [simulated_scene(candidate)["solver"]["check"] for candidate in (task, task._replace(checked=True))]
     assert asked == ["none", "second_run"]
-
-
-def test_warnings_of_checked_realisations_alone_have_their_number():
-    study = parse_study(LOOSE, "study")
-    errors = RealisationErrors({name: {} for name in study.quantities}, {})
-    realisations = empty(task_of(study), 3)._replace(
-        warnings={0: ("loads wrong by 0.2", "pressure 5 GPa"), 2: ("loads wrong by 0.3",)},
-        errors=dict.fromkeys(range(3), errors),
-    )
-    notes = model_errors_of_checked(study, realisations, ["pressure 6 GPa"]).notes
-    assert notes == ["2 of 3 checked realisations: loads wrong by 0.2"]
 
 
 def test_the_greatest_error_by_each_source_stands_for_all_and_their_sum_for_the_model():
@@ -136,27 +116,6 @@ def test_without_a_sample_realisations_are_those_at_the_ends_of_the_inputs():
         < result.summary["quantities"]["peak_force"]["error"]
         < 0.1 * result.summary["quantities"]["peak_force"]["mean"]
     )
-
-
-def test_an_error_is_over_a_tenth_of_nothing_where_realisations_failed():
-    """What fails has no quantity; a restitution has no unit, a life has."""
-
-    def notes(scene, key, name, quantities):
-        inputs = {key: {"distribution": "uniform", "low": 1.0, "high": 2.0}}
-        study = parse_study({"scene": scene, "inputs": inputs, "quantities": [name]}, "study")
-        errors = {0: RealisationErrors({name: {"left_out": 2.0}}, {})}
-        realisations = empty(task_of(study), len(quantities))._replace(
-            quantities=np.array(quantities)[:, None], errors=errors
-        )
-        return model_errors_of_checked(study, realisations).notes
-
-    (note,) = notes("shaft_two_6203", "shaft.load[1]", "left_reference_life", [10.0])
-    assert "the error of the model is 2 Mrev, over 10 % of it" in note
-    of_spheres = "two_spheres", "motion.first_velocity", "restitution"
-    assert not notes(*of_spheres, [100.0, math.nan])
-    assert not notes(*of_spheres, [math.nan])
-    (note,) = notes(*of_spheres, [10.0, math.nan])
-    assert "the error of the model is 2, over 10 % of it, mostly what is not modelled: no" in note
 
 
 def test_an_error_over_a_tenth_of_a_quantity_is_a_doubt():

@@ -200,21 +200,11 @@ def test_polynomial_chaos_with_a_copula():
 def test_polynomial_chaos_says_when_it_is_not_smooth_or_not_possible():
     x = read_input("x", {"distribution": "normal", "mean": 0.0, "std": 1.0})
     assert expand(Joint([x]), lambda values: np.sign(values[:, 0])).error > 0.05
-    noise = np.random.default_rng(1)
-    expansion = expand(Joint([x]), lambda values: values[:, 0] + 0.02 * noise.standard_normal(len(values)))
-    assert expansion.error == pytest.approx(0.02, rel=0.5)
-    assert expansion.std == pytest.approx(1.0, rel=0.02)
     with pytest.raises(StudyError, match="not finite at x ="):
         expand(Joint([x]), lambda values: np.where(values[:, 0] > 0.0, 1.0, np.nan), 3)
     inputs = [read_input(f"x{index}", {"distribution": "normal", "mean": 0.0, "std": 1.0}) for index in range(5)]
     with pytest.raises(StudyError, match="1 to 4 uncertain inputs, not 5"):
         expand(Joint(inputs), lambda values: values[:, 0])
-    with pytest.raises(StudyError, match="not 0"):
-        expand(Joint([read_input("x", 1.0)]), lambda values: values[:, 0])
-    with pytest.raises(StudyError, match="takes single values"):
-        expand(
-            Joint([read_input("x", {"distribution": "empirical", "values": [1.0, 2.0]})]), lambda values: values[:, 0]
-        )
 
 
 def ishigami(values):
