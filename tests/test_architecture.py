@@ -323,25 +323,28 @@ def face_of(room: str) -> dict[str, set[str]]:
     return {module: set(re.findall(r"`(\w+)`", sentence)) for module, sentence in entries}
 
 
-def uses_of_rooms(path: Path):
-    """(line, room, module or name in its __init__, name or "") of what a file uses of other rooms.
+def references(path: Path):
+    """(line, full name) of what a file imports, takes from an imported module, or names in a text.
 
-    Texts such as "bearing_twin.room.module:name", by which tables import and tests replace names, count as imports.
+    By texts such as "bearing_twin.room.module:name" tables import and tests replace names.
     """
-    texts = [node for node in nodes_of(path) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
-    named = re.compile(r"bearing_twin(\.\w+)+(:\w+)?")
-    names = {(node.lineno, node.value.replace(":", ".")) for node in texts if named.fullmatch(node.value)}
+    yield from imports_of(path)
     imports = (node for node in nodes_of(path) if isinstance(node, ast.ImportFrom))
     modules = {alias.asname or alias.name: f"{node.module}.{alias.name}" for node in imports for alias in node.names}
-    attributes = (
-        node for node in nodes_of(path) if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name)
-    )
-    names |= {(node.lineno, f"{modules[node.value.id]}.{node.attr}") for node in attributes if node.value.id in modules}
+    for node in nodes_of(path):
+        if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in modules:
+            yield node.lineno, f"{modules[node.value.id]}.{node.attr}"
+        elif isinstance(node, ast.Constant) and re.fullmatch(r"bearing_twin(\.\w+)+(:\w+)?", str(node.value)):
+            yield node.lineno, node.value.replace(":", ".")
+
+
+def uses_of_rooms(path: Path):
+    """(line, room, module or name in its __init__, name or "") of what a file uses of other rooms."""
     own = next((room for room in FACES if path.is_relative_to(folder_of(room))), "")
-    for line, name in sorted(names | set(imports_of(path))):
-        room = next((room for room in FACES if f"{name}.".startswith(f"bearing_twin.{room}.")), own)
+    for line, full_name in references(path):
+        room = next((room for room in FACES if f"{full_name}.".startswith(f"bearing_twin.{room}.")), own)
         if room != own:
-            module, name, *_ = [*name.removeprefix(f"bearing_twin.{room}").lstrip(".").split("."), "", ""]
+            module, name, *_ = [*full_name.removeprefix(f"bearing_twin.{room}").lstrip(".").split("."), "", ""]
             yield line, room, module, name
 
 
@@ -374,7 +377,8 @@ def test_rooms_and_tests_import_what_faces_name():
         else:
             allowed = names is not None and not name.startswith("_")
         if not allowed:
-            wrong += [f"{place} uses {name or module} of {room}.{module}" for place in places]
+            used = ".".join(filter(None, (room, module, name)))
+            wrong += [f"{place} uses {used}, which the docstring of {room} does not name" for place in places]
     assert wrong == []
 
 
@@ -398,7 +402,8 @@ def test_names_are_imported_from_the_module_that_defines_them():
     for path in users():
         for line, full_name in imports_of(path):
             module, _, name = full_name.rpartition(".")
-            home = ROOT / f"{module.replace('.', '/')}.py"
+            folder = ROOT / module.replace(".", "/")
+            home = folder / "__init__.py" if folder.is_dir() else folder.with_suffix(".py")
             if home.is_relative_to(PACKAGE) and home.exists() and name in imported_names(home):
                 wrong.append(f"{path.relative_to(ROOT)}:{line} imports {full_name}")
     assert wrong == []
