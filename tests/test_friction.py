@@ -17,7 +17,7 @@ from scipy.integrate import dblquad
 from scipy.special import ellipe
 
 from bearing_twin.charts.laws import hardest
-from bearing_twin.contact.friction import COARSE_ERROR, FINE_ERROR, FRICTIONS, MEDIUM_ERROR
+from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.kinds.bearing.outputs import contact_details
 from bearing_twin.run.scene import load_scene
 
@@ -32,22 +32,19 @@ def test_the_error_a_row_tells_is_the_greatest_there_is(name):
 
 LOAD, MAJOR, MU = 200.0, 1e-3, 0.1
 FINE = functools.partial(friction_by, "spot_fine")
-FORMS = [
-    (FINE, FINE_ERROR),
-    (functools.partial(friction_by, "spot_medium"), MEDIUM_ERROR),
-    (functools.partial(friction_by, "spot"), COARSE_ERROR),
-]
+QUADRATURES = ("spot_fine", "spot_medium", "spot")
 
 
-@pytest.mark.parametrize(("form", "error"), FORMS)
+@pytest.mark.parametrize("name", QUADRATURES)
 @pytest.mark.parametrize("ratio", [1.0, 0.3, 0.1])
-def test_pure_sliding_and_pure_spinning_in_closed_form(form, error, ratio):
+def test_pure_sliding_and_pure_spinning_in_closed_form(name, ratio):
     """mu N against the slip; mu N <|r|> = 3/8 mu N a E(m) against the spin."""
+    form = functools.partial(friction_by, name)
     sliding = form(LOAD, MAJOR, ratio * MAJOR, 0.3, -0.4, 0.0, MU, 0.0)
     assert sliding == pytest.approx((-0.6 * MU * LOAD, 0.8 * MU * LOAD, 0.0), rel=1e-12, abs=1e-14)
     spinning = form(LOAD, MAJOR, ratio * MAJOR, 0.0, 0.0, -50.0, MU, 0.0)
     torque = 0.375 * MU * LOAD * MAJOR * ellipe(1.0 - ratio**2)
-    assert spinning == pytest.approx((0.0, 0.0, torque), abs=1e-10 + error * torque)
+    assert spinning == pytest.approx((0.0, 0.0, torque), abs=1e-10 + FRICTIONS[name].error * torque)
     assert form(LOAD, MAJOR, ratio * MAJOR, 0.0, 0.0, 0.0, MU, 0.0) == (0.0, 0.0, 0.0)
 
 
@@ -69,7 +66,7 @@ def test_quadrature_agrees_with_scipy_where_smooth():
 @settings(max_examples=60, deadline=None)
 @given(st.floats(0.05, 1.0), st.tuples(*[st.floats(-1.0, 1.0)] * 2), st.floats(-1e3, 1e3), st.floats(1e-6, 0.1))
 def test_friction_takes_energy_within_its_limits_and_turns_with_the_motion(ratio, slip, spin, smooth):
-    for form in (functools.partial(friction_by, "point"), *(form for form, _ in FORMS)):
+    for form in (functools.partial(friction_by, name) for name in ("point", *QUADRATURES)):
         arguments = LOAD, MAJOR, ratio * MAJOR
         loads = form(*arguments, *slip, spin, MU, smooth)
         assert loads.force_major * slip[0] + loads.force_minor * slip[1] + loads.torque * spin <= 1e-15
