@@ -29,7 +29,7 @@ from torture_rows import in_a_process
 
 from bearing_twin.base.errors import LogError
 from bearing_twin.command.cli import BAD_INPUT, DONE, DOUBTFUL, main
-from bearing_twin.log import cdr
+from bearing_twin.log import cdr, run_log
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.raw_log import SCENE_RECORD, recover
 from bearing_twin.log.run_log import read_log, write_log
@@ -249,6 +249,36 @@ def test_a_file_that_is_written_is_read_to_its_last_whole_chunk(source, tmp_path
     growing(path, source)
     log = read_log(path, allow_gaps=True)
     assert bits(log) == bits(BLOCK)[: json.loads(out)["samples"]]
+
+
+MANY = 150_000
+
+
+def test_the_memory_of_a_reader_does_not_grow_with_the_number_of_messages(source, tmp_path):
+    """Outside chunks, with messages among them that come last by time."""
+    samples = [message for message in source if message[1] == cdr.SAMPLE_BLOCK]
+    by_mcap(tmp_path / "run.mcap", [("/bearing/scene", cdr.STRING, 0, b""), *samples], use_chunking=False)
+    times = (1 << 60 if k % 5000 == 0 else 1000 * k for k in range(MANY))
+    texts = b"".join(struct.pack("<BQHIQQ", 5, 31, 1, 0, time_ns, 0) + b"\0\1\0\0\1\0\0\0\0" for time_ns in times)
+    rewritten(tmp_path / "run.mcap", behind=texts)
+
+    def work():
+        with pytest.raises(LogError, match="the scene in"):
+            read_log(tmp_path / "run.mcap")
+        assert sum(1 for _ in raw_messages(tmp_path / "run.mcap")) == MANY + 1 + len(samples)
+
+    cost = in_a_process(work)
+    assert cost.well
+    assert cost.memory < 15e6
+
+
+def test_outputs_that_begin_again_and_again_are_refused(source, tmp_path, monkeypatch):
+    monkeypatch.setattr(run_log, "MOST_RUNS", 3)
+    samples = [message for message in source if message[1] == cdr.SAMPLE_BLOCK][:3]
+    twice = [message for message in samples for _ in range(2)]
+    by_mcap(tmp_path / "run.mcap", twice)
+    with pytest.raises(LogError, match="begin again more than 3 times"):
+        read_log(tmp_path / "run.mcap")
 
 
 def without_description(path, messages):

@@ -12,13 +12,15 @@ import contextlib
 import io
 import itertools
 import struct
+from array import array
 from collections import Counter
-from collections.abc import Callable, Container, Iterator
-from heapq import heappop, heappush
+from collections.abc import Callable, Container, Iterable, Iterator
+from heapq import heappop, heappush, heapreplace
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
 import lz4.frame
+import numpy as np
 import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
@@ -42,14 +44,23 @@ FREE_RECORDS = 200_000  # records any file may have
 RECORDS_PER_BYTE = 1  # of the file, beyond that
 MOST_TOPICS, MOST_SILENT = 10_000, 1000  # with messages and without: a fifth of a second to read
 LAST_NS = (1 << 64) - 1  # the format counts time by 64 bits
+_PIECE = 1 << 20  # bytes that are read together
 MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks that overlap in time
 
 _HEAD = struct.Struct("<BQ")  # of a record: opcode, length
-_FIELDS = struct.Struct("<HIQQ")  # of a message: channel, sequence number, log time, publish time
+_MESSAGE = struct.Struct("<BQHIQQ")  # of its record before the data
+_FIELDS = np.dtype(  # the same
+    {
+        "names": ("length", "channel", "log_time"),
+        "formats": ("<u8", "<u2", "<u8"),
+        "offsets": (1, 9, 15),
+        "itemsize": _MESSAGE.size,
+    }
+)
 _FOOTER = struct.Struct("<BQQQI")  # head of its record, offsets of the index and of its groups, checksum
-_PIECE = 1 << 20  # bytes that are read together
 _USED = frozenset({Opcode.SCHEMA, Opcode.CHANNEL, Opcode.MESSAGE, Opcode.CHUNK, Opcode.METADATA})
 _DATA = (Opcode.CHUNK, Opcode.MESSAGE)
+_DESCRIBED = (Opcode.SCHEMA, Opcode.CHANNEL)
 _PARSE_ERRORS = (McapError, struct.error, ValueError, KeyError, OverflowError, MemoryError)
 
 
@@ -85,7 +96,7 @@ class LoggedMessage(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """A chunk with messages, or a message outside chunks: log times [ns], its offset, the numbers of its channels."""
+    """A chunk, or messages in a row outside chunks: first and last log time [ns], offset, numbers of its channels."""
 
     first_ns: int
     last_ns: int
@@ -130,7 +141,7 @@ class McapReader:
         self._indexed_count: int | None = None  # number of messages by the index
         try:
             self._stream: BinaryIO = self.path.open("rb")
-            self._size = self._stream.seek(0, io.SEEK_END)
+            self._size = self._stream.seek(0, io.SEEK_END) if contents is None else contents.end
             head = self._bytes_at(0, len(MAGIC))
         except OSError as error:  # files below /proc open, and may have no end to seek
             raise LogError(f"{path} cannot be read ({error.strerror}); give the path of a log") from error
@@ -178,7 +189,12 @@ class McapReader:
             try:
                 for offset, opcode, content in self._records(begin, _USED | {Opcode.ATTACHMENT}):
                     if opcode in _DATA:
-                        yield from self._messages(offset, self._records_of(offset, opcode, content), self._topic)
+                        records = self._records_of(offset, opcode, content)
+                        positions = array("q")
+                        try:
+                            self._walk(offset, records, positions)
+                        finally:  # those before the damage
+                            yield from _messages(records, positions, self._topic)
                     elif opcode in (Opcode.METADATA, Opcode.ATTACHMENT):
                         yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
                     else:
@@ -210,20 +226,34 @@ class McapReader:
             for row in self.contents().stretches
             if row.last_ns >= from_ns and row.first_ns < until_ns and not row.channels.isdisjoint(topics)
         ]
+        numbers = np.array([*topics], np.uint16)
+
+        def select(row: Stretch) -> tuple[bytes, np.ndarray]:
+            records = self._records_at(row.offset)
+            positions = self._message_positions(row.offset, records)
+            times = _field("log_time", records, positions)
+            selected = (times >= from_ns) & (times <= min(until_ns - 1, LAST_NS))
+            selected &= np.isin(_field("channel", records, positions), numbers)
+            return records, positions[selected]
+
         if by_time:
-            messages = self._merge(sorted(rows), topics)
+            yield from self._merge(sorted(rows), select, topics)
         else:
-            chunks = ((row.offset, self._records_at(row.offset)) for row in rows)
-            messages = itertools.chain.from_iterable(self._messages(*chunk, topics.get) for chunk in chunks)
-        yield from (message for message in messages if from_ns <= message.log_time < until_ns)
+            for row in rows:
+                yield from _messages(*select(row), topics.get)
 
     def _next_record(self, offset: int) -> int | None:
         """Offset of the record that follows that at `offset` by its length, or of the next chunk of the index."""
         head = self._bytes_at(offset, _HEAD.size)
-        offsets = self._chunk_offsets[bisect.bisect_right(self._chunk_offsets, offset) :][:1]
+        offsets = self._chunk_after(offset)
         if len(head) == _HEAD.size and head[0] in _USED | {Opcode.ATTACHMENT, Opcode.MESSAGE_INDEX}:
             offsets.append(offset + _HEAD.size + _HEAD.unpack(head)[1])
         return min((offset for offset in offsets if offset < self._size), default=None)
+
+    def _chunk_after(self, offset: int) -> list[int]:
+        """The offset of the next chunk of the index, if there is one."""
+        number = bisect.bisect_right(self._chunk_offsets, offset)
+        return self._chunk_offsets[number : number + 1]
 
     def _read_index(self, tail: bytes) -> None:
         """Reads the offsets of chunks, the channels and the number of messages from an index that is not damaged."""
@@ -234,10 +264,9 @@ class McapReader:
         self._stream.seek(start)
         if crc and crc != self._update_crc(self._footer + _FOOTER.size - 4 - start, 0):
             return
-        described = Opcode.SCHEMA, Opcode.CHANNEL
         with contextlib.suppress(DamagedLog, LogLimit, struct.error):
-            for offset, opcode, content in self._records(start, (Opcode.CHUNK_INDEX, Opcode.STATISTICS, *described)):
-                if opcode in described:
+            for offset, opcode, content in self._records(start, (Opcode.CHUNK_INDEX, Opcode.STATISTICS, *_DESCRIBED)):
+                if opcode in _DESCRIBED:
                     self._store_description(offset, opcode, content)
                 elif opcode == Opcode.CHUNK_INDEX:
                     self._chunk_offsets += struct.unpack_from("<Q", content, 16)
@@ -256,15 +285,16 @@ class McapReader:
         counts, metadata, stretches, known = Counter(), [], [], {}
         for offset, opcode, content in self._records(len(MAGIC)):
             if opcode in _DATA:
-                first, last, channels = LAST_NS, 0, set()
                 records = self._records_of(offset, opcode, content)
-                for log_time, _, _, number, _ in self._message_positions(offset, records):
-                    counts[number] += 1
-                    channels.add(number)
-                    first, last = min(first, log_time), max(last, log_time)
-                if channels:
-                    same = known.setdefault(frozenset(channels), frozenset(channels))
-                    stretches.append(Stretch(first, last, offset, same))
+                positions = self._message_positions(offset, records)
+                if not len(positions):
+                    continue
+                times = _field("log_time", records, positions)
+                numbers, amounts = np.unique(_field("channel", records, positions), return_counts=True)
+                counts.update(dict(zip(numbers.tolist(), amounts.tolist(), strict=True)))
+                channels = frozenset(numbers.tolist())
+                channels = known.setdefault(channels, channels)
+                stretches.append(Stretch(int(times.min()), int(times.max()), offset, channels))
             elif opcode == Opcode.METADATA:
                 metadata.append(self._parse(offset, Metadata, content))
             else:
@@ -285,26 +315,41 @@ class McapReader:
         silent = itertools.islice((number for number in self._channels if number not in counts), MOST_SILENT)
         return {number: self._topic(number) for number in (*counts, *silent)}
 
-    def _merge(self, rows: list[Stretch], topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
-        """The messages of stretches sorted by time; `rows` are sorted by their first times."""
-        pending: list[tuple[int, int, int, LoggedMessage]] = []
+    def _merge(self, rows: list[Stretch], select: Callable, topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
+        """The messages of stretches sorted by time; `rows` are sorted by their first times.
+
+        Of stretches that overlap in time the messages after the next one's first are copied, to wait in a heap.
+        """
+        waiting: list[tuple] = []  # of a stretch: time of its next message, offset, this message, the others, bytes
         size = 0
-        for (first, last, offset, _), following in itertools.zip_longest(rows, rows[1:]):
-            while pending and pending[0][0] < first:
-                size -= len(pending[0][3].data)
-                yield heappop(pending)[3]
-            messages = self._messages(offset, self._records_at(offset), topics.get, by_time=True)
-            if not pending and (following is None or last < following.first_ns):
-                yield from messages
-                continue
-            for number, message in enumerate(messages):
-                heappush(pending, (message.log_time, offset, number, message))
-                size += len(message.data)
+        for row, following in itertools.zip_longest(rows, rows[1:]):
+            records, positions = select(row)
+            times = _field("log_time", records, positions)
+            order = np.argsort(times, kind="stable")
+            limit = LAST_NS + 1 if following is None else following.first_ns
+            ready = len(order) if following is None else int(np.searchsorted(times[order], np.uint64(limit)))
+            positions = positions[order]
+            parts = [(_messages(records, positions[:ready], topics.get), 0)]  # with the bytes that wait
+            if ready < len(positions):
+                later = _copied(records, positions[ready:])
+                parts.append((_messages(*later, topics.get), len(later[0])))
+                size += len(later[0])
             if size > MOST_PENDING:
                 reason = f"its chunks overlap in time by more than {MOST_PENDING >> 20} MB; sort it by `mcap sort`"
-                raise LogLimit(self.path, offset, reason)
-        while pending:
-            yield heappop(pending)[3]
+                raise LogLimit(self.path, row.offset, reason)
+            if not waiting:
+                yield from parts.pop(0)[0]
+            for messages, held in parts:
+                if (message := next(messages, None)) is not None:
+                    heappush(waiting, (message.log_time, row.offset, message, messages, held))
+            while waiting and waiting[0][0] < limit:
+                _, offset, message, messages, held = waiting[0]
+                yield message
+                if (message := next(messages, None)) is not None:
+                    heapreplace(waiting, (message.log_time, offset, message, messages, held))
+                else:
+                    heappop(waiting)
+                    size -= held
 
     def _records(self, begin: int, used: Container[int] = _USED) -> Iterator[tuple[int, int, bytes]]:
         """Offset, opcode and content of the records with an opcode in `used`, from byte `begin` to the section's end.
@@ -331,7 +376,7 @@ class McapReader:
                 return
             if opcode in (0, Opcode.DATA_END, Opcode.FOOTER):
                 raise DamagedLog(self.path, position, "a record says that the data end here, and they do not")
-            if bisect.bisect_left(self._chunk_offsets, end) > bisect.bisect_right(self._chunk_offsets, position):
+            if any(chunk < end for chunk in self._chunk_after(position)):
                 raise DamagedLog(self.path, position, "a record goes on into the next chunk")
             if opcode in used:
                 if length > LARGEST_RECORD:
@@ -339,11 +384,28 @@ class McapReader:
                     raise LogLimit(self.path, position, reason)
                 content = self._stream.read(length)
                 crc = None if crc is None else crc32(content, crc32(head, crc))
+                if opcode == Opcode.MESSAGE:
+                    more = self._loose_records(end)
+                    crc = None if crc is None else crc32(more, crc)
+                    content = head + content + more
+                    end += len(more)
                 yield position, opcode, content
             elif crc is not None:
                 crc = self._update_crc(length, crc32(head, crc))
             position = end
         self._position = position
+
+    def _loose_records(self, position: int) -> bytes:
+        """The records of messages and descriptions from `position` on that are complete within a piece of the file."""
+        size = min([position + _PIECE, self._size, *self._chunk_after(position - 1)]) - position
+        begin, data = 0, self._bytes_at(position, size)
+        while begin + _HEAD.size <= len(data):
+            opcode, length = _HEAD.unpack_from(data, begin)
+            end = begin + _HEAD.size + length
+            if opcode not in (Opcode.MESSAGE, *_DESCRIBED) or end > len(data):
+                break
+            begin = end
+        return data[:begin]
 
     def _parse(self, offset: int, kind: type, content: bytes):
         try:
@@ -381,7 +443,7 @@ class McapReader:
         return StoredTopic(channel.topic, name, text, channel.message_encoding, channel.metadata, encoding)
 
     def _records_at(self, offset: int) -> bytes:
-        """The records in the chunk at `offset`, one of `stretches`, or the record of a message outside chunks there."""
+        """The records in the stretch at `offset`."""
         start, opcode, content = next(self._records(offset, _DATA), (0, 0, b""))
         if start != offset:
             raise DamagedLog(self.path, offset, "it was changed while it was read")
@@ -389,44 +451,43 @@ class McapReader:
         return self._records_of(offset, opcode, content)
 
     def _records_of(self, offset: int, opcode: int, content: bytes) -> bytes:
-        """The records in a chunk, or the record of a message outside chunks."""
+        """The records in a chunk, or those outside chunks, which `content` is then."""
         if opcode == Opcode.CHUNK:
             return self._unpack(offset, content)
-        sequence = int.from_bytes(content[2:6], "little")
-        if self._packed and sequence == len(content) - 6 and not sequence % 16:  # as in an index after a chunk
+        _, length, _, sequence, *_ = _MESSAGE.unpack_from(content.ljust(_MESSAGE.size))
+        if self._packed and sequence == length - 6 and not sequence % 16:  # as in an index after a chunk
             raise DamagedLog(self.path, offset, "the index of messages of a chunk has the kind of a message")
-        return _HEAD.pack(opcode, len(content)) + content
+        return content
 
-    def _messages(self, offset: int, data: bytes, topic_of: Callable, by_time: bool = False) -> Iterator[LoggedMessage]:
-        """The messages among records whose channel `topic_of` returns by its number, in their order or by time."""
-        messages = self._message_positions(offset, data)
-        for log_time, begin, end, number, publish_time in sorted(messages) if by_time else messages:
-            if (topic := topic_of(number)) is not None:
-                yield LoggedMessage(topic, log_time, publish_time, bytes(data[begin:end]))
+    def _message_positions(self, offset: int, records: bytes) -> np.ndarray:
+        """Positions of messages among the records of a stretch; stores descriptions."""
+        positions = array("q")
+        self._walk(offset, records, positions)
+        return np.array(positions)
 
-    def _message_positions(self, offset: int, data: bytes) -> Iterator[tuple[int, int, int, int, int]]:
-        """Log time, begin and end of the data, channel and publish time of each message; stores descriptions."""
-        position, size, limit = 0, len(data), FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._record_count
-        for count in itertools.count(1):
+    def _walk(self, offset: int, records: bytes, positions: array) -> None:
+        """Appends the positions of messages, also where records are damaged further on."""
+        position, size = 0, len(records)
+        limit = FREE_RECORDS + RECORDS_PER_BYTE * self._size - self._record_count
+        for count in range(limit + 1):
             if position == size:
                 self._record_count += count
                 return
             if position + _HEAD.size > size:
                 raise DamagedLog(self.path, offset, "a record in this chunk is cut")
-            opcode, length = _HEAD.unpack_from(data, position)
-            begin, position = position + _HEAD.size, position + _HEAD.size + length
-            if position > size:
+            opcode, length = _HEAD.unpack_from(records, position)
+            end = position + _HEAD.size + length
+            if end > size:
                 raise DamagedLog(self.path, offset, "a record in this chunk is longer than the chunk")
-            if count > limit:
-                self._record_count += count
-                raise LogLimit(self.path, offset, "it holds more records than a file of its size may have here")
             if opcode == 5:  # a message
-                if length < _FIELDS.size:
+                if position + _MESSAGE.size > end:
                     raise DamagedLog(self.path, offset, "a message in this chunk is too short")
-                number, _, log_time, publish_time = _FIELDS.unpack_from(data, begin)
-                yield log_time, begin + _FIELDS.size, position, number, publish_time
-            elif opcode in (Opcode.SCHEMA, Opcode.CHANNEL):
-                self._store_description(offset, opcode, data[begin:position])
+                positions.append(position)
+            elif opcode in _DESCRIBED:
+                self._store_description(offset, opcode, records[position + _HEAD.size : end])
+            position = end
+        self._record_count += limit
+        raise LogLimit(self.path, offset, "it holds more records than a file of its size may have here")
 
     def _unpack(self, offset: int, content: bytes) -> bytes:
         chunk = self._parse(offset, Chunk, content)
@@ -462,3 +523,24 @@ class McapReader:
 def _read(kind: type, content: bytes):
     """The record of the class `kind` of the library `mcap` in these bytes."""
     return kind.read(ReadDataStream(io.BytesIO(content)))
+
+
+def _field(name: str, records: bytes, positions: np.ndarray) -> np.ndarray:
+    """A field of the messages at these positions among records."""
+    heads = np.ndarray(max(0, len(records) - _FIELDS.itemsize + 1), _FIELDS, records, strides=(1,))
+    return heads[name][positions]
+
+
+def _messages(records: bytes, positions: Iterable[int], topic_of: Callable) -> Iterator[LoggedMessage]:
+    """The messages at these positions among records, with the channel that `topic_of` returns by its number."""
+    for position in memoryview(positions):
+        _, length, number, _, log_time, publish_time = _MESSAGE.unpack_from(records, position)
+        data = records[position + _MESSAGE.size : position + _HEAD.size + length]
+        yield LoggedMessage(topic_of(number), log_time, publish_time, data)
+
+
+def _copied(records: bytes, positions: np.ndarray) -> tuple[bytes, np.ndarray]:
+    """The messages at these positions alone, and their positions then."""
+    ends = positions + _HEAD.size + _field("length", records, positions).astype(np.int64)
+    copies = [records[begin:end] for begin, end in zip(positions.tolist(), ends.tolist(), strict=True)]
+    return b"".join(copies), np.cumsum([0, *(ends - positions)[:-1].tolist()])

@@ -54,6 +54,7 @@ from bearing_twin.run.failure import logged_failure
 from bearing_twin.run.scene import Scene, choose, read_logged_scene
 from bearing_twin.run.simulation import Run
 
+MOST_RUNS = 10_000
 MOST_HELD = 1 << 24  # numbers of records that are held together, 128 MB
 LOSSES = {  # of a recording: counts of lost messages
     "messages_lost": "were lost on the way to the recorder",
@@ -167,6 +168,7 @@ class LogStream:
             if channel.name.startswith(f"{self.namespace}/records/"):
                 self._tables.setdefault(channel.name, set()).add(channel.ros_type)
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
+        self._by_time = True  # else in the order of the file
         self._runs = self._find_runs()
         self.runs = len(self._runs)
         if run is not None and run != -1 and run not in range(1, self.runs + 1):
@@ -358,7 +360,7 @@ class LogStream:
         count = self._read[-1].stop[topic]
         if not count:
             return {}
-        (last,) = itertools.islice(self._messages_of(topic), count - 1, count)
+        (last,) = itertools.islice(self._messages_of({topic}), count - 1, count)
         try:
             return scene_record(cdr.deserialise(cdr.STRING, last.data).data)
         except (ValueError, AttributeError) as error:
@@ -388,33 +390,47 @@ class LogStream:
         Messages are in the order of time, except for a recording by the clock of a simulation that began again: its
         runs overlap in time, and follow each other in the file.
         """
-        rows: list[tuple[int, tuple[int, int], str]] = []
-        for message in self._reader.in_file_order({self.topic, f"{self.namespace}/scene", *self._tables}):
-            name = message.topic.name
-            if name != self.topic:
-                rows.append((message.log_time, (0, 0), name))
-            elif message.topic.ros_type == cdr.SAMPLE_BLOCK:
-                rows.append((message.log_time, sample_range(message.data), name))
-        by_time = sorted(rows, key=lambda row: row[0])
-        self._by_time = _count_breaks(by_time) < _count_breaks(rows)
-        runs, seen = [_Run()], Counter[str]()
-        for _, (first, count), name in by_time if self._by_time else rows:
-            if count and first < runs[-1].end:
-                runs.append(_Run(runs[-1].stop))
-            seen[name] += 1
-            if name == self.topic:
-                runs[-1].stop, runs[-1].end = seen.copy(), first + count
-        runs[-1].stop = seen
+        names = {self.topic, f"{self.namespace}/scene", *self._tables}
+        runs, breaks = self._runs_among(self._messages_of(names))
+        if breaks:
+            self._by_time = False
+            runs_in_file, breaks_in_file = self._runs_among(self._messages_of(names))
+            if breaks_in_file <= breaks:
+                return runs_in_file
+            self._by_time = True
         return runs
 
-    def _messages_of(self, topic: str) -> Iterator[LoggedMessage]:
-        """The messages of a topic as the runs count them."""
-        messages = (self._reader.messages if self._by_time else self._reader.in_file_order)({topic})
-        return (message for message in messages if topic != self.topic or message.topic.ros_type == cdr.SAMPLE_BLOCK)
+    def _runs_among(self, messages: Iterable[LoggedMessage]) -> tuple[list["_Run"], int]:
+        """The runs in messages in this order, and how many SampleBlocks do not follow the one before them."""
+        runs, seen, breaks, expected = [_Run()], Counter[str](), 0, None
+        for message in messages:
+            seen[message.topic.name] += 1
+            if message.topic.name != self.topic:
+                continue
+            first, count = sample_range(message.data)
+            breaks += expected not in (None, first)
+            expected = first + count
+            if count and first < runs[-1].end:
+                runs.append(_Run(runs[-1].stop))
+            if len(runs) > MOST_RUNS:
+                reason = f"begin again more than {MOST_RUNS} times: several nodes sent them, or each was logged twice"
+                raise LogError(f"the outputs on {self.topic} in {self.path} {reason}; record one node alone, once")
+            runs[-1].stop, runs[-1].end = seen.copy(), expected
+        runs[-1].stop = seen
+        return runs, breaks
+
+    def _messages_of(self, topics: set[str]) -> Iterator[LoggedMessage]:
+        """The messages of topics as the runs count them."""
+        messages = (self._reader.messages if self._by_time else self._reader.in_file_order)(topics)
+        return (
+            message
+            for message in messages
+            if message.topic.name != self.topic or message.topic.ros_type == cdr.SAMPLE_BLOCK
+        )
 
     def _messages_read(self, topic: str) -> Iterator[LoggedMessage]:
         """The messages of a topic in the runs that are read."""
-        return itertools.islice(self._messages_of(topic), self._read[0].start[topic], self._read[-1].stop[topic])
+        return itertools.islice(self._messages_of({topic}), self._read[0].start[topic], self._read[-1].stop[topic])
 
     def _decode(self, messages: Iterable[LoggedMessage]) -> Iterator[Any]:
         """The SampleBlocks in messages, checked."""
@@ -493,12 +509,6 @@ class _Run:
     start: Counter[str] = dataclasses.field(default_factory=Counter)
     stop: Counter[str] = dataclasses.field(default_factory=Counter)
     end: int = 0
-
-
-def _count_breaks(rows: list[tuple]) -> int:
-    """Number of SampleBlocks that do not follow the one before them, from rows (time, (first number, count), topic)."""
-    ranges = [(first, count) for _, (first, count), _ in rows if count]
-    return sum(first + count != after for (first, count), (after, _) in itertools.pairwise(ranges))
 
 
 def _selected_topic(path, names: set[str], topic: str | None) -> str:
