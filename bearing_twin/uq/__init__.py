@@ -4,7 +4,7 @@
 * `run`: `run_study` with its `Progress`; `memory_needed`, and `refuse_too_large`, before it runs.
 * `result`: the result of a study, its table, and sentences on it.
 * `inputs`: `numeric_keys` of scenes, of which `value_at` reads one and `put` changes one; `quantities_of` a kind.
-* `distributions`: the table of `DISTRIBUTIONS` with their `FACTS` and other `FORMS`; that of `greatest_entropy`.
+* `distributions`: the table of distributions, and that of greatest entropy.
 * `sampling`: the table of `SAMPLERS`.
 * `propagation`: a distribution by change of variable, `Derived`.
 * `realisations`: what is realised (`task_of` a study), and `exact_distributions` of its quantities.

@@ -2,9 +2,11 @@
 
 Of this room others may import:
 
-* `parameters`: the scene, with its sections.
+* `parameters`: the scene (`BearingScene`) and its sections `Geometry`, `Materials`, `BearingContact`, `GivenRatings`;
+  what laws may need (`LAW_NEEDS`), the default `RELAXATION_TIME`, and limits (`GREATEST_ANGLE`, `GREATEST_SQUEEZE`).
 * `geometry`: `operating_geometry` with `Fits` and `Temperatures`, and `nominal_curvatures` of raceways.
-* `rings`: sections and tables of speeds and loads of the rings and the cage.
+* `rings`: sections `Cage`, `Drive`, `LoadChange`, `SpeedChange`, `Model`, with words for them (`EVEN`, `QUASI_STATIC`,
+  `SPEED`); keys of loads (`steady_load`, `steady_moment`, `load_table`).
 * `catalogue`: ball sets of designations, by tables and by rule.
 * `ratings`: ratings, lives, limiting speeds and what catalogues print.
 * `equilibrium`: equilibria of balls and ring under loads, and their contacts.
