@@ -32,7 +32,7 @@ RACEWAYS = ("inner", "outer")
 RACEWAY_COLOURS = ("#0072B2", "#D55E00")
 LOAD_MAP = "cividis"
 LEGEND_SIZE = 10.5  # points, of the words of a legend
-LETTER = 0.009  # inches: width of a letter for each point of its size
+LETTER = 0.0085  # inches: width of a letter for each point of its size
 
 
 def ball_style(ball: int) -> dict:

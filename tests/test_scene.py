@@ -76,6 +76,14 @@ def test_a_key_given_twice_must_have_one_value():
         load_scene("bearing_6203", ["drive.speed=100", "run.duration=0.1", "drive.speed=200"])
 
 
+def test_a_description_names_what_was_changed():
+    """A picture of two spheres at 30 m/s had the title that they meet at 20 m/s."""
+    shipped = load_scene("two_spheres").description
+    changed = load_scene("two_spheres", ["motion.first_velocity=30", "run.duration=1e-5"]).description
+    assert changed == f"{shipped}, with motion.first_velocity=30"
+    assert load_scene("two_spheres", ["run.duration=1e-5"]).description == shipped
+
+
 def test_long_and_many_overrides_are_shortened_where_they_are_named():
     with pytest.raises(SceneError) as caught:
         load_scene("bearing_6203", [f"run.duration={'a' * 100_000}"])

@@ -39,6 +39,7 @@ DESIGNATION = re.compile(r"[A-Za-z]{0,6}[ -]{0,3}\d{2,6}(?![\w./ -]*\.ya?ml)[\w.
 LONGEST_YAML = 30_000  # characters of a scene as JSON, beyond which its text is that: YAML takes 40 times the time
 LONGEST_LOGGED = 8_000_000  # characters of a scene in a log
 MOST_LOGGED_VALUES = 360_000  # commas in one, enough for a table of `parameters.MOST_ROWS`: a second to read
+UNDESCRIBED = ("run", "solver", "wanted")  # sections of which a description says nothing
 SWITCHES = {"true": "on", "false": "off"}  # other words for these, as YAML has them
 MARK = Channel(OUTSIDE, "1", (), "1: a model asked for is outside its range; see solver.allow_invalid")
 YAML_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # Python's own takes longer than 0.3 s of a settled bearing
@@ -245,6 +246,9 @@ def _read_source(source, overrides: Iterable[str]) -> tuple[dict, str]:
         _apply_override(KINDS[kind].parameters, mapping, override)
     shown = [shorten(override) for override in overrides[:MOST_NAMED]]
     omitted = [f"and {len(overrides) - MOST_NAMED} more"] if len(overrides) > MOST_NAMED else []
+    changes = [override for override in shown if override.partition(".")[0].strip() not in UNDESCRIBED]
+    if changes and isinstance(mapping.get("description"), str):
+        mapping["description"] += f", with {', '.join(changes)}"
     origin = " ".join((origin, *(("with",) if overrides else ()), *shown, *omitted))
     if not isinstance(source, Mapping):  # of data all keys may stand there, whoever gave them
         raise_problems(origin, damped_twice(mapping.get("contact")))
