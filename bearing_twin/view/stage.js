@@ -102,45 +102,20 @@ function shapeGeometry(solid, factor, region) {
   return SHAPES[kind](numbers, solid, factor, region);
 }
 
-// Strokes of (radius, z) turned about z; a stroke is smooth, its ends are edges; radii grow by `grow`.
+// Strokes of (radius, z) turned about z, in the same sense around the section; a stroke is smooth, its ends are edges.
+// Radii grow by `grow`.
 function turnedGeometry(strokes, grow, marked) {
-  const positions = [], normals = [], colours = [], indices = [], side = outward(strokes);
-  for (const stroke of strokes) {
-    const first = positions.length / 3;
-    stroke.forEach(([radius, z], i) => {
-      const [previous, following] = [stroke[Math.max(i - 1, 0)], stroke[Math.min(i + 1, stroke.length - 1)]];
-      const tangent = [following[0] - previous[0], following[1] - previous[1]], length = Math.hypot(...tangent) || 1.0;
-      for (let j = 0; j <= SIDES; j++) {
-        const angle = (2.0 * Math.PI * j) / SIDES, cosine = Math.cos(angle), sine = Math.sin(angle);
-        positions.push((radius + grow) * cosine, (radius + grow) * sine, z);
-        normals.push((-side * tangent[1] * cosine) / length, (-side * tangent[1] * sine) / length, (side * tangent[0]) / length);
-        const dark = marked && (j * DARK_PARTS) % SIDES < DARK_WIDTH;
-        colours.push(...(dark ? [0.16, 0.42, 0.72] : [1.0, 1.0, 1.0]));
-      }
+  const outlines = strokes.map((stroke) => stroke.map(([radius, z]) => new THREE.Vector2(radius + grow, z)));
+  const isBackward = THREE.ShapeUtils.isClockWise(outlines.flat());
+  const parts = outlines.map((outline) => {
+    const geometry = new THREE.LatheGeometry(isBackward ? outline.reverse() : outline, SIDES, 0.5 * Math.PI).rotateX(0.5 * Math.PI);
+    const colours = Array.from({ length: SIDES + 1 }, (_, side) => {
+      const dark = marked && (side * DARK_PARTS) % SIDES < DARK_WIDTH;
+      return outline.map(() => (dark ? [0.16, 0.42, 0.72] : [1.0, 1.0, 1.0]));
     });
-    for (let i = 0; i + 1 < stroke.length; i++) {
-      for (let j = 0; j < SIDES; j++) {
-        const a = first + i * (SIDES + 1) + j, b = a + SIDES + 1;
-        if (side > 0.0) indices.push(a, b, a + 1, b, b + 1, a + 1);
-        else indices.push(a, a + 1, b, b, a + 1, b + 1);
-      }
-    }
-  }
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
-  geometry.setAttribute("normal", new THREE.Float32BufferAttribute(normals, 3));
-  geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours, 3));
-  return geometry.setIndex(indices);
-}
-
-// 1 where a section's strokes run so that the body is on their right, as (radius, z), else -1.
-function outward(strokes) {
-  const corners = strokes.flat();
-  const area = corners.reduce((sum, [r, z], k) => {
-    const [nextR, nextZ] = corners[(k + 1) % corners.length];
-    return sum + r * nextZ - nextR * z;
-  }, 0.0);
-  return area > 0.0 ? -1.0 : 1.0;
+    return geometry.setAttribute("color", new THREE.Float32BufferAttribute(colours.flat(2), 3));
+  });
+  return THREE.mergeGeometries(parts);
 }
 
 // Two belts round an ellipsoid, by which its turning is seen.
@@ -483,16 +458,10 @@ function graphics() {
 // The visible part, wide enough for all points of the series that are to be seen.
 function visibleRegion(region, store) {
   if (!region.around.length || !store.count) return region;
-  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
-  for (const name of region.around) {
-    const { values } = store.get(name);
-    for (let k = 0; k < values.length; k++) {
-      low[k % 3] = Math.min(low[k % 3], values[k]);
-      high[k % 3] = Math.max(high[k % 3], values[k]);
-    }
-  }
-  const half = low.map((least, k) => 0.5 * (high[k] - least));
-  return { ...region, radius: region.radius + Math.hypot(...half), middle: low.map((least, k) => least + half[k]) };
+  const box = new THREE.Box3();
+  for (const name of region.around) box.union(new THREE.Box3().setFromArray(store.get(name).values));
+  const radius = region.radius + 0.5 * box.getSize(new THREE.Vector3()).length();
+  return { ...region, radius, middle: box.getCenter(new THREE.Vector3()).toArray() };
 }
 
 class Stage {

@@ -8,7 +8,7 @@ export {
   ExtrudeGeometry, Float32BufferAttribute, Group, InstancedMesh, Line, LineBasicMaterial,
   LineSegments, Matrix4, Mesh, MeshBasicMaterial, MeshMatcapMaterial, PerspectiveCamera,
   Quaternion, Raycaster, ColorManagement, LinearFilter, Scene, Shape, SphereGeometry, Vector2, Vector3, WebGLRenderer,
-  CircleGeometry, ConeGeometry, BoxGeometry,
+  CircleGeometry, ConeGeometry, BoxGeometry, Box3, LatheGeometry, ShapeUtils,
 } from "three";
 export { OrbitControls } from "three/addons/controls/OrbitControls.js";
 export { mergeGeometries } from "three/addons/utils/BufferGeometryUtils.js";
