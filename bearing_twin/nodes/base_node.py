@@ -13,7 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import Clock, ClockType
@@ -81,19 +81,17 @@ def declare(
     """
     values = parameter_values(node, table) if values is None else values
     for row in table:
-        value = values[row.name]
-        default = Parameter.Type.STRING_ARRAY if value == [] else value
-        node.declare_parameter(row.name, default, _descriptor(row), ignore_override=True)
-        if value == [] and not row.read_only:  # else it is not set, and cannot be read
-            node.set_parameters([Parameter(row.name, Parameter.Type.STRING_ARRAY, [])])
+        # `convert` refuses what is illegal, and names what is legal: ROS does neither for NaN or for a text.
+        options = {"dynamic_typing": True, "additional_constraints": row.legal, "read_only": row.read_only}
+        descriptor = ParameterDescriptor(description=row.description, **options)
+        node.declare_parameter(row.name, values[row.name], descriptor, ignore_override=True)
     changeable = {row.name: row for row in table if not row.read_only}
 
     def convert(changes: list[Parameter]) -> list[Parameter]:
         converted = []
         for parameter in changes:
-            if parameter.name in changeable and type(parameter.value) in (int, str):
-                with suppress(ParameterError):  # which `carry_out` reports
-                    parameter = Parameter(parameter.name, value=changeable[parameter.name].convert(parameter.value))
+            with suppress(KeyError, ParameterError):  # which `carry_out` reports
+                parameter = Parameter(parameter.name, value=changeable[parameter.name].convert(parameter.value))
             converted.append(parameter)
         return converted
 
@@ -110,17 +108,6 @@ def declare(
     node.add_pre_set_parameters_callback(convert)
     node.add_on_set_parameters_callback(carry_out)
     return values
-
-
-def _descriptor(parameter: NodeParameter) -> ParameterDescriptor:
-    ranges, low, high = {}, parameter.low, parameter.high
-    if parameter.alternatives:  # ROS would not name them where a number is out of range: `convert` does
-        ranges = {"dynamic_typing": True, "additional_constraints": parameter.legal}
-    elif low is not None and type(parameter.default) is float:
-        ranges = {"floating_point_range": [FloatingPointRange(from_value=low, to_value=high)]}
-    elif low is not None:
-        ranges = {"integer_range": [IntegerRange(from_value=int(low), to_value=int(high), step=1)]}
-    return ParameterDescriptor(description=parameter.description, read_only=parameter.read_only, **ranges)
 
 
 class BaseNode(Node):
@@ -269,8 +256,8 @@ def run(name: str, make_node: Callable[[], BaseNode]) -> int:
     except RCLError as error:
         if node is not None:
             raise
-        conflict = "see whether -r gives one name to two topics or services of different types"
-        failure = BearingTwinError(f"ROS refuses the node ({error}); {conflict}".replace("\n", " "))
+        advice = "see whether -r gives a legal name, and not one name to two topics or services of different types"
+        failure = BearingTwinError(f"ROS refuses the node ({error}); {advice}".replace("\n", " "))
     except Exception as error:
         if type(error).__module__ != "rclpy.exceptions":
             raise
@@ -295,7 +282,7 @@ def _initialise() -> None:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of unknown arguments the error is their list
-        problem = f"ROS knows no {error}" if str(error).startswith("[") else error
+        problem = f"ROS knows no {error}" if str(error).startswith("[") else str(error).partition(", at /")[0]
         raise BearingTwinError(f"{problem}; {initialisation_hint(str(error))}".replace("\n", " ")) from error
 
 

@@ -165,15 +165,11 @@ class Graph:
     def set_parameter(self, node: str, name: str, value: Any) -> Any:
         """Sets a parameter and returns its value; raises GraphError if refused.
 
-        A real number may be given as an integer, a list of texts as one text.
+        A real number may be given as an integer, also to nodes that are not ours.
         """
-        now = self.parameter(node, name)
-        if isinstance(now, float) and type(value) is int:
+        if isinstance(self.parameter(node, name), float) and type(value) is int:
             value = float(value)
-        elif isinstance(now, list) and isinstance(value, str):
-            value = [value]
-        kind = Parameter.Type.STRING_ARRAY if value == [] else None  # an empty list has no type
-        message = Parameter(name, kind, value).to_parameter_msg()
+        message = Parameter(name, value=value).to_parameter_msg()
         (result,) = self._parameter_answer(node, "set_parameters", [message]).results
         if not result.successful:
             raise GraphError(f"{node} refuses {name} = {echo(value)}: {result.reason or 'it gives no reason'}")

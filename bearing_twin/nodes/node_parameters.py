@@ -4,6 +4,7 @@ ROS accepts NaN, ignores misspelt names and refuses 5 where 5.0 is meant; `check
 three.
 """
 
+import contextlib
 import itertools
 import json
 import textwrap
@@ -62,15 +63,13 @@ class NodeParameter(NamedTuple):
         """The value in the type of the parameter; raises ParameterError with the legal values.
 
         ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None; YAML, and with it `ros2 param set`,
-        takes 1e-5 for a text; a number may have its unit, as 20 ms.
+        takes 1e-5 for a text; a number may have its unit, as 20 ms, and one text is a list of one.
         """
         kind, is_text = type(self.default), isinstance(value, str)
-        if kind is list and value is None:
-            return []
         if is_text and value in self.alternatives:
             return value
-        if isinstance(value, Sequence) and not is_text:
-            value = list(value)  # rclpy gives arrays
+        if kind is list and (value is None or isinstance(value, Sequence)):
+            value = [value] if is_text else list(value or ())  # rclpy gives arrays
         if kind in (int, float):
             limits = Limits(at_least=self.low, at_most=self.high)
             number, problem = read_number(value, self.unit, limits, integer=kind is int)
@@ -80,8 +79,7 @@ class NodeParameter(NamedTuple):
             return str(value)
         elif type(value) is kind and (kind is not list or all(isinstance(item, str) for item in value)):
             return value
-        correction = f'; write {self.name}:="[{value!r}]"' if is_text and kind is list else ""
-        raise ParameterError(f"parameter {self.name} = {echo(value)} must be {self.legal}{correction}")
+        raise ParameterError(f"parameter {self.name} = {echo(value)} must be {self.legal}")
 
 
 def checked_values(
@@ -153,19 +151,10 @@ def safety_of(values: Mapping[str, Any]) -> Safety:
 
 
 def check_arguments(arguments: Sequence[str]) -> None:
-    """Raises BearingTwinError for arguments that ROS would pass over in silence, wait for or refuse by its lexer."""
+    """Raises BearingTwinError for arguments that ROS would pass over in silence, or wait for."""
     for option, value in itertools.pairwise(arguments):
-        if option in ("-p", "--param"):
-            if ROS_ARGS not in arguments[: arguments.index(option)]:
-                raise BearingTwinError(f"-p {value} stands before {ROS_ARGS}; write {ROS_ARGS} -p {value}")
-            if ":=" not in value:
-                name, _, text = value.replace(":", "=").partition("=")
-                raise BearingTwinError(f"-p {echo(value)} sets nothing; write -p {name or 'NAME'}:={text or 'VALUE'}")
-            if value.endswith(":="):
-                problem = f"-p {echo(value)} has no value"
-                raise BearingTwinError(f"{problem}; omit it, or write -p \"{value}''\" for an empty text")
-        if value.startswith("__ns:=") and value.endswith("/") and value != "__ns:=/":
-            raise BearingTwinError(f"-r {echo(value)} ends with a slash; write -r __ns:=/NAMESPACE")
+        if option in ("-p", "--param") and ROS_ARGS not in arguments[: arguments.index(option)]:
+            raise BearingTwinError(f"-p {value} stands before {ROS_ARGS}; write {ROS_ARGS} -p {value}")
         if option == "--params-file" and not Path(value).is_file():
             raise BearingTwinError(f"{value} is not a file of parameters; give the path of a YAML file")
 
@@ -206,22 +195,18 @@ SIDES = (
 def launch_values(table: Sequence[NodeParameter], texts: Mapping[str, str]) -> dict[str, object]:
     """The parameters with a text in `texts`, converted to their types; raises BearingTwinError for illegal values.
 
-    A list is YAML, such as ['run.duration=1']; a single text is a list of one.
+    A list is YAML, such as ['run.duration=1'], or a single text.
     """
-    values: dict[str, Any] = {}
-    for row in table:
-        if text := texts.get(row.name):
-            value = _parse_yaml(text) if type(row.default) in (bool, list) else text
-            values[row.name] = [text] if type(row.default) is list and not isinstance(value, list) else value
-    return checked_values([row for row in table if row.name in values], values)
+    given = [row for row in table if texts.get(row.name)]
+    return checked_values(given, {row.name: _typed(row.default, texts[row.name]) for row in given})
 
 
-def _parse_yaml(text: str) -> Any:
-    """A value in YAML; the text itself where it is malformed."""
-    try:
-        return yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError):
-        return text
+def _typed(default, text: str) -> Any:
+    """The text of a truth value or of a list as what it is in YAML; any other text as it stands."""
+    if isinstance(default, bool) or (isinstance(default, list) and text.startswith("[")):
+        with contextlib.suppress(yaml.YAMLError, ValueError, RecursionError):
+            return yaml.safe_load(text)
+    return text
 
 
 def as_argument(default) -> str:
