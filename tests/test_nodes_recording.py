@@ -19,7 +19,7 @@ from bearing_twin.log.mcap_write import StoredTopic
 from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety, recover
 from bearing_twin.log.run_log import read_log, write_log
 from bearing_twin.log.stream import samples_message, topics
-from bearing_twin.nodes.recorder_node import Recording, default_topics, warning_of
+from bearing_twin.nodes.recorder_node import Received, Recording, default_topics, warning_of
 from bearing_twin.nodes.replay_node import ReplayLoop, renamed_topics
 from bearing_twin.run.scene import Scene
 
@@ -45,7 +45,7 @@ def recording_of(path, *names, ros_type=cdr.STATE, **options):
 
 def receive(recording, topic, received_ns, sent_ns, data, number):
     """Hands one message to a recording."""
-    recording.receive_all(topic, [received_ns], [sent_ns], [data], [number])
+    recording.receive_all(topic, [Received(received_ns, sent_ns, number, data)])
 
 
 def counted(path):
@@ -141,8 +141,12 @@ def test_outputs_of_several_publishers_are_mixed(firsts, mixed, tmp_path, run_cl
 def test_messages_that_no_reader_takes_are_counted_and_left_out(tmp_path, run_json):
     path, large = tmp_path / "out.mcap", bytes(LARGEST_MESSAGE)
     recording = recording_of(path, "/other", SAMPLES, ros_type=cdr.STRING)
-    recording.receive_all("/other", [1] * 4, [1] * 4, [b"before", large, large + b"1", b"after"], [1, 2, 3, 4])
-    recording.receive_all(SAMPLES, [1] * 4, [1] * 4, [b"none", sample_block(0, 5), b"", b"neither"], [1, 2, 3, 4])
+    contents = {
+        "/other": [b"before", large, large + b"1", b"after"],
+        SAMPLES: [b"none", sample_block(0, 5), b"", b"neither"],
+    }
+    for topic, messages in contents.items():
+        recording.receive_all(topic, [Received(1, 1, number, data) for number, data in enumerate(messages, start=1)])
     status = recording.status()
     assert [status[f"messages{suffix}"] for suffix in ("", "_unreadable", "_lost")] == [4, 4, 0]
     assert warning_of(status).startswith("4 messages are not logged")

@@ -140,7 +140,7 @@ def test_a_study_that_is_ended_keeps_what_is_done_and_the_next_is_served(by, sta
     now, cancelled = [0.0], threading.Event()
     studies = Studies(str(tmp_path), StudyLimits(time_limit=5.0), clock=lambda: now[0])
 
-    def tell(progress, quantity):
+    def tell(feedback):
         if by == "a cancel":
             cancelled.set()
         studies.closing = by == "the end of the node"
@@ -233,7 +233,7 @@ def test_feedback_comes_ten_times_a_second_at_most():
 
     studies = Studies(run_study=run, clock=lambda: now[0])
     for _ in range(2):  # the second begins without the progress of the first
-        answered(studies, tell=lambda progress, quantity: reported.append((progress.done, quantity)))
+        answered(studies, tell=lambda feedback: reported.append((feedback["done"], feedback["quantity"])))
     assert len(reported) == 20
     assert reported[0] == reported[10] == (0, "std of contact_duration")
     assert all(later[0] - earlier[0] >= 10 for earlier, later in pairwise(reported[:10]))
@@ -285,13 +285,12 @@ def test_a_relative_name_is_not_looked_for_where_the_node_was_started(tmp_path, 
 
 def test_feedback_counts_samples_as_asked_for_names_its_estimate_and_is_never_nan():
     study = study_of(Goal("spheres_alpha_4e-5", ("stop.statistic=std",), samples=400))
-    first, name = feedback_of(Goal("", samples=400), study, Progress(3, 60, math.nan, math.nan, 1.0))
-    assert first == Progress(20, 400, 0.0, 0.0, 1.0)
-    assert name == ""
-    looked, name = feedback_of(Goal("", samples=400), study, Progress(60, 60, 2e-5, math.nan, 0.0))
-    assert looked == Progress(400, 400, 2e-5, math.inf, 0.0)
-    assert name == f"std of {study.settings.stop.quantity}"
-    swept = Progress(90, 300, 2e-5, 1e-6, 0.0, "motion.first_velocity = 20")
-    assert feedback_of(Goal(""), study, swept)[1] == f"{name} at motion.first_velocity = 20"
-    by_study = feedback_of(Goal("", samples=0), study, Progress(400, 400, 2e-5, 1e-6, 0.0))
-    assert by_study[0].done == by_study[0].total == study.settings.samples
+    names = "done", "total", "estimate", "half_width", "seconds_left", "quantity"
+    watched = f"std of {study.settings.stop.quantity}"
+    for samples, progress, expected in (
+        (400, Progress(3, 60, math.nan, math.nan, 1.0), (20, 400, 0.0, 0.0, 1.0, "")),
+        (400, Progress(60, 60, 2e-5, math.nan, 0.0), (400, 400, 2e-5, math.inf, 0.0, watched)),
+        (0, Progress(90, 300, 2e-5, 1e-6, 0.0, "x = 20"), (120, 400, 2e-5, 1e-6, 0.0, f"{watched} at x = 20")),
+    ):
+        fields = feedback_of(Goal("", samples=samples), study, progress)
+        assert fields == dict(zip(names, expected, strict=True))

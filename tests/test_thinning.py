@@ -14,7 +14,7 @@ from bearing_twin.log.bag import Qos, raw_messages
 from bearing_twin.log.raw_log import KEPT_RATE, Safety, Thinning, recover
 from bearing_twin.log.run_log import LogWriter, read_log
 from bearing_twin.log.stream import MessageStream, choice_record, samples_message
-from bearing_twin.nodes.recorder_node import Recording
+from bearing_twin.nodes.recorder_node import Received, Recording
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.run.verify import verify
@@ -97,7 +97,7 @@ def test_topics_of_several_publishers_latched_ones_and_records_are_kept_whole(tm
     for number in range(1, 31):
         recording.publishers("/tf", 2 if 10 < number <= 20 else 1)
         for topic in ("/tf", "/latched", "/x/records/touch"):
-            recording.receive_all(topic, [number * 10**7], [1], [b""], [number])
+            recording.receive_all(topic, [Received(number * 10**7, 1, number, b"")])
     recording.close()
     names = [message.topic.name for message in raw_messages(tmp_path / "out.mcap")]
     assert {name: names.count(name) for name in names} == {"/tf": 1 + 10 + 1, "/latched": 30, "/x/records/touch": 30}

@@ -28,7 +28,7 @@ from bearing_twin.command.outcome import (
     picture_path,
     quantity,
 )
-from bearing_twin.command.terminal import progress, say, show_columns, show_named, show_paragraph, show_text
+from bearing_twin.command.terminal import progress, say, show_columns, show_pairs, show_paragraph, show_text
 
 HELP = "a bearing in equilibrium under load: displacement, loads, stiffness, ratings, life, fault frequencies"
 EXAMPLES = (
@@ -405,7 +405,7 @@ def show_row(result: dict) -> None:
     sizes = " x ".join(_millimetres(result[f"{key}_m"]) for key in ("bore", "outside_diameter", "width"))
     error, clearance = result["pitch_diameter_doubt_m"], result["radial_clearance_m"]
     show_text(f"{_ball_set(result)}\n")
-    show_named(
+    show_pairs(
         {
             "bore, outside, width": f"{sizes} mm (ISO 15)",
             "pitch diameter": _millimetres(result["pitch_diameter_m"], error) + " mm",
@@ -418,7 +418,7 @@ def show_row(result: dict) -> None:
             "fault frequencies": f"{_frequencies(result)} Hz at {_rpm(result)}",
             "ball set": result["source"] or result["found_means"],
             "loads": "none; add --load FX,FY,FZ [N], x and y radial, z along the axis",
-        }
+        }.items()
     )
 
 
@@ -448,8 +448,12 @@ def show_equilibrium(result: dict) -> None:
     _show_lives(result)
     control = f"{result['control']}, {result['control_reason']}" if result["speed_rad_s"] else ""
     show_text()
-    show_named(
-        {"raceway control": control, "arm of tilts": result["arm"], "errors of the model": _model_errors(result)}
+    show_pairs(
+        {
+            "raceway control": control,
+            "arm of tilts": result["arm"],
+            "errors of the model": _model_errors(result),
+        }.items()
     )
 
 
@@ -515,7 +519,8 @@ def _show_lives(result: dict) -> None:
         )
         rows["natural frequencies"] = f"of {result['mass_kg']:g} kg [Hz]: {', '.join(cells)}"
     show_text()
-    show_named(rows | {"fault frequencies [Hz]": _frequencies(result)})
+    rows["fault frequencies [Hz]"] = _frequencies(result)
+    show_pairs(rows.items())
 
 
 def _friction(result: dict) -> str:

@@ -7,7 +7,7 @@ from pathlib import Path
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import RUN, Outcome, number, picture_path, quantity
-from bearing_twin.command.terminal import progress, say, show_columns, show_named, show_text
+from bearing_twin.command.terminal import progress, say, show_columns, show_pairs, show_text
 
 HELP = "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict"
 EXAMPLES = (
@@ -86,7 +86,7 @@ def _show(result: dict) -> None:
     levels = ", ".join(f"{family} {level:.1f}" for family, level in result["level_db"].items())
     speed = f"{result['shaft_rpm']:.5g} rpm ({result['shaft_hz']:.5g} Hz)"
     course = "it varies: the envelope is resampled by angle" if result["by_order"] else "steady"
-    show_named(
+    show_pairs(
         {
             "verdict": DAMAGE.get(result["verdict"], result["verdict"]),
             "level over noise [dB]": f"{levels}; means of three harmonics",
@@ -95,7 +95,7 @@ def _show(result: dict) -> None:
             "envelope of band": f"{low:.5g} to {high:.5g} Hz",
             "record": f"{result['file']}, {result['seconds']:.4g} s at {result['rate_hz']:.6g} Hz",
             "plot": result.get("plot", ""),
-        }
+        }.items()
     )
     show_text()
     rows = (

@@ -5,7 +5,7 @@ import io
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextvars import ContextVar
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Any
@@ -115,13 +115,9 @@ def show_columns(header: Sequence[str], rows: Iterable[Sequence]) -> None:
 
 
 def show_pairs(pairs: Iterable[tuple[str, str]]) -> None:
-    """Print names and texts in two columns."""
-    show_text("\n".join(_lines(None, pairs, ("left", "left"), (NAMES, None))))
-
-
-def show_named(rows: Mapping[str, str]) -> None:
     """Print names and texts in two columns, without those whose text is empty."""
-    show_pairs((name, text) for name, text in rows.items() if text)
+    shown = [(name, text) for name, text in pairs if text]
+    show_text("\n".join(_lines(None, shown, ("left", "left"), (NAMES, None))))
 
 
 def show_paragraph(text: str) -> None:

@@ -2,14 +2,13 @@
 
 import time
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Iterable
 
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.duration import Duration
 from rclpy.event_handler import PublisherEventCallbacks
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.node import Node
-from rclpy.publisher import Publisher
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from bearing_twin.base.errors import BearingTwinError, echo, escape_controls, peer_name
@@ -104,42 +103,30 @@ class Outlet:
         advice = f"publish less, or see whether a subscriber is suspended ({', '.join(nodes)})"
         return f"; publishing takes {share:.0%} of the time, most on {topic}: {advice}"
 
+    def wait_for_acknowledgement(self, seconds: float = ACKNOWLEDGE_TIME) -> None:
+        """Waits until reliable subscribers have everything that was published, or take longer."""
+        end = time.monotonic() + seconds
+        for publisher in self.publishers:
+            remaining = max(0.0, end - time.monotonic())
+            if not publisher.wait_for_all_acked(Duration(nanoseconds=round(remaining * 1e9))):
+                return
 
-def wait_for_acknowledgement(publishers: Iterable[Publisher], seconds: float = ACKNOWLEDGE_TIME) -> bool:
-    """Waits until reliable subscribers have everything that was published; False if they take longer."""
-    end = time.monotonic() + seconds
-    for publisher in publishers:
-        remaining = max(0.0, end - time.monotonic())
-        if not publisher.wait_for_all_acked(Duration(nanoseconds=round(remaining * 1e9))):
-            return False
-    return True
-
-
-def wait_for_subscribers(
-    publishers: Collection[Publisher],
-    seconds: float,
-    report: Callable[[str], None],
-    stopping: Callable[[], bool] = lambda: False,
-) -> None:
-    """Waits until each publisher has a subscriber, at most `seconds`, or until `stopping()`.
-
-    A long wait and its failure are reported to `report`.
-    """
-    if not seconds:
-        return
-    started_at, reported = time.monotonic(), False
-    while not stopping():
-        unheard = [publisher.topic_name for publisher in publishers if not publisher.get_subscription_count()]
-        if not unheard:
-            break
-        remainder = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
-        state = f"{len(unheard)} of {len(publishers)} topics have no subscriber: {', '.join(unheard[:SOME])}{remainder}"
-        waited = time.monotonic() - started_at
-        if waited > seconds:
-            report(f"continues after {seconds:g} s, although {state}")
+    def wait_for_subscribers(self, seconds: float, stopping: Callable[[], bool]) -> None:
+        """Waits until each topic has a subscriber, at most `seconds`, or until `stopping()`; logs a long wait."""
+        if not seconds:
             return
-        if waited > DISCOVERY_PATIENCE and not reported:
-            reported = True
-            report(f"waiting up to {seconds:g} s for subscribers (discovery); {state}")
-        time.sleep(DISCOVERY_POLL)
-    time.sleep(DISCOVERY_GRACE)
+        started_at, log, total = time.monotonic(), self._node.get_logger(), len(self.publishers)
+        while not stopping():
+            unheard = [publisher.topic_name for publisher in self.publishers if not publisher.get_subscription_count()]
+            if not unheard:
+                break
+            remainder = f" and {len(unheard) - SOME} more" if len(unheard) > SOME else ""
+            state = f"{len(unheard)} of {total} topics have no subscriber: {', '.join(unheard[:SOME])}{remainder}"
+            waited = time.monotonic() - started_at
+            if waited > seconds:
+                log.info(f"continues after {seconds:g} s, although {state}")
+                return
+            if waited > DISCOVERY_PATIENCE:
+                log.info(f"waiting up to {seconds:g} s for subscribers (discovery); {state}", once=True)
+            time.sleep(DISCOVERY_POLL)
+        time.sleep(DISCOVERY_GRACE)

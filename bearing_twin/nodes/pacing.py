@@ -90,9 +90,9 @@ class PacedStream(ABC):
 
     def pause(self, now: int, paused: bool) -> str:
         """Pauses the stream, or resumes it; pausing twice has no further effect."""
-        if self.paused and not paused:
-            self._resume(now)
-        self.paused = paused
+        resumed, self.paused = self.paused and not paused, paused
+        if resumed:
+            self.resume_at(now)
         return f"{'paused' if paused else 'running'} at {self.position_ns * 1e-9:.6f} s"
 
     def set_factor(self, now: int, factor: float | str) -> None:
@@ -102,8 +102,9 @@ class PacedStream(ABC):
 
     def resume_at(self, now: int) -> None:
         """Continues from the position of the stream at another wall time, unless it is paused."""
-        if not self.paused:
-            self._resume(now)
+        # The time of the first message is not known before it has been read: a log may begin at any.
+        if not self.paused and (self._started or self._pending or self.position_ns):
+            self._start(now)
 
     def drain(self, until_ns: int | None = None) -> None:
         """Delivers messages that were computed ahead, due or not: all, or those stamped up to `until_ns`."""
@@ -123,11 +124,6 @@ class PacedStream(ABC):
             "lag_s": max(self.lag_ns, given_up) * 1e-9,
             "given_up_s": self.given_up_ns * 1e-9,
         }
-
-    def _resume(self, now: int) -> None:
-        # The time of the first message is not known before it has been read: a log may begin at any.
-        if self._started or self._pending or self.position_ns:
-            self._start(now)
 
     def _start(self, now: int) -> None:
         """From now on the position is due at `now`: at the beginning, after a pause, a jump or a change of pace."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from fnmatch import fnmatchcase
 from pathlib import Path
+from typing import NamedTuple
 
 from rclpy._rclpy_pybind11 import InvalidHandle
 from rclpy.callback_groups import CallbackGroup
@@ -49,6 +50,15 @@ DEPTH = 4000  # messages a subscription may hold back, 1000 a second: other node
 FRAMES = ("/tf", "/tf_static")
 REMEDY = "give the nodes more processors, or publish and record less (run.publish_rate, topics)"
 MIXED = 2  # steps back while there are several publishers: one is a node started again, whose end is not known yet
+
+
+class Received(NamedTuple):
+    """A message as it came; `number` counts those of its publisher from 1 on, None where nobody numbers them."""
+
+    received_ns: int
+    sent_ns: int
+    number: int | None
+    data: bytes
 
 
 class RecordedTopic:
@@ -124,17 +134,9 @@ class Recording:
         recorded.counted &= not recorded.several
         self.log.keep_all(recorded.number, recorded.several)
 
-    def receive_all(
-        self,
-        topic: str,
-        received_ns: Sequence[int],
-        sent_ns: Sequence[int],
-        data: Sequence[bytes],
-        sent_numbers: Sequence[int | None],
-    ) -> None:
+    def receive_all(self, topic: str, received: Sequence[Received]) -> None:
         """Logs messages of one topic as received, and counts those that were lost before them.
 
-        `sent_numbers` count the messages of its publisher from 1 on, None where the middleware does not number them.
         A malformed SampleBlock, or a message larger than LARGEST_MESSAGE, for anybody may send, is counted as
         `unreadable` and not logged: no reader would get past it.
         """
@@ -143,14 +145,14 @@ class Recording:
                 return
             recorded = self.topics[topic]
             messages = []
-            for received, sent, content in zip(received_ns, sent_ns, data, strict=True):
-                if (numbers := _readable_range(content, recorded.ros_type)) is not None:
+            for message in received:
+                if (numbers := _readable_range(message.data, recorded.ros_type)) is not None:
                     recorded.note_outputs(*numbers)
-                    messages.append((recorded.number, received, sent, content))
+                    messages.append((recorded.number, message.received_ns, message.sent_ns, message.data))
             self.log.write_all(messages)
             self.messages += len(messages)
-            self.unreadable += len(data) - len(messages)
-            recorded.note_numbers(sent_numbers)
+            self.unreadable += len(received) - len(messages)
+            recorded.note_numbers(message.number for message in received)
 
     def summary(self) -> str:
         """Messages, size and losses in one line."""
@@ -362,10 +364,12 @@ class RecorderNode(BaseNode):
             if self.recording.topics[topic].ros_type in NUMBERED:  # outputs of several publishers mix
                 self.recording.publishers(topic, subscription.get_publisher_count())
             now = self.get_clock().now().nanoseconds  # with use_sim_time 0 before the first /clock
-            received = [now if self._by_ros_time else info["received_timestamp"] or now for _, info in taken]
-            sent = [info["source_timestamp"] or known for (_, info), known in zip(taken, received, strict=True)]
-            numbers = [info.get("publication_sequence_number") for _, info in taken]
-            self.recording.receive_all(topic, received, sent, [data for data, _ in taken], numbers)
+            received = []
+            for data, info in taken:
+                time_ns = now if self._by_ros_time else info["received_timestamp"] or now
+                number = info.get("publication_sequence_number")
+                received.append(Received(time_ns, info["source_timestamp"] or time_ns, number, data))
+            self.recording.receive_all(topic, received)
         except Exception as error:  # it would end the thread in silence
             self.fail(error)
 

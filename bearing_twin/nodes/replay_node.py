@@ -20,7 +20,7 @@ from bearing_twin.nodes.base_node import (
 )
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, ERROR, OK, SERVICE, WARN
 from bearing_twin.nodes.node_parameters import NodeParameter
-from bearing_twin.nodes.outlet import Outlet, wait_for_acknowledgement, wait_for_subscribers
+from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import LAG_SHOWN, PacedStream, Timed, Worker
 
 # fmt: off
@@ -180,9 +180,7 @@ class ReplayNode(BaseNode):
         if outlet.has_clock:
             self.every(CLOCK_PERIOD, self._on_clock)
         self.get_logger().info(f"{values['log']}: {len(outlet.publishers)} topics")
-        stopping = lambda: self.worker.stopping  # noqa: E731
-        log_info = self.get_logger().info
-        wait = partial(wait_for_subscribers, outlet.publishers, values["discovery"], log_info, stopping)
+        wait = partial(outlet.wait_for_subscribers, values["discovery"], lambda: self.worker.stopping)
         clock = (lambda: self.get_clock().now().nanoseconds) if by_ros_time else time.monotonic_ns
         self.worker = Worker(self._turn, wait, self._on_end, clock)
         self.worker.start()
@@ -196,7 +194,7 @@ class ReplayNode(BaseNode):
     def _turn(self, now: int) -> int | None:
         wake_at = self.loop.turn(now)
         if self.loop.finished and not self.done.is_set():
-            wait_for_acknowledgement(self._outlet.publishers)
+            self._outlet.wait_for_acknowledgement()
             self.get_logger().info(f"done, {self._outlet.published} messages")
             self.done.set()
         return wake_at

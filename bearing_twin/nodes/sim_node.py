@@ -49,7 +49,7 @@ from bearing_twin.nodes.messages import (
     qos_profile,
 )
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, NodeParameter, safety_of
-from bearing_twin.nodes.outlet import Outlet, wait_for_acknowledgement, wait_for_subscribers
+from bearing_twin.nodes.outlet import Outlet
 from bearing_twin.nodes.pacing import FASTEST, SLOWEST, Worker
 from bearing_twin.nodes.simulation_loop import Commands, SimulationLoop, log_path
 from bearing_twin.run.failure import failure_sentence
@@ -222,7 +222,7 @@ class SimNode(BaseNode):
         computed = self.loop is not None and self.loop.simulation.sequence >= 0
         if (self.worker.stop(COMMAND_TIMEOUT if computed else 0.0) or not computed) and self.loop is not None:
             self.loop.close()
-            wait_for_acknowledgement(self._outlet.publishers, CLOSE_TIME)
+            self._outlet.wait_for_acknowledgement(CLOSE_TIME)
 
     # In the worker's thread
 
@@ -230,9 +230,8 @@ class SimNode(BaseNode):
         values, scene = self._values, self._scene
         simulation = Simulation(scene, self._halt)
         self._activity = "waiting for subscribers"
-        stopping = lambda: self.worker.stopping  # noqa: E731
-        wait_for_subscribers(self._outlet.publishers, values["discovery"], self.get_logger().info, stopping)
-        if stopping():
+        self._outlet.wait_for_subscribers(values["discovery"], lambda: self.worker.stopping)
+        if self.worker.stopping:
             return
         loop = SimulationLoop(
             simulation,
@@ -282,7 +281,7 @@ class SimNode(BaseNode):
             self._logged_failure = self.loop.failure
             self.get_logger().error(f"{self._failure_message(self.loop.failure)}; the node waits for ~/reset")
         if self.loop.over and not self.done.is_set():
-            wait_for_acknowledgement(self._outlet.publishers)
+            self._outlet.wait_for_acknowledgement()
             self._report()
             self.get_logger().info(f"done at {self._time_ns * 1e-9:.6f} s, {self._outlet.published} messages")
             self.done.set()

@@ -56,21 +56,22 @@ def aborted(error: Exception) -> GoalAnswer:
     return GoalAnswer(ABORTED, reason, stopped_because=f"failed: {reason}", problem=reason)
 
 
-def feedback_of(goal: Goal, study: Study, progress: Progress) -> tuple[Progress, str]:
-    """Progress as feedback and the name of the observed statistic: in requested samples, without NaN.
+def feedback_of(goal: Goal, study: Study, progress: Progress) -> dict[str, int | float | str]:
+    """Progress as the fields of the action's feedback: in requested samples, without NaN.
 
     A study with a sweep, with an expansion or with sensitivity indices does another number of runs than the requested
-    samples: `done` is then the same share of the samples as of the runs. Before the first statistic is known the name
+    samples: `done` is then the same share of the samples as of the runs. Before the first statistic is known its name
     is empty, and estimate and half width are 0; an unknown half width is infinite.
     """
     total = goal.samples or study.settings.samples
     done = progress.done if progress.total == total else int(total * progress.done / max(progress.total, 1))
-    counted = progress._replace(done=min(done, total), total=total)
-    if not math.isfinite(progress.estimate):
-        return counted._replace(estimate=0.0, half_width=0.0), ""
-    observed = study.settings.stop.watched
-    half_width = math.inf if math.isnan(progress.half_width) else progress.half_width
-    return counted._replace(half_width=half_width), " at ".join(filter(None, (observed, progress.at)))
+    name, estimate, half_width = "", 0.0, 0.0
+    if math.isfinite(progress.estimate):
+        name = " at ".join(filter(None, (study.settings.stop.watched, progress.at)))
+        estimate = float(progress.estimate)
+        half_width = math.inf if math.isnan(progress.half_width) else float(progress.half_width)
+    counts = {"done": min(done, total), "total": total, "seconds_left": float(progress.seconds_left)}
+    return counts | {"quantity": name, "estimate": estimate, "half_width": half_width}
 
 
 def study_of(goal: Goal, folders: Iterable[str] = ()) -> Study:
@@ -219,7 +220,7 @@ class Studies:
         goal: Goal,
         study: Study,
         cancelled: Callable[[], bool] = lambda: False,
-        tell: Callable[[Progress, str], None] = lambda progress, statistic: None,
+        tell: Callable[[dict], None] = lambda feedback: None,
     ) -> GoalAnswer:
         """The answer to a goal, once its study has ended; `tell` gets feedback, ten times a second at most."""
         self._running, self._progress, self._moved = study.name, None, self._clock()
@@ -231,7 +232,7 @@ class Studies:
             self._progress, self._moved = progress, self._clock()
             if self._moved >= tell_at:
                 tell_at = self._moved + FEEDBACK_PERIOD
-                tell(*feedback_of(goal, study, progress))
+                tell(feedback_of(goal, study, progress))
 
         def ends() -> bool:
             return self.closing or cancelled() or self._clock() > ends_at

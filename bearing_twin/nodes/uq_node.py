@@ -3,7 +3,6 @@
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor, wait
-from functools import partial
 
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
@@ -16,7 +15,6 @@ from bearing_twin.nodes.base_node import LOG_PERIOD, BaseNode, declare, guarded
 from bearing_twin.nodes.messages import DIAGNOSTICS_PERIOD, OK, SERVICE, WARN, RunStudy, qos_profile
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, NodeParameter
 from bearing_twin.nodes.studies import CANCELLED, SUCCEEDED, Goal, GoalAnswer, Studies, StudyLimits, aborted
-from bearing_twin.uq.run import Progress
 
 PARAMETERS = (
     NodeParameter("log_folder", "studies", "folder of a log (MCAP) of every study with all its samples; empty = none"),
@@ -128,7 +126,8 @@ class UqNode(BaseNode):
         """The answer to a goal, once its study has run or it was cancelled; raises for one that makes no study."""
         request, cancelled = goal_handle.request, threading.Event()
         goal = Goal(request.study, tuple(request.overrides), request.samples, request.seed)
-        study, tell = self.studies.read(goal), partial(self._tell, goal_handle)
+        study = self.studies.read(goal)
+        tell = lambda feedback: goal_handle.publish_feedback(RunStudy.Feedback(**feedback))  # noqa: E731
         run = self._pool.submit(self.studies.run, goal, study, cancelled.is_set, tell)
         self._runs.add(run)
         run.add_done_callback(self._runs.discard)
@@ -138,17 +137,6 @@ class UqNode(BaseNode):
             return aborted(BearingTwinError("the node was ended")) if self.studies.closing else CANCELLED_EARLY
         cancelled.set()
         return run.result() if wait([run], CANCEL_TIMEOUT).done else CANCELLED_LATE
-
-    def _tell(self, goal_handle, progress: Progress, statistic: str) -> None:
-        feedback = RunStudy.Feedback(
-            done=int(progress.done),
-            total=int(progress.total),
-            quantity=statistic,
-            estimate=float(progress.estimate),
-            half_width=float(progress.half_width),
-            seconds_left=float(progress.seconds_left),
-        )
-        goal_handle.publish_feedback(feedback)
 
     @guarded
     def _on_diagnostics(self):
