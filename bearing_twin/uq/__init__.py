@@ -9,4 +9,6 @@
 * `propagation`: a distribution by change of variable, `Derived`.
 * `realisations`: what is realised (`task_of` a study), and `exact_distributions` of its quantities.
 * `statistics`: `histogram`, `kernel_density` and `modality` of a sample.
+
+Private is `workers`: realisations by processes or Dask.
 """

@@ -19,6 +19,9 @@ Of this room others may import:
   `update_contact_angles` of earlier logs.
 * `model_error`: `half_space_error` of contacts.
 * `picture`: pictures of equilibria, `draw_equilibrium` and `draw_sweep`.
+
+Private are `lubricant` and `friction_torque` of lubricated contacts, `defects` of raceways, `accelerometer` on the
+housing, `equilibrium_motion` (runs of equilibria), `quantities` of studies, and `display` (topics, the browser).
 """
 
 from bearing_twin.kinds.bearing.parameters import BearingScene
