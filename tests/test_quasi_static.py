@@ -219,7 +219,7 @@ def random_case(random):
 
 @pytest.mark.parametrize(
     ("scene", "control", "carried"),
-    [("bearing_6203", "outer", 372), ("7218", "shared", 317), ("7204B", "inner", 305)],
+    [("bearing_6203", "outer", 372), ("7218", "shared", 315), ("7204B", "inner", 305)],
 )
 def test_random_loads_are_balanced_or_refused_with_a_reason(scene, control, carried):
     """Of 400; a 7218 refused six more, where parts of the load were too hard to balance."""
@@ -289,6 +289,30 @@ def test_a_ring_that_nothing_holds_in_a_direction_is_found_and_called_loose():
     assert loose_directions(equilibrium, support, solver.scales) == ["theta_y"]
 
 
+def test_balls_roll_on_both_raceways_however_small_their_load():
+    """A 218 under thrust at 10 000 rpm: orbits by Harris, and a ring where balls in motion hold it (a run of 0.3 s).
+
+    Speeds that passed to those of a loose ball below a quarter of the centrifugal load, 1.1 kN, gave 630 N on the outer
+    raceway under 500 N, and a stiffness that more than doubled and fell again.
+    """
+    stiffness, gamma = [], 22.23 / 125.26
+    for thrust, in_motion, outer_load in ((17800.0, 679.53, 1908.8), (1000.0, 464.84, 1107.2), (500.0, 453.70, 1094.5)):
+        bearing = parameters("model.control=outer", scene="bearing_218_thrust")
+        _, equilibrium = solved(bearing, under_load((0.0, 0.0, thrust)))
+        contacts = equilibrium.contacts
+        inner, outer = contacts.angle[0]
+        pitch = math.sin(outer) / (math.cos(outer) + gamma)
+        rolls = [
+            (math.cos(a) + pitch * math.sin(a)) / (1.0 + sign * gamma * math.cos(a))
+            for a, sign in ((outer, 1), (inner, -1))
+        ]
+        assert contacts.share[0] == pytest.approx(rolls[0] / sum(rolls), rel=1e-9)
+        assert 1e6 * equilibrium.coordinates[2] == pytest.approx(in_motion, rel=4e-3)
+        assert contacts.load[0, 1] == pytest.approx(outer_load, rel=0.02)
+        stiffness.append(equilibrium.stiffness[2, 2])
+    assert stiffness[1] == pytest.approx(stiffness[2], rel=0.02)
+
+
 @pytest.mark.parametrize("control", ["outer", "inner", "shared"])
 @pytest.mark.parametrize(
     ("scene", "keys", "load"),
@@ -299,13 +323,15 @@ def test_balls_off_the_inner_ring_press_the_outer_one_by_their_orbit_alone(scene
     """Where a 7204B has no contact, its groove lies at 80 degrees: that angle says nothing about a ball's orbit."""
     bearing = parameters(*keys, f"model.control={control}", scene=scene)
     _, equilibrium = solved(bearing, under_load(load), -0.5 * math.pi)
-    lifted = equilibrium.contacts.load[:, 0] == 0.0
-    assert lifted.sum() >= 3
-    g, speed = bearing.geometry, bearing.drive.speed
-    orbit = 0.5 * speed * (1.0 - g.ball_diameter / g.pitch_diameter)
+    contacts, g = equilibrium.contacts, bearing.geometry
+    lifted = contacts.load[:, 0] == 0.0
+    clear = contacts.approach[:, 0] < -0.3 * (g.inner_conformity - 0.5) * g.ball_diameter
+    level = (contacts.angle[:, 0] == 0.0) & lifted
+    assert (clear | level).sum() >= 3
+    orbit = 0.5 * bearing.drive.speed * (1.0 - g.ball_diameter / g.pitch_diameter)
     mass = 7850.0 * math.pi / 6.0 * g.ball_diameter**3
-    assert equilibrium.contacts.orbit[lifted] == pytest.approx(orbit, rel=1e-12)
-    assert equilibrium.contacts.load[lifted, 1] == pytest.approx(0.5 * mass * g.pitch_diameter * orbit**2, rel=1e-9)
+    assert contacts.orbit[clear | level] == pytest.approx(orbit, rel=1e-12)
+    assert contacts.load[lifted, 1] == pytest.approx(contacts.centrifugal[lifted], rel=1e-9)
     pressed = equilibrium.contacts.orbit**2 * 0.5 * mass * g.pitch_diameter
     assert equilibrium.contacts.centrifugal == pytest.approx(pressed, rel=1e-9)
 

@@ -104,8 +104,10 @@ CORE_INLINE auto reflected_angle(const ContactLoad<X> &push) {
   return std::pair{cosine, sine};
 }
 
-// A ball whose load on the inner raceway exceeds this fraction of its centrifugal load rolls on both.
-constexpr double ROLLING_LOAD = 0.25;  // tuned: below the share of 0.7 at which equilibria were compared with motion
+// A ball that is clear of the inner raceway by this fraction of the distance between both centres orbits as at angle zero.
+constexpr double LOOSE_GAP = 0.3;  // tuned: below 0.1 runs of shafts take more steps, as speeds of balls that come off change fast
+// A ball whose load on the inner raceway exceeds this fraction of its centrifugal load may be under inner control.
+constexpr double GRIPPING_LOAD = 0.25;  // tuned: Harris' criterion is far from inner control at such a load
 
 // Centrifugal load F_c = m d_m omega_m^2 / 2 [N] and M_g / D [N], M_g = J omega_R omega_m sin(beta), J = m D^2/10; and over
 // the ring's speed: the orbit's, and the roll's along the ball's axis times gamma, and times its pitch.
@@ -114,9 +116,16 @@ struct BallSpeeds {
   X centrifugal, gyroscopic, orbit, roll, pitch;
 };
 
-// The speeds of a ball that rolls on both raceways follow from both contact angles. A ball without contact to the inner one
-// orbits and rolls as at angle zero, without a gyroscopic moment. In between speeds are interpolated by the load on the
-// inner raceway, and beyond 60 degrees angles are reflected: with a jump the balance may have no solution.
+// From 0 to 1 with slopes of 0 at both ends, for a part from 0 to 1.
+template <class X>
+CORE_INLINE auto smooth_step(const X &part) {
+  auto within = minimum(maximum(part, 0.0), 1.0);
+  return within * within * (3.0 - 2.0 * within);
+}
+
+// The speeds of a ball that touches both raceways follow from both contact angles, whatever its loads (Harris). As the ball leaves
+// the inner one they go over to those at angle zero: with a jump the balance may have no solution. Beyond 60 degrees angles are
+// reflected. Under inner control the pitch, without which there is no gyroscopic moment, vanishes with the load that carries it.
 template <class I, class O>
 CORE_INLINE auto ball_speeds(const Seat &seat, const ContactLoad<I> &inner, const ContactLoad<O> &outer) {
   constexpr unsigned COLUMNS = columns_of<I> | columns_of<O>;
@@ -125,11 +134,12 @@ CORE_INLINE auto ball_speeds(const Seat &seat, const ContactLoad<I> &inner, cons
   auto [c_o, s_o] = reflected_angle(outer);
   auto [c_i, s_i] = reflected_angle(inner);
   auto lean = widened<COLUMNS>(s_o / (c_o + gamma));
-  if (seat.share_inner > seat.share_outer) lean = widened<COLUMNS>(s_i / (c_i - gamma));
+  if (seat.share_inner > seat.share_outer) {
+    const double enough = GRIPPING_LOAD * 0.5 * square * level_orbit * level_orbit;
+    lean = widened<COLUMNS>(smooth_step((1.0 / (enough + 1e-300)) * inner.load) * (s_i / (c_i - gamma)));
+  }
   auto p_o = (c_o + lean * s_o) / (1.0 + gamma * c_o), p_i = (c_i + lean * s_i) / (1.0 - gamma * c_i);
-  const double enough = ROLLING_LOAD * 0.5 * square * level_orbit * level_orbit;
-  auto part = minimum((1.0 / (enough + 1e-300)) * inner.load, 1.0);
-  auto rolls = part * part * (3.0 - 2.0 * part);
+  auto rolls = smooth_step(1.0 + (1.0 / (LOOSE_GAP * seat.reach(seat.inner))) * inner.approach);
   auto rolling = 1.0 / (p_o + p_i);
   auto orbit = level_orbit + rolls * (p_o * rolling - level_orbit), roll = level_roll + rolls * (rolling - level_roll);
   auto pitch = rolls * (lean * rolling);
