@@ -1,5 +1,6 @@
 """Charts: each is made in its quick form, written, read again, and says in the right order who is more accurate."""
 
+import contextlib
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,24 @@ def test_a_chart_has_a_picture_a_table_and_a_reading(name, made, request, caplog
         for row in rows:
             shares = (value for key, value in row.more.items() if "quantile" in key or key in ("mean", "deviation"))
             assert all(0.0 <= value <= 1.0 for value in shares)
+
+
+@pytest.mark.usefixtures("quick_pictures")
+@pytest.mark.parametrize("name", [name for name in CHARTS if name not in PAPERS])
+def test_a_chart_without_a_result_is_drawn_and_says_so(name, tmp_path, monkeypatch):
+    """Readings said that an error is inf, or up to nan, or medians of nothing."""
+
+    @contextlib.contextmanager
+    def stopped(seconds):
+        raise engine.Stopped
+        yield
+
+    monkeypatch.setattr(engine, "limited", stopped)
+    chart = chart_of(name).make(tmp_path, name, Options((PART[name],), quick=True))
+    assert {row.status for row in chart.rows} == {STOPPED}
+    text = " ".join(chart.reading)
+    assert "Failed or stopped" in text
+    assert not [words for words in ("nan", "inf", ": .") if words in text]
 
 
 def errors(rows, method, **values):

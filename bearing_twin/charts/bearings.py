@@ -329,9 +329,9 @@ def _map_reading(contest, rows):
     for method, runs in by_method(rows).items():
         refused = sum(row.status == REFUSED for row in runs)
         failed = sum(map(_has_failed, runs))
-        worst = max((row.error for row in runs if row.status == DONE and not _has_failed(row)), default=math.nan)
-        counts = f"of {len(runs)} cells {refused} refused, {failed} failed"
-        yield f"{method}: {counts}; errors of the others up to {worst:.1g}."
+        errors = [row.error for row in runs if row.status == DONE and not _has_failed(row)]
+        worst = f"; errors of the others up to {max(errors):.1g}" if errors else ""
+        yield f"{method}: of {len(runs)} cells {refused} refused, {failed} failed{worst}."
 
 
 CHARTS = {

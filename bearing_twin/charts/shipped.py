@@ -8,6 +8,7 @@ makes it so, with exact Hertz and the beam theory that was chosen. `cost`: CPU t
 """
 
 import collections
+import dataclasses
 import functools
 import math
 import tempfile
@@ -128,7 +129,8 @@ def _tolerance_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
     missed_text = f"; not met: {', '.join(missed)}" if missed else ""
     yield f"{len(ended) - len(missed)} of {len(ended)} runs meet the tolerance requested{missed_text}."
     medians = (f"{kind} {np.median([row.error / row.setting for row in runs]):.1g}" for kind, runs in _by_kind(ended))
-    yield f"Median error over the tolerance: {', '.join(medians)}."
+    if ended:
+        yield f"Median error over the tolerance: {', '.join(medians)}."
 
 
 CHOICE, LOOSE, CHEAPER_SHARE = "choice", 0.05, 0.5
@@ -188,7 +190,8 @@ def _chosen(problem: str) -> SceneProblem:
     if kind == rules.SOFT:
         for order, divisions in DIVISIONS:
             models[f"{divisions} divisions of order {order}"] = f"mesh.order={order}", f"mesh.divisions={divisions}"
-    return _problem(name, {model: Method(overrides) for model, overrides in models.items()}, tolerance)
+    methods = {model: Method(overrides) for model, overrides in models.items()}
+    return dataclasses.replace(_problem(name, methods, tolerance), title=problem)
 
 
 def _steps(stepper: str, setting: float) -> tuple[str, ...]:
@@ -215,7 +218,7 @@ def _choice_reading(contest: Contest, rows: list[Row]) -> Iterator[str]:
         f"{len(choices) - len(missed)} of {len(choices)} choices meet the tolerance; in {len(choices) - len(dearer)} "
         f"of {len(choices)} no model that meets it takes less than half of the CPU time of the choice."
     )
-    for row in missed:
+    for row in (row for row in missed if row.status == DONE):
         yield f"{row.problem}: the error of the choice is {row.error:.2g}."
     for row, best in dearer:
         share = best.seconds / row.seconds

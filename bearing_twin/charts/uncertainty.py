@@ -150,19 +150,19 @@ def coverage_entries(quick: bool):
 def coverage_panels(contest, rows, styles):
     """A row a problem, a panel a statistic: coverage over the number of samples, a line a sampler."""
     across = Axis("samples", log=True, limits=(0.7 * COUNTS[0], 1.4 * COUNTS[-1]))
-    least = 100.0 * min(row.more[statistic] for row in rows if row.status == DONE for statistic in STATISTICS)
-    up = Axis("share of studies", "%", limits=(min(90.0, least - 1.0), 100.0))
+    shares = [100.0 * row.more[statistic] for row in rows if row.status == DONE for statistic in STATISTICS]
+    up = Axis("share of studies", "%", limits=(min(90.0, min(shares, default=100.0) - 1.0), 100.0))
 
     def panel(statistic: str, title: str, runs: list) -> Panel:
         parts = [Band("93 to 97 %", COUNTS, 100.0 * CLOSE, 100.0 * WIDE, {"color": STYLE["soft"], "alpha": 0.25})]
-        for method, runs_of_method in by_method(runs).items():
+        for method, runs_of_method in by_method(row for row in runs if row.status == DONE).items():
             points = [(row.setting, 100.0 * row.more[statistic]) for row in runs_of_method]
             parts += curve(*styles[method], points)
             is_marked = [float(row.more.get(f"{statistic} marked unsafe") or 0.0) >= MARKED for row in runs_of_method]
             parts.append(Line("interval marked unsafe in nearly all studies", *np.array(points)[is_marked].T, RING))
         return Panel(f"{statistic}, {title}", across, up, parts)
 
-    return [[panel(statistic, *pair) for statistic in STATISTICS] for pair in contest.by_title(rows, DONE)]
+    return [[panel(statistic, *pair) for statistic in STATISTICS] for pair in contest.by_title(rows)]
 
 
 def coverage_reading(contest, rows):
