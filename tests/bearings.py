@@ -41,11 +41,6 @@ def advanced(moving, period, count):
     return moving.advance(times, times[-1])
 
 
-def flat(out):
-    """All numbers of a motion's outputs in one array."""
-    return np.array(out.numbers).ravel()
-
-
 def errors(moving, actual, exact):
     """Greatest errors of load, over the greatest, and of friction, over mu N of a contact or mu N R of a ball."""
     coefficient, radius = moving.parameters.contact.friction_coefficient, moving.bearing.ball_radius

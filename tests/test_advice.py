@@ -7,7 +7,6 @@ import inspect
 import itertools
 import re
 
-import pytest
 from sources import PACKAGE, nodes_of, package_trees
 
 import bearing_twin
@@ -132,8 +131,3 @@ def test_every_function_in_a_sentence_is_a_public_name_and_takes_what_is_told():
     functions = [value for value in public.values() if not isinstance(value, type)]
     parameters = set().union(*(inspect.signature(function).parameters for function in functions))
     assert [call for call in reported if call[1] not in parameters] == []
-
-
-@pytest.mark.parametrize("theory", ["boundary element", "multigrid", "theory of line contact"])
-def test_no_sentence_sends_anyone_to_a_theory_that_is_not_here(theory):
-    assert [where for where, text in sentences() if theory in text.lower()] == []

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from runs import a_choice, cut, made_up_block, made_up_scene
+from runs import a_choice, made_up_block, made_up_scene
 
 from bearing_twin.base.sample import Columns
 from bearing_twin.kinds import KINDS
@@ -123,14 +123,6 @@ def test_messages_come_in_order_of_time_and_table():
     assert [topic.name for topic, stamp, _ in messages if stamp == 50_000_000] == order[2:-2]
 
 
-@pytest.mark.parametrize("rows", [(50,), (7, 8, 63, 64, 100), tuple(range(1, 120))])
-def test_how_the_blocks_are_cut_does_not_matter(rows):
-    scene = made_up_scene()
-    block = made_up_block(scene, 120)
-    pieces, unsplit = stream_of(scene, cut(block, *rows)), stream_of(scene, [block])
-    assert [(t.name, stamp, data) for t, stamp, data in pieces] == [(t.name, stamp, data) for t, stamp, data in unsplit]
-
-
 def test_start_time_moves_stamps_but_not_the_samples_own_times():
     scene = made_up_scene()
     block = made_up_block(scene, 51)
@@ -149,7 +141,7 @@ def test_reset_closes_the_block_in_progress():
 
 
 def test_markers():
-    """Balls stand where they are, their pins at right angles; arrows are as long as loads, their tips at contacts."""
+    """Balls stand where they are; arrows are as long as loads, their tips at contacts."""
     scene = made_up_scene(balls=2)
     block, diameter = made_up_block(scene, 7, seed=3), scene.parameters.geometry.ball_diameter
     [topic] = (row for row in topics(scene) if row.name == "markers")
@@ -164,14 +156,6 @@ def test_markers():
     greatest = loads.max(axis=(1, 2))
     lengths = np.linalg.norm(arrows[..., 1, :] - arrows[..., 0, :], axis=-1)
     assert lengths * greatest[:, None, None] == pytest.approx(diameter * loads, abs=1e-9 * diameter)
-    assert [text.decode().split(" N")[0] for text in marker["scale", 0]["text"]] == [
-        f"longest arrow = {max(size, 1e-30):.4g}" for size in greatest
-    ]
-    pins = marker["ball_pins", 0]["points"].reshape(7, 2, 2, 2, 3)
-    along = pins[..., 1, :] - pins[..., 0, :]
-    assert np.linalg.norm(along, axis=-1) == pytest.approx(1.06 * diameter)
-    assert (along[:, :, 0] * along[:, :, 1]).sum(axis=-1) == pytest.approx(0.0, abs=1e-12)
-    assert pins.mean(axis=3)[:, :, 0] == pytest.approx(block.values["position"])
 
 
 def without_rows(values):

@@ -239,12 +239,6 @@ def test_a_key_that_is_given_two_values_is_refused(arguments, key, refused):
     assert re.search(rf"{key} is given as '?\S+'? and as '?\S+'?; keep one of them", refused(*arguments))
 
 
-def test_a_result_of_every_sort_of_value_is_shown(shown):
-    out = shown({"law": None, "flags": [], "costs": {"steps": 3}, "load_n": [1.0, None], "seen": True, "words": ["a"]})
-    for text in ("none", "costs steps", "load", "yes"):
-        assert text in out
-
-
 def test_nothing_that_exists_is_replaced_without_force(log, tmp_path, monkeypatch, pictures_once, run_json, refused):
     """One rule for pictures, sheets, logs and tables; a pipe is never written to."""
     monkeypatch.chdir(tmp_path)

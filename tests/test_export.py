@@ -126,16 +126,6 @@ def test_tables_hold_every_number_to_the_bit(to, source, tmp_path, request):
     assert sorted(map(str, out.iterdir())) == sorted(exported.files)
 
 
-def test_tables_are_read_by_pandas_as_they_stand(log, tmp_path):
-    import pandas
-
-    out = tmp_path / "tables"
-    export_log(log, "csv", out)
-    frame = pandas.read_csv(out / "ball_contact.csv", float_precision="round_trip")
-    inner = frame[frame.contact == "inner race"].pivot(index="time_ns", columns="ball", values="normal_load")
-    same_bits(inner.to_numpy(), channel(log, "normal_load")[:, :, 0])
-
-
 @pytest.mark.parametrize("source", ["log", "impact"])
 def test_a_data_set_holds_every_number_with_units_and_named_axes(source, tmp_path, request):
     import xarray

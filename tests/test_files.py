@@ -11,7 +11,7 @@ from processes import forked
 from torture_rows import in_a_process
 
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.base.paths import file_name, write_atomic
+from bearing_twin.base.paths import write_atomic
 from bearing_twin.log.run_log import read_log
 from bearing_twin.run.scene import parse_scene
 from bearing_twin.uq.study import parse_study
@@ -25,24 +25,6 @@ def test_a_file_that_cannot_be_written_whole_leaves_what_was_there(tmp_path):
     assert "cannot be written (File too large); give another path" in done.stderr
     assert path.read_bytes() == b"old"
     assert os.listdir(tmp_path) == ["picture.png"]
-
-
-@pytest.mark.parametrize(
-    ("name", "file"),
-    [
-        ("../../a study/of: mine", "_.._a_study_of_mine"),
-        ("..", "_"),
-        ("", "_"),
-        ("a/\x1b[2J", "a_2J"),
-        ("Lager 6203-2", "Lager_6203-2"),
-        ("größe", "größe"),
-        ("x" * 300, "x" * 60),
-    ],
-)
-def test_a_name_from_elsewhere_becomes_a_file_in_its_folder(name, file, tmp_path):
-    assert file_name(name) == file
-    (tmp_path / f"{file_name(name)}.csv").touch()
-    assert [one.parent for one in tmp_path.rglob("*")] == [tmp_path]
 
 
 def test_links_stay_links_and_pipes_take_the_bytes(tmp_path):

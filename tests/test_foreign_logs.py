@@ -472,13 +472,6 @@ def test_what_means_ill_is_refused_for_what_it_is_and_soon(tmp_path):
         assert sentence in str(error.value)
 
 
-def test_messages_of_channels_that_nothing_describes_are_one_problem(tmp_path):
-    path = tmp_path / "run.mcap"
-    path.write_bytes(of_records(*(Message(number, 0, b"", 0, 0) for number in range(1, 100))))
-    with pytest.raises(LogError, match=r"\(99 messages of \(channel 1\), .* and 96 others are left out: [^;]*\)$"):
-        recover(path, tmp_path / "saved.mcap")
-
-
 def test_a_file_that_has_no_end_is_refused_by_its_name():
     with pytest.raises(LogError, match="/proc/self/mem cannot be read"):
         read_log("/proc/self/mem")

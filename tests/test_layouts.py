@@ -91,9 +91,6 @@ def test_programs_are_told_of_all_panels_and_of_nothing_else(kind):
     [
         ("bearing_6203", [], (0.0, 0.0, 0.0), 0.0205),
         ("sphere_on_beam", ["beam.span=0.5"], (0.25, 0.0, 0.006), 0.25),
-        ("two_spheres", ["first.radius=0.01", "second.radius=0.01"], (0.01, 0.0, 0.0), 0.02),
-        ("two_discs", ["disc.radius=0.5"], (0.5, 0.0, 0.0), 1.0),
-        ("ellipsoid_on_plane", [], (0.0, 0.0, 0.6), 0.615),
     ],
 )
 def test_the_camera_stands_where_all_of_the_scene_is_seen(scene, overrides, middle, radius):

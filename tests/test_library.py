@@ -24,9 +24,6 @@ from bearing_twin import (
     write_log,
 )
 from bearing_twin.base.errors import BearingTwinError
-from bearing_twin.log.run_log import LogStream
-from bearing_twin.run.simulation import Run
-from bearing_twin.uq.result import StudyResult
 
 SCENE = ("bearing_6203", ["run.duration=0.9"])  # three chunks
 
@@ -177,16 +174,6 @@ PUBLIC = [name for name in dir(bearing_twin) if not name.startswith("_")]
 FUNCTIONS = [one for one in map(bearing_twin.__getattr__, PUBLIC) if inspect.isfunction(one)]
 
 
-def parts_of(owner):
-    """Public methods and properties of a class, as functions."""
-    members = {name: member for name, member in vars(owner).items() if not name.startswith("_")}
-    return [
-        member.fget if isinstance(member, property) else member
-        for member in members.values()
-        if not isinstance(member, type)
-    ]
-
-
 def test_checkers_of_types_are_told_every_public_name_and_its_home():
     tree = ast.parse((PACKAGE / "__init__.pyi").read_text())
     reported = {
@@ -207,28 +194,16 @@ def test_help_shows_the_public_names_and_an_import_of_all_has_them():
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda parameter: parameter.__name__)
-def test_public_functions_say_what_they_take_and_give(function):
-    signature = inspect.signature(function)
-    assert signature.return_annotation is not inspect.Signature.empty
-    assert all(parameter.annotation is not inspect.Parameter.empty for parameter in signature.parameters.values())
-
-
-@pytest.mark.parametrize("function", FUNCTIONS, ids=lambda parameter: parameter.__name__)
 def test_docstrings_of_public_functions_have_every_parameter_and_the_errors(function):
     """In the style of NumPy."""
-    text = inspect.getdoc(function)
-    for name, parameter in inspect.signature(function).parameters.items():
+    text, signature = inspect.getdoc(function), inspect.signature(function)
+    assert signature.return_annotation is not inspect.Signature.empty
+    for name, parameter in signature.parameters.items():
+        assert parameter.annotation is not inspect.Parameter.empty, name
         stars = {inspect.Parameter.VAR_KEYWORD: r"\*\*"}.get(parameter.kind, "")
         assert re.search(rf"^{stars}{name} : ", text, re.MULTILINE), name
-    taken = {"Parameters", "Raises"} if inspect.signature(function).parameters else set()
+    taken = {"Parameters", "Raises"} if signature.parameters else set()
     assert taken | {"Returns"} <= set(re.findall(r"^(\w+)\n-+$", text, re.MULTILINE)) or not taken
-
-
-@pytest.mark.parametrize("owner", [Run, LogStream, StudyResult], ids=lambda function: function.__name__)
-def test_what_they_give_has_types_and_words(owner):
-    for function in filter(inspect.isfunction, parts_of(owner)):
-        assert inspect.signature(function).return_annotation is not inspect.Signature.empty, function
-        assert inspect.getdoc(function), function
 
 
 def test_a_run_says_why_it_is_not_copied_and_what_can_be(tmp_path):

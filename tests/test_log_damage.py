@@ -264,13 +264,6 @@ def test_a_chunk_with_an_absurd_size_or_compression_costs_no_other(tmp_path):
             list(raw_messages(tmp_path / "flipped.mcap"))
 
 
-def test_a_chunk_has_messages_of_thousands_of_topics(tmp_path):
-    with RawLogWriter(tmp_path / "run.mcap") as log:
-        for k in range(2000):
-            log.write(log.add_topic(f"/{k}", cdr.CLOCK), k, k, bytes(12))
-    assert [message.topic.name for message in raw_messages(tmp_path / "run.mcap")] == [f"/{k}" for k in range(2000)]
-
-
 ONE = np.ones((1, 1))
 
 

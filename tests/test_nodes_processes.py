@@ -5,17 +5,15 @@ import signal
 import sys
 import time
 from array import array
-from pathlib import Path
 
 import pytest
 
-from bearing_twin.nodes.entry import ProcessError, node_command, started
+from bearing_twin.nodes.entry import ProcessError, started
 from bearing_twin.nodes.node_parameters import (
     LOG_SAFETY,
     NodeParameter,
     ParameterError,
     checked_values,
-    help_text,
     safety_of,
 )
 
@@ -79,12 +77,6 @@ def test_to_keep_some_files_they_must_be_several():
     assert safety_of(values).patient
 
 
-def test_help_tells_every_parameter_within_eighty_columns():
-    reported = help_text("sim_node", "runs a scene", LOG_SAFETY)
-    assert all(parameter.name in reported and parameter.help.split()[0] in reported for parameter in LOG_SAFETY)
-    assert max(map(len, reported.splitlines())) <= 80
-
-
 LIMIT = 300.0  # s, generous: these programs end at once
 
 
@@ -121,9 +113,3 @@ def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monke
             time.sleep(0.01)
         assert not node.ended
     assert node.process.returncode == -signal.SIGKILL
-
-
-def test_a_node_is_started_as_its_executable():
-    command = node_command("sim_node", {"scene": "no", "start_paused": True, "log": Path("a b"), "overrides": ["c=1"]})
-    parameters = ['scene:="no"', "start_paused:=true", 'log:="a b"', 'overrides:=["c=1"]']
-    assert command[-8:] == [argument for parameter in parameters for argument in ("-p", parameter)]

@@ -226,22 +226,6 @@ def test_what_is_wanted_is_new_matches_and_is_not_hidden(tmp_path):
         recording.close()
 
 
-def test_a_recording_holds_the_bytes(tmp_path):
-    path = tmp_path / "out.mcap"
-    recording = recording_of(path, SAMPLES)
-    blocks = [sample_block(0, 50), sample_block(50, 20), sample_block(90, 30)]
-    for k, data in enumerate(blocks):
-        receive(recording, SAMPLES, 1000 + k, 900 + k, data, k + 1)
-    recording.close()
-    recording.close()
-    receive(recording, SAMPLES, 2000, 2000, blocks[0], 4)  # too late, and harmless
-    messages = [(m.log_time, m.publish_time, m.data) for m in raw_messages(path)]
-    assert messages == [(1000 + k, 900 + k, data) for k, data in enumerate(blocks)]
-    stored = read_log(path, allow_gaps=True)
-    assert sum(len(block) for block in stored.blocks()) == 100
-    assert stored.metadata[RECORDING_RECORD]["messages"] == "3"
-
-
 def test_definitions_of_other_packages_come_from_their_prefix(tmp_path):
     folder = tmp_path / "share" / "others" / "msg"
     folder.mkdir(parents=True)

@@ -8,13 +8,13 @@ import pytest
 from loops import BLOCK, MS, SCENE, START, Loop, made_up_simulation
 from runs import a_choice, bits, cut, made_up_scene
 
-from bearing_twin.base.errors import BearingTwinError, IntegrationError, LogError
+from bearing_twin.base.errors import BearingTwinError, IntegrationError
 from bearing_twin.kinds.contract import Command
 from bearing_twin.log.bag import raw_messages
-from bearing_twin.log.run_log import LogWriter, read_log
+from bearing_twin.log.run_log import read_log
 from bearing_twin.log.stream import MessageStream
 from bearing_twin.nodes.pacing import FASTEST
-from bearing_twin.nodes.simulation_loop import GREATEST_SPEED, LONGEST_STEP
+from bearing_twin.nodes.simulation_loop import LONGEST_STEP
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation
 
@@ -190,18 +190,6 @@ def test_after_odd_steps_what_is_computed_last_is_published_again():
     assert loop.delivered["state"][-1][0] == loop.simulation.time_ns
 
 
-def test_a_speed_takes_effect_within_a_chunk_and_an_impossible_one_is_refused():
-    loop = Loop()
-    loop.drive(50)
-    for speed in (math.nan, math.inf, -math.inf, 1.01 * GREATEST_SPEED):
-        with pytest.raises(BearingTwinError, match="finite"):
-            loop.execute(SPEED, speed)
-    loop.execute(SPEED, -100.0)
-    [(time_ns, speed)] = loop.simulation.speeds
-    assert speed == -100.0
-    assert time_ns - loop.position_ns <= 10 * MS
-
-
 def test_a_flood_of_commands_is_carried_out_once_in_a_period():
     """Of each topic the last legal one; those before are superseded."""
     loop = Loop(command_ns=10 * MS)
@@ -230,22 +218,6 @@ def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):
     assert logged == whole[: len(logged)]
     assert bits(second) == whole
     assert loop.outputs() == [*range(len(logged)), *range(61)]
-
-
-def test_where_no_next_log_can_be_opened_a_reset_changes_nothing(tmp_path):
-    def open_log(run, simulation):
-        if run > 1:
-            raise LogError("the disk is full")
-        return LogWriter(tmp_path / "run.mcap", SCENE)
-
-    loop = Loop(open_log=open_log, duration_ns=60 * MS)
-    loop.drive(33)
-    with pytest.raises(LogError, match="the disk is full"):
-        loop.reset(loop.clock)
-    assert loop.position_ns >= 30 * MS
-    loop.drive(100)
-    loop.close()
-    assert bits(read_log(tmp_path / "run.mcap")) == bits(cut(BLOCK, 61)[0])
 
 
 def test_the_log_holds_every_topic_when_the_node_ends_in_the_middle(tmp_path):
@@ -277,21 +249,6 @@ def test_a_run_that_fails_by_itself_delivers_and_logs_all_before(tmp_path):
     log = read_log(tmp_path / "run.mcap")
     assert sum(map(len, log.blocks())) == 11
     assert (log.report["status"], log.report["failure_body"]) == ("failed: overload", "inner ring")
-
-
-def test_a_run_that_fails_after_a_command_waits_for_a_reset(tmp_path):
-    loop = Loop(Simulation(OVERLOADED), tmp_path / "run.mcap")
-    command = Command("command/speed", "std_msgs/msg/Float64", lambda message: ("set_speed", message.data), "")
-    loop.commands.offer(command, SimpleNamespace(data=200.0))
-    for run, log in ((1, "run.mcap"), (2, "run_2.mcap")):
-        loop.drive(200)
-        assert loop.failure.body == "inner ring"
-        assert not loop.over
-        assert "~/reset" in loop.status()[1]
-        assert read_log(tmp_path / log).report["status"] == "failed: overload"
-        loop.reset(loop.clock)
-        assert loop.failure is None
-        assert loop.run == run + 1
 
 
 def test_without_subscribers_the_end_of_each_chunk_says_how_far_it_is():

@@ -9,7 +9,6 @@ from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block
 from bearing_twin.command.cli import DONE, main
 from bearing_twin.kinds import KINDS
-from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -61,12 +60,6 @@ def test_few_and_many_balls_short_and_long_runs_are_drawn(balls, outputs, tmp_pa
     assert size_of(drawn(tmp_path / "run.png", block, balls=balls)) == (640, 400)
     block.values["normal_load"][:] = 0.0
     assert size_of(drawn(tmp_path / "without_load.png", block, balls=balls)) == (640, 400)
-
-
-def test_a_run_of_unknown_kind_is_drawn_channel_by_channel(tmp_path):
-    picture = RunPicture(None, a_choice())
-    picture.add(made_up_block(scene_of(8), 1500))
-    assert size_of(picture.write(tmp_path / "run.png"))[0] == 1600
 
 
 def test_the_same_run_gives_the_same_picture_which_says_nothing_of_folders(tmp_path):
@@ -154,16 +147,6 @@ def test_titles_stay_inside_the_picture_and_apart(tmp_path, figures):
             others = np.delete(rows, k, axis=0)
             apart = (others[:, 0] > right) | (others[:, 1] < left) | (others[:, 2] > high) | (others[:, 3] < low)
             assert apart.all()
-
-
-def test_numbers_of_axes_are_whole(tmp_path, figures):
-    """Loads that hardly change were numbered from an offset, which stood on the names of the curves."""
-    block = outputs_of(BALLS, 30)
-    block.values["normal_load"][:] = 48.5 + 1e-3 * np.sin(np.arange(30))[:, None, None]
-    drawn(tmp_path / "run.png", block)
-    for axis in figures[0].axes:
-        axis.figure.draw_without_rendering()
-        assert axis.yaxis.get_offset_text().get_text() == ""
 
 
 def test_a_ring_moves_from_where_it_starts_and_speeds_are_in_rpm(tmp_path, figures):

@@ -10,21 +10,18 @@ import zlib
 import numpy as np
 import pytest
 import toy_kind  # noqa: F401  (a kind without a view of its own)
-from runs import a_choice, made_up_block, made_up_run, made_up_scene
+from runs import made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import BearingTwinError, LogError
-from bearing_twin.base.report import json_text
-from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.views import plain_view
-from bearing_twin.log.run_log import LogWriter, write_log
-from bearing_twin.log.stream import MessageStream
-from bearing_twin.run.scene import load_scene, parse_scene, scene_names
+from bearing_twin.log.run_log import write_log
+from bearing_twin.run.scene import load_scene, parse_scene
 from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.run import run_study
 from bearing_twin.uq.study import load_study
 from bearing_twin.view import page as pages
 from bearing_twin.view.page import STEPS, write_page
-from bearing_twin.view.run_page import log_document, run_document, view_data
+from bearing_twin.view.run_page import log_document, run_document
 from bearing_twin.view.study_page import study_document
 from bearing_twin.view.study_picture import study_sheet
 from bearing_twin.view.tables import page_tables
@@ -112,17 +109,6 @@ def test_every_kind_has_a_view_whose_names_are_its_series(shown, tmp_path):
     assert write_page(document, tmp_path / "page.html").stat().st_size
 
 
-@pytest.mark.parametrize("name", scene_names())
-def test_every_shipped_scene_has_a_picture_in_space(name):
-    scene = load_scene(name)
-    view = KINDS[scene.kind].view(scene.parameters, scene.channels)
-    assert view.solids or view.marks
-    data = json.loads(json_text(view_data(view)))
-    numbers = [number for solid in data["solids"] for number in re.findall(r"-?\d[\d.e-]*", json.dumps(solid["shape"]))]
-    assert all(math.isfinite(float(number)) for number in numbers)
-    assert "null" not in json.dumps([data["solids"], data["marks"], data["look"]])  # what JSON makes of NaN
-
-
 def test_a_page_shows_the_numbers_of_the_run(shown):
     """Each series that is a channel too has the run's values, to the step of the page."""
     _, scene, document = shown
@@ -176,19 +162,6 @@ def test_a_damaged_log_shows_what_can_be_saved(log_path):
     log_path.write_bytes(data[:20])
     with pytest.raises(LogError):
         log_document(log_path)
-
-
-def test_topics_that_no_kind_has_are_left_out_by_name(tmp_path):
-    scene = made_up_scene(balls=1)
-    block, path = made_up_block(scene, 120), tmp_path / "run.mcap"
-    with LogWriter(path, scene, {"law": "hertz", "stepper": "rodas4"}) as log:
-        text = "string data"
-        number = log.add_topic("/camera/label", "std_msgs/msg/String", text, "", ())
-        log.write(number, 0, 0, b"\0\1\0\0\2\0\0\0a\0")
-        log.write_messages(MessageStream(scene, choice=a_choice()).messages(block))
-    notes = log_document(path)["notes"]
-    assert any("/camera/label (std_msgs/msg/String)" in note for note in notes)
-    assert not any("samples" in note for note in notes)
 
 
 def test_a_recording_without_its_scene_shows_its_channels():

@@ -1,6 +1,6 @@
 """The page of a run, a log or a study for the browser: one file that needs no network.
 
-* `run_page`: the document of a run or a log (`run_document`, `log_document`), and the `view_data` of its kind.
+* `run_page`: the document of a run or a log (`run_document`, `log_document`).
 * `study_page`: the document of a study, `study_document`.
 * `study_picture`: the picture of a study.
 * `live_page`: the page of a run that goes on, and its frames.

@@ -1,7 +1,6 @@
 """Ensembles: the same numbers by any workers, cancel, no process left behind, failures counted, studies continued."""
 
 import dataclasses
-import itertools
 import math
 import os
 import signal
@@ -29,7 +28,7 @@ from bearing_twin.run.simulation import simulate
 from bearing_twin.uq.realisations import NEVER_MEET, has_closed_form, realise, task_of
 from bearing_twin.uq.run import memory_needed, run_study
 from bearing_twin.uq.statistics import estimate
-from bearing_twin.uq.study import Study, checkpoints, load_study, parse_study
+from bearing_twin.uq.study import Study, load_study, parse_study
 from bearing_twin.uq.workers import Ensemble
 
 ALPHA = "contact.measured_alpha"
@@ -490,16 +489,3 @@ def test_closed_forms_are_used_only_where_they_describe_the_scene():
     assert not closed(["solver.stepper=rk4"])
     assert not closed([], ("restitution",))
     assert not closed([], varied=("contact.restitution",))
-
-
-def test_looks_grow_and_end_with_all_samples():
-    sizes = list(checkpoints(100_000, 100, 200, "random"))
-    assert sizes[0] == 200
-    assert sizes[-1] == 100_000
-    steps = [b - a for a, b in itertools.pairwise(sizes)]
-    assert min(steps[:-1]) == 100
-    assert all(step <= 0.3 * size for step, size in zip(steps[5:], sizes[5:], strict=False))
-    assert len(sizes) < 60
-    assert list(checkpoints(100, 100, 200, "random")) == [100]
-    assert list(checkpoints(4096, 100, 200, "sobol")) == [256, 512, 1024, 2048, 4096]
-    assert list(checkpoints(4096, 100, 200, "latin_hypercube")) == [4096]

@@ -16,9 +16,7 @@ from bearing_twin.kinds.bearing.equilibrium import controlled_equilibrium, load_
 from bearing_twin.kinds.bearing.friction_torque import contact_torque, skf_torque
 from bearing_twin.kinds.bearing.lubricant import film_lubricant, film_numbers, films, viscosity_of
 from bearing_twin.kinds.bearing.ratings import ratings_of
-from bearing_twin.run.report import figure_errors
 from bearing_twin.run.scene import choose
-from bearing_twin.view.tables import readable_figures
 
 GREASE, OIL = 1, 2
 E, VISCOSITY, PRESSURE_COEFFICIENT, BALL, CONFORMITY = 227.5e9, 0.02784, 1.8e-8, 3.373e-3, 0.52  # E is E' [Pa]
@@ -259,15 +257,6 @@ def test_where_contacts_spin_a_lubricated_bearing_has_friction_over_the_patch(ru
         assert choose(scene).friction == friction
         assert load_scene(scene.resolved()).parameters.contact == scene.parameters.contact
     assert load_scene("bearing_6203_rig_400N").parameters.contact.friction == "point"
-
-
-def test_pictures_and_pages_name_no_dry_contacts_of_a_lubricated_run():
-    report = reported("bearing_6203_greased", "run.duration=0.002")
-    drawn = [label.partition(":")[0] for label, _ in figure_errors(report)]
-    tabled = [figure.words for figure in readable_figures(report.figures, report.as_dict())]
-    for labels in (drawn, tabled):
-        assert "drive torque" in labels
-        assert not any("dry" in label for label in labels)
 
 
 def test_films_of_moving_contacts_are_those_of_their_loads_at_the_speed_of_rolling():

@@ -192,16 +192,6 @@ def test_a_held_ring_with_a_cage_feels_balls_pass():
     assert force.max() == pytest.approx(1001.6, rel=3e-3)
 
 
-def test_an_even_cage_started_from_rest_lags():
-    """The orbit speed follows from the balls' balance: nothing sets it to that of rolling."""
-    moving = motion("initial.motion=rest", "cage.kind=even")
-    out = advanced(moving, 2e-5, 50)
-    rolling = 0.5 * 183.26 * (1.0 - 6.746 / 28.5)
-    assert out.cage_speed[0] < 0.5 * rolling
-    assert np.all(np.diff(out.cage_speed[:10]) > 0.0)
-    assert abs(closure(out)) < 1e-5
-
-
 def test_moments_of_balls_hold_the_moment_on_a_ring_that_tilts():
     """Published moments are those by which its tilts move; at the contacts' own places they are 4 % off that."""
     ring = "rings.inner={free: all, mass: 0.5, inertia: [1e-4,1e-4], load: [0,-60,100], moment: [0.1,0.05]}"

@@ -3,22 +3,9 @@
 import numpy as np
 import pytest
 from bearings import advanced, motion, stored_energy
-from contact_reference import about_z, single_contact
-from scipy.integrate import solve_ivp
 
 from bearing_twin.base.errors import BearingTwinError, IntegrationError, SceneError
 from bearing_twin.kinds.bearing.geometry import cage_speed, roll_rate
-from bearing_twin.kinds.bearing.integrate import rates
-from bearing_twin.kinds.bearing.system import (
-    AXIS_DISTANCE,
-    HEIGHT,
-    MOTION,
-    ORBIT_ANGLE,
-    SHAFT_SPEED,
-    SPIN,
-    TANGENTIAL_VELOCITY,
-    VELOCITY,
-)
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import Simulation, simulate
 
@@ -94,63 +81,6 @@ def test_angular_momentum_of_all_that_turns_is_what_torque_and_outer_ring_give()
     assert slope[part] == pytest.approx(
         (moment + joined("outer_ring_torque", first, out)[:, 2] + balls)[part], abs=1e-4
     )
-
-
-def by_scipy(moving, torque, damping, duration):
-    """States of the balls and the shaft's speed by DOP853, with the moment of each contact added up one by one."""
-    bearing, near = moving.bearing, np.zeros(8, np.bool_)
-    count, columns = moving.state.shape
-    inertia = moving.bodies.shaft.inertia
-
-    def right(time, flat):
-        state, speed = flat[:-1].reshape(count, columns), flat[-1]
-        slopes = rates(bearing, speed, near, state)
-        moment = torque(time) - damping * speed
-        for ball in state:
-            centre = about_z(np.cos(ball[ORBIT_ANGLE]), -np.sin(ball[ORBIT_ANGLE]), bearing.offset)
-            position = ball[AXIS_DISTANCE], 0.0, ball[HEIGHT]
-            motion_of = tuple(ball[VELOCITY : VELOCITY + 3]), tuple(ball[SPIN : SPIN + 3])
-            solution = single_contact(bearing, bearing.inner, centre, speed, position, *motion_of)
-            arm = np.subtract(position, centre) + solution.arm
-            moment -= np.cross(arm, solution.force)[2]
-        return np.append(slopes.ravel(), moment / inertia)
-
-    start = np.append(moving.state.ravel(), moving.body_state[SHAFT_SPEED])
-    solution = solve_ivp(right, (0.0, duration), start, method="DOP853", rtol=1e-9, atol=1e-13, first_step=1e-7)
-    return solution.y[:-1, -1].reshape(count, columns), solution.y[-1, -1]
-
-
-SMOOTH = (
-    "drive.kind=torque", "drive.inertia=2e-6", "drive.torque_table=[[0,0.05],[0.02,10.05]]", "drive.damping=1e-5",
-    "drive.offset=[2.0e-6,-1.0e-6,5.0e-6]", "contact.friction_regularisation=0.3", "wanted.tolerance=1e-6",
-)  # fmt: skip
-
-
-def test_a_run_is_that_of_scipy_and_halved_steps_are_of_order_four():
-    """Balls that ring under an offset, a torque that grows: the state after 48 us, and by 8, 16 and 32 equal steps."""
-    span, errors, balls = 4.8e-5, [], np.arange(8)
-    for steps in (0, 8, 16, 32):
-        moving = motion(*SMOOTH)
-        moving.advance(np.array([]), 1e-4)
-        moving.state[:, VELOCITY] += 0.03 * np.cos(2.4 * balls)
-        moving.state[:, VELOCITY + 1] += 0.03 * np.cos(1.1 * balls)
-        if not steps:
-            exact, exact_speed = by_scipy(moving, lambda time: 0.05 + 500.0 * (time + 1e-4), 1e-5, span)
-        else:
-            moving.scales[:] = np.inf
-            moving.bodies = moving.bodies._replace(scales=np.full_like(moving.bodies.scales, np.inf))
-        rejected = moving.costs()["ball_rejections"]
-        for _ in range(steps or 1):
-            moving.steps[:] = 1.0 if steps else 1e-7
-            moving.advance(np.array([]), span / (steps or 1))
-        assert moving.costs()["ball_rejections"] == rejected or not steps
-        errors_of_balls = np.abs(moving.state - exact)[:, :MOTION].max(axis=0) / np.abs(exact[:, :MOTION]).max(axis=0)
-        errors.append(
-            (abs(moving.body_state[SHAFT_SPEED] - exact_speed) / exact_speed, errors_of_balls[TANGENTIAL_VELOCITY])
-        )
-    adaptive, *halved = np.array(errors)
-    assert np.all(adaptive < 1e-7), errors
-    assert np.all(np.log2(halved[1] / halved[2]) > 3.5), errors
 
 
 @pytest.mark.parametrize("cage", CAGES, ids=lambda keys: keys[0])

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy import linalg
 from scipy.integrate import solve_ivp
-from scipy.spatial.transform import Rotation
 from shafts import energy, motion_of, outputs_of, parameters_of
 
 from bearing_twin.base.errors import IntegrationError, SceneError
@@ -92,16 +91,6 @@ def test_natural_frequencies_are_those_of_the_bearings_stiffness(run_json):
     squares = linalg.eigh(stiffness, np.diag([mass] * 3 + [inertia] * 2), eigvals_only=True)
     modes, _ = modes_of(parameters, "hertz")
     assert modes.frequencies == pytest.approx(np.sqrt(squares) / (2.0 * math.pi), rel=1e-6)
-
-
-def test_both_raceways_carry_the_gyroscopic_moments_of_a_fast_shaft(run_json):
-    """At 2000 rad/s outer raceway control would make a 6203 5 % softer."""
-    parameters = parameters_of("drive.speed=2000", *FREE_OF_LOADS)
-    (shared, balance), (outer, _) = (
-        stiffness_of_both(run_json, parameters, "--control", control) for control in ("shared", "outer")
-    )
-    assert np.diag(balance.stiffness) == pytest.approx(np.diag(shared), rel=1e-6)
-    assert balance.stiffness[0, 0] > 1.04 * outer[0, 0]
 
 
 @pytest.mark.parametrize("speed", [100.0, 900.0])
@@ -396,7 +385,7 @@ def drawn():
     return scene, Simulation(scene).advance(60)
 
 
-def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
+def test_arrows_of_forces_end_at_the_rings(drawn):
     scene, block = drawn
     parameters, sample = scene.parameters, block[59]
     [row] = [topic for topic in topics(parameters) if topic.name == "markers"]
@@ -404,18 +393,7 @@ def test_markers_stand_on_the_axis_and_forces_come_out_at_the_rings(drawn):
         (topic["ns"], topic["id"]): topic for topic in row.fields(Output(parameters, "hertz", sample))["markers"]
     }
     centres, force = ring_centres(parameters, sample), sample["bearing_force"]
-    body = markers["shaft", 0]["pose"]
-    axis = Rotation.from_quat(body["orientation"]).apply([0.0, 0.0, 1.0])
-    assert np.abs(sample["tilt"]).min() > 1e-5
-    for point in (body["position"], *centres):  # to first order in the tilt
-        arm = point - sample["position"]
-        assert np.abs(np.cross(arm, axis)).max() < 1e-3 * np.abs(sample["tilt"]).min() * abs(arm[2])
     begins, ends = np.moveaxis(np.reshape(markers["forces", 0]["points"], (2, 2, 3)), 1, 0)
     assert ends == pytest.approx(centres, abs=1e-12)
     longest = np.linalg.norm(force, axis=1).max()
     assert ends - begins == pytest.approx(longest_arrow(parameters) * force / longest, rel=1e-9)
-    for k, side in enumerate(SIDES):
-        geometry, ring = getattr(parameters, side).geometry, markers["bearings", k]
-        bore, groove = (geometry.pitch_diameter + sign * geometry.ball_diameter for sign in (-1.0, 1.0))
-        assert groove < ring["scale"][0] == ring["scale"][1] < 1.3 * groove
-        assert markers["shaft", 0]["scale"][0] < bore
