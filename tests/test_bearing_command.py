@@ -125,7 +125,11 @@ def test_tables_have_columns_that_stay_apart_and_say_what_they_rest_on(run_cli):
     assert [len(row) for row in cells] == [10] * 16
     for law, has_error in (("hertz", False), ("volumetric", True)):
         out = printed(run_cli, "bearing", "6308", "--load", "0,-2kN,0", "--set", f"contact.normal={law}")
-        assert ("elastic law:" in out, "half-spaces:" in out, "57 ± 28 N mm" in out) == (has_error, True, True), law
+        assert ("elastic law:" in out, "half-space assumption:" in out, "57 ± 28 N mm" in out) == (
+            has_error,
+            True,
+            True,
+        ), law
     arguments = "bearing", "6308", "--speed", "3000rpm", "--load", "0,-3kN,500", "--set", "lubricant.kind=grease"
     held = printed(run_cli, *arguments)
     for phrase in ("tilts are held", "90 % of bearings", "grease, VG100, 40 °C, 101 mm²/s"):

@@ -1,6 +1,5 @@
 """The contact calculator, its command, and what it doubts."""
 
-import argparse
 import math
 
 import numpy as np
@@ -13,7 +12,7 @@ from scipy.integrate import quad
 from scipy.special import ellipe
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
-from bearing_twin.command.cli import main
+from bearing_twin.command import cli
 from bearing_twin.command.commands import COMMANDS
 from bearing_twin.contact.calculator import (
     POWERS,
@@ -135,9 +134,8 @@ def test_greatest_shear_below_circle_and_line():
 
 
 def contact_command(line):
-    parser = argparse.ArgumentParser()
-    COMMANDS["contact"].arguments(parser)
-    return COMMANDS["contact"].run(parser.parse_args(line.split()))
+    parser, _ = cli.parsers("contact")
+    return COMMANDS["contact"].run(parser.parse_args(["contact", *line.split()]))
 
 
 def test_a_bearing_by_its_designation_and_by_its_curvatures_agree():
@@ -182,8 +180,8 @@ def test_damping_for_a_restitution_by_the_exact_relation_and_by_the_usual_formul
         ("--radii-1 1 --load -1", "above 0"),
         ("--radii-1 1 --speed 1 --mass 0", "mass"),
         ("--load 1", "one way"),
-        ("--shapes two_bodies_groove", "simulate the scene"),
         ("--radii-1 1", "exactly one of"),
+        ("--radii-1 1 --load 1 --approach 1e-6", "exactly one of"),
         ("--radii-1 1 --speed 1", "belong together"),
         ("--radii-1 1 --load 1 --restitution 0.5", "goes with --speed"),
         ("--radii-1 1 --speed 1 --mass 1 --restitution 0", "above 0 and at most 1"),
@@ -273,7 +271,7 @@ def test_a_calm_contact_raises_no_doubt(name):
     ],
 )
 def test_balls_that_press_where_an_angular_contact_bearing_has_no_shoulder_are_named(bearing, load, parts, capsys):
-    assert main(["bearing", bearing, "--load", load, "--json", "--strict"]) == (3 if parts else 0)
+    assert cli.main(["bearing", bearing, "--load", load, "--json", "--strict"]) == (3 if parts else 0)
     assert ("no shoulder" in capsys.readouterr().err) == parts
 
 

@@ -358,8 +358,8 @@ CLEARANCE_PARTS = {
 }
 MODEL_SOURCES = {
     "law": "elastic law",
-    "half_space": "half-spaces",
-    "first_order_tilt": "tilt of first order",
+    "half_space": "half-space assumption",
+    "first_order_tilt": "first-order tilt",
 }
 ROUNDING = 1e-9  # of the greatest load: the law is exact Hertz, whose integrals are taken to 1e-10
 
@@ -507,7 +507,7 @@ def _show_lives(result: dict) -> None:
         "equivalent load": "P {} N, P0 {} N".format(*loads),
         "basic life": f"{_life(result, 'basic')} (ISO 281)",
         "reference life": f"{_life(result, 'reference')} (ISO/TS 16281)\n{L10}",
-        "static safety": short(result["static_safety"], 3),
+        "static safety factor": short(result["static_safety"], 3),
         "friction torque": _friction(result),
         "limiting speed": limiting(limits) if (limits := result["limiting_speed_rad_s"]) else "",
     }

@@ -49,6 +49,7 @@ REMOVED = {  # commands, options and words of earlier versions: what there is in
     "--before": "verify simulates from the start to where the log begins, however long that takes",
     "--max-loss": "use bearing_twin.write_log(run, path, max_loss=...) in Python",
     "--mp4": "give --gif FILE.gif",
+    "--shapes": "simulate the scene; all laws at its curvatures: --curvature-small and --curvature-large",
     "rerun": "open the log itself, as rerun run.mcap",
     "--schema": "bearing_twin scenes --keys lists every key with its limits",
     "--read": "read the CSV files that chart writes",

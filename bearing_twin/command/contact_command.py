@@ -5,7 +5,7 @@ import math
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.units import UNITS, Limits
-from bearing_twin.command.outcome import Outcome, number, picture_path, quantity
+from bearing_twin.command.outcome import Outcome, picture_path, quantity
 from bearing_twin.command.terminal import show_paragraph, show_rows, show_text
 
 HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
@@ -45,7 +45,7 @@ OPTIONS = {
     "--plot": (OTHER_GROUP, None, "PNG", "draw ellipse, pressure, stress below and the laws' errors"),
 }  # fmt: skip
 ROUNDING = 1e-9  # of a load: exact Hertz is taken to 1e-10
-QUANTITIES = [name[2:].replace("-", "_") for name, (group, *_) in OPTIONS.items() if group == QUANTITY_GROUP]
+QUANTITIES = [name for name, (group, *_) in OPTIONS.items() if group == QUANTITY_GROUP]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -54,20 +54,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         title: parser.add_argument_group(title) for title in (BODY_GROUP, MATERIAL_GROUP, QUANTITY_GROUP, OTHER_GROUP)
     }
     for name, (group, unit, value, text) in OPTIONS.items():
-        form = {"type": quantity(unit)} if unit else {}
+        positive = group == QUANTITY_GROUP or name in ("--mass", "--yield-strength")
+        limits = Limits(above=0.0, greatest=UNITS[unit].greatest) if positive else None
+        form = {"type": quantity(unit, limits)} if unit else {}
         form |= {"metavar": value.rstrip("+")} if isinstance(value, str) else {"choices": value}
         form |= {"nargs": "+"} if value[-1] == "+" else {}
         groups[group].add_argument(name, help=text, **form)
-    parser.add_argument("--shapes", help=argparse.SUPPRESS)  # of earlier versions
 
 
 def run(arguments: argparse.Namespace) -> Outcome:
     """Solve one contact; raises SceneError for arguments that make no contact."""
-    if arguments.shapes is not None:
-        raise SceneError(
-            "--shapes was removed: simulate the scene, whose channels are curvatures, approach and load; to compare "
-            "all laws give these curvatures by --curvature-small and --curvature-large"
-        )
     from bearing_twin.contact import calculator, validity
     from bearing_twin.contact.materials import effective_modulus
 
@@ -166,8 +162,6 @@ def _materials(arguments, bodies):
 
 def _yield_strength(arguments, bodies):
     if arguments.yield_strength is not None:
-        if not (math.isfinite(arguments.yield_strength) and arguments.yield_strength > 0.0):
-            raise SceneError(f"--yield-strength {arguments.yield_strength:g} must be a finite number of Pa above zero")
         return arguments.yield_strength
     known = [body.yield_strength for body in bodies if body.yield_strength > 0.0]
     return min(known, default=None)
@@ -180,20 +174,15 @@ def _pair(values, name):
 
 
 def _given_quantity(arguments):
-    quantities = [(name, getattr(arguments, name)) for name in QUANTITIES if getattr(arguments, name) is not None]
-    options = ", ".join(f"--{name.replace('_', '-')}" for name in QUANTITIES)
-    if len(quantities) != 1:
-        raise SceneError(f"give exactly one of {options}")
-    if (quantities[0][0] == "speed") != (arguments.mass is not None):
+    values = {option: value for option in QUANTITIES if (value := _value(arguments, option)) is not None}
+    if len(values) != 1:
+        raise SceneError(f"give exactly one of {', '.join(QUANTITIES)}")
+    if ("--speed" in values) != (arguments.mass is not None):
         raise SceneError("--speed and --mass belong together: an impact needs both")
-    for name, value in (*quantities, ("mass", arguments.mass)):
-        if value is not None:
-            option = f"--{name.replace('_', '-')}"
-            unit = OPTIONS[option][1]
-            number(option, value, unit, Limits(above=0.0, greatest=UNITS[unit].greatest))
-    if arguments.restitution is not None and quantities[0][0] != "speed":
+    if arguments.restitution is not None and "--speed" not in values:
         raise SceneError("--restitution goes with --speed and --mass: give these, or leave it out")
-    return quantities[0]
+    [(option, value)] = values.items()
+    return option[2:].replace("-", "_"), value
 
 
 def _damping(restitution, speed):
@@ -222,8 +211,8 @@ def _show(result):
         show_rows(("formula", "damping [s/m]", "restitution at this speed"), rows)
     show_paragraph(
         f"constant: its coefficient is exact for b/a = {result['constant_frozen_at_axis_ratio']:g} at equal sqrt(PQ) "
-        "(--frozen-at); linear: the slope of exact Hertz here, or --stiffness; laws with states: carried "
-        "here from a circle"
+        "(--frozen-at); linear: the slope of exact Hertz here, or --stiffness; hertz_differential and "
+        "hertz_unprojected: integrated from a circular contact to this one"
     )
 
 

@@ -21,7 +21,7 @@ from bearing_twin.base.errors import ROS_ARGS, BearingTwinError, echo, legal_hin
 from bearing_twin.base.process import AT_END
 from bearing_twin.base.report import json_text
 from bearing_twin.base.units import Limits
-from bearing_twin.command.outcome import ALLOW_INVALID, Outcome, Subcommand, listed, number, overrides_of
+from bearing_twin.command.outcome import ALLOW_INVALID, Outcome, Subcommand, listed, overrides_of, quantity
 from bearing_twin.command.terminal import progress, say, show_text
 
 NODES = ("sim_node", "recorder_node", "replay_node", "uq_node", "watch_node")
@@ -50,10 +50,6 @@ def replace_by_node(node: str, arguments: Sequence[str]):
 
 
 # Other nodes
-
-
-def _count(arguments) -> int:
-    return number("--count", arguments.count, limits=Limits(at_least=0), integer=True)
 
 
 def _yaml(text: str | None):
@@ -104,12 +100,12 @@ def _set_parameter(graph, arguments) -> Outcome:
 def _receive(graph, arguments, handle: Callable, raw: bool = False) -> None:
     """Pass messages to `handle` up to --count or Ctrl-C, which is an interruption before the first message."""
     reasons = "nobody publishes it, or its node is paused or still preparing"
-    silence = f"no message on {arguments.topic} for {arguments.wait} s: {reasons}"
-    received, limit = 0, _count(arguments)
+    silence = f"no message on {arguments.topic} for {arguments.wait:g} s: {reasons}"
+    received = 0
     try:
         for received, message in enumerate(graph.messages(arguments.topic, lambda: say(silence), raw), start=1):
             handle(message)
-            if received == limit:
+            if received == arguments.count:
                 return
     except KeyboardInterrupt:
         if not received:
@@ -178,8 +174,7 @@ class Traffic:
 
 def _measuring(figures: Callable[[Traffic], dict]) -> Callable:
     def run(graph, arguments) -> Outcome:
-        window = number("--window", arguments.window, limits=Limits(at_least=1, at_most=1_000_000), integer=True)
-        traffic, reported = Traffic(window), time.monotonic()
+        traffic, reported = Traffic(arguments.window), time.monotonic()
 
         def handle(data: bytes) -> None:
             nonlocal reported
@@ -197,9 +192,8 @@ def _measuring(figures: Callable[[Traffic], dict]) -> Callable:
 
 def _publish(graph, arguments) -> Outcome:
     """Publish, and print the warnings of subscribers meanwhile, as of a refused command."""
-    rate = number("--rate", arguments.rate, limits=Limits(above=0.0, at_most=1000.0))
-    message, count = _yaml(arguments.message), _count(arguments)
-    sent = graph.publish(arguments.topic, arguments.type, message, count, rate, say)
+    message = _yaml(arguments.message)
+    sent = graph.publish(arguments.topic, arguments.type, message, arguments.count, arguments.rate, say)
     return Outcome({"topic": arguments.topic, "published": sent}, [])
 
 
@@ -263,17 +257,20 @@ ARGUMENTS = {
     "study": {"help": "name of a study, or path of a YAML file where the node runs"},
     "--field": {"metavar": "PATH", "help": "only this part of it, such as wrench.force"},
     "--full-length": {"action": "store_true", "help": f"arrays beyond {SHOWN_NUMBERS} numbers too"},
-    "--once": {"action": "store_const", "dest": "count", "const": "1", "default": argparse.SUPPRESS,
+    "--once": {"action": "store_const", "dest": "count", "const": 1, "default": argparse.SUPPRESS,
                "help": "the same as --count 1"},
-    "--count": {"metavar": "N", "default": "0", "help": "end after so many; 0 = not by itself (default)"},
-    "--window": {"metavar": "N", "default": "10000", "help": "of the last N messages (default: 10000)"},
-    "--rate": {"metavar": "HZ", "default": "1", "help": "messages a second (default: 1)"},
+    "--count": {"metavar": "N", "type": quantity("", Limits(at_least=0), integer=True), "default": 0,
+                "help": "end after so many; 0 = not by itself (default)"},
+    "--window": {"metavar": "N", "type": quantity("", Limits(at_least=1, at_most=1_000_000), integer=True),
+                 "default": 10_000, "help": "of the last N messages (default: 10000)"},
+    "--rate": {"metavar": "HZ", "type": quantity("", Limits(above=0.0, at_most=1000.0)), "default": 1.0,
+               "help": "messages a second (default: 1)"},
     "--set": {"action": "append", "default": [], "metavar": "KEY=VALUE", "help": "change a key of the study"},
     ALLOW_INVALID[0]: ALLOW_INVALID[1],
     "--samples": {"metavar": "N", "help": "realisations at most"},
     "--seed": {"metavar": "S", "help": "of every random choice"},
     "--action": {"metavar": "ACTION", "help": "full name of the action (default: /bearing/run_study)"},
-    "--wait": {"metavar": "SECONDS", "default": "10",
+    "--wait": {"metavar": "SECONDS", "type": quantity("s", Limits(at_least=0.0, at_most=3600.0)), "default": 10.0,
                "help": "wait at most this long for nodes, topics and answers (default: 10)"},
 }
 VERBS = (
@@ -335,7 +332,7 @@ def _run(arguments) -> Outcome:
     importlib.import_module("bearing_twin.nodes.messages")  # raises in one sentence where ROS is missing
     from bearing_twin.nodes.graph import Graph
 
-    graph = Graph(number("--wait", arguments.wait, limits=Limits(at_least=0.0, at_most=3600.0)))
+    graph = Graph(arguments.wait)
     AT_END.append(graph.close)
     return arguments.run_verb(graph, arguments)
 

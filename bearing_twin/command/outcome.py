@@ -107,7 +107,7 @@ def listed(noun: str, header: tuple[str, ...], rows: Iterable[dict]) -> Outcome:
     return Outcome({noun: rows}, [], show)
 
 
-def quantity(unit: str, limits: Limits | None = None) -> Callable[[str], float]:
+def quantity(unit: str, limits: Limits | None = None, integer: bool = False) -> Callable[[str], float]:
     """The type of an option whose value is a number in `unit`, or one with its unit, as `5kN`.
 
     Without `limits` inf and nan pass.
@@ -116,17 +116,17 @@ def quantity(unit: str, limits: Limits | None = None) -> Callable[[str], float]:
     def read(text: str) -> float:
         if limits is None and text.strip().lower().lstrip("+-") in ("inf", "nan"):
             return float(text)
-        value, problem = read_number(text, unit, limits or NO_LIMITS)
+        value, problem = read_number(text, unit, limits or NO_LIMITS, integer=integer)
         if problem:
             raise argparse.ArgumentTypeError(f"{echo(text)} {problem}")
-        return float(value)
+        return value if integer else float(value)
 
     return read
 
 
-def number(option: str, text: str, unit: str = "", limits: Limits = NO_LIMITS, integer: bool = False) -> float:
-    """The number in the text of an option; raises BearingTwinError naming the legal numbers."""
-    value, problem = read_number(text, unit, limits, integer=integer)
+def number(option: str, text: str, unit: str = "", limits: Limits = NO_LIMITS) -> float:
+    """A number within the text of an option; raises BearingTwinError naming the legal numbers."""
+    value, problem = read_number(text, unit, limits)
     if problem:
         raise BearingTwinError(f"{option} {echo(text)} {problem}")
     return value

@@ -92,7 +92,7 @@ def _show(result: dict) -> None:
             "level over noise [dB]": f"{levels}; means of three harmonics",
             "shaft speed": f"{speed}, {course}",
             "acceleration": f"RMS {result['rms']:.4g} m/s², kurtosis {result['kurtosis']:.3g}",
-            "envelope of band": f"{low:.5g} to {high:.5g} Hz",
+            "envelope band": f"{low:.5g} to {high:.5g} Hz",
             "record": f"{result['file']}, {result['seconds']:.4g} s at {result['rate_hz']:.6g} Hz",
             "plot": result.get("plot", ""),
         }.items()

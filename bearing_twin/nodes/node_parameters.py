@@ -211,6 +211,6 @@ def _typed(default, text: str) -> Any:
 
 def as_argument(default) -> str:
     """A default in the form of an argument of a command line."""
-    if default in ("", [], [""]):
+    if default in ("", []):
         return "none"
     return str(default).lower() if isinstance(default, bool) else str(default)

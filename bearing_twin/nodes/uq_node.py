@@ -23,7 +23,7 @@ PARAMETERS = (
     NodeParameter("time_limit", 3600.0, "a study that runs longer is ended, with a log of its samples", "s", 1.0, 1e6),
     NodeParameter("samples", 0, "a study with more is refused; 0 = as many as memory allows", "", 0, 2**30),
     NodeParameter("log_quota", 1e10, "of logs in log_folder; beyond it none is added; 0 = no limit", "B", 0.0, 1e15),
-    NodeParameter("study_folders", [""], "folders of the files that a goal may name; empty = only those shipped"),
+    NodeParameter("study_folders", [], "folders of the files that a goal may name; empty = only those shipped"),
     NodeParameter(
         "executors",
         ["processes"],

@@ -500,7 +500,7 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = readable
     if checks["realisations"]:
         failed = f", {checks['failed']} more failed" if checks["failed"] else ""
         location = f"the greatest in {checks['realisations']} realisations{failed}, {checks['where']}"
-        yield f"errors of the model are apart from the intervals of sampling: {location}"
+        yield f"errors of the model are not part of the sampling intervals; they are {location}"
     if checks["errors_unknown"]:
         sources = ", ".join(map(_source_name, checks["errors_unknown"]))
         yield f"errors that are not known and not included, with reasons in --json: {sources}"

@@ -48,7 +48,7 @@ from bearing_twin.uq.study import IN_A_ROW, Study, checkpoints, load_study
 from bearing_twin.uq.workers import Ensemble
 
 CHECKED_PROBABILITIES = 0.5, 0.05, 0.95  # probabilities of all inputs at once, where there is no sample
-SAMPLED = "where quantities are in the middle, least and greatest"
+SAMPLED = "with the median, least and greatest value of each quantity"
 NOT_CHECKED = "the study ended before a realisation was checked by a second run"
 WITHOUT_SAMPLE = "at the medians of the inputs, and at 5 and 95 % of all of them"
 

@@ -306,9 +306,9 @@ class BearingComparison(Comparison):
 
     def __init__(self, parameters: BearingScene, choice: Choice | None):
         super().__init__(parameters, choice)
-        self.outputs = {"loads": "over the greatest load"}
+        self.outputs = {"loads": "relative to the greatest load"}
         if parameters.wanted.outputs != LOADS and parameters.contact.friction_coefficient:
-            self.outputs["friction"] = "over the friction limit (mu N of a contact, mu N R of a ball)"
+            self.outputs["friction"] = "relative to the friction limit (µN of a contact, µNR of a ball)"
         self._greatest = 0.0
 
     def refined(self):

@@ -54,7 +54,7 @@ class ImpactComparison(Comparison):
         super().__init__(parameters, choice)
         self.outputs = {"peaks": "of peak force or contact time"}
         if parameters.wanted.outputs != "peaks":
-            self.outputs["forces"] = "over the greatest"
+            self.outputs["forces"] = "relative to the greatest"
 
     def refined(self):
         """By the equation of motion; None of elastic spheres in closed form."""
@@ -91,7 +91,7 @@ class ContactComparison(Comparison):
 
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
-        self.outputs = {"contacts": "in peak load or impulse, over the greatest"}
+        self.outputs = {"contacts": "in peak load or impulse, relative to the greatest"}
 
     def refined(self):
         """Of order 8 whatever the first is."""

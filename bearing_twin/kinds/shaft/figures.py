@@ -279,7 +279,7 @@ class ShaftComparison(Comparison):
 
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
-        self.outputs = {"ball_loads": "of any contact at any output, over the greatest load"}
+        self.outputs = {"ball_loads": "of any contact at any output, relative to the greatest load"}
 
     def refined(self):
         """A fraction of the tolerance, and twice the least steps a turn."""

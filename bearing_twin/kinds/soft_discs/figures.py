@@ -116,7 +116,7 @@ class SoftDiscComparison(ImpactComparison):
     def __init__(self, parameters, choice):
         super().__init__(parameters, choice)
         if parameters.wanted.outputs != "peaks":
-            self.outputs = {"forces": "root mean square over the contact, over that of the force"}
+            self.outputs = {"forces": "root mean square over the contact, relative to that of the force"}
         self._squares = np.zeros(2)
 
     @property
