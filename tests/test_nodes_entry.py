@@ -10,8 +10,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import yaml
 from ros import executable, heard, plain_node, ros_executor, spin_for, spin_until, statuses
 
+from bearing_twin.base.paths import share_path
 from bearing_twin.command.node_command import NODES
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
@@ -106,6 +108,15 @@ def test_help_is_printed_and_nothing_starts(name, here, monkeypatch):
     parameter, _, value = assigned.partition(":=")
     assert (program, checked_values(node.PARAMETERS, {parameter: value})[parameter]) == ("bearing_twin", value)
     assert value.endswith(".mcap") is (parameter == "log")
+
+
+@pytest.mark.parametrize("name", NODES)
+def test_the_parameter_file_of_a_node_gives_every_parameter_its_default(name):
+    node = importlib.import_module(f"bearing_twin.nodes.{name}")
+    values = yaml.safe_load(share_path("config", f"{name}.yaml").read_text(encoding="utf-8"))
+    values = values[f"/**/{name}"]["ros__parameters"]
+    assert checked_values(node.PARAMETERS, values) == checked_values(node.PARAMETERS, {})
+    assert {row.name for row in node.PARAMETERS if row.default != ""} <= {*values}
 
 
 def test_a_place_where_ros_cannot_keep_what_nodes_say_is_named(here, monkeypatch):

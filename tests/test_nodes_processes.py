@@ -37,7 +37,8 @@ def test_defaults_and_given_values():
     assert [values[name] for name in overrides if name in values] == [5.0, ["a=1"], 0.02, True, "6308"]
     defaults = checked_values(TABLE, {})
     assert checked_values(TABLE, {"rate": "fastest", "overrides": None}) == defaults | {"rate": "fastest"}
-    assert checked_values(TABLE, {"overrides": "a=1"})["overrides"] == ["a=1"]
+    for given, expected in (("a=1", ["a=1"]), (["", "a=1"], ["a=1"]), ([""], []), ("", [])):
+        assert checked_values(TABLE, {"overrides": given})["overrides"] == expected
     assert checked_values(TABLE, {"pause": "1e-5"})["pause"] == 1e-5  # a text to YAML
 
 

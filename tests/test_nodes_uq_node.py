@@ -8,7 +8,6 @@ import time
 from pathlib import Path
 
 import pytest
-import yaml
 from ros import (
     PATIENCE,
     ActionClient,
@@ -26,10 +25,8 @@ from ros import (
     values_of,
 )
 
-from bearing_twin.base.paths import share_path
 from bearing_twin.log.study_log import read_study
-from bearing_twin.nodes.node_parameters import checked_values
-from bearing_twin.nodes.uq_node import LATCHED, PARAMETERS, QUEUE, UqNode
+from bearing_twin.nodes.uq_node import LATCHED, QUEUE, UqNode
 
 pytestmark = pytest.mark.usefixtures("quick_diagnostics")
 
@@ -212,10 +209,3 @@ def test_a_signal_in_the_middle_of_a_study_leaves_its_log_and_no_process(tmp_pat
     if number != signal.SIGKILL:
         [log] = tmp_path.glob("*.mcap")
         assert 0 < len(read_study(log).values) < 10_000
-
-
-def test_the_parameter_file_gives_the_defaults():
-    text = share_path("config", "uq_node.yaml").read_text(encoding="utf-8")
-    values = yaml.safe_load(text)["/**/uq_node"]["ros__parameters"]
-    values["memory"] = float(values["memory"])  # 2.0e9 is a number to ROS, a text to PyYAML
-    assert checked_values(PARAMETERS, values) == values == checked_values(PARAMETERS, {})

@@ -107,7 +107,7 @@ def _launch_description(table: Sequence[NodeParameter], actions: Callable[[dict]
 
 
 def _panels(arguments: Mapping) -> Panels:
-    scene = load_scene(arguments.get("scene", SIDES[0].default), list(filter(None, arguments.get("overrides", ()))))
+    scene = load_scene(arguments.get("scene", SIDES[0].default), arguments.get("overrides", []))
     return panels(scene, arguments["namespace"], arguments.get("frame_prefix", ""))
 
 

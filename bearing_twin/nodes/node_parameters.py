@@ -63,13 +63,14 @@ class NodeParameter(NamedTuple):
         """The value in the type of the parameter; raises ParameterError with the legal values.
 
         ROS reads 5 as a whole number where 5.0 is meant, 6308 too, [] as None; YAML, and with it `ros2 param set`,
-        takes 1e-5 for a text; a number may have its unit, as 20 ms, and one text is a list of one.
+        takes 1e-5 for a text; a number may have its unit, as 20 ms, and one text is a list of one. Empty texts are left
+        out of lists: a file of parameters has no other empty list than [""].
         """
         kind, is_text = type(self.default), isinstance(value, str)
         if is_text and value in self.alternatives:
             return value
         if kind is list and (value is None or isinstance(value, Sequence)):
-            value = [value] if is_text else list(value or ())  # rclpy gives arrays
+            value = [item for item in ([value] if is_text else value or ()) if item != ""]
         if kind in (int, float):
             limits = Limits(at_least=self.low, at_most=self.high)
             number, problem = read_number(value, self.unit, limits, integer=kind is int)

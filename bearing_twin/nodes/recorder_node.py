@@ -274,7 +274,7 @@ class RecorderNode(BaseNode):
         super().__init__("recorder_node", "recording", **options)
         values = declare(self, PARAMETERS)
         path = values["log"] or time.strftime("recording_%Y%m%d_%H%M%S.mcap")
-        self._topics = [pattern for pattern in values["topics"] if pattern] or default_topics(self.get_namespace())
+        self._topics = values["topics"] or default_topics(self.get_namespace())
         prefixes = map(Path, filter(None, os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)))
         self.recording = Recording(path, self._topics, prefixes, safety_of(values))
         self.get_logger().info(f"log: {path}")

@@ -146,9 +146,8 @@ def scene_of(values: dict[str, Any]) -> Scene:
     Raises BearingTwinError.
     """
     allowed = [f"solver.{ALLOW_INVALID}=on"] if values[ALLOW_INVALID] else []
-    overrides = list(filter(None, values["overrides"]))
-    scene = load_scene(values["scene"], [*overrides, *allowed])
-    if not any(has_override(overrides, key) for key in ("solver.check", "solver.companion")):
+    scene = load_scene(values["scene"], [*values["overrides"], *allowed])
+    if not any(has_override(values["overrides"], key) for key in ("solver.check", "solver.companion")):
         scene = dataclasses.replace(scene, parameters=unchecked(scene.parameters))
     if scene.allows_invalid and not allowed:
         raise SceneError(f"scene {scene.name} has solver.{ALLOW_INVALID}: on, {NOT_ALLOWED}")

@@ -53,7 +53,7 @@ class UqNode(BaseNode):
         super().__init__("uq_node", "studies", **{"namespace": NAMESPACE} | options)
         values = declare(self, PARAMETERS)
         limits = StudyLimits(**{name: values[name] for name in StudyLimits._fields})
-        self.studies = Studies(values["log_folder"], limits, [folder for folder in values["study_folders"] if folder])
+        self.studies = Studies(values["log_folder"], limits, values["study_folders"])
         self._lock, self._accepted = threading.Lock(), 0  # goals that are not answered yet
         self._pool, self._runs = ThreadPoolExecutor(1), set()  # futures of studies that wait or run
         self._result = self.create_publisher(String, "study_result", qos_profile(LATCHED))
