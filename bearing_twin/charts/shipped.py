@@ -239,7 +239,8 @@ def _choice_panels(contest: Contest, rows: list[Row], styles: Styles) -> PanelRo
             [(max(row.error / float(row.more["tolerance"]), FLOOR), row.seconds / seconds[row.problem]) for row in runs]
         )
         x, y = ((coordinates.min(), coordinates.max()) for coordinates in points.T)
-        parts = [Line("", [1.0, 1.0], y, edge, False), Line("", x, [CHEAPER_SHARE, CHEAPER_SHARE], edge, False)]
+        limits = "the tolerance, and half of the time of the choice"
+        parts = [Line(limits, [1.0, 1.0], y, edge), Line("", x, [CHEAPER_SHARE, CHEAPER_SHARE], edge, False)]
         for group_index, (group, style) in reversed([*enumerate(GROUP_STYLES.items())]):
             parts.append(Line(group, *points[groups == group_index].T, style))
         panels.append(Panel(f"shipped scenes {title}", across, up, parts))
