@@ -30,7 +30,7 @@ from bearing_twin.uq.distributions import DISTRIBUTIONS, greatest_entropy
 from bearing_twin.uq.propagation import Derived
 from bearing_twin.uq.realisations import exact_distributions, task_of
 from bearing_twin.uq.run import run_study
-from bearing_twin.uq.statistics import kernel_density, modality
+from bearing_twin.uq.statistics import histogram, kernel_density, modality
 from bearing_twin.uq.study import load_study
 
 MEAN_ALPHA, DEVIATIONS = 1.138e-4, (2e-5, 4e-5, 6e-5)
@@ -76,9 +76,8 @@ def discs_in_line_contact(speed: float, law: str) -> Derived:
 
 def bars(sample: np.ndarray, style: dict | None = None) -> Band | Line:
     """The histogram of a sample, by the rule of Freedman and Diaconis: filled, or its outline in a style."""
-    sample = sample[np.isfinite(sample)]
-    heights, edges = np.histogram(sample, "fd", density=True)
-    name, up = f"{len(sample)} samples", np.append(heights, 0.0)
+    edges, heights = histogram(sample)
+    name, up = f"{np.isfinite(sample).sum()} samples", np.append(heights, 0.0)
     return Line(name, edges, up, style, False) if style else Band(name, edges, np.zeros_like(up), up, FILLED)
 
 
@@ -239,10 +238,11 @@ def forces(quick: bool) -> Sheet:
     statistics = result.summary["histories"]["normal_load"]
     parts.append(Line("mean alpha", statistics["time_s"], statistics["at_mean_inputs"], reference_style()))
     rows[1].insert(0, Panel("Figure 8: runs at bounds of contact time", TIME, FORCE, parts))
+    pulls = min(np.subtract(statistics["mean"], statistics["std"])) < 0.0
     reading = [
         f"The mean of the runs peaks at {max(statistics['mean']):.4g} N, the run at the mean alpha at "
-        f"{max(statistics['at_mean_inputs']):.4g} N: they are not the same, and mean - deviation would pull, which no "
-        "contact does."
+        f"{max(statistics['at_mean_inputs']):.4g} N: they are not the same"
+        + (", and mean - deviation would pull, which no contact does." if pulls else ".")
     ]
     title = "Two steel spheres at 20 m/s, deviation of alpha 4e-5: the force over time"
     return Sheet(title, rows, f"{statistics['realisations']} samples", reading)
@@ -358,6 +358,20 @@ def least_spread(t: np.ndarray, mean: np.ndarray, std: np.ndarray) -> tuple[floa
     return (float(least[np.argmin(curve(least))]), near) if len(least) else None
 
 
+def sign_change(t: np.ndarray, correlation: np.ndarray, instant: float) -> list[str]:
+    """A sentence on the change of sign of the correlation with the modulus nearest to an instant [s]; none without."""
+    curve = CubicSpline(t, correlation)
+    roots = curve.roots(extrapolate=False)
+    if not len(roots):
+        return []
+    root = roots[np.argmin(np.abs(roots - instant))]
+    before, after = ("more", "less") if curve(root, 1) < 0.0 else ("less", "more")
+    return [
+        f"The correlation of the force with the modulus changes its sign {1e3 * abs(root - instant):.2f} ms "
+        f"{'later' if root > instant else 'earlier'}: a stiffer disc pushes {before} before, and {after} after."
+    ]
+
+
 def soft_case(name: str, figure: int, title: str, quick: bool) -> Sheet:
     """Four figures of a case of soft discs."""
     result = study(name, FEW if quick else 0)
@@ -377,15 +391,8 @@ def soft_case(name: str, figure: int, title: str, quick: bool) -> Sheet:
         f"{1e3 * duration:.2f} ms; it is {values.mean():.4g} N there, with a deviation of {values.std(ddof=1):.3g} N.",
         f"That the force has one mode at most at that instant has a p-value of {modality(values, 1).p_value:.2g}.",
         failed,
+        *sign_change(t[near], np.array(statistics["correlation with disc.material.young_modulus"])[near], instant),
     ]
-    correlation = np.array(statistics["correlation with disc.material.young_modulus"])
-    changes = CubicSpline(t[near], correlation[near]).roots(extrapolate=False) - instant
-    if len(changes):
-        later = changes[np.argmin(np.abs(changes))]
-        reading.append(
-            f"The correlation of the force with the modulus changes its sign {1e3 * later:.2f} ms later: a stiffer "
-            "disc pushes more before, and less after."
-        )
     return Sheet(title, rows, f"{len(runs)} samples", reading)
 
 

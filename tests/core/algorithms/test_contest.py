@@ -8,6 +8,7 @@ import pytest
 
 from bearing_twin.base.errors import CoreError, IntegrationError, SceneError
 from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Contest, Options, Problem
+from bearing_twin.charts.paper3 import sign_change
 
 
 def contest(judge, count=3):
@@ -67,3 +68,12 @@ def test_a_run_is_stopped_where_arguments_of_the_core_are_converted():
     function.argtypes = (Slow,)
     rows = contest(lambda *entry: function(1)).measure(Options(limit=0.02))
     assert {row.status for row in rows} == {STOPPED}
+
+
+def test_a_change_of_sign_is_read_as_it_is():
+    """A change before the instant was read as one a negative time later, and every one as from more to less."""
+    t = np.linspace(0.0, 1.0, 11)
+    (falls,), (rises,) = sign_change(t, 0.3 - t, 0.4), sign_change(t, t - 0.3, 0.2)
+    assert "100.00 ms earlier: a stiffer disc pushes more before, and less after" in falls
+    assert "100.00 ms later: a stiffer disc pushes less before, and more after" in rises
+    assert not sign_change(t, 1.0 + t, 0.2)
