@@ -336,7 +336,8 @@ class BearingScene(SceneParameters):
         crowded = geometry.balls >= 2 and pitch > ball > pitch * math.sin(math.pi / geometry.balls)
         fitting = math.floor(math.pi / math.asin(min(ball / pitch, 1.0)))
         widest = 0.5 * (pitch / ball + 1.0)
-        least, greatest = -GREATEST_INTERFERENCE * ball, GREATEST_CLEARANCE * ball
+        least = -GREATEST_INTERFERENCE * ball
+        greatest = (geometry.inner_conformity + geometry.outer_conformity - 1.0) * ball
         rows = (
             (
                 pitch <= ball,
@@ -355,8 +356,8 @@ class BearingScene(SceneParameters):
             ),
             (
                 not least <= clearance <= greatest,
-                f"geometry.radial_clearance = {clearance:g} m is outside what a ball of {ball:g} m bears; it must be "
-                f"between {least:.6g} and {greatest:.6g} m",
+                f"geometry.radial_clearance = {clearance:g} m is outside what grooves of a ball of {ball:g} m hold; it "
+                f"must be between {least:.6g} and {greatest:.6g} m",
             ),
         )
         problems = [sentence for wrong, sentence in rows if wrong]
@@ -381,7 +382,6 @@ class BearingScene(SceneParameters):
 
 
 GREATEST_INTERFERENCE = 0.02  # of the ball diameter: beyond it the contacts are no longer small
-GREATEST_CLEARANCE = 0.1  # of the ball diameter: beyond it the grooves no longer hold the balls
 GREATEST_SQUEEZE = 0.02  # of the ball diameter: approaches of a ball's two contacts together, as of an interference
 GREATEST_ANGLE = math.radians(60.0)  # contact angle: beyond it contacts lie on the edges of the grooves
 
