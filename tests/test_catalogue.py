@@ -173,9 +173,7 @@ def test_a_designation_as_override_takes_the_place_of_the_whole_geometry():
     ("designation", "near"),
     [
         ("6380", "did you mean 6308?"),
-        ("63o8", "did you mean 6308 or 6318?"),
         ("7205", "did you mean 7205B?"),
-        ("6199", "did you mean 6009, 6019 or 6209?"),
         ("9999", ""),
     ],
 )
@@ -219,13 +217,11 @@ def test_rows_of_the_users_own_come_from_a_file_or_a_folder(tmp_path, monkeypatc
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
-        ("[]", "holds no bearings"),
         ("A: {bore: 40e-3, outside_diameter: 30e-3}", "A: bore = 0.04 m and outside_diameter = 0.03 m leave no room"),
         ("A: {bore: 40e-3, outside_diameter: 90e-3, bals: 3}", "did you mean balls?"),
         ("A: {bore: 40e-3, outside_diameter: 90e-3, dynamic: [2, 1]}", "least and the greatest, in this order"),
         ("A: {bore: 400e-3, outside_diameter: 900e-3}", "bores up to 200 mm"),
         ("A/B: {bore: 40e-3, outside_diameter: 90e-3}", "letters and digits"),
-        ("A: 3", "must hold keys and values"),
     ],
 )
 def test_a_file_that_is_no_catalogue_is_refused(text, sentence, tmp_path, own_rows, refused):
@@ -264,10 +260,8 @@ def test_temperatures_that_may_have_been_meant_in_degrees_are_named():
         ("6205/C3", "6205", (13e-6, 28e-6)),
         ("6205-2RSH/C4", "6205", (23e-6, 41e-6)),
         ("6308-2RS", "6308", (6e-6, 20e-6)),
-        ("6308ZZ", "6308", (6e-6, 20e-6)),
         ("6005 C2", "6005", (1e-6, 11e-6)),
         ("6320/C5", "6320", (75e-6, 120e-6)),
-        ("6205-2Z/CN", "6205", (5e-6, 20e-6)),
     ],
 )
 def test_suffixes_are_read_and_groups_of_clearance_are_those_of_iso_5753(designation, name, clearance):
@@ -280,8 +274,7 @@ def test_suffixes_are_read_and_groups_of_clearance_are_those_of_iso_5753(designa
 
 @pytest.mark.parametrize(
     ("designation", "kind"),
-    [("22210", "spherical roller"), ("NU205", "cylindrical roller"), ("51105", "thrust ball"), ("HK1612", "needle"),
-     ("30205", "tapered"), ("1205", "self-aligning"), ("NU2205ECP", "cylindrical")],
+    [("22210", "spherical roller"), ("HK1612", "needle"), ("NU2205ECP", "cylindrical")],
 )  # fmt: skip
 def test_bearings_of_other_types_are_refused_as_what_they_are(designation, kind):
     with pytest.raises(SceneError, match=f"{kind}.*no deep-groove or angular-contact ball bearing"):

@@ -20,14 +20,14 @@ from rosbags.highlevel import AnyReader
 from runs import a_choice, bits, cut, made_up_block, made_up_run, made_up_scene
 
 from bearing_twin.base.errors import IntegrationError, LogError
-from bearing_twin.base.sample import Channel, join_blocks
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.command.cli import BAD_INPUT, DONE, main
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.export import export_log
 from bearing_twin.log.raw_log import RawLogWriter, Safety
 from bearing_twin.log.run_log import LogWriter, read_log, write_log
-from bearing_twin.log.stream import MessageStream, samples_message, topics
+from bearing_twin.log.stream import MessageStream, topics
 from bearing_twin.run.report import report_of
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
@@ -266,16 +266,6 @@ def test_a_recording_without_scene_has_the_samples_that_came(tmp_path, run_cli):
     log = read_log(gap, allow_gaps=True)
     assert [sample.sequence for sample in log] == [*range(50), *range(100, 230)]
     assert log.missing == 50
-
-
-def test_unknown_channels_are_read_flat(tmp_path):
-    channels = (Channel("beam_deflection", "m", (2,), ""), Channel("orbit_angle", "deg", (3,), ""))
-    with RawLogWriter(tmp_path / "run.mcap") as log:
-        data = samples_message(channels, 0, np.arange(2), np.arange(10.0).reshape(2, 5))
-        log.write(log.add_topic("/beam/samples", cdr.SAMPLE_BLOCK), 0, 0, data)
-    log = read_log(tmp_path / "run.mcap")
-    assert log.channels == channels
-    assert [sample["beam_deflection"].tolist() for sample in log] == [[0.0, 1.0], [5.0, 6.0]]
 
 
 def test_every_chunk_and_the_log_tell_their_times_and_counts(tmp_path, monkeypatch):

@@ -48,7 +48,7 @@ def test_a_row_takes_the_place_of_its_older_self_in_the_table(tmp_path):
     ]
 
 
-SHARES_OF_NODES = {"hostile": 0.03}  # of others the least there is
+SHARES_OF_NODES = {"hostile": 0.2}  # of others the least there is
 # Processes are started, ended and stopped. That nodes end with whole logs, and goals with answers, other tests show.
 SLOW_FOR_NODES = ("soak", "goals", "stops", "calls", "cancels")
 

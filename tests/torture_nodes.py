@@ -76,33 +76,28 @@ def answer(executor, client, goal: dict, seconds: float = 30.0) -> tuple[float, 
 
 
 def hostile_goals(folder: Path) -> list[dict]:
-    """Devices, pipes, links, folders, secrets, malformed and huge texts, other machines, absurd sizes."""
+    """Devices, pipes, links, secrets, malformed and huge texts, other machines, absurd sizes."""
     room = folder / "room"
     room.mkdir()
     secret = folder / "secret.yaml"
     secret.write_text("password: 12345")
     (room / "link.yaml").symlink_to(secret)
-    (room / "loop.yaml").symlink_to(room / "loop.yaml")
-    (room / "folder.yaml").mkdir()
     (room / "junk.yaml").write_bytes(random.Random(1).randbytes(100_000))
     (room / "long.yaml").write_text("a: 1\n" * 200_000)
     (room / "hole.yaml").touch()
     os.truncate(room / "hole.yaml", 1 << 40)
     os.mkfifo(room / "pipe.yaml")
     paths = (
-        "/dev/ptmx", "/dev/zero", "/dev/random", "/dev/stdin", "/dev/tty", "/proc/self/mem", "/proc/self/environ",
-        "/proc/kmsg", "/etc/shadow", "/", str(folder), str(secret), "~/.ssh/id_rsa", "../../../../etc/passwd",
-        *(str(room / f"{name}.yaml") for name in ("link", "loop", "folder", "junk", "long", "hole", "pipe")),
-        "a\x01b.yaml", "x" * 5000 + ".yaml", "file:///etc/passwd", "http://a:1/x.yaml",
+        "/dev/ptmx", "/dev/zero", "/dev/stdin", "/proc/self/mem", "/proc/kmsg", str(secret),
+        *(str(room / f"{name}.yaml") for name in ("link", "junk", "long", "hole", "pipe")),
     )  # fmt: skip
     texts = (
-        "{" * 5000, "[" * 50_000, "a: &a [*a]", "!!python/object/apply:os.system [sleep 100]", "x" * 1_000_000,
-        *(f"scene: {path}\nquantities: [a]\ninputs: {{}}\n" for path in ("/dev/zero", room / "pipe.yaml")),
-        "a: " + "1" * 50_000, "\n", "- " * 20_000, "\u202e\ufeff: 1\n", "a: !!binary " + "A" * 50_000,
+        "[" * 50_000, "!!python/object/apply:os.system [sleep 100]", "x" * 1_000_000, "a: " + "1" * 50_000,
+        f"scene: {room / 'pipe.yaml'}\nquantities: [a]\ninputs: {{}}\n", "- " * 20_000,
     )  # fmt: skip
     settings = (
-        "executor=tcp://127.0.0.1:1", "executor=dask://127.0.0.1:1", "workers=512", "samples=9000000000000000000",
-        "history_points=100000", "memory=1e300", "scene.run.duration=1e308", "sensitivity=50001", "batch=-1",
+        "executor=dask://127.0.0.1:1", "workers=512", "samples=9000000000000000000", "memory=1e300",
+        "scene.run.duration=1e308",
     )  # fmt: skip
     goals = [{"study": path} for path in paths] + [{"study": text} for text in texts]
     return goals + [QUICK | {"overrides": [*QUICK["overrides"], setting]} for setting in settings]
@@ -114,7 +109,7 @@ def hostile(share: float, folder: Path) -> Found:
     worst = delayed = 0.0
     with asking(folder, log_folder="", study_folders=[str(folder / "room")]) as (executor, client, node):
         goals = hostile_goals(folder)
-        for goal in goals[:: max(1, round(0.2 / share))]:
+        for goal in goals[:: max(1, round(1.0 / share))]:
             seconds, _ = answer(executor, client, goal)
             after, status = answer(executor, client, QUICK)
             attempts += 1

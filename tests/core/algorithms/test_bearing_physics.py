@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from bearings import law_keys, motion, run, stored_energy
+from bearings import advanced, law_keys, motion, run, stored_energy
 from contact_reference import about_z, single_contact
 from reference.rolling import rolling_rates
 from runs import reported
@@ -118,6 +118,17 @@ def test_balls_that_meet_within_a_chunk_are_found_and_integrated_together():
     assert speeds[1] + speeds[2] > 0.3
     assert stored_energy(out)[-1] + out.dissipated[-1] == pytest.approx(start, rel=1e-3)
     assert np.abs(out.orientation[..., 3]) == pytest.approx(1.0, abs=1e-9)  # without friction nothing turns a ball
+
+
+def test_balls_that_meet_move_alike_whichever_chunks_they_are_integrated_in():
+    """From rest; two meet first at 6.65 ms."""
+    free = "cage.kind=none", "initial.motion=rest", "wanted.tolerance=1e-8"
+    at_once, in_pieces = (motion(*free, scene="bearing_6203_loose") for _ in range(2))
+    out = advanced(at_once, 5e-5, 140)
+    for _ in range(140):
+        last = advanced(in_pieces, 5e-5, 1)
+    assert out.neighbour_load.max() > 5.0
+    assert out.position[-1] == pytest.approx(last.position[-1], abs=1e-8)
 
 
 @pytest.mark.parametrize("delivered", [1, 12, 100])
