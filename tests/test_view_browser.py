@@ -194,6 +194,12 @@ def test_the_time_of_a_single_output_is_in_seconds(opened):
 WIDER = "document.documentElement.scrollWidth > innerWidth"
 
 
+@pytest.mark.parametrize("size", [DESKTOP, PHONE])
+def test_a_long_name_does_not_widen_the_page(opened, size):
+    scene = load_scene({"kind": "two_spheres", "name": "x" * 100, "description": "y" * 400})
+    assert not opened(run_document(simulate(scene)).document, size).evaluate(WIDER)
+
+
 def test_a_study_is_drawn(opened):
     overrides = ["samples=600", "sensitivity=64", "workers=1"]
     document = study_document(run_study(load_study("discs_small_10", overrides)))
