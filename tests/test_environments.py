@@ -42,7 +42,7 @@ def busy(core):
 def test_the_demo_passes_at_the_first_try_with_an_empty_cache_and_a_quarter_of_a_core(tmp_path):
     import ros  # noqa: F401  (skips where ROS is missing)
 
-    command = [*NODE, "demo", "--duration", "1", "--out", str(tmp_path), "--scene", "bearing_6203_loose"]
+    command = [*NODE, "demo", "--duration", "1", "--out", str(tmp_path)]
     with busy(max(os.sched_getaffinity(0))) as pin:
         done = subprocess.run(
             command,

@@ -272,10 +272,3 @@ def test_a_part_that_fails_names_its_output_and_what_to_do(tmp_path, here, monke
     assert "Traceback" not in done.stderr
     named = re.search(r"Its output is in (\S+_node\.txt)\. Correct the cause named there, or try again", done.stderr)
     assert "_node: " in Path(named[1]).read_text()
-
-
-def test_a_scene_that_is_no_bearing_is_refused(tmp_path, here):
-    done = here("demo", "--scene", "two_spheres", "--out", str(tmp_path))
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert "two_spheres is no bearing" in done.stderr
-    assert list(tmp_path.iterdir()) == []

@@ -71,8 +71,10 @@ def _message_text(data) -> str:
 
 def _list(graph, arguments) -> Outcome:
     names = graph.nodes()
-    repeated = [f"{names.count(name)} nodes are named {name}" for name in sorted({*names}) if names.count(name) > 1]
-    return listed("nodes", ("name",), ({"name": name} for name in names))._replace(warnings=repeated)
+    warnings = [f"{names.count(name)} nodes are named {name}" for name in sorted({*names}) if names.count(name) > 1]
+    if not names:
+        warnings = ["no node was discovered: start one on this machine with the same ROS_DOMAIN_ID"]
+    return listed("nodes", ("name",), ({"name": name} for name in names))._replace(warnings=warnings)
 
 
 def _topics(graph, arguments) -> Outcome:

@@ -20,7 +20,6 @@ from rclpy.node import Node
 from rich.console import Console
 from rich.table import Table
 
-from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.kinds import KINDS
 from bearing_twin.log.bag import raw_messages
 from bearing_twin.log.run_log import read_log
@@ -50,10 +49,6 @@ progress = Console(stderr=True)
 output = Console()
 
 
-class DemoError(BearingTwinError):
-    """A part of the demonstration failed."""
-
-
 class Watcher(Node):
     """Prints the forces on the balls of a bearing as they are published, after each LINE of simulated time."""
 
@@ -80,16 +75,13 @@ def wrenches(scene: Scene) -> list[str]:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Runs the demonstration; exit code 0, or 1 when samples were lost. Raises BearingTwinError when a part fails."""
+    """Runs the demonstration; exit code 0, or 1 when samples were lost. Raises ProcessError when a part fails."""
     parser = argparse.ArgumentParser(prog="demo", description="Simulate, publish, record and replay a bearing.")
-    parser.add_argument("--scene", default=SCENE, help="scene to run (default: %(default)s)")
     parser.add_argument("--duration", type=float, default=DURATION, help="simulated time [s] (default: %(default)s)")
     parser.add_argument("--out", default="demo", help="folder for logs and pictures (default: %(default)s)")
     arguments = parser.parse_args(args)
     _keep_to_itself()
-    scene = load_scene(arguments.scene, ["solver.check=none"])  # as nodes run it: without topics of a second run
-    if scene.kind != "bearing":
-        raise DemoError(f"scene {scene.name} is no bearing but of kind {scene.kind}: give the name of a bearing scene")
+    scene = load_scene(SCENE, ["solver.check=none"])  # as nodes run it: without topics of a second run
     parent = Path(arguments.out)
     parent.mkdir(parents=True, exist_ok=True)
     # A new folder named by date and time, which no other demonstration has.
@@ -99,7 +91,7 @@ def main(args: list[str] | None = None) -> int:
     try:
         watcher = Watcher(scene)
         progress.print(f"{scene.name} runs in real time for {arguments.duration:g} s", soft_wrap=True)
-        simulated = {"scene": arguments.scene, "duration": arguments.duration}
+        simulated = {"scene": SCENE, "duration": arguments.duration}
         recording = _recorded(scene, folder / "recording.mcap", "sim_node", simulated, watcher)
         progress.print(f"replay_node plays {recording} at {REPLAY_RATE:g} times the pace", soft_wrap=True)
         played = {"log": recording, "rate": REPLAY_RATE}
@@ -160,7 +152,7 @@ def _show_results(scene: Scene, duration: float, recording: Path, replayed: Path
         f"log:     {recording.resolve()}",
         f"picture: {Path(picture).resolve()}",
         f"browser: {page.resolve()}",
-        *(f"  {sentence}" for sentence in STORY if scene.name == SCENE),
+        *(f"  {sentence}" for sentence in STORY),
     ):
         output.print(line, soft_wrap=True, highlight=False)
     if any(lost.values()):

@@ -165,7 +165,8 @@ class SimNode(BaseNode):
     """Publishes a running scene; see PARAMETERS. Raises BearingTwinError for parameters or scenes it cannot use."""
 
     def __init__(self, **options):
-        # Fast DDS can block for ever where the last node of a process ends: this one is there until ours is.
+        # Fast DDS can block for ever where the last node of a process ends: this one is there until ours is. It has
+        # another name: the end of a node takes the name from the graph for all nodes that are called so.
         bare = {"use_global_arguments": False, "start_parameter_services": False, "enable_rosout": False}
         placeholder = Node(f"{NAME}_starting", context=options.get("context"), **bare)
         try:
