@@ -21,6 +21,7 @@ from bearing_twin.base.paths import user_folder
 from bearing_twin.base.units import UNITS, Limits, axis_label, readable_unit, rounded_to_error, two_digits, with_unit
 from bearing_twin.command.outcome import (
     Outcome,
+    Subcommand,
     add_changes,
     new_path,
     number,
@@ -30,34 +31,24 @@ from bearing_twin.command.outcome import (
 )
 from bearing_twin.command.terminal import progress, say, show_columns, show_pairs, show_paragraph, show_text
 
-HELP = "a bearing in equilibrium under load: displacement, loads, stiffness, ratings, life, fault frequencies"
-EXAMPLES = (
-    "bearing_twin bearing --list",
-    "bearing_twin bearing 6308 --load 0,-3kN,0",
-    "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
-    "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
-    "bearing_twin bearing 6308/C3 --load 0,-2kN,0 --mass 20kg --out sheet.html",
-    "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=1kN:5kN:5 --out k.csv",
-)
 SHORT_KEYS = {"clearance": "geometry.radial_clearance", "speed": "drive.speed"}
 MOST_VALUES = 10_000
 UNNAMED_SECTIONS = ("geometry", "drive", "materials")  # of a scene: their keys are clear without
-VECTORS = {  # option: names of its numbers, unit, an example
-    "load": (("FX", "FY", "FZ"), "N", "0,-3000,0"),
-    "moment": (("MX", "MY"), "N m", "5,0"),
-    "displacement": (("X", "Y", "Z"), "m", "0,-1e-5,0"),
-    "misalignment": (("TX", "TY"), "rad", "1e-3,0"),
-}
-HELP_TEXTS = {
-    "load": "force on the inner ring [N, or with units, as 0,-2kN,500N]; x and y are radial, z is the axis; - leaves a "
-    "coordinate to --displacement",
-    "moment": "moment on the inner ring about x and y [N m]",
-    "displacement": "hold the ring's centre there [m, or as 0,-10um,0]; - leaves a coordinate to --load",
-    "misalignment": "hold the ring's tilt about x and y there [rad]; without it and --moment: 0",
+LOAD_HELP = (
+    "force on the inner ring [N, or with units, as 0,-2kN,500N]; x and y are radial, z is the axis; - leaves a "
+    "coordinate to --displacement"
+)
+PLACE_HELP = "hold the ring's centre there [m, or as 0,-10um,0]; - leaves a coordinate to --load"
+TILT_HELP = "hold the ring's tilt about x and y there [rad]; without it and --moment: 0"
+VECTORS = {  # option: names of its numbers, unit, an example, help
+    "load": (("FX", "FY", "FZ"), "N", "0,-3000,0", LOAD_HELP),
+    "moment": (("MX", "MY"), "N m", "5,0", "moment on the inner ring about x and y [N m]"),
+    "displacement": (("X", "Y", "Z"), "m", "0,-1e-5,0", PLACE_HELP),
+    "misalignment": (("TX", "TY"), "rad", "1e-3,0", TILT_HELP),
 }
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `bearing` to its parser."""
     parser.add_argument(
         "scene",
@@ -73,8 +64,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--clearance", metavar="C", help="radial clearance as made [m, or as 20um]; geometry.radial_clearance"
     )
-    for name, (names, *_) in VECTORS.items():
-        parser.add_argument(f"--{name}", metavar=",".join(names), help=HELP_TEXTS[name])
+    for name, (names, _, _, text) in VECTORS.items():
+        parser.add_argument(f"--{name}", metavar=",".join(names), help=text)
     parser.add_argument(
         "--arm", choices=("groove", "pitch"), default="groove", help="arm of a tilt: groove centre, or pitch circle"
     )
@@ -103,7 +94,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--csv", action="store_true", help="print the result as comma-separated values, in SI units")
 
 
-def run(arguments: argparse.Namespace) -> Outcome:
+def _run(arguments: argparse.Namespace) -> Outcome:
     """One equilibrium, or a sweep of them; raises BearingTwinError with a sentence for what has none."""
     from bearing_twin.kinds.bearing.catalogue import add_file
 
@@ -152,11 +143,26 @@ def run(arguments: argparse.Namespace) -> Outcome:
     return Outcome(result, result.get("flags", []), lambda: show(result), True)
 
 
+BEARING = Subcommand(
+    "a bearing in equilibrium under load: displacement, loads, stiffness, ratings, life, fault frequencies",
+    _add_arguments,
+    _run,
+    (
+        "bearing_twin bearing --list",
+        "bearing_twin bearing 6308 --load 0,-3kN,0",
+        "bearing_twin bearing bearing_6203 --displacement 0,-1e-5,0 --json",
+        "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=100:5000:20 --plot c.png",
+        "bearing_twin bearing 6308/C3 --load 0,-2kN,0 --mass 20kg --out sheet.html",
+        "bearing_twin bearing 6308 --load 0,-1,0 --sweep load=1kN:5kN:5 --out k.csv",
+    ),
+)
+
+
 def _vector(name: str, text: str | None) -> list[float | None] | None:
     """The numbers of an option, None for a `-`; None where it is not given."""
     if text is None:
         return None
-    names, unit, example = VECTORS[name]
+    names, unit, example, _ = VECTORS[name]
     parts = [part.strip() for part in text.split(",")]
     if len(parts) != len(names):
         raise SceneError(
@@ -191,9 +197,8 @@ def _support(options: dict, parameters):
 def _bearing_scene(arguments, overrides=()):
     from bearing_twin.run.scene import load_scene, require_bearing
 
-    control = [f"model.control={arguments.control}"] if arguments.control else []
-    changed = overrides_of(arguments, **SHORT_KEYS)
-    return require_bearing(load_scene(arguments.scene, [*changed, *control, *overrides]))
+    changed = overrides_of(arguments, control="model.control", **SHORT_KEYS)
+    return require_bearing(load_scene(arguments.scene, [*changed, *overrides]))
 
 
 def _catalogue_name(parameters) -> str:

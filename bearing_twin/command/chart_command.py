@@ -6,15 +6,13 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.units import Limits
-from bearing_twin.command.outcome import Outcome, quantity, refuse_existing
+from bearing_twin.command.outcome import Outcome, Subcommand, quantity, refuse_existing
 from bearing_twin.command.terminal import progress, say, show_rows, show_text
 
-HELP = "accuracy against speed of every choice, maps of where methods fail, the figures of papers"
-EXAMPLES = ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers --quick")
 ALL = "all"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `chart` to its parser."""
     text = f"its name; --list says what each shows and how long it takes; {ALL}: every one of them"
     parser.add_argument("chart", nargs="?", metavar="CHART", help=text)
@@ -27,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--limit", type=quantity("s", Limits(above=0.0)), metavar="SECONDS", help=text)
 
 
-def run(arguments: argparse.Namespace) -> Outcome:
+def _run(arguments: argparse.Namespace) -> Outcome:
     """Make one chart, or all; raises BearingTwinError for a folder or a name that cannot be used."""
     from bearing_twin.charts import CHARTS, chart_of
     from bearing_twin.charts.contest import LIMIT, Options
@@ -49,6 +47,14 @@ def run(arguments: argparse.Namespace) -> Outcome:
         for path in chart_of(name).files(folder, name, options):
             refuse_existing(path)
     return _make_all(folder, options) if arguments.chart == ALL else _make(arguments.chart, folder, options)
+
+
+CHART = Subcommand(
+    "accuracy against speed of every choice, maps of where methods fail, the figures of papers",
+    _add_arguments,
+    _run,
+    ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers --quick"),
+)
 
 
 def _refuse(name: str) -> None:

@@ -33,11 +33,6 @@ from bearing_twin.command.outcome import (
 from bearing_twin.command.terminal import in_shown_units, progress, say
 
 
-def _subcommand(module) -> Subcommand:
-    """The subcommand of a module."""
-    return Subcommand(module.HELP, module.add_arguments, module.run, module.EXAMPLES)
-
-
 def _simulate_arguments(parser):
     parser.add_argument("scene", help="name of a scene (see `bearing_twin scenes`), path of a YAML file, or a log")
     add_changes(parser, "change one key of the scene; may be repeated")
@@ -118,11 +113,11 @@ COMMANDS = {
     "recover": log_commands.RECOVER,
     "export": log_commands.EXPORT,
     "explain": log_commands.EXPLAIN,
-    "chart": _subcommand(chart_command),
-    "contact": _subcommand(contact_command),
-    "bearing": _subcommand(bearing_command),
-    "spectrum": _subcommand(spectrum_command),
-    "study": _subcommand(study_command),
+    "chart": chart_command.CHART,
+    "contact": contact_command.CONTACT,
+    "bearing": bearing_command.BEARING,
+    "spectrum": spectrum_command.SPECTRUM,
+    "study": study_command.STUDY,
     "node": node_command.NODE,
     "topics": scene_commands.TOPICS,
     "view": view_commands.VIEW,

@@ -5,15 +5,9 @@ import math
 
 from bearing_twin.base.errors import SceneError
 from bearing_twin.base.units import UNITS, Limits
-from bearing_twin.command.outcome import Outcome, picture_path, quantity
+from bearing_twin.command.outcome import Outcome, Subcommand, picture_path, quantity
 from bearing_twin.command.terminal import show_paragraph, show_rows, show_text
 
-HELP = "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side"
-EXAMPLES = (
-    "bearing_twin contact --bearing 6203 --race inner --load 50",
-    "bearing_twin contact --radii-1 0.01 --load 100 --plot contact.png",
-    "bearing_twin contact --radii-1 0.01 --speed 1 --mass 0.03 --restitution 0.8",
-)
 BODY_GROUP = "bodies, in one of three ways"
 MATERIAL_GROUP = "materials: one value for both bodies, or two (default: the scene's, or steel)"
 QUANTITY_GROUP = "exactly one of"
@@ -48,7 +42,7 @@ ROUNDING = 1e-9  # of a load: exact Hertz is taken to 1e-10
 QUANTITIES = [name for name, (group, *_) in OPTIONS.items() if group == QUANTITY_GROUP]
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `contact` to its parser."""
     groups = {
         title: parser.add_argument_group(title) for title in (BODY_GROUP, MATERIAL_GROUP, QUANTITY_GROUP, OTHER_GROUP)
@@ -62,7 +56,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         groups[group].add_argument(name, help=text, **form)
 
 
-def run(arguments: argparse.Namespace) -> Outcome:
+def _run(arguments: argparse.Namespace) -> Outcome:
     """Solve one contact; raises SceneError for arguments that make no contact."""
     from bearing_twin.contact import calculator, validity
     from bearing_twin.contact.materials import effective_modulus
@@ -95,6 +89,18 @@ def run(arguments: argparse.Namespace) -> Outcome:
 
         result["plot"] = str(plot_contact(result, first.poisson_ratio, picture))
     return Outcome(result, result["flags"], lambda: _show(result))
+
+
+CONTACT = Subcommand(
+    "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side",
+    _add_arguments,
+    _run,
+    (
+        "bearing_twin contact --bearing 6203 --race inner --load 50",
+        "bearing_twin contact --radii-1 0.01 --load 100 --plot contact.png",
+        "bearing_twin contact --radii-1 0.01 --speed 1 --mass 0.03 --restitution 0.8",
+    ),
+)
 
 
 def _value(arguments, option: str):

@@ -6,19 +6,11 @@ from pathlib import Path
 
 from bearing_twin.base.errors import BearingTwinError, SceneError
 from bearing_twin.base.units import Limits
-from bearing_twin.command.outcome import RUN, Outcome, number, picture_path, quantity
+from bearing_twin.command.outcome import RUN, Outcome, Subcommand, number, picture_path, quantity
 from bearing_twin.command.terminal import progress, say, show_columns, show_pairs, show_text
 
-HELP = "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict"
-EXAMPLES = (
-    "bearing_twin spectrum run.mcap",
-    "bearing_twin spectrum a.csv --bearing 6205 --speed 1750rpm --plot a.png",
-    "bearing_twin spectrum a.mat --key DE_time --bearing 6205 --speed 183",
-    "bearing_twin spectrum bag --topic /imu --key linear_acceleration.z",
-)
 
-
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `spectrum` to its parser."""
     parser.add_argument("file", help="a log of ours, any MCAP log or bag, .csv, .npz or .mat")
     parser.add_argument("--topic", metavar="TOPIC", help="of a log: the topic with the record")
@@ -40,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="PNG", help="draw the spectrum with the lines of damage")
 
 
-def run(arguments: argparse.Namespace) -> Outcome:
+def _run(arguments: argparse.Namespace) -> Outcome:
     """Read a record and judge it; raises BearingTwinError for one that cannot be judged."""
     picture = picture_path(arguments.plot)
     speed = None if arguments.speed is None else number("--speed", arguments.speed, "rad/s")
@@ -76,6 +68,19 @@ def run(arguments: argparse.Namespace) -> Outcome:
             turns = f"{30.0 / math.pi * recorded_speed:.5g} rpm"
             warnings.append(f"{arguments.file} was recorded at {turns}, and --speed differs; leave it out to take that")
     return Outcome(result, warnings, lambda: _show(result), True)
+
+
+SPECTRUM = Subcommand(
+    "envelope spectrum of an acceleration record: lines of damage to a bearing, and a verdict",
+    _add_arguments,
+    _run,
+    (
+        "bearing_twin spectrum run.mcap",
+        "bearing_twin spectrum a.csv --bearing 6205 --speed 1750rpm --plot a.png",
+        "bearing_twin spectrum a.mat --key DE_time --bearing 6205 --speed 183",
+        "bearing_twin spectrum bag --topic /imu --key linear_acceleration.z",
+    ),
+)
 
 
 def _show(result: dict) -> None:

@@ -9,21 +9,15 @@ from functools import partial
 from bearing_twin.base.errors import LogError, StudyError
 from bearing_twin.base.report import json_text
 from bearing_twin.base.units import two_digits
-from bearing_twin.command.outcome import Outcome, add_changes, new_log, overrides_of, picture_path
+from bearing_twin.command.outcome import Outcome, Subcommand, add_changes, new_log, overrides_of, picture_path
 from bearing_twin.command.terminal import progress, say, show_paragraph, show_rows, show_text, shown_unit
 
-HELP = "what is uncertain about a scene: distributions in, quantiles with intervals out"
-EXAMPLES = (
-    "bearing_twin study --list",
-    "bearing_twin study spheres_alpha_4e-5 --plot study.png",
-    "bearing_twin study bearing_6203_tolerances --samples 200 --out study.mcap",
-)
 SWEPT = ("mean", "std")  # statistics that the table of a sweep has
 OPEN_END = "?"  # in an interval: no end on this side
 OPEN_NOTE = f"{OPEN_END}: the samples are too few to bound the interval on this side; take more"
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
+def _add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `study` to its parser."""
     parser.add_argument("study", nargs="?", help="name of a study (see --list), or path of a YAML file")
     parser.add_argument("--list", action="store_true", help="list the studies and the quantities of each kind of scene")
@@ -36,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--plot", metavar="PNG", help="draw distributions and convergence")
 
 
-def run(arguments: argparse.Namespace) -> Outcome:
+def _run(arguments: argparse.Namespace) -> Outcome:
     """Run one study; raises StudyError where it is not possible, KeyboardInterrupt after Ctrl-C."""
     if arguments.list:
         return _list()
@@ -84,6 +78,18 @@ def run(arguments: argparse.Namespace) -> Outcome:
         say(f"stopped by Ctrl-C with {summary['samples']} of {study.settings.samples} samples done{undrawn}")
         raise KeyboardInterrupt
     return Outcome(summary, list(result.doubts), lambda: show(summary))
+
+
+STUDY = Subcommand(
+    "what is uncertain about a scene: distributions in, quantiles with intervals out",
+    _add_arguments,
+    _run,
+    (
+        "bearing_twin study --list",
+        "bearing_twin study spheres_alpha_4e-5 --plot study.png",
+        "bearing_twin study bearing_6203_tolerances --samples 200 --out study.mcap",
+    ),
+)
 
 
 def report(log, picture) -> Outcome:
