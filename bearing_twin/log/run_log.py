@@ -163,10 +163,8 @@ class LogStream:
         self.topic = _selected_topic(path, {name for name in sampled if "/records/" not in name}, topic)
         self.kept_rate: float = max(kept_rate(channel.metadata) for channel in stored if channel.name == self.topic)
         self.namespace = self._namespace()
-        self._tables: dict[str, set[str]] = {}  # topics of records with their types
-        for channel in stored:
-            if channel.name.startswith(f"{self.namespace}/records/"):
-                self._tables.setdefault(channel.name, set()).add(channel.ros_type)
+        records = f"{self.namespace}/records/"
+        self._tables = dict.fromkeys(channel.name for channel in stored if channel.name.startswith(records))
         self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
         self._by_time = True  # else in the order of the file
         self._runs = self._find_runs()
@@ -346,8 +344,8 @@ class LogStream:
         """The records of a run by the name of their table, from its messages by topic."""
         rates = {table.name: table.rate for table in self.tables}
         return {
-            (table := name.rpartition("/")[2]): _Records(self.path, name, parts[name], types, bool(rates.get(table)))
-            for name, types in self._tables.items()
+            (table := name.rpartition("/")[2]): _Records(self.path, name, parts[name], bool(rates.get(table)))
+            for name in self._tables
             if run.stop[name] > run.start[name]
         }
 
@@ -443,50 +441,33 @@ def _add_records(block: Block, records: Mapping[str, "_Records"], time_ns: float
 
 
 class _Records:
-    """The records of one table in order of time, which are taken up to the time of each block of outputs.
+    """The records of one table, read message by message and taken up to the time of each block of outputs."""
 
-    Events are held in memory and sorted; waveforms, which may be long, are read one by one.
-    """
-
-    def __init__(self, path, topic: str, messages: Iterable[LoggedMessage], types: set[str], sampled: bool):
+    def __init__(self, path, topic: str, messages: Iterable[LoggedMessage], sampled: bool):
         self._path, self._topic = path, topic
-        stored = ((message.topic.ros_type, message.data) for message in messages if message.topic.ros_type in types)
-        parts = (records_of(path, ros_type, data) for ros_type, data in stored)
-        self._parts = self._in_sequence(parts) if types == {cdr.WAVEFORM} else iter([self._sorted(parts, sampled)])
-        self._remaining = next(self._parts)
+        self._parts = self._read(messages, sampled)
+        self._remaining = next(self._parts, np.zeros((0, 1)))
 
-    def _in_sequence(self, parts: Iterator[np.ndarray]) -> Iterator[np.ndarray]:
-        """The parts; raises LogError for one that begins before the end of the last."""
-        reached = -math.inf
-        for part in parts:
-            if part[0, 0] < reached:
-                reason = f"a Waveform at {part[0, 0]:.6g} s on {self._topic} is behind a later one"
-                raise LogError(f"{self._path}: {reason}; record it again")
-            reached = part[-1, 0]
-            yield part
-
-    def _sorted(self, parts: Iterator[np.ndarray], sampled: bool) -> np.ndarray:
-        """All records sorted by time, those of a signal that is `sampled` in single precision."""
-        arrays, size = [], 0
-        for part in parts:
-            arrays.append(part)
-            size += part.size
-            self._check_size(size)
-            if part.shape[1] != arrays[0].shape[1]:
+    def _read(self, messages: Iterable[LoggedMessage], sampled: bool) -> Iterator[np.ndarray]:
+        """The records of each message, those of a signal that is `sampled` in single precision."""
+        columns, reached = None, -math.inf
+        for message in messages:
+            if message.topic.ros_type not in NUMBERED:
+                continue
+            rows = records_of(self._path, message.topic.ros_type, message.data)
+            columns = columns or rows.shape[1]
+            if rows.shape[1] != columns:
                 raise LogError(
-                    f"{self._path}: records on {self._topic} have {part.shape[1]} columns, not {arrays[0].shape[1]} as "
-                    "before; record it again"
+                    f"{self._path}: records on {self._topic} have {rows.shape[1]} columns, not {columns} as before; "
+                    "record it again"
                 )
-        rows = np.concatenate(arrays)
-        rows = rows[np.argsort(rows[:, 0], kind="stable")]
-        if sampled:  # earlier versions wrote samples in double precision
-            rows[:, 1:] = rows[:, 1:].astype(np.float32)
-        return rows
-
-    def _check_size(self, size: int) -> None:
-        if size > MOST_HELD:
-            reason = f"more numbers on {self._topic} than are held at once, {MOST_HELD}"
-            raise LogError(f"{self._path} has {reason}; its outputs are too far apart, or its records too many")
+            if message.topic.ros_type == cdr.WAVEFORM and rows[0, 0] < reached:
+                reason = f"a Waveform at {rows[0, 0]:.6g} s on {self._topic} is behind a later one"
+                raise LogError(f"{self._path}: {reason}; record it again")
+            reached = rows[-1, 0]
+            if sampled:  # earlier versions wrote samples in double precision
+                rows = np.hstack((rows[:, :1], rows[:, 1:].astype(np.float32)))
+            yield rows
 
     def until(self, time_ns: float) -> np.ndarray:
         """The records up to `time_ns` that were not taken before."""
@@ -494,7 +475,9 @@ class _Records:
         while len(taken[-1]) == len(self._remaining) and (following := next(self._parts, None)) is not None:
             self._remaining = following
             taken.append(records_between(following, -np.inf, time_ns))
-            self._check_size(sum(part.size for part in taken))
+            if sum(part.size for part in taken) > MOST_HELD:
+                reason = f"more numbers on {self._topic} than are held at once, {MOST_HELD}"
+                raise LogError(f"{self._path} has {reason}; its outputs are too far apart, or its records too many")
         self._remaining = self._remaining[len(taken[-1]) :]
         return np.concatenate(taken)
 
