@@ -472,6 +472,13 @@ def test_what_means_ill_is_refused_for_what_it_is_and_soon(tmp_path):
         assert sentence in str(error.value)
 
 
+def test_where_nothing_can_be_recovered_several_problems_are_named(tmp_path):
+    path = tmp_path / "run.mcap"
+    path.write_bytes(packed(bytes(1000), 5, uncompressed_size=999))
+    with pytest.raises(LogError, match=r"\(run.mcap at byte \d+: [^:]*, run.mcap at byte .* and 2 others\)"):
+        recover(path, tmp_path / "saved.mcap")
+
+
 def test_a_file_that_has_no_end_is_refused_by_its_name():
     with pytest.raises(LogError, match="/proc/self/mem cannot be read"):
         read_log("/proc/self/mem")

@@ -189,6 +189,18 @@ def test_spectrum_names_the_spalls_that_scenes_have(played, run_json):
     assert health(sound) == [(STALE, 0), (OK, 1)]
 
 
+@pytest.mark.parametrize("options", [(), ("--topic", "/bearing/records/acceleration", "--bearing", "6205")])
+def test_spectrum_of_a_log_without_an_end_is_of_what_is_in_it(options, played, tmp_path, run_cli):
+    log, _ = played["outer"]
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(log.read_bytes()[: log.stat().st_size * 7 // 10])
+    speed = ("--speed", "1750rpm") if options else ()
+    out, err = run_cli("spectrum", cut, "--json", *options, *speed)
+    assert 1.0 < json.loads(out)["seconds"] < 2.0
+    assert json.loads(out)["verdict"] == "outer"
+    assert "has no end" in err
+
+
 def test_no_harmonics_are_folded_down(played):
     """Those of BPFO at the rate of samples, and at four times that: by their lines in the envelope."""
     log = read_log(played["outer"][0])

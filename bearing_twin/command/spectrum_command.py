@@ -61,7 +61,7 @@ def _run(arguments: argparse.Namespace) -> Outcome:
         from bearing_twin.vibration.envelope import draw_spectrum
 
         result["plot"] = str(draw_spectrum(spectrum, Path(arguments.file).name, picture))
-    warnings = [*spectrum.warnings, *uncertain]
+    warnings = [*record.notes, *spectrum.warnings, *uncertain]
     if arguments.speed is not None and record.speed is not None:
         recorded_speed = abs(float(np.mean(record.speed[1] if isinstance(record.speed, tuple) else record.speed)))
         if recorded_speed and abs(abs(speed) / recorded_speed - 1.0) > SPEED_ERROR:

@@ -27,12 +27,16 @@ ACCELERATION = "acceleration"
 
 
 class Record(NamedTuple):
-    """Samples, samples a second [Hz]; where the file has them speed [rad/s] over time [s], `geometry` of a scene."""
+    """Samples, samples a second [Hz]; where the file has them speed [rad/s] over time [s], `geometry` of a scene.
+
+    `notes` name parts of a log that were not read.
+    """
 
     samples: np.ndarray
     rate: float
     speed: float | tuple[np.ndarray, np.ndarray] | None = None
     geometry: object | None = None
+    notes: tuple[str, ...] = ()
 
 
 def read_record(
@@ -149,7 +153,7 @@ def _even_rate(times: np.ndarray) -> float:
 
 def _record_of_topic(path: Path, key: str | None, rate: float | None, topic: str | None, run: int | None) -> Record:
     """The record on a topic of any log; without a topic that of a log of ours."""
-    reader = LogReader(path)
+    reader = LogReader(path, unfinished=True)
     readable = [channel for channel in reader.topics if not channel.foreign and cdr.is_known(channel.ros_type)]
     types = {channel.name: channel.ros_type for channel in readable}
     if topic is None or types.get(topic) == cdr.SAMPLE_BLOCK:
@@ -172,7 +176,8 @@ def _record_of_topic(path: Path, key: str | None, rate: float | None, topic: str
         rate = rate or _even_rate(np.array(stamps)) * lengths.pop()
     elif is_waveform:
         rate = rate or message.rate
-    return Record(np.concatenate(parts), _required_rate(rate, f"{topic} in {path}"))
+    rate = _required_rate(rate, f"{topic} in {path}")
+    return Record(np.concatenate(parts), rate, notes=tuple(reader.notes))
 
 
 def _numbers_of_field(message, topic: str, path: str):
@@ -192,7 +197,7 @@ def _numbers_of_field(message, topic: str, path: str):
 
 def _record_of_run(path: Path, key: str | None, topic: str | None, run: int | None) -> Record:
     """The samples of the sensor of a scene, with the course of the speed."""
-    log = read_log(path, topic=topic, last_run=True, run=run)
+    log = read_log(path, True, topic, last_run=True, run=run)
     if all(table.name != ACCELERATION for table in log.tables):
         raise LogError(
             f"{path} holds no {ACCELERATION}: its scene has no `sensor`; add one, or name a topic by --topic"
@@ -207,4 +212,5 @@ def _record_of_run(path: Path, key: str | None, topic: str | None, run: int | No
     if len(times) < LEAST_SAMPLES:
         raise BearingTwinError(f"{path} holds {len(times)} samples, which are no record")
     course = np.concatenate(moments) - times[0], np.concatenate(speeds)
-    return Record(samples.astype(np.float32), _even_rate(times), course, log.scene.parameters.geometry)
+    geometry = log.scene.parameters.geometry
+    return Record(samples.astype(np.float32), _even_rate(times), course, geometry, tuple(log.notes))

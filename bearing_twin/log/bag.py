@@ -15,7 +15,6 @@ from bearing_twin.base.errors import LogError, echo, shorten
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import (
     LARGEST_MESSAGE,
-    LAST_NS,
     Contents,
     LoggedMessage,
     McapReader,
@@ -215,9 +214,7 @@ class LogReader:
             notes.append(f"{sum(foreign.values())} {reason}: on {list_some(sorted(foreign))}")
         return notes
 
-    def messages(
-        self, names: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS + 1
-    ) -> Iterator[LoggedMessage]:
+    def messages(self, names: Container[str] | None = None, from_ns: int = 0) -> Iterator[LoggedMessage]:
         """Messages of the topics `names` (None: of all) by log time; raises DamagedLog and LogLimit, also part way.
 
         Files that overlap in time are open together.
@@ -228,7 +225,7 @@ class LogReader:
             if contents.first_ns >= end:
                 yield from heapq.merge(*overlapping, key=lambda message: message.log_time)
                 overlapping = []
-            overlapping.append(self._messages_in(file, names, from_ns, until_ns))
+            overlapping.append(self._messages_in(file, names, from_ns))
             end = max(end, contents.last_ns)
         yield from heapq.merge(*overlapping, key=lambda message: message.log_time)
 
@@ -240,7 +237,7 @@ class LogReader:
     def in_file_order(self, names: Container[str] | None = None) -> Iterator[LoggedMessage]:
         """`messages` in the order in which they were written."""
         for file in self._contents:
-            yield from self._messages_in(file, names, 0, LAST_NS + 1, False)
+            yield from self._messages_in(file, names, 0, False)
 
 
 class SqliteReader:
@@ -271,9 +268,9 @@ class SqliteReader:
         return Contents(self._topics, counts, *times, [], 0, True, [])
 
     def messages(
-        self, names: Container[str] | None = None, from_ns: int = 0, until_ns: int = LAST_NS, by_time: bool = True
+        self, names: Container[str] | None = None, from_ns: int = 0, by_time: bool = True
     ) -> Iterator[LoggedMessage]:
-        """Messages of the topics `names` (None: of all) from `from_ns` to before `until_ns`, always by their time."""
+        """Messages of the topics `names` (None: of all) from `from_ns` on, always by their time."""
         connections = [
             connection
             for connection in self._bag.connections
@@ -282,7 +279,7 @@ class SqliteReader:
         if not connections:  # of which rosbags would read all
             return
         with self._log_errors():
-            for connection, time, data in self._bag.messages(connections, from_ns, min(until_ns, LAST_SQL_NS)):
+            for connection, time, data in self._bag.messages(connections, from_ns):
                 if not 0 <= (time_ns := int(time)) <= LAST_SQL_NS:
                     raise ValueError(f"a message at {time_ns} ns")
                 yield LoggedMessage(self._topics[connection.id], time_ns, time_ns, bytes(data))
@@ -307,7 +304,9 @@ class SqliteReader:
         try:
             yield
         except Exception as error:  # of rosbags, of apsw, and of values that are no numbers
-            raise LogError(f"{self.path} cannot be read as a bag of sqlite3 ({shorten(str(error))})") from error
+            command = f"`sqlite3 {self.path} .recover | sqlite3 NEW.db3`"
+            reason = f"cannot be read as a bag of sqlite3 ({shorten(str(error))}); {command} saves what is whole"
+            raise LogError(f"{self.path} {reason}") from error
 
 
 def reader_of(file: Path, contents: Contents | None = None) -> McapReader | SqliteReader:
@@ -385,10 +384,9 @@ def _read_metadata(path: Path) -> dict:
         raise LogError(f"{path} is not a bag's description; remove it to read the .mcap files beside it") from error
 
 
-def raw_messages(path, start_ns: int = 0, unfinished: bool = False) -> Iterator[LoggedMessage]:
-    """Every message by log time, not decoded, from `start_ns` nanoseconds after the log's first one.
+def raw_messages(path) -> Iterator[LoggedMessage]:
+    """Every message by log time, not decoded; raises LogError, also part way.
 
-    Yields (topic, log_time, publish_time, data) with topic (name, ros_type, ...); raises LogError, also part way.
+    Yields (topic, log_time, publish_time, data) with topic (name, ros_type, ...).
     """
-    reader = LogReader(path, unfinished)
-    yield from reader.messages(None, reader.first_ns + start_ns if start_ns > 0 else 0)
+    yield from LogReader(path).messages()

@@ -207,24 +207,18 @@ class McapReader:
                 begin = self._next_record(max(error.offset, begin))
 
     def messages(
-        self,
-        names: Container[str] | None = None,
-        from_ns: int = 0,
-        until_ns: int = LAST_NS + 1,
-        by_time: bool = True,
+        self, names: Container[str] | None = None, from_ns: int = 0, by_time: bool = True
     ) -> Iterator[LoggedMessage]:
-        """Messages of the ROS topics `names` (None: of all channels) from `from_ns` to before `until_ns`.
+        """Messages of the ROS topics `names` (None: of all channels) from `from_ns` on.
 
         They are sorted by log time, messages of equal time in the order of the file, unless `by_time` is False. Chunks
-        outside the interval, or without a message of these topics, are not read.
+        before that, or without a message of these topics, are not read.
         """
         topics = self.contents().topics
         if names is not None:
             topics = {number: topic for number, topic in topics.items() if topic.name in names and not topic.foreign}
         rows = [
-            row
-            for row in self.contents().stretches
-            if row.last_ns >= from_ns and row.first_ns < until_ns and not row.channels.isdisjoint(topics)
+            row for row in self.contents().stretches if row.last_ns >= from_ns and not row.channels.isdisjoint(topics)
         ]
         numbers = np.array([*topics], np.uint16)
 
@@ -232,12 +226,13 @@ class McapReader:
             records = self._records_at(row.offset)
             positions = self._message_positions(row.offset, records)
             times = _field("log_time", records, positions)
-            selected = (times >= from_ns) & (times <= min(until_ns - 1, LAST_NS))
-            selected &= np.isin(_field("channel", records, positions), numbers)
+            selected = np.isin(_field("channel", records, positions), numbers) & (times >= from_ns)
+            if by_time:
+                positions, selected = (values[np.argsort(times, kind="stable")] for values in (positions, selected))
             return records, positions[selected]
 
         if by_time:
-            yield from self._merge(sorted(rows), select, topics)
+            yield from self._merge(sorted(rows), select, topics.get)
         else:
             for row in rows:
                 yield from _messages(*select(row), topics.get)
@@ -315,7 +310,7 @@ class McapReader:
         silent = itertools.islice((number for number in self._channels if number not in counts), MOST_SILENT)
         return {number: self._topic(number) for number in (*counts, *silent)}
 
-    def _merge(self, rows: list[Stretch], select: Callable, topics: dict[int, StoredTopic]) -> Iterator[LoggedMessage]:
+    def _merge(self, rows: list[Stretch], select: Callable, topic_of: Callable) -> Iterator[LoggedMessage]:
         """The messages of stretches sorted by time; `rows` are sorted by their first times.
 
         Of stretches that overlap in time the messages after the next one's first are copied, to wait in a heap.
@@ -324,25 +319,20 @@ class McapReader:
         size = 0
         for row, following in itertools.zip_longest(rows, rows[1:]):
             records, positions = select(row)
-            times = _field("log_time", records, positions)
-            order = np.argsort(times, kind="stable")
-            limit = LAST_NS + 1 if following is None else following.first_ns
-            ready = len(order) if following is None else int(np.searchsorted(times[order], np.uint64(limit)))
-            positions = positions[order]
-            parts = [(_messages(records, positions[:ready], topics.get), 0)]  # with the bytes that wait
-            if ready < len(positions):
-                later = _copied(records, positions[ready:])
-                parts.append((_messages(*later, topics.get), len(later[0])))
-                size += len(later[0])
+            end = LAST_NS + 1 if following is None else following.first_ns
+            ready = np.count_nonzero(_field("log_time", records, positions) < end)
+            copies, places = _copied(records, positions[ready:])
+            size += len(copies)
             if size > MOST_PENDING:
                 reason = f"its chunks overlap in time by more than {MOST_PENDING >> 20} MB; sort it by `mcap sort`"
                 raise LogLimit(self.path, row.offset, reason)
+            due = _messages(records, positions[:ready], topic_of)
             if not waiting:
-                yield from parts.pop(0)[0]
-            for messages, held in parts:
+                yield from due
+            for messages, held in ((due, 0), (_messages(copies, places, topic_of), len(copies))):
                 if (message := next(messages, None)) is not None:
                     heappush(waiting, (message.log_time, row.offset, message, messages, held))
-            while waiting and waiting[0][0] < limit:
+            while waiting and waiting[0][0] < end:
                 _, offset, message, messages, held = waiting[0]
                 yield message
                 if (message := next(messages, None)) is not None:
@@ -541,6 +531,7 @@ def _messages(records: bytes, positions: Iterable[int], topic_of: Callable) -> I
 
 def _copied(records: bytes, positions: np.ndarray) -> tuple[bytes, np.ndarray]:
     """The messages at these positions alone, and their positions then."""
-    ends = positions + _HEAD.size + _field("length", records, positions).astype(np.int64)
+    sizes = _HEAD.size + _field("length", records, positions).astype(np.int64)
+    ends = positions + sizes
     copies = [records[begin:end] for begin, end in zip(positions.tolist(), ends.tolist(), strict=True)]
-    return b"".join(copies), np.cumsum([0, *(ends - positions)[:-1].tolist()])
+    return b"".join(copies), np.cumsum(sizes) - sizes

@@ -482,7 +482,7 @@ def recover(path: str | PathLike, out: str | PathLike) -> Recovered:
             names = list_some(sorted(unknown))
             problems.append(f"{unknown.total()} messages of {names} are left out: no record says how they are encoded")
         if not messages:
-            raise LogError(f"nothing in {path} can be recovered ({[*problems, 'it holds no message'][0]})")
+            raise LogError(f"nothing in {path} can be recovered ({list_some(problems or ['it holds no message'])})")
         sentences = escape_controls("; ".join(problems) or "none")
         log.add_metadata(RECOVERY_RECORD, {"from": escape_controls(Path(path).name), "problems": sentences})
     return Recovered(messages, samples, tuple(problems))

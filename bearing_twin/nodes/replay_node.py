@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Collection, Iterator
 from concurrent.futures import TimeoutError as StillBusy
 from functools import partial
-from itertools import islice
+from itertools import islice, takewhile
 
 from std_srvs.srv import SetBool
 
@@ -125,7 +125,8 @@ class ReplayLoop(PacedStream):
         if self._start_ns:
             start_ns = self._reader.first_ns + self._start_ns
             latched = [name for name, topic in self._played.items() if topic_qos(topic).durability == "transient_local"]
-            latest = {message.topic.name: message for message in self._reader.messages(latched, until_ns=start_ns)}
+            earlier = takewhile(lambda message: message.log_time < start_ns, self._reader.messages(latched))
+            latest = {message.topic.name: message for message in earlier}
             before = sorted(latest.values(), key=lambda message: message.log_time)
         for message in self._reader.messages(self._played, start_ns):
             for played in (*before, message):
