@@ -308,7 +308,7 @@ class BearingComparison(Comparison):
         super().__init__(parameters, choice)
         self.outputs = {"loads": "relative to the greatest load"}
         if parameters.wanted.outputs != LOADS and parameters.contact.friction_coefficient:
-            self.outputs["friction"] = "relative to the friction limit (µN of a contact, µNR of a ball)"
+            self.outputs["friction"] = "relative to the friction limit (mu N of a contact, mu N R of a ball)"
         self._greatest = 0.0
 
     def refined(self):
