@@ -20,15 +20,12 @@ from bearing_twin.contact.elasticity import (
     coefficient_of,
     curvature_ratio,
     elastic,
-    elasticity,
     ellipse,
     elliptic_b_d,
     energies_at,
-    fresh_coefficient,
     greatest_approaches,
     hertz_coefficient,
     loads_at,
-    sphere_coefficient,
 )
 from bearing_twin.contact.laws import (
     HERTZIAN,
@@ -64,27 +61,6 @@ def test_load_is_the_slope_of_the_energy_and_stiffness_that_of_the_load(name):
     assert energies_at(coefficient, power, 2e-6) == pytest.approx(middle.energy, rel=1e-14)
     for gap in (0.0, -1e-6):
         assert response(gap)[1:] == (0.0, 0.0, 0.0)
-
-
-NEAR_HERTZ = {"volumetric": 0.01}  # greatest differences of laws that are not Hertz's, at curvatures of 3 and 40 /m
-
-
-def test_every_law_in_use_is_the_row_of_its_name():
-    """A law that follows the curvatures is near Hertz, another gives the number it is given."""
-    hertz = hertz_coefficient(3.0, 40.0, 1e11)
-    for name in POINT:
-        row, law = LAWS[name], elasticity(name, 1e11, 123.0)
-        result = coefficient_of(name, 3.0, 40.0, 1e11, 123.0)
-        assert result == fresh_coefficient(law, 3.0, 40.0)
-        assert result == pytest.approx(hertz if row.follows else 123.0, rel=NEAR_HERTZ.get(name, 1e-10))
-        assert (law.power, law.follows, law.carried > 0) == (row.power, row.follows, row.carries)
-
-
-def test_spheres_by_every_law():
-    for name in CURVED:
-        result = sphere_coefficient(name, 2.0, np.array([1.0, 4.0]))
-        assert result == pytest.approx(coefficient_of(name, 0.5, 0.5, 2.0) * np.array([1.0, 2.0]), rel=1e-10)
-    assert sphere_coefficient("linear", 2.0, 1.0, 7.0) == 7.0
 
 
 def test_rational_hertz_is_exact_to_1e_10_in_its_range_and_exact_outside():

@@ -115,19 +115,6 @@ def extents(words):
     return np.array([(box.x0, box.x1, box.y0, box.y1) for box in boxes])
 
 
-def test_numbers_stand_inside_their_balls(tmp_path, figures):
-    """Of 40 balls the numbers were wider than the balls."""
-    block = outputs_of(40, 2)
-    block.values["point"][:] = block.values["position"][:, :, None] * np.array([0.93, 1.07])[:, None]
-    drawn(tmp_path / "run.png", block, balls=40)
-    figures[0].draw_without_rendering()
-    axis = figures[0].axes[-3]
-    numbers = extents([text for text in axis.texts if text.get_text().isdecimal()])
-    balls = [patch.get_window_extent().width for patch in axis.patches if hasattr(patch, "radius")]
-    assert len(numbers) == len(balls) == 40
-    assert np.ptp(numbers[:, :2], axis=1).max() < min(balls)
-
-
 def test_titles_stay_inside_the_picture_and_apart(tmp_path, figures):
     """The heading of a round contact ran into its neighbour's; a long description out of the picture."""
     contact = ["contact", "--radii-1", "10mm", "--load", "1000", "--plot", str(tmp_path / "contact.png"), "--json"]

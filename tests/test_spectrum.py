@@ -245,13 +245,6 @@ def test_an_archive_that_was_damaged_is_refused(position, tmp_path, refused):
     assert "record.npz cannot be read as npz" in refused("spectrum", path, *BEARING, "--rate", "12kHz")
 
 
-def test_a_speed_without_a_unit_is_said_in_rpm(tmp_path, run_cli):
-    path = saved(tmp_path, record("outer", seconds=3.0, strength=2.0))
-    assert (
-        "is in rad/s, 1775.21 rpm" in run_cli("spectrum", path, *BEARING[:2], "--speed", "185.9", "--rate", "12kHz").err
-    )
-
-
 def test_an_uncertain_number_of_balls_is_a_warning(tmp_path, run_cli):
     path = saved(tmp_path, record(seconds=5.0))
     arguments = "spectrum", path, "--speed", "1750rpm", "--rate", "12kHz", "--bearing"
