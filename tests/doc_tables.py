@@ -17,7 +17,7 @@ from bearing_twin.base.parameters import describe
 from bearing_twin.base.units import label_and_unit, two_digits, with_unit
 from bearing_twin.base.yaml_files import SCENES, STUDIES
 from bearing_twin.charts import CHARTS, chart_of
-from bearing_twin.charts.contest import by_method, cheapest, read_table
+from bearing_twin.charts.contest import COLUMNS, MADE, Row, by_method, cheapest
 from bearing_twin.contact.friction import FRICTIONS
 from bearing_twin.contact.laws import LAWS, MEASURED
 from bearing_twin.kinds import KINDS, SHIPPED
@@ -151,6 +151,26 @@ def _speeds(steppers: tuple[str, ...] = ()) -> str:
         best = (cheapest(by_stepper.get(stepper, ()), chart.requested_error) for stepper in steppers)
         lines.append((title, *(two_digits(1.0 / row.seconds) if row else "never" for row in best)))
     return _table(("8 balls, 16 contacts", *(f"`{stepper}`" for stepper in steppers)), lines)
+
+
+def read_table(path: Path) -> list[Row]:
+    """The rows in a table of a chart."""
+
+    def number(text: str) -> float | str:
+        try:
+            return float(text)
+        except ValueError:
+            return text
+
+    with path.open(encoding="utf-8", newline="") as stream:
+        lines = list(csv.DictReader(stream))
+    return [
+        Row(
+            **{name: number(line.pop(name)) for name in COLUMNS},
+            more={name: number(text) for name, text in line.items() if text and name != MADE},
+        )
+        for line in lines
+    ]
 
 
 def _charts() -> str:

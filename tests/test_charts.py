@@ -4,11 +4,12 @@ import contextlib
 from pathlib import Path
 
 import pytest
+from doc_tables import read_table
 from PIL import Image
 
 from bearing_twin.charts import CHARTS, RENAMED, chart_of
 from bearing_twin.charts import contest as engine
-from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Options, read_table
+from bearing_twin.charts.contest import DONE, FAILED, REFUSED, STOPPED, Options
 
 PART = {  # the problem or sheet that is tried of each, else the first
     "laws": "ellipse",

@@ -87,7 +87,6 @@ class Row:
 
 
 COLUMNS = tuple(field.name for field in dataclasses.fields(Row) if field.name != "more")
-TEXT_COLUMNS = ("problem", "method", "status", "reason", "command")
 
 
 def write_table(rows: Sequence[Row], path: Path) -> None:
@@ -99,22 +98,6 @@ def write_table(rows: Sequence[Row], path: Path) -> None:
         header,
         ([_cell(({**vars(row), **row.more}).get(name, "")) for name in header] for row in rows),
     )
-
-
-def read_table(path: Path) -> list[Row]:
-    """The rows that `write_table` wrote; raises OSError without a table, ValueError where it is none of a chart."""
-    with path.open(encoding="utf-8", newline="") as stream:
-        header, *lines = list(csv.reader(stream)) or [[]]
-    if tuple(header[: len(COLUMNS)]) != COLUMNS or header[-1] != MADE:
-        raise ValueError(f"{path.name} is no table of a chart of this version")
-    rows = []
-    for line in lines:
-        cells = dict(zip(header, line, strict=True))
-        columns = {name: cells[name] if name in TEXT_COLUMNS else float(cells[name]) for name in COLUMNS}
-        rows.append(
-            Row(**columns, more={name: _cell_value(cells[name]) for name in header[len(COLUMNS) : -1] if cells[name]})
-        )
-    return rows
 
 
 def write_rows(path: Path, header: Sequence[str], rows: Iterable[Iterable]) -> None:
@@ -130,13 +113,6 @@ def write_rows(path: Path, header: Sequence[str], rows: Iterable[Iterable]) -> N
 
 def _cell(value: Any) -> Any:
     return f"{value:.9g}" if isinstance(value, float) else value
-
-
-def _cell_value(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def processor() -> str:
