@@ -32,6 +32,7 @@ RACEWAYS = ("inner", "outer")
 RACEWAY_COLOURS = ("#0072B2", "#D55E00")
 LOAD_MAP = "cividis"
 LEGEND_SIZE = 10.5  # points, of the words of a legend
+VERSION = f"bearing_twin {__version__}"
 LETTER = 0.0085  # inches: width of a letter for each point of its size
 
 
@@ -99,7 +100,7 @@ def fitted(text: str, width: float, size: float) -> str:
 def save(figure, path) -> Path:
     """Write a figure as a PNG, whole or not at all; raises BearingTwinError where that is impossible."""
     drawn = io.BytesIO()
-    figure.savefig(drawn, format="png", metadata={"Software": f"bearing_twin {__version__}"})
+    figure.savefig(drawn, format="png", metadata={"Software": VERSION})
     return write_atomic(path, drawn.getvalue())
 
 
@@ -244,7 +245,7 @@ def in_rows(panels: list[Panel], columns: int) -> list[list[Panel]]:
     return [panels[first : first + columns] for first in range(0, len(panels), columns)]
 
 
-def figure_of(sheet: Sheet, made: str = "") -> Figure:
+def figure_of(sheet: Sheet, made: str = VERSION) -> Figure:
     """The picture of a sheet, with its provenance `made`."""
     names = legend_entries(sheet) if sheet.shared_legend else ()
     widest = 7 + max(map(len, names), default=0)
@@ -399,5 +400,6 @@ def finish_picture(figure, title: str, footer: str, png_path, size: int = 20) ->
     width, height = figure.get_size_inches()
     title_style = {"fontsize": size, "weight": "bold", "color": STYLE["ink"], "va": "center"}
     figure.text(0.06, 1.0 - 0.32 / height, fitted(title, 0.92 * width, size), **title_style)
+    footer = fitted(f"{footer}; {VERSION}", 0.92 * width, 10.5)
     figure.text(0.06, 0.22 / height, footer, fontsize=10.5, color=STYLE["soft"], va="center")
     return save(figure, png_path)

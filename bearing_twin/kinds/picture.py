@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.gridspec import SubplotSpec
 
-from bearing_twin import __version__
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Block, Sample, ThinnedOutputs
 from bearing_twin.base.units import prefixed_unit, readable_unit, with_unit
@@ -174,7 +173,7 @@ class RunPicture:
         parts += [f"{name}: {text}" for name, text in (("law", choice.law), ("stepper", choice.stepper)) if text]
         if self.scene:
             parts.insert(0, self.scene.name)
-        return f"{', '.join(parts)}; bearing_twin {__version__}"
+        return ", ".join(parts)
 
 
 def _widen(axis, least: float) -> None:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from scipy import fft, ndimage
 
-from bearing_twin import __version__
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.vibration import rolling_frequencies
 
@@ -464,7 +463,6 @@ def draw_spectrum(spectrum: Spectrum, name: str, path):
         across, up = Axis("frequency", "Hz", limits=(0.0, hertz[-1])), Axis(label, unit, limits=(0.0, top))
         rows.append([Panel(title, across, up, parts)])
     low, high = (round(edge) for edge in spectrum.band_hz)
-    subtitle = f"shaft {spectrum.shaft_hz:.4g} Hz   ·   band {low} to {high} Hz   ·   {spectrum.seconds:.4g} s"
+    footer = f"shaft {spectrum.shaft_hz:.4g} Hz; band {low} to {high} Hz; {spectrum.seconds:.4g} s"
     verdict = DAMAGE.get(spectrum.verdict, spectrum.verdict)
-    footer = f"{subtitle}   ·   bearing_twin {__version__}"
     return save(figure_of(Sheet(f"{name}: {verdict}", rows, footer, [], shared_legend=True)), path)

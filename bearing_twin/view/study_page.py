@@ -37,7 +37,7 @@ def study_document(result: StudyResult) -> dict[str, Any]:
     ]
     incomplete = [description.incomplete] if description and description.incomplete else []
     drawn = io.BytesIO()
-    figure_of(study_sheet(result, names, study.histories)).savefig(drawn, format="svg", metadata={"Date": None})
+    figure_of(study_sheet(result, names, study.histories), "").savefig(drawn, format="svg", metadata={"Date": None})
     return {
         "kind": "study",
         "title": study.name,

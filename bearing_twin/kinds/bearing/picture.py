@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Annulus, Circle, FancyArrowPatch
 
-from bearing_twin import __version__
 from bearing_twin.base.report import Choice
 from bearing_twin.base.sample import Sample
 from bearing_twin.base.units import rounded_to_error
@@ -89,10 +88,6 @@ class BearingPicture(RunPicture):
         _draw_balls(figure, place, last["orbit_angle"], columns, lambda cell: _draw_bearing(figure, cell, last))
 
 
-def _footer(*notes: str) -> str:
-    return "   ·   ".join(filter(None, (*notes, f"bearing_twin {__version__}")))
-
-
 def _draw_bearing(figure, cell, sample: Sample) -> None:
     """Rings, balls and their loads: arrows along the forces of raceways on balls, as long as the load."""
     position, load = sample["position"][:, :2], sample["normal_load"]
@@ -171,11 +166,8 @@ def draw_equilibrium(result: dict, path) -> Path:
     moved = ", ".join(rounded_to_error(round(1e6 * value, 6), None, 4) for value in result["ring_displacement_m"])
     load = ", ".join(rounded_to_error(-round(value, 6), None, 4) for value in result["ring_force_n"])
     title = f"{result['scene']}: load ({load}) N at {result['speed_rad_s'] * 30.0 / np.pi:.5g} rpm"
-    footer = _footer(
-        f"inner ring moved by ({moved}) µm",
-        f"law {result['law']}",
-        f"clearance {1e6 * result['clearance_m']['operating']:.4g} µm",
-    )
+    clearance = f"clearance {1e6 * result['clearance_m']['operating']:.4g} µm"
+    footer = f"inner ring moved by ({moved}) µm; law {result['law']}; {clearance}"
     return finish_picture(figure, title, footer, path, size=15)
 
 
@@ -202,5 +194,5 @@ def draw_sweep(result: dict, path) -> Path:
         is_log = key == "reference_life_mrev" and np.nanmax(rows, initial=0.0) > 20.0 * np.nanmin(rows, initial=np.inf)
         panels.append(Panel(title, Axis(label), up._replace(log=bool(is_log)), lines))
     note = f"{refused} of {len(values)} values have no equilibrium" if refused else ""
-    footer = _footer(result["held"], f"law {result['law']}", note)
+    footer = "; ".join(filter(None, (result["held"], f"law {result['law']}", note)))
     return save(figure_of(Sheet(f"{result['scene']}: equilibria over {label}", in_rows(panels, 2), footer, [])), path)
