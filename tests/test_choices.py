@@ -45,7 +45,7 @@ def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, r
     scene = load_scene(name)
     for key, answer in answers(scene.kind, scene.parameters).items():
         assert (reported[key]["value"], reported[key]["why"]) == (answer.value, answer.sentence)
-        assert (answer.rule is None) == answer.sentence.endswith("as given")
+        assert (answer.rule is None) == answer.sentence.endswith("as specified")
         if key in RESOLVED:
             assert answers(scene.kind, load_scene(scene.resolved()).parameters)[key].value == answer.value
 

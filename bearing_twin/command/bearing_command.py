@@ -55,14 +55,14 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         nargs="?",
         help="designation, such as 6308 or 6308-2RS/C3 (see --list), name of a bearing scene or path of a YAML file",
     )
-    parser.add_argument("--list", action="store_true", help="list the catalogue, and how each ball set was found")
+    parser.add_argument("--list", action="store_true", help="list the catalogue, with the origin of each ball set")
     parser.add_argument(
         "--catalogue", metavar="FILE", help="add the bearings of this YAML file to the catalogue, for this command"
     )
     add_changes(parser, "change one key of the scene; may be repeated")
     parser.add_argument("--speed", metavar="W", help="of the inner ring [rad/s, or as 3000rpm]; drive.speed")
     parser.add_argument(
-        "--clearance", metavar="C", help="radial clearance as made [m, or as 20um]; geometry.radial_clearance"
+        "--clearance", metavar="C", help="radial clearance before mounting [m, or as 20um]; geometry.radial_clearance"
     )
     for name, (names, _, _, text) in VECTORS.items():
         parser.add_argument(f"--{name}", metavar=",".join(names), help=text)

@@ -20,7 +20,7 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", default=".", metavar="FOLDER", help="where the pictures and the tables go")
     text = "only this problem, or this sheet or figure of a paper; may be repeated"
     parser.add_argument("--problem", "--only", action="append", metavar="NAME", help=text)
-    parser.add_argument("--quick", action="store_true", help="a small part of each problem, to see what it is like")
+    parser.add_argument("--quick", action="store_true", help="a small part of each problem, as a trial")
     text = "CPU seconds after which a run is stopped; 60 unless given"
     parser.add_argument("--limit", type=quantity("s", Limits(above=0.0)), metavar="SECONDS", help=text)
 
@@ -50,7 +50,7 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 CHART = Subcommand(
-    "accuracy against speed of every choice, maps of where methods fail, the figures of papers",
+    "charts of accuracy against cost of models and methods, of where they fail, and of the three papers",
     _add_arguments,
     _run,
     ("bearing_twin chart --list", "bearing_twin chart laws --out charts", "bearing_twin chart steppers --quick"),

@@ -221,7 +221,7 @@ def parsers(only: str | None = None):
         examples = "\n  ".join(["examples:", *command.examples])
         sub.epilog = "\n\n".join(part for part in (sub.epilog, examples) if part)
         sub.add_argument("--json", action="store_true", help="print the result as one JSON object, in SI units")
-        sub.add_argument("--si", action="store_true", help="print tables in SI units, not in those engineers read")
+        sub.add_argument("--si", action="store_true", help="print tables in SI units instead of engineering units")
         sub.add_argument("--force", action="store_true", help="replace files that exist")
         sub.add_argument("--strict", action="store_true", help="exit with 3 if the result is doubtful or incomplete")
     return parser, subparsers

@@ -18,8 +18,8 @@ OPTIONS = {
     "--race": (BODY_GROUP, None, ("inner", "outer"), "the raceway of --bearing (default inner)"),
     "--radii-1": (BODY_GROUP, "m", "R+", "radii of body 1 [m] along x and y"),
     "--radii-2": (BODY_GROUP, "m", "R+", "of body 2; inf = flat (default)"),
-    "--hollow": (BODY_GROUP, None, ("x", "y", "both"), "directions in which body 2 is hollow"),
-    "--angle": (BODY_GROUP, "rad", "RAD", "turn of body 2's directions about the normal"),
+    "--hollow": (BODY_GROUP, None, ("x", "y", "both"), "directions in which body 2 is concave"),
+    "--angle": (BODY_GROUP, "rad", "RAD", "rotation of body 2's directions about the normal"),
     "--curvature-small": (BODY_GROUP, "1/m", "P", "gap z = P x^2 + Q y^2 [1/m]"),
     "--curvature-large": (BODY_GROUP, "1/m", "Q", "Q >= P > 0 [1/m]"),
     "--material": (MATERIAL_GROUP, None, "NAME+", "named materials"),
@@ -92,7 +92,7 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 CONTACT = Subcommand(
-    "one Hertz contact: load, approach, ellipse, pressure, shear, and all laws side by side",
+    "one Hertzian contact: load, approach, ellipse, pressure, shear, and a comparison of all laws",
     _add_arguments,
     _run,
     (

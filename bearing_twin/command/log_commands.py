@@ -178,7 +178,7 @@ def _report(arguments) -> Outcome:
 
 def _recover_arguments(parser):
     _log_argument(parser)
-    parser.add_argument("out", metavar="OUT", help="the log to write what can be read into")
+    parser.add_argument("out", metavar="OUT", help="the new log")
 
 
 def _recover(arguments) -> Outcome:
@@ -227,12 +227,15 @@ def _explain_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set", action="append", default=[], metavar="KEY=VALUE", help="of a scene: change one of its keys"
     )
-    share, text = quantity("1", Limits(above=0.0, below=1.0)), "wanted.tolerance to go on with; a tenth by default"
+    share, text = (
+        quantity("1", Limits(above=0.0, below=1.0)),
+        "wanted.tolerance of the continuation (default: a tenth of that of the run)",
+    )
     parser.add_argument("--tolerance", type=share, metavar="SHARE", help=text)
-    text = "where to end; by default where the scene ends, or as much after the failure"
+    text = "end of the continuation (default: the end of the scene, or after its duration once more)"
     parser.add_argument("--until", type=quantity("s", Limits(above=0.0)), metavar="SECONDS", help=text)
-    parser.add_argument("--out", metavar="LOG", help="write what follows to this MCAP log")
-    parser.add_argument("--stop", action="store_true", help="only say what happened")
+    parser.add_argument("--out", metavar="LOG", help="write the continuation to this MCAP log")
+    parser.add_argument("--stop", action="store_true", help="describe the failure, without a continuation")
 
 
 def _explain(arguments: argparse.Namespace) -> Outcome:
@@ -348,19 +351,19 @@ VERIFY = Subcommand(
     ("bearing_twin verify run.mcap",),
 )
 REPORT = Subcommand(
-    "the figures of a log, of a run or of a study, without simulating",
+    "figures of the log of a run or a study, without simulating",
     _report_arguments,
     _report,
     ("bearing_twin report run.mcap", "bearing_twin report run.mcap --plot run.png --json"),
 )
 RECOVER = Subcommand(
-    "copy what can be read of a damaged log into a new one",
+    "copy the readable part of a damaged log into a new one",
     _recover_arguments,
     _recover,
     ("bearing_twin recover cut.mcap saved.mcap",),
 )
 EXPORT = Subcommand(
-    "a log of a run or a study as tables (CSV, Parquet) or as a data set (NetCDF), units and axes named",
+    "convert the log of a run or a study to tables (CSV, Parquet) or a data set (NetCDF) with units and axes",
     _export_arguments,
     _export,
     (
@@ -370,7 +373,7 @@ EXPORT = Subcommand(
     ),
 )
 EXPLAIN = Subcommand(
-    "why a scene gets its models; what made a run fail, which then continues at a tighter tolerance",
+    "why models are chosen for a scene; or where and why a run failed, and its continuation at a tighter tolerance",
     _explain_arguments,
     _explain,
     (

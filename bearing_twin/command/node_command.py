@@ -257,12 +257,12 @@ ARGUMENTS = {
     "type": {"help": "its type; that of a service may be omitted"},
     "message": {"nargs": "?", "help": "its fields in YAML; others keep their defaults"},
     "study": {"help": "name of a study, or path of a YAML file where the node runs"},
-    "--field": {"metavar": "PATH", "help": "only this part of it, such as wrench.force"},
+    "--field": {"metavar": "PATH", "help": "print this field alone, such as wrench.force"},
     "--full-length": {"action": "store_true", "help": f"arrays beyond {SHOWN_NUMBERS} numbers too"},
     "--once": {"action": "store_const", "dest": "count", "const": 1, "default": argparse.SUPPRESS,
                "help": "the same as --count 1"},
     "--count": {"metavar": "N", "type": quantity("", Limits(at_least=0), integer=True), "default": 0,
-                "help": "end after so many; 0 = not by itself (default)"},
+                "help": "end after N messages; 0 = on Ctrl-C (default)"},
     "--window": {"metavar": "N", "type": quantity("", Limits(at_least=1, at_most=1_000_000), integer=True),
                  "default": 10_000, "help": "of the last N messages (default: 10000)"},
     "--rate": {"metavar": "HZ", "type": quantity("", Limits(above=0.0, at_most=1000.0)), "default": 1.0,
@@ -340,7 +340,7 @@ def _run(arguments) -> Outcome:
 
 
 NODE = Subcommand(
-    "nodes, topics, parameters and services of ROS 2, in the words of ros2, without a ros2",
+    "nodes, topics, parameters and services of ROS 2, with the syntax of ros2, which need not be installed",
     _add_arguments,
     _run,
     tuple(verb.line for verb in VERBS if verb.words in ("start", "topic echo", "param set", "study")),

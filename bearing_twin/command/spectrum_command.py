@@ -12,12 +12,12 @@ from bearing_twin.command.terminal import progress, say, show_columns, show_pair
 
 def _add_arguments(parser: argparse.ArgumentParser) -> None:
     """Add the options of `spectrum` to its parser."""
-    parser.add_argument("file", help="a log of ours, any MCAP log or bag, .csv, .npz or .mat")
+    parser.add_argument("file", help="acceleration record: a log or bag (MCAP), .csv, .npz or .mat")
     parser.add_argument("--topic", metavar="TOPIC", help="of a log: the topic with the record")
     parser.add_argument("--key", metavar="NAME", help="column, variable, channel, or field of the messages")
     rate = quantity("Hz", Limits(above=0.0))
     parser.add_argument(
-        "--rate", type=rate, metavar="HZ", help="sampling rate, where the file does not say it [Hz, or as 12kHz]"
+        "--rate", type=rate, metavar="HZ", help="sampling rate, if it is not in the file [Hz, or as 12kHz]"
     )
     parser.add_argument("--speed", metavar="W", help="of the shaft [rad/s, or as 1750rpm]; default: the log's own")
     parser.add_argument(
@@ -26,7 +26,9 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
         help="designation, such as 6205, or scene with the ball set; default: the log's own",
     )
     parser.add_argument(
-        "--band", metavar="LOW,HIGH", help="band of the envelope [Hz]; default: of four octaves the most impulsive"
+        "--band",
+        metavar="LOW,HIGH",
+        help="band of the envelope [Hz]; default: of four octaves that of greatest kurtosis",
     )
     parser.add_argument("--run", **RUN)
     parser.add_argument("--plot", metavar="PNG", help="draw the spectrum with the lines of damage")

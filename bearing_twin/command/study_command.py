@@ -25,7 +25,7 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--samples", metavar="N", help="the same as --set samples=N")
     parser.add_argument("--seed", metavar="S", help="the same as --set seed=S")
     parser.add_argument("--workers", metavar="N", help="the same as --set workers=N; 0 = one a processor")
-    parser.add_argument("--resume", metavar="LOG", help="go on from the samples of this log")
+    parser.add_argument("--resume", metavar="LOG", help="continue with the samples of this log")
     parser.add_argument("--out", metavar="LOG", help="write result and samples to this MCAP log")
     parser.add_argument("--plot", metavar="PNG", help="draw distributions and convergence")
 
@@ -81,7 +81,7 @@ def _run(arguments: argparse.Namespace) -> Outcome:
 
 
 STUDY = Subcommand(
-    "what is uncertain about a scene: distributions in, quantiles with intervals out",
+    "distributions of the results of a scene with uncertain inputs, with confidence intervals",
     _add_arguments,
     _run,
     (
@@ -227,12 +227,12 @@ def _remarks(quantity, unit: str, factor: float):
     if quantity["unsafe"]:
         several = len(quantity["unsafe"]) > 1
         subject = f"interval{'s' if several else ''} of {in_words(quantity['unsafe'])} {'are' if several else 'is'}"
-        yield f"the {subject} unsafe: few samples far out decide; take more samples"
+        yield f"the {subject} unsafe: a few extreme samples determine it; take more samples"
     if reason := quantity.get("sobol", {}).get("refused"):
         yield reason
     sources = shares_of(quantity).items()
     if unsafe := [key for key, shares in sources if any(share.get("unsafe") for share in shares.values())]:
-        yield f"intervals of its shares from {in_words(unsafe)} are unsafe: few rows far out decide; raise sensitivity"
+        yield f"intervals of its shares from {in_words(unsafe)} are unsafe, as a few rows decide; raise sensitivity"
     if quantity["modality"]:
         yield _modes(quantity["modality"])
 
@@ -241,11 +241,7 @@ def _modes(modality) -> str:
     number = f"{modality['modes']} mode{'s' if modality['modes'] > 1 else ''}"
     if modality["p_value"] is None:
         return f"{number} of the exact density"
-    share = two_digits(100.0 * modality["p_value"])
-    return (
-        f"{number}; of samples with a single mode {share} % show a second one as clearly (p of Silverman's test; a "
-        "second mode counts below 5 %)"
-    )
+    return f"{number}; p = {two_digits(modality['p_value'])} for a single one (Silverman's test, level 0.05)"
 
 
 def _interval(value, interval, factor: float = 1.0) -> str:

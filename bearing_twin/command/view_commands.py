@@ -28,14 +28,16 @@ def _view_arguments(parser: argparse.ArgumentParser) -> None:
     text = "an MCAP log or a bag folder; or the name or file of a scene or a study, which is run first"
     parser.add_argument("source", metavar="LOG|SCENE|STUDY", help=text)
     parser.add_argument("--out", metavar="HTML", help="the page (default: NAME.html here); an earlier one is replaced")
-    parser.add_argument("--study", action="store_true", help="the name is that of a study, where a scene has it too")
+    parser.add_argument(
+        "--study", action="store_true", help="the name is that of a study, if a scene has the same name"
+    )
     add_changes(parser, "change a key of the scene or the study")
     parser.add_argument(
         "--duration", metavar="S", help=f"simulated time of a scene [s] (default: its own, at most {LONGEST_RUN:g})"
     )
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
     parser.add_argument("--run", **RUN)
-    parser.add_argument("--gif", metavar="GIF", help="also the animation, for slides; wants the extra `view`")
+    parser.add_argument("--gif", metavar="GIF", help="also write the animation as a GIF; needs the extra `view`")
 
 
 def _view(arguments: argparse.Namespace) -> Outcome:
@@ -145,7 +147,7 @@ def _study_document(arguments) -> tuple[dict[str, Any], str]:
 
 
 VIEW = Subcommand(
-    "a page for the browser, in one file: the run in motion, its curves and figures; or what a study found",
+    "write a page for the browser, in one file: animation, curves and figures of a run, or the results of a study",
     _view_arguments,
     _view,
     ("bearing_twin view run.mcap", "bearing_twin view bearing_6203_loose --duration 0.5 --out loose.html"),
@@ -169,7 +171,7 @@ def _watch(arguments) -> Outcome:
 
 
 WATCH = Subcommand(
-    "show a running node in a browser, with speed, load, pause and reset to set",
+    "show a running node in a browser, with controls for speed, load, pause and reset",
     _watch_arguments,
     _watch,
     ("bearing_twin watch", "bearing_twin watch --port 8080"),
@@ -179,7 +181,7 @@ WATCH = Subcommand(
 def _layouts_arguments(parser) -> None:
     """The arguments of the subcommand."""
     parser.add_argument("source", metavar="SCENE|LOG", help="name of a scene, path of a YAML file, or an MCAP log")
-    parser.add_argument("--out", metavar="FOLDER", default=".", help="where the files go; made where it is not there")
+    parser.add_argument("--out", metavar="FOLDER", default=".", help="folder of the files; it is created if need be")
     parser.add_argument(
         "--for",
         dest="programs",
@@ -187,8 +189,10 @@ def _layouts_arguments(parser) -> None:
         choices=("rviz", "foxglove", "plotjuggler"),
         help="may be repeated; without, all of them",
     )
-    parser.add_argument("--namespace", default="", help="of the node, such as /left; of a log it is known")
-    parser.add_argument("--frame-prefix", default="", help="as the node has it, such as left/; of a log it is known")
+    parser.add_argument("--namespace", default="", help="of the node, such as /left; not needed for a log")
+    parser.add_argument(
+        "--frame-prefix", default="", help="frame_prefix of the node, such as left/; not needed for a log"
+    )
     parser.add_argument("--topic", metavar="TOPIC", help="of a log of several bearings: the samples of one of them")
 
 

@@ -152,7 +152,7 @@ def solve(gap: Gap, modulus: float, quantity: str, value: float) -> LoadedContac
     except (OverflowError, ZeroDivisionError):
         contact = None
     if contact is None or not all(math.isfinite(number) and number > 0.0 for number in contact):
-        raise SceneError(f"{label} = {value:g} leads to numbers no computer holds; give a value of this world")
+        raise SceneError(f"{label} = {value:g} leads beyond the range of double precision; give a realistic value")
     return contact
 
 

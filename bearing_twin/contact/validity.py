@@ -50,7 +50,7 @@ def width_warning(semi_axis: float, size: float, body: str = "radius") -> str | 
         return None
     return (
         f"a semi-axis of {semi_axis:.3g} m is above {WIDEST_ELLIPSE:g} of the {body} {size:.3g} m: "
-        "the half-space of Hertz's theory is a rough picture"
+        "the half-space of Hertz's theory is a rough approximation"
     )
 
 
@@ -105,7 +105,7 @@ def wave_warning(contact_duration: float, transit: float) -> str | None:
         return None
     return (
         f"a contact of {contact_duration:.3g} s is shorter than {FEWEST_TRANSITS:g} times the {transit:.3g} s a wave "
-        "takes through the body: vibration takes a share of the energy that Hertz's theory does not know"
+        "takes through the body: elastic waves carry off energy, which Hertz's theory neglects"
     )
 
 

@@ -323,7 +323,7 @@ def pick(kind: str, key: str, parameters, specified=AUTO) -> Answer:
                 if specified in (AUTO, 0, "", value):
                     return Answer(value, row.sentence(value), row)
                 break
-    return Answer(specified, f"{_named(key)}{specified}, as given", None)
+    return Answer(specified, f"{_named(key)}{specified}, as specified", None)
 
 
 def answers(kind: str, parameters) -> dict[str, Answer]:

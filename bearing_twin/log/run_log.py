@@ -240,7 +240,7 @@ class LogStream:
     @property
     def notes(self) -> list[str]:
         """Parts of the run that are not read, a sentence each: files without an end, foreign messages, a late begin."""
-        sentence = f"the log begins at {self.begins_s:.6g} s: what is said of it holds from there on"
+        sentence = f"the log begins at {self.begins_s:.6g} s: its figures are those from then on"
         return self._reader.notes + ([sentence] if self.begins_s and not self.begins else [])
 
     @property
@@ -278,8 +278,8 @@ class LogStream:
             return ""
         if self.topic in self.metadata.get(RECORDING_RECORD, {}).get("mixed", "").split():
             return (
-                "several nodes sent samples at a time, so that outputs of them stand among each other: figures are of "
-                "what came last, and hold for none of them; record each in a namespace of its own"
+                "several nodes sent samples at a time, and their outputs are mixed: the figures hold for none of them; "
+                "record each node in its own namespace"
             )
         if self._run_selected:
             return ""

@@ -46,12 +46,12 @@ def equilibrium(
     Raises
     ------
     SceneError
-        A scene that is no bearing or not possible, a key that is none, loads that are not finite or of another shape.
+        The scene is impossible or of another kind, a key is unknown, or loads are not finite or have another shape.
 
     Notes
     -----
-    Each case is solved by itself, from nothing. Cases with equal changes share a scene, which takes about a millisecond
-    to read and check; a case of 8 balls then takes some microseconds.
+    Cases are solved independently. Those with equal changes share a scene, which takes about a millisecond to read and
+    check; a case of 8 balls then takes some microseconds.
 
     Sources: Jones, A General Theory for Elastically Constrained Ball and Radial Roller Bearings (1960); Harris, Rolling
     Bearing Analysis.

@@ -68,8 +68,8 @@ class Health:
         if row >= 0:
             seconds, (available, gained) = 1e-9 * int(block.time_ns[row]), self._energies
             raise IntegrationError(
-                f"at {seconds:.9g} s there are {gained:.3g} J more than at the start, of which {available:.3g} J "
-                "were there or were brought; tighten wanted.tolerance or shorten solver.step",
+                f"at {seconds:.9g} s the energy has grown by {gained:.3g} J without work, where {available:.3g} J were "
+                "stored or supplied; tighten wanted.tolerance or shorten solver.step",
                 "energy",
                 seconds,
             )

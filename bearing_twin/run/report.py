@@ -45,9 +45,9 @@ DOMINANT = 10.0  # times the error of the method: where that of the model is gre
 
 DONE, DOUBTFUL, FAILED = "done", "doubtful", "failed"
 STATUSES = {
-    DONE: "what was wanted is within the tolerance, as far as errors are known",
-    DOUBTFUL: "an output that was wanted is worse than the tolerance, or a model left its range; the flags say more",
-    FAILED: "the run broke off, or its energy does not add up: its figures are no result",
+    DONE: "the requested outputs are within the tolerance, as far as errors are known",
+    DOUBTFUL: "a requested output misses the tolerance, or a model left its range; the flags say more",
+    FAILED: "the run was aborted, or violates the energy balance: its figures are invalid",
 }
 """Meaning of the first word of a report's status."""
 

@@ -426,7 +426,7 @@ def _summary(
         quantity = _quantity_summary(result, name, propagated, missing.get(name, {}), sampling, with_modes)
         quantity["at_mean_inputs"] = finite(at_mean.quantities[0, column]) if len(at_mean.quantities) else None
         quantities[name] = {"unit": unit, **quantity} | model.for_quantity(name)
-    cut = "cancelled: modes and statistics of histories are not computed; go on from the log for them"
+    cut = "cancelled: modes and statistics of histories are not computed; resume from the log to get them"
     count, failed = len(result.status), result.status > 0
     return {
         "study": study.name,
@@ -503,7 +503,7 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = readable
         yield f"errors of the model are not part of the sampling intervals; they are {location}"
     if checks["errors_unknown"]:
         sources = ", ".join(map(_source_name, checks["errors_unknown"]))
-        yield f"errors that are not known and not included, with reasons in --json: {sources}"
+        yield f"errors of unknown size, not included (reasons in --json): {sources}"
 
 
 def _source_name(source: str) -> str:

@@ -120,7 +120,7 @@ def model_errors_of_checked(
         error = math.fsum(by_source.values()) if by_source else None
         by_quantity[name] = {"error": error, "errors_by_source": by_source}
         if len(by_source) < len(parts):
-            unknown[name] = "a figure that it is read off has no bound of its error"
+            unknown[name] = "the error of a figure that it depends on is unknown"
         sizes = checked.quantities[np.isfinite(checked.quantities[:, column]), column].tolist()
         unit = quantity_of(study.kind, name).unit
         if error is not None and sizes and is_large_error(sizes, error, unit):

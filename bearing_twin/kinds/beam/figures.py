@@ -120,16 +120,16 @@ class BeamFigures(ImpactFigures):
         sphere, total = sphere_of(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))
         limit = 2.0 * sphere.mass * self.speed
         if sphere.gravity == 0.0 and total > limit * (1.0 + 1e-9):
-            flags.append(f"the impulse of {total:.4g} N s exceeds 2 m v = {limit:.4g} N s: the numbers are wrong")
+            flags.append(
+                f"the impulse of {total:.4g} N s exceeds the bound 2 m v = {limit:.4g} N s: the result is wrong"
+            )
         end = extremes.get("known_until", math.inf)
         if self._goes_on:
             begun = f"the contact that begins at {self.contacts[-1, START]:.4g} s"
             until = f"goes on at the end of the run, {end:.4g} s: its duration and impulse are those until then"
             return [*flags, f"{begun} {until}"]
         if extremes and not extremes["gone"]:
-            flags.append(
-                f"the sphere was not surely gone at {end:.4g} s: further contacts are possible; lengthen run.duration"
-            )
+            flags.append(f"the sphere may touch the beam again after {end:.4g} s; lengthen run.duration")
         return flags + super().flags()
 
 
@@ -230,7 +230,5 @@ class BeamModelErrors(ModelErrors):
         if theory_of(self.parameters) != EULER:
             notes[BEAM_THEORY] = "Timoshenko's beam holds for waves down to a height or two; its error is not known"
         elif theory_errors(self.parameters).contacts > 1:
-            notes[BEAM_THEORY] = (
-                "what follows a second touch needs shear: by Euler's beam what comes of it is another motion"
-            )
+            notes[BEAM_THEORY] = "the motion after a second contact depends on shear, which Euler's beam neglects"
         return notes

@@ -629,7 +629,7 @@ class Equilibria:
             "greatest ball load [N]": self.ball_load.max(axis=(-2, -1)),
             "stiffness along x, y, z [N/m]": np.diagonal(self.stiffness, axis1=-2, axis2=-1)[..., :3],
         }
-        title = f"{self.converged.size} equilibria, {int(self.converged.sum())} of them found"
+        title = f"{int(self.converged.sum())} of {self.converged.size} equilibria found"
         return summary_text(title, {name: value.ravel().tolist() for name, value in rows.items()})
 
 

@@ -145,10 +145,10 @@ def flags_of(parameters, contacts, loose: list[str], pressure: float, safety: fl
     return gathered(
         speed_warning(parameters.geometry, parameters.drive.speed),
         *temperature_warnings(parameters),
-        f"nothing holds the ring along {', '.join(loose)}: it may lie elsewhere too" if loose else None,
+        f"nothing holds the ring along {', '.join(loose)}: its position there is arbitrary" if loose else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
-        f"a ball carries {greatest:.3g} N, where the load alone would press it with about {usual:.2g} N: the rings "
-        "squeeze the balls, which basic life, static safety and the catalogue's torque ignore; reference life counts it"
+        f"a ball carries {greatest:.3g} N, where basic life assumes about {usual:.2g} N: interference, clearance or a "
+        "tilt increases its load, which static safety and the catalogue's torque ignore, too; reference life counts it"
         if greatest > 2.0 * usual
         else None,
         *contact_flags(parameters, pressure, contacts.angle[:, 1], contacts.load[:, 0]),

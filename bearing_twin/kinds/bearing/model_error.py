@@ -246,11 +246,11 @@ def _ellipse_errors(figures: Mapping[str, Any], share: np.ndarray) -> dict[str, 
 MISSING_PHYSICS: dict[str, tuple[Callable[[Any], bool], str]] = {
     "film": (
         lambda parameters: not is_lubricated(parameters),
-        "no oil film: its thickness, its rolling resistance and what oil takes along are not computed",
+        "no oil film: its thickness, its rolling resistance and the drag of the oil are not computed",
     ),
     LUBRICATED: (
         is_lubricated,
-        "films are steady ones, at the temperature given: churning, seals and fresh grease are not computed, and a "
+        "films are steady, at the specified temperature: churning, seals and fresh grease are not computed, and a "
         "measured torque may differ by half",
     ),
     "vibration": (
@@ -259,15 +259,15 @@ MISSING_PHYSICS: dict[str, tuple[Callable[[Any], bool], str]] = {
     ),
     "cage": (
         lambda parameters: parameters.cage.kind == "none",
-        "no cage: its friction and its pushes on the balls are not computed; cage.kind: pockets has them",
+        "no cage: its friction and its forces on the balls are not computed; cage.kind: pockets computes them",
     ),
     "cage_guidance": (
         lambda parameters: parameters.cage.kind != "none" and not moving_centre(parameters),
-        "the cage stays centred: what guides it, and its friction there, are not computed; cage.guidance has them",
+        "the cage stays centred: its guidance and the friction there are not computed; cage.guidance computes them",
     ),
     "cage_tilt": (
         moving_centre,
-        "the cage moves in its plane alone: its tilt, and what it does along the axis, are not computed",
+        "the cage moves in its plane alone: its tilt and its axial motion are not computed",
     ),
     "whirl": (
         lambda parameters: (
@@ -281,14 +281,14 @@ MISSING_PHYSICS: dict[str, tuple[Callable[[Any], bool], str]] = {
     ),
     "shear": (
         lambda parameters: dimension_of(parameters) != QUASI_STATIC,
-        "no tangential elasticity: friction answers to slip alone, smoothed by contact.friction_regularisation, so "
-        "that creep in rolling is what the smoothing gives",
+        "no tangential elasticity: friction depends on slip alone, smoothed by contact.friction_regularisation, which "
+        "determines the creep of rolling",
     ),
 }
 """Parts of real bearings that are not modelled: the condition, and a sentence on its effect."""
 
 EQUILIBRIA = (  # note on their errors
-    "equilibria are solved to rounding; the error of loads is what balls that move differ by; friction is none"
+    "equilibria are exact to rounding; the error of loads is the difference of moving balls; friction is not computed"
 )
 LEAST_LOAD = 0.01  # of the greatest load: smaller loads have the friction limit of this one
 STRETCH = 50  # outputs that are summed before they are added to the previous sum

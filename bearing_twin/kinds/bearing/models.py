@@ -226,16 +226,16 @@ def falling_ball_warnings(parameters, law: str) -> list[str]:
     if abs(parameters.drive.speed) >= limit or not has_unloaded_ball(parameters, law):
         return []
     return [
-        f"below {limit:.3g} rad/s the weight of balls is more than their centrifugal load: those that bear nothing "
-        "fall off the outer raceway and hop between the rings, which carries errors on, so that what is seen of them "
-        "at one instant keeps no tolerance; means do"
+        f"below {limit:.3g} rad/s the weight of balls exceeds their centrifugal load: unloaded balls fall off the "
+        "outer raceway and bounce between the rings, which amplifies errors: values at one instant may miss the "
+        "tolerance, means meet it"
     ]
 
 
 def mend_of_method(parameters, choice) -> str:
     """Advice that reduces the error of the integration method."""
     if falling_ball_warnings(parameters, choice.law):
-        return "no tolerance mends what hopping balls do at one instant: take means, or turn the ring faster"
+        return "no tolerance corrects the motion of bouncing balls at one instant: take means, or turn the ring faster"
     if choice.stepper == QUASI_STATIC:
         return f"set model.dimension: {'free' if any(free_coordinates(parameters)) else 'prescribed'}, whose balls move"
     if choice.stepper in FIXED_STEP:
@@ -254,8 +254,8 @@ def cage_needed(parameters, law: str) -> str:
     if not (leaves_raceway(parameters) if is_held else has_unloaded_ball(parameters, law)):
         return ""
     return (
-        "balls leave the inner raceway on part of their way, and nothing keeps them apart: within about 0.1 s "
-        "their spacing and orbit speed leave what rolling gives, which a cage prevents: set cage.kind: even"
+        "balls leave the inner raceway on part of their orbit, and no cage spaces them: within about 0.1 s they bunch "
+        "up, and their orbit speed is no longer that of rolling; set cage.kind: even"
     )
 
 
@@ -352,7 +352,7 @@ PERMANENT_PRESSURE = 4.2e9  # Pa; ISO 76: beyond it a ball bearing keeps a dent 
 def contact_flags(parameters, pressure: float, angles, loads) -> tuple[str | None, ...]:
     """Warnings of contacts: greatest pressure [Pa], outer angles (N,) [rad], inner loads (N,) [N]."""
     materials = parameters.materials
-    dents = f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: real raceways keep dents"
+    dents = f"peak pressure {pressure:.3g} Pa is beyond 4.2e+09 Pa: raceways keep permanent indentations (ISO 76)"
     return (
         pressure_warning(pressure, yield_pressure(materials.ball, materials.inner_ring, materials.outer_ring)),
         dents if pressure > PERMANENT_PRESSURE else None,

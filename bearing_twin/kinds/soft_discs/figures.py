@@ -79,9 +79,11 @@ class SoftDiscFigures:
         if parameters.formulation == "stvk" and stretch < SOFT:
             flags.append(f"a stretch of {stretch:.3g} is below 0.577: St. Venant-Kirchhoff has no stiffness left there")
         if parameters.formulation == "linear" and stretch < 1.0 - SMALL:
-            flags.append(f"a stretch of {stretch:.3g} is far from 1: small strains are no model for it")
+            flags.append(f"a stretch of {stretch:.3g} is far from 1, which the theory of small strains excludes")
         if known["restitution"] < FEW_BOUNCES:
-            flags.append(f"a restitution of {known['restitution']:.3g} is low: the disc keeps much as vibration")
+            flags.append(
+                f"a restitution of {known['restitution']:.3g} is low: much energy remains as vibration of the disc"
+            )
         if touches > 1:
             flags.append(f"the disc touched the wall {touches} times: contact chatters, or the disc comes back")
         if self._until < known["contact_duration"] * (1.0 - 1e-9):

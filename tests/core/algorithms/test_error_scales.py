@@ -88,7 +88,7 @@ def test_a_run_so_slow_that_loose_balls_fall_says_so(overrides, falls):
         geometry, limit = parameters.geometry, float(re.match(r"below (\S+) rad/s", reported[0])[1])
         orbit = cage_speed(limit, geometry.ball_diameter, geometry.pitch_diameter)
         assert orbit**2 * 0.5 * geometry.pitch_diameter == pytest.approx(9.80665, rel=1e-2)
-    assert ("hopping balls" in mend_of_method(parameters, choice)) is falls
+    assert ("bouncing balls" in mend_of_method(parameters, choice)) is falls
 
 
 FALLS = {  # scene: seconds, outputs a second, dense enough for balls that touch a raceway for 50 us
