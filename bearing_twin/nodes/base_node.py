@@ -13,6 +13,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy._rclpy_pybind11 import RCLError
 from rclpy.callback_groups import CallbackGroup
@@ -26,13 +27,10 @@ from rich.filesize import decimal
 
 from bearing_twin.base.errors import BearingTwinError, Stopped
 from bearing_twin.core import Function
-from bearing_twin.log.cdr import DIAGNOSTICS
 from bearing_twin.nodes.messages import (
     ERROR,
     OK,
     WARN,
-    diagnostics,
-    interface,
     rclpy,
 )
 from bearing_twin.nodes.node_parameters import (
@@ -121,7 +119,7 @@ class BaseNode(Node):
         super().__init__(name, **options)
         self.done, self.failure = threading.Event(), None
         self._task, self._steady = task, Clock(clock_type=ClockType.STEADY_TIME)
-        self._statuses = self.create_publisher(interface(DIAGNOSTICS, "msg"), "/diagnostics", 10)
+        self._statuses = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._log_problem = ""
         self._log_began: tuple[float, int] | None = None  # s of the steady clock, B
 
@@ -146,7 +144,12 @@ class BaseNode(Node):
         if faults := getattr(self.executor, "faults", 0):
             level, values = max(level, WARN), values | {"faults": faults}
         name = f"{self.get_fully_qualified_name().lstrip('/')}: {self._task}"
-        self._statuses.publish(diagnostics(self.get_clock().now().nanoseconds, name, level, message, values))
+        texts = {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in values.items()}
+        pairs = [KeyValue(key=key, value=text) for key, text in texts.items()]
+        status = DiagnosticStatus(level=level, name=name, message=message, hardware_id="bearing_twin", values=pairs)
+        array = DiagnosticArray(status=[status])
+        array.header.stamp = self.get_clock().now().to_msg()
+        self._statuses.publish(array)
 
     def log_status(self, log, folder: Path) -> tuple[bytes, str, dict[str, float]]:
         """Level, sentence ("" if none) and numbers of a log in `folder` with `problem`, `dropped` and `bytes`."""

@@ -1,4 +1,4 @@
-"""ROS messages: classes by type name (`interface`), quality of service, diagnostics, conversion to and from data.
+"""ROS messages: classes by type name (`interface`), quality of service, conversion to and from data.
 
 Importing this module raises MissingInterfacesError, in one sentence, where ROS 2 or our interface package is missing.
 """
@@ -20,7 +20,7 @@ try:
     import rclpy  # noqa: F401
     from ament_index_python import get_resource
     from builtin_interfaces.msg import Time
-    from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+    from diagnostic_msgs.msg import DiagnosticStatus
     from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
     from rosidl_parser.definition import AbstractNestedType, BasicType, NamespacedType
 except ImportError as error:
@@ -81,26 +81,6 @@ def stamp(time_ns: int) -> Time:
     if not -(1 << 31) <= time_ns // 1_000_000_000 < 1 << 31:
         raise BearingTwinError(f"{time_ns * 1e-9:g} s is not a time of ROS, whose seconds end at {(1 << 31) - 1}")
     return Time(sec=time_ns // 1_000_000_000, nanosec=time_ns % 1_000_000_000)
-
-
-def fill_stiffness(response: Stiffness.Response, sample, point, frame: str) -> Stiffness.Response:
-    """The answer of ~/stiffness from an output and its operating point."""
-    response.header.stamp, response.header.frame_id = stamp(sample.time_ns), frame
-    response.sequence, response.inner_ring_speed = sample.sequence, point.speed
-    response.coordinates, response.load = point.coordinates, point.loads
-    response.stiffness = point.stiffness.ravel()
-    response.success, response.message = True, f"at {sample.time_ns * 1e-9:.6f} s"
-    return response
-
-
-def diagnostics(now_ns: int, name: str, level: bytes, message: str, values: Mapping[str, object]) -> DiagnosticArray:
-    """One status with `values` as text, stamped with the wall clock."""
-    texts = {key: f"{value:.6g}" if isinstance(value, float) else str(value) for key, value in values.items()}
-    pairs = [KeyValue(key=key, value=text) for key, text in texts.items()]
-    status = DiagnosticStatus(level=level, name=name, message=message, hardware_id="bearing_twin", values=pairs)
-    array = DiagnosticArray(status=[status])
-    array.header.stamp = stamp(now_ns)
-    return array
 
 
 INDEX = "rosidl_interfaces"  # where packages of interfaces that are installed are listed

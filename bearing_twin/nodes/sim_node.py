@@ -44,9 +44,9 @@ from bearing_twin.nodes.messages import (
     WARN,
     Step,
     Stiffness,
-    fill_stiffness,
     interface,
     qos_profile,
+    stamp,
 )
 from bearing_twin.nodes.node_parameters import ALLOW_INVALID, LOG_SAFETY, NOT_ALLOWED, NodeParameter, safety_of
 from bearing_twin.nodes.outlet import Outlet
@@ -355,8 +355,13 @@ class SimNode(BaseNode):
     @guarded
     def _on_stiffness(self, request, response):
         sample, point = self._execute(lambda now: self.loop.operating_point(now), urgent=True)
-        frame = f"{self._values['frame_prefix']}{KINDS[self._scene.kind].frame}"
-        return fill_stiffness(response, sample, point, frame)
+        response.header.stamp = stamp(sample.time_ns)
+        response.header.frame_id = f"{self._values['frame_prefix']}{KINDS[self._scene.kind].frame}"
+        response.sequence, response.inner_ring_speed = sample.sequence, point.speed
+        response.coordinates, response.load = point.coordinates, point.loads
+        response.stiffness = point.stiffness.ravel()
+        response.success, response.message = True, f"at {sample.time_ns * 1e-9:.6f} s"
+        return response
 
     def _on_change(self, name: str, value: Any) -> None:
         """Another pace; or overrides, with which the run starts again; raises for an illegal scene or other topics."""
