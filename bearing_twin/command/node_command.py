@@ -82,7 +82,7 @@ def _topics(graph, arguments) -> Outcome:
 
 
 def _endpoints(graph, arguments) -> Outcome:
-    return listed("ends", ("end", "type", "reliability", "durability", "node"), graph.ends(arguments.topic))
+    return listed("ends", ("end", "node", "reliability", "durability"), graph.ends(arguments.topic))
 
 
 def _parameters(graph, arguments) -> Outcome:

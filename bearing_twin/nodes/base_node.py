@@ -260,11 +260,11 @@ def run(name: str, make_node: Callable[[], BaseNode]) -> int:
         if node is not None:
             raise
         advice = "see whether -r gives a legal name, and not one name to two topics or services of different types"
-        failure = BearingTwinError(f"ROS refuses the node ({error}); {advice}".replace("\n", " "))
+        failure = BearingTwinError(f"ROS refuses the node ({_ros_sentence(error)}); {advice}")
     except Exception as error:
         if type(error).__module__ != "rclpy.exceptions":
             raise
-        failure = BearingTwinError(f"{error}".replace("\n", " "))
+        failure = BearingTwinError(_ros_sentence(error))
     finally:
         if node is not None:
             try:
@@ -285,8 +285,13 @@ def _initialise() -> None:
     try:
         rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     except Exception as error:  # of unknown arguments the error is their list
-        problem = f"ROS knows no {error}" if str(error).startswith("[") else str(error).partition(", at /")[0]
-        raise BearingTwinError(f"{problem}; {initialisation_hint(str(error))}".replace("\n", " ")) from error
+        problem = f"ROS knows no {error}" if str(error).startswith("[") else _ros_sentence(error)
+        raise BearingTwinError(f"{problem}; {initialisation_hint(str(error))}") from error
+
+
+def _ros_sentence(error: Exception) -> str:
+    """The text of an error of ROS in one line, without the places in its sources."""
+    return str(error).partition(", at /")[0].replace("\n", " ")
 
 
 def leave_ros(node: Node | None, code: int, context: Context | None = None) -> None:
