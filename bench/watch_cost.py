@@ -30,10 +30,10 @@ def processor_seconds(process: subprocess.Popen) -> float:
 
 def shares(nodes) -> list[float]:
     """Per cent of a core that each node takes, over one span."""
-    before, began = [processor_seconds(node.process) for node in nodes], time.monotonic()
+    before, began = [processor_seconds(node) for node in nodes], time.monotonic()
     time.sleep(SPAN)
     passed = time.monotonic() - began
-    return [100.0 * (processor_seconds(node.process) - old) / passed for node, old in zip(nodes, before, strict=True)]
+    return [100.0 * (processor_seconds(node) - old) / passed for node, old in zip(nodes, before, strict=True)]
 
 
 def address(node) -> str:

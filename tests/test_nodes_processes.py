@@ -96,7 +96,7 @@ def python(code):
 )
 def test_a_node_that_fails_or_ends_too_early_names_its_output_and_the_next_step(code, may_end, words, tmp_path):
     with started("sim_node", python(f"import os, sys; {code}"), tmp_path) as node:
-        node.process.wait(LIMIT)
+        node.wait(LIMIT)
         with pytest.raises(ProcessError) as error:
             node.check(may_end)
         if not may_end:
@@ -112,5 +112,5 @@ def test_the_body_ends_the_process_also_one_that_ignores_signals(tmp_path, monke
         end = time.monotonic() + LIMIT
         while "deaf" not in node.output.read_text() and time.monotonic() < end:
             time.sleep(0.01)
-        assert not node.ended
-    assert node.process.returncode == -signal.SIGKILL
+        assert node.poll() is None
+    assert node.returncode == -signal.SIGKILL

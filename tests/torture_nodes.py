@@ -38,7 +38,7 @@ def running(name: str, executor, parameters: dict, folder: Path) -> Iterator[sub
     """A node as a process in the executor's domain, its output in `folder`; ended at the end if it still is there."""
     domain = {"ROS_DOMAIN_ID": str(executor.context.get_domain_id())}
     with patch.dict(os.environ, domain), started(name, node_command(name, parameters), folder) as node:
-        yield node.process
+        yield node
 
 
 def spun(executor, done, seconds: float) -> bool:

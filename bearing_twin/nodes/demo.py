@@ -121,7 +121,7 @@ def _recorded(scene: Scene, log: Path, name: str, parameters: dict, watcher: Wat
         started(name, publishing, log.parent) as node,
         progress.status(f"{name} and recorder_node"),
     ):
-        while not node.ended:
+        while node.poll() is None:
             rclpy.spin_once(watcher, timeout_sec=POLL)
             recorder.check()
         node.check(may_end=True)

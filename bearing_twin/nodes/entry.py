@@ -89,22 +89,17 @@ class ProcessError(BearingTwinError):
     """A node ended too early or failed; the message names its output and the next step."""
 
 
-class NodeProcess:
+class NodeProcess(subprocess.Popen):
     """A process with its output in the file `output`."""
 
     def __init__(self, name: str, command: Sequence[str], output: Path):
         self.name, self.output = name, output
         with output.open("wb") as file:
-            self.process = subprocess.Popen(command, stdout=file, stderr=subprocess.STDOUT)
-
-    @property
-    def ended(self) -> bool:
-        """True once the process has ended."""
-        return self.process.poll() is not None
+            super().__init__(command, stdout=file, stderr=subprocess.STDOUT)
 
     def check(self, may_end: bool = False) -> None:
         """Raises ProcessError if the process failed, or ended though it may not."""
-        code = self.process.poll()
+        code = self.poll()
         if code is None or (code == 0 and may_end):
             return
         how = f"was ended by signal {signal.Signals(-code).name}" if code < 0 else f"ended early with code {code}"
@@ -115,11 +110,6 @@ class NodeProcess:
             f"Its output is in {self.output}. Correct the cause named there, or try again."
         )
 
-    def interrupt(self) -> None:
-        """Asks the node to end, as Ctrl-C does."""
-        if not self.ended:
-            self.process.send_signal(signal.SIGINT)
-
 
 @contextlib.contextmanager
 def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodeProcess]:
@@ -128,12 +118,12 @@ def started(name: str, command: Sequence[str], folder: Path) -> Iterator[NodePro
     try:
         yield node
     finally:
-        node.interrupt()
+        node.send_signal(signal.SIGINT)
         with contextlib.suppress(subprocess.TimeoutExpired):
-            node.process.wait(GRACE)
-        if not node.ended:
-            node.process.kill()
-            node.process.wait()
+            node.wait(GRACE)
+        if node.poll() is None:
+            node.kill()
+            node.wait()
 
 
 def node_command(name: str, parameters: dict) -> list[str]:

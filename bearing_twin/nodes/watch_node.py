@@ -3,7 +3,6 @@
 It subscribes to the node only while a viewer is connected: without one the node makes no samples for it.
 """
 
-import math
 import textwrap
 import threading
 import time
@@ -37,9 +36,9 @@ from bearing_twin.view.page_server import Feed, PageServer, RequestRefused
 
 def number_of(command: Mapping[str, Any], key: str, called: str = "") -> float:
     """A finite number in a command; raises BearingTwinError that calls it `called`, or else by its key."""
-    value = command.get(key)
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise BearingTwinError(f"{called or key} must be a number")
+    value, problem = read_number(command.get(key))
+    if problem:
+        raise BearingTwinError(f"{called or key} {problem}")
     return float(value)
 
 
