@@ -37,6 +37,11 @@ KEPT_KEY = "kept_rate_hz"  # in the metadata of a topic
 BAG_RECORD = "rosbag2"
 SCENE_RECORD = "bearing_twin"
 RECORDING_RECORD = "bearing_twin_recording"  # messages that a recorder received and lost; the last one counts
+LOSSES = {  # counts of lost messages in that record, and sentences about them
+    "messages_lost": "were lost on the way to the recorder",
+    "messages_dropped": "were dropped on a full disk",
+    "messages_unreadable": "are not logged: too large, or not of the type as which they were sent",
+}
 OUTPUTS_KEY = "outputs"  # in SCENE_RECORD of a complete run: its number of outputs
 RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs of one scene
 BEGINS_KEY = "begins"  # in SCENE_RECORD: the number of the first output of a run that continues another

@@ -28,6 +28,7 @@ from bearing_twin.log.bag import LogReader, path_of
 from bearing_twin.log.mcap_read import LoggedMessage
 from bearing_twin.log.raw_log import (
     BEGINS_KEY,
+    LOSSES,
     OUTPUTS_KEY,
     RECORDING_RECORD,
     RUN_RECORD,
@@ -56,11 +57,6 @@ from bearing_twin.run.simulation import Run
 
 MOST_RUNS = 10_000
 MOST_HELD = 1 << 24  # numbers of records that are held together, 128 MB
-LOSSES = {  # of a recording: counts of lost messages
-    "messages_lost": "were lost on the way to the recorder",
-    "messages_dropped": "were dropped on a full disk",
-    "messages_unreadable": "are not read: sent as samples and none, or too large",
-}
 
 
 def count_in(text: str | None) -> int | None:

@@ -22,7 +22,7 @@ from bearing_twin.kinds import KINDS
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import Qos
 from bearing_twin.log.mcap_read import LARGEST_MESSAGE, MOST_TOPICS
-from bearing_twin.log.raw_log import RECORDING_RECORD, RawLogWriter, Safety
+from bearing_twin.log.raw_log import LOSSES, RECORDING_RECORD, RawLogWriter, Safety
 from bearing_twin.log.stream import NUMBERED, readable_range
 from bearing_twin.nodes.base_node import (
     LOG_PERIOD,
@@ -201,21 +201,14 @@ class Recording:
             self.log.close()
 
 
-LOSSES = {
-    "messages_unreadable": "{} messages are not logged: too large, or not of the type as which they were sent",
-    "messages_lost": f"{{}} messages were lost on the way; {REMEDY}",
-    "messages_dropped": "{} messages were dropped while the disk was full",
-}
-"""Counts of a recording's status, the gravest first, and the sentences about them."""
-
-
 def warning_of(status: dict) -> str:
     """The sentence about losses in the `status` of a recording; "" if there are none."""
     if status["mixed"]:
         return f"several nodes publish {status['mixed']}: their outputs are mixed; start each in its own namespace"
-    for key, sentence in LOSSES.items():
+    for key, loss in LOSSES.items():
         if status[key]:
-            return sentence.format(status[key])
+            remedy = f"; {REMEDY}" if key == "messages_lost" else ""
+            return f"{status[key]} messages {loss}{remedy}"
     return ""
 
 
