@@ -10,7 +10,7 @@ from ros import rclpy
 
 from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.paths import share_path
-from bearing_twin.nodes.node_parameters import SHARED, SIDES, as_argument, checked_values, launch_values
+from bearing_twin.nodes.node_parameters import SHARED, SIDES, checked_values, launch_values
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
 from bearing_twin.nodes.sim_node import PARAMETERS as SIMULATION
@@ -22,8 +22,7 @@ TABLES = {"simulate": SIMULATION, "replay": REPLAY, "study": STUDIES, "two_beari
 
 @pytest.mark.parametrize("table", [SHARED, RECORDER, *TABLES.values()])
 def test_every_default_is_read_again_as_it_is_typed(table):
-    texts = {row.name: as_argument(row.default) for row in table if as_argument(row.default) != "none"}
-    texts |= {row.name: str(row.default) for row in table if type(row.default) is list and row.name in texts}
+    texts = {row.name: str(row.default) for row in table if row.default not in ("", [])}
     assert checked_values(table, launch_values(table, texts)) == {row.name: row.default for row in table}
     shared = {row.name for row in SHARED} & {row.name for row in table}
     assert not shared or table is SHARED  # else an argument would have two meanings

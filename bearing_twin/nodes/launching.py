@@ -3,6 +3,7 @@
 Every launch file takes the arguments `SHARED` and, by name, every parameter of its node (`two_bearings`: `SIDES`).
 """
 
+import json
 import os
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
@@ -22,7 +23,7 @@ from bearing_twin.base.errors import ROS_ARGS
 from bearing_twin.base.paths import share_path
 from bearing_twin.log.layouts import Panels, foxglove, panels, panels_of_log, rviz
 from bearing_twin.log.run_log import read_log
-from bearing_twin.nodes.node_parameters import SHARED, SIDES, NodeParameter, as_argument, launch_values
+from bearing_twin.nodes.node_parameters import SHARED, SIDES, NodeParameter, launch_values
 from bearing_twin.nodes.recorder_node import FRAMES
 from bearing_twin.nodes.recorder_node import PARAMETERS as RECORDER
 from bearing_twin.nodes.replay_node import PARAMETERS as REPLAY
@@ -96,7 +97,7 @@ def _launch_description(table: Sequence[NodeParameter], actions: Callable[[dict]
     table = (*SHARED, *table)
     declared = []
     for row in table:
-        description = f"{row.description} [default: {as_argument(row.default)}]"
+        description = f"{row.description} [default: {json.dumps(row.default)}]"
         declared.append(DeclareLaunchArgument(row.name, default_value="", description=description))
     shared = {row.name: row.default for row in SHARED}
 

@@ -208,10 +208,3 @@ def _typed(default, text: str) -> Any:
         with contextlib.suppress(yaml.YAMLError, ValueError, RecursionError):
             return yaml.safe_load(text)
     return text
-
-
-def as_argument(default) -> str:
-    """A default in the form of an argument of a command line."""
-    if default in ("", []):
-        return "none"
-    return str(default).lower() if isinstance(default, bool) else str(default)
