@@ -31,9 +31,9 @@ SIZE = (16.0, 10.0)  # inches at 100 dots each
 RACEWAYS = ("inner", "outer")
 RACEWAY_COLOURS = ("#0072B2", "#D55E00")
 LOAD_MAP = "cividis"
-LEGEND_SIZE = 10.5  # points, of the words of a legend
+LEGEND_SIZE, TITLE_SIZE = 10.5, 13.5  # points, of the words of a legend and of the title of a panel
 VERSION = f"bearing_twin {__version__}"
-LETTER = 0.0085  # inches: width of a letter for each point of its size
+LETTER = {"normal": 0.0072, "bold": 0.0085}  # inches: width of a letter for each point of its size, by weight
 
 
 def ball_style(ball: int) -> dict:
@@ -54,7 +54,7 @@ def readable_scale(values, unit) -> tuple[float, str]:
 
 def heading(axis, text: str, across: str | None = None, up: str | None = None, pad: float = 6.0) -> None:
     """The words of a panel: its title above its left edge, and, where given, what its axes are."""
-    axis.set_title(text, loc="left", fontsize=13.5, color=STYLE["ink"], pad=pad)
+    axis.set_title(text, loc="left", fontsize=TITLE_SIZE, color=STYLE["ink"], pad=pad)
     if across is not None:
         axis.set_xlabel(across)
     if up is not None:
@@ -91,9 +91,9 @@ def style_axes(axis) -> None:
     axis.yaxis.label.set(size=12, color=STYLE["ink"])
 
 
-def fitted(text: str, width: float, size: float) -> str:
+def fitted(text: str, width: float, size: float, weight: str = "normal") -> str:
     """A text cut to what stands in a line of `width` [inches] at a font `size` [points]."""
-    most = int(width / (LETTER * size))
+    most = int(width / (LETTER[weight] * size))
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
@@ -254,7 +254,7 @@ def figure_of(sheet: Sheet, made: str = VERSION) -> Figure:
     figure = Figure(figsize=(WIDTH, tall), dpi=100, facecolor="white", layout="constrained")
     figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1)
     figure.suptitle(
-        fitted(sheet.title, 0.96 * WIDTH, 17), x=0.02, ha="left", fontsize=17, weight="bold", color=STYLE["ink"]
+        fitted(sheet.title, 0.96 * WIDTH, 17, "bold"), x=0.02, ha="left", fontsize=17, weight="bold", color=STYLE["ink"]
     )
     boxes = figure.subfigures(len(sheet.rows), 1, squeeze=False)[:, 0]
     keys: dict[str, Any] = {}
@@ -399,7 +399,7 @@ def finish_picture(figure, title: str, footer: str, png_path, size: int = 20) ->
     """Writes title and footer on a picture of a run, and saves it; raises as `save`."""
     width, height = figure.get_size_inches()
     title_style = {"fontsize": size, "weight": "bold", "color": STYLE["ink"], "va": "center"}
-    figure.text(0.06, 1.0 - 0.32 / height, fitted(title, 0.92 * width, size), **title_style)
+    figure.text(0.06, 1.0 - 0.32 / height, fitted(title, 0.92 * width, size, "bold"), **title_style)
     footer = fitted(f"{footer}; {VERSION}", 0.92 * width, 10.5)
     figure.text(0.06, 0.22 / height, footer, fontsize=10.5, color=STYLE["soft"], va="center")
     return save(figure, png_path)

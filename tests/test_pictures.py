@@ -9,6 +9,7 @@ from bearing_twin.base.errors import BearingTwinError, LogError
 from bearing_twin.base.sample import Block
 from bearing_twin.command.cli import DONE, main
 from bearing_twin.kinds import KINDS
+from bearing_twin.kinds.picture import RunPicture
 from bearing_twin.run.scene import load_scene
 from bearing_twin.run.simulation import simulate
 
@@ -116,7 +117,9 @@ def extents(words):
 
 
 def test_titles_stay_inside_the_picture_and_apart(tmp_path, figures):
-    """The heading of a round contact ran into its neighbour's; a long description out of the picture."""
+    """The heading of a round contact ran into its neighbour's; a long description, and that of a channel, out of the
+    picture. Maps were narrower than the curves below them, over whose times they stand.
+    """
     contact = ["contact", "--radii-1", "10mm", "--load", "1000", "--plot", str(tmp_path / "contact.png"), "--json"]
     assert main(contact) == DONE
     words = "a rotor between two bearings that somebody describes at length " * 4
@@ -125,6 +128,12 @@ def test_titles_stay_inside_the_picture_and_apart(tmp_path, figures):
     for block in simulate(scene).blocks():
         picture.add(block)
     picture.write(tmp_path / "shaft.png")
+    unknown = RunPicture(None, a_choice())
+    unknown.add(made_up_block(scene_of(8), 30))
+    unknown.write(tmp_path / "unknown.png")
+    maps = [axis for axis in figures[-1].axes if axis.get_ylabel() == "number"]
+    curves = [axis for axis in figures[-1].axes if axis.lines]
+    assert {round(axis.get_position().width, 6) for axis in maps} == {round(curves[0].get_position().width, 6)}
     for figure in figures:
         figure.draw_without_rendering()
         titles = [axis.title if axis.title.get_text() else axis._left_title for axis in figure.axes]

@@ -17,9 +17,11 @@ from bearing_twin.pictures import (
     GREATEST_LINES,
     LOAD_MAP,
     SIZE,
+    TITLE_SIZE,
     ball_style,
     draw_errors,
     finish_picture,
+    fitted,
     heading,
     legend_above,
     marker_of,
@@ -106,8 +108,9 @@ class RunPicture:
         figure.set_size_inches(SIZE[0], margin + (SIZE[1] - BELOW if is_beside else ABOVE + ROW * sum(ratios)))
         parts = figure.add_gridspec(1, 2, wspace=0.14) if is_beside else figure.add_gridspec(2, 1, height_ratios=ratios)
         height = figure.get_figheight()
-        parts.update(left=0.06, right=0.98, top=1.0 - ABOVE / height, bottom=margin / height)
-        spacing = {"hspace": min(0.16 * rows, 0.8), "wspace": 0.14}
+        has_maps = any(len(panel.lines) > GREATEST_LINES for panel in panels)  # whose scales stand right of them
+        parts.update(left=0.06, right=0.92 if has_maps else 0.98, top=1.0 - ABOVE / height, bottom=margin / height)
+        spacing = {"hspace": min(0.16 * rows, 0.8), "wspace": 0.3 if has_maps else 0.14}
         axes = parts[1].subgridspec(rows, columns, **spacing).subplots(sharex=True, squeeze=False)
         factor, unit = prefixed_unit(float(values["time"][-1]), "s")
         for axis in axes.ravel()[len(panels) :]:
@@ -160,7 +163,8 @@ class RunPicture:
         if not is_map:
             _widen(axis, LEAST_SPAN * factor * size)
         axis.margins(x=0.0)
-        heading(axis, title[:90], up=labels[0].rstrip("0123456789, ") or "number" if is_map else up)
+        title = fitted(title, axis.get_position().width * axis.figure.get_figwidth(), TITLE_SIZE)
+        heading(axis, title, up=labels[0].rstrip("0123456789, ") or "number" if is_map else up)
         if not is_map and panel.lines[0].series not in self.named:
             legend_above(axis)
 
@@ -191,7 +195,8 @@ def _draw_map(axis, time, curves, unit: str) -> None:
     limits = {} if curves.any() else {"vmin": 0.0, "vmax": 1.0}
     style = {"cmap": LOAD_MAP, "shading": "nearest", "rasterized": True}
     image = axis.pcolormesh(time, np.arange(len(curves)), curves, **style, **limits)
-    axis.figure.colorbar(image, ax=axis, pad=0.015, label=unit)
+    axis.yaxis.get_major_locator().set_params(integer=True)
+    axis.figure.colorbar(image, cax=axis.inset_axes((1.015, 0.0, 0.015, 1.0)), label=unit)
 
 
 def _draw_peaks(axis, time, begin: np.ndarray, end: np.ndarray, peak: np.ndarray) -> None:

@@ -5,7 +5,7 @@ import numpy as np
 from bearing_twin.kinds.beam.display import view
 from bearing_twin.kinds.bodies.figures import CONTACT
 from bearing_twin.kinds.picture import RunPicture
-from bearing_twin.pictures import BALL_COLOURS, STYLE, heading, style_axes
+from bearing_twin.pictures import BALL_COLOURS, STYLE, heading, readable_scale, style_axes
 
 ABOVE, BELOW = 0.75, 1.35  # what is seen above and below the beam at rest, in greatest deflections
 
@@ -19,7 +19,8 @@ class BeamPicture(RunPicture):
         """The beam and the sphere at the start, at the greatest force and at the greatest deflection."""
         axis, parameters, time = figure.add_subplot(cell), self.parameters, values["time"]
         style_axes(axis)
-        span, greatest = 1e3 * parameters.beam.span, values["shape"].max() or 1.0
+        span, greatest = 1e3 * parameters.beam.span, values["shape"].max() or 1e-6
+        factor, unit = readable_scale(greatest, "m")
         stations = np.linspace(0.0, span, values["shape"].shape[1])
         instants = {
             "start": 0,
@@ -30,16 +31,16 @@ class BeamPicture(RunPicture):
             del instants["greatest force"]
         for colour, (name, row) in zip(BALL_COLOURS, instants.items(), strict=False):
             label = f"{name}, {1e6 * time[row]:.4g} µs"
-            axis.plot(stations, 1e6 * values["shape"][row], color=colour, linewidth=2.6, label=label)
+            axis.plot(stations, factor * values["shape"][row], color=colour, linewidth=2.6, label=label)
             bottom = values["sphere_position"][row] - max(values["approach"][row], 0.0)
             if -ABOVE * greatest < bottom < BELOW * greatest:
                 marker_style = {"color": colour, "markersize": 11, "markeredgecolor": "white"}
-                axis.plot(span * parameters.blow.point, 1e6 * bottom, "o", **marker_style)
+                axis.plot(span * parameters.blow.point, factor * bottom, "o", **marker_style)
         axis.plot([0.0, span], [0.0, 0.0], "^", color=STYLE["edge"], markersize=12, clip_on=False)
-        axis.set_ylim(1e6 * BELOW * greatest, -1e6 * ABOVE * greatest)
+        axis.set_ylim(factor * BELOW * greatest, -factor * ABOVE * greatest)
         axis.legend(frameon=False, fontsize=11, loc="lower left")
         title = "The beam at instants; dots: the sphere's lowest point"
-        heading(axis, title, "along the beam [mm]", "deflection, downward [µm]")
+        heading(axis, title, "along the beam [mm]", f"deflection, downward [{unit}]")
 
 
 def _first_peak(values) -> int:

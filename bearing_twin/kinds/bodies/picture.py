@@ -79,7 +79,8 @@ def _draw_paths(axis, values, bodies, view, title: str, sections: bool) -> None:
         axis.plot(*(1e3 * centre @ view.T).T, linewidth=1.8, label=f"{body.shape}: centre", **colour_style)
         axis.plot(*(1e3 * view @ centre[0]), "o", markersize=7, **colour_style)
     point = np.where(values["in_contact"][:, None] > 0.0, 1e3 * values["contact_point"] @ view.T, np.nan)
-    axis.plot(*point.T, color=BALL_COLOURS[5], linewidth=1.0, label="point of contact")
+    label = "point of contact" if values["in_contact"].any() else None
+    axis.plot(*point.T, color=BALL_COLOURS[5], linewidth=1.0, label=label)
     axis.set_aspect("equal", adjustable="datalim")
     axis.autoscale_view()
     axis.figure.draw_without_rendering()
