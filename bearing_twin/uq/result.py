@@ -503,7 +503,7 @@ def model_error_sentences(summary: Mapping[str, Any], shown: Callable = readable
         yield f"errors of the model are not part of the sampling intervals; they are {location}"
     if checks["errors_unknown"]:
         sources = ", ".join(map(_source_name, checks["errors_unknown"]))
-        yield f"errors of unknown size, not included (reasons in --json): {sources}"
+        yield f"effects without an error estimate (reasons in --json): {sources}"
 
 
 def _source_name(source: str) -> str:
