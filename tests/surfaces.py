@@ -12,7 +12,7 @@ SURFACES = {"plane": PLANE, "sphere": SPHERE, "ellipsoid": ELLIPSOID, "torus": T
 _level = Function("core_level", REAL, (REALS, REALS, REALS_OUT, REALS_OUT))
 _residual = Function("core_opposing_residual", None, (REALS, REALS, REALS, REALS_OUT))
 _project = Function("core_project", INTEGER, (REALS, REALS, REALS_OUT))
-_rates = Function("core_opposing_rates", INTEGER, (REALS, REALS, REALS, REALS_OUT, REALS_OUT))
+_rates = Function("core_opposing_rates", INTEGER, (REALS, REALS, REALS, REALS_OUT))
 _overlap = Function("core_overlap", None, (*(REALS,) * 5, REAL, REAL, REAL, REALS_OUT))
 
 
@@ -61,14 +61,11 @@ def projected(a: Body, b: Body, unknowns) -> np.ndarray | None:
     return found if _project(a.numbers(), b.numbers(), found) else None
 
 
-def opposing_rates(a: Body, b: Body, unknowns) -> tuple[np.ndarray, np.ndarray] | None:
-    """Rates (8,) of the unknowns by paper 1, eqs. (2)-(3), and the angular velocity (3,) of the contact frame [rad/s].
-
-    The frame's third axis is A's normal gamma, Omega = gamma x d(gamma)/dt. None where the equations are singular.
-    """
-    rates, spin = np.empty(8), np.empty(3)
-    known = _rates(a.numbers(), b.numbers(), np.array(unknowns, float), rates, spin)
-    return (rates, spin) if known and np.isfinite(rates).all() else None
+def opposing_rates(a: Body, b: Body, unknowns) -> np.ndarray:
+    """Rates (8,) of the unknowns by paper 1, eqs. (2)-(3)."""
+    rates = np.empty(8)
+    assert _rates(a.numbers(), b.numbers(), np.array(unknowns, float), rates)
+    return rates
 
 
 def tangent_axes(normal) -> np.ndarray:

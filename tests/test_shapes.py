@@ -142,10 +142,10 @@ def followed(steps, project, duration=1.0):
     unknowns, step = find_opposing(*moving(0.0), (1.1, 0.2, 0.8)), duration / steps
     for k in range(steps):
         now, half, then = (moving(step * (k + share)) for share in (0.0, 0.5, 1.0))
-        k1, _ = opposing_rates(*now, unknowns)
-        k2, _ = opposing_rates(*half, unknowns + 0.5 * step * k1)
-        k3, _ = opposing_rates(*half, unknowns + 0.5 * step * k2)
-        k4, _ = opposing_rates(*then, unknowns + step * k3)
+        k1 = opposing_rates(*now, unknowns)
+        k2 = opposing_rates(*half, unknowns + 0.5 * step * k1)
+        k3 = opposing_rates(*half, unknowns + 0.5 * step * k2)
+        k4 = opposing_rates(*then, unknowns + step * k3)
         unknowns = unknowns + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
         if project:
             unknowns = projected(*then, unknowns)

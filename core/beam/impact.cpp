@@ -1,5 +1,6 @@
 // A sphere on a beam, and its exported functions; arrays are C-contiguous doubles, complex numbers two of them.
 #include <functional>
+#include "../math/linear.hpp"
 #include "../methods/events.hpp"
 #include "../methods/step_control.hpp"
 #include "modes.hpp"
@@ -104,7 +105,7 @@ class Collocation {
         auto spring = sphere.spring(approach[i]);
         force[i + 1] = spring.load, slope[i] = spring.stiffness;
       }
-      double a[UNKNOWN][UNKNOWN];
+      SquareMatrix<UNKNOWN> a;
       Values b;
       greatest = change = 0.0;
       for (int i = 0; i < UNKNOWN; i++) {
@@ -113,26 +114,12 @@ class Collocation {
         a[i][i] += 1.0 + modes.tail * slope[i];
         greatest = std::max(greatest, std::fabs(approach[i]));
       }
-      eliminate(a, b);
+      if (!core::solve(a, b)) return false;
       for (int i = 0; i < UNKNOWN; i++) approach[i] += b[i], change = std::max(change, std::fabs(b[i]));
       if (!std::isfinite(b[0] + b[1] + b[2])) return false;
       if (change <= 1e-15 * greatest) return true;
     }
     return change <= 1e-11 * greatest;
-  }
-
-  // Solves three linear equations in place, without pivots: the diagonal leads.
-  static void eliminate(double (&a)[UNKNOWN][UNKNOWN], Values &b) {
-    for (int i = 0; i < UNKNOWN; i++)
-      for (int row = i + 1; row < UNKNOWN; row++) {
-        double factor = a[row][i] / a[i][i];
-        for (int column = i; column < UNKNOWN; column++) a[row][column] -= factor * a[i][column];
-        b[row] -= factor * b[i];
-      }
-    for (int i = UNKNOWN - 1; i >= 0; i--) {
-      for (int column = i + 1; column < UNKNOWN; column++) b[i] -= a[i][column] * b[column];
-      b[i] /= a[i][i];
-    }
   }
 
   // One step of at most `span` in which the bodies press all along, or that ends where they separate.

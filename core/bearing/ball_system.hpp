@@ -109,12 +109,13 @@ struct ElementStore {
   }
 };
 
-template <RingMotion RING, bool PATCH, bool DERIVATIVES>
+template <RingMotion RING, bool COUPLED, bool PATCH, bool DERIVATIVES>
 [[gnu::noinline]] inline void block_raceway_forces(const Bearing &bearing, const double *housing, const Layout &layout,
                                                    BallBlock &block, const BodyState &y, const Pack &shaft_speed,
                                                    BodyForces &forces) {
   ElementStore<false, DERIVATIVES> store{layout, block, forces};
-  ElementInput<DERIVATIVES> in{block.y, y, shaft_speed, bearing.carries() ? &block.carried : nullptr, block.heights, housing};
+  const CarriedBalls *carried = bearing.carries() ? &block.carried : nullptr;
+  ElementInput<DERIVATIVES, COUPLED> in{block.y, y, shaft_speed, carried, block.heights, housing};
   raceway_forces<RING, PATCH>(bearing, in, store);
 }
 
@@ -133,17 +134,17 @@ inline void block_forces(const Bearing &bearing, const CoupledBodies &bodies, co
   if (DERIVATIVES && bodies.cage == CageKind::pockets)
     for (auto &row : block.jacobian)
       for (Pack &entry : row) entry = Pack{};  // pockets add to entries that raceways do not set
-  auto raceways = [&]<RingMotion RING>() {
-    bearing.over_patch()
-        ? block_raceway_forces<RING, true, DERIVATIVES>(bearing, bodies.direction, layout, block, y, shaft_speed, forces)
-        : block_raceway_forces<RING, false, DERIVATIVES>(bearing, bodies.direction, layout, block, y, shaft_speed, forces);
+  auto raceways = [&]<RingMotion RING, bool COUPLED>() {
+    auto forces_of = bearing.over_patch() ? block_raceway_forces<RING, COUPLED, true, DERIVATIVES>
+                                          : block_raceway_forces<RING, COUPLED, false, DERIVATIVES>;
+    forces_of(bearing, bodies.direction, layout, block, y, shaft_speed, forces);
   };
-  switch (bodies.ring) {  // held coordinates of a ring that moves have the spare row and column
-    case RingMotion::held: raceways.template operator()<RingMotion::held>(); break;
-    case RingMotion::tilted: raceways.template operator()<RingMotion::tilted>(); break;
-    case RingMotion::level: raceways.template operator()<RingMotion::level>(); break;
-    case RingMotion::tilting: raceways.template operator()<RingMotion::tilting>();
-  }
+  if (layout.unknowns == 0)
+    bearing.tilted() ? raceways.template operator()<RingMotion::tilted, false>()
+                     : raceways.template operator()<RingMotion::held, false>();
+  else if (bodies.ring == RingMotion::held) raceways.template operator()<RingMotion::held, true>();
+  else if (bodies.ring == RingMotion::level) raceways.template operator()<RingMotion::level, true>();
+  else raceways.template operator()<RingMotion::tilting, true>();  // held coordinates have the spare row and column
   if (bodies.cage == CageKind::pockets) block_pocket_forces<DERIVATIVES>(bearing, bodies, layout, block, y, forces);
 }
 

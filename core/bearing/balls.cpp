@@ -1,6 +1,5 @@
 // Explicit and implicit-explicit methods of balls between rings whose motion is prescribed, with common steps and contacts between
 // neighbours; exported functions on C-contiguous arrays of doubles.
-#include "../methods/events.hpp"
 #include "chunk.hpp"
 #include "numbers.hpp"
 
@@ -170,7 +169,6 @@ class ExplicitBalls : public PrescribedBalls {
 class ImexBalls : public PrescribedBalls {
  public:
   explicit ImexBalls(const Chunk &chunk) : PrescribedBalls(chunk), first_spin(blocks.size()), spin_sum(blocks.size()) {
-    touching.storing = 0.0;  // losses at the first velocities of a step are of first order, enough for damping alone
     start_turning();
   }
 
@@ -223,17 +221,6 @@ class ImexBalls : public PrescribedBalls {
     for (int c = VELOCITY; c < COLUMNS; c++) block.start[c] += block.stage[0][c];
   }
 };
-
-// Adds `factor` times the elastic energy of contacts between neighbours [J] to the dissipation of the ball behind, in states (balls,
-// COLUMNS). Damping never pulls: elastic energy that remains at separation is lost at once, without an effect on the error of the
-// motion, so that the integral of the dissipation includes the elastic energy of these contacts.
-inline void add_stored(const Bearing &bearing, int balls, const std::uint8_t *near, double factor, double *state) {
-  for (int k = 0; k < balls; k++) {
-    if (!near[k]) continue;
-    auto get = [&](int ball, int column) { return state[ball * COLUMNS + column]; };
-    state[k * COLUMNS + DISSIPATED] += factor * std::get<0>(contact_with_next(bearing, k, k + 1 < balls ? k + 1 : 0, get)).energy;
-  }
-}
 
 }  // namespace core
 
@@ -288,19 +275,11 @@ CORE_EXPORT void core_all_rates(const double *bearing_numbers, const double *poi
                                 std::int64_t balls, const std::uint8_t *near, double *state, double *rates) {
   Bearing bearing = bearing_of(bearing_numbers, points);
   CoupledBodies bodies{};
-  if (bearing.tilted()) bodies.ring = RingMotion::tilted;
   std::vector<double> orientations(4 * balls), carried(CARRIED * balls);
   Chunk chunk{bearing, bodies, {ring_angle, ring_speed, 0.0}, 0.0,     nullptr,        0,       nullptr, nullptr, int(balls),
               near,    state,  orientations.data(),           nullptr, carried.data(), nullptr, nullptr, nullptr, nullptr,
               nullptr, nullptr};
   PrescribedBalls(chunk).start_rates(rates);
-}
-
-// See `add_stored`; states (instants, balls, COLUMNS).
-CORE_EXPORT void core_add_stored(const double *bearing_numbers, const double *points, std::int64_t number, const std::uint8_t *near,
-                                 double factor, std::int64_t instants, double *states) {
-  Bearing bearing = bearing_of(bearing_numbers, points);
-  for (int i = 0; i < instants; i++) add_stored(bearing, int(number), near, factor, states + i * number * COLUMNS);
 }
 
 // See `neighbours`.

@@ -3,6 +3,7 @@
 #pragma once
 #include <vector>
 #include "../math/linear.hpp"
+#include "../methods/events.hpp"
 #include "../methods/step_control.hpp"
 #include "touching_balls.hpp"
 
@@ -53,12 +54,7 @@ inline bool changes_contact(const Approaches &before, const Approaches &after) {
 // The fraction of a step at which a contact has just started or ended; `approaches(fraction)` are the approaches inside it.
 template <class ApproachesInside>
 inline double event_fraction(const Approaches &before, ApproachesInside approaches) {
-  double low = 0.0, high = 1.0;
-  while (high - low > 1e-6) {
-    double middle = 0.5 * (low + high);
-    (changes_contact(before, approaches(middle)) ? high : low) = middle;
-  }
-  return high;
+  return bisected([&](double fraction) { return !changes_contact(before, approaches(fraction)); }, 1.0, 1e-6).high;
 }
 
 // Advances the states of the law to the position of the ball in a lane at the end of a step.

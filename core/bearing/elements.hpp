@@ -163,8 +163,8 @@ constexpr int FORCE_ROW = LOSS_ROW + 1, ELEMENT_ROWS = FORCE_ROW + COORDINATES;
 
 inline const Heights NO_HEIGHTS{};
 
-// The motion of a ball and of the bodies coupled to it, as variables or as values.
-template <bool DERIVATIVES>
+// The motion of a ball, as variables or as values, and of the bodies coupled to it; that of bodies that are not COUPLED is prescribed.
+template <bool DERIVATIVES, bool COUPLED = true>
 struct ElementInput {
   const BallState &ball_state;  // its VELOCITY + 1 is the orbit rate
   const BodyState &bodies;
@@ -178,11 +178,12 @@ struct ElementInput {
   }
   template <int C>
   CORE_INLINE auto position(Index<C>) const {
-    return input<DERIVATIVES, BODY_POSITION + C>(broadcast<Pack>(bodies[C]));
+    return input < DERIVATIVES && COUPLED, BODY_POSITION + C > (broadcast<Pack>(bodies[C]));
   }
   template <int C>
   CORE_INLINE auto speed(Index<C>) const {
-    return input<DERIVATIVES, BODY_VELOCITY + C>(C == SHAFT ? shaft_speed : broadcast<Pack>(bodies[COORDINATES + C]));
+    return input < DERIVATIVES && COUPLED,
+           BODY_VELOCITY + C > (C == SHAFT ? shaft_speed : broadcast<Pack>(bodies[COORDINATES + C]));
   }
 };
 
@@ -332,39 +333,26 @@ struct PocketGap {
 
 CORE_INLINE Pack pocket_side(const Pack &ahead) { return select(ahead >= 0.0, broadcast<Pack>(1.0), broadcast<Pack>(-1.0)); }
 
-// A cage whose centre is fixed: the ball leaves the middle of its pocket along the pitch circle.
-template <bool DERIVATIVES, class Put>
-CORE_INLINE PocketGap fixed_cage_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket,
-                                        const ElementInput<DERIVATIVES> &in, Put put) {
-  auto ahead = (in.ball(index<ANGLE>) - in.position(index<CAGE_ANGLE>)) - pocket;
-  auto cage_speed = in.speed(index<CAGE_ANGLE>);
-  Pack side = pocket_side(value_of(ahead)), arc = pockets.radius * side, lever = bearing.ball_radius * side;
-  auto rate = arc * (in.ball(index<ORBIT_RATE>) - cage_speed);
-  auto approach = arc * ahead - pockets.half_clearance;
-  auto [load, loss, radial, axial] =
-      wall_action(bearing, pockets.wall, approach, rate, in.ball(index<VELOCITY>) - lever * (in.ball(index<SPIN + 2>) - cage_speed),
-                  in.ball(index<VELOCITY + 2>) + lever * in.ball(index<SPIN>));
-  double inverse_mass = 1.0 / bearing.ball_mass, inverse_inertia = 1.0 / bearing.ball_inertia;
-  auto push = arc * load;
-  put(index<RADIAL_ROW>, inverse_mass * radial), put(index<AXIAL_ROW>, inverse_mass * axial);
-  put(index<ORBIT_ROW>, -push), put(index<LOSS_ROW>, loss);
-  put(index<SPIN_ROW>, (inverse_inertia * lever) * axial);
-  put(index<SPIN_ROW + 2>, (-inverse_inertia * lever) * radial);
-  put(index<FORCE_ROW + CAGE_ANGLE>, push + lever * radial);
-  return {value_of(approach), value_of(rate), side};
-}
-
-// A cage whose centre moves: the pocket's walls are flat, across its tangent, and open along its radius.
-template <bool DERIVATIVES, class Put>
-CORE_INLINE PocketGap guided_cage_pocket(const Bearing &bearing, const Pockets &pockets, const Pack &pocket,
-                                         const ElementInput<DERIVATIVES> &in, Put put) {
+// Rows of a ball in its pocket, whose walls are flat, across its tangent, and open along its radius; its gap to the walls. The centre
+// of a guided cage moves.
+template <bool GUIDED, bool DERIVATIVES, class Put>
+CORE_INLINE PocketGap pocket_forces(const Bearing &bearing, const Pockets &pockets, const Pack &pocket,
+                                    const ElementInput<DERIVATIVES> &in, Put put) {
+  auto position = [&](auto coordinate) __attribute__((always_inline)) {
+    if constexpr (GUIDED) return in.position(coordinate);
+    else return Zero{};
+  };
+  auto speed = [&](auto coordinate) __attribute__((always_inline)) {
+    if constexpr (GUIDED) return in.speed(coordinate);
+    else return Zero{};
+  };
   auto radius = in.ball(index<RADIUS>), angle = in.ball(index<ANGLE>);
   auto cage_speed = in.speed(index<CAGE_ANGLE>);
   auto [cosine, sine] = cosine_sine(angle);
   auto [c, s] = cosine_sine((angle - in.position(index<CAGE_ANGLE>)) - pocket);
   auto orbit_cosine = cosine, orbit_sine = sine, minus_sine = -sine, across_c = c, across_s = s;
-  auto centre = about_z(orbit_cosine, minus_sine, Vector3{in.position(index<CAGE_X>), in.position(index<CAGE_Y>), Zero{}});
-  auto drift = about_z(orbit_cosine, minus_sine, Vector3{in.speed(index<CAGE_X>), in.speed(index<CAGE_Y>), Zero{}});
+  auto centre = about_z(orbit_cosine, minus_sine, Vector3{position(index<CAGE_X>), position(index<CAGE_Y>), Zero{}});
+  auto drift = about_z(orbit_cosine, minus_sine, Vector3{speed(index<CAGE_X>), speed(index<CAGE_Y>), Zero{}});
   auto x = radius - centre.x, y = -centre.y;
   auto along = x * across_s + y * across_c, out = x * across_c - y * across_s;
   auto u = in.ball(index<VELOCITY>) - drift.x, v = radius * in.ball(index<ORBIT_RATE>) - drift.y;
@@ -383,18 +371,19 @@ CORE_INLINE PocketGap guided_cage_pocket(const Bearing &bearing, const Pockets &
   put(index<AXIAL_ROW>, inverse_mass * axial), put(index<LOSS_ROW>, loss);
   put(index<SPIN_ROW>, turned * across_c), put(index<SPIN_ROW + 1>, -(turned * across_s));
   put(index<SPIN_ROW + 2>, (-inverse_inertia * lever) * radial);
-  put(index<FORCE_ROW + CAGE_X>, orbit_sine * force_y - orbit_cosine * force_x);
-  put(index<FORCE_ROW + CAGE_Y>, -(orbit_sine * force_x) - orbit_cosine * force_y);
+  if constexpr (GUIDED) {
+    put(index<FORCE_ROW + CAGE_X>, orbit_sine * force_y - orbit_cosine * force_x);
+    put(index<FORCE_ROW + CAGE_Y>, -(orbit_sine * force_x) - orbit_cosine * force_y);
+  }
   put(index<FORCE_ROW + CAGE_ANGLE>, (along + lever) * radial - out * push);
   return {value_of(approach), value_of(rate), side};
 }
 
-// A cage of either kind: rows, and the gaps of the balls to the walls.
 template <bool DERIVATIVES, class Put>
 CORE_INLINE PocketGap cage_pocket(const Bearing &bearing, const CoupledBodies &b, const Pack &pocket,
                                   const ElementInput<DERIVATIVES> &in, Put put) {
-  return b.guided ? guided_cage_pocket(bearing, b.pockets, pocket, in, put)
-                  : fixed_cage_pocket(bearing, b.pockets, pocket, in, put);
+  return b.guided ? pocket_forces<true>(bearing, b.pockets, pocket, in, put)
+                  : pocket_forces<false>(bearing, b.pockets, pocket, in, put);
 }
 
 namespace walls {

@@ -10,8 +10,8 @@ namespace core {
 
 // In the first ball's frame: `between` from its centre to the other's [m], `velocity` [m/s] against the other's centre,
 // `spin` [rad/s] the sum of both. Loads act on the first ball; on the other the force is the opposite, the torque about
-// its centre the same. `energy` [J], `loss` and `stored` [W], the power that goes into elastic energy, are of both.
-template <class A, class N, class R, class L, class S, class F, class G, class T, class E, class D, class P>
+// its centre the same. `energy` [J] and `loss` [W] are of both.
+template <class A, class N, class R, class L, class S, class F, class G, class T, class E, class D>
 struct PairContact {
   A approach;
   N normal;
@@ -23,10 +23,9 @@ struct PairContact {
   T torque;
   E energy;
   D loss;
-  P stored;
 };
-template <class A, class N, class R, class L, class S, class F, class G, class T, class E, class D, class P>
-PairContact(A, N, R, L, S, F, G, T, E, D, P) -> PairContact<A, N, R, L, S, F, G, T, E, D, P>;
+template <class A, class N, class R, class L, class S, class F, class G, class T, class E, class D>
+PairContact(A, N, R, L, S, F, G, T, E, D) -> PairContact<A, N, R, L, S, F, G, T, E, D>;
 
 template <class B, class V, class W>
 CORE_INLINE auto pair_contact(const Bearing &bearing, const B &between, const V &velocity, const W &spin) {
@@ -51,8 +50,7 @@ CORE_INLINE auto pair_contact(const Bearing &bearing, const B &between, const V 
                      friction - normal_load * normal,
                      cross(arm, friction),
                      energy,
-                     resistance * square + (normal_load - load) * approach_rate,
-                     load * approach_rate};
+                     resistance * square + (normal_load - load) * approach_rate};
 }
 
 // The contact of ball k with the next ahead, in the frame of ball k, and cosine and sine of the angle between both;

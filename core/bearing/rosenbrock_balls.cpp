@@ -127,7 +127,6 @@ class RosenbrockBalls {
     touching.start(chunk.near, chunk.balls, numbers);
     blocks.assign(common ? (numbers.size() + LANES - 1) / LANES : 1, BallBlock{});
     std::copy(chunk.body_state, chunk.body_state + BODY_NUMBERS, body_step.start.begin());
-    body_step.y = body_step.start;
     for (BallBlock &block : blocks) {
       for (int lane = 0; lane < LANES; lane++) running += start_ball(block, lane);
       follow_cage(block.start, body_step.start, block);
@@ -527,10 +526,9 @@ class RosenbrockBalls {
   void store_cage_accelerations() {
     const double *acceleration = body_step.f.data() + COORDINATES;
     for (BallBlock &block : blocks) {
-      block.pocket_acceleration = bodies.pockets.radius * (block.f[ORBIT_RATE] - acceleration[CAGE_ANGLE]);
-      if (!bodies.guided) continue;
       auto [cosine, sine] = cosine_sine_value(block.end[ANGLE]);
-      block.pocket_acceleration -= cosine * acceleration[CAGE_Y] - sine * acceleration[CAGE_X];
+      block.pocket_acceleration = bodies.pockets.radius * (block.f[ORBIT_RATE] - acceleration[CAGE_ANGLE]) -
+                                  (cosine * acceleration[CAGE_Y] - sine * acceleration[CAGE_X]);
     }
     if (bodies.guided) land_acceleration = walls::land_acceleration(bodies, body_step.end, body_step.f);
   }

@@ -21,8 +21,8 @@ struct PairBlock {
 // Rows of the ball and, from NEXT on, of the next one, whose motions are columns 0 to 8 and 9 to 17; returns the approach.
 constexpr int NEXT = LOSS_ROW + 1;
 template <bool DERIVATIVES, class Put>
-CORE_INLINE Pack ball_and_next(const Bearing &bearing, double storing, const BallState &ball, const BallState &next,
-                               const Pack &full_turn, Put put) {
+CORE_INLINE Pack ball_and_next(const Bearing &bearing, const BallState &ball, const BallState &next, const Pack &full_turn,
+                               Put put) {
   auto motion = [&]<int FIRST>(Index<FIRST>, const BallState &y) __attribute__((always_inline)) {
     auto number = [&]<int C>(Index<C>) __attribute__((always_inline)) { return input<DERIVATIVES, FIRST + C>(y[C]); };
     auto radius = number(index<RADIUS>);
@@ -51,14 +51,13 @@ CORE_INLINE Pack ball_and_next(const Bearing &bearing, double storing, const Bal
   };
   rows(index<0>, 1.0, position.x, force, torque);
   rows(index<NEXT>, -1.0, next_position.x, back(force), back(torque));
-  // Elastic energy counts as lost while balls touch: where damping would pull, the remaining part is lost.
-  put(index<LOSS_ROW>, chain(contact.loss + storing * contact.stored));
+  put(index<LOSS_ROW>, chain(contact.loss));
   return value_of(contact.approach);
 }
 
 // Adds the contacts of a block to its rates; with DERIVATIVES to its Jacobian, too. Those of the next balls are left in `pair`.
 template <bool DERIVATIVES>
-[[gnu::noinline]] inline void block_pair_forces(const Bearing &bearing, double storing, BallBlock &block, PairBlock &pair) {
+[[gnu::noinline]] inline void block_pair_forces(const Bearing &bearing, BallBlock &block, PairBlock &pair) {
   if constexpr (DERIVATIVES) pair = {pair.next, pair.full_turn, pair.may_touch};
   auto put = [&]<int ROW>(Index<ROW>, const auto &x) __attribute__((always_inline)) {
     constexpr int row = ROW == LOSS_ROW ? PAIR_ROWS - 1 : ROW % NEXT;
@@ -73,14 +72,12 @@ template <bool DERIVATIVES>
         else pair.by_next[row][column] = slope;
       });
   };
-  Pack approach = ball_and_next<DERIVATIVES>(bearing, storing, block.y, pair.next, pair.full_turn, put);
+  Pack approach = ball_and_next<DERIVATIVES>(bearing, block.y, pair.next, pair.full_turn, put);
   if (DERIVATIVES) pair.touches = (approach > 0.0) & pair.may_touch;
 }
 
 class TouchingBalls {
  public:
-  double storing = 1.0;  // fraction of the power into elastic energy that counts as lost
-
   // `near` (balls,) marks the balls that may touch the next ahead; `numbers` are those of a row of neighbours.
   void start(const std::uint8_t *near, int balls, const std::vector<int> &numbers) {
     count = int(numbers.size()), pairs.clear(), members.clear();
@@ -101,7 +98,7 @@ class TouchingBalls {
     for (int index = 0; index < count; index++)
       for (int c = 0; c < MOTION; c++)
         pairs[index / LANES].next[c][index % LANES] = blocks[next(index) / LANES].y[c][next(index) % LANES];
-    for (std::size_t n = 0; n < pairs.size(); n++) block_pair_forces<DERIVATIVES>(bearing, storing, blocks[n], pairs[n]);
+    for (std::size_t n = 0; n < pairs.size(); n++) block_pair_forces<DERIVATIVES>(bearing, blocks[n], pairs[n]);
     for (int index = 0; index < count; index++) {
       const PairBlock &pair = pairs[index / LANES];
       int lane = index % LANES, next_lane = next(index) % LANES;
@@ -167,6 +164,7 @@ class TouchingBalls {
   // Velocities and spins of the members and velocities of the bodies in a stage, from the reduced right-hand sides of balls and
   // that (unknowns,) of the bodies, which is replaced.
   void solve(const Layout &layout, std::vector<BallBlock> &blocks, double g, double *body_rhs) {
+    if (size == 0) return;
     for (int c = 0; c < layout.unknowns; c++) right[size - layout.unknowns + c] = body_rhs[c];
     for (int t = 0; t < int(members.size()); t++)
       for (int i = 0; i < 6; i++) right[6 * t + i] = blocks[members[t] / LANES].reduced_rhs[i][members[t] % LANES];

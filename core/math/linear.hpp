@@ -161,8 +161,8 @@ CORE_INLINE Quaternion rotated(const Quaternion &before, const Triple &start, co
 template <std::size_t N>
 using SquareMatrix = std::array<std::array<double, N>, N>;
 
-// Puts the triangular factors of a matrix of this size in its place; `at(i, j)` is an entry, `pivot` (size,) the row that each
-// row changed places with. False where the matrix is singular or not finite.
+// Puts the triangular factors of a matrix of this size in its place, the inverse pivots on the diagonal; `at(i, j)` is an entry,
+// `pivot` (size,) the row that each row changed places with. False where the matrix is singular or not finite.
 template <class Entry>
 inline bool factorise_dense(int size, Entry at, int *pivot) {
   bool regular = true;
@@ -173,10 +173,10 @@ inline bool factorise_dense(int size, Entry at, int *pivot) {
     regular &= std::fabs(at(pivot[k], k)) > 0.0;
     if (pivot[k] != k)
       for (int j = 0; j < size; j++) std::swap(at(pivot[k], j), at(k, j));
-    double inverse = 1.0 / at(k, k);
+    at(k, k) = 1.0 / at(k, k);
     for (int i = k + 1; i < size; i++) {
       if (at(i, k) == 0.0) continue;
-      double share = at(i, k) *= inverse;
+      double share = at(i, k) *= at(k, k);
       for (int j = k + 1; j < size; j++) at(i, j) -= share * at(k, j);
     }
   }
@@ -192,7 +192,7 @@ inline void substitute_dense(int size, Entry entry, const int *pivot, Right &&ri
     for (int j = 0; j < k; j++) right[k] -= entry(k, j) * right[j];
   for (int k = size; k-- > 0;) {
     for (int j = k + 1; j < size; j++) right[k] -= entry(k, j) * right[j];
-    right[k] /= entry(k, k);
+    right[k] *= entry(k, k);
   }
 }
 

@@ -19,6 +19,16 @@ CORE_INLINE TangentAxes tangent_axes(const Real3 &normal) {
   return {x, cross(normal, x)};
 }
 
+// The direction of the greatest eigenvalue of the tensor (diagonal, off_diagonal; off_diagonal, -diagonal) in tangent axes, the first
+// of the axes where all are equal.
+CORE_INLINE Real3 major_axis(const TangentAxes &axes, double diagonal, double off_diagonal) {
+  double size = std::sqrt(diagonal * diagonal + off_diagonal * off_diagonal);
+  if (size == 0.0) return axes.x;
+  double greater = std::sqrt(0.5 + 0.5 * std::fabs(diagonal) / size), smaller = 0.5 * std::fabs(off_diagonal) / (size * greater);
+  double cosine = diagonal >= 0.0 ? greater : smaller, sine = diagonal >= 0.0 ? smaller : greater;
+  return cosine * axes.x + std::copysign(sine, off_diagonal) * axes.y;
+}
+
 // A ball in a toroidal groove (paper 1, section 5): the curvatures of the gap, halves of the relative principal ones.
 
 // Of the gap across the groove [1/m], and along it where the contact's normal has this radial part. Radii [m] of the ball, of
@@ -48,21 +58,8 @@ CORE_INLINE Reach ellipsoid_reach(const Real3 &axes, const Real3 &direction) {
 // (a b c)^2/|A d|^4. `excess` = sqrt(shape^2 - 1) with shape = (P + Q)/(2 sqrt(PQ)), 0 where the gap is round.
 struct PlaneGap {
   double small, large, excess;
-  TangentAxes axes;        // across the direction
+  TangentAxes axes;  // across the direction
   double diagonal, off_diagonal;  // (r_xx - r_yy)/2 and r_xy along them
-
-  // Direction of the greater radius, along which the contact ellipse is longer.
-  Real3 major_axis() const {
-    double twice = std::sqrt(diagonal * diagonal + off_diagonal * off_diagonal), cosine = 1.0,
-           sine = 0.0;  // of half the angle of (apart, together)
-    if (twice > 0.0) {
-      double greater = std::sqrt(0.5 + 0.5 * std::fabs(diagonal) / twice),
-             smaller = 0.5 * std::fabs(off_diagonal) / (twice * greater);
-      cosine = diagonal >= 0.0 ? greater : smaller;
-      sine = std::copysign(diagonal >= 0.0 ? smaller : greater, off_diagonal);
-    }
-    return cosine * axes.x + sine * axes.y;
-  }
 };
 CORE_INLINE PlaneGap ellipsoid_gap(const Real3 &axes, const Real3 &direction, const Reach &reach) {
   TangentAxes across_axes = tangent_axes(direction);

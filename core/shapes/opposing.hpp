@@ -243,16 +243,6 @@ inline bool opposing_rates(const MovingSurface &a, const MovingSurface &b, const
   return solve(equations.jacobian, rates);
 }
 
-// Angular velocity [rad/s] of the contact frame whose third axis is A's normal, Omega = gamma x d(gamma)/dt (paper 1, section 2):
-// it does not turn about its normal. `rate` is that of A's point.
-inline Real3 spin_of_frame(const MovingSurface &a, const OpposingPoints &points, const Real3 &rate) {
-  Level level = a.level_at(points.a);
-  Real3 change = cross(a.spin, level.gradient) + level.hesse * (rate - a.velocity_at(points.a));
-  double inverse = 1.0 / length_of(level.gradient);
-  Real3 normal = inverse * level.gradient;
-  return cross(normal, inverse * (change - dot(normal, change) * normal));
-}
-
 // A symmetric 2 x 2 tensor in tangent axes.
 struct Tensor2 {
   double xx, xy, yy;
@@ -298,8 +288,7 @@ inline GapForm gap_form(const Tensor2 &a, const Tensor2 &b, const Real3 &normal,
   Tensor2 total = a + b;
   double xx = 0.5 * total.xx, xy = 0.5 * total.xy, yy = 0.5 * total.yy;
   double mean = 0.5 * (xx + yy), half = std::hypot(0.5 * (xx - yy), xy);
-  double angle = half > 0.0 ? 0.5 * std::atan2(-xy, 0.5 * (yy - xx)) : 0.0;
-  axes.x = std::cos(angle) * axes.x + std::sin(angle) * axes.y;
+  axes.x = major_axis(axes, 0.5 * (yy - xx), -xy);
   axes.y = cross(normal, axes.x);
   return {std::max(mean - half, 0.0), mean + half};
 }
@@ -347,7 +336,8 @@ CORE_INLINE PlaneOpposition plane_opposition(const MovingSurface &a, const Movin
   result.normal = exchanged ? up : -1.0 * up;
   result.approach = dot(plane.position - low, up);
   result.gap = {gap.small, gap.large};
-  result.axes.x = body.rotation * (any_axes ? gap.axes.x : gap.major_axis()), result.axes.y = cross(result.normal, result.axes.x);
+  result.axes.x = body.rotation * (any_axes ? gap.axes.x : major_axis(gap.axes, gap.diagonal, gap.off_diagonal)),
+  result.axes.y = cross(result.normal, result.axes.x);
   result.kind = RootKind::contact;
   Real3 foot = low + result.approach * up;
   result.a = exchanged ? foot : low, result.b = exchanged ? low : foot;

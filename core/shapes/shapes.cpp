@@ -57,16 +57,12 @@ CORE_EXPORT std::int64_t core_find_opposing(const double *a, const double *b, co
   write(points, unknowns);
   return converged;
 }
-// Rates (8,) of the unknowns and the angular velocity (3,) of the contact frame; false where the equations are singular.
-CORE_EXPORT std::int64_t core_opposing_rates(const double *a, const double *b, const double *unknowns, double *rates,
-                                             double *frame_spin) {
-  MovingSurface body_a = body_of(a);
-  OpposingPoints points = points_of(unknowns);
+// Rates (8,) of the unknowns; false where the equations are singular.
+CORE_EXPORT std::int64_t core_opposing_rates(const double *a, const double *b, const double *unknowns, double *rates) {
   Unknowns unknown_rates;
-  if (!opposing_rates(body_a, body_of(b), points, unknown_rates)) return false;
+  bool regular = opposing_rates(body_of(a), body_of(b), points_of(unknowns), unknown_rates);
   std::copy(unknown_rates.begin(), unknown_rates.end(), rates);
-  write(spin_of_frame(body_a, points, {unknown_rates[0], unknown_rates[1], unknown_rates[2]}), frame_spin);
-  return true;
+  return regular;
 }
 // Where two bodies face each other (12,): normal outward of A, approach, P, Q, axis along P, axis across, as `Opposition`. Returns
 // the kind of the root.
@@ -103,7 +99,7 @@ CORE_EXPORT void core_ellipsoid_gaps(const double *semi_axes, std::int64_t count
     PlaneGap gap = ellipsoid_gap(axes, direction, reach);
     GapSlopes slopes = ellipsoid_slopes(axes, direction, reach);
     *out++ = reach.extent, out = write(reach.point, out), *out++ = gap.small, *out++ = gap.large;
-    out = write(gap.major_axis(), out), *out++ = gap.excess;
+    out = write(major_axis(gap.axes, gap.diagonal, gap.off_diagonal), out), *out++ = gap.excess;
     out = write(slopes.shape, write(slopes.size, out));
   }
 }

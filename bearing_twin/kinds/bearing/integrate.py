@@ -94,7 +94,6 @@ _integrate = Function(
 IMEX, RUNGE_KUTTA, LINEARLY_IMPLICIT = range(3)  # Family of core/bearing/balls.cpp
 NO_NUMBERS = np.zeros(0)
 _all_rates = Function("core_all_rates", None, (REALS, REALS, REAL, REAL, INTEGER, FLAGS, REALS_OUT, REALS_OUT))
-_add_stored = Function("core_add_stored", None, (REALS, REALS, INTEGER, FLAGS, REAL, INTEGER, REALS_OUT))
 
 
 class Chunk(NamedTuple):
@@ -129,10 +128,7 @@ class Chunk(NamedTuple):
 
 
 def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray, ring_angle: float = 0.0) -> np.ndarray:
-    """Rates (N, COLUMNS) of all balls in a state (N, COLUMNS); near[k] says whether ball k may touch the next ahead.
-
-    Losses include the energy that contacts of balls store.
-    """
+    """Rates (N, COLUMNS) of all balls in a state (N, COLUMNS); near[k] says whether ball k may touch the next ahead."""
     derivative = np.empty_like(state)
     _all_rates(*numbers_of(bearing), float(ring_speed), float(ring_angle), len(state), near, state, derivative)
     return derivative
@@ -140,20 +136,7 @@ def rates(bearing, ring_speed: float, near: np.ndarray, state: np.ndarray, ring_
 
 def integrate_chunk(stepper: str, chunk: Chunk) -> int:
     """Integrate a chunk and return its status."""
-    if stepper == "imex":  # its losses are of first order: those of damping, which are less than what contacts store
-        return _by_core(stepper, chunk)
-    _add_stored_energy(1.0, chunk, chunk.state)
-    status = _by_scipy(SCIPY[stepper], chunk) if stepper in SCIPY else _by_core(stepper, chunk)
-    _add_stored_energy(-1.0, chunk, chunk.state)
-    _add_stored_energy(-1.0, chunk, chunk.states)
-    return status
-
-
-def _add_stored_energy(share: float, chunk: Chunk, states: np.ndarray) -> None:
-    """Add a share of the energy that contacts of neighbours store [J] to losses in states (..., N, COLUMNS)."""
-    if np.count_nonzero(chunk.near):  # five times faster than `any`
-        count = states.size // chunk.state.size
-        _add_stored(*numbers_of(chunk.bearing), len(chunk.near), chunk.near, share, count, states)
+    return _by_scipy(SCIPY[stepper], chunk) if stepper in SCIPY else _by_core(stepper, chunk)
 
 
 def _by_core(stepper: str, chunk: Chunk) -> int:
