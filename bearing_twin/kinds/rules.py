@@ -240,9 +240,10 @@ RULES = (
         lazy_import(f"{FACTS}:balls_may_hop"), _times(0.002), ("bearing_6203_run_up",),
     ),
     Rule(
-        (BEARING,), SETTING, "wanted.tolerance / 10", "balls cross waves or spalls",
-        "because a ball that a spall unloads bounces on the outer raceway, and every bounce adds an error",
-        lazy_import(f"{FACTS}:has_defects"), _times(0.1), ("bearing_6205_spall_inner",),
+        (BEARING,), SETTING, "wanted.tolerance / 10",
+        "balls cross waves or spalls, or leave the load zone of a ring with an axial load or a moment",
+        "because balls that touch one raceway alone bounce there and slide, and every bounce adds an error",
+        lazy_import(f"{FACTS}:light_balls_slide"), _times(0.1), ("bearing_6205_spall_inner",),
     ),
     Rule(
         (BEARING,), SETTING, "wanted.tolerance / 5",

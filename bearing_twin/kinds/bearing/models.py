@@ -14,7 +14,7 @@ from bearing_twin.contact.materials import effective_modulus, yield_pressure
 from bearing_twin.contact.validity import pressure_warning, shoulder_warning
 from bearing_twin.kinds.bearing.equilibrium import centrifugal_ratio, scene_equilibrium, solver_of, support_with_weight
 from bearing_twin.kinds.bearing.geometry import leaves_raceway, nominal_curvatures, operating_geometry, squeezes
-from bearing_twin.kinds.bearing.integrate import FIXED_STEP
+from bearing_twin.kinds.bearing.integrate import FIXED_STEP, LIGHT
 from bearing_twin.kinds.bearing.lubricant import is_lubricated
 from bearing_twin.kinds.bearing.rings import (
     COMMON_STEPS,
@@ -66,13 +66,17 @@ def relative_acceleration(parameters) -> float:
     return drive.acceleration / max(slowest, 1.0) if drive.change.time and drive.change.speed else 0.0
 
 
+def law_of_equilibria(parameters) -> str:
+    """The law of a scene, for conditions that are known before it is chosen."""
+    return "hertz" if parameters.contact.normal == AUTO else parameters.contact.normal
+
+
 def centrifugal_share(parameters) -> float:
     """The greatest centrifugal load over the load on the inner raceway, at the start.
 
     Of balls with a tenth of the greatest load or more. Raises SceneError.
     """
-    law = parameters.contact.normal
-    return centrifugal_ratio(scene_equilibrium(parameters, "hertz" if law == "auto" else law).contacts, least=0.1)
+    return centrifugal_ratio(scene_equilibrium(parameters, law_of_equilibria(parameters)).contacts, least=0.1)
 
 
 def is_torque_driven_under_load(parameters) -> bool:
@@ -159,9 +163,14 @@ def balls_may_hop(parameters) -> bool:
     return parameters.drive.kind == TORQUE
 
 
-def has_defects(parameters) -> bool:
-    """True if surfaces have waves or spalls."""
-    return bool(parameters.defects)
+def light_balls_slide(parameters) -> bool:
+    """True if balls that touch one raceway alone bounce and slide: between defects, or where contacts spin."""
+    if parameters.defects:
+        return True
+    if dimension_of(parameters) != FREE_RING or no_contact_spins(parameters):
+        return False
+    load = scene_equilibrium(parameters, law_of_equilibria(parameters)).contacts.load[:, 0]
+    return bool(load.min() < LIGHT * load.max())
 
 
 def contacts_vibrate(parameters) -> bool:
