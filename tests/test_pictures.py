@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 from runs import a_choice, made_up_block
 
 from bearing_twin.base.errors import BearingTwinError, LogError
-from bearing_twin.base.sample import Block
+from bearing_twin.base.sample import Block, Channel
 from bearing_twin.command.cli import DONE, main
 from bearing_twin.kinds import KINDS
 from bearing_twin.kinds.picture import RunPicture
@@ -161,3 +161,13 @@ def test_errors_of_figures_are_drawn_below_loads_and_motion(tmp_path):
         command = ["simulate", "bearing_6203_loose", "--duration", "2e-3", "--plot", str(tmp_path / f"{name}.png")]
         assert main([*command, *options, "--json"]) == DONE
     assert size_of(tmp_path / "errors.png")[1] > 1.2 * size_of(tmp_path / "plain.png")[1]
+
+
+def test_the_time_stands_below_each_column(tmp_path, figures):
+    """Of three panels in two columns one had no numbers of its time."""
+    picture = RunPicture(None, a_choice())
+    channels = tuple(Channel(name, "m", (), "") for name in ("first", "second", "third"))
+    values = {channel.name: np.arange(30.0) for channel in channels}
+    picture.add(Block(channels, 0, np.arange(30) * 10**6, values))
+    picture.write(tmp_path / "run.png")
+    assert [axis.get_xlabel() for axis in figures[0].axes if axis.lines] == ["", "time [ms]", "time [ms]"]

@@ -117,7 +117,8 @@ class RunPicture:
             axis.set_axis_off()
         for axis, panel in zip(axes.ravel(), panels, strict=False):
             self._draw_curves(axis, panel, factor * values["time"], values, factor)
-        for axis in axes[-1]:
+        for axis in axes.ravel()[: len(panels)][-columns:]:  # the last of each column
+            axis.tick_params(labelbottom=True)
             axis.set_xlabel(f"time [{unit}]")
         if self.draw_bodies:
             self.draw_bodies(figure, parts[0], values)
