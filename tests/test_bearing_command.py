@@ -269,4 +269,4 @@ def test_numbers_that_want_a_unit_are_noted_and_rounding_is_0(refused, run_cli):
         assert note in run_cli("bearing", "6308", "--clearance", "0", "--load", "0,-2kN,0", *options).err
     assert "legal: C2, CN, C3, C4, C5" in refused("bearing", "6308/C6")
     out = printed(run_cli, "simulate", "6308", "--duration", "10ms", "--set", "rings.inner.load=0,-2kN,500N")
-    assert re.search(r"^ring force +0, 2000, -500 N$", out, flags=re.MULTILINE)
+    assert re.search(r"^ring force x, y, z +0, 2000, -500 N$", out, flags=re.MULTILINE)

@@ -202,6 +202,12 @@ _LABELS = {  # of keys whose names do not say enough
     "drive_torque_nm": "drive torque (dry contacts)",
     "friction_torque_nm": "dry-contact friction torque",
     "catalogue_drive_torque_nm": "drive torque (catalogue estimate, ± 50 %)",
+    "begins_s": "log begins at",
+    "ring_displacement_m": "ring displacement x, y, z",
+    "ring_displacement_range_m": "ring displacement range x, y, z",
+    "ring_force_n": "ring force x, y, z",
+    "ring_force_range_n": "ring force range x, y, z",
+    "ring_moment_nm": "ring moment x, y",
     **{f"{line}_over_noise_db": f"{line.upper()} over noise" for line in ("bpfo", "bpfi", "bsf")},
 }
 _DIGITS = {"catalogue_drive_torque_nm": 2}  # of keys whose values are estimates
