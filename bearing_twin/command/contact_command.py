@@ -133,11 +133,9 @@ def _gap(arguments):
 
 def _raceway(name, race):
     from bearing_twin.contact.calculator import gap_in_groove
-    from bearing_twin.run.scene import load_scene, scene_names
+    from bearing_twin.run.scene import load_scene, require_bearing, scene_names
 
-    scene = load_scene(f"bearing_{name}" if f"bearing_{name}" in scene_names() else name)
-    if scene.kind != "bearing":
-        raise SceneError(f"scene {scene.name} is no bearing; give one, or the bodies by --radii-1")
+    scene = require_bearing(load_scene(f"bearing_{name}" if f"bearing_{name}" in scene_names() else name))
     geometry, materials = scene.parameters.geometry, scene.parameters.materials
     side, conformity, ring = {
         "inner": (-1.0, geometry.inner_conformity, materials.inner_ring),

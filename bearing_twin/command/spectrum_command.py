@@ -4,7 +4,7 @@ import argparse
 import math
 from pathlib import Path
 
-from bearing_twin.base.errors import BearingTwinError, SceneError
+from bearing_twin.base.errors import BearingTwinError
 from bearing_twin.base.units import Limits
 from bearing_twin.command.outcome import RUN, Outcome, Subcommand, number, picture_path, quantity
 from bearing_twin.command.terminal import progress, say, show_columns, show_pairs, show_text
@@ -133,11 +133,9 @@ def _geometry(name: str) -> tuple:
     """The geometry of a designation or a scene, and a warning where its number of balls is not known."""
     from bearing_twin.kinds.bearing.catalogue import entries
     from bearing_twin.kinds.bearing.ratings import row_in_use
-    from bearing_twin.run.scene import load_scene
+    from bearing_twin.run.scene import load_scene, require_bearing
 
-    scene = load_scene(name)
-    if scene.kind != "bearing":
-        raise SceneError(f"{scene.name} is no bearing; give a designation, as 6205, or a scene of kind bearing")
+    scene = require_bearing(load_scene(name))
     geometry = scene.parameters.geometry
     row = row_in_use(scene.parameters) if geometry.designation in entries() else {"balls_doubt": 0}
     if not row["balls_doubt"]:

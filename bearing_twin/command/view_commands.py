@@ -209,7 +209,8 @@ def _layouts(arguments) -> Outcome:
             f"{panels.name} has neither wrenches nor contacts nor state among its topics, which layouts show; "
             "bearing_twin view shows its channels"
         )
-    folder = _make_folder(Path(arguments.out))
+    folder = Path(arguments.out)
+    folder.mkdir(parents=True, exist_ok=True)
     name = file_name(source.stem if is_log else panels.name)
     files, opened = {}, {}
     for program in arguments.programs or LAYOUTS:
@@ -218,16 +219,6 @@ def _layouts(arguments) -> Outcome:
         opened[program] = layout.open_command(path, source if is_log else None)
         files[program] = str(path)
     return Outcome({"files": files, "open_with": opened}, [])
-
-
-def _make_folder(folder: Path) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise BearingTwinError(
-            f"--out {folder} cannot be made ({error.strerror}); layouts go into a folder: name another"
-        ) from error
-    return folder
 
 
 def _panels_of_scene(arguments):

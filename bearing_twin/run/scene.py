@@ -403,7 +403,8 @@ def check_ranges(scene: Scene) -> None:
 def require_bearing(scene: Scene) -> Scene:
     """The scene of a bearing; raises SceneError for another kind."""
     if scene.kind != "bearing":
-        raise SceneError(f"scene {scene.name} is no bearing but a {scene.kind}; give a scene of kind bearing")
+        problem = f"scene {scene.name} is no bearing but a {scene.kind}"
+        raise SceneError(f"{problem}; give a designation, such as 6205, or a scene of kind bearing")
     return scene
 
 
