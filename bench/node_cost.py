@@ -70,9 +70,11 @@ def measured(outputs: int, messages: int, folder: Path) -> Cost:
         with started("recorder_node", node_command("recorder_node", recording), folder) as recorder:
             recorded, recorder_share = least([simulating, recorder])
         late = LATE in simulating.output.read_text(errors="replace")
-    record = read_log(log, allow_gaps=True).metadata[RECORDING_RECORD]
-    counts = (record[name] for name in ("messages_lost", "messages", "samples_lost", "samples_received"))
-    return Cost(alone, recorded, recorder_share, *map(int, counts), late)
+    recorded_run = read_log(log, allow_gaps=True)
+    received = sum(map(len, recorded_run.blocks()))
+    record = recorded_run.metadata[RECORDING_RECORD]
+    lost = int(record["messages_lost"]), int(record["messages"]), recorded_run.missing, received
+    return Cost(alone, recorded, recorder_share, *lost, late)
 
 
 def main() -> None:
