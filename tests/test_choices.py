@@ -28,8 +28,7 @@ def test_every_row_applies_to_its_example_and_is_the_reason_that_a_report_gives(
     assert row.why in choice.reason or silent
 
 
-def test_the_table_is_short_and_every_key_of_it_has_a_last_row_and_exists():
-    assert len(RULES) <= 40
+def test_every_key_of_the_rules_has_a_last_row_and_exists():
     for kind in {kind for row in RULES for kind in row.kinds}:
         known = {row.key: row for row in describe(KINDS[kind].parameters)}
         for key in {row.key for row in RULES if kind in row.kinds}:
@@ -48,13 +47,6 @@ def test_what_a_scene_fixes_is_kept_and_what_it_leaves_open_is_explained(name, r
         assert (answer.rule is None) == answer.sentence.endswith("as specified")
         if key in RESOLVED:
             assert answers(scene.kind, load_scene(scene.resolved()).parameters)[key].value == answer.value
-
-
-def test_the_rules_are_listed(run_json):
-    rows = run_json("scenes", "--rules")["rules"]
-    assert [(row["key"], row["choice"], row["why"]) for row in rows] == [
-        (row.key, row.choice, row.why) for row in RULES
-    ]
 
 
 def test_a_log_keeps_the_friction_model_that_was_chosen(tmp_path):

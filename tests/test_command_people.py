@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from bearing_twin.base.errors import LONGEST_ECHO, peer_name
-from bearing_twin.base.units import UNITS, readable_label, readable_unit, rounded_to_error
+from bearing_twin.base.units import UNITS, readable_unit, rounded_to_error
 from bearing_twin.command import cli
 from bearing_twin.command.cli import BAD_INPUT
 from bearing_twin.command.commands import COMMANDS
@@ -82,8 +82,6 @@ def test_every_unit_that_people_read_is_the_same_quantity():
     assert readable_unit("m", 2e-5) == ("µm", pytest.approx(1e6))
     forces = {3.96e7: ("MN", 1e-6), 15000.0: ("kN", 1e-3), 1500.0: ("N", 1.0), 0.0: ("N", 1.0), 7e-3: ("mN", 1e3)}
     assert {size: readable_unit("N", size) for size in forces} == forces
-    assert readable_label("peak_pressure_inner_pa", 1e9) == ("peak pressure inner", "MPa", 1e-6)
-    assert readable_label("energy_closure", 1.0) == ("energy closure", "", 1.0)
 
 
 def parsers_below(parser):
@@ -126,14 +124,6 @@ def test_a_number_in_a_wrong_unit_is_refused_with_the_units_that_are_read(key, w
         "units that are read:"
     )[2]
     assert {re.sub(r"[\d\[\], ]", "", right), *units} <= {unit.strip() for unit in named.split(",")}
-
-
-@pytest.mark.parametrize(("speed", "noted"), [("3000", True), ("100", False), ("30000rpm", False)])
-@pytest.mark.parametrize("arguments", [("bearing", "6203", "--speed={}"), ("bearing", "6203", "--set=drive.speed={}")])
-def test_a_speed_without_a_unit_above_the_limiting_speed_is_said_in_rpm(arguments, speed, noted, run_cli):
-    assert (
-        "28648 rpm" in run_cli(*(argument.format(speed) for argument in arguments), "--load", "0,-1kN,0").err
-    ) == noted
 
 
 def completions(line, tmp_path):

@@ -13,7 +13,7 @@ from runs import made_up_run
 
 from bearing_twin import export_log, load_scene, read_log, read_study, simulate, write_log
 from bearing_twin.base.errors import BearingTwinError, LogError
-from bearing_twin.base.sample import Channel, join_blocks
+from bearing_twin.base.sample import join_blocks
 from bearing_twin.command import cli
 from bearing_twin.log.export import FORMATS, groups_of
 from bearing_twin.run.dataset import axes_of
@@ -161,9 +161,6 @@ def test_three_balls_are_no_axes_of_space():
     assert named["roll_rate"] == ("ball",)
     assert named["position"] == ("ball", "axis")
     assert named["inner_ring_offset"] == ("axis",)
-    channels = load_scene("bearing_6203", ["geometry.balls=1"]).channels
-    assert [axis.name for axis in axes_of(channels[1], "bearing")] == ["ball", "axis"]
-    assert axes_of(Channel("unheard", "1", (3,), ""), None)[0].labels == (0, 1, 2)
 
 
 @pytest.mark.parametrize("to", ["csv", "parquet", "netcdf"])

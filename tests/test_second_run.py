@@ -71,18 +71,13 @@ def test_the_former_key_is_read(former, today):
     assert load_scene(mapping).parameters.solver.check == today
 
 
-def commanded(interrupted):
-    """Outputs and report of a run that gets a speed within a chunk, interrupted before each of its chunks or not."""
-    halt, threads = Halt(), threading.active_count()
-    run = Simulation(load_scene("bearing_6203_rig_400N", ("run.duration=0.1",)), halt)
+def commanded():
+    """Outputs and report of a run that gets a speed within a chunk."""
+    threads = threading.active_count()
+    run = Simulation(load_scene("bearing_6203_rig_400N", ("run.duration=0.1",)))
     parts = [run.advance(21)]
     run.set_speed(220.0)
     while run.sequence < 80:
-        if interrupted:
-            with halt.interruptible(run._motion):
-                halt.interrupt()
-                run._motion.take_back()
-                halt.flag[:] = 0
         parts.append(run.advance(7))
         assert threading.active_count() <= threads
     return numbers(parts), run.report()
@@ -90,7 +85,7 @@ def commanded(interrupted):
 
 def test_commands_and_threads():
     """A command in mid-chunk holds for both runs, is repeated to the bit, and no thread outlives a chunk."""
-    (once, report), (twice, again) = commanded(False), commanded(False)
+    (once, report), (twice, again) = commanded(), commanded()
     assert once.tobytes() == twice.tobytes()
     errors = [report_of_run.errors["wanted_errors"]["loads"]["error"] for report_of_run in (report, again)]
     assert errors[0] == errors[1]
