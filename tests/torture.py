@@ -11,6 +11,7 @@ import functools
 import importlib.util
 import os
 import re
+import signal
 import sys
 import tempfile
 import time
@@ -81,6 +82,7 @@ def main() -> int:
     parser.add_argument("--share", type=float, default=1.0, help="of every row, 1 = all of it")
     parser.add_argument("--write", action="store_true", help="write the table of docs/reliability.md")
     selected = parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # which a job in the background passes on as ignored
     began, bad, cells = time.monotonic(), 0, {}
     for name, row in rows().items():
         if name not in (selected.only or rows()):
