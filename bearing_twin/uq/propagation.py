@@ -64,15 +64,12 @@ def tails_of(source: Input, function, scores=SCORES, strict=True) -> Tails:
     # near a bound other than 0 the digits of x run out before those of the probability; beyond it y may underflow to 0
     usable = finite & ((sure & strict) | ((np.abs(recovered - probability) < FAITHFUL * probability) & (values != 0.0)))
     middle = len(scores) // 2
-    first = middle - max(_run(usable[middle::-1]), 1) + 1
-    last = middle + max(_run(usable[middle:]), 1) - 1
+    first, last = _run_around(middle, usable)
     depth = -log_ndtr(-np.abs(scores))
     lower = _exponent(depth[first : middle + 1][::-1], values[first : middle + 1][::-1])
     upper = _exponent(depth[middle : last + 1], values[middle : last + 1])
     if strict:  # lost digits there matter to no moment
-        counted = usable | (finite & (np.abs(scores) <= COUNTED_SCORE))
-        first = middle - _run(counted[middle::-1]) + 1
-        last = middle + _run(counted[middle:]) - 1
+        first, last = _run_around(middle, usable | (finite & (np.abs(scores) <= COUNTED_SCORE)))
     return Tails(scores[first : last + 1], values[first : last + 1], lower, upper)
 
 
@@ -102,10 +99,10 @@ def refuse_missing_moment(source: Input, tails: Tails, statistic: str) -> None:
     )
 
 
-def _run(flags):
-    """Length of the run of True at the start."""
+def _run_around(middle, flags):
+    """First and last index of the run of True around the middle, which belongs to it in any case."""
     stops = np.flatnonzero(~flags)
-    return int(stops[0]) if len(stops) else len(flags)
+    return np.max(stops[stops < middle] + 1, initial=0), np.min(stops[stops > middle] - 1, initial=len(flags) - 1)
 
 
 def _exponent(depth, values):

@@ -79,11 +79,9 @@ def checked_rows(quantities: np.ndarray, watched: int, count: int) -> list[int]:
     for column in [watched, *(index for index in range(quantities.shape[1]) if index != watched)]:
         stop_if_requested()
         good = np.flatnonzero(np.isfinite(quantities[:, column]))
-        if last := len(good) - 1 if len(good) else 0:
-            ranks = np.argpartition(quantities[good, column], (0, (last + 1) // 2, last))
-            rows += good[ranks[[(last + 1) // 2, last, 0]]].tolist()
-        else:
-            rows += good.tolist()
+        if len(good):
+            middle, last = len(good) // 2, len(good) - 1
+            rows += good[np.argpartition(quantities[good, column], (0, middle, last))[[middle, last, 0]]].tolist()
     return list(dict.fromkeys(rows))[:count]
 
 

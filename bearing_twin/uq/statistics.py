@@ -5,7 +5,7 @@ A sample is an array (n,) in the unit of the quantity; NaN marks a failed realis
 * of mean and standard deviation from the scatter of their influence functions (for the standard deviation this is the
   standard error sigma sqrt((kurtosis - 1)/(4 n))): over independent points, or between the means over `replicates`
   interleaved randomisations (`sampling`). Student's t is corrected for skewness by Hall's cubic, and has the degrees of
-  freedom that the kurtosis leaves to the variance (Satterthwaite);
+  freedom that the skewness leaves to the variance (Satterthwaite);
 * of quantiles from interpolated order statistics and the binomial distribution, which needs no density; from
   replicates by Student's t between their quantiles. Where these depend on the outermost points of each replicate,
   their mean is biased, and the binomial interval of their median is used.
@@ -62,8 +62,8 @@ REFLECTIONS = {"even": (fft.dct, fft.idct, 0), "odd": (fft.dst, fft.idst, 1)}  #
 class Estimate(NamedTuple):
     """A statistic and its interval [low, high], infinite where there is none or the sample is too small to bound it.
 
-    `safe` is False where the sample is too small for its tails, so that the interval holds the true value less often
-    than it says.
+    `safe` is False where the sample is too small for its tails, so that the interval may contain the true value less
+    often than it says.
     """
 
     value: float
@@ -140,43 +140,54 @@ def interval(value: float, influence: np.ndarray, replicates: int = 1) -> Estima
     """The interval of a statistic from its influence function (n,), NaN where a point failed, with mean 0.
 
     P. Hall, On the removal of skewness by transformation, J. R. Stat. Soc. B 54 (1992): with g the skewness,
-    T + g T^2/3 + g^2 T^3/27 + g/(6 n) is nearly Student's t. F. E. Satterthwaite, Biometrics Bulletin 2 (1946): a
-    variance that scatters as a chi-squared one has its degrees of freedom; with the kurtosis k these are
-    2 n/(k - (n - 3)/(n - 1)), n - 1 of normal points. The mean of a replicate deviates by its few points far out, but
-    few replicates do not show their kurtosis: half of their number is left to them, as with a kurtosis of 4.7.
+    T + g T^2/3 + g^2 T^3/27 + g/(6 n) is nearly Student's t. Its degrees of freedom are those of the chi-squared
+    variable that scatters as the variance does (F. E. Satterthwaite, Biometrics Bulletin 2, 1946), 2/(2/(n - 1) + k/n)
+    with the excess kurtosis k, which is 3 g^2/2 of a gamma variable.
 
-    Unsafe where the sample leaves less than FEWEST_DEGREES: few points far out decide, which no sampler spreads evenly,
-    and the replicates count as one sample of independent points. Raises StatisticError where all points of one
-    replicate failed.
+    Of replicates T is made of their means. The skewness of so few means is uncertain, while that of the points is well
+    known. As most points are spread evenly, a replicate scatters like a sum of N of its points alone: as many as have
+    its variance, and one at least. Such a sum has the skewness of a point over sqrt(N). The geometric mean of both
+    skewnesses is taken where they have the same sign, and 0 otherwise.
+
+    Unsafe where the kurtosis of the points leaves less than FEWEST_DEGREES: a few points far out decide. Raises
+    StatisticError where all points of one replicate failed.
     """
     stop_if_requested()
     parts = _finite_parts(influence, replicates)
     if not all(map(len, parts)):
         raise StatisticError(f"each of the {replicates} replicates needs a sample at least; {TAKE_MORE}")
     points = np.concatenate(parts) if replicates > 1 else parts[0]
-    square = points * points
-    variance = float(np.mean(square))
-    if variance == 0.0:
+    count, (spread, skewness, kurtosis) = len(points), _shape(points)
+    if spread == 0.0:
         return Estimate(value, value, value)
-    count, kurtosis = len(points), float(np.mean(square * square)) / variance**2
-    degrees = min(2.0 * count / (kurtosis - (count - 3.0) / (count - 1.0)), count - 1.0)
-    safe = degrees >= FEWEST_DEGREES
-    if replicates > 1 and safe:
-        degrees = 1.0 / (1.0 / degrees + 2.0 / replicates)
-        points = np.array([part.mean() for part in parts])
-        points -= points.mean()
-        square = points * points
-        variance = float(np.mean(square))
-    if variance == 0.0:
+    safe = min(2.0 * count / (kurtosis - (count - 3.0) / (count - 1.0)), count - 1.0) >= FEWEST_DEGREES
+    if replicates > 1:
+        spread_of_means, skewness_of_means, _ = _shape(np.array([part.mean() for part in parts]))
+        if spread_of_means > 0.0:
+            scattered = max(1.0, (count / replicates * spread_of_means / spread) ** 2)
+            both = skewness_of_means * skewness / math.sqrt(scattered)
+            skewness = math.copysign(math.sqrt(max(both, 0.0)), skewness)
+        count, spread = replicates, spread_of_means
+    if spread == 0.0:
         return Estimate(value, value, value, safe)
-    count, spread = len(points), math.sqrt(variance)
-    skewness = float(np.mean(square * points)) / spread**3 * math.sqrt(count * (count - 1.0)) / max(count - 2.0, 1.0)
-    score = float(stdtrit(degrees, 1.0 - TAIL)) / math.sqrt(count)
-    error, a = spread * math.sqrt(count / (count - 1.0)), skewness / 3.0
+    degrees = 1.0 / (1.0 / (count - 1.0) + 0.75 * skewness**2 / count)
+    score, a = float(stdtrit(degrees, 1.0 - TAIL)) / math.sqrt(count), skewness / 3.0
     ends = [end - 0.5 * a / count for end in (score, -score)]
     if abs(a) > 1e-8:  # the inverse of T + a T^2 + a^2 T^3/3
         ends = [(math.cbrt(1.0 + 3.0 * a * end) - 1.0) / a for end in ends]
-    return Estimate(value, *(value - error * end for end in ends), safe)
+    return Estimate(value, *(value - spread * end for end in ends), safe)
+
+
+def _shape(sample: np.ndarray) -> tuple[float, float, float]:
+    """Standard deviation, skewness and kurtosis of independent values (n,); 0 where all are equal."""
+    count, centred = len(sample), sample - sample.mean()
+    square = centred * centred
+    variance = float(np.mean(square))
+    if variance == 0.0:
+        return 0.0, 0.0, 0.0
+    skewness = float(np.mean(square * centred)) / variance**1.5 * math.sqrt(count * (count - 1.0))
+    kurtosis = float(np.mean(square * square)) / variance**2
+    return math.sqrt(variance * count / (count - 1.0)), skewness / max(count - 2.0, 1.0), kurtosis
 
 
 def _quantile(sample: np.ndarray, probability: float) -> Estimate:
@@ -505,12 +516,6 @@ HISTORY_PROBABILITIES = (0.05, 0.5, 0.95)
 AUTOCORRELATED = 41  # instants
 
 
-def _blocks(count: int):
-    for first in range(0, count, HISTORIES_AT_ONCE):
-        stop_if_requested()
-        yield slice(first, first + HISTORIES_AT_ONCE)
-
-
 def history_statistics(histories: np.ndarray, inputs: np.ndarray, keys: Sequence[str]) -> dict[str, np.ndarray]:
     """Statistics at each instant of histories (n, t) without NaN, at least 2, and of their inputs (n, d) named `keys`.
 
@@ -526,7 +531,9 @@ def history_statistics(histories: np.ndarray, inputs: np.ndarray, keys: Sequence
     mean, centred = histories.mean(axis=0), inputs - inputs.mean(axis=0)
     rows = np.arange(0, size, max(1, -(-size // AUTOCORRELATED)))
     squares, cubes, with_inputs, with_rows = 0.0, 0.0, 0.0, 0.0
-    for part in _blocks(count):
+    for first in range(0, count, HISTORIES_AT_ONCE):
+        stop_if_requested()
+        part = slice(first, first + HISTORIES_AT_ONCE)
         block = histories[part] - mean
         square = block * block
         squares, cubes = squares + square.sum(axis=0), cubes + (square * block).sum(axis=0)

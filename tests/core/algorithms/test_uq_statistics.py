@@ -94,13 +94,30 @@ def test_intervals_from_replicates_hold_the_truth_and_are_narrow(method, count):
             assert np.median([interval.half_width for interval in estimates]) < 0.5 * independent
 
 
-def test_the_deviation_of_a_heavy_tail_is_not_in_too_narrow_intervals_of_replicates():
-    """A lognormal deviation of 1.3 of the mean; the scatter of eight replicates held it in 89 % of studies."""
-    truth = stats.lognorm(math.sqrt(math.log1p(1.3**2)))
-    units = (UnitPoints("sobol", 1, seed, 2048).chunk(0, 2048)[:, 0] for seed in range(300))
-    estimates = [estimate(truth.ppf(unit), "std", replicates=REPLICATES) for unit in units]
-    covered = sum(interval.low <= truth.std() <= interval.high for interval in estimates)
-    assert stats.binomtest(covered, len(estimates), 0.95, alternative="less").pvalue > 1e-3
+SMALL_POWERS, HEAVY = np.array([0.08, 0.02, 0.08, 0.06]), stats.lognorm(math.sqrt(math.log1p(1.3**2)))
+
+
+@pytest.mark.parametrize(
+    ("method", "dimension", "count", "function", "statistic", "true"),
+    [
+        ("sobol", 1, 512, lambda unit: HEAVY.ppf(unit[:, 0]), "std", HEAVY.std()),
+        ("latin_hypercube", 1, 512, lambda unit: unit[:, 0] ** 4, "mean", 0.2),
+        (
+            "latin_hypercube",
+            4,
+            128,
+            lambda unit: np.exp(stats.norm.ppf(unit) @ SMALL_POWERS),
+            "std",
+            stats.lognorm(math.hypot(*SMALL_POWERS)).std(),
+        ),
+    ],
+    ids=["few points decide", "bounded", "normal scatter"],
+)
+def test_intervals_from_replicates_are_neither_narrow_nor_wide(method, dimension, count, function, statistic, true):
+    """They held it in 98 % of studies where replicates scatter normally and where a few points far out decide."""
+    units = (UnitPoints(method, dimension, seed, count).chunk(0, count) for seed in range(800))
+    estimates = [estimate(function(unit), statistic, replicates=REPLICATES) for unit in units]
+    assert is_95_percent([interval.low <= true <= interval.high for interval in estimates])
 
 
 def test_the_deviation_of_points_spread_evenly_has_n_in_its_denominator():
