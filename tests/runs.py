@@ -102,7 +102,6 @@ def content_digest(path) -> str:
                 head = topics_told[item.topic.name], item.log_time, item.publish_time, len(item.data)
                 digest.update(repr(head).encode())
                 digest.update(item.data)
-            reader.require_end()
     return digest.hexdigest()
 
 

@@ -121,6 +121,22 @@ def test_damaged_chunk_is_left_out_and_the_rest_saved(number, log_path, tmp_path
     assert "CRC" in recovered.problems[0] or "unpacked" in recovered.problems[0]
 
 
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_hole_costs_the_chunk_that_has_it_also_where_the_index_is_missing(cut, log_path, tmp_path):
+    """As a disk leaves it when the power fails: zeros where a chunk begins."""
+    with log_path.open("rb") as stream:
+        chunks = make_reader(stream).get_summary().chunk_indexes
+    data, start = bytearray(log_path.read_bytes()), chunks[1].chunk_start_offset
+    data[start : start + 500] = bytes(500)
+    log_path.write_bytes(data[:-1000] if cut else data)
+    recovered = recover(log_path, tmp_path / "saved.mcap")
+    saved = bits(read_log(tmp_path / "saved.mcap", allow_gaps=True))
+    assert 200 < len(saved) < 400
+    assert saved[0] == bits(BLOCK)[0]
+    assert saved[-1] == bits(BLOCK)[-1]
+    assert f"at byte {start}: " in recovered.problems[0]
+
+
 def test_what_packs_like_a_bomb_is_read_as_it_was_written(tmp_path):
     """Messages of zeros, as of an empty picture: by zstd 80 MB of them would be 3 kB."""
     zeros = bytes(20_000_000)

@@ -15,7 +15,9 @@ from bearing_twin.base.errors import LogError, echo, shorten
 from bearing_twin.log import cdr
 from bearing_twin.log.mcap_read import (
     LARGEST_MESSAGE,
+    NO_END,
     Contents,
+    DamagedLog,
     LoggedMessage,
     McapReader,
 )
@@ -183,9 +185,9 @@ class LogReader:
         for file in log_files(path):
             with reader_of(file) as reader:
                 contents = self._contents[file] = reader.contents()
-                if not unfinished:
-                    reader.require_end()
             if not contents.ended:
+                if not unfinished:
+                    raise DamagedLog(file, contents.end, NO_END)
                 reason = "has no end, as it is being written or was cut: it is read to its last whole chunk, byte"
                 self.ends.append(f"the file {file.name} {reason} {contents.end}")
             self.metadata |= {record.name: record.metadata for record in contents.metadata}
@@ -257,9 +259,6 @@ class SqliteReader:
 
     def __exit__(self, *_):
         self._bag.close()
-
-    def require_end(self) -> None:
-        """No check: a database is complete after each transaction."""
 
     def contents(self) -> Contents:
         """Contents of the file, which has no metadata records."""

@@ -11,6 +11,7 @@ import bisect
 import contextlib
 import io
 import itertools
+import re
 import struct
 from array import array
 from collections import Counter
@@ -43,7 +44,9 @@ FREE_BYTES = 1 << 26  # unpacked bytes any file may have; beyond that GREATEST_R
 FREE_RECORDS = 200_000  # records any file may have
 RECORDS_PER_BYTE = 1  # of the file, beyond that
 MOST_TOPICS, MOST_SILENT = 10_000, 1000  # with messages and without: a fifth of a second to read
+NO_END = "its end is missing (it is being written, the writer was stopped, or the file was cut)"
 LAST_NS = (1 << 64) - 1  # the format counts time by 64 bits
+_PACKED_CHUNK = re.compile(rb"\x06.{4}\0{4}.{28}(\x04\0\0\0zstd|\x03\0\0\0lz4)", re.DOTALL)  # how such a record begins
 _PIECE = 1 << 20  # bytes that are read together
 MOST_PENDING = 1 << 27  # bytes of messages that wait for earlier ones of chunks that overlap in time
 
@@ -172,17 +175,11 @@ class McapReader:
             self._contents = self._scan()
         return self._contents
 
-    def require_end(self) -> None:
-        """Raises DamagedLog where the end of the data is missing; to be called once the file was read."""
-        if not self._end_found:
-            reason = "its end is missing (it is being written, the writer was stopped, or the file was cut)"
-            raise DamagedLog(self.path, self._position, reason)
-
     def content(self, damage: list[tuple] | None = None) -> Iterator[LoggedMessage | Metadata | Attachment]:
         """All messages, metadata and attachments in the order of the file, while they are checked.
 
-        Raises DamagedLog and LogLimit where reading cannot continue; with a list `damage`, offset and reason are
-        appended to it instead, and reading continues after the damaged part.
+        Raises DamagedLog and LogLimit where reading cannot continue, and where the end is missing; with a list
+        `damage`, offset and reason are appended to it instead, and reading continues after the damaged part.
         """
         begin: int | None = len(MAGIC)
         while begin is not None:
@@ -199,12 +196,15 @@ class McapReader:
                         yield self._parse(offset, Metadata if opcode == Opcode.METADATA else Attachment, content)
                     else:
                         self._store_description(offset, opcode, content)
-                return
+                if self._end_found:
+                    return
+                raise DamagedLog(self.path, self._position, NO_END)
             except UnreadableLog as error:
                 if damage is None:
                     raise
-                damage.append((error.offset, error.reason))
                 begin = self._next_record(max(error.offset, begin))
+                lost = begin is not None and error.reason == NO_END
+                damage.append((error.offset, "no record begins here" if lost else error.reason))
 
     def messages(
         self, names: Container[str] | None = None, from_ns: int = 0, by_time: bool = True
@@ -238,12 +238,20 @@ class McapReader:
                 yield from _messages(*select(row), topics.get)
 
     def _next_record(self, offset: int) -> int | None:
-        """Offset of the record that follows that at `offset` by its length, or of the next chunk of the index."""
+        """Offset of the record that follows that at `offset` by its length, or of a chunk by index or search."""
         head = self._bytes_at(offset, _HEAD.size)
         offsets = self._chunk_after(offset)
         if len(head) == _HEAD.size and head[0] in _USED | {Opcode.ATTACHMENT, Opcode.MESSAGE_INDEX}:
             offsets.append(offset + _HEAD.size + _HEAD.unpack(head)[1])
-        return min((offset for offset in offsets if offset < self._size), default=None)
+        return min((offset for offset in offsets if offset < self._size), default=None) or self._search(offset + 1)
+
+    def _search(self, offset: int) -> int | None:
+        """Offset of the next packed chunk, by how such a record begins."""
+        while data := self._bytes_at(offset, 1 << 16):
+            if match := _PACKED_CHUNK.search(data):
+                return offset + match.start()
+            offset += max(1, len(data) - 48)  # as long as a beginning is
+        return None
 
     def _chunk_after(self, offset: int) -> list[int]:
         """The offset of the next chunk of the index, if there is one."""

@@ -5,7 +5,6 @@ A log is one `.mcap` file, or a rosbag2 folder when its path has no suffix `.mca
 """
 
 import datetime
-import math
 import platform
 import struct
 import threading
@@ -27,7 +26,7 @@ from bearing_twin.base.process import DeferredSignals
 from bearing_twin.kinds.rules import OUTSIDE
 from bearing_twin.log import cdr
 from bearing_twin.log.bag import SUFFIX, Qos, Span, bag_information, list_some, log_files, path_of, qos_text, reader_of
-from bearing_twin.log.mcap_read import DamagedLog, LoggedMessage
+from bearing_twin.log.mcap_read import LoggedMessage
 from bearing_twin.log.mcap_write import McapWriter, StoredTopic, log_error
 from bearing_twin.log.stream import SLOW_RATE, checked_block
 
@@ -47,15 +46,6 @@ RUN_RECORD = "bearing_twin_run"  # the one record that differs between two runs 
 BEGINS_KEY = "begins"  # in SCENE_RECORD: the number of the first output of a run that continues another
 STATE_RECORD = "bearing_twin_state"  # of a complete run: the state at its end, to continue from
 RETRY = 1.0  # s between tries while the disk is full
-
-
-def kept_rate(metadata: Mapping[str, str]) -> float:
-    """Messages a second of a topic that are in a log [1/s], by its metadata; 0 = all."""
-    try:
-        rate = float(metadata.get(KEPT_KEY, ""))
-    except ValueError:
-        return 0.0
-    return rate if 0.0 < rate < math.inf else 0.0
 
 
 class Thinning:
@@ -499,10 +489,6 @@ def _readable(files: list[Path], problems: list[str]) -> Iterator[LoggedMessage 
         damage: list[tuple[int, str]] = []
         with reader_of(file) as reader:
             yield from reader.content(damage)
-            try:
-                reader.require_end()
-            except DamagedLog as error:
-                damage.append((error.offset, error.reason))
         problems += dict.fromkeys(f"{file.name} at byte {offset}: {reason}" for offset, reason in damage)
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 import bearing_twin
 from bearing_twin.base.errors import LogError, SceneError, echo
-from bearing_twin.base.report import DIGITS, Choice, CutShort, json_text, parse_json
+from bearing_twin.base.report import Choice, CutShort, json_text, parse_json
 from bearing_twin.base.sample import Block, Channel, Sample, Table, records_between
 from bearing_twin.contact.laws import LAWS
 from bearing_twin.kinds.contract import Topic
@@ -28,6 +28,7 @@ from bearing_twin.log.bag import LogReader, path_of
 from bearing_twin.log.mcap_read import LoggedMessage
 from bearing_twin.log.raw_log import (
     BEGINS_KEY,
+    KEPT_KEY,
     LOSSES,
     OUTPUTS_KEY,
     RECORDING_RECORD,
@@ -36,7 +37,6 @@ from bearing_twin.log.raw_log import (
     STATE_RECORD,
     RawLogWriter,
     Safety,
-    kept_rate,
 )
 from bearing_twin.log.stream import (
     NUMBERED,
@@ -59,18 +59,13 @@ MOST_RUNS = 10_000
 MOST_HELD = 1 << 24  # numbers of records that are held together, 128 MB
 
 
-def count_in(text: str | None) -> int | None:
-    """A count in the metadata of a log; None without one, and for malformed text."""
-    return int(text) if text and text.isdecimal() and len(text) <= DIGITS else None
-
-
-def report_in(record: Mapping[str, str]) -> dict | None:
-    """The report of a run in RUN_RECORD; None without one, and for malformed text."""
+def value_in(record: Mapping[str, str], key: str, types: type | tuple[type, ...], default=None):
+    """The value that a metadata record has as JSON under a key; the default without one of these types."""
     try:
-        report = parse_json(record["report"])
+        value = parse_json(record[key])
     except (KeyError, ValueError):
-        return None
-    return report if isinstance(report, dict) else None
+        return default
+    return value if isinstance(value, types) else default
 
 
 def scene_record(text: str) -> dict[str, str]:
@@ -81,13 +76,10 @@ def scene_record(text: str) -> dict[str, str]:
 
 def choice_in(record: Mapping[str, str]) -> Choice:
     """The model named in a log's metadata; empty texts without one."""
-    named = (record.get("law", ""), record.get("stepper", ""), math.nan, record.get("reason", ""))
-    try:
-        warnings = tuple(map(str, parse_json(record.get("warnings", "[]"))))
-        setting, friction = float(record.get("setting", "nan")), record.get("friction", "")
-        return Choice(*named, warnings, setting, friction=friction)
-    except (ValueError, TypeError):
-        return Choice(*named, ())
+    law, stepper, reason, friction = (record.get(key, "") for key in ("law", "stepper", "reason", "friction"))
+    warnings = tuple(map(str, value_in(record, "warnings", list, ())))
+    setting = float(value_in(record, "setting", (int, float), math.nan))
+    return Choice(law, stepper, math.nan, reason, warnings, setting, friction=friction)
 
 
 def known_choice(choice: Choice, scene: Scene | None) -> Choice:
@@ -157,11 +149,12 @@ class LogStream:
         if not sampled:
             self._refuse_unfinished()
         self.topic = _selected_topic(path, {name for name in sampled if "/records/" not in name}, topic)
-        self.kept_rate: float = max(kept_rate(channel.metadata) for channel in stored if channel.name == self.topic)
+        rates = (value_in(row.metadata, KEPT_KEY, (int, float), 0.0) for row in stored if row.name == self.topic)
+        self.kept_rate: float = max(0.0, *rates)
         self.namespace = self._namespace()
         records = f"{self.namespace}/records/"
         self._tables = dict.fromkeys(channel.name for channel in stored if channel.name.startswith(records))
-        self.report: dict | None = report_in(self.metadata.get(RUN_RECORD, {}))
+        self.report: dict | None = value_in(self.metadata.get(RUN_RECORD, {}), "report", dict)
         self._by_time = True  # else in the order of the file
         self._runs = self._find_runs()
         self.runs = len(self._runs)
@@ -225,7 +218,7 @@ class LogStream:
         `uncounted` names topics of several publishers, whose losses are not known.
         """
         recording = self.metadata.get(RECORDING_RECORD, {})
-        counts = {key: count for key in LOSSES if (count := count_in(recording.get(key))) is not None}
+        counts = {key: count for key in LOSSES if (count := value_in(recording, key, int)) is not None}
         return counts | ({"uncounted": recording["uncounted"]} if recording.get("uncounted") else {})
 
     @property
@@ -245,7 +238,7 @@ class LogStream:
 
         It is None for the log of a node or a recorder, which the user ends.
         """
-        outputs = count_in(self.metadata.get(SCENE_RECORD, {}).get(OUTPUTS_KEY)) or 0
+        outputs = value_in(self.metadata.get(SCENE_RECORD, {}), OUTPUTS_KEY, int, 0)
         if self.scene is None or not 0 < self._reached < outputs or logged_failure(self.report or {}):
             return None
         period = 1e-9 * self.scene.output_period_ns
@@ -254,18 +247,14 @@ class LogStream:
     @property
     def begins(self) -> int:
         """Number of the first output of a run that continues another, else 0."""
-        return count_in(self.metadata.get(SCENE_RECORD, {}).get(BEGINS_KEY)) or 0
+        return max(0, value_in(self.metadata.get(SCENE_RECORD, {}), BEGINS_KEY, int, 0))
 
     @property
     def state(self) -> tuple[int, dict] | None:
         """Number of the last output and the state of the motion there, to continue the run from; None without one."""
         record = self.metadata.get(STATE_RECORD, {})
-        sequence = count_in(record.get("sequence"))
-        try:
-            state = parse_json(record.get("state", "null"))
-        except ValueError:
-            return None
-        return (sequence, state) if sequence is not None and isinstance(state, dict) else None
+        sequence, state = value_in(record, "sequence", int), value_in(record, "state", dict)
+        return None if sequence is None or state is None else (sequence, state)
 
     @property
     def run_note(self) -> str:
