@@ -131,12 +131,12 @@ class Wanted:
     """Requested outputs of a run, and their tolerance."""
 
     outputs: str = choice("history", ("history",), "history = every channel over time", widest=True)
-    tolerance: float = quantity(1e-3, "1", "wanted error", at_least=1e-13, at_most=LOOSEST)
+    tolerance: float = quantity(1e-3, "1", "requested error", at_least=1e-13, at_most=LOOSEST)
 
 
 def peak_and_impulse(default: float, at_least: float):
     """A field for the wanted tolerance of a body that bounces, of which a second run gives the error."""
-    what = "wanted error of a contact's peak load and impulse, over the greatest"
+    what = "requested error of a contact's peak load and impulse, over the greatest"
     return quantity(default, "1", what, at_least=at_least, at_most=LOOSEST, less=UNVERIFIED)
 
 

@@ -40,7 +40,7 @@ def topics(parameters: SphereOnBeamScene) -> tuple[Topic, ...]:
     }
     return (
         *pair_topics(FRAME, pair_of, texts, solids),
-        Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "sphere and beam to look at", FRAME),
+        Topic("markers", MARKER_ARRAY, PUBLISH, marker_fields, "sphere and beam, for display", FRAME),
     )
 
 

@@ -36,7 +36,7 @@ EXTREMES = Table(
         Channel("time", "s", (), "end of the last contact: what follows is free motion"),
         Channel("peak_deflection", "m", (), "greatest by magnitude, of all points and the whole motion"),
         Channel("peak_stress", "Pa", (), "greatest bending stress by magnitude, likewise"),
-        Channel("energy_gained", "J", (), "by the numbers alone"),
+        Channel("energy_gained", "J", (), "by the method alone"),
         Channel("known_until", "s", (), "to where the motion is solved"),
         Channel("gone", "1", (), "1 where no further contact can follow"),
         Channel("highest_mode", "1", (), "of the beam in the sum"),

@@ -711,7 +711,7 @@ class BeamMotion(ImpactMotion):
 
 
 def _energy_gained(impact, initial: float) -> float:
-    """Energy [J] gained by the numbers over what the sphere brought; gravity's work is not a gain."""
+    """Energy [J] gained by the method over what the sphere brought; gravity's work is not a gain."""
     kinetic, stored, dissipated = impact.energies()
     _, force, position, _ = impact.at(np.array([impact.end]))
     coefficient = impact.sphere.coefficient

@@ -202,7 +202,7 @@ def topics(parameters: BearingScene) -> tuple[Topic, ...]:
             )
             for _ in tables(parameters)
         ),
-        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads to look at", FRAME),
+        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "balls, rings, ellipses, loads, for display", FRAME),
     )  # fmt: skip
 
 
@@ -313,7 +313,7 @@ def view(parameters, channels) -> View:
         Channel("ring_turn", "1", (2,), "cosine and sine of the inner ring's angle"),
         Channel("cage_turn", "1", (2,), "cosine and sine of the cage's angle"),
         Channel("cage_place", "m", (3,), "of the cage's centre off the axis"),
-        Channel("ring_load", "N", (3,), "on the inner ring, borne by the balls"),
+        Channel("ring_load", "N", (3,), "on the inner ring, carried by the balls"),
         Channel("friction_torque", "N m", (), "of the balls on the inner ring about the axis"),
         Channel("orbit_speed", "rad/s", (), "of the balls around the axis, mean"),
     )

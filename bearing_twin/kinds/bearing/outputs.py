@@ -60,13 +60,11 @@ def _channels(n: int, films: bool = False) -> tuple[Channel, ...]:
         Channel("inner_ring_offset", "m", (3,), "displacement of the inner ring's centre"),
         Channel("inner_ring_tilt", "rad", (2,), "of the inner ring about x and y", ("about",)),
         Channel("inner_ring_velocity", "m/s", (3,), "of the inner ring's centre"),
-        Channel(
-            "inner_ring_tilt_rate", "rad/s", (2,), "of the inner ring about x and y, its spin left out", ("about",)
-        ),
-        Channel("inner_ring_load", "N", (3,), "on a ring with mass from outside, its weight left out; 0 where held"),
+        Channel("inner_ring_tilt_rate", "rad/s", (2,), "of the inner ring about x and y, without its spin", ("about",)),
+        Channel("inner_ring_load", "N", (3,), "on a ring with mass from outside, without its weight; 0 where held"),
         Channel("inner_ring_load_work", "J", (), "of that load since the start; 0 where held"),
         Channel(
-            "drive_torque", "N m", (), "on the inner ring about +z: what keeps a prescribed speed, its inertia left out"
+            "drive_torque", "N m", (), "on the inner ring about +z: what keeps a prescribed speed, without its inertia"
         ),
         Channel("cage_angle", "rad", (), "of the cage, which is 0 where ball 0 is in the middle; 0 without a cage"),
         Channel("cage_speed", "rad/s", (), "of the cage about +z; 0 without one"),

@@ -236,7 +236,7 @@ class Solver(Bounded):
 
 LEAST_TOLERANCE = 1e-10  # at 1e-11 every second step is rejected for rounding, and 16 times as many are taken
 ROUNDED = "less than double precision gives in a bearing, whose approaches are small differences of positions"
-ERROR_WANTED = "wanted error of load, over the greatest, and of friction, over mu N"
+ERROR_WANTED = "requested error of loads, over the greatest, and of friction, over mu N"
 
 
 @dataclass(frozen=True)

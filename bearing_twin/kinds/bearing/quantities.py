@@ -18,7 +18,7 @@ MEANINGS = {
     "cage_speed_theory_rad_s": f"of balls that roll without slip at the contact angles found, {LATE}",
     "roll_rate_rad_s": f"of the balls about their own axes, {LATE}",
     "roll_rate_theory_rad_s": f"of balls that roll without slip at the contact angles found, {LATE}",
-    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the work moved, or of "
+    "energy_closure": "energy gained (+) or lost (-) by the method over the run, as a share of the work moved, or of "
     "wanted.tolerance times what is stored where that is more; unknown where a torque drives a ring over defects",
     "drive_work_j": "work of the drive and of the loads on a ring with mass since the start, at the end",
     "dissipated_j": "energy lost in the contacts since the start, at the end; none from dry equilibria",

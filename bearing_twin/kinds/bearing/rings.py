@@ -51,7 +51,7 @@ class SpeedChange:
     """One change of the drive's speed while it runs, added to it."""
 
     time: float = quantity(0.0, "s", "when the drive changes; 0 = never", at_least=0.0)
-    speed: float = quantity(0.0, "rad/s", "added to the wanted speed, which is approached at drive.acceleration")
+    speed: float = quantity(0.0, "rad/s", "added to the prescribed speed, which is approached at drive.acceleration")
 
 
 @dataclass(frozen=True)
@@ -82,10 +82,8 @@ class Drive:
     inertia: float = quantity(
         0.0, "kg m^2", "about the axis, of what the torque turns besides rings.inner.inertia[1]", at_least=0.0
     )
-    damping: float = quantity(
-        0.0, "N m s", "viscous, about the axis: it brakes with this times the speed", at_least=0.0
-    )
-    greatest_speed: float = quantity(1.0e4, "rad/s", "by drive.kind: torque, faster than which a run ends", above=0.0)
+    damping: float = quantity(0.0, "N m s", "viscous, about the axis: the braking torque over the speed", at_least=0.0)
+    greatest_speed: float = quantity(1.0e4, "rad/s", "by drive.kind: torque; a run that exceeds it ends", above=0.0)
 
     @property
     def changed_speed(self) -> float:
@@ -248,7 +246,7 @@ class Cage:
     guidance: str = choice(
         CENTRED,
         (CENTRED, BALLS, INNER_LAND, OUTER_LAND),
-        "of pockets: centred = the cage's centre stays; else it moves, borne by balls alone, or by a ring's land, too",
+        "of pockets: centred = the cage's centre stays; else it moves, carried by balls alone, or by a ring's land",
     )
     land_clearance: float = quantity(
         1.0e-4, "m", "radial, between cage and the land that guides it; no source: half that of pockets", above=0.0

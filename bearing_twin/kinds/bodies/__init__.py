@@ -68,8 +68,8 @@ MEANINGS_OF_ELLIPSOID = {
     "resting_since_s": "begin of the contact that goes on at the end; none where there is none",
     "greatest_approach_m": "greatest over the run; of a contact that goes on, as seen at the outputs",
     "peak_pressure_pa": "Hertz pressure, greatest over the run; of a contact that goes on, as seen at the outputs",
-    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the most ever stored",
-    "greatest_energy_gain": "the most energy gained by the numbers at any output, as a share of the most ever stored",
+    "energy_closure": "energy gained (+) or lost (-) by the method over the run, as a share of the most ever stored",
+    "greatest_energy_gain": "the most energy gained by the method at any output, as a share of the most ever stored",
     "energy_start_j": "kinetic, elastic and potential, at the start",
     "energy_end_j": "kinetic, elastic and potential, at the end",
     "dissipated_viscous_j": "lost to damping since the start, at the end",
@@ -78,13 +78,13 @@ MEANINGS_OF_ELLIPSOID = {
     "velocity_change_y_m_s": "of the centre along y since the start, at the end",
     "angular_momentum_change_vertical_nms": "about the centre, along z, since the start, at the end",
     "height_at_end_m": "of the centre above the plane, at the end",
-    "quaternion_drift": "of the norm before it is put right, greatest in one step since the start, at the end",
+    "quaternion_drift": "of the norm before normalisation, greatest in one step since the start, at the end",
 }
 _NOT_OF_PAIR = ("height_at_end_m", "angular_momentum_change_vertical_nms")
 MEANINGS_OF_PAIR = {key: text for key, text in MEANINGS_OF_ELLIPSOID.items() if key not in _NOT_OF_PAIR} | {
-    "energy_closure": "energy gained (+) or lost (-) by the numbers over the run, as a share of the most ever kinetic "
+    "energy_closure": "energy gained (+) or lost (-) by the method over the run, as a share of the most ever kinetic "
     "and elastic",
-    "greatest_energy_gain": "the most energy gained by the numbers at any output, as the same share",
+    "greatest_energy_gain": "the most energy gained by the method at any output, as the same share",
     **{
         f"velocity_change_{axis}_m_s": f"of the first body's centre along {axis} since the start, at the end"
         for axis in "xyz"

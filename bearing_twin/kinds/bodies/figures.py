@@ -319,7 +319,7 @@ class BouncingFigures:
         flags, drift = self._contact_flags(), self.last.get("quaternion_drift", 0.0)
         if drift > GREATEST_DRIFT:
             flags.append(
-                f"the quaternion's norm drifted by {drift:.2g} in one step before it was put right: "
+                f"the quaternion's norm drifted by {drift:.2g} in one step before normalisation: "
                 "tighten wanted.tolerance"
             )
         return flags
@@ -346,7 +346,7 @@ class BouncingFigures:
 
     @property
     def closure(self) -> float:
-        """Energy gained (+) or lost (-) by the numbers, as a share of the greatest energy stored."""
+        """Energy gained (+) or lost (-) by the method, as a share of the greatest energy stored."""
         return (self.last["total"] - self.first["total"]) / self.scale if self.scale > 0.0 else 0.0
 
     def status(self) -> str:

@@ -128,7 +128,7 @@ class ContactPeriod(NamedTuple):
 class Collision(NamedTuple):
     """One contact: its figures, and `history(times)` -> (approach [m], approach rate [m/s]) from its begin.
 
-    `restitution` is the relative speed away over that before; `energy_closure` the energy gained by the numbers over
+    `restitution` is the relative speed away over that before; `energy_closure` the energy gained by the method over
     the initial one.
     """
 

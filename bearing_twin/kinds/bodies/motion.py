@@ -193,7 +193,7 @@ PAIR_CHANNELS = (
     Channel("quaternion_drift", "1", (), "greatest drift of a quaternion's norm in a step so far, before it is undone"),
     Channel(
         "tracking_error", "m", (), "most by which opposing points missed their equations at a step's end so far; "
-        "differential: before they are put right",
+        "differential: before their correction",
     ),
 )  # fmt: skip
 

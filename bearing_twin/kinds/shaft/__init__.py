@@ -52,7 +52,7 @@ MEANINGS = {
     "natural_frequencies_hz": f"of the shaft on its bearings, rising, {WHIRL}",
     "forward_shares": "of each of these motions: 1 whirls as the shaft turns, 0 against it, 1/2 in a line or axial",
     "critical_speeds_rad_s": f"at which a forward whirl goes round with the shaft, as stiff as {WHIRL}",
-    "energy_closure": "energy of the shaft gained (+) or lost (-) by the numbers over the run, as a share of the work "
+    "energy_closure": "energy of the shaft gained (+) or lost (-) by the method over the run, as a share of the work "
     "that loads and bearings did either way, or of wanted.tolerance times what is stored where that is more",
     "load_work_j": "of loads and unbalances on the shaft since the start, at the end",
     "bearing_work_j": "of the shaft on its bearings since the start, at the end, without what is dissipated",

@@ -59,7 +59,7 @@ def topics(parameters: ShaftScene) -> tuple[Topic, ...]:
     return (
         *body_topics(FRAME, wrenches, origins, texts, solids),
         Topic("shaft/pose", POSE, PUBLISH, pose, "centre of mass and attitude of the shaft, tilted and turned", FRAME),
-        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "shaft, bearings and their forces to look at", FRAME),
+        Topic("markers", MARKER_ARRAY, MARKERS, marker_fields, "shaft, bearings and their forces, for display", FRAME),
     )  # fmt: skip
 
 

@@ -126,7 +126,7 @@ class WantedOfShaft(Wanted):
     tolerance: float = quantity(
         1e-3,
         "1",
-        "wanted error of every ball's load, over the greatest",
+        "requested error of every ball's load, over the greatest",
         at_least=1e-9,
         at_most=LOOSEST,
         less=UNVERIFIED,

@@ -22,7 +22,7 @@ MEANINGS = {
     "discs in the frame of both",
     "greatest_penetration_m": "depth of the rim below the wall, or overlap of two unequal discs, which the penalty "
     "allows, greatest in the whole motion",
-    "energy_closure": "energy gained (+) or lost (-) by the numbers as a share of what was brought, greatest ever",
+    "energy_closure": "energy gained (+) or lost (-) by the method as a share of what was brought, greatest ever",
     "least_stretch": "least principal stretch in the plane of the disc, anywhere in the whole motion",
     "force_balance": "greatest difference of the force as sum of pressures and as integral of density * acceleration, "
     "of either disc, over the peak force, whole motion",

@@ -30,7 +30,7 @@ IMPACT = Table(
         Channel("impulse", "N s", (), "of the contact force"),
         Channel("restitution", "1", (), "velocity of the centre of mass away over that before"),
         Channel("greatest_penetration", "m", (), "depth of the rim below the wall"),
-        Channel("energy_gained", "J", (), "by the numbers alone, greatest by magnitude"),
+        Channel("energy_gained", "J", (), "by the method alone, greatest by magnitude"),
         Channel("least_stretch", "1", (), "least principal stretch in the plane, anywhere and ever"),
         Channel(
             "force_balance", "N", (), "greatest difference of the force and the integral of density * acceleration"

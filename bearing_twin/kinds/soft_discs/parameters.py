@@ -92,7 +92,7 @@ class WantedOfDisc(WantedImpact):
     tolerance: float = quantity(
         2e-3,
         "1",
-        "wanted relative error of the force, root mean square over the contact",
+        "requested relative error of the force, root mean square over the contact",
         at_least=1e-4,
         at_most=LOOSEST,
         less="less than meshes that can be solved give",
