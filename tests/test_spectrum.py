@@ -140,6 +140,23 @@ def test_sidebands_show_how_damage_goes_through_the_load(tmp_path, run_json):
     assert {f"{k}{name}" for k in ("", "2x", "3x") for name in (*FAMILY.values(), "FTF")} <= level.keys()
 
 
+@pytest.mark.parametrize("damage", ["outer", "inner"])
+def test_a_line_of_the_damage_that_another_family_meets_is_named_as_such(damage, tmp_path, run_json):
+    """Three times BPFO is within 1 % of twice BPFI, and four times BPFO of six times the ball's spin."""
+    result = run_json("spectrum", saved(tmp_path, record(damage, strength=4.0, slip=0.003)), *BEARING)
+    family = FAMILY[damage]
+    frequency = {line["name"]: line["found_hz"] for line in result["lines"]}
+    assert result["verdict"] == damage
+    for line in result["lines"]:
+        assert not (line["same_as"] and family in line["name"])
+        if line["same_as"] in frequency:
+            assert line["found_hz"] == pytest.approx(frequency[line["same_as"]], rel=2e-3)
+        if line["over_noise_db"] > 25.0 and line["name"][-4:] in {"BPFO", "BPFI", "2BSF"} - {family}:
+            assert line["same_as"], line
+    others = {line["name"]: line["same_as"] for line in result["lines"]}
+    assert others["2xBPFI" if damage == "outer" else "3xBPFO"] == ("3xBPFO" if damage == "outer" else "2xBPFI")
+
+
 def test_one_record_in_every_kind_of_file_says_the_same(tmp_path, run_json):
     samples = record("outer", seconds=1.0, strength=2.0).astype(np.float32)
     times = np.arange(len(samples)) / RATE

@@ -113,11 +113,21 @@ def _show(result: dict) -> None:
             f"{100.0 * line['off']:+.2f}",
             f"{line['amplitude']:.3g}",
             f"{line['over_noise_db']:.1f}",
+            line["same_as"],
         )
         for line in result["lines"]
     )
     show_columns(
-        ("line", "expected\n[Hz]", "found\n[Hz]", "difference\n[%]", "amplitude\n[m/s²]", "over noise\n[dB]"), rows
+        (
+            "line",
+            "expected\n[Hz]",
+            "found\n[Hz]",
+            "difference\n[%]",
+            "amplitude\n[m/s²]",
+            "over noise\n[dB]",
+            "same\nline as",
+        ),
+        rows,
     )
 
 

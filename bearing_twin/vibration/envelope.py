@@ -44,7 +44,10 @@ class Family(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A line of the envelope spectrum: expected and found frequency [Hz], relative offset, amplitude [m/s^2], level."""
+    """A line of the envelope spectrum: expected and found frequency [Hz], relative offset, amplitude [m/s^2], level.
+
+    `same_as` names the line of the verdict's family at the found frequency, where another family's was searched.
+    """
 
     name: str
     expected_hz: float
@@ -52,6 +55,7 @@ class Line(NamedTuple):
     off: float
     amplitude: float
     over_noise_db: float
+    same_as: str = ""
 
 
 @dataclass(frozen=True)
@@ -410,19 +414,33 @@ def _speed(bands: _Bands, envelope, shaft: float, noise: float):
     return float(np.mean(np.interp(instants, *course))), course
 
 
+def _line_name(family: Family, multiple: int, side: int) -> str:
+    name = (f"{multiple}x" if multiple > 1 else "") + family.name
+    return name + (f"{'-+'[side > 0]}{family.sideband}" if side else "")
+
+
+def _line_at(order: float, family: Family, first: float, width: float) -> str:
+    """Name of the line of a family with its `first` at this order that is within `width` of `order`; "" for none."""
+    for side in (0, -1, 1):
+        shift = side * family.sideband_order
+        multiple = round((order - shift) / first)
+        if multiple > 0 and abs(multiple * first + shift - order) < width:
+            return _line_name(family, multiple, side)
+    return ""
+
+
 def _verdict(lines: _Lines, families, shaft: float) -> tuple[str, dict[str, float], tuple[Line, ...]]:
     """Verdict, the mean level [dB] of each family's harmonics, and all lines."""
-    lines_found, scores, has_lines = [], {}, {}
+    lines_found, scores, has_lines, orders = [], {}, {}, {}
     for family in families:
         order, levels, scores[family.name] = _strongest_order(lines, family.order, family.slower, family.faster)
-        has_lines[family.name] = np.sum(levels > LEAST_LINE) >= 2
+        has_lines[family.name], orders[family.name] = np.sum(levels > LEAST_LINE) >= 2, order
         sides = []
         for harmonic in HARMONICS:
             multiples = [(harmonic, 0)]
             multiples += [(harmonic, side) for side in (-1, 1)] if family.sideband else []
             for multiple, side in multiples:
-                name = (f"{multiple}x" if multiple > 1 else "") + family.name
-                name += f"{'-+'[side > 0]}{family.sideband}" if side else ""
+                name = _line_name(family, multiple, side)
                 expected = multiple * family.order + side * family.sideband_order
                 found_order, amplitude, level = lines.peak(multiple * order + side * family.sideband_order)
                 lines_found.append(
@@ -437,7 +455,14 @@ def _verdict(lines: _Lines, families, shaft: float) -> tuple[str, dict[str, floa
     stands_out = (
         scores[first] >= max(LEAST_VERDICT_LEVEL, *(scores[name] + LEAST_LEAD for name in rivals)) and has_lines[first]
     )
-    return (parts[first] if stands_out else NOTHING), scores, tuple(lines_found)
+    if not stands_out:
+        return NOTHING, scores, tuple(lines_found)
+    damaged = next(family for family in families if family.name == first)
+    for i, line in enumerate(lines_found):
+        if first not in line.name:
+            same = _line_at(line.found_hz / shaft, damaged, orders[first], 0.5 * lines.width)
+            lines_found[i] = line._replace(same_as=same)
+    return parts[first], scores, tuple(lines_found)
 
 
 def draw_spectrum(spectrum: Spectrum, name: str, path):
