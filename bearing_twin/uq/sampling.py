@@ -9,8 +9,7 @@
 Points of one Sobol sequence or one hypercube depend on each other, so their own scatter says nothing about the error.
 Therefore REPLICATES independent ones are interleaved: point i belongs to replicate i % REPLICATES, and `statistics`
 takes the scatter between the replicates. Sizes are REPLICATES times a power of two for `sobol`, times any number for
-`latin_hypercube`. With twice as many replicates of half the size errors of a mean are 1.4 times as large, and intervals
-cover as often.
+`latin_hypercube`. With twice as many replicates of half the size errors of a mean are 1.4 times as large.
 """
 
 from collections.abc import Callable
