@@ -27,6 +27,7 @@ WITH_HISTORIES = ENDLESS | {"overrides": ["sweep=", "modality=no", "batch=100000
 BY_WORKERS = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20000.0"]}
 KEEPS_ALL = {"goal_service_qos_profile": SERVICE, "result_service_qos_profile": SERVICE}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
+IMPORTED = 2.0  # s of processor time, in which a program has loaded its modules
 STARTED, KILLED = 60.0, 60.0  # s after which what does not begin, or does not end, is given up
 SOAK = 120.0  # s
 GROWN = 2.0  # MB in half a soak, beyond the rounding of pages
@@ -246,29 +247,29 @@ def commands() -> list[list[str]]:
     return [*lines, node_command("uq_node", {"log_folder": ""})]
 
 
-def waits_of(process: int) -> dict[str, float]:
-    """Time [s] for which the machine let each thread of a process and of its children wait for a processor."""
-    waits = {}
+def schedule_of(process: int) -> dict[str, np.ndarray]:
+    """Times [s] for which each thread of a process and of its children ran, and waited for a processor."""
+    times = {}
     for task in Path(f"/proc/{process}/task").glob("*"):
         with contextlib.suppress(OSError):  # it has ended meanwhile
-            waits[task.name] = 1e-9 * int((task / "schedstat").read_text().split()[1])
+            times[task.name] = 1e-9 * np.array((task / "schedstat").read_text().split()[:2], float)
             for child in (task / "children").read_text().split():
-                waits |= waits_of(int(child))
-    return waits
+                times |= schedule_of(int(child))
+    return times
 
 
 def ended_by(process: subprocess.Popen, number: int) -> tuple[float, float]:
     """Time [s] until a signal ended a process, and for how long of it threads waited for a processor."""
-    before = waits = waits_of(process.pid)
+    before = times = schedule_of(process.pid)
     began = time.monotonic()
     process.send_signal(number)
     gone = lambda: os.waitid(os.P_PID, process.pid, os.WEXITED | os.WNOHANG | os.WNOWAIT)  # noqa: E731
     while not gone() and time.monotonic() < began + KILLED:
-        waits = waits | waits_of(process.pid)  # also of threads that have ended
+        times = times | schedule_of(process.pid)  # also of threads that have ended
         time.sleep(0.005)
     took = time.monotonic() - began
-    waits = waits | waits_of(process.pid)
-    return took, sum(waits.values()) - sum(before.values())
+    times = times | schedule_of(process.pid)
+    return took, (sum(times.values()) - sum(before.values()))[1]
 
 
 def stops(share: float, folder: Path, seed: int = 9) -> Found:
@@ -284,8 +285,7 @@ def stops(share: float, folder: Path, seed: int = 9) -> Found:
             environment = os.environ | {"ROS_DOMAIN_ID": str(domain)}
             process = subprocess.Popen(arguments, stdout=output, stderr=output, env=environment)
             try:
-                begun = lambda file=stderr, run=process: file.stat().st_size > 0 or run.poll() is not None  # noqa: E731
-                until(begun, STARTED)
+                until(lambda pid=process.pid: sum(schedule_of(pid).values(), np.zeros(2))[0] > IMPORTED, STARTED)
                 time.sleep(chance.uniform(0.0, 1.0))
                 if process.poll() is not None:
                     raise RuntimeError(f"{' '.join(arguments)} has ended by itself: {stderr.read_text()[-500:]}")
