@@ -93,9 +93,9 @@ def toy():
         yield heard
         os.environ["ROS_DOMAIN_ID"] = before or "0"
         graph.QUIET = quiet
-        server.destroy()
         executor.shutdown()
         thread.join()
+        server.destroy()
 
 
 @pytest.fixture
@@ -241,8 +241,15 @@ cli.program()
 """
     result = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
     assert result.returncode == code
-    assert result.stderr.startswith("bearing_twin: there is no node" if code else "bearing_twin: warning: no node")
-    assert result.stdout.startswith("" if code else "name")
+    assert result.stderr.startswith("bearing_twin: there is no node") if code else result.stdout.startswith("name")
+
+
+def test_where_no_node_is_discovered_the_list_says_so(at_once, monkeypatch, capsys):
+    from bearing_twin.nodes.graph import Graph
+
+    monkeypatch.setattr(Graph, "nodes", lambda graph: [])
+    assert cli.main(["node", "list"]) == cli.DONE
+    assert "no node was discovered: start one" in capsys.readouterr().err
 
 
 def test_parameters_are_read_and_set(at_once, answer):
