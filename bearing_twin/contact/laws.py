@@ -114,14 +114,14 @@ _ROWS = (
     ),
     Law(
         name="hertz_unprojected",
-        help="the same without the projection: its errors grow without end",
+        help="the same without the projection: its errors accumulate",
         fits="point",
         needs=("curvatures", "state"),
         formula="carried_left",
     ),
     Law(
         name="linear",
-        help="a linear spring of the stiffness given",
+        help="a linear spring of the stiffness specified",
         fits="point",
         needs=("stiffness",),
         formula="given",
