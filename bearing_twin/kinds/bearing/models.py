@@ -169,7 +169,7 @@ def light_balls_slide(parameters) -> bool:
         return True
     if dimension_of(parameters) != FREE_RING or no_contact_spins(parameters):
         return False
-    load = scene_equilibrium(parameters, law_of_equilibria(parameters)).contacts.load[:, 0]
+    load = inner_loads(parameters, law_of_equilibria(parameters))
     return bool(load.min() < LIGHT * load.max())
 
 
@@ -219,9 +219,9 @@ def touches_at_rest(parameters) -> bool:
     return any(parameters.drive.tilt) or any(near > 0.0 for near, _ in squeezes(parameters))
 
 
-def has_unloaded_ball(parameters, law: str) -> bool:
-    """True if a ball carries no load on the inner raceway at the start; raises SceneError."""
-    return bool(solver_of(parameters, law).solve(support_with_weight(parameters)).contacts.load[:, 0].min() == 0.0)
+def inner_loads(parameters, law: str) -> np.ndarray:
+    """Loads (N,) [N] of the balls on the inner raceway at the start, under loads and weights; raises SceneError."""
+    return solver_of(parameters, law).solve(support_with_weight(parameters)).contacts.load[:, 0]
 
 
 def falling_ball_warnings(parameters, law: str) -> list[str]:
@@ -232,7 +232,7 @@ def falling_ball_warnings(parameters, law: str) -> list[str]:
     geometry = parameters.geometry
     orbit = math.sqrt(math.hypot(*parameters.gravity[:2]) / (0.5 * geometry.pitch_diameter))
     limit = orbit / (0.5 * (1.0 - geometry.ball_diameter / geometry.pitch_diameter))
-    if abs(parameters.drive.speed) >= limit or not has_unloaded_ball(parameters, law):
+    if abs(parameters.drive.speed) >= limit or inner_loads(parameters, law).min() > 0.0:
         return []
     return [
         f"below {limit:.3g} rad/s the weight of balls exceeds their centrifugal load: unloaded balls fall off the "
@@ -260,7 +260,7 @@ def cage_needed(parameters, law: str) -> str:
     if parameters.cage.kind != "none" or parameters.geometry.balls == 1:
         return ""
     is_held = dimension_of(parameters) == PRESCRIBED
-    if not (leaves_raceway(parameters) if is_held else has_unloaded_ball(parameters, law)):
+    if not (leaves_raceway(parameters) if is_held else inner_loads(parameters, law).min() == 0.0):
         return ""
     return (
         "balls leave the inner raceway on part of their orbit, and no cage spaces them: within about 0.1 s they bunch "

@@ -60,6 +60,12 @@ def test_balls_that_leave_the_load_zone_of_a_ring_with_an_axial_load_keep_their_
     assert reported(RIG, *combined).status == "done"
 
 
+@pytest.mark.parametrize("gravity", ["[0,0,-9.81]", "[0,-9.81,-1]"])
+def test_a_ring_under_its_weight_alone_starts(gravity):
+    ring = "model.dimension=free", "rings.inner.free=displacement", "rings.inner.mass=1", f"gravity={gravity}"
+    assert choose(load_scene("6203", ring).parameters).stepper == "rodas4"
+
+
 def test_a_ring_that_rings_keeps_its_tolerance():
     scene, ringing = "bearing_6203_step_load", ("solver.companion=off", "solver.stepper=rodas4")
     _, exact = _outputs(1e-9, *ringing, scene=scene, count=600)
