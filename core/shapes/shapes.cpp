@@ -89,17 +89,15 @@ CORE_EXPORT void core_groove_curvatures(double ball, double locus, double groove
   for (std::int64_t i = 0; i < count; i++)
     across[i] = curvature_across_groove(ball, groove), along[i] = curvature_along_groove(ball, locus, groove, radial[i]);
 }
-// Where an ellipsoid reaches farthest along directions (count, 3), and its gap there (count, 16): extent, point, P, Q, direction of
-// the longer axis, excess, gradients of size and shape.
+// Where an ellipsoid reaches farthest along directions (count, 3), and its gap there (count, 10): extent, point, P, Q, direction of
+// the longer axis, excess.
 CORE_EXPORT void core_ellipsoid_gaps(const double *semi_axes, std::int64_t count, const double *directions, double *out) {
   Real3 axes = real3_of(semi_axes);
   for (std::int64_t i = 0; i < count; i++, directions += 3) {
     Real3 direction = real3_of(directions);
     Reach reach = ellipsoid_reach(axes, direction);
     PlaneGap gap = ellipsoid_gap(axes, direction, reach);
-    GapSlopes slopes = ellipsoid_slopes(axes, direction, reach);
     *out++ = reach.extent, out = write(reach.point, out), *out++ = gap.small, *out++ = gap.large;
     out = write(major_axis(gap.axes, gap.diagonal, gap.off_diagonal), out), *out++ = gap.excess;
-    out = write(slopes.shape, write(slopes.size, out));
   }
 }
