@@ -244,7 +244,7 @@ cli.program()
     assert result.stderr.startswith("bearing_twin: there is no node") if code else result.stdout.startswith("name")
 
 
-def test_where_no_node_is_discovered_the_list_says_so(at_once, monkeypatch, capsys):
+def test_where_no_node_is_discovered_the_list_says_so(toy, monkeypatch, capsys):
     from bearing_twin.nodes.graph import Graph
 
     monkeypatch.setattr(Graph, "nodes", lambda graph: [])
