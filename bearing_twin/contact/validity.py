@@ -40,7 +40,7 @@ def pressure_warning(peak_pressure: float, yield_pressure: float | None) -> str 
         return None
     return (
         f"peak pressure {peak_pressure:.3g} Pa is beyond the yield pressure {yield_pressure:.3g} Pa: "
-        "the bodies yield, the elastic result is formal"
+        "the bodies yield, the elastic result does not hold"
     )
 
 

@@ -123,7 +123,7 @@ def judge_errors(
             for figure, source in large.items()
         )
         sentence = f"the error is over {100.0 * LARGE:g} % of the figure: {'; '.join(phrases)}"
-        flags = (f"{sentence}; to mend it: {remedy}" if remedy else sentence,)
+        flags = (f"{sentence}; to reduce it: {remedy}" if remedy else sentence,)
     doubtful = [*(("model outside its range",) if choice.outside else ()), *exceeded]
     if doubtful and status == DONE:
         status = f"{DOUBTFUL}: {', '.join(doubtful)}"

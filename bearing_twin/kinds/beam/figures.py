@@ -114,7 +114,9 @@ class BeamFigures(ImpactFigures):
         beam, extremes, flags = self.parameters.beam, self._extremes, []
         stress, deflection = extremes.get("peak_stress", 0.0), extremes.get("peak_deflection", 0.0)
         if 0.0 < beam.material.yield_strength < stress:
-            flags.append(f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result is formal")
+            flags.append(
+                f"bending stress {stress:.3g} Pa is beyond the beam's strength: the elastic result does not hold"
+            )
         if deflection > LARGE_DEFLECTION * beam.span:
             flags.append(f"a deflection of {deflection:.3g} m is large for a span of {beam.span:g} m")
         sphere, total = sphere_of(self.parameters), float(np.sum(self.contacts[:, IMPULSE]))

@@ -147,8 +147,8 @@ def flags_of(parameters, contacts, loose: list[str], pressure: float, safety: fl
         *temperature_warnings(parameters),
         f"nothing holds the ring along {', '.join(loose)}: its position there is arbitrary" if loose else None,
         f"static safety {safety:.2g} is below 1" if safety < 1.0 else None,
-        f"a ball carries {greatest:.3g} N, where basic life assumes about {usual:.2g} N: interference, clearance or a "
-        "tilt increases its load, which static safety and the catalogue's torque ignore, too; reference life counts it"
+        f"a ball carries {greatest:.3g} N, where basic life assumes about {two_digits(usual)} N: interference, "
+        "clearance or a tilt adds load, which static safety and the catalogue's torque ignore; reference life counts it"
         if greatest > 2.0 * usual
         else None,
         *contact_flags(parameters, pressure, contacts.angle[:, 1], contacts.load[:, 0]),
