@@ -27,7 +27,7 @@ WITH_HISTORIES = ENDLESS | {"overrides": ["sweep=", "modality=no", "batch=100000
 BY_WORKERS = {"study": "bearing_6203_tolerances", "overrides": ["run.duration=20000.0"]}
 KEEPS_ALL = {"goal_service_qos_profile": SERVICE, "result_service_qos_profile": SERVICE}
 ANSWERED, ACKNOWLEDGED, ENDED = 1.0, 0.1, 0.5  # s
-IMPORTED = 2.0  # s of processor time, in which a program has loaded its modules
+IMPORTED = 1.0  # s of processor time, in which a program has loaded its modules
 STARTED, KILLED = 60.0, 60.0  # s after which what does not begin, or does not end, is given up
 SOAK = 120.0  # s
 GROWN = 2.0  # MB in half a soak, beyond the rounding of pages
