@@ -78,7 +78,7 @@ struct BodyStep : StepStates<BodyState> {
   BodyState y{}, f{}, start_rates{}, rhs{}, time_derivative{};
   double inverse_step = 0.0, inverse_inertia[MAX_FREE]{};  // of the free coordinates, at the start of the step
   double by_position[MAX_FREE + INTEGRALS][MAX_FREE]{}, by_velocity[MAX_FREE + INTEGRALS][MAX_FREE]{};
-  double position_coupling[MAX_FREE][MAX_FREE]{}, schur[MAX_FREE][MAX_FREE]{};
+  double position_coupling[MAX_FREE][MAX_FREE]{}, schur[MAX_FREE][MAX_FREE]{}, inverse[MAX_FREE][MAX_FREE]{};
 };
 
 using BodyForces = std::array<Pack, MAX_FREE + 1>;  // forces on the free coordinates, lane by lane
@@ -318,7 +318,28 @@ CORE_INLINE void call_sized(const Layout &layout, Function function) {
   else with_capacity.template operator()<false>();
 }
 
-// Factors of all blocks, and the Schur complement of the bodies.
+// The inverse of the first n rows and columns, by Gauss and Jordan with pivots: a product a stage takes a third of a substitution.
+inline void invert(const double (&matrix)[MAX_FREE][MAX_FREE], int n, double (&inverse)[MAX_FREE][MAX_FREE]) {
+  double a[MAX_FREE][MAX_FREE];
+  for (int i = 0; i < n; i++)
+    for (int j = 0; j < n; j++) a[i][j] = matrix[i][j], inverse[i][j] = i == j ? 1.0 : 0.0;
+  for (int c = 0; c < n; c++) {
+    int pivot = c;
+    for (int i = c + 1; i < n; i++)
+      if (std::fabs(a[i][c]) > std::fabs(a[pivot][c])) pivot = i;
+    if (pivot != c)
+      for (int j = 0; j < n; j++) std::swap(a[c][j], a[pivot][j]), std::swap(inverse[c][j], inverse[pivot][j]);
+    double inverse_pivot = 1.0 / a[c][c];
+    for (int j = 0; j < n; j++) a[c][j] *= inverse_pivot, inverse[c][j] *= inverse_pivot;
+    for (int i = 0; i < n; i++) {
+      if (i == c) continue;
+      double factor = a[i][c];
+      for (int j = 0; j < n; j++) a[i][j] -= factor * a[c][j], inverse[i][j] -= factor * inverse[c][j];
+    }
+  }
+}
+
+// Factors of all blocks, and the Schur complement of the bodies and its inverse.
 inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, BodyStep &body, double g) {
   BodyMatrix schur{}, by_position{};
   call_sized(layout, [&]<bool EVEN, int M>() __attribute__((always_inline)) {
@@ -330,6 +351,7 @@ inline void factorise(const Layout &layout, std::vector<BallBlock> &blocks, Body
       double derivative = lane_sum(schur[i][j]) + body.by_velocity[i][j] + g * body.by_position[i][j];
       body.schur[i][j] = (i == j ? 1.0 / g : 0.0) - body.inverse_inertia[i] * derivative;
     }
+  invert(body.schur, layout.unknowns, body.inverse);
 }
 
 }  // namespace core

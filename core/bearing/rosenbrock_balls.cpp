@@ -284,7 +284,7 @@ class RosenbrockBalls {
     double g = blocks[0].gamma_step[0];
     touching.choose_members(blocks);
     factorise(layout, blocks, body_step, g);
-    touching.factorise(layout, blocks, body_step, g);
+    if (touching.any_touch()) touching.factorise(layout, blocks, body_step, g);
   }
 
   void solve_stages() {
@@ -320,18 +320,21 @@ class RosenbrockBalls {
   // Solves for a stage; M is the capacity for unknowns of the bodies, padded with zeros.
   template <bool EVEN, int M>
   [[gnu::noinline]] void solve_stage(int stage) {
-    std::array<double, M> known_positions{}, positions{}, velocities{};
+    std::array<double, M> known_positions{}, positions{}, velocities{}, rhs{};
     std::array<Pack, M> force_sum{};
     BodyState &x = body_step.stage[stage];
     double g = blocks[0].gamma_step[0];
     for (int k = 0; k < layout.unknowns; k++) known_positions[k] = g * body_step.rhs[layout.coordinate[k]];
     for (BallBlock &block : blocks) forward_eliminate_block<EVEN, M>(block, known_positions.data(), force_sum.data());
     for (int i = 0; i < layout.unknowns; i++) {
-      velocities[i] = body_step.rhs[COORDINATES + layout.coordinate[i]] + body_step.inverse_inertia[i] * lane_sum(force_sum[i]);
-      for (int j = 0; j < M; j++) velocities[i] += body_step.position_coupling[i][j] * known_positions[j];
+      rhs[i] = body_step.rhs[COORDINATES + layout.coordinate[i]] + body_step.inverse_inertia[i] * lane_sum(force_sum[i]);
+      for (int j = 0; j < M; j++) rhs[i] += body_step.position_coupling[i][j] * known_positions[j];
     }
-    touching.solve(layout, blocks, g, velocities.data());
+    if (touching.any_touch()) touching.solve(layout, blocks, g, rhs.data());
     for (int i = 0; i < layout.unknowns; i++) {
+      if (touching.any_touch()) velocities[i] = rhs[i];
+      else
+        for (int j = 0; j < M; j++) velocities[i] += body_step.inverse[i][j] * rhs[j];
       positions[i] = known_positions[i] + g * velocities[i];
       x[layout.coordinate[i]] = positions[i], x[COORDINATES + layout.coordinate[i]] = velocities[i];
     }

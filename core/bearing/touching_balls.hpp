@@ -91,6 +91,7 @@ class TouchingBalls {
     }
   }
   bool active() const { return !pairs.empty(); }
+  bool any_touch() const { return !members.empty(); }
 
   // Adds all contacts to the rates, after the forces of raceways and before `finish_rates`.
   template <bool DERIVATIVES>
@@ -164,7 +165,6 @@ class TouchingBalls {
   // Velocities and spins of the members and velocities of the bodies in a stage, from the reduced right-hand sides of balls and
   // that (unknowns,) of the bodies, which is replaced.
   void solve(const Layout &layout, std::vector<BallBlock> &blocks, double g, double *body_rhs) {
-    if (size == 0) return;
     for (int c = 0; c < layout.unknowns; c++) right[size - layout.unknowns + c] = body_rhs[c];
     for (int t = 0; t < int(members.size()); t++)
       for (int i = 0; i < 6; i++) right[6 * t + i] = blocks[members[t] / LANES].reduced_rhs[i][members[t] % LANES];

@@ -188,11 +188,15 @@ template <class Entry, class Right>
 inline void substitute_dense(int size, Entry entry, const int *pivot, Right &&right) {
   for (int k = 0; k < size; k++)
     if (pivot[k] != k) std::swap(right[k], right[pivot[k]]);
-  for (int k = 0; k < size; k++)
-    for (int j = 0; j < k; j++) right[k] -= entry(k, j) * right[j];
+  for (int k = 0; k < size; k++) {
+    double x = right[k];
+    for (int j = 0; j < k; j++) x -= entry(k, j) * right[j];
+    right[k] = x;
+  }
   for (int k = size; k-- > 0;) {
-    for (int j = k + 1; j < size; j++) right[k] -= entry(k, j) * right[j];
-    right[k] *= entry(k, k);
+    double x = right[k];
+    for (int j = k + 1; j < size; j++) x -= entry(k, j) * right[j];
+    right[k] = x * entry(k, k);
   }
 }
 
