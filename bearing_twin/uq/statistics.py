@@ -48,7 +48,7 @@ from bearing_twin.uq.inputs import Joint
 
 MOMENTS = ("mean", "std", "skewness")
 FEWEST = {"mean": 2, "std": 4, "skewness": 8, "quantile": 1}  # samples
-FEWEST_DEGREES = 24.0  # of freedom of a sample's variance, below which its intervals are unsafe
+FEWEST_DEGREES = 8.0  # of freedom of a sample's variance, below which its intervals are unsafe: `chart coverage`
 FAR_OUT = 5.0  # points of a replicate beyond a quantile, with which its estimates are nearly symmetric
 CONFIDENCE = 0.95
 TAIL = 0.5 * (1.0 - CONFIDENCE)
