@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
 from scipy.special import beta, ellipe, ellipkm1
 
+from bearing_twin.base.errors import SceneError
 from bearing_twin.contact import line
+from bearing_twin.contact.calculator import gap_of_curvatures, gap_of_radii, solve
 from bearing_twin.contact.elasticity import (
     CURVATURE_RATIO_MAX,
     approaches_of_loads,
@@ -30,9 +32,11 @@ from bearing_twin.contact.elasticity import (
 from bearing_twin.contact.laws import (
     HERTZIAN,
     LAWS,
+    damping_for_restitution,
     damping_number,
     law_names,
     restitution_of,
+    steady_damping,
 )
 from bearing_twin.contact.line import line_law
 from bearing_twin.kinds.bodies.impact import NO_LINE, Spring
@@ -222,6 +226,24 @@ def test_a_relaxation_time_takes_what_its_power_adds_up_to(speed):
     assert loss / (MASS * speed**2) > 1e-5
     spring = Spring(1e10, NO_LINE, 0.3, relaxation_time=1e-6)  # at 1 um the load is 10 N, the stiffness 15 N/um
     assert load_of(spring, 1e-6, 0.2) == pytest.approx(10.0 + (0.3 * 10.0 + 15.0) * 0.2, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("make", "word"),
+    [
+        *((partial(damping_number, e), "restitution") for e in (0.0, -0.1, 1.1, math.nan)),
+        (partial(damping_for_restitution, 0.5, 0.0), "speed"),
+        (partial(steady_damping, 0.5, 1.0, -1.0), "mass"),
+        (partial(restitution_of, -1.0), "zero or above"),
+        (partial(gap_of_curvatures, -1.0, 2.0), "conform"),
+        (partial(gap_of_radii, (0.0, 1.0), (1.0, 1.0)), "above zero"),
+        (partial(solve, gap_of_curvatures(1.0, 2.0), 1e11, "normal_load", math.nan), "above zero"),
+        (partial(solve, gap_of_curvatures(1.0, 2.0), 1e11, "peak_pressure", 1e300), "double precision"),
+    ],
+)
+def test_impossible_numbers_are_refused_in_python_too(make, word):
+    with pytest.raises(SceneError, match=word):
+        make()
 
 
 TURNS = 20

@@ -202,6 +202,8 @@ def test_a_flood_of_commands_is_carried_out_once_in_a_period():
     assert [value for _, value in loop.simulation.speeds] == [999.0, 1999.0]
     assert loop.commands.counts == {"taken": 2, "refused": 2, "superseded": 1996}
     assert "nan" in loop.commands.refusals[-1]
+    with pytest.raises(BearingTwinError, match="finite and within"):
+        loop.execute(SPEED, 1.01e4)
 
 
 def test_a_reset_starts_again_at_zero_with_a_new_log(tmp_path):

@@ -162,6 +162,22 @@ def test_differential_form_converges_to_newton_and_projection_keeps_it_there():
     assert np.abs(followed(40, True) - exact).max() < 1e-11
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: sphere(0.0),
+        lambda: sphere(np.nan),
+        lambda: ellipsoid(1.0, -1.0, 1.0),
+        lambda: torus(0.1, 0.2),
+        lambda: superquadric(1.0, 1.0, 1.0, 1.5, 2.0),
+        lambda: find_opposing(body(sphere(1.0)), body(plane()), (0.0, 0.0, 0.0)),
+    ],
+)
+def test_impossible_surfaces_and_starts_are_refused(make):
+    with pytest.raises(SceneError):
+        make()
+
+
 MODULUS = 1.14e11
 LOCUS, TUBE, BALL_IN_GROOVE = 14.1e-3, 3.508e-3, 3.373e-3
 PAIRS = {

@@ -262,8 +262,10 @@ def test_an_archive_that_was_damaged_is_refused(position, tmp_path, refused):
     assert "record.npz cannot be read as npz" in refused("spectrum", path, *BEARING, "--rate", "12kHz")
 
 
-def test_an_uncertain_number_of_balls_is_a_warning(tmp_path, run_cli):
+def test_an_uncertain_number_of_balls_and_a_speed_without_a_unit_are_warnings(tmp_path, run_cli):
     path = saved(tmp_path, record(seconds=5.0))
+    without_unit = "spectrum", path, "--bearing", "6205", "--speed", "185.9", "--rate", "12kHz"
+    assert "is in rad/s, 1775.21 rpm" in run_cli(*without_unit).err
     arguments = "spectrum", path, "--speed", "1750rpm", "--rate", "12kHz", "--bearing"
     assert "7203B has 10 ± 1 balls" in run_cli(*arguments, "7203B").err
     assert "balls" not in run_cli(*arguments, "6205").err

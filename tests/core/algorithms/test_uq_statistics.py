@@ -9,13 +9,14 @@ import pytest
 from scipy import stats
 
 from bearing_twin.base.errors import StatisticError
-from bearing_twin.uq.inputs import read_input
+from bearing_twin.uq.inputs import Joint, read_input
 from bearing_twin.uq.propagation import derive
 from bearing_twin.uq.sampling import REPLICATES, UnitPoints
 from bearing_twin.uq.statistics import (
     estimate,
     histogram,
     kernel_density,
+    sensitivity_points,
     sobol_indices,
 )
 
@@ -79,6 +80,37 @@ def test_intervals_of_moments_hold_the_truth(truth, count):
     for statistic, true in (("mean", truth.mean()), ("std", truth.std())):
         estimates = [estimate(sample, statistic) for sample in every]
         assert is_95_percent([interval.low <= true <= interval.high for interval in estimates]), statistic
+
+
+@pytest.mark.parametrize("statistic", ["mean", "std"])
+def test_intervals_of_moments_are_halls_with_the_degrees_of_freedom_that_the_skewness_leaves(statistic):
+    """Of 40 independent points with failed ones among them, written out with SciPy's statistics."""
+    sample, failed = np.random.default_rng(3).gamma(2.0, size=40), np.full(10, np.nan)
+    deviation, z = np.std(sample, ddof=1), stats.zscore(sample)
+    value, influence = {
+        "mean": (np.mean(sample), sample - np.mean(sample)),
+        "std": (deviation, 0.5 * deviation * (z**2 - 1.0)),
+    }[statistic]
+    skewness = stats.skew(influence, bias=False)
+    score = stats.t.ppf(0.975, 2.0 / (2.0 / 39.0 + 1.5 * skewness**2 / 40.0)) / math.sqrt(40.0)
+    ends = np.array([score, -score]) - skewness / (6.0 * 40.0)
+    ends = (np.cbrt(1.0 + skewness * ends) - 1.0) / (skewness / 3.0)
+    expected = [value, *(value - np.std(influence, ddof=1) * ends)]
+    assert estimate(np.append(failed, sample), statistic)[:3] == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("method", ["random", "sobol"])
+def test_intervals_of_sobol_indices_hold_the_truth(method):
+    """Of a sum of two gamma variables: 1/2 each."""
+    joint = Joint([read_input(key, {"distribution": "gamma", "shape": 3.6, "scale": 1.0}) for key in "xy"])
+    estimates = []
+    for seed in range(200):
+        design = UnitPoints(method, 4, seed, 1024)
+        points = sensitivity_points(joint, design.chunk(0, 1024)).reshape(-1, 2)
+        values = joint.values(points).sum(axis=1).reshape(-1, 4)
+        estimates.append(sobol_indices(values, joint.keys, design.replicates)["x"])
+    for order in ("first", "total"):
+        assert is_95_percent([indices[order].low <= 0.5 <= indices[order].high for indices in estimates]), order
 
 
 @pytest.mark.parametrize("method", ["sobol", "latin_hypercube"])
