@@ -117,8 +117,10 @@ def extents(words):
 
 
 def test_titles_stay_inside_the_picture_and_apart(tmp_path, figures):
-    """The heading of a round contact ran into its neighbour's; a long description, and that of a channel, out of the
-    picture. Maps were narrower than the curves below them, over whose times they stand.
+    """Titles ran into their neighbours or out of the picture.
+
+    So did the heading of a round contact, a long description, and that of a channel.
+    Maps were narrower than the curves below them, over whose times they stand.
     """
     contact = ["contact", "--radii-1", "10mm", "--load", "1000", "--plot", str(tmp_path / "contact.png"), "--json"]
     assert main(contact) == DONE
