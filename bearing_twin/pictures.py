@@ -284,8 +284,9 @@ def _draw_panel(figure, axis, panel: Panel) -> None:
     axis.set(xscale="log" if panel.x.log else "linear", yscale="log" if panel.y.log else "linear")
     for part in panel.parts:
         part.draw(axis, **({"label": part.name} if part.label else {}))
-    limits = {"xlim": panel.x.limits, "ylim": panel.y.limits}
-    axis.set(**{name: limit for name, limit in limits.items() if limit})  # None would fix those that are
+    for set_limits, limits in ((axis.set_xlim, panel.x.limits), (axis.set_ylim, panel.y.limits)):
+        if limits:  # None would fix those that are
+            set_limits(limits, auto=panel.equal_aspect)  # an equal aspect widens them
     if panel.equal_aspect:
         axis.set_aspect("equal", adjustable="datalim")
     x_factor, unit = _label(axis.xaxis, panel.x)

@@ -147,6 +147,13 @@ def test_titles_stay_inside_the_picture_and_apart(tmp_path, figures):
             assert apart.all()
 
 
+def test_a_slender_contact_is_drawn_without_warnings(tmp_path, caplog):
+    """Its panel is wider than high, so that limits give way to the aspect: matplotlib printed a warning of that."""
+    slender = ["contact", "--bearing", "6203", "--race", "inner", "--load", "100"]
+    assert main([*slender, "--plot", str(tmp_path / "contact.png"), "--json"]) == DONE
+    assert not caplog.records
+
+
 def test_a_ring_moves_from_where_it_starts_and_speeds_are_in_rpm(tmp_path, figures):
     """A load moves the ring of a 6203 by 15 um, and balls that pass by 0.1 um, which was a flat line."""
     command = ["simulate", "bearing_6203_run_up", "--duration", "0.02", "--plot", str(tmp_path / "run.png"), "--json"]

@@ -1,5 +1,6 @@
 """`bearing_twin study`: the JSON its readers rely on, what is refused and how, logs to go on from, the picture."""
 
+import dataclasses
 import json
 import re
 import signal
@@ -229,10 +230,11 @@ def test_the_log_of_a_study_is_reported_as_the_command_did(tmp_path, pictures_on
 
 
 def test_a_study_is_saved_as_it_goes_and_goes_on_after_a_crash(tmp_path, run_json, refused, run_cli):
-    """What a crash leaves is recovered and gone on from, with the numbers of one run."""
+    """What a crash leaves is recovered and gone on from, with the numbers of one run, whoever described its scene."""
     arguments = [*QUICK, "--set", "method=ensemble", "--set", "batch=100", "--set", "modality=no", "--seed", 7]
     overrides = [argument for argument in map(str, arguments[1:]) if "=" in argument]
     study, crashed = load_study(QUICK[0], [*overrides, "seed=7", "samples=500"]), tmp_path / "crashed.mcap"
+    study = dataclasses.replace(study, scene=study.scene | {"description": "as an earlier version has it"})
     with StudyLog(study, tmp_path / "going.mcap", max_loss=0.0) as log:
 
         def keep(*columns):

@@ -428,6 +428,8 @@ def refuse_too_large(study: Study) -> None:
 
 def _refuse_another_study(study, start):
     old, new = start.study.resolved(), study.resolved()
+    for resolved in (old, new):  # a description may change without a change of the samples
+        resolved["scene"] = resolved["scene"] | {"description": ""}
     differing = [key for key in SAME if old[key] != new[key]]
     if differing:
         raise StudyError(
